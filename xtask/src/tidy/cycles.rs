@@ -10,11 +10,7 @@ use anyhow::Result;
 
 use super::{Fault, files::with_extensions, read};
 
-/// Known cycles: one of the files, and the reason.
-const KNOWN: [(&str, &str); 1] =
-    [("crates/engine/src/cells", "the state of the scheduler has methods in all of its files")];
-
-/// Cycles of files that are not listed as known, one fault each.
+/// Cycles of files, one fault each.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let mut faults = Vec::new();
     let mut folders: Vec<String> =
@@ -28,9 +24,6 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
         }
         for cycle in cycles(&sources) {
             let files: Vec<String> = cycle.iter().map(|file| format!("{folder}/{file}")).collect();
-            if KNOWN.iter().any(|(known, _)| files.iter().all(|file| file.starts_with(known))) {
-                continue;
-            }
             faults.push(format!("files that import each other: {}", files.join(", ")));
         }
     }

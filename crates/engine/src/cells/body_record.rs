@@ -3,11 +3,7 @@
 use carom_kinematics::Motion;
 use glam::DVec2;
 
-/// Bits of a body's index in a slot or a partner; the other bits hold the kind of event, or the
-/// image.
-pub(super) const INDEX_BITS: u32 = 28;
-/// Mask of an index.
-pub(super) const INDEX_MASK: u32 = (1 << INDEX_BITS) - 1;
+use super::slot::{INDEX_BITS, INDEX_MASK};
 
 /// Kind of a body's next event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

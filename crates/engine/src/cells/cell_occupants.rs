@@ -10,10 +10,9 @@ use std::hint::select_unpredictable as select;
 use carom_detection::DISC_LANES;
 
 use super::{
-    body_record::{INDEX_BITS, INDEX_MASK},
     f32_filter::{Flights, Units},
-    neighbour_lists::{fold, image_code},
     simd::Kernel,
+    slot::{INDEX_BITS, INDEX_MASK, fold, image_code},
 };
 use crate::index_or_none::IndexOrNone;
 
@@ -260,7 +259,7 @@ impl Block {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::{neighbour_lists::image_of, simd::Portable};
+    use crate::cells::{simd::Portable, slot::image_of};
     use glam::DVec2;
     use proptest::prelude::*;
 

@@ -19,9 +19,10 @@ use std::hint::select_unpredictable as select;
 use carom_detection::{DISC_LANES, Detection};
 
 use super::{
-    State,
-    body_record::{INDEX_BITS, INDEX_MASK, Kind},
+    body_record::Kind,
     simd::{Kernel, goes_before, sooner},
+    slot::{INDEX_BITS, INDEX_MASK},
+    state::State,
 };
 
 impl State {
@@ -73,15 +74,6 @@ impl State {
         let partner = select(is_sooner, partner, record.partner());
         let version = select(is_sooner, version, record.partner_version);
         self.store_dilute_event(disc, now, time, partner, version)
-    }
-
-    /// Stores a disc's flight with the occupants of its cell, in a dilute gas.
-    #[inline(always)]
-    pub(super) fn update_occupant<K: Kernel>(&mut self, kernel: K, disc: u32) {
-        if self.grid.is_dilute() {
-            let record = &self.records[disc as usize];
-            self.occupants.set_flight(kernel, disc, record.cell(), record.flight);
-        }
     }
 
     #[inline(always)]

@@ -3,12 +3,12 @@
 use std::hint::select_unpredictable as select;
 
 use carom_detection::Detection;
-use wide::f64x2;
 
 use super::{
-    State,
-    body_record::{BodyRecord, INDEX_MASK, Kind},
+    body_record::Kind,
     simd::{Kernel, NeighbourQuery, SoonestSlot, sooner},
+    slot::INDEX_MASK,
+    state::State,
 };
 use crate::{
     World,
@@ -71,19 +71,6 @@ impl State {
         (soonest, list.is_covered().then_some(cell))
     }
 
-    #[inline(always)]
-    pub(super) fn query(&self, disc: u32, now: f64) -> NeighbourQuery<'_> {
-        let from = &self.records[disc as usize];
-        NeighbourQuery {
-            records: &self.records,
-            from,
-            now,
-            separation_error: self.separation_error,
-            sides: self.sides,
-            pair_constants: self.pair_constants,
-        }
-    }
-
     /// Writes the earliest event of a small disc, a contact or a crossing, into its record, and
     /// returns its time.
     ///
@@ -137,25 +124,6 @@ impl State {
         soonest
     }
 
-    /// Time and direction in which a disc leaves its cell. Infinite for a velocity of exactly 0,
-    /// for which the quotient 0/0 is discarded.
-    #[inline(always)]
-    pub(super) fn crossing(&self, record: &BodyRecord, now: f64) -> (f64, Kind) {
-        // Both axes in one register.
-        let pair = |first: usize| f64x2::new([record.flight[first], record.flight[first + 1]]);
-        let (origin, velocity) = (pair(0), pair(2));
-        let side = f64x2::new(self.grid.side().to_array());
-        let cell = f64x2::new(record.cell().map(f64::from));
-        let goes_down = velocity.simd_lt(f64x2::ZERO);
-        let border = (cell + goes_down.bitselect(f64x2::ZERO, f64x2::ONE)) * side;
-        let time = (border - origin) / velocity;
-        let [x, y] = velocity.simd_eq(f64x2::ZERO).bitselect(f64x2::splat(f64::INFINITY), time).to_array();
-        let axis = u32::from(y < x);
-        let kind = Kind::crossing(axis, goes_down.to_bitmask() >> axis & 1);
-        let time = if y < x { y } else { x };
-        (if time > now { time } else { now }, kind)
-    }
-
     /// Moves a disc into the next cell, and wraps its position at the border of the box.
     #[inline(always)]
     pub(super) fn cross<K: Kernel>(&mut self, kernel: K, disc: u32, kind: Kind) {
@@ -177,17 +145,6 @@ impl State {
         self.neighbour_lists.leave(disc, self.records[disc as usize].cell());
         self.wrap_place(disc, axis, direction);
         self.neighbour_lists.enter(disc, self.records[disc as usize].cell());
-    }
-
-    /// Wraps a disc that crosses the border of the box to the other side.
-    pub(super) fn wrap_place(&mut self, disc: u32, axis: usize, direction: i32) {
-        let record = &mut self.records[disc as usize];
-        record.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
-        record.set_cell_along(axis, if direction > 0 { 0 } else { (self.grid.counts()[axis] - 1) as u16 });
-        let winding = &mut self.windings[disc as usize][axis];
-        *winding = winding.wrapping_add(direction as i16);
-        self.wrapped.push(disc);
-        self.wrap_motion(disc, axis, direction);
     }
 
     /// The contact of two discs; the image follows from their cells, which are adjacent.

@@ -33,7 +33,7 @@
 use carom_detection::DISC_LANES;
 use glam::{DVec2, Vec4};
 
-use super::neighbour_lists::image_of;
+use super::slot::{INDEX_BITS, image_of};
 
 /// u, the rounding of a single-precision number of magnitude 1.
 const U_SINGLE: f64 = 0.5 * f32::EPSILON as f64;
@@ -88,7 +88,7 @@ impl Units {
             reach_squared: (reach * reach) as f32,
             receding: (U_SINGLE * (48.0 + 20.0 * longest)) as f32,
             shifts: std::array::from_fn(|code| {
-                let [x, y] = image_of((code as u32) << super::body_record::INDEX_BITS);
+                let [x, y] = image_of((code as u32) << INDEX_BITS);
                 [(f64::from(x) * sides.x / side) as f32, (f64::from(y) * sides.y / side) as f32]
             }),
             is_disabled: !(longest <= LONGEST && numbers.iter().all(|number| number.is_normal())),

@@ -17,8 +17,18 @@ pub(super) struct CellGrid {
     /// Largest bounding radius of a body in a cell (length); bodies above it, and of other kinds,
     /// are multi-cell bodies.
     largest_small: f64,
-    holds_molecules: bool,
-    is_dilute: bool,
+    contents: Contents,
+}
+
+/// The contents of the cells. They decide how bodies are listed and predicted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Contents {
+    /// Discs, in cells with neighbour lists.
+    Discs,
+    /// Equal discs at large distances, in cells of a few discs each.
+    DiluteDiscs,
+    /// Molecules and any small discs, in cells with neighbour lists.
+    Molecules,
 }
 
 /// A gas of equal discs is dilute if the mean spacing exceeds this many diameters, that is up to an
@@ -71,8 +81,12 @@ impl CellGrid {
             true => MOST_CELLS_PER_BODY,
             false => MOST_CELLS_PER_FIXED_BODY,
         };
-        let mut grid =
-            Self { counts: [0; 2], side: sides, box_sides: sides, largest_small, holds_molecules, is_dilute };
+        let contents = match (holds_molecules, is_dilute) {
+            (true, _) => Contents::Molecules,
+            (false, true) => Contents::DiluteDiscs,
+            (false, false) => Contents::Discs,
+        };
+        let mut grid = Self { counts: [0; 2], side: sides, box_sides: sides, largest_small, contents };
         let sparse = (grid.free_area(world) / (cells_per_body * bodies)).sqrt();
         let length = (longest * (1.0 + MARGIN)).max(sparse);
         let count = |side: f64| {
@@ -93,14 +107,19 @@ impl CellGrid {
         (area - multi_cell_bodies.map(|body| body.molecule().area()).sum::<f64>()).max(0.5 * area)
     }
 
+    #[inline]
+    pub fn contents(&self) -> Contents {
+        self.contents
+    }
+
     /// Whether this is a gas of equal discs at large distances, in cells of a few discs each.
     pub fn is_dilute(&self) -> bool {
-        self.is_dilute
+        self.contents == Contents::DiluteDiscs
     }
 
     /// Whether molecules live in cells.
     pub fn holds_molecules(&self) -> bool {
-        self.holds_molecules
+        self.contents == Contents::Molecules
     }
 
     pub fn counts(&self) -> [u32; 2] {
@@ -131,7 +150,7 @@ impl CellGrid {
 
     /// Whether a body is a multi-cell body.
     pub fn is_multi_cell(&self, body: &Body) -> bool {
-        let may_be_small = !body.is_fixed() && (self.holds_molecules || body.kind.molecule.is_disc());
+        let may_be_small = !body.is_fixed() && (self.holds_molecules() || body.kind.molecule.is_disc());
         !may_be_small || body.kind.molecule.bounding_radius() > self.largest_small
     }
 

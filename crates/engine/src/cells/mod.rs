@@ -53,6 +53,20 @@
 //!    may leave out the second. *Proof.* The first is not the body of the pair that is predicted
 //!    last.
 //!
+//! # Layers
+//!
+//! Each file uses those before it in this list only.
+//!
+//! 1. Data of a body and of a cell: `slot`, `body_record`, `cell_block`, `f32_filter`.
+//! 2. The kernels of each instruction set: `simd`.
+//! 3. Containers: `neighbour_lists`, `cell_occupants`, `calendar` with `prefetch`, `candidates`,
+//!    `molecules`, `multi_cell` (its own file and `covered`), `grid`.
+//! 4. The workspace of a run, of which any number may exist: `state`.
+//! 5. Lists of multi-cell bodies: `walls`, `multi_cell::listing`.
+//! 6. Predictions: `dispatch`, the searches in `multi_cell`, `discs`, `dilute`, `molecule_search`,
+//!    and `prediction`, which selects one of them by the contents of the cells.
+//! 7. The loop over the events: `events`.
+//!
 //! # Epochs
 //!
 //! Every epoch starts from the state of the world alone: positions, lists and events are computed
@@ -67,72 +81,34 @@
 mod body_record;
 mod calendar;
 mod candidates;
+mod cell_block;
 mod cell_occupants;
 mod dilute;
 mod discs;
+mod dispatch;
+mod events;
 mod f32_filter;
 mod grid;
+mod molecule_search;
 mod molecules;
 mod multi_cell;
 mod neighbour_lists;
+mod prediction;
 mod prefetch;
 mod simd;
+mod slot;
+mod state;
 mod walls;
 
 use carom_detection::Detection;
-use carom_kinematics::Motion;
-use glam::DVec2;
 
-use self::{
-    body_record::{BodyRecord, Kind},
-    calendar::Calendar,
-    cell_occupants::CellOccupants,
-    f32_filter::Units,
-    grid::CellGrid,
-    molecules::Molecules,
-    multi_cell::MultiCellBodies,
-    neighbour_lists::NeighbourLists,
-    prefetch::prefetch_next,
-    simd::{Available, Kernel, PairConstants, Portable},
-};
+pub use self::simd::Instructions;
+use self::{events::run, grid::CellGrid, simd::available, state::State};
 use crate::{
     CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, World,
     grid::Grid,
-    scheduler::{ContactEvent, EventLoop, StoredMotions, separation_error},
-    wrapped::Wrapped,
+    scheduler::{EventLoop, StoredMotions},
 };
-
-/// Instruction set that [`CellScheduler`] computes with. All give the same bits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Instructions {
-    /// The best one that this processor supports: AVX-512 (F, VL, DQ, BW), else as [`Self::Avx2`].
-    #[default]
-    Widest,
-    /// AVX2 where the processor supports it, else as [`Self::Portable`]. Some percent slower than
-    /// AVX-512.
-    Avx2,
-    /// Instructions that every processor of this architecture supports. The slowest.
-    Portable,
-}
-
-impl Instructions {
-    /// The instruction set that [`CellScheduler`] uses on this processor if `self` is chosen: the
-    /// best supported one, up to `self`.
-    ///
-    /// ```
-    /// use carom_engine::Instructions;
-    ///
-    /// // Every processor has these.
-    /// assert_eq!(Instructions::Portable.on_this_processor(), Instructions::Portable);
-    /// // `Widest` is AVX-512, where the processor has it.
-    /// let best = Instructions::Widest.on_this_processor();
-    /// assert_eq!(best.on_this_processor(), best);
-    /// ```
-    #[must_use]
-    pub fn on_this_processor(self) -> Self {
-        simd::available(self).instructions()
-    }
-}
 
 /// The default scheduler: cell lists, one event a body, and a calendar queue.
 ///
@@ -150,35 +126,6 @@ enum Layout {
     Fallback(Box<HeapScheduler>),
 }
 
-/// State of the scheduler during an epoch.
-#[derive(Debug, Clone)]
-struct State {
-    instructions: Available,
-    grid: CellGrid,
-    /// One for each body, and the dummy.
-    records: Vec<BodyRecord>,
-    /// Boxes left behind, modulo 2¹⁶: within an epoch a body leaves only a few behind.
-    windings: Vec<[i16; 2]>,
-    wrapped: Wrapped,
-    calendar: Calendar,
-    neighbour_lists: NeighbourLists,
-    /// Takes the place of the neighbour lists in a dilute gas.
-    occupants: CellOccupants,
-    molecules: Molecules,
-    multi_cell: MultiCellBodies,
-    /// End of the epoch; later events are not needed (offset in the epoch).
-    limit: f64,
-    /// Bound on the rounding of a separation in this epoch (length).
-    separation_error: f64,
-    /// Sides of the box (length).
-    sides: [f64; 2],
-    /// Constants of a pair of small discs, if all have one radius.
-    pair_constants: Option<PairConstants>,
-    /// Inverse mass of the bodies that live in cells, if all have the same (1/mass).
-    inverse_mass: Option<f64>,
-    done: SchedulerCounters,
-}
-
 impl Scheduler for CellScheduler {
     type Options = Instructions;
 
@@ -192,24 +139,7 @@ impl Scheduler for CellScheduler {
             return HeapScheduler::new(&CellsPerSide::Automatic, world)
                 .map(|fallback| Self(Layout::Fallback(Box::new(fallback))));
         };
-        Ok(Self(Layout::Grid(Box::new(State {
-            instructions: simd::available(*instructions),
-            grid,
-            records: Vec::new(),
-            windings: Vec::new(),
-            wrapped: Wrapped::default(),
-            calendar: Calendar::default(),
-            neighbour_lists: NeighbourLists::default(),
-            occupants: CellOccupants::default(),
-            molecules: Molecules::default(),
-            multi_cell: MultiCellBodies::default(),
-            limit: 0.0,
-            separation_error: 0.0,
-            sides: world.bounds().sides().to_array(),
-            pair_constants: None,
-            inverse_mass: None,
-            done: SchedulerCounters::default(),
-        }))))
+        Ok(Self(Layout::Grid(Box::new(State::new(available(*instructions), grid)))))
     }
 
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
@@ -221,7 +151,7 @@ impl Scheduler for CellScheduler {
 
     fn run<L: EventLoop>(&mut self, events: L) -> L::End {
         match &mut self.0 {
-            Layout::Grid(state) => simd::run(state, events),
+            Layout::Grid(state) => run(state, events),
             Layout::Fallback(fallback) => events.run(&mut **fallback),
         }
     }
@@ -257,323 +187,6 @@ impl Scheduler for CellScheduler {
             Layout::Grid(state) => state.done,
             Layout::Fallback(fallback) => fallback.counters(),
         }
-    }
-}
-
-impl State {
-    fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
-        self.limit = limit;
-        self.separation_error = separation_error(world);
-        self.windings.clear();
-        self.windings.extend(world.windings().iter().map(|winding| winding.map(|boxes| boxes as i16)));
-        self.wrapped.begin(world.bodies().len());
-        self.records.clear();
-        self.records.reserve_exact(world.bodies().len() + 1);
-        for (body, motion) in world.bodies().iter().zip(world.motions()) {
-            let mut record = BodyRecord::new(motion, body.kind.molecule.bounding_radius());
-            record.set_cell(self.grid.cell_of(motion.position));
-            self.records.push(record);
-        }
-        let bodies = self.records.len();
-        self.records.push(BodyRecord::dummy());
-        let [columns, rows] = self.grid.counts();
-        self.multi_cell.clear();
-        self.molecules.clear();
-        if self.grid.is_dilute() {
-            let velocities = world.motions().iter().map(|motion| motion.velocity);
-            let reach = 2.0 * self.grid.largest_small();
-            let units = Units::new(reach, world.bounds().sides(), limit, velocities);
-            self.occupants.lay_out([columns, rows], bodies as u32, units);
-        } else {
-            let in_cells = world.bodies().iter().zip(&self.records).enumerate();
-            let in_cells = in_cells.filter(|(_, (body, _))| !self.grid.is_multi_cell(body));
-            let discs = in_cells.map(|(index, (_, record))| (index as u32, record.cell()));
-            self.neighbour_lists.list_all([columns, rows], bodies as u32, discs);
-        }
-        if self.grid.holds_molecules() {
-            self.molecules.take_over(world.motions());
-            self.multi_cell.expect_contacts(bodies);
-        }
-        for (index, body) in world.bodies().iter().enumerate() {
-            if self.grid.is_dilute() {
-                let record = &self.records[index];
-                self.occupants.enter(Portable, index as u32, record.cell(), record.flight);
-            } else if self.grid.is_multi_cell(body) {
-                let among_molecules = self.grid.holds_molecules();
-                self.multi_cell.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
-            }
-        }
-        self.pair_constants =
-            self.grid.common_radius(world).map(|radius| PairConstants::new(radius, self.separation_error));
-        self.inverse_mass = self.grid.common_inverse_mass(world);
-        self.list_multi_cell_bodies(world);
-        // All bodies are predicted first: their waiting times give the mean interval between
-        // events.
-        simd::predict_all(self, world, detection);
-        let interval = self.mean_interval();
-        self.calendar.lay_out(bodies, interval);
-        for body in 0..bodies as u32 {
-            self.calendar.schedule(&self.records, body, self.records[body as usize].time);
-        }
-    }
-
-    fn heap_bytes(&self) -> usize {
-        self.records.capacity() * size_of::<BodyRecord>()
-            + self.windings.capacity() * size_of::<[i16; 2]>()
-            + self.wrapped.heap_bytes()
-            + self.calendar.heap_bytes()
-            + self.neighbour_lists.heap_bytes()
-            + self.occupants.heap_bytes()
-            + self.molecules.heap_bytes()
-            + self.multi_cell.heap_bytes()
-    }
-
-    /// Stores the motion of a body, and the number of boxes that it has left behind.
-    fn store_body(&self, state: &mut StoredMotions<'_>, body: u32) {
-        let (before, now) = (state.winding(body), self.windings[body as usize]);
-        let winding =
-            [0, 1].map(|axis| before[axis] + i64::from(now[axis].wrapping_sub(before[axis] as i16)));
-        state.set(body, self.motion(body), winding);
-    }
-
-    /// Index of the dummy, the record in unused slots.
-    fn dummy(&self) -> u32 {
-        self.records.len() as u32 - 1
-    }
-
-    /// Mean time between events of the system, from the median waiting time of its bodies: with
-    /// rate λ each, half of them have waited ln 2 / λ. Bodies that begin on the border of a cell
-    /// and move outwards have an event at time 0, which has no relation to their later ones; the
-    /// estimate uses the other bodies. If there are none, it is the time in which the fastest body
-    /// crosses a cell.
-    fn mean_interval(&self) -> f64 {
-        let mut times: Vec<f64> =
-            self.records.iter().map(|record| record.time).filter(|t| t.is_finite()).collect();
-        let bodies = times.len();
-        times.retain(|&time| time > 0.0);
-        if times.is_empty() {
-            let cell = self.grid.side().min_element() / self.grid.box_sides().min_element();
-            return self.limit * cell / self.records.len() as f64;
-        }
-        let middle = times.len() / 2;
-        let (_, median, _) = times.select_nth_unstable_by(middle, f64::total_cmp);
-        *median / (std::f64::consts::LN_2 * bodies as f64)
-    }
-
-    #[inline(always)]
-    fn next_contact<D: Detection, K: Kernel>(
-        &mut self,
-        kernel: K,
-        world: &World,
-        detection: &D,
-        stop: f64,
-    ) -> Option<ContactEvent> {
-        let is_large = self.is_large();
-        loop {
-            let (records, neighbour_lists) = (&self.records, &self.neighbour_lists);
-            let (now, body) = self.calendar.take_soonest(records, stop, |calendar| {
-                if is_large {
-                    prefetch_next(calendar, records, neighbour_lists);
-                }
-            })?;
-            let record = &self.records[body as usize];
-            let kind = record.kind();
-            if kind.is_contact() {
-                let partner = record.partner();
-                if self.records[partner as usize].version == record.partner_version {
-                    // Both bodies are predicted after the contact, so the partner's event is void;
-                    // in most cases it is this contact.
-                    self.calendar.remove_if_next(partner);
-                    let bodies = if body < partner { [body, partner] } else { [partner, body] };
-                    return Some(if kind == Kind::Discs {
-                        self.contact_of_discs(bodies, now)
-                    } else {
-                        self.contact_of_multi_cell_body(body, bodies, now)
-                    });
-                }
-                self.done.stale += 1;
-            } else if kind.is_crossing() {
-                if self.grid.is_dilute() {
-                    let time = self.cross_dilute(kernel, detection, body, kind, now);
-                    self.calendar.schedule(&self.records, body, time);
-                    continue;
-                }
-                self.cross(kernel, body, kind);
-            } else if kind == Kind::Shell {
-                self.leave_shell(world, body, now);
-            } else if kind == Kind::Recheck {
-                self.done.rechecks += 1;
-            }
-            self.predict_and_schedule(kernel, world, detection, body, now);
-        }
-    }
-
-    #[inline(always)]
-    fn motions_changed<D: Detection, K: Kernel>(
-        &mut self,
-        kernel: K,
-        world: &World,
-        detection: &D,
-        bodies: [u32; 2],
-        motions: [Motion; 2],
-    ) {
-        let now = motions[0].time;
-        for (body, motion) in bodies.into_iter().zip(&motions) {
-            if !self.multi_cell.is_fixed(body) {
-                self.set_motion(kernel, body, motion.position, motion.velocity, now);
-                self.multi_cell.set_motion(body, motion);
-                self.molecules.set_motion(body, motion);
-                self.update_occupant(kernel, body);
-            }
-        }
-        let skip_partner = self.skip_partner(bodies);
-        if let Some([body, other]) = skip_partner {
-            let time = self.predict_searching(world, detection, body, now, Some(other));
-            self.calendar.schedule(&self.records, body, time);
-        }
-        for body in bodies {
-            if !self.multi_cell.is_fixed(body)
-                && skip_partner.is_none_or(|[skip_partner, _]| body != skip_partner)
-            {
-                self.predict_and_schedule(kernel, world, detection, body, now);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn flights_changed<D: Detection, K: Kernel>(
-        &mut self,
-        kernel: K,
-        world: &World,
-        detection: &D,
-        bodies: [u32; 2],
-        time: f64,
-        [places, velocities]: [[DVec2; 2]; 2],
-    ) {
-        if self.multi_cell.is_multi_cell(bodies[0]) | self.multi_cell.is_multi_cell(bodies[1]) {
-            for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
-                if !self.multi_cell.is_fixed(body) {
-                    self.set_motion(kernel, body, place, velocity, time);
-                    self.multi_cell.set_flight(body, time, place, velocity);
-                }
-            }
-        } else {
-            self.set_motion(kernel, bodies[0], places[0], velocities[0], time);
-            self.set_motion(kernel, bodies[1], places[1], velocities[1], time);
-            if !self.grid.is_dilute() & !self.grid.holds_molecules() {
-                return self.predict_two_discs(kernel, world, detection, bodies, time);
-            }
-        }
-        for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
-            self.molecules.set_flight(body, time, place, velocity);
-            self.update_occupant(kernel, body);
-        }
-        for body in bodies {
-            if !self.multi_cell.is_fixed(body) {
-                self.predict_and_schedule(kernel, world, detection, body, time);
-            }
-        }
-    }
-
-    /// Sets the motion of a body that is at `place` with `velocity` at `time`.
-    #[inline(always)]
-    fn set_motion<K: Kernel>(&mut self, kernel: K, body: u32, place: DVec2, velocity: DVec2, time: f64) {
-        let record = &mut self.records[body as usize];
-        let origin = place - velocity * time;
-        kernel.write(&mut record.flight, [origin.x, origin.y, velocity.x, velocity.y]);
-        record.version = record.version.wrapping_add(1);
-    }
-
-    /// Predicts two small discs of a dense gas and schedules their events.
-    #[inline(always)]
-    fn predict_two_discs<D: Detection, K: Kernel>(
-        &mut self,
-        kernel: K,
-        world: &World,
-        detection: &D,
-        [a, b]: [u32; 2],
-        now: f64,
-    ) {
-        // Both queries come before both writes, so that the processor executes the two independent
-        // chains of operations in parallel.
-        let (events_a, events_b) =
-            (self.query_neighbours(kernel, a, now), self.query_neighbours(kernel, b, now));
-        let soonest = self.store_disc_event(world, detection, a, now, &events_a);
-        self.calendar.schedule(&self.records, a, soonest);
-        let soonest = self.store_disc_event(world, detection, b, now, &events_b);
-        self.calendar.schedule(&self.records, b, soonest);
-    }
-
-    #[inline(always)]
-    fn predict_and_schedule<D: Detection, K: Kernel>(
-        &mut self,
-        kernel: K,
-        world: &World,
-        detection: &D,
-        body: u32,
-        now: f64,
-    ) {
-        let time = self.predict(kernel, world, detection, body, now);
-        self.calendar.schedule(&self.records, body, time);
-    }
-
-    #[inline(always)]
-    fn predict_all<D: Detection, K: Kernel>(&mut self, kernel: K, world: &World, detection: &D) {
-        for body in 0..world.bodies().len() as u32 {
-            self.predict(kernel, world, detection, body, 0.0);
-        }
-    }
-
-    /// Finds a body's earliest event, writes it into the body's record, and returns its time.
-    #[inline(always)]
-    fn predict<D: Detection, K: Kernel>(
-        &mut self,
-        kernel: K,
-        world: &World,
-        detection: &D,
-        body: u32,
-        now: f64,
-    ) -> f64 {
-        if self.multi_cell.is_multi_cell(body) | self.grid.holds_molecules() {
-            self.predict_searching(world, detection, body, now, None)
-        } else if self.grid.is_dilute() {
-            self.predict_dilute(kernel, detection, body, now)
-        } else {
-            let events = self.query_neighbours(kernel, body, now);
-            self.store_disc_event(world, detection, body, now, &events)
-        }
-    }
-
-    /// Inverse masses of two discs (1/mass). If all bodies in cells have the same, it is not read
-    /// from the bodies.
-    #[inline(always)]
-    fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
-        match self.inverse_mass {
-            Some(inverse_mass)
-                if !(self.multi_cell.is_multi_cell(bodies[0]) | self.multi_cell.is_multi_cell(bodies[1])) =>
-            {
-                [inverse_mass; 2]
-            }
-            _ => bodies.map(|body| world.bodies[body as usize].kind.inertia.inverse_mass),
-        }
-    }
-
-    #[inline(always)]
-    fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
-        if let Some(motion) = self.multi_cell.motion(body) {
-            return [motion.position_at(time), motion.velocity];
-        }
-        let record = &self.records[body as usize];
-        [record.origin() + record.velocity() * time, record.velocity()]
-    }
-
-    #[inline]
-    fn motion(&self, body: u32) -> Motion {
-        if let Some(motion) = self.multi_cell.motion(body).or_else(|| self.molecules.motion(body)) {
-            return *motion;
-        }
-        let record = &self.records[body as usize];
-        Motion { velocity: record.velocity(), ..Motion::at_rest(record.origin()) }
     }
 }
 

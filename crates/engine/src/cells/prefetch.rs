@@ -7,16 +7,12 @@
 //! change no result.
 
 use super::{
-    State,
-    body_record::{BodyRecord, INDEX_MASK},
-    calendar::Calendar,
-    neighbour_lists::NeighbourLists,
-    simd,
+    body_record::BodyRecord, calendar::Calendar, neighbour_lists::NeighbourLists, simd, slot::INDEX_MASK,
 };
 
 /// Bodies from which on prefetching pays. Smaller systems fit into the caches, and prefetching
 /// costs 5%.
-const LEAST_BODIES: usize = 1 << 15;
+pub(super) const LEAST_BODIES: usize = 1 << 15;
 
 /// Distance in bins of each step, for the first, second, … body of a bin, whose index is known once
 /// the link before it is loaded. Smaller: memory answers too late. Larger: more lines are evicted
@@ -51,12 +47,5 @@ pub(super) fn prefetch_next(calendar: &Calendar, records: &[BodyRecord], neighbo
             simd::prefetch(records, (slot & INDEX_MASK) as usize);
         }
         neighbour_lists.prefetch(records[record.partner() as usize].cell());
-    }
-}
-
-impl State {
-    /// Whether the system is so large that prefetching pays.
-    pub(super) fn is_large(&self) -> bool {
-        self.records.len() >= LEAST_BODIES && !self.grid.is_dilute()
     }
 }

@@ -3,8 +3,8 @@
 use glam::DVec2;
 
 use super::{
-    State,
     multi_cell::{Listed, MultiCellBody},
+    state::State,
 };
 use crate::wall::{StandingWall, folded};
 

@@ -148,7 +148,9 @@ impl Capability {
             Self::SizeMixture => &[
                 "engine/src/cells/multi_cell/mod.rs",
                 "engine/src/cells/multi_cell/covered.rs",
+                "engine/src/cells/multi_cell/earliest_event.rs",
                 "engine/src/cells/multi_cell/large_disc.rs",
+                "engine/src/cells/multi_cell/listing.rs",
                 "engine/src/cells/multi_cell/search.rs",
             ],
             Self::Locked | Self::Bumpers => &[],

@@ -4,10 +4,7 @@
 use smallvec::SmallVec;
 
 use super::Listed;
-use crate::cells::{
-    body_record::{INDEX_BITS, INDEX_MASK},
-    neighbour_lists::{image_code, image_of},
-};
+use crate::cells::slot::{INDEX_BITS, INDEX_MASK, image_code, image_of};
 
 /// Image code that no slot has: the other bits are the index of a list in `several`.
 const SEVERAL: u32 = 0xf << INDEX_BITS;

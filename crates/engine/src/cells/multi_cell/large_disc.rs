@@ -7,8 +7,8 @@ use smallvec::SmallVec;
 use super::{EarliestEvent, Listed, MultiCellBody, Pending};
 use crate::{
     cells::{
-        State,
         simd::{Kernel, NeighbourQuery, SoonestSlot},
+        state::State,
     },
     scheduler::Parts,
 };

@@ -12,7 +12,23 @@
 
 use std::arch::is_x86_feature_detected;
 
-use super::{Work, registers::Registers};
+/// A computation that is compiled with the instructions of a set `S`.
+pub(in crate::cells) trait CompiledWith<S> {
+    type Output;
+
+    /// Runs the computation; `set` proves that this processor has the instructions. Inlined, so
+    /// that it is compiled with them.
+    fn with(self, set: S) -> Self::Output;
+}
+
+/// A proof that this processor has the instructions of a set.
+pub(in crate::cells) trait InstructionSet: Copy {
+    /// Runs a computation in a function that is compiled with the instructions of the set.
+    fn run<W: CompiledWith<Self>>(self, work: W) -> W::Output;
+
+    /// As [`Self::run`], in a function that is never inlined.
+    fn run_apart<W: CompiledWith<Self>>(self, work: W) -> W::Output;
+}
 
 /// Defines an instruction set: its type, its detection, and the function compiled for it.
 macro_rules! instruction_set {
@@ -27,16 +43,28 @@ macro_rules! instruction_set {
             pub fn detect() -> Option<Self> {
                 ($(is_x86_feature_detected!($feature))&&+).then_some(Self(()))
             }
+        }
 
-            /// Runs a computation in a function that is compiled with the instructions of the set.
+        impl InstructionSet for $set {
             #[inline]
-            pub fn run<W: Work>(self, work: W) -> W::Output {
+            fn run<W: CompiledWith<Self>>(self, work: W) -> W::Output {
                 #[target_feature($(enable = $feature),+)]
-                fn compiled<W: Work>(set: $set, work: W) -> W::Output {
-                    work.with(Registers::new(set))
+                fn compiled<W: CompiledWith<$set>>(set: $set, work: W) -> W::Output {
+                    work.with(set)
                 }
                 // SAFETY: `compiled` needs the features of this set. `self` exists, and only
                 // `detect` makes it, after it has found each of them on this processor.
+                unsafe { compiled(self, work) }
+            }
+
+            #[inline(always)]
+            fn run_apart<W: CompiledWith<Self>>(self, work: W) -> W::Output {
+                #[target_feature($(enable = $feature),+)]
+                #[inline(never)]
+                fn compiled<W: CompiledWith<$set>>(set: $set, work: W) -> W::Output {
+                    work.with(set)
+                }
+                // SAFETY: as in `run`.
                 unsafe { compiled(self, work) }
             }
         }
@@ -62,8 +90,8 @@ mod tests {
 
     #[test]
     fn a_proof_has_no_size() {
-        assert_eq!(size_of::<Avx2>() + size_of::<Registers<Avx2>>(), 0);
-        assert_eq!(size_of::<Avx512>() + size_of::<Registers<Avx512>>(), 0);
+        assert_eq!(size_of::<Avx2>(), 0);
+        assert_eq!(size_of::<Avx512>(), 0);
     }
 
     /// An independent source: the flags that the operating system reports for this processor.

@@ -10,11 +10,7 @@ use std::arch::x86_64::{
     _mm256_set1_pd, _mm256_setzero_pd, _mm256_testz_si256,
 };
 
-use super::{
-    CellBlock, NeighbourQuery, SoonestSlot,
-    instruction_sets::{Avx2, Avx512},
-    registers::soonest_of_eight,
-};
+use super::instruction_sets::{Avx2, Avx512, InstructionSet};
 
 /// A representation of masks, and the operations on it.
 ///
@@ -22,11 +18,9 @@ use super::{
 /// its caller and its values stay in registers.
 ///
 /// # Safety
-/// A value of an implementing type must exist only on processors that have AVX2: [`Registers`]
+/// A value of an implementing type must exist only on processors that have AVX2: `Registers`
 /// takes any value for the proof of it.
-///
-/// [`Registers`]: super::registers::Registers
-pub(in crate::cells) unsafe trait Masks: Copy {
+pub(in crate::cells) unsafe trait Masks: InstructionSet {
     /// A mask of four numbers.
     type Mask: Copy;
 
@@ -57,10 +51,6 @@ pub(in crate::cells) unsafe trait Masks: Copy {
     /// Which of eight numbers are below a bound while their counterparts are at least another
     /// bound, a bit each.
     fn below_and_at_least(self, below: [__m256; 2], at_least: [__m256; 2]) -> u32;
-
-    /// The earliest contact with the discs of any list: with or without images, of one radius or of
-    /// several, of any length.
-    fn soonest<const IMAGES: bool>(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot;
 }
 
 // SAFETY: only `Avx2::detect` makes an `Avx2`, after it has found AVX2.
@@ -134,21 +124,6 @@ unsafe impl Masks for Avx2 {
             _mm256_movemask_ps(_mm256_and_ps(below, _mm256_cmp_ps::<_CMP_GE_OQ>(there, least))) as u32
         }
     }
-
-    #[inline(always)]
-    fn soonest<const IMAGES: bool>(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
-        #[target_feature(enable = "avx2")]
-        #[inline(never)]
-        fn out_of_line<const IMAGES: bool>(
-            masks: Avx2,
-            query: &NeighbourQuery<'_>,
-            list: &CellBlock<'_>,
-        ) -> SoonestSlot {
-            SoonestSlot::of(list, |slots| soonest_of_eight::<_, IMAGES>(masks, query, slots))
-        }
-        // SAFETY: `self` proves that this processor has the features that `out_of_line` enables.
-        unsafe { out_of_line::<IMAGES>(self, query, list) }
-    }
 }
 
 // SAFETY: only `Avx512::detect` makes an `Avx512`, after it has found AVX2.
@@ -213,20 +188,5 @@ unsafe impl Masks for Avx512 {
             let below = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(here, bound);
             u32::from(_mm256_mask_cmp_ps_mask::<_CMP_GE_OQ>(below, there, least))
         }
-    }
-
-    #[inline(always)]
-    fn soonest<const IMAGES: bool>(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
-        #[target_feature(enable = "avx2,avx512f,avx512vl,avx512dq,avx512bw")]
-        #[inline(never)]
-        fn out_of_line<const IMAGES: bool>(
-            masks: Avx512,
-            query: &NeighbourQuery<'_>,
-            list: &CellBlock<'_>,
-        ) -> SoonestSlot {
-            SoonestSlot::of(list, |slots| soonest_of_eight::<_, IMAGES>(masks, query, slots))
-        }
-        // SAFETY: `self` proves that this processor has the features that `out_of_line` enables.
-        unsafe { out_of_line::<IMAGES>(self, query, list) }
     }
 }

@@ -53,21 +53,20 @@ mod masks;
 mod registers;
 
 use carom_detection::{DISC_LANES, Detection, DiscLanes};
-use carom_kinematics::{HALF_ULP, Motion};
+use carom_kinematics::HALF_ULP;
 use glam::DVec2;
 use wide::f64x2;
 
 #[cfg(target_arch = "x86_64")]
-use self::instruction_sets::{Avx2, Avx512};
-use super::{
-    Instructions, State,
-    body_record::{BodyRecord, INDEX_BITS, INDEX_MASK},
-    f32_filter::{F32Filter, Flights},
-    neighbour_lists::{CellBlock, image_of},
+use self::{
+    instruction_sets::{Avx2, Avx512, InstructionSet},
+    registers::InRegisters,
 };
-use crate::{
-    World,
-    scheduler::{ContactEvent, EventLoop, EventQueue},
+use super::{
+    body_record::BodyRecord,
+    cell_block::CellBlock,
+    f32_filter::{F32Filter, Flights},
+    slot::{INDEX_BITS, INDEX_MASK, image_of},
 };
 
 /// A query: when does a disc touch the first of some neighbours?
@@ -426,6 +425,38 @@ pub(super) fn prefetch<T>(slice: &[T], index: usize) {
     let _ = (slice, index);
 }
 
+/// Instruction set that [`CellScheduler`](crate::CellScheduler) computes with. All give the same bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Instructions {
+    /// The best one that this processor supports: AVX-512 (F, VL, DQ, BW), else as [`Self::Avx2`].
+    #[default]
+    Widest,
+    /// AVX2 where the processor supports it, else as [`Self::Portable`]. Some percent slower than
+    /// AVX-512.
+    Avx2,
+    /// Instructions that every processor of this architecture supports. The slowest.
+    Portable,
+}
+
+impl Instructions {
+    /// The instruction set that [`CellScheduler`](crate::CellScheduler) uses on this processor if
+    /// `self` is chosen: the best supported one, up to `self`.
+    ///
+    /// ```
+    /// use carom_engine::Instructions;
+    ///
+    /// // Every processor has these.
+    /// assert_eq!(Instructions::Portable.on_this_processor(), Instructions::Portable);
+    /// // `Widest` is AVX-512, where the processor has it.
+    /// let best = Instructions::Widest.on_this_processor();
+    /// assert_eq!(best.on_this_processor(), best);
+    /// ```
+    #[must_use]
+    pub fn on_this_processor(self) -> Self {
+        available(self).instructions()
+    }
+}
+
 /// An instruction set that this processor has, with its proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Available {
@@ -479,114 +510,13 @@ pub(super) trait Work {
 
 /// Runs a computation in the build for an instruction set.
 #[inline]
-fn dispatch<W: Work>(instructions: Available, work: W) -> W::Output {
+pub(super) fn dispatch<W: Work>(instructions: Available, work: W) -> W::Output {
     match instructions {
         #[cfg(target_arch = "x86_64")]
-        Available::Avx512(set) => set.run(work),
+        Available::Avx512(set) => set.run(InRegisters(work)),
         #[cfg(target_arch = "x86_64")]
-        Available::Avx2(set) => set.run(work),
+        Available::Avx2(set) => set.run(InRegisters(work)),
         Available::Portable => work.with(Portable),
-    }
-}
-
-/// Defines a function that calls a method of [`State`] in the build for the chosen instruction set.
-macro_rules! dispatched {
-    ($name:ident ( $($argument:ident : $type:ty),* )) => {
-        #[inline]
-        pub(super) fn $name<D: Detection>(
-            state: &mut State,
-            world: &World,
-            detection: &D
-            $(, $argument: $type)*
-        ) {
-            struct Call<'a, D> {
-                state: &'a mut State,
-                world: &'a World,
-                detection: &'a D,
-                $($argument: $type,)*
-            }
-            impl<D: Detection> Work for Call<'_, D> {
-                type Output = ();
-
-                #[inline(always)]
-                fn with<K: Kernel>(self, kernel: K) {
-                    self.state.$name(kernel, self.world, self.detection $(, self.$argument)*);
-                }
-            }
-            dispatch(state.instructions, Call { state, world, detection $(, $argument)* });
-        }
-    };
-}
-
-dispatched!(predict_all());
-dispatched!(predict_multi_cell(body: u32, now: f64, except: Option<u32>));
-dispatched!(search_listed_bodies(disc: u32, cell: u32, now: f64, except: Option<u32>));
-dispatched!(predict_molecule(body: u32, now: f64, except: Option<u32>));
-
-/// Runs a loop over the events, compiled in one piece with the chosen instruction set.
-pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
-    struct Run<'a, L>(&'a mut State, L);
-    impl<L: EventLoop> Work for Run<'_, L> {
-        type Output = L::End;
-
-        #[inline(always)]
-        fn with<K: Kernel>(self, kernel: K) -> L::End {
-            self.1.run(&mut Events(self.0, kernel))
-        }
-    }
-    dispatch(state.instructions, Run(state, events))
-}
-
-/// The events of an epoch, computed with a kernel.
-struct Events<'a, K>(&'a mut State, K);
-
-impl<K: Kernel> EventQueue for Events<'_, K> {
-    #[inline(always)]
-    fn next_contact<D: Detection>(
-        &mut self,
-        world: &World,
-        detection: &D,
-        stop: f64,
-    ) -> Option<ContactEvent> {
-        self.0.next_contact(self.1, world, detection, stop)
-    }
-
-    #[inline(always)]
-    fn motion(&self, body: u32) -> Motion {
-        self.0.motion(body)
-    }
-
-    #[inline(always)]
-    fn motions_changed<D: Detection>(
-        &mut self,
-        world: &World,
-        detection: &D,
-        bodies: [u32; 2],
-        motions: [Motion; 2],
-    ) {
-        self.0.motions_changed(self.1, world, detection, bodies, motions);
-    }
-
-    #[inline(always)]
-    fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
-        self.0.inverse_masses(world, bodies)
-    }
-
-    #[inline(always)]
-    fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
-        self.0.flight(body, time)
-    }
-
-    #[inline(always)]
-    fn flights_changed<D: Detection>(
-        &mut self,
-        world: &World,
-        detection: &D,
-        bodies: [u32; 2],
-        time: f64,
-        flights: [[DVec2; 2]; 2],
-    ) {
-        self.0.flights_changed(self.1, world, detection, bodies, time, flights);
     }
 }
 

@@ -16,20 +16,44 @@ use carom_kinematics::HALF_ULP;
 
 use super::{
     BodyRecord, CellBlock, DISC_LANES, DiscLanes, F32Filter, Flights, INDEX_BITS, INDEX_MASK, Kernel,
-    NeighbourQuery, SoonestOfEight, SoonestSlot, masks::Masks,
+    NeighbourQuery, SoonestOfEight, SoonestSlot, Work, instruction_sets::CompiledWith, masks::Masks,
 };
 
 /// Registers of 256 bits, with masks of one kind.
 ///
 /// A value exists only where `M` has one, hence only on a processor that has the instructions.
 #[derive(Clone, Copy)]
-pub(in crate::cells) struct Registers<M>(M);
+struct Registers<M>(M);
 
 impl<M: Masks> Registers<M> {
     /// Registers on a processor that has the instructions, as `masks` proves.
     #[inline]
-    pub fn new(masks: M) -> Self {
+    fn new(masks: M) -> Self {
         Self(masks)
+    }
+}
+
+/// A computation with a kernel, run in registers of 256 bits.
+pub(super) struct InRegisters<W>(pub W);
+
+impl<M: Masks, W: Work> CompiledWith<M> for InRegisters<W> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    fn with(self, masks: M) -> W::Output {
+        self.0.with(Registers::new(masks))
+    }
+}
+
+/// The search of any list: with or without images, of one radius or of several, of any length.
+struct ListSearch<'a, const IMAGES: bool>(&'a NeighbourQuery<'a>, &'a CellBlock<'a>);
+
+impl<M: Masks, const IMAGES: bool> CompiledWith<M> for ListSearch<'_, IMAGES> {
+    type Output = SoonestSlot;
+
+    #[inline(always)]
+    fn with(self, masks: M) -> SoonestSlot {
+        SoonestSlot::of(self.1, |slots| soonest_of_eight::<M, IMAGES>(masks, self.0, slots))
     }
 }
 
@@ -46,9 +70,9 @@ impl<M: Masks> Kernel for Registers<M> {
     #[inline(always)]
     fn soonest_of_list(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
         if list.at_border {
-            self.0.soonest::<true>(query, list)
+            self.0.run_apart(ListSearch::<true>(query, list))
         } else {
-            self.0.soonest::<false>(query, list)
+            self.0.run_apart(ListSearch::<false>(query, list))
         }
     }
 

@@ -1,0 +1,32 @@
+//! Calls of the scheduler's methods in the build for an instruction set.
+
+/// Defines a function that calls a method of `State` in the build for the chosen instruction set.
+macro_rules! dispatched {
+    ($name:ident ( $($argument:ident : $type:ty),* )) => {
+        #[inline]
+        pub(in crate::cells) fn $name<D: carom_detection::Detection>(
+            state: &mut $crate::cells::state::State,
+            world: &$crate::World,
+            detection: &D
+            $(, $argument: $type)*
+        ) {
+            struct Call<'a, D> {
+                state: &'a mut $crate::cells::state::State,
+                world: &'a $crate::World,
+                detection: &'a D,
+                $($argument: $type,)*
+            }
+            impl<D: carom_detection::Detection> $crate::cells::simd::Work for Call<'_, D> {
+                type Output = ();
+
+                #[inline(always)]
+                fn with<K: $crate::cells::simd::Kernel>(self, kernel: K) {
+                    self.state.$name(kernel, self.world, self.detection $(, self.$argument)*);
+                }
+            }
+            $crate::cells::simd::dispatch(state.instructions, Call { state, world, detection $(, $argument)* });
+        }
+    };
+}
+
+pub(super) use dispatched;

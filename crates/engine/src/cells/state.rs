@@ -1,0 +1,285 @@
+//! The state of the cell scheduler: the records of all bodies, their lists, and the calendar.
+//!
+//! A state is a workspace: nothing outside it is written during an epoch, so any number of states
+//! can work side by side.
+
+use carom_kinematics::Motion;
+use glam::DVec2;
+use wide::f64x2;
+
+use super::{
+    body_record::{BodyRecord, Kind},
+    calendar::Calendar,
+    cell_occupants::CellOccupants,
+    f32_filter::Units,
+    grid::CellGrid,
+    molecules::Molecules,
+    multi_cell::MultiCellBodies,
+    neighbour_lists::NeighbourLists,
+    prefetch::LEAST_BODIES,
+    simd::{Available, Kernel, NeighbourQuery, PairConstants, Portable},
+};
+use crate::{
+    SchedulerCounters, World,
+    scheduler::{StoredMotions, separation_error},
+    wrapped::Wrapped,
+};
+
+/// State of the scheduler during an epoch.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    pub(super) instructions: Available,
+    pub(super) grid: CellGrid,
+    /// One for each body, and the dummy.
+    pub(super) records: Vec<BodyRecord>,
+    /// Boxes left behind, modulo 2¹⁶: within an epoch a body leaves only a few behind.
+    pub(super) windings: Vec<[i16; 2]>,
+    pub(super) wrapped: Wrapped,
+    pub(super) calendar: Calendar,
+    pub(super) neighbour_lists: NeighbourLists,
+    /// Takes the place of the neighbour lists in a dilute gas.
+    pub(super) occupants: CellOccupants,
+    pub(super) molecules: Molecules,
+    pub(super) multi_cell: MultiCellBodies,
+    /// End of the epoch; later events are not needed (offset in the epoch).
+    pub(super) limit: f64,
+    /// Bound on the rounding of a separation in this epoch (length).
+    pub(super) separation_error: f64,
+    /// Sides of the box (length).
+    pub(super) sides: [f64; 2],
+    /// Constants of a pair of small discs, if all have one radius.
+    pub(super) pair_constants: Option<PairConstants>,
+    /// Inverse mass of the bodies that live in cells, if all have the same (1/mass).
+    pub(super) inverse_mass: Option<f64>,
+    pub(super) done: SchedulerCounters,
+}
+
+impl State {
+    /// An empty workspace for a grid.
+    pub(super) fn new(instructions: Available, grid: CellGrid) -> Self {
+        Self {
+            instructions,
+            sides: grid.box_sides().to_array(),
+            grid,
+            records: Vec::new(),
+            windings: Vec::new(),
+            wrapped: Wrapped::default(),
+            calendar: Calendar::default(),
+            neighbour_lists: NeighbourLists::default(),
+            occupants: CellOccupants::default(),
+            molecules: Molecules::default(),
+            multi_cell: MultiCellBodies::default(),
+            limit: 0.0,
+            separation_error: 0.0,
+            pair_constants: None,
+            inverse_mass: None,
+            done: SchedulerCounters::default(),
+        }
+    }
+
+    /// Reads the motions and lays out all lists for an epoch that ends at `limit` (time); multi-cell
+    /// bodies are in no list yet.
+    pub(super) fn lay_out(&mut self, world: &World, limit: f64) {
+        self.limit = limit;
+        self.separation_error = separation_error(world);
+        self.windings.clear();
+        self.windings.extend(world.windings().iter().map(|winding| winding.map(|boxes| boxes as i16)));
+        self.wrapped.begin(world.bodies().len());
+        self.records.clear();
+        self.records.reserve_exact(world.bodies().len() + 1);
+        for (body, motion) in world.bodies().iter().zip(world.motions()) {
+            let mut record = BodyRecord::new(motion, body.kind.molecule.bounding_radius());
+            record.set_cell(self.grid.cell_of(motion.position));
+            self.records.push(record);
+        }
+        let bodies = self.records.len();
+        self.records.push(BodyRecord::dummy());
+        let [columns, rows] = self.grid.counts();
+        self.multi_cell.clear();
+        self.molecules.clear();
+        if self.grid.is_dilute() {
+            let velocities = world.motions().iter().map(|motion| motion.velocity);
+            let reach = 2.0 * self.grid.largest_small();
+            let units = Units::new(reach, world.bounds().sides(), limit, velocities);
+            self.occupants.lay_out([columns, rows], bodies as u32, units);
+        } else {
+            let in_cells = world.bodies().iter().zip(&self.records).enumerate();
+            let in_cells = in_cells.filter(|(_, (body, _))| !self.grid.is_multi_cell(body));
+            let discs = in_cells.map(|(index, (_, record))| (index as u32, record.cell()));
+            self.neighbour_lists.list_all([columns, rows], bodies as u32, discs);
+        }
+        if self.grid.holds_molecules() {
+            self.molecules.take_over(world.motions());
+            self.multi_cell.expect_contacts(bodies);
+        }
+        for (index, body) in world.bodies().iter().enumerate() {
+            if self.grid.is_dilute() {
+                let record = &self.records[index];
+                self.occupants.enter(Portable, index as u32, record.cell(), record.flight);
+            } else if self.grid.is_multi_cell(body) {
+                let among_molecules = self.grid.holds_molecules();
+                self.multi_cell.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
+            }
+        }
+        self.pair_constants =
+            self.grid.common_radius(world).map(|radius| PairConstants::new(radius, self.separation_error));
+        self.inverse_mass = self.grid.common_inverse_mass(world);
+    }
+
+    pub(super) fn heap_bytes(&self) -> usize {
+        self.records.capacity() * size_of::<BodyRecord>()
+            + self.windings.capacity() * size_of::<[i16; 2]>()
+            + self.wrapped.heap_bytes()
+            + self.calendar.heap_bytes()
+            + self.neighbour_lists.heap_bytes()
+            + self.occupants.heap_bytes()
+            + self.molecules.heap_bytes()
+            + self.multi_cell.heap_bytes()
+    }
+
+    /// Stores the motion of a body, and the number of boxes that it has left behind.
+    pub(super) fn store_body(&self, state: &mut StoredMotions<'_>, body: u32) {
+        let (before, now) = (state.winding(body), self.windings[body as usize]);
+        let winding =
+            [0, 1].map(|axis| before[axis] + i64::from(now[axis].wrapping_sub(before[axis] as i16)));
+        state.set(body, self.motion(body), winding);
+    }
+
+    /// Index of the dummy, the record in unused slots.
+    pub(super) fn dummy(&self) -> u32 {
+        self.records.len() as u32 - 1
+    }
+
+    /// Mean time between events of the system, from the median waiting time of its bodies: with
+    /// rate λ each, half of them have waited ln 2 / λ. Bodies that begin on the border of a cell
+    /// and move outwards have an event at time 0, which has no relation to their later ones; the
+    /// estimate uses the other bodies. If there are none, it is the time in which the fastest body
+    /// crosses a cell.
+    pub(super) fn mean_interval(&self) -> f64 {
+        let mut times: Vec<f64> =
+            self.records.iter().map(|record| record.time).filter(|t| t.is_finite()).collect();
+        let bodies = times.len();
+        times.retain(|&time| time > 0.0);
+        if times.is_empty() {
+            let cell = self.grid.side().min_element() / self.grid.box_sides().min_element();
+            return self.limit * cell / self.records.len() as f64;
+        }
+        let middle = times.len() / 2;
+        let (_, median, _) = times.select_nth_unstable_by(middle, f64::total_cmp);
+        *median / (std::f64::consts::LN_2 * bodies as f64)
+    }
+
+    /// Whether the system is so large that prefetching pays.
+    pub(super) fn is_large(&self) -> bool {
+        self.records.len() >= LEAST_BODIES && !self.grid.is_dilute()
+    }
+
+    /// Sets the motion of a body that is at `place` with `velocity` at `time`.
+    #[inline(always)]
+    pub(super) fn set_motion<K: Kernel>(
+        &mut self,
+        kernel: K,
+        body: u32,
+        place: DVec2,
+        velocity: DVec2,
+        time: f64,
+    ) {
+        let record = &mut self.records[body as usize];
+        let origin = place - velocity * time;
+        kernel.write(&mut record.flight, [origin.x, origin.y, velocity.x, velocity.y]);
+        record.version = record.version.wrapping_add(1);
+    }
+
+    /// Inverse masses of two discs (1/mass). If all bodies in cells have the same, it is not read
+    /// from the bodies.
+    #[inline(always)]
+    pub(super) fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
+        match self.inverse_mass {
+            Some(inverse_mass)
+                if !(self.multi_cell.is_multi_cell(bodies[0]) | self.multi_cell.is_multi_cell(bodies[1])) =>
+            {
+                [inverse_mass; 2]
+            }
+            _ => bodies.map(|body| world.bodies[body as usize].kind.inertia.inverse_mass),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
+        if let Some(motion) = self.multi_cell.motion(body) {
+            return [motion.position_at(time), motion.velocity];
+        }
+        let record = &self.records[body as usize];
+        [record.origin() + record.velocity() * time, record.velocity()]
+    }
+
+    #[inline]
+    pub(super) fn motion(&self, body: u32) -> Motion {
+        if let Some(motion) = self.multi_cell.motion(body).or_else(|| self.molecules.motion(body)) {
+            return *motion;
+        }
+        let record = &self.records[body as usize];
+        Motion { velocity: record.velocity(), ..Motion::at_rest(record.origin()) }
+    }
+
+    #[inline(always)]
+    pub(super) fn query(&self, disc: u32, now: f64) -> NeighbourQuery<'_> {
+        let from = &self.records[disc as usize];
+        NeighbourQuery {
+            records: &self.records,
+            from,
+            now,
+            separation_error: self.separation_error,
+            sides: self.sides,
+            pair_constants: self.pair_constants,
+        }
+    }
+
+    /// Time and direction in which a disc leaves its cell. Infinite for a velocity of exactly 0,
+    /// for which the quotient 0/0 is discarded.
+    #[inline(always)]
+    pub(super) fn crossing(&self, record: &BodyRecord, now: f64) -> (f64, Kind) {
+        // Both axes in one register.
+        let pair = |first: usize| f64x2::new([record.flight[first], record.flight[first + 1]]);
+        let (origin, velocity) = (pair(0), pair(2));
+        let side = f64x2::new(self.grid.side().to_array());
+        let cell = f64x2::new(record.cell().map(f64::from));
+        let goes_down = velocity.simd_lt(f64x2::ZERO);
+        let border = (cell + goes_down.bitselect(f64x2::ZERO, f64x2::ONE)) * side;
+        let time = (border - origin) / velocity;
+        let [x, y] = velocity.simd_eq(f64x2::ZERO).bitselect(f64x2::splat(f64::INFINITY), time).to_array();
+        let axis = u32::from(y < x);
+        let kind = Kind::crossing(axis, goes_down.to_bitmask() >> axis & 1);
+        let time = if y < x { y } else { x };
+        (if time > now { time } else { now }, kind)
+    }
+
+    /// Wraps a disc that crosses the border of the box to the other side.
+    pub(super) fn wrap_place(&mut self, disc: u32, axis: usize, direction: i32) {
+        let record = &mut self.records[disc as usize];
+        record.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
+        record.set_cell_along(axis, if direction > 0 { 0 } else { (self.grid.counts()[axis] - 1) as u16 });
+        let winding = &mut self.windings[disc as usize][axis];
+        *winding = winding.wrapping_add(direction as i16);
+        self.wrapped.push(disc);
+        self.wrap_motion(disc, axis, direction);
+    }
+
+    /// Wraps a molecule's motion into the box after its record, so that both agree to the bit.
+    #[inline]
+    pub(super) fn wrap_motion(&mut self, body: u32, axis: usize, direction: i32) {
+        if let Some(motion) = self.molecules.motions.get_mut(body as usize) {
+            motion.position[axis] -= f64::from(direction) * self.sides[axis];
+            self.records[body as usize].set_motion(motion);
+        }
+    }
+
+    /// Stores a disc's flight with the occupants of its cell, in a dilute gas.
+    #[inline(always)]
+    pub(super) fn update_occupant<K: Kernel>(&mut self, kernel: K, disc: u32) {
+        if self.grid.is_dilute() {
+            let record = &self.records[disc as usize];
+            self.occupants.set_flight(kernel, disc, record.cell(), record.flight);
+        }
+    }
+}
