@@ -306,8 +306,8 @@ fn temperatures_out_of_range_are_refused() {
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
 }
 
-/// A hot wall at 0 and a cold one at the side of the box are one line: which of the two a body meets
-/// would be decided by rounding.
+/// A hot wall at 0 and a cold one at the side of the box are one line: which of the two a body
+/// meets would be decided by rounding.
 #[test]
 fn unlike_walls_in_the_same_place_are_refused() {
     let segment = |from, to, temperature| WallSpec {

@@ -331,8 +331,8 @@ mod tests {
         assert!(tops.windows(2).all(|pair| pair[1] - pair[0] >= HEIGHT - 1), "{tops:?}");
     }
 
-    /// As in a scene of discs, where all settings that are exact have one upper bound and nearly one
-    /// time, close to the lower border of the chart.
+    /// As in a scene of discs, where all settings that are exact have one upper bound and nearly
+    /// one time, close to the lower border of the chart.
     #[test]
     fn labels_of_many_points_in_a_row_do_not_cover_each_other() {
         let places: Vec<(i32, i32)> = (0..16).map(|index| (300 + 6 * index, 480)).collect();

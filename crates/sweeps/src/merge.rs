@@ -128,8 +128,8 @@ fn holders(sources: &[SweepFolder]) -> Result<BTreeMap<Work, Vec<usize>>> {
     Ok(holders)
 }
 
-/// Copies a replica from the first of the folders that have it. Counts further equal ones, and notes damaged
-/// files.
+/// Copies a replica from the first of the folders that have it. Counts further equal ones, and
+/// notes damaged files.
 fn copy_replica(
     point: &Point,
     replica: u64,

@@ -429,7 +429,8 @@ fn runs_that_end_at_a_wanted_error_scatter_as_wanted() {
     assert!((0.006..0.014).contains(&scatter), "{scatter}");
 }
 
-/// Entries for `STUDY`: the first holds for equal discs, the second is wrong on purpose at one point.
+/// Entries for `STUDY`: the first holds for equal discs, the second is wrong on purpose at one
+/// point.
 const EXPECT: &str = "
 [[expect]]
 figure = \"pressure\"
