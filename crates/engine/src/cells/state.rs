@@ -77,8 +77,8 @@ impl State {
         }
     }
 
-    /// Reads the motions and lays out all lists for an epoch that ends at `limit` (time); multi-cell
-    /// bodies are in no list yet.
+    /// Reads the motions and lays out all lists for an epoch that ends at `limit` (time);
+    /// multi-cell bodies are in no list yet.
     pub(super) fn lay_out(&mut self, world: &World, limit: f64) {
         self.limit = limit;
         self.separation_error = separation_error(world);

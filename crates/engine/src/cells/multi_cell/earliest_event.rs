@@ -1,4 +1,5 @@
-//! The earliest event of a body that searches its candidates one by one, and the search of one pair.
+//! The earliest event of a body that searches its candidates one by one, and the search of one
+//! pair.
 
 use carom_detection::{Detection, DiscLanes, Outcome};
 use carom_kinematics::RelativeMotion;

@@ -425,7 +425,8 @@ pub(super) fn prefetch<T>(slice: &[T], index: usize) {
     let _ = (slice, index);
 }
 
-/// Instruction set that [`CellScheduler`](crate::CellScheduler) computes with. All give the same bits.
+/// Instruction set that [`CellScheduler`](crate::CellScheduler) computes with. All give the same
+/// bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Instructions {
     /// The best one that this processor supports: AVX-512 (F, VL, DQ, BW), else as [`Self::Avx2`].
