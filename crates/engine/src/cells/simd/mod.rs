@@ -524,6 +524,7 @@ pub(super) fn dispatch<W: Work>(instructions: Available, work: W) -> W::Output {
 mod tests {
     use super::*;
     use crate::cells::{f32_filter::Units, neighbour_lists::NeighbourLists};
+    use carom_kinematics::Motion;
     use proptest::prelude::*;
 
     /// The result with each instruction set that this processor has.
