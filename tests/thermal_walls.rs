@@ -305,3 +305,42 @@ fn temperatures_out_of_range_are_refused() {
     let scene = channel([1.0, 2.0], "radius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10");
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
 }
+
+/// A hot wall at 0 and a cold one at the side of the box are one line: which of the two a body meets
+/// would be decided by rounding.
+#[test]
+fn unlike_walls_in_the_same_place_are_refused() {
+    let segment = |from, to, temperature| WallSpec {
+        from: Some(from),
+        to: Some(to),
+        temperature,
+        ..WallSpec::default()
+    };
+    let line = |x, temperature| WallSpec { x: Some(x), temperature, ..WallSpec::default() };
+    let build = |wall: &[WallSpec]| {
+        let mut scene = Scene::from_toml("box.sides = [2.0, 1.0]").unwrap();
+        scene.wall = wall.to_vec();
+        Simulation::new(&scene).map(|_| ())
+    };
+    let (hot, cold) = (Some(2.0), Some(0.5));
+    for pair in [
+        [line(0.0, hot), line(2.0, cold)],
+        [line(0.0, hot), line(2.0, None)],
+        [line(0.7, hot), line(-3.3, cold)],
+        [line(0.7, hot), segment([0.7, 0.2], [0.7, 0.4], cold)],
+        [segment([0.1, 0.9], [0.6, 1.4], hot), segment([0.3, 0.1], [0.4, 0.2], cold)],
+        [segment([-9.0, 0.5], [9.0, 0.5], hot), segment([1.9, 3.5], [1.95, 3.5], None)],
+    ] {
+        let error = build(&pair).unwrap_err().to_string();
+        assert!(error.starts_with("wall[1]: the wall has ") && error.contains("same place"), "{error}");
+    }
+    for allowed in [
+        vec![line(0.0, hot), line(1.0, cold)],
+        vec![line(0.0, hot), line(2.0, hot)],
+        vec![segment([0.0, 0.0], [0.0, 0.5], hot), segment([0.0, 0.5], [0.0, 1.0], cold)],
+        vec![line(0.0, hot), segment([0.0, 0.5], [1.0, 0.5], cold)],
+        vec![segment([0.1, 0.9], [0.6, 1.4], hot), segment([0.3, 0.15], [0.4, 0.25], cold)],
+    ] {
+        build(&allowed).unwrap();
+    }
+}

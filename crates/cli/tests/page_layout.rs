@@ -164,7 +164,9 @@ fn nothing_is_cut_empty_or_broken_on_any_screen() {
     run(carom, folder, &[&brownian[..], &gas].concat(), 0);
     let billiard = ["billiard", "tee", "--atom-radius", "0.01", "--hits", "20000", "--out", "billiard"];
     run(carom, folder, &billiard, 0);
-    let names = ["gas", "merged", "molecule", "failing", "brownian", "billiard", "sweep", "incomplete"];
+    run(carom, folder, &["trade", "molecule.toml", "--minutes", "0.1", "--out", "trade"], 0);
+    let names =
+        ["gas", "merged", "molecule", "failing", "brownian", "billiard", "sweep", "incomplete", "trade"];
     let page =
         |name: &&'static str| (*name, fs::read_to_string(folder.join(name).join("report.html")).unwrap());
     let pages: Vec<(&str, String)> = names.iter().map(page).collect();

@@ -50,6 +50,7 @@ mod build;
 mod cells;
 mod centre_of_mass;
 mod checkpoint;
+mod coincident_walls;
 mod contact_event;
 mod contents;
 mod counters;

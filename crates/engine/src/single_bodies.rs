@@ -11,6 +11,7 @@ use crate::{
     AtomSpec, MoleculeSpec, Rotation, Scene, SceneError, TagNames, WallSpec, World,
     body::BodyKind,
     body_builder::{geometry, inertia, insert, tags},
+    coincident_walls::coincident_wall,
     grid::Grid,
     limits::refuse_slow,
     rounding_bound::rounding_bound,
@@ -242,6 +243,20 @@ pub(crate) fn add_wall(
         return Err(problem(&format!(
             "`temperature` of a wall must be from {LEAST_TEMPERATURE:e} to {LARGEST:e} (mass × length² / time²), but is \
              {temperature}"
+        )));
+    }
+    if let Some(other) = coincident_wall(world, &molecule, centre, spec.temperature) {
+        let temperature = |value: Option<f64>| {
+            value.map_or_else(|| "no temperature".to_owned(), |value| format!("temperature {value}"))
+        };
+        return Err(problem(&format!(
+            "the wall has {}, but lies in the same place as another wall with {}; the box is periodic, so that its \
+             sides {} and {} are the same lines as 0, and a wall acts on both sides: for a gas between unlike walls, \
+             place one of them elsewhere, such as in the middle of the box",
+            temperature(spec.temperature),
+            temperature(world.bodies[other].wall_temperature()),
+            sides.x,
+            sides.y
         )));
     }
     let tags = tags(names, &spec.tags);

@@ -346,11 +346,15 @@ fn figure(svg: &str, caption: &str) -> String {
     format!("<figure>\n<div class=\"picture\">{svg}</div>\n{caption}</figure>\n")
 }
 
+/// A longer header gets a wide column: in a narrow one it would be a tower of single words.
+const LONG_HEADER: usize = 28;
+
 /// A table; see [`Page::table`].
 fn table_html(header: &[&str], rows: &[Vec<String>]) -> String {
     let mut html = "<div class=\"wide\"><table>\n<tr>".to_owned();
     for name in header {
-        let _ = write!(html, "<th>{}</th>", escape(&in_parentheses(name)));
+        let class = if name.chars().count() > LONG_HEADER { " class=\"long\"" } else { "" };
+        let _ = write!(html, "<th{class}>{}</th>", escape(&in_parentheses(name)));
     }
     for row in rows {
         html.push_str("</tr>\n<tr>");

@@ -213,6 +213,9 @@ const LEGEND: f64 = 0.3;
 const HEIGHT: i32 = 13;
 const LETTER: i32 = 6;
 
+/// Most shifts of a label up or down, by 3 pixels each: those of thirty labels of one place.
+const REACH: i32 = 80;
+
 /// Positions of labels: to the right of their points, or else to the left, shifted up or down
 /// within `rows` until they cover no other label or point.
 fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32, i32)> {
@@ -233,7 +236,7 @@ fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32
                 })
         };
         let sides = [x + 10, x - 10 - width];
-        let shifts = || (0..24).flat_map(|step| [3 * step, -3 * step]);
+        let shifts = || (0..REACH).flat_map(|step| [3 * step, -3 * step]);
         let mut tried = sides.into_iter().flat_map(|left| shifts().map(move |shift| at((left, shift))));
         let rectangle = tried.find(free).unwrap_or(at((sides[0], 0)));
         if !label.is_empty() {
@@ -326,6 +329,23 @@ mod tests {
         tops.sort_unstable();
         assert!(tops[0] >= 95, "no label leaves the chart: {tops:?}");
         assert!(tops.windows(2).all(|pair| pair[1] - pair[0] >= HEIGHT - 1), "{tops:?}");
+    }
+
+    /// As in a scene of discs, where all settings that are exact have one upper bound and nearly one
+    /// time, close to the lower border of the chart.
+    #[test]
+    fn labels_of_many_points_in_a_row_do_not_cover_each_other() {
+        let places: Vec<(i32, i32)> = (0..16).map(|index| (300 + 6 * index, 480)).collect();
+        let labels = ["CellScheduler, portable"; 16];
+        let found = beside(&places, &labels, &(60..520));
+        let width = LETTER * labels[0].chars().count() as i32;
+        for (index, one) in found.iter().enumerate() {
+            assert!(one.1 >= 60 && one.1 + HEIGHT - 1 <= 520, "{one:?} is in the chart");
+            for other in &found[..index] {
+                let apart = (one.0 - other.0).abs() > width || (one.1 - other.1).abs() >= HEIGHT - 1;
+                assert!(apart, "{one:?} and {other:?}");
+            }
+        }
     }
 
     #[test]

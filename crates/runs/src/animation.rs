@@ -85,6 +85,15 @@ impl Shape {
     fn turns(&self) -> bool {
         self.atoms.len() > 1 && !self.fixed
     }
+
+    /// Whether the atoms are those of another shape times a factor, to the precision of a picture.
+    fn is_scaled(&self, other: &Self) -> bool {
+        let size = |shape: &Self| shape.atoms.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let factor = size(self) / size(other);
+        let is_near = |(one, other): (&f64, &f64)| (one - factor * other).abs() <= 1e-6 * size(self);
+        self.atoms.len() == other.atoms.len()
+            && self.atoms.iter().flatten().zip(other.atoms.iter().flatten()).all(is_near)
+    }
 }
 
 /// The animation ends when a body of mean speed has crossed the box this many times.
@@ -238,11 +247,18 @@ impl Animation {
     }
 }
 
-/// The first moving body, if no other has its shape.
+/// The first moving body, if no other has its shape, and it is none of many different sizes of one
+/// shape, as in a polydisperse gas.
 fn watched(shapes: &[Shape], bodies: &[usize]) -> Option<usize> {
+    let mut counts = vec![0_usize; shapes.len()];
+    for &shape in bodies {
+        counts[shape] += 1;
+    }
     let first = bodies.iter().position(|&shape| !shapes[shape].fixed)?;
-    let is_alone = bodies.iter().filter(|&&shape| shape == bodies[first]).count() == 1;
-    is_alone.then_some(first)
+    let own = bodies[first];
+    let is_alone = |shape: usize| counts[shape] == 1 && !shapes[shape].fixed;
+    let is_size = |other: usize| other != own && is_alone(other) && shapes[other].is_scaled(&shapes[own]);
+    (is_alone(own) && !(0..shapes.len()).any(is_size)).then_some(first)
 }
 
 /// Appends a number as three digits, the highest first.
@@ -371,5 +387,25 @@ mod tests {
         let animation: Value = serde_json::from_str(&folder.read(ANIMATION).unwrap()).unwrap();
         assert_eq!(animation["watched"], Value::Null);
         assert_eq!(animation["flights"].as_str().unwrap().len(), 18);
+    }
+
+    #[test]
+    fn one_molecule_is_watched_but_none_of_a_gas_of_many_sizes() {
+        let gas = "[[gas]]\nradius = { uniform = [0.01, 0.02] }\nmass = 1.0\nenergy = 1.0\ncount = 30\n";
+        let shape = |name: &str| {
+            format!(
+                "[[molecule]]\nshape = \"{name}\"\natom_radius = 0.03\natom_mass = 1.0\nat = [0.5, 0.5]\n"
+            )
+        };
+        let equal = "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 30\n";
+        for (scene, expected) in [
+            (gas.to_owned(), None),
+            (shape("tee") + gas, Some(0)),
+            (shape("disc") + equal, Some(0)),
+            (equal.to_owned(), None),
+        ] {
+            let simulation = AnySimulation::new(&Scene::from_toml(&scene).unwrap()).unwrap();
+            assert_eq!(recorded(&simulation).1.watched, expected, "{scene}");
+        }
     }
 }

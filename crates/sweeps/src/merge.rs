@@ -121,7 +121,9 @@ fn holders(sources: &[SweepFolder]) -> Result<BTreeMap<Work, Vec<usize>>> {
     let listed: Vec<Vec<Work>> = sources.par_iter().map(SweepFolder::records).collect::<Result<_>>()?;
     let mut holders: BTreeMap<Work, Vec<usize>> = BTreeMap::new();
     for (source, records) in listed.into_iter().enumerate() {
-        records.into_iter().for_each(|work| holders.entry(work).or_default().push(source));
+        for work in records {
+            holders.entry(work).or_default().push(source);
+        }
     }
     Ok(holders)
 }

@@ -108,7 +108,7 @@ fn expectations(page: &mut Page, study: &Study, points: &[PointResults]) {
 
 /// Header of a table of expectations.
 const EXPECTATIONS: [&str; 7] =
-    ["point", "quantity", "measured", "expected", "may differ by", "result", "source"];
+    ["result", "point", "quantity", "measured", "expected", "may differ by", "source"];
 
 fn answers(points: &[PointResults]) -> Vec<(&PointResults, &Answer)> {
     points.iter().flat_map(|point| point.answers.iter().map(move |answer| (point, answer))).collect()
@@ -118,13 +118,14 @@ fn row(&(point, answer): &(&PointResults, &Answer)) -> Vec<String> {
     let result = if answer.passed { "as expected" } else { "NOT AS EXPECTED" };
     let is_bound = answer.expected.starts_with(['<', '>']);
     let allowed = if is_bound { "–".to_owned() } else { with_error(two_digits(answer.allowed), None) };
+    // The result stands first: a narrow screen shows the first columns.
     vec![
+        result.to_owned(),
         point.label.split(", ").map(short).collect::<Vec<_>>().join(", "),
         named(&answer.quantity, &answer.unit),
         with_error(answer.value, answer.standard_error),
         answer.rounded(),
         allowed,
-        result.to_owned(),
         answer.source.clone(),
     ]
 }

@@ -70,7 +70,7 @@ struct Quick {
 }
 
 impl Quick {
-    /// The scene with the changed keys.
+    /// The scene with the changed keys; with the first value of each varied key it is valid.
     fn scene(&self, base: &Table, vary: &[Vary]) -> Result<Table> {
         let mut base = base.clone();
         for (key, value) in &self.set {
@@ -78,6 +78,9 @@ impl Quick {
             ensure!(!is_varied, "[quick.set]: `{key}` varies");
             Override::new(key, value.clone()).and_then(|set| set.apply(&mut base)).context("[quick.set]")?;
         }
+        let keys: Vec<&str> = vary.iter().flat_map(|vary| vary.keys.iter().map(String::as_str)).collect();
+        let values = vary.iter().flat_map(|vary| vary.settings[0].clone()).collect();
+        Point::new(&base, &keys, values, "of the short form".to_owned()).context("[quick]")?;
         Ok(base)
     }
 }
@@ -453,7 +456,7 @@ mod tests {
             ("[[expect]]\nfigure = \"pressure\"\nvalues = [1, 2]", "expect[0]: 2 `values` for 1 points"),
             ("[[expect]]\nvalue = 1", "expect[0]: `figure` is missing"),
             ("[quick]\nreplica = 1", "unknown field `replica`"),
-            ("[quick]\nset = { \"gas.0.raduis\" = 1 }", "[quick.set]: "),
+            ("[quick]\nset = { \"gas.0.raduis\" = 1 }", "did you mean `radius`?"),
             (
                 "[quick]\nset = { \"gas.0.mass\" = 1 }\n[[vary]]\nkey = \"gas.0.mass\"\nvalues = [1]",
                 "[quick.set]: `gas.0.mass` varies",

@@ -21,7 +21,7 @@ use carom::{
 };
 use carom_report::{
     molecule_picture::name as letter,
-    page::{Page, with_error},
+    page::{Page, named, with_error},
 };
 use carom_tables::Check;
 use serde::Serialize;
@@ -174,7 +174,7 @@ impl Equilibrium {
                 Shrinking::Inverse => "1/(time × √replicas)",
             };
             vec![
-                format!("{} [{}]", finding.name, finding.unit),
+                named(&finding.name, &finding.unit),
                 with_error(finding.value, finding.standard_error),
                 finding.deviation.map_or_else(|| "–".to_owned(), |deviation| format!("{deviation:.2}")),
                 word.to_owned(),

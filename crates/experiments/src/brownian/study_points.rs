@@ -23,8 +23,11 @@ pub fn settings_of(study: &Study, body_of: impl Fn(&Scene) -> Result<usize>) -> 
             let body = body_of(&scene)?;
             let spec = &scene.molecule[body];
             let words = words(&spec.molecule("molecule")?, spec);
-            let title = if study.vary.is_empty() { "the scene".to_owned() } else { study.name(index) };
-            let setting = Setting { name: file_name(&title), title, words, scene, body };
+            let of_scene = || "the scene".to_owned();
+            let is_one = study.vary.is_empty();
+            let name = file_name(&if is_one { of_scene() } else { study.name(index) });
+            let title = if is_one { of_scene() } else { title(study, index) };
+            let setting = Setting { name, title, words, scene, body };
             setting.check()?;
             Ok(setting)
         };
@@ -56,6 +59,25 @@ pub fn common_plan(settings: &[Setting]) -> Result<Plan> {
     Ok(plan)
 }
 
+/// The point in words, such as `tee, atom_mass 0.2`: names and other texts stand for themselves, a
+/// number has the name of its key before it.
+fn title(study: &Study, point: usize) -> String {
+    let words = |entry: usize| -> Vec<String> {
+        let vary = &study.vary[entry];
+        let cells = vary.cells(study.setting(point, entry));
+        if vary.names.is_some() {
+            return cells;
+        }
+        let key = |path: &String| path.rsplit('.').next().unwrap_or(path).to_owned();
+        let with_key = |(path, cell): (&String, String)| match cell.parse::<f64>() {
+            Ok(_) => format!("{} {cell}", key(path)),
+            Err(_) => cell,
+        };
+        vary.keys.iter().zip(cells).map(with_key).collect()
+    };
+    (0..study.vary.len()).flat_map(words).collect::<Vec<_>>().join(", ")
+}
+
 /// The name of a folder: letters, digits, dots, hyphens and underscores.
 fn file_name(title: &str) -> String {
     let words = title.split(|c: char| !(c.is_alphanumeric() || ".-_".contains(c)));
@@ -84,6 +106,10 @@ mod tests {
         let settings = settings(STUDY).unwrap();
         let names: Vec<&str> = settings.iter().map(|setting| setting.name.as_str()).collect();
         assert_eq!(names, ["tee-0.2-0.1", "tee-0.2-0.2", "rod-4-0.25-0.1", "rod-4-0.25-0.2"]);
+        // A number alone would say nothing in a title.
+        assert_eq!(settings[1].title, "tee, atom_mass 0.2, area_fraction 0.2");
+        let named = self::settings(&STUDY.replace("[0.1, 0.2]", "[0.1, 0.2]\nnames = [\"1\", \"dense\"]"));
+        assert_eq!(named.unwrap()[2].title, "rod:4, atom_mass 0.25, 1");
         assert_eq!(settings[3].scene.gas[0].area_fraction, Some(0.2));
         assert_eq!(settings[2].words, "rod:4, 4 discs of mass 1, rotating freely");
         assert_eq!(common_plan(&settings).unwrap(), Plan { from: 1.0, until: 4.0, sample_interval: 0.5 });

@@ -58,10 +58,11 @@ pub fn advice(result: &SceneResult) -> String {
     let right = fastest(seen().filter(|found| is_right(found)));
     let kept = match right {
         Some((_, found)) => format!(
-            "Take ‘{}’ ({}): it takes {} of the time of the exact run, and of its {} contacts none is wrong ({} in a \
+            "Take ‘{}’ ({}; {}): it takes {} of the time of the exact run, and of its {} contacts none is wrong ({} in a \
              million at 95 %){}.",
             found.knob.name,
             FAMILIES[found.knob.family],
+            found.knob.how(),
             table::time(found),
             found.tally.judged,
             table::wrong(found),
@@ -73,9 +74,10 @@ pub fn advice(result: &SceneResult) -> String {
     let saved = match wrong {
         Some((ratio, found)) if ratio < right.map_or(1.0, |right| right.0) => {
             let family = FAMILIES[found.knob.family];
-            format!("‘{}’ ({family}) saves most, at a price: {}.", found.knob.name, price(found, exact))
+            let (name, how) = (&found.knob.name, found.knob.how());
+            format!("‘{name}’ ({family}; {how}) saves most, at a price: {}.", price(found, exact))
         }
-        _ if compared(result).next().is_none() => return kept,
+        _ if right.is_none() => return kept,
         _ => "No other setting saves more.".to_owned(),
     };
     format!("{kept} {saved}")
@@ -94,20 +96,26 @@ fn keep(result: &SceneResult) -> String {
         exact.tally.judged,
         table::wrong(exact)
     );
+    // The most that a setting may save: the lower bound of its time is that far below 1.
+    let saved = |found: &KnobResult| {
+        let time = found.time.map_or(1.0, |time| time.median);
+        (1.0 - (time - resolution(found, exact))).min(1.0)
+    };
     let right = compared(result).filter(|found| is_right(found));
-    let resolutions: Vec<f64> = right.map(|found| resolution(found, exact)).collect();
-    if resolutions.is_empty() {
+    let savings: Vec<f64> = right.map(saved).collect();
+    if savings.is_empty() {
         let number = match compared(result).count() {
             0 => "no other setting was compared in the time allowed".to_owned(),
+            1 => "the only other setting compared has wrong ones".to_owned(),
             some => format!("none of the {some} other settings compared is free of wrong ones"),
         };
         return format!("Keep the exact run: {contacts}; {number}. More --minutes compare more.");
     }
-    let resolution = resolutions.iter().copied().fold(EQUAL, f64::max);
+    let most = savings.iter().copied().fold(EQUAL, f64::max);
     format!(
         "Keep the exact run: {contacts}, and no setting without a wrong contact is faster by more than {:.0} %{}.",
-        100.0 * resolution,
-        if resolution > EQUAL { ", as far as the times resolve" } else { "" }
+        100.0 * most,
+        if most > EQUAL { ", as far as the times resolve" } else { "" }
     )
 }
 
@@ -203,6 +211,19 @@ mod tests {
             assert_eq!(advice.starts_with("Take ‘portable’"), is_advised, "{portable:?}: {advice}");
             assert_eq!(keeps_exact(&result), !is_advised, "{portable:?}");
         }
+    }
+
+    /// A slow setting whose time is uncertain by more than that of the exact run is still slow.
+    #[test]
+    fn the_saving_that_is_not_excluded_is_that_of_the_lower_bound_of_a_time() {
+        let slow = advice(&result(&[0.999, 1.0, 1.001], &[10.0, 12.0, 14.0]));
+        assert!(slow.ends_with("is faster by more than 3 %."), "{slow}");
+        let unsure = advice(&result(&[0.999, 1.0, 1.001], &[0.88, 0.98, 1.08]));
+        let percent = unsure.split("by more than ").nth(1).and_then(|rest| rest.split(' ').next());
+        let percent: f64 = percent.unwrap().parse().unwrap();
+        assert!((5.0..=40.0).contains(&percent) && unsure.contains("as far as"), "{unsure}");
+        let hopeless = advice(&result(&[0.999, 1.0, 1.001], &[0.2, 1.0, 30.0]));
+        assert!(hopeless.contains("by more than 100 %, as far as"), "{hopeless}");
     }
 
     #[test]

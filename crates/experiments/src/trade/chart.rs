@@ -38,7 +38,7 @@ const PRICES: [Price; 4] = [
 /// What a chart shows.
 pub const CAPTION: &str = "One point for each setting; fast settings are left, accurate ones are low. Rings with \
                            downward lines are upper bounds (no wrong contact was found, drawn at the 95 % bound). \
-                           The line joins the settings that no other dominates in both.";
+                           A line joins the settings that no other dominates in both, if there are several.";
 
 /// Draws the charts that have points: file names and SVG.
 ///

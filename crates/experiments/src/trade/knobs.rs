@@ -4,7 +4,7 @@
 use carom::{
     CellsPerSide, Instructions, View,
     detection::{Exact, FixedStep, GoldenSecant, tolerance::MOST_FIXED_STEPS},
-    engine::BodyView,
+    engine::{BodyView, MethodSpec},
 };
 use carom_methods::{AnyDetector, Method, Order};
 use carom_runs::price::Setting;
@@ -191,8 +191,58 @@ impl Knob {
         format!("{}, {}", FAMILIES[self.family], self.name)
     }
 
+    /// How a scene, or else a program, sets it.
+    pub fn how(&self) -> String {
+        let written = |method: &Method| toml::to_string(&MethodSpec::from(method)).unwrap_or_default();
+        let usual = written(&Method::default());
+        let text = written(&self.setting.method);
+        let changed: Vec<&str> = text.lines().filter(|line| !usual.lines().any(|one| one == *line)).collect();
+        let mut parts = Vec::new();
+        if !changed.is_empty() {
+            parts.push(format!("[method] {}", changed.join(", ")));
+        }
+        if let Some(contacts) = self.setting.contacts_per_epoch {
+            parts.push(format!("in a program only: set_contacts_per_epoch({contacts})"));
+        }
+        if self.setting.locked {
+            parts.push("rotation = \"locked\" of each [[molecule]] and [[gas]]".to_owned());
+        }
+        if self.setting.sample_interval.is_some() {
+            parts.push("[run] sample_interval".to_owned());
+        }
+        if parts.is_empty() { "the default".to_owned() } else { parts.join("; ") }
+    }
+
     /// Whether its wrong contacts are differences of the model.
     pub fn is_model(&self) -> bool {
         self.family == MODEL
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom::{Scene, Simulation};
+
+    /// The words are keys of a scene file, from which the same method is read.
+    #[test]
+    fn what_a_knob_says_of_a_scene_gives_the_setting_of_the_knob() {
+        let scene =
+            "[[gas]]\nshape = \"dumbbell\"\natom_radius = 0.01\natom_mass = 1.0\nenergy = 1.0\ncount = 20\n";
+        let simulation: Simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
+        let (knobs, _) = knobs(&simulation.view(), 2);
+        let mut read = 0;
+        for knob in knobs {
+            let how = knob.how();
+            let Some(keys) = how.strip_prefix("[method] ") else {
+                assert_eq!(knob.setting.method, Method::default(), "{how}");
+                continue;
+            };
+            let spec: MethodSpec = toml::from_str(&keys.replace(", ", "\n")).unwrap();
+            assert_eq!(Method::try_from(&spec).unwrap(), knob.setting.method, "{how}");
+            read += 1;
+        }
+        assert!(read > 10, "{read}");
+        assert_eq!(exact().how(), "the default");
     }
 }

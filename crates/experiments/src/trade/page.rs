@@ -183,7 +183,8 @@ fn details(page: &mut Page, result: &SceneResult, charts: &Charts) {
     let span = result.exact().physics.span;
     page.paragraph(&format!(
         "From t = {} to {} in the exact run; a slow setting is compared with the exact run over a shorter time. The first row has the values of the \
-         exact run, the others the differences from it, with combined standard errors; of a curve, the largest difference of a point in \
+         exact run, the others the differences from it, with combined standard errors, or ‘too short’ where a run \
+         was too short for an error; of a curve, the largest difference of a point in \
          its standard errors.",
         with_error(span[0], None),
         with_error(span[1], None)
@@ -192,6 +193,10 @@ fn details(page: &mut Page, result: &SceneResult, charts: &Charts) {
     for (_, svg) in charts.iter().skip(1) {
         page.pictures(Layout::Full, &[(svg, chart::CAPTION)]);
     }
+    page.subheading("How each setting is chosen");
+    let rows: Vec<Vec<String>> =
+        result.found.iter().map(|found| vec![found.knob.title(), found.knob.how()]).collect();
+    page.table(&["setting", "in the scene"], &rows);
     page.subheading("Not resolved");
     for sentence in unresolved(result) {
         page.paragraph(&sentence);

@@ -155,7 +155,13 @@ fn times(
         }
         let clock = Instant::now();
         match time(&mut exact, found.knob.setting, &plan.timing()) {
-            Ok(time) => found.time = time,
+            Ok(Some(time)) => found.time = Some(time),
+            Ok(None) => {
+                let seconds = plan.timing_seconds;
+                found.notes.push(format!(
+                    "not timed: no round ends in {seconds:.1} s, on a machine as busy as this"
+                ));
+            }
             Err(error) => found.notes.push(format!("its timing fails: {error:#}")),
         }
         last = Some((family, clock.elapsed().as_secs_f64()));

@@ -103,15 +103,29 @@ pub fn effective(found: &KnobResult) -> String {
     )
 }
 
+/// The cell on the effective error: the number, or why there is none.
+fn effective_words(found: &KnobResult, result: &SceneResult) -> String {
+    match found.effective {
+        Some(_) => effective(found),
+        None if result.irreversible.is_some() => "not reversible".to_owned(),
+        None if found.knob.is_model() => "another model".to_owned(),
+        None => NONE.to_owned(),
+    }
+}
+
+/// A difference without an error: the run with the setting was too short for one, and runs that
+/// differ by rounding alone are soon different.
+const UNRESOLVED: &str = "too short";
+
 /// The difference of a measure from the exact run, with its error; in per cent of the exact value
 /// where that is not 0 within its error.
 pub fn difference(difference: &Difference) -> String {
     match (difference.percent(), difference.standard_error) {
+        (_, None) if difference.difference == 0.0 => "0".to_owned(),
+        (_, None) => UNRESOLVED.to_owned(),
         (Some([value, error]), Some(_)) => format!("{value:+.2} ± {error:.2} %"),
-        (Some([value, _]), None) => format!("{value:+.2} % (no error)"),
         (None, Some(0.0)) if difference.difference == 0.0 => "0".to_owned(),
         (None, Some(error)) => format!("{:+.2e} ± {error:.1e}", difference.difference),
-        (None, None) => format!("{:+.2e}", difference.difference),
     }
 }
 
@@ -148,7 +162,7 @@ pub fn short(result: &SceneResult) -> Vec<Vec<String>> {
             time(found),
             wrong(found),
             deepest(found),
-            effective(found),
+            effective_words(found, result),
             worst_words(found, result.exact()),
         ]
     };
@@ -240,6 +254,21 @@ pub fn measure_columns(result: &SceneResult) -> (Vec<String>, Vec<Vec<String>>) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_difference_without_an_error_is_no_number() {
+        let one = |difference, standard_error| Difference {
+            name: "force".to_owned(),
+            unit: "1".to_owned(),
+            value: 4.0 + difference,
+            exact: 4.0,
+            difference,
+            standard_error,
+        };
+        let cells = [one(-20.0, None), one(0.0, None), one(0.4, Some(0.2)), one(0.4, Some(8.0))];
+        let cells = cells.map(|one| difference(&one));
+        assert_eq!(cells, ["too short", "0", "+10.00 ± 5.00 %", "+4.00e-1 ± 8.0e0"]);
+    }
 
     #[test]
     fn small_numbers_have_two_digits_and_no_exponent_within_reach() {

@@ -20,6 +20,9 @@ const LONGEST_TURN: f64 = 1e4;
 /// Shorter: more turns until the length suits. Longer: large systems pass the limit of time.
 const FIRST_TURN: f64 = 1.0 / 64.0;
 
+/// Share of the time allowed in which the length of turns is sought.
+const SOUGHT: f64 = 0.25;
+
 /// A turn that the deadline cuts counts with this many contacts. Fewer: single contacts decide.
 const ENOUGH: u64 = 200;
 
@@ -83,6 +86,8 @@ pub struct TimedRun<'a> {
     length: f64,
     /// Turns end here and begin again at the state.
     end: f64,
+    /// Time of a turn on the clock, which other programs lengthen.
+    wall: Duration,
 }
 
 /// One turn.
@@ -131,18 +136,25 @@ impl<'a> TimedRun<'a> {
     ) -> Result<Self> {
         let course = Course::resume(scene, &setting, state)?;
         let length = (FIRST_TURN * state.tau).min(end - state.time());
-        let mut run = Self { scene, setting, state, course, length, end };
+        let mut run = Self { scene, setting, state, course, length, end, wall: Duration::ZERO };
+        let left = || limits.deadline.saturating_duration_since(Instant::now());
+        let sought = left().mul_f64(1.0 - SOUGHT);
         // The first turn predicts all bodies.
         run.turn(limits.deadline)?;
         let longest = (LONGEST_TURN * state.tau).min(end - state.time());
         for _ in 0..32 {
+            let clock = Instant::now();
             let seconds = run.turn(limits.deadline)?.seconds;
-            if seconds >= 0.5 * limits.turn || run.length >= longest || Instant::now() >= limits.deadline {
+            run.wall = clock.elapsed();
+            if seconds >= 0.5 * limits.turn || run.length >= longest || left() <= sought {
                 break;
             }
             let factor = (limits.turn / seconds.max(1e-9)).clamp(1.5, 8.0);
             run.length = (factor * run.length).min(longest);
         }
+        let share = share_that_fits(run.wall, left(), limits.rounds);
+        run.length *= share;
+        run.wall = run.wall.mul_f64(share);
         Ok(run)
     }
 
@@ -181,6 +193,13 @@ impl<'a> TimedRun<'a> {
     }
 }
 
+/// The share of a turn of which two in each round fit into the time that is left on the clock: on a
+/// busy machine processor time is a small part of it.
+fn share_that_fits(wall: Duration, left: Duration, rounds: u32) -> f64 {
+    let needed = 2.0 * f64::from(rounds) * wall.as_secs_f64();
+    if needed > 0.0 { (left.as_secs_f64() / needed).clamp(FIRST_TURN, 1.0) } else { 1.0 }
+}
+
 /// Times a setting against the exact run, whose turns `exact` gives.
 ///
 /// # Errors
@@ -191,7 +210,9 @@ pub fn time(exact: &mut TimedRun<'_>, setting: Setting, limits: &TimingLimits) -
     for round in 0..limits.rounds {
         // The order alternates, so that a drift of the processor's speed cancels.
         let base = if round % 2 == 0 { Some(exact.turn(Instant::now() + EXACT_TURN)?) } else { None };
-        let own = match other.turn(limits.deadline) {
+        // The first round ends even if the search for its length has used up the time.
+        let grace = if round == 0 { Instant::now() + 2 * other.wall } else { limits.deadline };
+        let own = match other.turn(limits.deadline.max(grace)) {
             Ok(own) => own,
             // The rounds before a failure count.
             Err(error) if ratios.is_empty() => return Err(error),
@@ -238,6 +259,16 @@ mod tests {
             assert!((error / scatter - 1.0).abs() < 0.12, "{rounds} rounds: {error} for {scatter}");
         }
         assert_eq!(TimeRatio::of(vec![1.0]).unwrap().standard_error(), None);
+    }
+
+    #[test]
+    fn turns_become_shorter_only_where_the_rounds_do_not_fit_into_the_time() {
+        let share = |wall, left, rounds| {
+            share_that_fits(Duration::from_secs_f64(wall), Duration::from_secs_f64(left), rounds)
+        };
+        assert_eq!([share(0.07, 1.8, 9), share(0.0, 0.0, 9)], [1.0, 1.0]);
+        assert!((share(0.7, 1.8, 9) - 1.0 / 7.0).abs() < 1e-12);
+        assert_eq!(share(0.7, 0.0, 9), FIRST_TURN);
     }
 
     #[test]

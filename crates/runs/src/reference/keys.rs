@@ -168,11 +168,13 @@ fn type_of(schema: &Value, property: &Value) -> String {
             None => type_of(schema, choice),
         }));
     }
-    let of = || type_of(schema, &entry["items"]);
+    // In the plural, of each alternative; entries of any type have no name.
+    let of = || type_of(schema, &entry["items"]).replace(", ", "s, ");
     match entry["type"].as_str() {
         Some("array") => match (entry["minItems"].as_u64(), entry["maxItems"].as_u64()) {
             (Some(least), Some(most)) if least == most => format!("{most} {}s", of()),
             (Some(least), Some(most)) => format!("{least} to {most} {}s", of()),
+            _ if of().is_empty() => "list".to_owned(),
             _ => format!("list of {}s", of()),
         },
         Some("object") => "table".to_owned(),

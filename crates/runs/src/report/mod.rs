@@ -22,7 +22,7 @@ use clap::Args;
 use contents::{Contents, Kind};
 pub use contents::{RUNS, State};
 pub use tables_file::write as write_tables;
-pub use verdict::NOT_EXACT;
+pub use verdict::{FIXED_BODIES, NOT_EXACT};
 
 use crate::{
     animation::ANIMATION,

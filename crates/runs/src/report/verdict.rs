@@ -11,6 +11,9 @@ use super::contents::{Contents, Kind};
 /// The first words of a note on a method that is not exact.
 pub const NOT_EXACT: &str = "NOT EXACT";
 
+/// Name of the number of walls, bumpers and fixed molecules.
+pub const FIXED_BODIES: &str = "fixed bodies";
+
 /// The verdict of a run or of merged runs.
 pub(super) fn sentence(contents: &Contents) -> String {
     let Some(summary) = &contents.summary else {
@@ -24,10 +27,14 @@ pub(super) fn sentence(contents: &Contents) -> String {
 
 /// What was simulated, and whether the method is exact.
 fn what(contents: &Contents, summary: &Summary) -> String {
-    let bodies = summary.figures.iter().find(|figure| figure.name == "bodies");
-    let bodies = bodies.map_or_else(String::new, |figure| {
-        let plural = if figure.value == 1.0 { "body" } else { "bodies" };
-        format!(" of {} {plural}", figure.value)
+    let count = |name| summary.figures.iter().find(|figure| figure.name == name).map(|figure| figure.value);
+    let fixed = count(FIXED_BODIES).unwrap_or(0.0);
+    let bodies = count("bodies").map_or_else(String::new, |bodies| {
+        let plural = if bodies == 1.0 { "body" } else { "bodies" };
+        match fixed {
+            0.0 => format!(" of {bodies} {plural}"),
+            _ => format!(" of {bodies} {plural}, {fixed} of them fixed,"),
+        }
     });
     let totals = &summary.totals;
     let method = if summary.note.contains(NOT_EXACT) { NOT_EXACT } else { "exact" };

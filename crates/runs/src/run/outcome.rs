@@ -22,7 +22,7 @@ use crate::{
     price::{self, Price},
     progress::Progress,
     record::{Record, RunRecord},
-    report::{self, NOT_EXACT},
+    report::{self, FIXED_BODIES, NOT_EXACT},
     resumable::{FoundCheckpoint, Resumable, Start, Task},
     visible_region::picture_of,
 };
@@ -40,6 +40,8 @@ pub struct Outcome {
     pub results: Results,
     totals: Totals,
     bodies: usize,
+    /// Number of bodies that cannot move: walls, bumpers and fixed molecules.
+    fixed: usize,
     /// kT at the end (mass × length² / time²); `None` without thermal motion.
     temperature: Option<f64>,
     /// Number of contacts whose elasticity the guard against inelastic collapse raised, and the
@@ -175,6 +177,7 @@ pub(super) fn outcome_of(view: &View<'_>, measures: &Measures, seconds: f64, sce
         },
         results,
         bodies: view.len(),
+        fixed: view.bodies().filter(|body| body.body.is_fixed()).count(),
         temperature: view.temperature(),
         left_at_rest: left_at_rest(view),
         price: None,
@@ -227,7 +230,8 @@ impl Outcome {
     fn system_figures(&self) -> Vec<Figure> {
         let bodies = Figure::new("bodies", self.bodies as f64, "1");
         let temperature = |kt: f64| Figure::new("temperature kT at the end", kt, "mass·length²/time²");
-        std::iter::once(bodies).chain(self.temperature.map(temperature)).collect()
+        let fixed = (self.fixed > 0).then(|| Figure::new(FIXED_BODIES, self.fixed as f64, "1"));
+        std::iter::once(bodies).chain(fixed).chain(self.temperature.map(temperature)).collect()
     }
 
     /// Figures and checks.
