@@ -355,10 +355,11 @@ def test_results_with_anything(value, array):
 
 
 @given(objects)
-def test_axes_of_anything(ax):
+def test_columns_and_axes_of_anything(ax):
     pyplot = pytest.importorskip("matplotlib.pyplot")
     pyplot.switch_backend("Agg")
     orderly(RESULTS[1].plot, ax)
+    orderly(RESULTS[1].plot, ax=ax)
     pyplot.close("all")
 
 

@@ -81,6 +81,11 @@ def test_pandas_and_matplotlib_show_what_numpy_has():
     ax = table.plot()
     assert np.array_equal(ax.lines[0].get_ydata(), table["density"], equal_nan=True)
     assert ax.get_xlabel() == "speed (length/time)" and ax.collections
+    moments = carom.run(scene(), measures=["velocities:gas"])["velocities-gas"]
+    ax = moments.plot("kurtosis")
+    assert np.array_equal(ax.lines[0].get_ydata(), moments["kurtosis"], equal_nan=True)
+    with pytest.raises(ValueError, match="must be one of mean_square, kurtosis"):
+        moments.plot("curtosis")
     assert table.svg()[0].count("<svg") == 1 and "<svg" in table._repr_html_()
     for measure in carom.measures():
         if measure in ("impulses", "events"):

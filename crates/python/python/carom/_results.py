@@ -303,14 +303,19 @@ class Table:
         frame.attrs.update(units=self.units, title=self.title)
         return frame
 
-    def plot(self, ax: matplotlib.axes.Axes | None = None) -> matplotlib.axes.Axes:
+    def plot(
+        self, column: str | None = None, *, ax: matplotlib.axes.Axes | None = None
+    ) -> matplotlib.axes.Axes:
         """Draws the measured columns with bands of two standard errors, and the predictions.
 
-        It draws the neighbouring columns of one unit that the first chart of the report has.
-        Needs Matplotlib.
+        It draws the neighbouring columns of one unit that a chart of the report has. Needs
+        Matplotlib.
 
         Parameters
         ----------
+        column : str, optional
+            Name of the first column to draw, such as ``"velocity_autocorrelation"``. Default: the
+            first measured one.
         ax : matplotlib.axes.Axes, optional
             Axes to draw into. Default: new ones.
 
@@ -324,6 +329,9 @@ class Table:
         >>> ax.get_xlabel()
         'time (time)'
         """
+        drawn = {name: of for name, of in self.columns.items() if of.role in ("value", "derived")}
+        if column is not None and column not in drawn:
+            raise ValueError(f"`column` must be one of {', '.join(drawn)}, but is {column!r}")
         try:
             import matplotlib.pyplot as pyplot
         except ImportError as error:
@@ -333,23 +341,25 @@ class Table:
         x, unit = self.columns[self.abscissa], None
         color: Any = None
         last = np.zeros(0)
-        for name, column in self.columns.items():
-            y = column.values
-            if column.role in ("value", "derived"):
-                if unit is not None and column.unit != unit:
+        names = list(self.columns)
+        for name in names[names.index(column) if column is not None else 0 :]:
+            shown = self.columns[name]
+            y = shown.values
+            if name in drawn:
+                if unit is not None and shown.unit != unit:
                     break
-                unit = column.unit
-                (line,) = ax.plot(x.values[: len(y)], y, label=column.label)
+                unit = shown.unit
+                (line,) = ax.plot(x.values[: len(y)], y, label=shown.label)
                 color = line.get_color()
                 for of, label, level, _ in self._levels:
                     if of == name:
                         ax.axhline(level, color="black", linestyle="--", linewidth=1, label=label)
                 last = y
-            elif column.role == "standard error" and unit is not None:
+            elif shown.role == "standard error" and unit is not None:
                 low, high = last - 2 * y, last + 2 * y
                 ax.fill_between(x.values[: len(y)], low, high, color=color, alpha=0.3, linewidth=0)
-            elif column.role == "prediction" and unit is not None:
-                ax.plot(x.values[: len(y)], y, "k--", linewidth=1, label=column.label)
+            elif shown.role == "prediction" and unit is not None:
+                ax.plot(x.values[: len(y)], y, "k--", linewidth=1, label=shown.label)
         if self._logarithmic:
             ax.set_xscale("log")
         ax.set_title(self.title)
