@@ -49,7 +49,7 @@ fn molecules(view: &View<'_>, contents: &Contents) -> Cost {
     let atoms = bodies().map(|body| body.molecule().atoms().len()).max().unwrap_or(0);
     let paid = (molecules > 0).then(|| {
         format!(
-            "{molecules} molecules of up to {atoms} atoms, {} that turn: orientations, searches of their pairs",
+            "{molecules} of up to {atoms} atoms, {} turning: orientations, searches of their pairs",
             contents.turning
         )
     });
@@ -62,11 +62,9 @@ fn fixed(view: &View<'_>) -> Cost {
     let bumpers = count(Body::is_fixed) - walls;
     let thermal = count(|body| body.wall_temperature().is_some());
     let mut parts = Vec::new();
-    for (number, name) in
-        [(walls, "walls"), (thermal, "of them with a temperature"), (bumpers, "fixed discs")]
-    {
+    for (number, name) in [(walls, "walls"), (thermal, "with a temperature"), (bumpers, "fixed discs")] {
         if number > 0 {
-            parts.push(format!("{number} {name}"));
+            parts.push(format!("{name}: {number}"));
         }
     }
     cost("walls, fixed bodies", (!parts.is_empty()).then(|| parts.join(", ")), "none")
@@ -151,8 +149,8 @@ mod tests {
         );
         assert!(all.iter().all(|(_, is_paid, _)| *is_paid), "{all:?}");
         let words = |what: &str| &all.iter().find(|(name, ..)| *name == what).unwrap().2;
-        assert!(words("molecules").starts_with("1 molecules of up to 5 atoms, 1 that turn"), "{all:?}");
-        assert_eq!(words("walls, fixed bodies"), "1 walls, 1 of them with a temperature, 1 fixed discs");
+        assert!(words("molecules").starts_with("1 of up to 5 atoms, 1 turning"), "{all:?}");
+        assert_eq!(words("walls, fixed bodies"), "walls: 1, with a temperature: 1, fixed discs: 1");
         assert_eq!(words("observers"), "reports of contacts for pressure, directions:tee");
         assert!(words("thermostats").starts_with("4 actions"), "{all:?}");
     }
