@@ -97,9 +97,9 @@ impl Budget {
     }
 
     /// The number for repeated placements of so many molecules, of which one must succeed: a few
-    /// seconds.
+    /// seconds. Smaller: molecules that fit after some trials only are refused.
     pub(crate) fn of_repetitions(molecules: usize) -> Self {
-        Self(molecules.saturating_mul(64).max(1 << 23))
+        Self(molecules.saturating_mul(64).max(8 * MOST_SITES))
     }
 
     pub(crate) fn is_spent(&self) -> bool {
