@@ -18,6 +18,8 @@ use carom_tables::Verdict;
 use clap::Args;
 use serde_json::Value;
 
+use super::json_checks::{checks, failures};
+
 /// The experiments, cheap ones first. Those of the thesis's tests and of capability costs measure
 /// times alone, on an idle machine, and are left out.
 const EXPERIMENTS: [&str; 14] = [
@@ -96,10 +98,8 @@ fn experiment(name: &'static str, folder: &Folder, size: &str) -> Result<Row> {
         .with_context(|| format!("cannot start the experiment {name}"))?;
     let seconds = begun.elapsed().as_secs_f64();
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
-    let checks = answer["checks"].as_array().cloned().unwrap_or_default();
-    let failed = checks.iter().filter(|check| check["passed"] != true);
-    let mut reasons: Vec<String> =
-        failed.filter_map(|check| check["name"].as_str().map(str::to_owned)).collect();
+    let checks = checks(&answer);
+    let mut reasons = failures(&checks);
     reasons.extend(answer["error"].as_str().map(str::to_owned));
     let verdict = answer["verdict"].as_str().unwrap_or("error").to_owned();
     Ok(Row { name, verdict, checks: checks.len(), reasons, seconds })

@@ -8,6 +8,7 @@ pub mod encounters;
 pub mod equilibrium;
 pub mod errors;
 pub mod extremes;
+pub mod json_checks;
 pub mod theory;
 pub mod thesis_scene;
 pub mod thesis_tests;

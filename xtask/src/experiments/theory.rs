@@ -6,10 +6,11 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use carom_experiments::common::{Common, Threads};
 use carom_report::page::{Page, Part};
 use carom_runs::{
+    console::put,
     output::{Destination, Existing, Folder, Resumption},
     print_line,
     resumable::Choices,
@@ -18,6 +19,8 @@ use carom_sweeps::sweep;
 use carom_tables::Verdict;
 use clap::Args;
 use serde_json::Value;
+
+use super::json_checks::{checks, failures};
 
 /// Options of an experiment that consists of studies.
 #[derive(Debug, Clone, Args)]
@@ -127,17 +130,21 @@ impl Theory {
     /// The page of an experiment of several studies: the verdict of each, and what differs.
     fn write_page(&self, folder: &Folder, options: &Options) -> Result<()> {
         let mut page = Page::new(&format!("Experiment {}", self.name), self.question);
-        let (mut rows, mut files, mut failed) = (Vec::new(), Vec::new(), 0);
+        let (mut rows, mut files, mut all, mut failed) = (Vec::new(), Vec::new(), Vec::new(), 0);
         for study in self.studies {
             let outcome = Outcome::read(&folder.path().join(study))?;
-            failed += outcome.failures.len();
+            let failures = failures(&outcome.checks);
+            failed += failures.len();
             rows.push(vec![
                 (*study).to_owned(),
-                outcome.checks.to_string(),
-                outcome.failures.len().to_string(),
+                outcome.checks.len().to_string(),
+                failures.len().to_string(),
                 outcome.collisions.to_string(),
             ]);
-            outcome.failures.iter().for_each(|failure| page.error(&format!("{study}: {failure}")));
+            for failure in failures {
+                page.error(&format!("{study}: {failure}"));
+            }
+            all.extend(outcome.checks);
             files.push((format!("{study}/report.html"), format!("the page of the study {study}")));
         }
         page.verdict(&match failed {
@@ -149,6 +156,10 @@ impl Theory {
         page.table(&["study", "checks", "failed", "collisions"], &rows);
         page.files(&files);
         page.code(&options.common.command(self.name));
+        // Each study has put its own: the last one's would be taken for those of the experiment.
+        put("folder", &folder.path());
+        put("page", &folder.path().join("report.html"));
+        put("checks", &all);
         folder.write("report.html", page.html())
     }
 }
@@ -178,9 +189,7 @@ pub fn study_file(name: &str) -> PathBuf {
 
 /// What `summary.json` of a sweep says.
 struct Outcome {
-    checks: usize,
-    /// The checks that failed, by name.
-    failures: Vec<String>,
+    checks: Vec<Value>,
     collisions: u64,
 }
 
@@ -190,13 +199,8 @@ impl Outcome {
         let shown = path.display();
         let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {shown}"))?;
         let summary: Value = serde_json::from_str(&text).with_context(|| format!("{shown}"))?;
-        let checks = summary["checks"].as_array().with_context(|| format!("{shown} has no checks"))?;
-        let failed = checks.iter().filter(|check| check["passed"] != true);
-        Ok(Self {
-            checks: checks.len(),
-            failures: failed.filter_map(|check| check["name"].as_str().map(str::to_owned)).collect(),
-            collisions: summary["collisions"].as_u64().unwrap_or(0),
-        })
+        ensure!(summary["checks"].is_array(), "{shown} has no checks");
+        Ok(Self { checks: checks(&summary), collisions: summary["collisions"].as_u64().unwrap_or(0) })
     }
 }
 
