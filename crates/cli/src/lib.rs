@@ -34,6 +34,9 @@ pub enum Command {
     Run(run::Options),
     /// Turn every knob of detector and scheduler on a scene: time saved, and what goes wrong
     Trade(trade::Options),
+    /// Watch, measure and edit a running scene in the browser
+    #[cfg(feature = "live")]
+    Live(carom_live::Options),
     /// Validate a scene; print its content and estimate the duration of its run
     Check(check::Options),
     /// A molecule in a gas: directions of the impulses on it, and a verdict on every mean that
@@ -67,6 +70,8 @@ impl Program for Cli {
         match &self.command {
             Command::Run(options) => run::run(options),
             Command::Trade(options) => trade::run(options),
+            #[cfg(feature = "live")]
+            Command::Live(options) => carom_live::run(options),
             Command::Check(options) => check::run(options),
             Command::Brownian(options) => brownian::run(options),
             Command::Billiard(options) => billiard::run(options, ""),

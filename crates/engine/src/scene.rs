@@ -386,8 +386,8 @@ pub struct RunSpec {
 /// A stage of a run: edits at its start, thermostats while it lasts, and whether it is measured.
 ///
 /// A stage starts where the one before it ends, the first at time 0. Its edits are made together or
-/// not at all, in the order `remove`, `add`, `tag`, `untag`, `elasticity`, `lock`, `unlock`,
-/// `set_energy`; those of the first stage before the first sample. At one instant, first a sample
+/// not at all, in the order `remove`, `add`, `add_wall`, `tag`, `untag`, `elasticity`, `lock`,
+/// `unlock`, `set_energy`; those of the first stage before the first sample. At one instant, first a sample
 /// is taken, then a stage starts, then thermostats act in the order of their list. Instants that
 /// differ by less than 1e-9 of the shortest interval of the run are one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -410,6 +410,9 @@ pub struct StageSpec {
     /// Molecules to add.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub add: Vec<MoleculeSpec>,
+    /// Walls to add.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub add_wall: Vec<WallSpec>,
     /// Tags that bodies get.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tag: Vec<RelabelSpec>,
@@ -442,6 +445,7 @@ impl Default for StageSpec {
             measure: true,
             remove: Vec::new(),
             add: Vec::new(),
+            add_wall: Vec::new(),
             tag: Vec::new(),
             untag: Vec::new(),
             elasticity: None,

@@ -138,6 +138,8 @@ pub use carom_tables::Estimate;
 #[doc(hidden)]
 pub use coarse_atoms::{MOST_CIRCLES, drawn_circles};
 #[doc(hidden)]
+pub use hexatic_order::local_orders;
+#[doc(hidden)]
 pub use kinds::kinds_of_groups;
 #[doc(hidden)]
 pub use picture::{close_up, colour, coloured_kinds};

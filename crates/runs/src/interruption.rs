@@ -63,8 +63,13 @@ impl Signals {
         Ok(signals)
     }
 
-    /// Installs the signal handlers, which count a signal, and end the program at a second one.
-    fn registered() -> Result<Self> {
+    /// Installs the signal handlers: the first SIGINT or SIGTERM makes [`Self::check`] fail and does
+    /// nothing else, for a program that looks often and ends by itself; a second signal ends it at
+    /// once.
+    ///
+    /// # Errors
+    /// The system refuses the handlers.
+    pub fn registered() -> Result<Self> {
         let signals = Self::default();
         let impatient = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {

@@ -151,10 +151,13 @@ struct End {
 
 /// The steps of a run that have been done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-struct Done {
-    samples: usize,
-    steps: u64,
-    actions: u64,
+pub(crate) struct Done {
+    /// Samples.
+    pub samples: usize,
+    /// Other steps of the schedule.
+    pub steps: u64,
+    /// Draws of random numbers by thermostats.
+    pub actions: u64,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -209,6 +212,25 @@ pub fn write_state<T: Serialize>(path: &Path, scene: &Scene, state: Checkpoint, 
     let end = Some(End { state, actions: 0 });
     let head = Head { what, until, ended: true, time, progress, end };
     checkpoint_file::write(path, &[&checkpoint_file::encode(&head)?, &checkpoint_file::encode(data)?])
+}
+
+/// Writes the checkpoint of a run that another loop has made so far, which [`Task::find`] accepts.
+/// No file has been appended to.
+///
+/// # Errors
+/// The file cannot be written.
+pub(crate) fn write_going<O: Serialize>(
+    path: &Path,
+    what: &str,
+    until: f64,
+    progress: Done,
+    simulation: &Checkpoint,
+    observers: &O,
+) -> Result<()> {
+    let (what, time) = (what.to_owned(), simulation.time());
+    let head = Head { what, until, ended: false, time, progress, end: None };
+    let state = State { simulation: simulation.clone(), observers, seconds: 0.0, files: Vec::new() };
+    checkpoint_file::write(path, &[&checkpoint_file::encode(&head)?, &checkpoint_file::encode(&state)?])
 }
 
 /// Reads a state like [`last_state`], with the data of the program if [`write_state`] has written

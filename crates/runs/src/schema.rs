@@ -19,7 +19,7 @@ const TAG: &str = r"[\w-]+";
 /// Keys that a file must give in the tables of stages.
 const REQUIRED_IN_STAGES: [(&str, &[&str]); 4] = [
     ("StageSpec", &["until"]),
-    ("RelabelSpec", &["of", "name"]),
+    ("RelabelSpec", &["name"]),
     ("HeatSpec", &["tag"]),
     ("ThermostatSpec", &["tag", "every"]),
 ];

@@ -9,7 +9,7 @@ use super::{Fault, crates, read};
 
 /// Each crate with its allowed dependencies; `carom` is the facade of the six layers. Detection and
 /// response do not import each other. Tables and reports do not import the engine.
-const ARROWS: [(&str, &[&str]); 15] = [
+const ARROWS: [(&str, &[&str]); 16] = [
     ("geometry", &[]),
     ("kinematics", &["geometry"]),
     ("detection", &["geometry", "kinematics"]),
@@ -25,13 +25,14 @@ const ARROWS: [(&str, &[&str]); 15] = [
         "experiments",
         &["carom", "geometry", "kinematics", "detection", "methods", "tables", "report", "runs", "sweeps"],
     ),
-    ("cli", &["carom", "tables", "runs", "experiments", "sweeps"]),
+    ("live", &["carom", "methods", "tables", "runs"]),
+    ("cli", &["carom", "tables", "runs", "experiments", "sweeps", "live"]),
     ("python", &["carom", "detection", "methods", "tables", "report", "runs"]),
     ("testkit", &["carom", "geometry", "kinematics", "detection", "methods"]),
 ];
 
 /// What the tests of a layer may use besides.
-const ARROWS_OF_TESTS: [(&str, &[&str]); 1] = [("cli", &["report", "testkit"])];
+const ARROWS_OF_TESTS: [(&str, &[&str]); 2] = [("cli", &["report", "testkit"]), ("live", &["testkit"])];
 
 /// Forbidden dependencies in all manifests.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {

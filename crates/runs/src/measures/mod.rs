@@ -33,6 +33,7 @@ mod slope;
 mod structure_factor;
 mod temperature;
 mod thermostat;
+mod tracked;
 mod velocities;
 mod viscosity;
 mod wall_heat;
@@ -55,6 +56,7 @@ pub use self::{
     request::{Request, requests},
     selection::Selection,
     single::SingleMeasure,
+    tracked::Tracked,
 };
 use crate::{append_file::AppendFiles, console::put, print_line};
 

@@ -28,7 +28,7 @@ use crate::{
 };
 
 /// Longer side of a picture of the system (pixels).
-const PICTURE: u32 = 720;
+pub(super) const PICTURE: u32 = 720;
 
 /// A run ends at its end to this share of it: rounding of the clock.
 const END: f64 = 1e-12;

@@ -25,7 +25,7 @@ pub const START: &str = "start.extxyz";
 const LARGEST_START: u64 = 1 << 32;
 
 /// Largest number of samples of a run; more are refused as a mistake.
-const MOST_SAMPLES: f64 = 1e7;
+pub(super) const MOST_SAMPLES: f64 = 1e7;
 
 /// Options that name a scene file and change entries of it.
 #[derive(Debug, Clone, Args)]
@@ -122,7 +122,7 @@ fn read_start(start: &mut StartSpec, file: &Path) -> Result<()> {
 }
 
 /// The tags that bodies carry at the start.
-fn tags(scene: &Scene) -> impl Iterator<Item = String> {
+pub(super) fn tags(scene: &Scene) -> impl Iterator<Item = String> {
     let molecules = scene.molecule.iter().map(|entry| &entry.tags);
     let bumpers = scene.bumper.iter().map(|entry| &entry.tags);
     let walls = scene.wall.iter().map(|entry| &entry.tags);

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use carom::{
     BodyKey, EditError, Scene, SceneError,
-    engine::{Batch, DrawKey, HeatSpec, MoleculeSpec, Rotation, StageSpec, Tag, ThermostatKind},
+    engine::{Batch, DrawKey, HeatSpec, RelabelSpec, Rotation, StageSpec, Tag, ThermostatKind},
 };
 use carom_methods::AnySimulation;
 
@@ -14,22 +14,22 @@ use super::schedule::What;
 ///
 /// # Errors
 /// The edit that is refused, with its entry.
-fn begin(simulation: &mut AnySimulation, scene: &Scene, stage: usize, action: u64) -> Result<u64> {
-    begin_with(simulation, scene, stage, action, |batch, molecule| batch.add(molecule).map(|_| ()))
+pub fn begin(simulation: &mut AnySimulation, scene: &Scene, stage: usize, action: u64) -> Result<u64> {
+    begin_with(simulation, scene, stage, action, |result| result)
 }
 
 /// Makes the edits of all stages one after another on a copy of the system, so that most of those
-/// that would be refused are refused before the run. Molecules that overlap now are left out: they
-/// may have room when their stage starts.
+/// that would be refused are refused before the run. What overlaps now is left out, as are edits of
+/// single bodies that are missing for that reason: there may be room when the stage starts.
 ///
 /// # Errors
 /// The edit that is refused, with its entry.
 fn rehearse(simulation: &AnySimulation, scene: &Scene) -> Result<()> {
     let mut copy = simulation.clone();
     for stage in 1..scene.stage.len() {
-        begin_with(&mut copy, scene, stage, 0, |batch, molecule| match batch.add(molecule) {
-            Err(EditError::Scene(SceneError::Overlap { .. })) => Ok(()),
-            other => other.map(|_| ()),
+        begin_with(&mut copy, scene, stage, 0, |result| match result {
+            Err(EditError::Scene(SceneError::Overlap { .. }) | EditError::NoSuchBody(_)) => Ok(()),
+            other => other,
         })?;
     }
     Ok(())
@@ -40,13 +40,13 @@ fn begin_with(
     scene: &Scene,
     stage: usize,
     action: u64,
-    add: impl Fn(&mut Batch, &MoleculeSpec) -> Result<(), EditError>,
+    forgive: impl Fn(Result<(), EditError>) -> Result<(), EditError>,
 ) -> Result<u64> {
     let spec = &scene.stage[stage];
     let mut entry = String::new();
     let edited = simulation.edit(|batch| {
         let mut edits = Edits { batch, scene, entry: &mut entry };
-        edits.contents(spec, &add)?;
+        edits.contents(spec, &forgive)?;
         edits.rules(spec)?;
         edits.energies(spec, action)
     });
@@ -139,11 +139,20 @@ impl Edits<'_> {
         keys.take(count.unwrap_or(usize::MAX)).collect()
     }
 
-    /// Bodies and their tags.
+    /// The bodies whose tags change.
+    fn concerned(&self, relabel: &RelabelSpec) -> Vec<BodyKey> {
+        match relabel.body {
+            Some(id) => vec![BodyKey::of_id(id)],
+            None => self.tagged(&relabel.of, relabel.count),
+        }
+    }
+
+    /// Bodies and their tags. `forgive` receives the result of each edit that depends on where
+    /// bodies are.
     fn contents(
         &mut self,
         spec: &StageSpec,
-        add: &impl Fn(&mut Batch, &MoleculeSpec) -> Result<(), EditError>,
+        forgive: &impl Fn(Result<(), EditError>) -> Result<(), EditError>,
     ) -> Result<(), EditError> {
         for (index, name) in spec.remove.iter().enumerate() {
             *self.entry = format!("remove[{index}]");
@@ -151,18 +160,22 @@ impl Edits<'_> {
         }
         for (index, molecule) in spec.add.iter().enumerate() {
             *self.entry = format!("add[{index}]");
-            add(self.batch, molecule)?;
+            forgive(self.batch.add(molecule).map(|_| ()))?;
+        }
+        for (index, wall) in spec.add_wall.iter().enumerate() {
+            *self.entry = format!("add_wall[{index}]");
+            forgive(self.batch.add_wall(wall).map(|_| ()))?;
         }
         for (index, relabel) in spec.tag.iter().enumerate() {
             *self.entry = format!("tag[{index}]");
-            for key in self.tagged(&relabel.of, relabel.count) {
-                self.batch.tag(key, &relabel.name)?;
+            for key in self.concerned(relabel) {
+                forgive(self.batch.tag(key, &relabel.name).map(|_| ()))?;
             }
         }
         for (index, relabel) in spec.untag.iter().enumerate() {
             *self.entry = format!("untag[{index}]");
-            for key in self.tagged(&relabel.of, relabel.count) {
-                self.batch.untag(key, &relabel.name)?;
+            for key in self.concerned(relabel) {
+                forgive(self.batch.untag(key, &relabel.name))?;
             }
         }
         Ok(())

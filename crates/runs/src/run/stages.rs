@@ -5,14 +5,14 @@ use std::collections::BTreeSet;
 use anyhow::{Context, Result, ensure};
 use carom::{
     Scene,
-    engine::{ElasticitySpec, StageSpec, ThermostatKind, did_you_mean},
+    engine::{ElasticitySpec, RelabelSpec, StageSpec, ThermostatKind, did_you_mean},
 };
 
 use super::schedule::{actions, spans};
 use crate::sampling_times::sampling_times;
 
 /// Largest number of actions of the thermostats of a run; more are refused as a mistake.
-const MOST_ACTIONS: f64 = 1e7;
+pub(super) const MOST_ACTIONS: f64 = 1e7;
 
 /// Rounding of the times of samples, as a share of the time.
 const ROUNDING: f64 = 1e-9;
@@ -43,6 +43,16 @@ pub fn check(scene: &Scene) -> Result<()> {
             "stage[{index}]: the tag {:?} is in `lock` and in `unlock`",
             both.map_or("", String::as_str)
         );
+        let relabels = [("tag", &stage.tag), ("untag", &stage.untag)];
+        for (entry, list) in relabels {
+            for (number, relabel) in list.iter().enumerate() {
+                ensure!(
+                    relabel.of.is_empty() == relabel.body.is_some()
+                        && (relabel.body.is_none() || relabel.count.is_none()),
+                    "stage[{index}].{entry}[{number}]: give either `of`, with or without `count`, or `body`"
+                );
+            }
+        }
         for (number, heat) in stage.set_energy.iter().enumerate() {
             heat.target(&format!("stage[{index}].set_energy[{number}]"))?;
         }
@@ -166,12 +176,18 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
             known(&carried, "remove", tag)?;
         }
         carried.extend(stage.add.iter().flat_map(|molecule| molecule.tags.iter().cloned()));
+        carried.extend(stage.add_wall.iter().flat_map(|wall| wall.tags.iter().cloned()));
+        let of_tag = |relabel: &&RelabelSpec| relabel.body.is_none();
         for (number, relabel) in stage.tag.iter().enumerate() {
-            known(&carried, &format!("tag[{number}]"), &relabel.of)?;
+            if of_tag(&relabel) {
+                known(&carried, &format!("tag[{number}]"), &relabel.of)?;
+            }
             carried.insert(relabel.name.clone());
         }
         for (number, relabel) in stage.untag.iter().enumerate() {
-            known(&carried, &format!("untag[{number}]"), &relabel.of)?;
+            if of_tag(&relabel) {
+                known(&carried, &format!("untag[{number}]"), &relabel.of)?;
+            }
             known(&carried, &format!("untag[{number}]"), &relabel.name)?;
         }
         if let Some(elasticity) = &stage.elasticity {
@@ -218,6 +234,7 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
     let edits = [
         ("remove", stage.remove.len()),
         ("add", stage.add.len()),
+        ("add_wall", stage.add_wall.len()),
         ("tag", stage.tag.len() + stage.untag.len()),
         ("elasticity", usize::from(stage.elasticity.is_some())),
         ("lock", stage.lock.len()),

@@ -1,0 +1,149 @@
+//! A frame: where each visible body is, as a binary message.
+//!
+//! Layout, little-endian:
+//!
+//! | bytes | content |
+//! | --- | --- |
+//! | 0 to 3 | `u32` 1 |
+//! | 4 to 7 | `u32` version of the roster |
+//! | 8 to 15 | `f64` time |
+//! | 16 to 31 | 2 `f64` middle of the window (length) |
+//! | 32 to 35 | `u32` number of the frame |
+//! | 36 to 39 | `u32` number n of bodies |
+//! | 40 to 43 | `u32` flags: 1 indices, 2 orientations, 4 values |
+//! | 44 to 47 | `u32` number k of contacts of the chosen body, the last first |
+//! | from 48 | `u32` n indices in the roster, if some bodies are left out; `f32` n places x, then y, relative to the middle (length); `f32` n orientations (radians); `f32` n values; then k times 5 `f32`: age, place relative to the present one, and impulse |
+//!
+//! Places are those of the nearest image to the middle of the window, so that a page resolves its
+//! pixels at any magnification.
+
+use carom::{View, observers::local_orders};
+use glam::DVec2;
+
+use crate::{
+    follower::Kick,
+    protocol::{Colour, Window},
+    roster::Roster,
+};
+
+/// Bytes before the arrays.
+pub const HEAD: usize = 48;
+
+/// The number of a frame, and what it belongs to.
+#[derive(Debug, Clone, Copy)]
+pub struct Label<'a> {
+    /// Number of the frame.
+    pub number: u32,
+    /// The roster of the bodies.
+    pub roster: &'a Roster,
+}
+
+/// Encodes the bodies in a window.
+pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]) -> Vec<u8> {
+    let Label { number, roster } = label;
+    let sides = view.bounds().sides();
+    let followed = window.follow.and_then(|id| view.body(carom::BodyKey::of_id(id)));
+    let centre = followed.map_or(DVec2::from(window.centre), |body| body.motion.position);
+    let (centre, _) = view.bounds().wrap(centre);
+    let half = DVec2::from(window.half);
+    // Bodies whose nearest image is outside may reach in with another one.
+    let shows_all = half + roster.reach;
+    let is_whole = shows_all.cmpge(0.5 * sides).all();
+    let orders = if window.colour == Colour::Order { local_orders(view) } else { Vec::new() };
+    let expected = if is_whole { view.len() } else { 0 };
+    let mut indices: Vec<u32> = Vec::new();
+    let [mut xs, mut ys] = [(); 2].map(|()| Vec::<f32>::with_capacity(expected));
+    let (mut angles, mut values) = (Vec::<f32>::new(), Vec::<f32>::new());
+    for (index, body) in view.bodies().filter(|body| !body.body.is_wall()).enumerate() {
+        let away = body.motion.position - centre;
+        let nearest = away - sides * (away / sides).round();
+        if !is_whole {
+            // A window wider than the box along one axis shows all of that axis.
+            let is_out = nearest.abs().cmpgt(shows_all) & shows_all.cmplt(0.5 * sides);
+            if is_out.any() {
+                continue;
+            }
+            indices.push(index as u32);
+        }
+        xs.push(nearest.x as f32);
+        ys.push(nearest.y as f32);
+        if roster.turns {
+            angles.push((body.motion.orientation.turns().fract() * std::f64::consts::TAU) as f32);
+        }
+        match window.colour {
+            Colour::Kind => {}
+            Colour::Speed => values.push(body.motion.velocity.length() as f32),
+            Colour::Energy => values.push(body.energy() as f32),
+            Colour::Order => values.push(orders[index] as f32),
+        }
+    }
+    let flags = u32::from(!is_whole) + 2 * u32::from(roster.turns) + 4 * u32::from(window.colour != Colour::Kind);
+    let mut bytes = Vec::with_capacity(HEAD + 4 * (5 * xs.len() + 5 * kicks.len()));
+    bytes.extend(1_u32.to_le_bytes());
+    bytes.extend(roster.version.to_le_bytes());
+    for number in [view.time().to_f64(), centre.x, centre.y] {
+        bytes.extend(number.to_le_bytes());
+    }
+    for number in [number, xs.len() as u32, flags, kicks.len() as u32] {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.extend(indices.iter().flat_map(|index| index.to_le_bytes()));
+    for numbers in [xs, ys, angles, values] {
+        bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+    }
+    for Kick { age, place, impulse } in kicks {
+        let row = [*age, place.x, place.y, impulse.x, impulse.y];
+        bytes.extend(row.iter().flat_map(|number| (*number as f32).to_le_bytes()));
+    }
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom::{Scene, Simulation};
+
+    fn word(bytes: &[u8], at: usize) -> u32 {
+        u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
+    }
+
+    fn float(bytes: &[u8], at: usize) -> f32 {
+        f32::from_bits(word(bytes, at))
+    }
+
+    fn window(centre: [f64; 2], half: f64, colour: Colour) -> Window {
+        Window { centre, half: [half; 2], colour, follow: None }
+    }
+
+    #[test]
+    fn a_frame_has_the_bodies_of_the_window_at_their_nearest_images() {
+        let scene = Scene::from_toml(
+            "[[wall]]\nx = 0.4\n[[molecule]]\nshape = \"disc\"\natom_radius = 0.01\natom_mass = 2.0\nat = [0.98, 0.5]\n\
+             velocity = [3.0, 4.0]\n[[molecule]]\nshape = \"disc\"\natom_radius = 0.01\natom_mass = 2.0\nat = [0.5, 0.5]\n",
+        )
+        .unwrap();
+        let simulation = Simulation::new(&scene).unwrap();
+        let view = simulation.view();
+        let roster = Roster::new(5, "two", None, &view);
+        assert_eq!((word(&roster.bytes, 4), word(&roster.bytes, 12), roster.turns), (5, 2, false));
+        let label = Label { number: 9, roster: &roster };
+        // Around the corner of the box, with one of the two discs.
+        let bytes = encode(&view, label, &window([0.0, 0.5], 0.1, Colour::Speed), &[]);
+        assert_eq!([4, 32, 36, 40, 44].map(|at| word(&bytes, at)), [5, 9, 1, 5, 0]);
+        assert_eq!(word(&bytes, HEAD), 0, "the index of the first disc");
+        assert!((float(&bytes, HEAD + 4) + 0.02).abs() < 1e-7);
+        assert!(float(&bytes, HEAD + 8).abs() < 1e-7);
+        assert_eq!((float(&bytes, HEAD + 12), bytes.len()), (5.0, HEAD + 16));
+        // The whole box, by energy; the second disc is at rest.
+        let bytes = encode(&view, label, &window([0.5, 0.5], 0.5, Colour::Energy), &[]);
+        assert_eq!([36, 40].map(|at| word(&bytes, at)), [2, 4]);
+        assert_eq!([16, 20].map(|at| float(&bytes, HEAD + at)), [25.0, 0.0]);
+        // In the middle of the second disc.
+        let followed = Window { follow: Some(2), ..window([0.0, 0.0], 1e-9, Colour::Kind) };
+        let kick = Kick { age: 1.0, place: DVec2::new(2.0, 3.0), impulse: DVec2::new(4.0, 5.0) };
+        let bytes = encode(&view, label, &followed, &[kick]);
+        assert_eq!([36, 44].map(|at| word(&bytes, at)), [1, 1]);
+        assert_eq!(bytes[16..24], 0.5_f64.to_le_bytes());
+        assert_eq!([12, 16, 28].map(|at| float(&bytes, HEAD + at)), [1.0, 2.0, 5.0]);
+    }
+}

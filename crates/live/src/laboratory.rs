@@ -1,0 +1,581 @@
+//! The thread that owns the simulation: it runs it in pieces, makes what commands request between
+//! them, and sends frames, the state of the run, and measures.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        mpsc::{Receiver, RecvTimeoutError},
+    },
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, Result, anyhow, ensure};
+use carom::{BodyKey, CollisionReport, EpochTime, Observer, Scene, View, engine::Body};
+use carom_methods::Method;
+use carom_runs::{
+    interruption::Signals,
+    measures::{SingleMeasure, Tracked},
+    run::interactive::{InteractiveRun, Saved},
+};
+use serde_json::{Value, json};
+
+use crate::{
+    follower::Follower,
+    frame::{self, Label},
+    gallery,
+    pace::{FRAME, Pace},
+    protocol::{Answer, Command, Edit, MOST_CONTACTS, MOST_EDITS, MeasureRequest, Request, Window},
+    report::{self, Measured, Watch},
+    roster::Roster,
+    viewers::{Viewer, Viewers, json as text_of},
+};
+
+/// Longest time without a look at signals.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Time between two reports of the state, and of the measures.
+const STATUS: Duration = Duration::from_millis(250);
+const MEASURES: Duration = Duration::from_millis(500);
+
+/// Largest share of the time that reports of measures take.
+const SHARE_OF_MEASURES: f64 = 0.02;
+
+/// Most measures at one time, and samples of each: they bound the memory.
+const MOST_MEASURES: usize = 16;
+const MOST_SAMPLES: u64 = 200_000;
+
+/// Longest time that steps from contact to contact take.
+const LONGEST_STEPS: Duration = Duration::from_secs(2);
+
+/// Largest number of saved runs in one folder.
+const MOST_SAVED: u32 = 100_000;
+
+/// A request, and the page that it came from.
+#[derive(Debug)]
+pub struct Message {
+    /// Number of the page.
+    pub viewer: u64,
+    /// What it requests.
+    pub request: Request,
+}
+
+/// How the laboratory has ended.
+#[derive(Debug, Default)]
+pub struct Ended {
+    /// The run as it was then; `None` if no scene was open.
+    pub saved: Option<Saved>,
+}
+
+/// What observes the run.
+#[derive(Default)]
+struct Watching {
+    measures: Vec<Measured>,
+    follower: Follower,
+}
+
+impl Watching {
+    fn active(&self) -> impl Iterator<Item = &Tracked> {
+        self.measures.iter().map(|measured| &measured.tracked).filter(|tracked| tracked.is_active)
+    }
+
+    /// The time of the next sample, but not after `until`.
+    fn next_sample(&self, until: EpochTime) -> EpochTime {
+        self.active().map(Tracked::time).fold(until, |first, time| if time < first { time } else { first })
+    }
+
+    /// Takes the samples that are due.
+    fn sample(&mut self, view: &View<'_>) {
+        for Measured { tracked, .. } in &mut self.measures {
+            if tracked.is_due(view.time()) {
+                tracked.sample(view);
+                tracked.is_active = tracked.samples() < MOST_SAMPLES;
+            }
+        }
+    }
+}
+
+impl Observer for Watching {
+    fn watches_any(&self) -> bool {
+        self.follower.watches_any() || self.active().any(|tracked| tracked.measure.watches_any())
+    }
+
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.follower.watches(bodies) || self.active().any(|tracked| tracked.measure.watches(bodies))
+    }
+
+    fn start(&mut self, view: &View<'_>) {
+        self.follower.start(view);
+        for Measured { tracked, .. } in &mut self.measures {
+            tracked.measure.start(view);
+        }
+    }
+
+    fn pause(&mut self, view: &View<'_>) {
+        for Measured { tracked, .. } in &mut self.measures {
+            tracked.measure.pause(view);
+        }
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.follower.collision(report);
+        for Measured { tracked, .. } in &mut self.measures {
+            if tracked.is_active {
+                tracked.measure.collision(report);
+            }
+        }
+    }
+}
+
+/// An open scene.
+struct Bench {
+    name: String,
+    run: InteractiveRun,
+    bookmark: Option<InteractiveRun>,
+    watching: Watching,
+    pace: Pace,
+    watch: Watch,
+    roster: Roster,
+    /// The stage to which the roster belongs.
+    stage: usize,
+    is_playing: bool,
+    /// Why the run cannot go on.
+    error: Option<String>,
+}
+
+impl Bench {
+    fn begin(name: String, scene: &Scene, version: u32) -> Result<Self> {
+        let run = InteractiveRun::begin(scene).with_context(|| format!("the scene {name:?}"))?;
+        let view = run.view();
+        let (pace, watch) = (Pace::new(&view, None), Watch::new(&view));
+        let roster = Roster::new(version, &name, method(scene), &view);
+        let stage = run.stage();
+        Ok(Self {
+            name,
+            run,
+            bookmark: None,
+            watching: Watching::default(),
+            pace,
+            watch,
+            roster,
+            stage,
+            is_playing: false,
+            error: None,
+        })
+    }
+
+    fn now(&self) -> f64 {
+        self.run.view().time().to_f64()
+    }
+
+    /// The bodies, or the run itself, have changed.
+    fn has_changed(&mut self) {
+        let (view, speed) = (self.run.view(), self.pace.speed());
+        self.roster = Roster::new(self.roster.version + 1, &self.name, method(self.run.scene()), &view);
+        self.pace = Pace::new(&view, speed);
+        self.stage = self.run.stage();
+    }
+
+    /// Runs one piece; returns whether the run is ahead of its clock.
+    fn run_piece(&mut self) -> bool {
+        let (begun, now) = (Instant::now(), self.now());
+        let target = self.pace.target(now);
+        if target <= now {
+            return true;
+        }
+        let ran = self.run_to(EpochTime::from(target));
+        let wall = begun.elapsed();
+        self.watch.has_run(wall);
+        self.pace.has_taken(target - now, wall);
+        if let Err(error) = ran {
+            self.stop(&error);
+        }
+        false
+    }
+
+    fn run_to(&mut self, target: EpochTime) -> Result<()> {
+        loop {
+            let end = self.watching.next_sample(target);
+            self.run.advance(end, &mut self.watching)?;
+            self.watching.sample(&self.run.view());
+            if end >= target {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Runs through so many contacts; returns how many there were.
+    fn step(&mut self, contacts: u32) -> Result<u32> {
+        let begun = Instant::now();
+        let last = self.now() + self.run.until();
+        for done in 0..contacts {
+            loop {
+                let end = self.watching.next_sample(EpochTime::from(last));
+                let has_hit = self.run.step(end.to_f64(), &mut self.watching)?;
+                if has_hit {
+                    break;
+                }
+                self.watching.sample(&self.run.view());
+                if end.to_f64() >= last || begun.elapsed() > LONGEST_STEPS {
+                    return Ok(done);
+                }
+            }
+        }
+        Ok(contacts)
+    }
+
+    fn stop(&mut self, error: &anyhow::Error) {
+        self.is_playing = false;
+        self.error = Some(format!("{error:#}"));
+    }
+}
+
+/// The method of a scene in words, if it is not exact.
+fn method(scene: &Scene) -> Option<String> {
+    let method = Method::try_from(&scene.method).ok()?;
+    (!method.is_exact()).then(|| method.to_string())
+}
+
+/// What a page has received last.
+#[derive(Debug, Default)]
+struct Sent {
+    viewer: u64,
+    roster: u32,
+    /// Time, collisions, roster and window of its last frame.
+    frame: Option<(EpochTime, u64, u32, u64)>,
+}
+
+/// The laboratory: at most one open scene, and what the pages have received.
+pub struct Laboratory {
+    viewers: Arc<Viewers>,
+    signals: Signals,
+    folder: PathBuf,
+    bench: Option<Bench>,
+    /// Version of the last roster of any scene.
+    version: u32,
+    measures_so_far: u64,
+    sent: Vec<Sent>,
+    next_frame: Instant,
+    next_status: Instant,
+    next_measures: Instant,
+}
+
+impl Laboratory {
+    /// A laboratory for these pages, which saves runs in `folder`.
+    pub fn new(viewers: Arc<Viewers>, folder: &Path, signals: Signals) -> Self {
+        let now = Instant::now();
+        Self {
+            viewers,
+            signals,
+            folder: folder.to_owned(),
+            bench: None,
+            version: 0,
+            measures_so_far: 0,
+            sent: Vec::new(),
+            next_frame: now,
+            next_status: now,
+            next_measures: now,
+        }
+    }
+
+    /// Opens a scene.
+    ///
+    /// # Errors
+    /// It is invalid.
+    pub fn open(&mut self, name: String, scene: &Scene) -> Result<()> {
+        let bench = Bench::begin(name, scene, self.version + 1)?;
+        self.bench = Some(bench);
+        Ok(())
+    }
+
+    /// Runs until a signal is received or no page can come any more; then the run is saved.
+    ///
+    /// # Errors
+    /// The run cannot be saved.
+    pub fn serve(&mut self, messages: &Receiver<Message>) -> Result<Ended> {
+        loop {
+            let runs = self.bench.as_ref().is_some_and(|bench| bench.is_playing);
+            let mut is_ahead = !runs;
+            if let Some(bench) = self.bench.as_mut().filter(|bench| bench.is_playing) {
+                is_ahead = bench.run_piece();
+                if bench.run.stage() != bench.stage {
+                    bench.has_changed();
+                }
+            }
+            let pause = if is_ahead { self.pause() } else { Duration::ZERO };
+            match messages.recv_timeout(pause) {
+                Ok(message) => {
+                    self.obey(message);
+                    while let Ok(message) = messages.try_recv() {
+                        self.obey(message);
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            self.publish();
+            if self.signals.check().is_err() {
+                break;
+            }
+        }
+        let saved = self.bench.as_ref().map(|bench| self.save(bench)).transpose()?;
+        Ok(Ended { saved })
+    }
+
+    /// Time until there is something to do besides commands.
+    fn pause(&self) -> Duration {
+        self.next_frame.saturating_duration_since(Instant::now()).clamp(Duration::from_micros(500), LOOK)
+    }
+
+    fn obey(&mut self, Message { viewer, request }: Message) {
+        let result = self.execute(request.command).map_err(|error| format!("{error:#}"));
+        if let Some(viewer) = self.viewers.get(viewer) {
+            viewer.answer(&Answer::of(request.id, result));
+        }
+        // What has changed is shown at once.
+        let now = Instant::now();
+        (self.next_frame, self.next_status) = (now, now);
+        if let Some(bench) = &self.bench {
+            self.version = self.version.max(bench.roster.version);
+        }
+    }
+
+    fn bench(&mut self) -> Result<&mut Bench> {
+        self.bench.as_mut().context("no scene is open")
+    }
+
+    /// Executes a command; returns what the page needs to know.
+    fn execute(&mut self, command: Command) -> Result<Value> {
+        match command {
+            // The server answers these.
+            Command::View(_) | Command::Seen(_) => Ok(Value::Null),
+            Command::Open(name) => {
+                let scene = gallery::scene(&name)?;
+                self.open(name, &scene)?;
+                let bench = self.bench()?;
+                bench.is_playing = true;
+                bench.pace.start(0.0);
+                Ok(Value::Null)
+            }
+            Command::Play(play) => {
+                let bench = self.bench()?;
+                let now = bench.now();
+                bench.pace.start(now);
+                bench.is_playing = play;
+                bench.error = bench.error.take().filter(|_| !play);
+                Ok(Value::Null)
+            }
+            Command::Speed(speed) => {
+                let is_valid = speed.is_none_or(|speed| speed.is_finite() && speed > 0.0);
+                ensure!(is_valid, "the speed must be positive and finite, but is {speed:?}");
+                let bench = self.bench()?;
+                let now = bench.now();
+                bench.pace.set_speed(speed, now);
+                Ok(Value::Null)
+            }
+            Command::Step(contacts) => {
+                ensure!(
+                    (1..=MOST_CONTACTS).contains(&contacts),
+                    "a step has from 1 to {MOST_CONTACTS} contacts, not {contacts}"
+                );
+                let bench = self.bench()?;
+                bench.is_playing = false;
+                let done = bench.step(contacts).inspect_err(|error| bench.stop(error))?;
+                ensure!(done > 0, "there is no contact until t = {}", bench.now());
+                Ok(json!({ "contacts": done, "time": bench.now() }))
+            }
+            Command::Edit(edits) => self.edit(&edits),
+            Command::Choose(id) => {
+                let bench = self.bench()?;
+                let key = id.map(BodyKey::of_id);
+                ensure!(
+                    key.is_none_or(|key| bench.run.view().body(key).is_some()),
+                    "there is no body {}",
+                    id.unwrap_or(0)
+                );
+                bench.watching.follower.choose(key, &bench.run.view());
+                Ok(key.map_or(Value::Null, |key| about(&bench.run.view(), key)))
+            }
+            Command::Bookmark(_) => {
+                let bench = self.bench()?;
+                bench.bookmark = Some(bench.run.clone());
+                Ok(json!({ "time": bench.now() }))
+            }
+            Command::Back(_) => {
+                let bench = self.bench()?;
+                bench.run = bench.bookmark.clone().context("there is no bookmark")?;
+                // Measures of a course that has not happened mean nothing.
+                bench.watching.measures.clear();
+                bench.watching.start(&bench.run.view());
+                bench.watch = Watch::new(&bench.run.view());
+                bench.error = None;
+                bench.has_changed();
+                Ok(json!({ "time": bench.now() }))
+            }
+            Command::Measure(request) => self.measure(&request),
+            Command::EndMeasure(id) => {
+                let bench = self.bench()?;
+                let before = bench.watching.measures.len();
+                bench.watching.measures.retain(|measured| measured.id != id);
+                ensure!(bench.watching.measures.len() < before, "there is no measure {id}");
+                self.next_measures = Instant::now();
+                Ok(Value::Null)
+            }
+            Command::Save(_) => {
+                let bench = self.bench.as_ref().context("no scene is open")?;
+                let Saved { time, command } = self.save(bench)?;
+                Ok(json!({ "time": time, "command": command }))
+            }
+        }
+    }
+
+    fn edit(&mut self, edits: &[Edit]) -> Result<Value> {
+        ensure!(
+            (1..=MOST_EDITS).contains(&edits.len()),
+            "a request has from 1 to {MOST_EDITS} edits, not {}",
+            edits.len()
+        );
+        let bench = self.bench()?;
+        let mut times = Vec::new();
+        let mut made = Ok(());
+        for Edit { stage, hold } in edits {
+            match bench.run.edit(stage, hold.as_deref(), &mut bench.watching) {
+                Ok(time) => times.push(time),
+                Err(error) => {
+                    made = Err(error);
+                    break;
+                }
+            }
+        }
+        if !times.is_empty() {
+            for measured in &mut bench.watching.measures {
+                measured.tracked.is_disturbed = true;
+            }
+            bench.error = None;
+            bench.has_changed();
+        }
+        made?;
+        Ok(json!({ "times": times }))
+    }
+
+    fn measure(&mut self, MeasureRequest { spec, interval }: &MeasureRequest) -> Result<Value> {
+        let id = self.measures_so_far + 1;
+        let bench = self.bench()?;
+        ensure!(
+            bench.watching.measures.len() < MOST_MEASURES,
+            "there are {MOST_MEASURES} measures: end one of them first"
+        );
+        let scene = Scene { elasticity: bench.run.elasticity().clone(), ..bench.run.scene().clone() };
+        let interval = interval.unwrap_or(scene.run.sample_interval);
+        let measure = SingleMeasure::begin(spec, interval, &scene, &bench.run.view())?;
+        let tracked = Tracked::begin(measure, &bench.run.view());
+        let name = spec.of.as_ref().map_or_else(|| spec.kind.clone(), |of| format!("{}:{of}", spec.kind));
+        bench.watching.measures.push(Measured { id, name: name.clone(), tracked });
+        self.measures_so_far = id;
+        self.next_measures = Instant::now();
+        Ok(json!({ "id": id, "name": name, "interval": interval }))
+    }
+
+    /// Saves the run in the next free folder.
+    fn save(&self, bench: &Bench) -> Result<Saved> {
+        let numbers = (1..=MOST_SAVED).map(|number| self.folder.join(number.to_string()));
+        let free = numbers.into_iter().find(|path| !path.exists());
+        let path = free.with_context(|| format!("{} has {MOST_SAVED} saved runs", self.folder.display()))?;
+        bench.run.save(&path).context("the run cannot be saved")
+    }
+
+    /// Sends what is due to all pages.
+    fn publish(&mut self) {
+        let now = Instant::now();
+        if now >= self.next_frame {
+            self.publish_frames();
+            let interval = self.bench.as_ref().map_or(FRAME, |bench| bench.pace.interval());
+            self.next_frame = now + interval;
+        }
+        if now >= self.next_status {
+            self.publish_status();
+            self.next_status = now + STATUS;
+        }
+        if now >= self.next_measures
+            && let Some(bench) = &self.bench
+        {
+            let Bench { run, watching, .. } = bench;
+            let results = report::results(&watching.measures, run.scene(), run.elasticity(), &run.view());
+            let text = text_of(&json!({ "measures": results }));
+            self.viewers.all().iter().for_each(|viewer| viewer.send_measures(text.clone()));
+            let cost = now.elapsed();
+            self.next_measures = Instant::now() + MEASURES.max(cost.div_f64(SHARE_OF_MEASURES));
+        }
+    }
+
+    fn publish_status(&mut self) {
+        let mut status = json!({});
+        if let Some(bench) = &mut self.bench {
+            status = bench.watch.status(&bench.run);
+            status["playing"] = bench.is_playing.into();
+            status["speed"] = bench.pace.speed().into();
+            status["bookmark"] = bench.bookmark.as_ref().map(|run| run.view().time().to_f64()).into();
+            status["error"] = bench.error.clone().into();
+        }
+        let text = text_of(&json!({ "status": status }));
+        self.viewers.all().iter().for_each(|viewer| viewer.send_status(text.clone()));
+    }
+
+    fn publish_frames(&mut self) {
+        let Some(bench) = &mut self.bench else { return };
+        self.version = self.version.max(bench.roster.version);
+        let viewers = self.viewers.all();
+        self.sent.retain(|sent| viewers.iter().any(|viewer| viewer.id == sent.viewer));
+        for viewer in &viewers {
+            let known = self.sent.iter().position(|sent| sent.viewer == viewer.id);
+            let index = known.unwrap_or_else(|| {
+                self.sent.push(Sent { viewer: viewer.id, ..Sent::default() });
+                self.sent.len() - 1
+            });
+            let sent = &mut self.sent[index];
+            if sent.roster != bench.roster.version {
+                viewer.send_roster(Arc::clone(&bench.roster.bytes));
+                sent.roster = bench.roster.version;
+            }
+            send_frame(bench, viewer, sent);
+        }
+    }
+}
+
+/// Sends a frame to a page that shows something else than the present state, and can take it.
+fn send_frame(bench: &mut Bench, viewer: &Viewer, sent: &mut Sent) {
+    let view = bench.run.view();
+    let (Some(window), window_number) = viewer.window() else { return };
+    let shown = (view.time(), view.counters().collisions, bench.roster.version, window_number);
+    if sent.frame == Some(shown) {
+        return;
+    }
+    let Some(number) = viewer.next_frame() else { return };
+    let begun = Instant::now();
+    let kicks = bench.watching.follower.kicks(view.time());
+    let window: &Window = &window;
+    viewer.send_frame(frame::encode(&view, Label { number, roster: &bench.roster }, window, &kicks));
+    sent.frame = Some(shown);
+    bench.pace.has_sent(begun.elapsed());
+}
+
+/// A body in words.
+fn about(view: &View<'_>, key: BodyKey) -> Value {
+    let Some(body) = view.body(key) else { return Value::Null };
+    let tags: Vec<&str> = body.body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
+    json!({
+        "id": key.id(),
+        "tags": tags,
+        "mass": body.body.inertia().inverse_mass.recip(),
+        "energy": body.energy(),
+        "speed": body.motion.velocity.length(),
+        "atoms": body.body.molecule().atoms().len(),
+        "fixed": body.body.is_fixed(),
+        "locked": body.body.is_locked(),
+    })
+}
+
+/// The error of a thread that has panicked.
+pub fn panicked() -> anyhow::Error {
+    anyhow!("the engine has ended by an internal error")
+}

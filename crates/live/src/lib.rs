@@ -1,0 +1,138 @@
+//! `carom live`: a page in the browser on which a simulation runs, to watch, measure and edit it.
+//!
+//! One thread owns the simulation ([`laboratory`](self)); the server passes commands to it and
+//! frames back. Nothing that a browser does can make the engine wait: commands come through a
+//! bounded queue, and frames go through a slot of one, whose content is replaced.
+
+mod follower;
+mod frame;
+mod gallery;
+mod laboratory;
+mod pace;
+mod protocol;
+mod report;
+mod roster;
+mod server;
+mod viewers;
+
+pub use laboratory::Ended;
+pub use server::Server;
+
+use std::{
+    env,
+    net::{IpAddr, Ipv4Addr, SocketAddr},
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+use anyhow::{Context, Result, ensure};
+use carom::Scene;
+use carom_runs::{
+    console::{note, print_line},
+    interruption::Signals,
+    overrides::Override,
+    run::SceneFile,
+};
+use carom_tables::Verdict;
+use clap::Args;
+
+/// Options of `carom live`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// The scene file; without one the page offers a gallery
+    #[arg(value_name = "SCENE.toml")]
+    pub path: Option<PathBuf>,
+    /// Seed of all random numbers, instead of the scene's box.seed
+    #[arg(long, requires = "path")]
+    pub seed: Option<u64>,
+    /// Change an entry, such as gas.0.count=100; may be repeated
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE", requires = "path")]
+    pub set: Vec<Override>,
+    /// Folder of the saved runs, which are numbered; default: out/live-SCENE
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Port; default: one that is free
+    #[arg(long, default_value_t = 0)]
+    pub port: u16,
+    /// Serve other machines too, on this address of this one; whoever has the printed address can
+    /// edit the run and write files into the folder of the saved runs
+    #[arg(long, value_name = "ADDRESS")]
+    pub listen: Option<IpAddr>,
+    /// Do not open a browser
+    #[arg(long)]
+    pub no_open: bool,
+}
+
+/// Serves the laboratory until SIGINT or SIGTERM; then the run is saved.
+///
+/// # Errors
+/// The scene is invalid, the address cannot be used, or the run cannot be saved.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let signals = Signals::registered()?;
+    let scene = options.path.as_deref().map(|path| read(path, options)).transpose()?;
+    let address = options.listen.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
+    let server = Server::bind(SocketAddr::new(address, options.port), &folder(options), signals)?;
+    print_line(server.address());
+    if !address.is_loopback() {
+        note(
+            "Warning: other machines can reach this address, without encryption. Whoever has it can edit the run \
+             and save it here. `ssh -L` to the loopback address is safer.",
+        );
+    }
+    if !options.no_open {
+        open_browser(server.address());
+    }
+    let ended = server.serve(scene)?;
+    if let Some(saved) = ended.saved {
+        print_line(&format!("saved at t = {}; go on with\n  {}", saved.time, saved.command));
+    }
+    Ok(Verdict::Passed)
+}
+
+/// The scene of the command line, with its name.
+fn read(path: &Path, options: &Options) -> Result<(String, Scene)> {
+    let file = SceneFile {
+        path: path.to_owned(),
+        until: None,
+        seed: options.seed,
+        from: None,
+        set: options.set.clone(),
+    };
+    let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    Ok((name, file.read(None)?))
+}
+
+fn folder(options: &Options) -> PathBuf {
+    let name = options.path.as_deref().and_then(Path::file_stem).unwrap_or("gallery".as_ref());
+    options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("live-{}", name.to_string_lossy())))
+}
+
+/// Opens the address in a browser, if there is a screen; a failure changes nothing.
+fn open_browser(address: &str) {
+    let has_screen = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| env::var_os(name).is_some());
+    let mut command = if cfg!(target_os = "macos") {
+        Command::new("open")
+    } else if cfg!(windows) {
+        Command::new("explorer")
+    } else if has_screen {
+        Command::new("xdg-open")
+    } else {
+        return;
+    };
+    command.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    // Nobody waits for it: the program may go on as long as the browser does.
+    if command.spawn().is_err() {
+        note("No browser could be started: open the address in one.");
+    }
+}
+
+/// A random word of 32 hexadecimal digits.
+///
+/// # Errors
+/// The operating system gives no random bytes.
+fn random_word() -> Result<String> {
+    let mut bytes = [0_u8; 16];
+    getrandom::fill(&mut bytes).map_err(anyhow::Error::msg).context("no random bytes for the token")?;
+    ensure!(bytes != [0; 16], "the random bytes of the operating system are all 0");
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}

@@ -1,0 +1,116 @@
+//! How far the run goes before the engine looks at commands and sends frames again.
+
+use std::time::{Duration, Instant};
+
+use carom::View;
+
+/// Time between two frames.
+pub const FRAME: Duration = Duration::from_micros(16_600);
+
+/// Largest share of the time of a run at full speed that frames may take. More: a slower run.
+/// Less: fewer frames of large systems.
+const SHARE_OF_FRAMES: f64 = 0.04;
+
+/// The first piece lasts this share of the time in which the fastest body crosses the box.
+const FIRST_PIECE: f64 = 1e-4;
+
+/// A run that is behind its clock by more than this goes on from where it is.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// Lengths of the pieces of a run.
+#[derive(Debug, Clone)]
+pub struct Pace {
+    /// Simulated time for each second; `None` for as fast as it runs.
+    speed: Option<f64>,
+    /// Simulated time and clock at which the speed was set.
+    since: (f64, Instant),
+    /// Length of a piece that takes about as long as a frame (time).
+    piece: f64,
+    /// Duration of sending frames, averaged.
+    cost: Duration,
+}
+
+impl Pace {
+    /// A pace for a run at its present state.
+    pub fn new(view: &View<'_>, speed: Option<f64>) -> Self {
+        let speeds = view.bodies().map(|body| body.motion.velocity.length());
+        let fastest = speeds.fold(0.0, f64::max);
+        let piece = FIRST_PIECE * view.bounds().sides().min_element() / fastest;
+        let piece = if piece.is_finite() && piece > 0.0 { piece } else { FIRST_PIECE };
+        Self { speed, since: (view.time().to_f64(), Instant::now()), piece, cost: Duration::ZERO }
+    }
+
+    /// Sets the speed from now on.
+    pub fn set_speed(&mut self, speed: Option<f64>, now: f64) {
+        self.speed = speed;
+        self.start(now);
+    }
+
+    /// The speed that was set.
+    pub fn speed(&self) -> Option<f64> {
+        self.speed
+    }
+
+    /// Starts the clock at this simulated time.
+    pub fn start(&mut self, now: f64) {
+        self.since = (now, Instant::now());
+    }
+
+    /// The end of the next piece (time); not after `now` if the run is ahead of its clock.
+    pub fn target(&mut self, now: f64) -> f64 {
+        let Some(speed) = self.speed else { return now + self.piece };
+        let due = self.since.0 + speed * self.since.1.elapsed().as_secs_f64();
+        if due - now > speed * PATIENCE.as_secs_f64() + self.piece {
+            self.start(now);
+        }
+        due.min(now + self.piece)
+    }
+
+    /// Learns from a piece of this simulated length and duration.
+    pub fn has_taken(&mut self, length: f64, wall: Duration) {
+        if length >= self.piece * 0.5 {
+            let factor = (self.interval().as_secs_f64() / wall.as_secs_f64().max(1e-9)).clamp(0.5, 2.0);
+            self.piece = (self.piece * factor).clamp(f64::MIN_POSITIVE, 1e60);
+        } else if wall > self.interval() {
+            self.piece = (0.5 * length).max(f64::MIN_POSITIVE);
+        }
+    }
+
+    /// Learns what frames cost.
+    pub fn has_sent(&mut self, cost: Duration) {
+        self.cost = (self.cost * 3 + cost) / 4;
+    }
+
+    /// Time between two frames: longer if they would take too large a share of the time.
+    pub fn interval(&self) -> Duration {
+        match self.speed {
+            // The run waits for its clock in any case.
+            Some(_) => FRAME.max(self.cost * 2),
+            None => FRAME.max(self.cost.div_f64(SHARE_OF_FRAMES)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom::{Scene, Simulation};
+
+    #[test]
+    fn pieces_approach_the_time_of_a_frame_and_frames_keep_to_their_share() {
+        let scene = Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10").unwrap();
+        let simulation = Simulation::new(&scene).unwrap();
+        let mut pace = Pace::new(&simulation.view(), None);
+        // A machine that simulates 5 units of time a second.
+        for _ in 0..40 {
+            let length = pace.target(0.0);
+            pace.has_taken(length, Duration::from_secs_f64(length / 5.0));
+        }
+        assert!((pace.target(0.0) / (5.0 * FRAME.as_secs_f64()) - 1.0).abs() < 1e-6);
+        (0..40).for_each(|_| pace.has_sent(Duration::from_millis(4)));
+        assert!((pace.interval().as_secs_f64() / 0.1 - 1.0).abs() < 0.01);
+        pace.set_speed(Some(1e-9), 3.0);
+        assert!(pace.target(3.0) < 3.0 + 1e-6, "slow motion");
+        assert_eq!(pace.interval(), FRAME);
+    }
+}

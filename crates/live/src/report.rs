@@ -1,0 +1,218 @@
+//! What a page shows besides the bodies: totals of the run, tags, and the results of measures.
+
+use std::{
+    collections::BTreeMap,
+    time::{Duration, Instant},
+};
+
+use carom::{Scene, View, engine::{ElasticitySpec, Tag}};
+use carom_runs::{measures::Tracked, run::interactive::InteractiveRun};
+use carom_tables::{Figure, Role, Table};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+/// Largest number of rows of a table that is sent; of more, each k-th.
+const MOST_ROWS: usize = 240;
+
+/// Largest share of the time that checks for overlaps take.
+const SHARE_OF_CHECKS: f64 = 0.01;
+
+/// Shortest time between two checks.
+const CHECK: Duration = Duration::from_secs(1);
+
+/// What was seen so far of overlaps and energy.
+#[derive(Debug)]
+pub struct Watch {
+    overlapping_pairs: usize,
+    deepest: f64,
+    drift: f64,
+    next_check: Instant,
+    /// Collisions at the last status, and the time that the engine has run since (seconds).
+    collisions: u64,
+    seconds: f64,
+    rate: f64,
+}
+
+/// A tag and its bodies.
+#[derive(Debug, Serialize)]
+struct OfTag {
+    name: String,
+    /// Number of moving bodies.
+    count: usize,
+    /// Mean kinetic energy of a moving body; 0 without one.
+    energy: f64,
+    /// Number of those that cannot turn.
+    locked: usize,
+}
+
+impl Watch {
+    /// Nothing has been seen.
+    pub fn new(view: &View<'_>) -> Self {
+        Self {
+            overlapping_pairs: 0,
+            deepest: 0.0,
+            drift: 0.0,
+            next_check: Instant::now(),
+            collisions: view.counters().collisions,
+            seconds: 0.0,
+            rate: 0.0,
+        }
+    }
+
+    /// The engine has run for this long.
+    pub fn has_run(&mut self, wall: Duration) {
+        self.seconds += wall.as_secs_f64();
+    }
+
+    /// The state of the run, with checks of energy and, from time to time, overlaps.
+    pub fn status(&mut self, run: &InteractiveRun) -> Value {
+        let view = run.view();
+        let (energy, ledger) = (view.energy(), view.ledger());
+        let scale = ledger.initial.max(energy);
+        if scale > 0.0 {
+            self.drift = self.drift.max((energy - ledger.booked()).abs() / scale);
+        }
+        let begun = Instant::now();
+        if begun >= self.next_check {
+            let census = view.overlaps();
+            self.overlapping_pairs = self.overlapping_pairs.max(census.pairs);
+            self.deepest = self.deepest.max(census.deepest);
+            self.next_check = Instant::now() + CHECK.max(begun.elapsed().div_f64(SHARE_OF_CHECKS));
+        }
+        let collisions = view.counters().collisions;
+        if self.seconds > 0.0 {
+            self.rate = collisions.saturating_sub(self.collisions) as f64 / self.seconds;
+        }
+        (self.collisions, self.seconds) = (collisions, 0.0);
+        let names = view.tag_names();
+        let mut tags: BTreeMap<Tag, OfTag> = BTreeMap::new();
+        for body in view.bodies() {
+            for &tag in body.body.tags() {
+                let of = tags.entry(tag).or_insert_with(|| OfTag {
+                    name: names.name(tag).to_owned(),
+                    count: 0,
+                    energy: 0.0,
+                    locked: 0,
+                });
+                if !body.body.is_fixed() {
+                    of.count += 1;
+                    of.energy += body.energy();
+                    of.locked += usize::from(body.body.is_locked());
+                }
+            }
+        }
+        for of in tags.values_mut() {
+            of.energy /= of.count.max(1) as f64;
+        }
+        let tags: Vec<OfTag> = tags.into_values().collect();
+        json!({
+            "time": view.time().to_f64(),
+            "bodies": view.len(),
+            "collisions": collisions,
+            "rate": self.rate,
+            "energy": energy,
+            "temperature": view.temperature(),
+            "drift": self.drift,
+            "overlaps": self.overlapping_pairs,
+            "deepest": self.deepest,
+            "elasticity": run.elasticity().default,
+            "pairs": run.elasticity().pair,
+            "hold": run.thermostats(),
+            "stage": run.stage(),
+            "tags": tags,
+        })
+    }
+}
+
+/// A measure with its number and name.
+pub struct Measured {
+    /// Its number.
+    pub id: u64,
+    /// Its name.
+    pub name: String,
+    /// The measure.
+    pub tracked: Tracked,
+}
+
+/// The results of the measures so far. `rules` has the elasticity in force.
+pub fn results(measures: &[Measured], scene: &Scene, elasticity: &ElasticitySpec, view: &View<'_>) -> Value {
+    let rules = Scene { elasticity: elasticity.clone(), ..scene.clone() };
+    let of = |Measured { id, name, tracked }: &Measured| {
+        let edited = "the system has been edited since the measure began";
+        let disturbed = if tracked.is_disturbed {
+            Some(edited)
+        } else {
+            let heated = scene.stage.iter().any(|stage| !stage.thermostat.is_empty());
+            heated.then_some("thermostats act")
+        };
+        let record = tracked.measure.record(&rules, view, disturbed);
+        let results = carom_runs::merge::merged(&record);
+        json!({
+            "id": id,
+            "name": name,
+            "time": view.time().to_f64(),
+            "samples": tracked.samples(),
+            "disturbed": disturbed,
+            "ended": !tracked.is_active,
+            "figures": results.figures.iter().map(figure).collect::<Vec<_>>(),
+            "tables": results.tables.iter().map(table).collect::<Vec<_>>(),
+        })
+    };
+    Value::from(measures.iter().map(of).collect::<Vec<_>>())
+}
+
+fn figure(figure: &Figure) -> Value {
+    json!({
+        "name": figure.name,
+        "value": figure.value,
+        "error": figure.standard_error,
+        "unit": figure.unit,
+        "prediction": figure.prediction,
+        "source": figure.source,
+    })
+}
+
+/// A table with each curve's errors and prediction beside it.
+fn table(table: &Table) -> Value {
+    let rows = table.columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
+    let every = rows.div_ceil(MOST_ROWS).max(1);
+    // The last row is always among them.
+    let thin = |values: &[Option<f64>]| -> Vec<Option<f64>> {
+        values.iter().rev().step_by(every).rev().copied().collect()
+    };
+    let mut curves: Vec<Value> = Vec::new();
+    let mut abscissa = Value::Null;
+    for column in &table.columns {
+        let values = thin(&column.values);
+        match &column.role {
+            Role::Abscissa => abscissa = json!({ "name": column.label, "unit": column.unit, "values": values }),
+            role if role.is_curve() => curves.push(json!({
+                "name": column.label,
+                "unit": column.unit,
+                "values": values,
+                "levels": table.levels.iter().filter(|level| level.column == column.name)
+                    .map(|level| json!({ "name": level.label, "value": level.value, "source": level.source }))
+                    .collect::<Vec<_>>(),
+            })),
+            Role::StandardError => {
+                if let Some(curve) = curves.last_mut() {
+                    curve["errors"] = json!(values);
+                }
+            }
+            Role::Prediction { source } => {
+                if let Some(curve) = curves.last_mut() {
+                    curve["prediction"] = json!({ "name": column.label, "values": values, "source": source });
+                }
+            }
+            _ => {}
+        }
+    }
+    json!({
+        "name": table.name,
+        "title": table.title,
+        "caption": table.caption,
+        "spacing": table.spacing,
+        "abscissa": abscissa,
+        "curves": curves,
+    })
+}

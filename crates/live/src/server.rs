@@ -1,0 +1,325 @@
+//! The server: one page and one socket, behind a random token, for requests from this page alone.
+//!
+//! A request is refused unless its path begins with the token and its `Host` is this machine, by a
+//! name that no other site can take (DNS rebinding); a socket moreover needs the `Origin` of the
+//! page. Nothing is loaded from elsewhere: the page forbids it (`Content-Security-Policy`).
+
+use std::{
+    net::{IpAddr, SocketAddr, TcpListener},
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        mpsc::{SyncSender, TrySendError, sync_channel},
+    },
+    thread,
+};
+
+use anyhow::{Context, Result};
+use axum::{
+    Router,
+    extract::{
+        State,
+        ws::{Message as Packet, WebSocket, WebSocketUpgrade},
+    },
+    http::{HeaderMap, StatusCode, Uri, header},
+    response::{IntoResponse, Response},
+};
+use carom::Scene;
+use carom_runs::{interruption::Signals, measures::{KINDS, Span}};
+use serde_json::json;
+use tokio::sync::Notify;
+
+use crate::{
+    gallery::EXHIBITS,
+    laboratory::{Ended, Laboratory, Message, panicked},
+    protocol::{self, Command},
+    random_word,
+    viewers::{Outgoing, Viewer, Viewers, refuse},
+};
+
+/// The page.
+const PAGE: &str = include_str!("page.html");
+
+/// Largest message of a page (bytes).
+const LARGEST_REQUEST: usize = 1 << 18;
+
+/// Requests that wait for the engine. More are refused.
+const MOST_WAITING: usize = 256;
+
+/// What the page may load and do.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
+                      connect-src 'self'; img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// A server that is bound to its address.
+#[derive(Debug)]
+pub struct Server {
+    listener: TcpListener,
+    address: String,
+    door: Arc<Door>,
+    folder: PathBuf,
+    signals: Signals,
+}
+
+/// Who may come in.
+#[derive(Debug)]
+struct Door {
+    token: String,
+    /// Whether hosts may name any address of this machine, not the loopback address alone.
+    is_open: bool,
+}
+
+/// What requests share.
+#[derive(Debug)]
+struct Shared {
+    door: Arc<Door>,
+    viewers: Arc<Viewers>,
+    messages: SyncSender<Message>,
+}
+
+impl Door {
+    /// Whether a request names this machine and has the token; `Err` is the refusal.
+    fn admits(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), (StatusCode, &'static str)> {
+        let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("");
+        if !self.knows(host) {
+            return Err((StatusCode::FORBIDDEN, "This host name is not served."));
+        }
+        let token = uri.path().split('/').nth(1).unwrap_or("");
+        if !is_same(token, &self.token) {
+            return Err((StatusCode::FORBIDDEN, "The address lacks the token that carom live has printed."));
+        }
+        Ok(())
+    }
+
+    /// Whether a host, with or without port, is this machine.
+    fn knows(&self, host: &str) -> bool {
+        let name = match host.rsplit_once(':') {
+            Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
+            _ => host,
+        };
+        let name = name.trim_start_matches('[').trim_end_matches(']');
+        let address = name.parse::<IpAddr>();
+        name == "localhost" || address.is_ok_and(|address| self.is_open || address.is_loopback())
+    }
+
+    /// Whether a socket is opened by the page of this server.
+    fn admits_origin(headers: &HeaderMap) -> bool {
+        let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
+        match (text(header::ORIGIN), text(header::HOST)) {
+            (Some(origin), Some(host)) => origin == format!("http://{host}"),
+            _ => false,
+        }
+    }
+}
+
+/// Compares in a time that does not depend on where the words differ.
+fn is_same(one: &str, other: &str) -> bool {
+    let differ = one.bytes().zip(other.bytes()).fold(0, |differ, (a, b)| differ | (a ^ b));
+    one.len() == other.len() && differ == 0
+}
+
+impl Server {
+    /// Binds a server to an address; saved runs go into `folder`.
+    ///
+    /// # Errors
+    /// The address cannot be used, or there are no random bytes for the token.
+    pub fn bind(address: SocketAddr, folder: &Path, signals: Signals) -> Result<Self> {
+        let listener = TcpListener::bind(address).with_context(|| format!("cannot listen on {address}"))?;
+        listener.set_nonblocking(true).context("cannot listen")?;
+        let token = random_word()?;
+        let shown = listener.local_addr().context("cannot listen")?;
+        let address = format!("http://{shown}/{token}/");
+        let door = Arc::new(Door { token, is_open: !shown.ip().is_loopback() });
+        Ok(Self { listener, address, door, folder: folder.to_owned(), signals })
+    }
+
+    /// The address of the page, with its token.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// Serves until a signal is received. The scene is opened first, and waits for its first page.
+    ///
+    /// # Errors
+    /// The scene is invalid, the server fails, or the run cannot be saved.
+    pub fn serve(self, scene: Option<(String, Scene)>) -> Result<Ended> {
+        let viewers = Arc::new(Viewers::default());
+        let (messages, received) = sync_channel(MOST_WAITING);
+        let mut laboratory = Laboratory::new(Arc::clone(&viewers), &self.folder, self.signals);
+        let shared = Arc::new(Shared { door: self.door, viewers: Arc::clone(&viewers), messages });
+        let ended = Arc::new(Notify::new());
+        let (has_ended, watched) = (Arc::clone(&ended), Arc::clone(&viewers));
+        let engine = thread::Builder::new().name("engine".to_owned());
+        let engine = engine.spawn(move || {
+            // A panic ends the server as well.
+            let _ends = Ends { ended: has_ended, viewers: watched };
+            if let Some((name, scene)) = scene {
+                laboratory.open(name, &scene)?;
+            }
+            laboratory.serve(&received)
+        });
+        let engine = engine.context("the system has no thread for the engine")?;
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().context("no runtime")?;
+        let served = runtime.block_on(async {
+            let listener = tokio::net::TcpListener::from_std(self.listener)?;
+            let router = Router::new().fallback(answer).with_state(shared);
+            let server = tokio::spawn(async move { axum::serve(listener, router).await });
+            ended.notified().await;
+            server.abort();
+            Ok::<(), std::io::Error>(())
+        });
+        // Connections end with the runtime.
+        runtime.shutdown_timeout(std::time::Duration::from_millis(200));
+        let ended = engine.join().map_err(|_| panicked())?;
+        served.context("the server")?;
+        ended
+    }
+}
+
+/// Ends the server when the engine ends.
+struct Ends {
+    ended: Arc<Notify>,
+    viewers: Arc<Viewers>,
+}
+
+impl Drop for Ends {
+    fn drop(&mut self) {
+        self.viewers.all().iter().for_each(|viewer| viewer.close());
+        self.ended.notify_one();
+    }
+}
+
+/// Answers every request: the page, the socket, or a refusal.
+async fn answer(
+    State(shared): State<Arc<Shared>>,
+    uri: Uri,
+    headers: HeaderMap,
+    upgrade: Result<WebSocketUpgrade, axum::extract::ws::rejection::WebSocketUpgradeRejection>,
+) -> Response {
+    if let Err(refusal) = shared.door.admits(&uri, &headers) {
+        return refusal.into_response();
+    }
+    let rest = uri.path().splitn(3, '/').nth(2).unwrap_or("");
+    match (rest, upgrade) {
+        ("", _) => page(),
+        ("socket", Ok(upgrade)) if Door::admits_origin(&headers) => {
+            let upgrade = upgrade.max_message_size(LARGEST_REQUEST).max_frame_size(LARGEST_REQUEST);
+            upgrade.on_upgrade(move |socket| talk(socket, shared))
+        }
+        ("socket", Ok(_)) => (StatusCode::FORBIDDEN, "A page of another origin.").into_response(),
+        _ => (StatusCode::NOT_FOUND, "There is no such page.").into_response(),
+    }
+}
+
+fn page() -> Response {
+    let headers = [
+        (header::CONTENT_TYPE, "text/html; charset=utf-8"),
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::CACHE_CONTROL, "no-store"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    ];
+    (headers, PAGE).into_response()
+}
+
+/// Passes messages between a page and the engine until either ends.
+async fn talk(mut socket: WebSocket, shared: Arc<Shared>) {
+    let Some(viewer) = shared.viewers.join() else { return };
+    viewer.answer(&hello(shared.viewers.is_writer(viewer.id)));
+    loop {
+        tokio::select! {
+            outgoing = viewer.next() => {
+                let packet = match outgoing {
+                    None => break,
+                    Some(Outgoing::Text(text)) => Packet::text(text),
+                    Some(Outgoing::Binary(bytes)) => Packet::binary(bytes.to_vec()),
+                };
+                if socket.send(packet).await.is_err() {
+                    break;
+                }
+            }
+            incoming = socket.recv() => match incoming {
+                Some(Ok(Packet::Text(text))) => receive(text.as_str(), &viewer, &shared),
+                Some(Ok(Packet::Ping(_) | Packet::Pong(_))) => {}
+                // The end, a fault, or what no page of this server sends.
+                _ => break,
+            },
+        }
+    }
+    shared.viewers.leave(viewer.id);
+}
+
+/// What a page receives first.
+fn hello(is_writer: bool) -> serde_json::Value {
+    let measures = KINDS.iter().filter(|kind| kind.span != Span::EveryContact);
+    let measures = measures.map(|kind| {
+        let parameters = kind.all_parameters().map(|parameter| {
+            json!({
+                "name": parameter.name,
+                "about": parameter.about,
+                "default": parameter.default.to_string(),
+            })
+        });
+        json!({
+            "name": kind.name,
+            "about": kind.summary,
+            "usage": kind.usage(),
+            "parameters": parameters.collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "hello": carom::VERSION,
+        "writer": is_writer,
+        "gallery": EXHIBITS,
+        "measures": measures.collect::<Vec<_>>(),
+    })
+}
+
+/// Passes a request on to the engine, or answers it.
+fn receive(text: &str, viewer: &Arc<Viewer>, shared: &Shared) {
+    let request = match protocol::read(text) {
+        Ok(request) => request,
+        Err(refusal) => return viewer.answer(&refusal),
+    };
+    let id = request.id;
+    match request.command {
+        Command::View(window) if window.is_valid() => viewer.set_window(window),
+        Command::View(_) => refuse(viewer, id, "the window must have finite borders and an area"),
+        Command::Seen(number) => viewer.has_seen(number),
+        _ if !shared.viewers.is_writer(viewer.id) => {
+            refuse(viewer, id, "another page controls the run; this one can only watch");
+        }
+        _ => match shared.messages.try_send(Message { viewer: viewer.id, request }) {
+            Ok(()) => {}
+            Err(TrySendError::Full(_)) => refuse(viewer, id, "the engine is busy: try again"),
+            Err(TrySendError::Disconnected(_)) => refuse(viewer, id, "the engine has ended"),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_names_of_this_machine_are_served() {
+        let closed = Door { token: "abc".to_owned(), is_open: false };
+        for host in ["127.0.0.1:80", "localhost", "localhost:9999", "[::1]:80", "127.0.0.2"] {
+            assert!(closed.knows(host), "{host}");
+        }
+        for host in ["evil.example", "localhost.evil.example", "192.168.1.2:80", "127.0.0.1.evil", "", ":80", "a:b"] {
+            assert!(!closed.knows(host), "{host}");
+        }
+        let open = Door { token: "abc".to_owned(), is_open: true };
+        assert!(open.knows("192.168.1.2:80") && !open.knows("evil.example:80"));
+    }
+
+    #[test]
+    fn words_are_the_same_only_as_a_whole() {
+        assert!(is_same("abc", "abc"));
+        for other in ["", "ab", "abcd", "abd"] {
+            assert!(!is_same("abc", other), "{other}");
+        }
+        let word = random_word().unwrap();
+        assert!(word.len() == 32 && word != random_word().unwrap());
+    }
+}

@@ -1,0 +1,217 @@
+//! A run that is edited while it goes on, saved, and resumed by `carom run`, against `carom run`
+//! throughout: the same state to the bit.
+
+use std::path::Path;
+
+use carom::{
+    EpochTime, Scene,
+    engine::{
+        BodyKey, ElasticityRule, ElasticitySpec, HeatSpec, MoleculeSpec, RelabelSpec, StageSpec, ThermostatKind,
+        ThermostatSpec, WallSpec,
+    },
+};
+use carom_runs::{
+    checkpoint_file,
+    resumable::{CHECKPOINT, last_state},
+    run::{self, interactive::InteractiveRun},
+};
+use clap::Parser;
+
+#[derive(Debug, Parser)]
+struct Run {
+    #[command(flatten)]
+    options: run::Options,
+}
+
+/// Runs a scene file and returns the bytes of the state at its end.
+fn end_of(scene: &Path, out: &Path, more: &[&str]) -> Vec<u8> {
+    let words = ["run", scene.to_str().unwrap(), "--out", out.to_str().unwrap(), "--no-price"];
+    let run = Run::parse_from(words.iter().chain(more));
+    run::run(&run.options).unwrap();
+    let last = last_state(&out.join(CHECKPOINT)).unwrap();
+    assert!(last.is_end);
+    checkpoint_file::encode(&last.state).unwrap()
+}
+
+const SCENE: &str = r#"
+    [box]
+    seed = 4
+    [[molecule]]
+    tags = ["tee"]
+    shape = "tee"
+    atom_radius = 0.02
+    atom_mass = 1.0
+    at = [0.5, 0.5]
+    [[gas]]
+    tags = ["hot"]
+    radius = 0.012
+    mass = 1.0
+    temperature = 1.0
+    velocities = "maxwell"
+    count = 120
+    [[gas]]
+    tags = ["cold"]
+    radius = 0.012
+    mass = 2.0
+    temperature = 1.0
+    velocities = "maxwell"
+    count = 80
+    [run]
+    sample_interval = 0.1
+    observe = ["energy", "temperature:hot"]
+    [[stage]]
+    until = 0.5
+    measure = false
+    thermostat = [{ tag = "hot", every = 0.05, kind = "maxwell", temperature = 2.0 }]
+    [[stage]]
+    until = 3.0
+    thermostat = [{ tag = "hot", every = 0.02, kind = "maxwell", temperature = 3.0 }]
+"#;
+
+fn disc(at: [f64; 2]) -> MoleculeSpec {
+    MoleculeSpec {
+        tags: vec!["new".to_owned()],
+        shape: Some("disc".to_owned()),
+        atom_radius: Some(0.01),
+        atom_mass: Some(1.0),
+        at,
+        velocity: [1.0, -0.5],
+        ..MoleculeSpec::default()
+    }
+}
+
+/// A place where a small disc fits.
+fn free_place(run: &InteractiveRun) -> [f64; 2] {
+    let places = (0..400).map(|k| [f64::from(k % 20) * 0.05 + 0.011, f64::from(k / 20) * 0.05 + 0.013]);
+    let is_free = |place: &[f64; 2]| {
+        run.view().bodies().all(|body| {
+            let away = body.motion.position - glam::DVec2::from(*place);
+            let nearest = away - away.round();
+            nearest.length() > 0.011 + body.body.molecule().bounding_radius()
+        })
+    };
+    places.into_iter().find(is_free).expect("the gas is dilute")
+}
+
+#[test]
+fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
+    let scene = Scene::from_toml(SCENE).unwrap();
+    let mut run = InteractiveRun::begin(&scene).unwrap();
+    let mut advance = |run: &mut InteractiveRun, to: f64| {
+        // In pieces, as the laboratory does.
+        let from = run.view().time().to_f64();
+        for piece in 1..=7 {
+            let until = from + (to - from) * f64::from(piece) / 7.0;
+            run.advance(EpochTime::from(until), &mut ()).unwrap();
+        }
+    };
+    let quiet = StageSpec::default;
+    advance(&mut run, 0.313);
+    let elasticity = ElasticitySpec {
+        default: 0.9,
+        pair: vec![ElasticityRule { between: vec!["tee".to_owned()], coefficient: 1.0 }],
+        ..ElasticitySpec::default()
+    };
+    let edit = StageSpec { elasticity: Some(elasticity), ..quiet() };
+    run.edit(&edit, None, &mut ()).unwrap();
+    // At the same instant, and again after single contacts, which happen at no number of a file.
+    let edit = StageSpec { lock: vec!["tee".to_owned()], ..quiet() };
+    run.edit(&edit, None, &mut ()).unwrap();
+    for _ in 0..5 {
+        assert!(run.step(1.0, &mut ()).unwrap());
+    }
+    let edit = StageSpec { unlock: vec!["tee".to_owned()], ..quiet() };
+    let start = run.edit(&edit, None, &mut ()).unwrap();
+    assert!(start > 0.313);
+    // A refused edit changes nothing, not even the number of the next body.
+    let before = run.view().len();
+    let on_the_tee = run.view().body(BodyKey::of_id(0)).unwrap().motion.position.to_array();
+    let refused = run.edit(&StageSpec { add: vec![disc(on_the_tee)], ..quiet() }, None, &mut ());
+    let words = format!("{:#}", refused.unwrap_err());
+    assert!(words.contains("add[0]") && words.contains("overlap"), "{words}");
+    let unknown = run.edit(&StageSpec { remove: vec!["hto".to_owned()], ..quiet() }, None, &mut ());
+    assert!(format!("{:#}", unknown.unwrap_err()).contains("hot"), "the next tag is suggested");
+    // Past the second stage of the scene, onto an instant at which its thermostat acts.
+    advance(&mut run, 0.7);
+    let place = free_place(&run);
+    run.edit(&StageSpec { add: vec![disc(place)], ..quiet() }, None, &mut ()).unwrap();
+    let added = run.view().bodies().last().unwrap().body.id();
+    assert_eq!((added, run.view().len()), (201, before + 1));
+    let relabel = RelabelSpec { body: Some(added), name: "chosen".to_owned(), ..RelabelSpec::default() };
+    run.edit(&StageSpec { tag: vec![relabel], ..quiet() }, None, &mut ()).unwrap();
+    advance(&mut run, 1.1);
+    let hold = ThermostatSpec {
+        tag: "cold".to_owned(),
+        every: 0.03,
+        kind: ThermostatKind::EnergyReset,
+        energy: Some(0.7),
+        temperature: None,
+    };
+    let heat = HeatSpec {
+        tag: "hot".to_owned(),
+        kind: ThermostatKind::Maxwell,
+        energy: None,
+        temperature: Some(0.5),
+    };
+    run.edit(&StageSpec { set_energy: vec![heat], ..quiet() }, Some(&[hold]), &mut ()).unwrap();
+    advance(&mut run, 1.4);
+    run.edit(&StageSpec { remove: vec!["chosen".to_owned()], ..quiet() }, None, &mut ()).unwrap();
+    // A wall where there is room for one.
+    let place = free_place(&run);
+    let wall = WallSpec { from: Some(place), to: Some([place[0] + 0.001, place[1]]), ..WallSpec::default() };
+    run.edit(&StageSpec { add_wall: vec![wall], ..quiet() }, None, &mut ()).unwrap();
+    advance(&mut run, 1.777);
+
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("saved");
+    let saved = run.save(&folder).unwrap();
+    assert!(saved.time >= 1.777 && saved.command.contains("--resume"));
+    let config = folder.join("config.toml");
+    let copy = root.path().join("copy.toml");
+    std::fs::copy(&config, &copy).unwrap();
+    let resumed = end_of(&config, &folder, &["--resume"]);
+    let throughout = end_of(&copy, &root.path().join("throughout"), &[]);
+    assert!(resumed == throughout, "a resumed run and the run of its scene have the same bits");
+    // The run itself goes on with the same bits.
+    run.advance(EpochTime::from(3.0), &mut ()).unwrap();
+    let last = last_state(&folder.join(CHECKPOINT)).unwrap().state;
+    let method = carom_methods::Method::default();
+    let there = carom_methods::AnySimulation::resume(&last, &method).unwrap();
+    let bits = |view: carom::View<'_>| -> Vec<u64> {
+        let of = |body: carom::BodyView<'_>| {
+            let motion = body.motion;
+            let [x, v] = [motion.position, motion.velocity];
+            [x.x, x.y, v.x, v.y, motion.angular_velocity].map(f64::to_bits)
+        };
+        view.bodies().flat_map(of).collect()
+    };
+    assert_eq!(run.view().time(), there.view().time());
+    assert!(bits(run.view()) == bits(there.view()), "the run that was saved has gone on in the same way");
+}
+
+#[test]
+fn a_run_without_edits_is_saved_as_the_run_of_its_scene() {
+    let scene = Scene::from_toml(
+        "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100\n\
+         [run]\nuntil = 2.0\nsample_interval = 0.5\nobserve = [\"energy\"]\nanimation = true\n",
+    )
+    .unwrap();
+    let mut run = InteractiveRun::begin(&scene).unwrap();
+    run.advance(EpochTime::from(0.6), &mut ()).unwrap();
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("saved");
+    run.save(&folder).unwrap();
+    assert!(run.save(&folder).is_err(), "nothing is overwritten");
+    let text = std::fs::read_to_string(folder.join("config.toml")).unwrap();
+    let stored = Scene::from_toml(&text).unwrap();
+    assert!(stored.stage.is_empty() && stored.run.until == 2.0);
+    let original = root.path().join("original.toml");
+    std::fs::write(&original, scene.to_toml()).unwrap();
+    let resumed = end_of(&folder.join("config.toml"), &folder, &["--resume"]);
+    assert!(resumed == end_of(&original, &root.path().join("original"), &[]));
+    // Longer than the scene foresaw.
+    run.advance(EpochTime::from(5.0), &mut ()).unwrap();
+    run.save(&root.path().join("later")).unwrap();
+    let text = std::fs::read_to_string(root.path().join("later/config.toml")).unwrap();
+    assert_eq!(Scene::from_toml(&text).unwrap().run.until.floor(), 7.0);
+}

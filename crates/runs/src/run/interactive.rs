@@ -1,0 +1,379 @@
+//! A run whose stages are written while it goes on: each edit begins a stage at the present time.
+//!
+//! The scene with the stages so far is an ordinary scene: its text is the list of the edits with
+//! their instants, to the bit, and `carom run` makes the same contacts. A saved run is the folder
+//! of a run of that scene with a checkpoint at the end of an epoch, so that
+//! `carom run DIR/config.toml --out DIR --resume` goes on from it. The measures of that run begin at
+//! the checkpoint.
+
+use std::{iter::Peekable, path::Path};
+
+use anyhow::{Context, Result, bail, ensure};
+use carom::{
+    EpochTime, Observer, Scene, View,
+    engine::{ElasticitySpec, StageSpec, ThermostatSpec},
+    geometry::LARGEST,
+};
+use carom_methods::{AnySimulation, Method};
+
+use super::{
+    START, describe,
+    files::PICTURES,
+    outcome::PICTURE,
+    scene_file::{self, MOST_SAMPLES, tags},
+    schedule::{Schedule, Step, What, spans},
+    stage_edits,
+    stages::{self, MOST_ACTIONS},
+};
+use crate::{
+    manifest::Manifest,
+    measures::Measures,
+    memory::{self, Demand},
+    output::{Existing, Folder},
+    picture_of,
+    resumable::{self, CHECKPOINT, Done},
+};
+
+/// End of the last stage while the run goes on (time).
+const ENDLESS: f64 = LARGEST;
+
+/// An edit and an action of a thermostat are at least this share of the thermostat's interval
+/// apart, so that rounding cannot change their order.
+const APART: f64 = 1e-6;
+
+/// Largest number of moves of the instant of an edit: past an action of each thermostat, and the
+/// start of a stage of the scene.
+const MOST_MOVES: usize = 1000;
+
+/// Largest number of looks for the end of an epoch, each twice as far ahead: enough for any speed
+/// in range.
+const MOST_LOOKS: u32 = 400;
+
+/// A simulation with the scene that describes it up to the present.
+///
+/// A clone is a bookmark: it holds the state and the scene of its time.
+#[derive(Debug, Clone)]
+pub struct InteractiveRun {
+    simulation: AnySimulation,
+    /// The scene with the stages so far. The last stage has no end.
+    scene: Scene,
+    /// The end of the run that the scene names (time).
+    until: f64,
+    schedule: Peekable<Schedule>,
+    /// Index of the present stage.
+    stage: usize,
+    /// Number of steps of the schedule so far.
+    done: u64,
+    /// Number of draws of random numbers by thermostats so far.
+    actions: u64,
+}
+
+/// A run that has been saved.
+#[derive(Debug, Clone)]
+pub struct Saved {
+    /// The time of its checkpoint.
+    pub time: f64,
+    /// The command that goes on from it.
+    pub command: String,
+}
+
+impl InteractiveRun {
+    /// Builds the simulation of a scene and makes the edits of its first stage.
+    ///
+    /// # Errors
+    /// The scene is invalid, or does not fit into the memory.
+    pub fn begin(scene: &Scene) -> Result<Self> {
+        scene_file::validate(scene)?;
+        Demand::of(scene)?.refuse_unless_fits(memory::available())?;
+        let method = Method::try_from(&scene.method).context("[method]")?;
+        let mut simulation = AnySimulation::with(scene, &method)?;
+        let actions = stage_edits::prepare(&mut simulation, scene, 0)?;
+        let (until, mut scene) = (scene.run.until, scene.clone());
+        end_at(&mut scene, ENDLESS);
+        let schedule = steps_of(&scene);
+        let mut run = Self { simulation, scene, until, schedule, stage: 0, done: 0, actions };
+        // Thermostats of the first stage act at time 0.
+        run.advance(EpochTime::ZERO, &mut ())?;
+        Ok(run)
+    }
+
+    /// The system at the present time.
+    pub fn view(&self) -> View<'_> {
+        self.simulation.view()
+    }
+
+    /// The scene with the stages so far; its end is that of an endless run.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The end of the run that the scene file names (time).
+    pub fn until(&self) -> f64 {
+        self.until
+    }
+
+    /// The elasticity in force.
+    pub fn elasticity(&self) -> &ElasticitySpec {
+        let begun = self.scene.stage.iter().take(self.stage + 1).rev();
+        begun.filter_map(|stage| stage.elasticity.as_ref()).next().unwrap_or(&self.scene.elasticity)
+    }
+
+    /// The index of the present stage.
+    pub fn stage(&self) -> usize {
+        self.stage
+    }
+
+    /// The thermostats in force.
+    pub fn thermostats(&self) -> &[ThermostatSpec] {
+        self.scene.stage.get(self.stage).map_or(&[], |stage| &stage.thermostat)
+    }
+
+    /// Runs to `until`, with the starts of stages and the actions of thermostats on the way.
+    ///
+    /// # Errors
+    /// The run cannot go on, or an edit of the scene is refused.
+    pub fn advance(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<()> {
+        while let Some(step) = self.due(until) {
+            self.simulation.observe_until_epoch_time(EpochTime::from(step.time), observer)?;
+            self.take(step, observer)?;
+        }
+        Ok(self.simulation.observe_until_epoch_time(until, observer)?)
+    }
+
+    /// Runs through the next contact, if it happens no later than `until`, else to `until`; returns
+    /// whether there was a contact.
+    ///
+    /// # Errors
+    /// Those of [`Self::advance`].
+    pub fn step(&mut self, until: f64, observer: &mut dyn Observer) -> Result<bool> {
+        while let Some(step) = self.due(EpochTime::from(until)) {
+            if self.simulation.step(step.time, observer)? {
+                return Ok(true);
+            }
+            self.take(step, observer)?;
+        }
+        Ok(self.simulation.step(until, observer)?)
+    }
+
+    /// The next step of the schedule, if it is not after `until`.
+    fn due(&mut self, until: EpochTime) -> Option<Step> {
+        self.schedule.peek().copied().filter(|step| EpochTime::from(step.time) <= until)
+    }
+
+    /// Takes a step of the schedule at the present time.
+    fn take(&mut self, step: Step, observer: &mut dyn Observer) -> Result<()> {
+        observer.pause(&self.simulation.view());
+        let actions = stage_edits::change(&mut self.simulation, &self.scene, step.what, self.actions);
+        observer.start(&self.simulation.view());
+        self.actions += actions?;
+        if let What::Stage(stage) = step.what {
+            self.stage = stage;
+        }
+        self.schedule.next();
+        self.done += 1;
+        Ok(())
+    }
+
+    /// Begins a stage with these edits, all or none, and returns its start: the present time, or a
+    /// little later, so that the instant is a number of the scene file and no thermostat acts at it.
+    /// The stage has the thermostats `hold`, or goes on with those in force.
+    ///
+    /// # Errors
+    /// The edit that is refused, with its entry; then neither the system nor the scene is changed.
+    pub fn edit(
+        &mut self,
+        edit: &StageSpec,
+        hold: Option<&[ThermostatSpec]>,
+        observer: &mut dyn Observer,
+    ) -> Result<f64> {
+        ensure!(
+            edit.until == 0.0 && edit.measure && edit.thermostat.is_empty(),
+            "an edit begins now and lasts until the next: it has no `until`, `measure` or `thermostat`"
+        );
+        let start = self.settle(observer)?;
+        // On a clone: a refused edit must not use up numbers of bodies.
+        let mut edited = self.clone();
+        let present = edited.begin_stage(start, edit, hold);
+        let shown = edited.ending_after(start)?;
+        stages::check(&shown)?;
+        stages::refuse_unknown_tags(&shown, tags(&shown))?;
+        edited.actions += stage_edits::begin(&mut edited.simulation, &edited.scene, present, edited.actions)?;
+        edited.stage = present;
+        edited.schedule = steps_of(&edited.scene);
+        let before = edited.schedule.by_ref().take_while(|step| step.what != What::Stage(present)).count();
+        edited.done = 1 + before as u64;
+        debug_assert_eq!(edited.done, self.done + 1);
+        // No contact happens: the thermostats act at the start of the stage.
+        edited.advance(EpochTime::from(start), &mut ())?;
+        observer.pause(&self.simulation.view());
+        observer.start(&edited.simulation.view());
+        *self = edited;
+        Ok(start)
+    }
+
+    /// Runs to the next time at which a stage can begin, and returns it.
+    fn settle(&mut self, observer: &mut dyn Observer) -> Result<f64> {
+        for _ in 0..MOST_MOVES {
+            let time = self.free_instant();
+            if EpochTime::from(time) == self.simulation.time() {
+                return Ok(time);
+            }
+            self.advance(EpochTime::from(time), observer)?;
+        }
+        bail!("thermostats act too often for an edit between them")
+    }
+
+    /// The present time, or the first time after it that the present stage leaves free.
+    fn free_instant(&self) -> f64 {
+        let now = self.simulation.time();
+        let mut time = now.to_f64();
+        if EpochTime::from(time) < now {
+            time = time.next_up();
+        }
+        let span = spans(&self.scene.stage).nth(self.stage);
+        let (start, end) = span.unwrap_or((0.0, ENDLESS));
+        if time <= start {
+            time = start.next_up();
+        }
+        for thermostat in self.thermostats() {
+            let steps = (time - start) / thermostat.every;
+            if (steps - steps.round()).abs() < APART {
+                time = time.next_up().max(start + (steps.round() + 2.0 * APART) * thermostat.every);
+            }
+        }
+        // The scene itself begins a stage there.
+        if time < end && time + APART * (end - start) >= end { end } else { time }
+    }
+
+    /// Puts a stage behind the present one, which ends at `start`; returns its index.
+    fn begin_stage(&mut self, start: f64, edit: &StageSpec, hold: Option<&[ThermostatSpec]>) -> usize {
+        if self.scene.stage.is_empty() {
+            self.scene.run.measure_from = 0.0;
+            self.scene.stage.push(StageSpec { until: ENDLESS, ..StageSpec::default() });
+        }
+        let present = &mut self.scene.stage[self.stage];
+        let StageSpec { until, measure, thermostat, .. } = present.clone();
+        present.until = start;
+        let thermostat = hold.map_or(thermostat, <[_]>::to_vec);
+        self.scene.stage.insert(self.stage + 1, StageSpec { until, measure, thermostat, ..edit.clone() });
+        self.stage + 1
+    }
+
+    /// Writes the run into an empty folder, as `carom run` would have left it at the end of the
+    /// present epoch. The run itself does not change.
+    ///
+    /// # Errors
+    /// A file cannot be written; a measure of the scene does not fit the bodies that are there; a
+    /// thermostat has acted more often than a scene file allows; the run cannot go on.
+    pub fn save(&self, path: &Path) -> Result<Saved> {
+        let mut ahead = self.clone();
+        let state = ahead.run_to_end_of_epoch()?;
+        let time = state.time();
+        let scene = ahead.ending_after(time.to_f64())?;
+        scene_file::validate(&scene)?;
+        let view = ahead.simulation.view();
+        let mut measures = Measures::begin(&scene, &view)?;
+        measures.start(&view);
+        let done = ahead.done_of(&scene, time);
+        let folder = Folder::create(path, Existing::Refuse)?;
+        let shown = path.display();
+        let command = format!("carom run {shown}/config.toml --out {shown} --resume");
+        Manifest::begin(&folder, &command, &[&scene])?;
+        if let Some(frame) = &scene.start.snapshot {
+            folder.write_lasting(START, frame.as_bytes())?;
+        }
+        folder.write_lasting("config.toml", scene.to_toml())?;
+        folder.write_lasting(PICTURES[0], picture_of(&view, PICTURE))?;
+        let what = describe(&scene, None);
+        resumable::write_going(&path.join(CHECKPOINT), &what, scene.run.until, done, &state, &measures)?;
+        Ok(Saved { time: time.to_f64(), command })
+    }
+
+    /// Runs to the end of the epoch, or through the edit that ends it.
+    fn run_to_end_of_epoch(&mut self) -> Result<carom::Checkpoint> {
+        let mut span = self.until;
+        for _ in 0..MOST_LOOKS {
+            if let Some(state) = self.simulation.checkpoint() {
+                return Ok(state);
+            }
+            let far = self.simulation.time().after(span);
+            let step = self.due(far);
+            let target = step.map_or(far, |step| EpochTime::from(step.time));
+            if self.simulation.observe_epoch(target, &mut ())?
+                && let Some(step) = step
+            {
+                self.take(step, &mut ())?;
+            }
+            span = (2.0 * span).min(ENDLESS);
+        }
+        // Nothing moves: the end of an epoch changes no bit.
+        Ok(self.simulation.end_epoch_here())
+    }
+
+    /// The scene with an end after `time`, as a file describes it. Only what follows the present is
+    /// measured.
+    fn ending_after(&self, time: f64) -> Result<Scene> {
+        let mut scene = self.scene.clone();
+        let run = &mut scene.run;
+        let until = if time < self.until { self.until } else { time + self.until };
+        // Rounding and the last sample of a measured stage.
+        let mut until = until.max(time + 3.0 * run.sample_interval).max(time * (1.0 + 1e-9));
+        let (start, _) = spans(&scene.stage).last().unwrap_or_default();
+        for thermostat in scene.stage.last().map_or(&[][..], |stage| &stage.thermostat) {
+            until = until.min(start + 0.5 * MOST_ACTIONS * thermostat.every);
+        }
+        ensure!(
+            until > time,
+            "a thermostat has acted more than {:e} times since the last edit: make an edit first",
+            0.5 * MOST_ACTIONS
+        );
+        // Longer than the scene foresaw: fewer samples.
+        let longest = |interval: f64| interval.max(until / (0.5 * MOST_SAMPLES));
+        run.sample_interval = longest(run.sample_interval);
+        run.snapshot_interval = run.snapshot_interval.map(longest);
+        run.check_interval = run.check_interval.map(longest);
+        run.animation_from = run.animation_from.max(time.next_up());
+        run.animation &= run.animation_from < until;
+        if !run.animation {
+            run.animation_from = 0.0;
+        }
+        for stage in scene.stage.iter_mut().take(self.stage) {
+            stage.measure = false;
+        }
+        end_at(&mut scene, until);
+        Ok(scene)
+    }
+
+    /// The steps of the finite scene that lie behind a checkpoint at `time`.
+    fn done_of(&self, scene: &Scene, time: EpochTime) -> Done {
+        let mut done = Done { actions: self.actions, ..Done::default() };
+        let mut changes = 0;
+        for step in Schedule::new(scene) {
+            match step.what {
+                What::Sample if EpochTime::from(step.time) <= time => done.samples += 1,
+                What::Snapshot | What::Check if EpochTime::from(step.time) <= time => done.steps += 1,
+                What::Stage(_) | What::Thermostat { .. } if changes < self.done => {
+                    (changes, done.steps) = (changes + 1, done.steps + 1);
+                }
+                _ => break,
+            }
+        }
+        done
+    }
+}
+
+/// Ends the run and its last stage at `until`.
+fn end_at(scene: &mut Scene, until: f64) {
+    scene.run.until = until;
+    if let Some(last) = scene.stage.last_mut() {
+        last.until = until;
+    }
+}
+
+/// The starts of stages and the actions of thermostats.
+fn steps_of(scene: &Scene) -> Peekable<Schedule> {
+    let mut scene = scene.clone();
+    scene.run.sample_interval = scene.run.until;
+    (scene.run.snapshot_interval, scene.run.check_interval) = (None, None);
+    Schedule::new(&scene).peekable()
+}
