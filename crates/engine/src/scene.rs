@@ -522,8 +522,8 @@ impl Scene {
         for (index, stage) in stages.filter_map(toml::Value::as_table).enumerate() {
             for (entries, keys) in [
                 ("add", &["at"][..]),
-                ("tag", &["of", "name"]),
-                ("untag", &["of", "name"]),
+                ("tag", &["name"]),
+                ("untag", &["name"]),
                 ("set_energy", &["tag"]),
                 ("thermostat", &["tag", "every"]),
             ] {

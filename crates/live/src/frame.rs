@@ -139,7 +139,7 @@ mod tests {
         assert_eq!([36, 40].map(|at| word(&bytes, at)), [2, 4]);
         assert_eq!([16, 20].map(|at| float(&bytes, HEAD + at)), [25.0, 0.0]);
         // In the middle of the second disc.
-        let followed = Window { follow: Some(2), ..window([0.0, 0.0], 1e-9, Colour::Kind) };
+        let followed = Window { follow: Some(1), ..window([0.0, 0.0], 1e-9, Colour::Kind) };
         let kick = Kick { age: 1.0, place: DVec2::new(2.0, 3.0), impulse: DVec2::new(4.0, 5.0) };
         let bytes = encode(&view, label, &followed, &[kick]);
         assert_eq!([36, 44].map(|at| word(&bytes, at)), [1, 1]);

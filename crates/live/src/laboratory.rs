@@ -215,8 +215,10 @@ impl Bench {
                 if has_hit {
                     break;
                 }
+                // The time of a sample need not be one number.
+                self.run.advance(end, &mut self.watching)?;
                 self.watching.sample(&self.run.view());
-                if end.to_f64() >= last || begun.elapsed() > LONGEST_STEPS {
+                if end >= EpochTime::from(last) || begun.elapsed() > LONGEST_STEPS {
                     return Ok(done);
                 }
             }
@@ -381,7 +383,7 @@ impl Laboratory {
                 let bench = self.bench()?;
                 bench.is_playing = false;
                 let done = bench.step(contacts).inspect_err(|error| bench.stop(error))?;
-                ensure!(done > 0, "there is no contact until t = {}", bench.now());
+                ensure!(done > 0, "there was no contact until t = {}", bench.now());
                 Ok(json!({ "contacts": done, "time": bench.now() }))
             }
             Command::Edit(edits) => self.edit(&edits),

@@ -111,6 +111,7 @@ impl Watch {
             "collisions": collisions,
             "rate": self.rate,
             "energy": energy,
+            "crossing": crossing(&view),
             "temperature": view.temperature(),
             "drift": self.drift,
             "overlaps": self.overlapping_pairs,
@@ -122,6 +123,14 @@ impl Watch {
             "tags": tags,
         })
     }
+}
+
+/// The time in which a moving body of mean speed crosses the shorter side of the box; `None` if
+/// nothing moves.
+fn crossing(view: &View<'_>) -> Option<f64> {
+    let moving = || view.bodies().filter(|body| !body.body.is_fixed());
+    let mean = moving().map(|body| body.motion.velocity.length()).sum::<f64>() / moving().count().max(1) as f64;
+    Some(view.bounds().sides().min_element() / mean).filter(|time| time.is_finite())
 }
 
 /// A measure with its number and name.

@@ -97,7 +97,7 @@ fn free_place(run: &InteractiveRun) -> [f64; 2] {
 fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
     let scene = Scene::from_toml(SCENE).unwrap();
     let mut run = InteractiveRun::begin(&scene).unwrap();
-    let mut advance = |run: &mut InteractiveRun, to: f64| {
+    let advance = |run: &mut InteractiveRun, to: f64| {
         // In pieces, as the laboratory does.
         let from = run.view().time().to_f64();
         for piece in 1..=7 {
@@ -178,7 +178,7 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
     let method = carom_methods::Method::default();
     let there = carom_methods::AnySimulation::resume(&last, &method).unwrap();
     let bits = |view: carom::View<'_>| -> Vec<u64> {
-        let of = |body: carom::BodyView<'_>| {
+        let of = |body: carom::engine::BodyView<'_>| {
             let motion = body.motion;
             let [x, v] = [motion.position, motion.velocity];
             [x.x, x.y, v.x, v.y, motion.angular_velocity].map(f64::to_bits)

@@ -213,36 +213,37 @@ impl InteractiveRun {
 
     /// Runs to the next time at which a stage can begin, and returns it.
     fn settle(&mut self, observer: &mut dyn Observer) -> Result<f64> {
-        for _ in 0..MOST_MOVES {
-            let time = self.free_instant();
-            if EpochTime::from(time) == self.simulation.time() {
-                return Ok(time);
-            }
-            self.advance(EpochTime::from(time), observer)?;
-        }
-        bail!("thermostats act too often for an edit between them")
-    }
-
-    /// The present time, or the first time after it that the present stage leaves free.
-    fn free_instant(&self) -> f64 {
         let now = self.simulation.time();
         let mut time = now.to_f64();
         if EpochTime::from(time) < now {
             time = time.next_up();
         }
+        for _ in 0..MOST_MOVES {
+            self.advance(EpochTime::from(time), observer)?;
+            // Which may have begun a stage of the scene.
+            match self.next_free(time) {
+                free if free == time => return Ok(time),
+                free => time = free,
+            }
+        }
+        bail!("thermostats act too often for an edit between them")
+    }
+
+    /// This time, or a later one that the present stage leaves free.
+    fn next_free(&self, time: f64) -> f64 {
         let span = spans(&self.scene.stage).nth(self.stage);
         let (start, end) = span.unwrap_or((0.0, ENDLESS));
         if time <= start {
-            time = start.next_up();
+            return start.next_up();
         }
         for thermostat in self.thermostats() {
             let steps = (time - start) / thermostat.every;
             if (steps - steps.round()).abs() < APART {
-                time = time.next_up().max(start + (steps.round() + 2.0 * APART) * thermostat.every);
+                return time.next_up().max(start + (steps.round() + 2.0 * APART) * thermostat.every);
             }
         }
         // The scene itself begins a stage there.
-        if time < end && time + APART * (end - start) >= end { end } else { time }
+        if time < end && time + APART * (end - start) >= end && end < ENDLESS { end } else { time }
     }
 
     /// Puts a stage behind the present one, which ends at `start`; returns its index.
@@ -316,9 +317,12 @@ impl InteractiveRun {
         let mut scene = self.scene.clone();
         let run = &mut scene.run;
         let until = if time < self.until { self.until } else { time + self.until };
-        // Rounding and the last sample of a measured stage.
-        let mut until = until.max(time + 3.0 * run.sample_interval).max(time * (1.0 + 1e-9));
+        let mut until = until.max(time * (1.0 + 1e-9));
         let (start, _) = spans(&scene.stage).last().unwrap_or_default();
+        if !scene.stage.is_empty() {
+            // The last stage is measured.
+            until = until.max(start + 1.5 * run.sample_interval);
+        }
         for thermostat in scene.stage.last().map_or(&[][..], |stage| &stage.thermostat) {
             until = until.min(start + 0.5 * MOST_ACTIONS * thermostat.every);
         }

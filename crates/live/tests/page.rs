@@ -1,0 +1,157 @@
+//! The page in a browser without a window: what a user sees and does, on a running gas.
+
+mod browser;
+
+use std::{fs, net::Ipv4Addr, net::SocketAddr, path::Path, thread};
+
+use browser::Browser;
+use carom::Scene;
+use carom_live::Server;
+use carom_runs::{
+    checkpoint_file,
+    interruption::Signals,
+    resumable::{CHECKPOINT, last_state},
+    run,
+};
+use carom_testkit::chromium;
+use clap::Parser;
+use serde_json::json;
+
+const GAS: &str = r#"
+    [box]
+    seed = 3
+    [[molecule]]
+    tags = ["tee"]
+    shape = "tee"
+    atom_radius = 0.02
+    atom_mass = 1.0
+    at = [0.5, 0.5]
+    [[wall]]
+    tags = ["wall"]
+    from = [0.1, 0.9]
+    to = [0.3, 0.95]
+    [[gas]]
+    tags = ["gas"]
+    radius = 0.012
+    mass = 1.0
+    energy = 1.0
+    count = 300
+    [run]
+    until = 2.0
+    sample_interval = 0.05
+    observe = ["energy"]
+"#;
+
+/// Elements of the page without an accessible name.
+const NAMELESS: &str = "[...document.querySelectorAll('button, input, select, canvas, summary')]
+    .filter((e) => !e.hasAttribute('aria-hidden') && !(e.labels && e.labels.length) && !e.getAttribute('aria-label') && !e.textContent.trim())
+    .map((e) => e.outerHTML).join()";
+
+#[derive(Debug, Parser)]
+struct Run {
+    #[command(flatten)]
+    options: run::Options,
+}
+
+/// Runs a scene file to its end and returns the bytes of its last state.
+fn end_of(scene: &Path, out: &Path, more: &[&str]) -> Vec<u8> {
+    let words = ["run", scene.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    run::run(&Run::parse_from(words.iter().chain(more)).options).unwrap();
+    checkpoint_file::encode(&last_state(&out.join(CHECKPOINT)).unwrap().state).unwrap()
+}
+
+#[test]
+fn a_user_watches_edits_and_saves_a_gas() {
+    let Some(program) = chromium::browser("the page of carom live") else { return };
+    let root = tempfile::tempdir().unwrap();
+    let signals = Signals::default();
+    let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
+    let server = Server::bind(any, &root.path().join("saved"), signals.clone()).unwrap();
+    let address = server.address().to_owned();
+    let served = thread::spawn(move || server.serve(Some(("gas".to_owned(), Scene::from_toml(GAS).unwrap()))));
+
+    let mut page = Browser::begin(program);
+    page.show([1300, 850], false);
+    page.call("Page.navigate", json!({ "url": address }));
+    page.until("document.readyState === 'complete' && document.getElementById('bodies').textContent === '302'");
+    page.eval(
+        "void (window.picture = () => document.getElementById('bodies-canvas').toDataURL(),
+               window.text = (id) => document.getElementById(id).textContent,
+               window.press = (id) => document.getElementById(id).click(),
+               window.put = (id, value) => { const e = document.getElementById(id); e.value = value;
+                   e.dispatchEvent(new Event('input')); e.dispatchEvent(new Event('change')); })",
+    );
+    // The picture moves while the gas runs, and stands while it is paused.
+    page.until("picture().length > 10000");
+    page.eval("press('play')");
+    page.until("text('play') === 'Pause' && Number(text('time')) > 0.05");
+    page.eval("window.first = picture()");
+    page.until("picture() !== first");
+    page.eval("document.dispatchEvent(new KeyboardEvent('keydown', { key: ' ', bubbles: true }))");
+    page.until("text('play') === 'Play' && text('rate') === 'paused'");
+    let later = "new Promise((done) => setTimeout(() => done(picture() + text('time')), 400))";
+    // A few frames may be under way.
+    let mut pictures = (0..10).map(|_| page.eval(later)).collect::<Vec<_>>();
+    pictures.dedup();
+    assert!(pictures.len() < 5, "the picture stands while the run is paused");
+
+    // One contact; the colours of speeds; a body with its path.
+    page.eval("press('one')");
+    page.until("text('message').startsWith('One contact')");
+    page.eval("window.first = picture(); put('colour', 'speed')");
+    page.until("picture() !== first && text('legend').includes('speed')");
+    page.eval("document.dispatchEvent(new KeyboardEvent('keydown', { key: 'n', bubbles: true }))");
+    page.until("text('about').includes('tee')");
+    page.eval("press('follow')");
+
+    // The slider changes the elasticity: the gas loses energy.
+    page.eval("press('unchoose'); press('play')");
+    page.until("Number(text('energy')) > 299");
+    page.eval("put('elasticity', 0.4)");
+    page.until("Number(text('energy')) < 150");
+    page.eval("put('elasticity', 1)");
+    page.until("text('message').startsWith('Elasticity 1 at')");
+
+    // An impossible edit is refused in words; a possible one is made.
+    page.eval("put('shape', 'disc'); put('radius', 0.3); press('place')");
+    page.until("text('message').startsWith('Refused') && text('message').includes('overlap')");
+    assert_eq!(page.eval("text('bodies')"), "302");
+    page.eval("put('tag', 'wall'); press('remove')");
+    page.until("text('bodies') === '301'");
+
+    // A measure grows, with its figures.
+    page.eval("put('kind', 'temperature'); put('of', 'gas'); press('measure')");
+    page.until("document.querySelectorAll('#measures svg path').length > 0");
+
+    // No part is wider than the page, and every control has a name, on all screens.
+    for (size, is_dark) in [([1300, 850], false), ([1300, 850], true), ([400, 860], false), ([400, 860], true)] {
+        page.show(size, is_dark);
+        page.until("Number(text('frames')) >= 0 && picture().length > 1000");
+        let width = page.eval("document.documentElement.scrollWidth").as_u64().unwrap();
+        assert!(width <= u64::from(size[0]), "{width} at {size:?}");
+        let ground = page.eval("getComputedStyle(document.body).backgroundColor").as_str().unwrap().to_owned();
+        assert_eq!(ground, if is_dark { "rgb(21, 24, 28)" } else { "rgb(251, 251, 249)" });
+        assert_eq!(page.eval(NAMELESS), "", "{size:?}");
+        let canvas = page.eval("document.getElementById('over').clientHeight").as_u64().unwrap();
+        assert!(canvas > 250, "{canvas} at {size:?}");
+        if let Ok(folder) = std::env::var("CAROM_PICTURES") {
+            use std::io::Write as _;
+            let shot = page.call("Page.captureScreenshot", json!({ "captureBeyondViewport": size[0] < 600 }));
+            let name = format!("{folder}/live-{}-{}.base64", size[0], if is_dark { "dark" } else { "light" });
+            fs::File::create(name).unwrap().write_all(shot["data"].as_str().unwrap().as_bytes()).unwrap();
+        }
+    }
+
+    // A saved run resumes to the bit.
+    page.eval("press('save')");
+    page.until("text('saved').includes('--resume')");
+    assert_eq!(page.faults, Vec::<String>::new());
+    drop(page);
+    signals.interrupt();
+    assert!(served.join().unwrap().unwrap().saved.is_some());
+    let folder = root.path().join("saved/1");
+    let copy = root.path().join("copy.toml");
+    fs::copy(folder.join("config.toml"), &copy).unwrap();
+    let resumed = end_of(&folder.join("config.toml"), &folder, &["--resume"]);
+    assert!(resumed == end_of(&copy, &root.path().join("throughout"), &[]));
+}
