@@ -51,12 +51,13 @@ pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]
     let is_whole = shows_all.cmpge(0.5 * sides).all();
     let orders = if window.colour == Colour::Order { local_orders(view) } else { Vec::new() };
     let expected = if is_whole { view.len() } else { 0 };
+    let per_side = 1.0 / sides;
     let mut indices: Vec<u32> = Vec::new();
     let [mut xs, mut ys] = [(); 2].map(|()| Vec::<f32>::with_capacity(expected));
     let (mut angles, mut values) = (Vec::<f32>::new(), Vec::<f32>::new());
     for (index, body) in view.bodies().filter(|body| !body.body.is_wall()).enumerate() {
         let away = body.motion.position - centre;
-        let nearest = away - sides * (away / sides).round();
+        let nearest = away - sides * (away * per_side).round();
         if !is_whole {
             // A window wider than the box along one axis shows all of that axis.
             let is_out = nearest.abs().cmpgt(shows_all) & shows_all.cmplt(0.5 * sides);
@@ -87,15 +88,24 @@ pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]
     for number in [number, xs.len() as u32, flags, kicks.len() as u32] {
         bytes.extend(number.to_le_bytes());
     }
-    bytes.extend(indices.iter().flat_map(|index| index.to_le_bytes()));
+    append(&mut bytes, &indices, |index| index.to_le_bytes());
     for numbers in [xs, ys, angles, values] {
-        bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+        append(&mut bytes, &numbers, |number| number.to_le_bytes());
     }
     for Kick { age, place, impulse } in kicks {
         let row = [*age, place.x, place.y, impulse.x, impulse.y];
         bytes.extend(row.iter().flat_map(|number| (*number as f32).to_le_bytes()));
     }
     bytes
+}
+
+/// Appends words; the compiler turns this loop into a copy.
+fn append<T: Copy>(bytes: &mut Vec<u8>, words: &[T], encoded: impl Fn(T) -> [u8; 4]) {
+    let begin = bytes.len();
+    bytes.resize(begin + 4 * words.len(), 0);
+    for (place, &word) in bytes[begin..].as_chunks_mut::<4>().0.iter_mut().zip(words) {
+        *place = encoded(word);
+    }
 }
 
 #[cfg(test)]

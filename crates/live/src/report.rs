@@ -8,6 +8,7 @@ use std::{
 use carom::{Scene, View, engine::{ElasticitySpec, Tag}};
 use carom_runs::{measures::Tracked, run::interactive::InteractiveRun};
 use carom_tables::{Figure, Role, Table};
+use cpu_time::ThreadTime;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -31,6 +32,8 @@ pub struct Watch {
     collisions: u64,
     seconds: f64,
     rate: f64,
+    /// Processor time of this thread.
+    clock: ThreadTime,
 }
 
 /// A tag and its bodies.
@@ -56,6 +59,7 @@ impl Watch {
             collisions: view.counters().collisions,
             seconds: 0.0,
             rate: 0.0,
+            clock: ThreadTime::now(),
         }
     }
 
@@ -110,6 +114,7 @@ impl Watch {
             "bodies": view.len(),
             "collisions": collisions,
             "rate": self.rate,
+            "processor": self.clock.elapsed().as_secs_f64(),
             "energy": energy,
             "crossing": crossing(&view),
             "temperature": view.temperature(),

@@ -144,14 +144,15 @@ impl Server {
     pub fn serve(self, scene: Option<(String, Scene)>) -> Result<Ended> {
         let viewers = Arc::new(Viewers::default());
         let (messages, received) = sync_channel(MOST_WAITING);
-        let mut laboratory = Laboratory::new(Arc::clone(&viewers), &self.folder, self.signals);
         let shared = Arc::new(Shared { door: self.door, viewers: Arc::clone(&viewers), messages });
         let ended = Arc::new(Notify::new());
-        let (has_ended, watched) = (Arc::clone(&ended), Arc::clone(&viewers));
+        let has_ended = Arc::clone(&ended);
+        let (folder, signals) = (self.folder, self.signals);
         let engine = thread::Builder::new().name("engine".to_owned());
         let engine = engine.spawn(move || {
             // A panic ends the server as well.
-            let _ends = Ends { ended: has_ended, viewers: watched };
+            let _ends = Ends { ended: has_ended, viewers: Arc::clone(&viewers) };
+            let mut laboratory = Laboratory::new(viewers, &folder, signals);
             if let Some((name, scene)) = scene {
                 laboratory.open(name, &scene)?;
             }
