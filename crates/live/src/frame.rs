@@ -51,13 +51,13 @@ pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]
     let is_whole = shows_all.cmpge(0.5 * sides).all();
     let orders = if window.colour == Colour::Order { local_orders(view) } else { Vec::new() };
     let expected = if is_whole { view.len() } else { 0 };
-    let per_side = 1.0 / sides;
     let mut indices: Vec<u32> = Vec::new();
     let [mut xs, mut ys] = [(); 2].map(|()| Vec::<f32>::with_capacity(expected));
     let (mut angles, mut values) = (Vec::<f32>::new(), Vec::<f32>::new());
     for (index, body) in view.bodies().filter(|body| !body.body.is_wall()).enumerate() {
         let away = body.motion.position - centre;
-        let nearest = away - sides * (away * per_side).round();
+        // Both places are in the box.
+        let nearest = DVec2::new(nearest(away.x, sides.x), nearest(away.y, sides.y));
         if !is_whole {
             // A window wider than the box along one axis shows all of that axis.
             let is_out = nearest.abs().cmpgt(shows_all) & shows_all.cmplt(0.5 * sides);
@@ -97,6 +97,17 @@ pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]
         bytes.extend(row.iter().flat_map(|number| (*number as f32).to_le_bytes()));
     }
     bytes
+}
+
+/// The shortest of a displacement within the box and its images along one axis (length).
+fn nearest(away: f64, side: f64) -> f64 {
+    if away > 0.5 * side {
+        away - side
+    } else if away < -0.5 * side {
+        away + side
+    } else {
+        away
+    }
 }
 
 /// Appends words; the compiler turns this loop into a copy.

@@ -39,8 +39,8 @@ const LOOK: Duration = Duration::from_millis(20);
 const STATUS: Duration = Duration::from_millis(250);
 const MEASURES: Duration = Duration::from_millis(500);
 
-/// Largest share of the time that reports of measures take.
-const SHARE_OF_MEASURES: f64 = 0.02;
+/// Largest share of the time that reports of the state, and of the measures, take.
+const SHARE_OF_REPORTS: f64 = 0.015;
 
 /// Most measures at one time, and samples of each: they bound the memory.
 const MOST_MEASURES: usize = 16;
@@ -497,7 +497,7 @@ impl Laboratory {
         }
         if now >= self.next_status {
             self.publish_status();
-            self.next_status = now + STATUS;
+            self.next_status = Instant::now() + STATUS.max(now.elapsed().div_f64(SHARE_OF_REPORTS));
         }
         if now >= self.next_measures
             && let Some(bench) = &self.bench
@@ -507,7 +507,7 @@ impl Laboratory {
             let text = text_of(&json!({ "measures": results }));
             self.viewers.all().iter().for_each(|viewer| viewer.send_measures(text.clone()));
             let cost = now.elapsed();
-            self.next_measures = Instant::now() + MEASURES.max(cost.div_f64(SHARE_OF_MEASURES));
+            self.next_measures = Instant::now() + MEASURES.max(cost.div_f64(SHARE_OF_REPORTS));
         }
     }
 

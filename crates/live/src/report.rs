@@ -71,7 +71,8 @@ impl Watch {
     /// The state of the run, with checks of energy and, from time to time, overlaps.
     pub fn status(&mut self, run: &InteractiveRun) -> Value {
         let view = run.view();
-        let (energy, ledger) = (view.energy(), view.ledger());
+        let (totals, ledger) = (Totals::of(&view), view.ledger());
+        let energy = totals.energy;
         let scale = ledger.initial.max(energy);
         if scale > 0.0 {
             self.drift = self.drift.max((energy - ledger.booked()).abs() / scale);
@@ -88,27 +89,6 @@ impl Watch {
             self.rate = collisions.saturating_sub(self.collisions) as f64 / self.seconds;
         }
         (self.collisions, self.seconds) = (collisions, 0.0);
-        let names = view.tag_names();
-        let mut tags: BTreeMap<Tag, OfTag> = BTreeMap::new();
-        for body in view.bodies() {
-            for &tag in body.body.tags() {
-                let of = tags.entry(tag).or_insert_with(|| OfTag {
-                    name: names.name(tag).to_owned(),
-                    count: 0,
-                    energy: 0.0,
-                    locked: 0,
-                });
-                if !body.body.is_fixed() {
-                    of.count += 1;
-                    of.energy += body.energy();
-                    of.locked += usize::from(body.body.is_locked());
-                }
-            }
-        }
-        for of in tags.values_mut() {
-            of.energy /= of.count.max(1) as f64;
-        }
-        let tags: Vec<OfTag> = tags.into_values().collect();
         json!({
             "time": view.time().to_f64(),
             "bodies": view.len(),
@@ -116,7 +96,7 @@ impl Watch {
             "rate": self.rate,
             "processor": self.clock.elapsed().as_secs_f64(),
             "energy": energy,
-            "crossing": crossing(&view),
+            "crossing": totals.crossing,
             "temperature": view.temperature(),
             "drift": self.drift,
             "overlaps": self.overlapping_pairs,
@@ -125,17 +105,51 @@ impl Watch {
             "pairs": run.elasticity().pair,
             "hold": run.thermostats(),
             "stage": run.stage(),
-            "tags": tags,
+            "tags": totals.tags,
         })
     }
 }
 
-/// The time in which a moving body of mean speed crosses the shorter side of the box; `None` if
-/// nothing moves.
-fn crossing(view: &View<'_>) -> Option<f64> {
-    let moving = || view.bodies().filter(|body| !body.body.is_fixed());
-    let mean = moving().map(|body| body.motion.velocity.length()).sum::<f64>() / moving().count().max(1) as f64;
-    Some(view.bounds().sides().min_element() / mean).filter(|time| time.is_finite())
+/// Sums over all bodies.
+struct Totals {
+    energy: f64,
+    /// The time in which a moving body of mean speed crosses the shorter side of the box; `None` if
+    /// nothing moves.
+    crossing: Option<f64>,
+    tags: Vec<OfTag>,
+}
+
+impl Totals {
+    /// The sums, in one pass.
+    fn of(view: &View<'_>) -> Self {
+        let names = view.tag_names();
+        let mut tags: BTreeMap<Tag, OfTag> = BTreeMap::new();
+        let (mut energy, mut speed, mut moving) = (0.0, 0.0, 0_usize);
+        for body in view.bodies() {
+            let is_moving = !body.body.is_fixed();
+            let own = body.energy();
+            if is_moving {
+                energy += own;
+                speed += body.motion.velocity.length();
+                moving += 1;
+            }
+            for &tag in body.body.tags() {
+                let new = || OfTag { name: names.name(tag).to_owned(), count: 0, energy: 0.0, locked: 0 };
+                let of = tags.entry(tag).or_insert_with(new);
+                if is_moving {
+                    of.count += 1;
+                    of.energy += own;
+                    of.locked += usize::from(body.body.is_locked());
+                }
+            }
+        }
+        for of in tags.values_mut() {
+            of.energy /= of.count.max(1) as f64;
+        }
+        let crossing = view.bounds().sides().min_element() * moving as f64 / speed;
+        let crossing = Some(crossing).filter(|time| time.is_finite());
+        Self { energy, crossing, tags: tags.into_values().collect() }
+    }
 }
 
 /// A measure with its number and name.
