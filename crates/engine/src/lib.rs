@@ -100,10 +100,12 @@ mod tags;
 mod thermal_wall;
 mod thermostat;
 mod thermostat_target;
+mod tiling;
 mod unresolved;
 mod velocities;
 mod view;
 mod wall;
+mod window;
 mod world;
 mod wrapped;
 
@@ -142,6 +144,7 @@ pub use stop_spec::StopSpec;
 pub use tags::{Tag, TagNames, Tags};
 pub use thermostat::DrawKey;
 pub use thermostat_target::ThermostatTarget;
+pub use tiling::{TileCounters, Tiling};
 pub use view::{BodyView, View};
 pub use world::World;
 

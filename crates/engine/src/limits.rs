@@ -143,6 +143,16 @@ impl Limits {
         Ok(())
     }
 
+    /// Contacts until the epoch ends.
+    pub fn contacts_left(&self) -> u64 {
+        self.contacts_left
+    }
+
+    /// Counts contacts with which the epoch does not end, or with the last of which it does.
+    pub fn count_contacts(&mut self, contacts: u64) {
+        self.contacts_left -= contacts;
+    }
+
     /// Counts a contact; returns whether the epoch ends with it.
     #[inline(always)]
     pub fn count_contact(&mut self) -> bool {
