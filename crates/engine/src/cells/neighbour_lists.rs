@@ -175,6 +175,16 @@ impl<F: Frame> NeighbourLists<F> {
 
     /// Lists a disc in the nine cells around its own.
     pub fn enter(&mut self, disc: u32, cell: [u16; 2]) {
+        let own = self.index(cell);
+        if self.marks[own as usize] & AT_BORDER == 0 {
+            let stride = self.stride;
+            for row in [own - stride, own, own + stride] {
+                for list in [row - 1, row, row + 1] {
+                    self.push_slot_to(list, disc);
+                }
+            }
+            return;
+        }
         for dy in -1..=1 {
             for dx in -1..=1 {
                 self.add(disc, cell, [dx, dy]);
@@ -248,6 +258,11 @@ impl<F: Frame> NeighbourLists<F> {
     /// Lists a disc of `cell` in the cell at an offset from it.
     fn add(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
         let (list, slot) = self.seen_at(disc, cell, offset);
+        self.push_slot_to(list, slot);
+    }
+
+    #[inline(always)]
+    fn push_slot_to(&mut self, list: u32, slot: u32) {
         if self.is_wide { self.push_slot::<2>(list, slot) } else { self.push_slot::<1>(list, slot) }
     }
 

@@ -61,7 +61,8 @@ pub(super) struct Outcome {
     pub at_end: u64,
     /// Time of the last contact (offset in the epoch), and its bodies.
     pub last: Option<(f64, [u32; 2])>,
-    /// Contacts after which a disc is faster than all were at the start of the window.
+    /// Contacts after which a disc is faster than all were at the start of the window, and than those
+    /// of this tile have been since.
     pub fast: Vec<FastContact>,
     pub times: Vec<f64>,
     pub log: Vec<LoggedContact>,
@@ -254,6 +255,7 @@ impl Workspace {
             state.calendar.schedule(&state.records, disc, state.records[disc as usize].time);
         }
         let mut instant = Instant::default();
+        let mut limits = job.limits;
         while let Some((now, disc)) = state.calendar.take_soonest(&state.records, span.end, |_| ()) {
             let record = &state.records[disc as usize];
             let (kind, cell) = (record.kind(), record.cell());
@@ -284,7 +286,8 @@ impl Workspace {
                         outcome.has_simultaneous |= now <= job.instant || instant.has_met(now, names);
                         outcome.last = Some((now, names));
                         let contact = ContactEvent { bodies: names, ..contact };
-                        if !job.limits.within(resolved.after) {
+                        if !limits.within(resolved.after) {
+                            limits.raise(resolved.after);
                             outcome.fast.push(FastContact::new(&contact, [a[0], b[0]], resolved.after));
                         }
                         if span.keeps_times {
@@ -297,7 +300,11 @@ impl Workspace {
                     state.set_motion(kernel, pair[0], a[0], resolved.after[0], now);
                     state.set_motion(kernel, pair[1], b[0], resolved.after[1], now);
                     // Both queries come before both writes: see `State::predict_two_discs`.
-                    let events = pair.map(|disc| state.query_neighbours(kernel, disc, now));
+                    // Not in a closure, which would be compiled without the kernel's instructions.
+                    let events = [
+                        state.query_neighbours(kernel, pair[0], now),
+                        state.query_neighbours(kernel, pair[1], now),
+                    ];
                     for n in 0..2 {
                         let next = state.write_disc_event(job.detection, pair[n], now, &events[n]);
                         state.calendar.schedule(&state.records, pair[n], next);
