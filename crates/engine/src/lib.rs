@@ -128,7 +128,7 @@ pub use invariants::Violation;
 pub use least_speed::LEAST_SPEED;
 pub use limits::{LARGEST_SPEED_RATIO, MOST_TURNS};
 pub use measure_spec::{MeasureParameter, MeasureSpec};
-pub use method_spec::{DetectorName, InstructionsName, MethodSpec, SchedulerName};
+pub use method_spec::{DetectorName, InstructionsName, MethodSpec, SchedulerName, TilesName};
 pub use observer::Observer;
 pub use overlap::OverlapCensus;
 pub use report::{CollisionReport, Side};
@@ -144,7 +144,7 @@ pub use stop_spec::StopSpec;
 pub use tags::{Tag, TagNames, Tags};
 pub use thermostat::DrawKey;
 pub use thermostat_target::ThermostatTarget;
-pub use tiling::{TileCounters, Tiling};
+pub use tiling::{TileCounters, TileUse, Tiling};
 pub use view::{BodyView, View};
 pub use world::World;
 

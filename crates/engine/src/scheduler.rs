@@ -56,7 +56,9 @@ use carom_kinematics::{HALF_ULP, Motion};
 use carom_response::Response;
 use glam::DVec2;
 
-use crate::{Body, GridError, SchedulerCounters, TileCounters, Tiling, World, limits::sides_per_epoch};
+use crate::{
+    Body, GridError, SchedulerCounters, TileCounters, TileUse, Tiling, World, limits::sides_per_epoch,
+};
 pub use crate::{
     contact_event::{ContactEvent, Parts},
     wall::StandingWall,
@@ -241,6 +243,11 @@ pub trait Scheduler: Sized {
     /// bit of the results. The engine calls this before each call of [`Self::begin_epoch`]. By default
     /// it has no effect.
     fn set_tiling(&mut self, _tiling: &Tiling) {}
+
+    /// Whether the bodies of this scheduler can be run in tiles with a division, and into how many.
+    fn tile_use(&self, _tiling: &Tiling) -> TileUse {
+        TileUse::Scheduler
+    }
 
     /// Counts of the work in tiles so far.
     fn tile_counters(&self) -> TileCounters {

@@ -2,11 +2,11 @@
 
 use carom_detection::{Detection, Exact};
 use carom_kinematics::{EpochTime, Motion};
-use carom_response::{Impact, Response};
+use carom_response::{Elasticity, Impact, Response};
 
 use crate::{
     BodyName, CellScheduler, Counters, ElasticityTable, HeatByTag, LEAST_SPEED, Ledger, Observer, RunError,
-    Scheduler, SchedulerCounters, TagNames, TileCounters, Tiling, View, World,
+    Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, Tiling, View, World,
     epoch_loop::{Ended, EpochLoop},
     limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
     scheduler::StoredMotions,
@@ -115,6 +115,18 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// checkpoint does not hold it.
     pub fn set_tiling(&mut self, tiling: &Tiling) {
         self.tiling = *tiling;
+    }
+
+    /// Whether this system is divided into tiles, at its present state and [`Tiling`].
+    pub fn tile_use(&self) -> TileUse {
+        let conserves = self.elasticity.is_elastic() && self.response.conserves_energy(Elasticity::ELASTIC);
+        if !conserves || self.world.has_thermal_walls {
+            return TileUse::ChangesEnergy;
+        }
+        if !self.detection.decides_discs_in_closed_form() {
+            return TileUse::Detector;
+        }
+        self.scheduler.tile_use(&self.tiling)
     }
 
     /// Counts of the work in tiles since the present scheduler began.

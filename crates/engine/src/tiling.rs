@@ -1,5 +1,7 @@
 //! How the box is divided into tiles that are run on their own, and the counts of this work.
 
+use std::fmt;
+
 /// How the box is divided into tiles of cells, which are run on their own and on several threads.
 ///
 /// No choice changes a bit of the results. Tiles are used for elastic discs of similar size; other
@@ -107,5 +109,44 @@ impl std::ops::Add for TileCounters {
             cut: self.cut + other.cut,
             refused: self.refused + other.refused,
         }
+    }
+}
+
+/// Whether a system is divided into tiles, and if not, why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum TileUse {
+    /// It is, into so many.
+    Tiles(usize),
+    /// [`Tiling::NONE`] or fewer bodies than [`Tiling::least_bodies`].
+    FewBodies(usize),
+    /// Fewer than two tiles with their borders fit along a side.
+    SmallBox,
+    /// Not all bodies are discs of similar size: molecules, fixed bodies, walls, or large discs.
+    OtherBodies,
+    /// A dilute gas, whose discs live in cells of several.
+    Dilute,
+    /// Contacts change the energy, or a wall has a temperature.
+    ChangesEnergy,
+    /// The detector does not use the closed form for two discs.
+    Detector,
+    /// The scheduler has no tiles.
+    Scheduler,
+}
+
+impl fmt::Display for TileUse {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reason = match self {
+            Self::Tiles(tiles) => return write!(f, "{tiles} tiles"),
+            Self::FewBodies(usize::MAX) => "not wanted",
+            Self::FewBodies(least) => return write!(f, "none: they pay from {least} bodies on"),
+            Self::SmallBox => "too few cells",
+            Self::OtherBodies => "bodies other than moving discs of similar size",
+            Self::Dilute => "a dilute gas",
+            Self::ChangesEnergy => "contacts that change the energy",
+            Self::Detector => "a detector without the closed form",
+            Self::Scheduler => "a scheduler without tiles, or a box of few cells",
+        };
+        write!(f, "none: {reason}")
     }
 }

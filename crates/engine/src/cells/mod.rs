@@ -115,7 +115,8 @@ use self::{
     tiles::Tiles,
 };
 use crate::{
-    CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, TileCounters, Tiling, World,
+    CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, TileCounters, TileUse, Tiling,
+    World,
     grid::Grid,
     scheduler::{EventLoop, StoredMotions},
     window::{Window, WindowJob},
@@ -148,22 +149,25 @@ struct Cells {
     in_tiles: bool,
     /// Work in tiles of earlier divisions.
     tiles_before: (TileCounters, SchedulerCounters),
-    /// Whether tiles can be used for these bodies.
-    may_use_tiles: bool,
+    /// Why these bodies cannot be run in tiles.
+    refusal: Option<TileUse>,
     bodies: usize,
 }
 
 impl Cells {
     fn new(instructions: Available, grid: CellGrid, world: &World) -> Self {
-        let may_use_tiles =
-            grid.contents() == Contents::Discs && !world.bodies().iter().any(|body| grid.is_multi_cell(body));
+        let refusal = match grid.contents() {
+            Contents::DiluteDiscs => Some(TileUse::Dilute),
+            Contents::Discs if !world.bodies().iter().any(|body| grid.is_multi_cell(body)) => None,
+            Contents::Discs | Contents::Molecules => Some(TileUse::OtherBodies),
+        };
         Self {
             whole: State::new(instructions, grid, WholeBox),
             tiles: None,
             tiling: Tiling::NONE,
             in_tiles: false,
             tiles_before: Default::default(),
-            may_use_tiles,
+            refusal,
             bodies: world.bodies().len(),
         }
     }
@@ -176,9 +180,17 @@ impl Cells {
         self.tiles_before = (self.tile_counters(), self.counters());
         self.whole.done = SchedulerCounters::default();
         self.tiling = *tiling;
-        let wanted = self.may_use_tiles && self.bodies >= tiling.least_bodies;
+        let wanted = matches!(self.tile_use(tiling), TileUse::Tiles(_));
         let tiles = wanted.then(|| Tiles::new(tiling, self.whole.instructions, &self.whole.grid)).flatten();
         self.tiles = tiles.map(Box::new);
+    }
+
+    fn tile_use(&self, tiling: &Tiling) -> TileUse {
+        match self.refusal {
+            Some(refusal) => refusal,
+            None if self.bodies < tiling.least_bodies => TileUse::FewBodies(tiling.least_bodies),
+            None => Tiles::count(tiling, &self.whole.grid).map_or(TileUse::SmallBox, TileUse::Tiles),
+        }
     }
 
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
@@ -271,6 +283,13 @@ impl Scheduler for CellScheduler {
     fn set_tiling(&mut self, tiling: &Tiling) {
         if let Layout::Grid(cells) = &mut self.0 {
             cells.set_tiling(tiling);
+        }
+    }
+
+    fn tile_use(&self, tiling: &Tiling) -> TileUse {
+        match &self.0 {
+            Layout::Grid(cells) => cells.tile_use(tiling),
+            Layout::Fallback(_) => TileUse::Scheduler,
         }
     }
 

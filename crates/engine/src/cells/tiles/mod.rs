@@ -121,11 +121,22 @@ pub(super) struct Tiles {
 struct Refused;
 
 impl Tiles {
+    /// The division of a grid; none if there are too few cells.
+    fn map(tiling: &Tiling, grid: &CellGrid) -> Option<TileMap> {
+        let map = TileMap::new(grid.counts(), tiling.side_for(grid.counts()))?;
+        (map.widest_border() >= tiling.margin + 3).then_some(map)
+    }
+
+    /// Number of tiles of a grid; none if there are too few cells.
+    pub fn count(tiling: &Tiling, grid: &CellGrid) -> Option<usize> {
+        Self::map(tiling, grid).map(|map| map.tiles())
+    }
+
     /// Tiles for the discs of a grid; none if there are too few cells.
     pub fn new(tiling: &Tiling, instructions: Available, grid: &CellGrid) -> Option<Self> {
-        let map = TileMap::new(grid.counts(), tiling.side_for(grid.counts()))?;
+        let map = Self::map(tiling, grid)?;
         let threads = tiling.threads.clamp(1, map.tiles());
-        (map.widest_border() >= tiling.margin + 3).then(|| Self {
+        Some(Self {
             tiling: *tiling,
             discs: vec![TileDiscs::default(); map.tiles()],
             outcomes: vec![Outcome::default(); map.tiles()],
