@@ -144,7 +144,7 @@ pub use stop_spec::StopSpec;
 pub use tags::{Tag, TagNames, Tags};
 pub use thermostat::DrawKey;
 pub use thermostat_target::ThermostatTarget;
-pub use tiling::{TileCounters, TileUse, Tiling};
+pub use tiling::{TileCounters, TileUse, TileWork, Tiling};
 pub use view::{BodyView, View};
 pub use world::World;
 

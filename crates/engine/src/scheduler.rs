@@ -57,7 +57,8 @@ use carom_response::Response;
 use glam::DVec2;
 
 use crate::{
-    Body, GridError, SchedulerCounters, TileCounters, TileUse, Tiling, World, limits::sides_per_epoch,
+    Body, GridError, SchedulerCounters, TileCounters, TileUse, TileWork, Tiling, World,
+    limits::sides_per_epoch,
 };
 pub use crate::{
     contact_event::{ContactEvent, Parts},
@@ -247,6 +248,11 @@ pub trait Scheduler: Sized {
     /// Whether the bodies of this scheduler can be run in tiles with a division, and into how many.
     fn tile_use(&self, _tiling: &Tiling) -> TileUse {
         TileUse::Scheduler
+    }
+
+    /// The work of each tile in the last window; empty without one.
+    fn tile_work(&self) -> Vec<TileWork> {
+        Vec::new()
     }
 
     /// Counts of the work in tiles so far.

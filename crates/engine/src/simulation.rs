@@ -6,7 +6,7 @@ use carom_response::{Elasticity, Impact, Response};
 
 use crate::{
     BodyName, CellScheduler, Counters, ElasticityTable, HeatByTag, LEAST_SPEED, Ledger, Observer, RunError,
-    Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, Tiling, View, World,
+    Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, TileWork, Tiling, View, World,
     epoch_loop::{Ended, EpochLoop},
     limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
     scheduler::StoredMotions,
@@ -127,6 +127,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             return TileUse::Detector;
         }
         self.scheduler.tile_use(&self.tiling)
+    }
+
+    /// The work of each tile in the last window; empty without one.
+    pub fn tile_work(&self) -> Vec<TileWork> {
+        self.scheduler.tile_work()
     }
 
     /// Counts of the work in tiles since the present scheduler began.

@@ -50,9 +50,9 @@ impl SimultaneousContacts {
     fn enter(&mut self, bodies: [u32; 2]) -> bool {
         self.enter_first();
         let repeats = bodies.iter().any(|body| self.counts.contains_key(body));
-        bodies.into_iter().for_each(|body| {
+        for body in bodies {
             self.counts.entry(body).or_default();
-        });
+        }
         repeats
     }
 

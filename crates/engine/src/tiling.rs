@@ -96,6 +96,22 @@ pub struct TileCounters {
     pub refused: u64,
 }
 
+/// The work of one tile in the last window.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct TileWork {
+    /// Wall time of its runs (seconds).
+    pub seconds: f64,
+    /// Contacts in its own cells.
+    pub contacts: u64,
+    /// Contacts computed, including those in its border.
+    pub computed: u64,
+    /// Size of the discs that were copied from other tiles (bytes).
+    pub copied_bytes: usize,
+    /// Size of the logs that are compared with those of other tiles (bytes).
+    pub log_bytes: usize,
+}
+
 impl std::ops::Add for TileCounters {
     type Output = Self;
 

@@ -6,7 +6,7 @@ use carom_detection::{Detection, Exact};
 use carom_engine::{
     Batch, BodyKey, CellScheduler, Checkpoint, CheckpointError, EditError, ElasticitySpec, Growth,
     HeapScheduler, MoleculeSpec, Observer, Rotation, RunError, Scene, SceneError, Scheduler, Simulation, Tag,
-    TileCounters, TileUse, Tiling, View, Violation, WallSpec,
+    TileCounters, TileUse, TileWork, Tiling, View, Violation, WallSpec,
 };
 use carom_kinematics::EpochTime;
 use carom_response::{Impact, Response};
@@ -292,6 +292,8 @@ dynamic! {
     fn set_tiling([&mut] self, tiling: &Tiling);
     /// Whether the system is divided into tiles. See [`Simulation::tile_use`].
     fn tile_use([&] self) -> TileUse;
+    /// The work of each tile in the last window. See [`Simulation::tile_work`].
+    fn tile_work([&] self) -> Vec<TileWork>;
     /// Counts of the work in tiles. See [`Simulation::tile_counters`].
     fn tile_counters([&] self) -> TileCounters;
     /// Adds a molecule. See [`Simulation::add`].

@@ -115,8 +115,8 @@ use self::{
     tiles::Tiles,
 };
 use crate::{
-    CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, TileCounters, TileUse, Tiling,
-    World,
+    CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, TileCounters, TileUse, TileWork,
+    Tiling, World,
     grid::Grid,
     scheduler::{EventLoop, StoredMotions},
     window::{Window, WindowJob},
@@ -290,6 +290,13 @@ impl Scheduler for CellScheduler {
         match &self.0 {
             Layout::Grid(cells) => cells.tile_use(tiling),
             Layout::Fallback(_) => TileUse::Scheduler,
+        }
+    }
+
+    fn tile_work(&self) -> Vec<TileWork> {
+        match &self.0 {
+            Layout::Grid(cells) => cells.tiles.as_ref().map_or_else(Vec::new, |tiles| tiles.work()),
+            Layout::Fallback(_) => Vec::new(),
         }
     }
 

@@ -145,6 +145,11 @@ impl BorderLog {
         }
     }
 
+    /// Size of the logs (bytes).
+    pub fn bytes(&self) -> usize {
+        self.outside.iter().chain(&self.inside).map(Vec::len).sum::<usize>() * size_of::<Change>()
+    }
+
     pub fn heap_bytes(&self) -> usize {
         let logs = self.outside.iter().chain(&self.inside);
         logs.map(|log| log.capacity() * size_of::<Change>()).sum()

@@ -54,7 +54,10 @@ mod resting;
 mod tests;
 mod workspace;
 
-use std::sync::Mutex;
+use std::sync::{
+    Mutex, PoisonError,
+    atomic::{AtomicUsize, Ordering},
+};
 
 use carom_detection::Detection;
 use carom_response::Response;
@@ -71,7 +74,7 @@ use super::{
     state::State,
 };
 use crate::{
-    SchedulerCounters, TileCounters, Tiling, World,
+    SchedulerCounters, TileCounters, TileWork, Tiling, World,
     limits::Limits,
     scheduler::{StoredMotions, separation_error},
     window::{LoggedContact, Window, WindowJob},
@@ -259,6 +262,11 @@ impl Tiles {
         }
     }
 
+    /// The work of each tile in the last window.
+    pub fn work(&self) -> Vec<TileWork> {
+        self.outcomes.iter().map(Outcome::work).collect()
+    }
+
     /// Whether a stretch of this length (time) is run in windows, if the previous one was or was not.
     pub fn pays(&self, stretch: f64, was_in_tiles: bool) -> bool {
         let least = if was_in_tiles { SHORTEST } else { 4.0 * SHORTEST };
@@ -360,7 +368,7 @@ impl Tiles {
             .filter(|(tile, _)| wanted.next_if(|&&next| next == *tile).is_some())
             .collect();
         let tasks = Mutex::new(tasks.into_iter());
-        let next = || tasks.lock().unwrap_or_else(std::sync::PoisonError::into_inner).next();
+        let next = || tasks.lock().unwrap_or_else(PoisonError::into_inner).next();
         let work = |workspace: &mut Workspace| {
             while let Some((tile, outcome)) = next() {
                 workspace.run(job, Task { map, discs, tile, margin, border, epoch, span }, outcome);
@@ -377,16 +385,29 @@ impl Tiles {
 
     /// The tiles that disagree with a neighbour, in ascending order.
     fn tiles_that_disagree(&self) -> Vec<usize> {
-        let mut tiles = Vec::new();
-        for tile in 0..self.map.tiles() {
-            for (index, direction) in DIRECTIONS.into_iter().enumerate() {
-                let neighbour = self.map.neighbour(tile, direction);
-                let [here, there] = [tile, neighbour].map(|tile| &self.outcomes[tile].border);
-                if !here.agrees(index, there, opposite(index)) {
-                    tiles.extend([tile, neighbour]);
+        let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+        let compare = || {
+            loop {
+                let tile = next.fetch_add(1, Ordering::Relaxed);
+                if tile >= self.map.tiles() {
+                    return;
+                }
+                for (index, direction) in DIRECTIONS.into_iter().enumerate() {
+                    let neighbour = self.map.neighbour(tile, direction);
+                    let [here, there] = [tile, neighbour].map(|tile| &self.outcomes[tile].border);
+                    if !here.agrees(index, there, opposite(index)) {
+                        found.lock().unwrap_or_else(PoisonError::into_inner).extend([tile, neighbour]);
+                    }
                 }
             }
-        }
+        };
+        std::thread::scope(|scope| {
+            for _ in 1..self.workspaces.len() {
+                scope.spawn(compare);
+            }
+            compare();
+        });
+        let mut tiles = found.into_inner().unwrap_or_else(PoisonError::into_inner);
         tiles.sort_unstable();
         tiles.dedup();
         tiles

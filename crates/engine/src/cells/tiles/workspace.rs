@@ -1,6 +1,8 @@
 //! The run of one tile through a window: its discs and those of a border are copied into a
 //! workspace, run, and copied back.
 
+use std::time::Instant;
+
 use carom_detection::Detection;
 use carom_response::Response;
 
@@ -10,13 +12,15 @@ use super::{
     resting::{RestingDisc, TileDiscs},
 };
 use crate::{
+    TileWork,
     cells::{
-        body_record::Kind,
+        body_record::{BodyRecord, Kind},
         frame::Window,
         grid::CellGrid,
         simd::{Available, Kernel, PairConstants, Work, dispatch},
         state::State,
     },
+    limits::Limits,
     scheduler::ContactEvent,
     window::{FastContact, LoggedContact, WindowJob},
 };
@@ -68,9 +72,23 @@ pub(super) struct Outcome {
     pub log: Vec<LoggedContact>,
     /// Whether two contacts of a disc happen at one instant, which the serial order must decide.
     pub has_simultaneous: bool,
+    /// Wall time of the run (seconds), and discs copied from other tiles.
+    pub seconds: f64,
+    pub copied: usize,
 }
 
 impl Outcome {
+    /// The work of the run.
+    pub fn work(&self) -> TileWork {
+        TileWork {
+            seconds: self.seconds,
+            contacts: self.contacts,
+            computed: self.computed,
+            copied_bytes: self.copied * size_of::<RestingDisc>(),
+            log_bytes: self.border.bytes(),
+        }
+    }
+
     fn clear(&mut self) {
         self.border.clear();
         (self.contacts, self.computed) = (0, 0);
@@ -145,20 +163,13 @@ impl Workspace {
         task: Task<'_>,
         outcome: &mut Outcome,
     ) {
+        let begun = Instant::now();
         outcome.clear();
         self.load(job, &task);
-        struct Run<'a, 'b, D, R>(&'a mut Workspace, &'a WindowJob<'b, D, R>, Task<'a>, &'a mut Outcome);
-        impl<D: Detection, R: Response> Work for Run<'_, '_, D, R> {
-            type Output = ();
-
-            #[inline(always)]
-            fn with<K: Kernel>(self, kernel: K) {
-                let Run(workspace, job, task, outcome) = self;
-                workspace.advance(kernel, job, &task, outcome);
-            }
-        }
+        outcome.copied = self.bodies.len() - task.discs[task.tile].discs.len();
         dispatch(self.state.instructions, Run(self, job, task, outcome));
         self.store(&task, &mut outcome.discs);
+        outcome.seconds = begun.elapsed().as_secs_f64();
     }
 
     /// Copies the discs of the tile and of its border.
@@ -201,7 +212,7 @@ impl Workspace {
         }
         state.push_dummy();
         state.neighbour_lists.set_frame(map.window(tile, border));
-        let in_cells = state.records[..self.bodies.len()].iter().map(|record| record.cell()).enumerate();
+        let in_cells = state.records[..self.bodies.len()].iter().map(BodyRecord::cell).enumerate();
         let in_cells = in_cells.map(|(disc, cell)| (disc as u32, cell));
         state.neighbour_lists.list_all(map.counts, self.bodies.len() as u32, in_cells);
         if !epoch.is_fresh {
@@ -241,7 +252,7 @@ impl Workspace {
         outcome: &mut Outcome,
     ) {
         let Task { span, epoch, .. } = *task;
-        let Self { state, bodies, places, useful_until, .. } = self;
+        let Self { state, bodies, .. } = self;
         let window = *state.neighbour_lists.frame();
         let discs = bodies.len() as u32;
         if epoch.is_fresh {
@@ -254,83 +265,96 @@ impl Workspace {
         for disc in 0..discs {
             state.calendar.schedule(&state.records, disc, state.records[disc as usize].time);
         }
-        let mut instant = Instant::default();
-        let mut limits = job.limits;
-        while let Some((now, disc)) = state.calendar.take_soonest(&state.records, span.end, |_| ()) {
-            let record = &state.records[disc as usize];
+        let mut meetings = Meetings { limits: job.limits, time: 0.0, met: Vec::new() };
+        while let Some((now, disc)) = self.state.calendar.take_soonest(&self.state.records, span.end, |_| ())
+        {
+            let record = &self.state.records[disc as usize];
             let (kind, cell) = (record.kind(), record.cell());
-            let ring = places.ring(&window, cell);
-            if now > useful_until[ring] {
+            let ring = self.places.ring(&window, cell);
+            if now > self.useful_until[ring] {
                 continue;
             }
-            let mut is_own = ring == 0;
             if kind == Kind::Discs {
                 let partner = record.partner();
-                if state.records[partner as usize].version == record.partner_version {
-                    state.calendar.remove_if_next(partner);
+                if self.state.records[partner as usize].version == record.partner_version {
+                    self.state.calendar.remove_if_next(partner);
                     let pair = if disc < partner { [disc, partner] } else { [partner, disc] };
-                    let cells = pair.map(|disc| state.records[disc as usize].cell());
-                    is_own = places.ring(&window, cells[0]) == 0;
-                    let contact = state.contact_of_discs(pair, now);
-                    let names = pair.map(|disc| bodies[disc as usize]);
-                    let inverse_masses = state.inverse_mass.map_or_else(
-                        || names.map(|body| job.world.bodies[body as usize].kind.inertia.inverse_mass),
-                        |inverse_mass| [inverse_mass; 2],
-                    );
-                    let (a, b) = (state.flight(pair[0], now), state.flight(pair[1], now));
-                    let resolved = job.rules.resolve_discs(contact.image, [a, b], inverse_masses);
-                    outcome.computed += 1;
-                    if is_own {
-                        outcome.contacts += 1;
-                        outcome.at_end += u64::from(now == span.end);
-                        outcome.has_simultaneous |= now <= job.instant || instant.has_met(now, names);
-                        outcome.last = Some((now, names));
-                        let contact = ContactEvent { bodies: names, ..contact };
-                        if !limits.within(resolved.after) {
-                            limits.raise(resolved.after);
-                            outcome.fast.push(FastContact::new(&contact, [a[0], b[0]], resolved.after));
-                        }
-                        if span.keeps_times {
-                            outcome.times.push(now);
-                        }
-                        if job.wants_log {
-                            outcome.log.push(LoggedContact::new(&contact, [a, b]));
-                        }
-                    }
-                    state.set_motion(kernel, pair[0], a[0], resolved.after[0], now);
-                    state.set_motion(kernel, pair[1], b[0], resolved.after[1], now);
-                    // Both queries come before both writes: see `State::predict_two_discs`.
-                    // Not in a closure, which would be compiled without the kernel's instructions.
-                    let events = [
-                        state.query_neighbours(kernel, pair[0], now),
-                        state.query_neighbours(kernel, pair[1], now),
-                    ];
-                    for n in 0..2 {
-                        let next = state.write_disc_event(job.detection, pair[n], now, &events[n]);
-                        state.calendar.schedule(&state.records, pair[n], next);
-                    }
-                    for n in 0..2 {
-                        let record = &state.records[pair[n] as usize];
-                        let change = Change::new(names[n], now, record.flight, record.time);
-                        outcome.border.note(places, &window, cells[n], change);
-                    }
+                    self.meet(kernel, job, &span, outcome, &mut meetings, (now, pair));
                     continue;
                 }
-                outcome.stale += u64::from(is_own);
+                outcome.stale += u64::from(ring == 0);
             } else if kind.is_crossing() {
-                outcome.crossings += u64::from(is_own);
-                state.cross(kernel, disc, kind);
+                outcome.crossings += u64::from(ring == 0);
+                self.state.cross(kernel, disc, kind);
             }
-            outcome.at_end += u64::from(is_own && now == span.end);
+            outcome.at_end += u64::from(ring == 0 && now == span.end);
+            let state = &mut self.state;
             let events = state.query_neighbours(kernel, disc, now);
             let next = state.write_disc_event(job.detection, disc, now, &events);
             state.calendar.schedule(&state.records, disc, next);
             let record = &state.records[disc as usize];
-            let change = Change::new(bodies[disc as usize], now, record.flight, next);
-            outcome.border.note(places, &window, cell, change);
+            let change = Change::new(self.bodies[disc as usize], now, record.flight, next);
+            outcome.border.note(&self.places, &window, cell, change);
             if record.cell() != cell {
-                outcome.border.note(places, &window, record.cell(), change);
+                outcome.border.note(&self.places, &window, record.cell(), change);
             }
+        }
+    }
+
+    /// The contact of a pair of discs.
+    #[inline(always)]
+    fn meet<D: Detection, R: Response, K: Kernel>(
+        &mut self,
+        kernel: K,
+        job: &WindowJob<'_, D, R>,
+        span: &Span,
+        outcome: &mut Outcome,
+        meetings: &mut Meetings,
+        (now, pair): (f64, [u32; 2]),
+    ) {
+        let Self { state, bodies, places, .. } = self;
+        let window = *state.neighbour_lists.frame();
+        let cells = pair.map(|disc| state.records[disc as usize].cell());
+        let contact = state.contact_of_discs(pair, now);
+        let names = pair.map(|disc| bodies[disc as usize]);
+        let inverse_masses = state.inverse_mass.map_or_else(
+            || names.map(|body| job.world.bodies[body as usize].kind.inertia.inverse_mass),
+            |inverse_mass| [inverse_mass; 2],
+        );
+        let (a, b) = (state.flight(pair[0], now), state.flight(pair[1], now));
+        let resolved = job.rules.resolve_discs(contact.image, [a, b], inverse_masses);
+        outcome.computed += 1;
+        if places.ring(&window, cells[0]) == 0 {
+            outcome.contacts += 1;
+            outcome.at_end += u64::from(now == span.end);
+            outcome.has_simultaneous |= now <= job.instant || meetings.repeats(now, names);
+            outcome.last = Some((now, names));
+            let contact = ContactEvent { bodies: names, ..contact };
+            if !meetings.limits.within(resolved.after) {
+                meetings.limits.raise(resolved.after);
+                outcome.fast.push(FastContact::new(&contact, [a[0], b[0]], resolved.after));
+            }
+            if span.keeps_times {
+                outcome.times.push(now);
+            }
+            if job.wants_log {
+                outcome.log.push(LoggedContact::new(&contact, [a, b]));
+            }
+        }
+        state.set_motion(kernel, pair[0], a[0], resolved.after[0], now);
+        state.set_motion(kernel, pair[1], b[0], resolved.after[1], now);
+        // Both queries come before both writes: see `State::predict_two_discs`. Not in a closure,
+        // which would be compiled without the kernel's instructions.
+        let events =
+            [state.query_neighbours(kernel, pair[0], now), state.query_neighbours(kernel, pair[1], now)];
+        for n in 0..2 {
+            let next = state.write_disc_event(job.detection, pair[n], now, &events[n]);
+            state.calendar.schedule(&state.records, pair[n], next);
+        }
+        for n in 0..2 {
+            let record = &state.records[pair[n] as usize];
+            let change = Change::new(names[n], now, record.flight, record.time);
+            outcome.border.note(places, &window, cells[n], change);
         }
     }
 
@@ -350,24 +374,40 @@ impl Workspace {
     }
 }
 
-/// The bodies that have met at the present instant.
-#[derive(Debug, Default)]
-struct Instant {
+/// The run of a tile, in the build for an instruction set.
+struct Run<'a, 'b, D, R>(&'a mut Workspace, &'a WindowJob<'b, D, R>, Task<'a>, &'a mut Outcome);
+
+impl<D: Detection, R: Response> Work for Run<'_, '_, D, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with<K: Kernel>(self, kernel: K) {
+        let Run(workspace, job, task, outcome) = self;
+        workspace.advance(kernel, job, &task, outcome);
+    }
+}
+
+/// The contacts of a tile so far, as far as later ones depend on them.
+#[derive(Debug)]
+struct Meetings {
+    /// The limits of the epoch, with the speed of the fastest disc.
+    limits: Limits,
+    /// The present instant, and the bodies that have met at it.
     time: f64,
     met: Vec<u32>,
 }
 
-impl Instant {
+impl Meetings {
     /// Whether one of two bodies that meet now has met another at this instant.
     #[inline(always)]
-    fn has_met(&mut self, now: f64, bodies: [u32; 2]) -> bool {
+    fn repeats(&mut self, now: f64, bodies: [u32; 2]) -> bool {
         let is_same = now == self.time && !self.met.is_empty();
-        let has_met = is_same && bodies.iter().any(|body| self.met.contains(body));
+        let repeats = is_same && bodies.iter().any(|body| self.met.contains(body));
         if !is_same {
             self.met.clear();
             self.time = now;
         }
         self.met.extend(bodies);
-        has_met
+        repeats
     }
 }
