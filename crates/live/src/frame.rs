@@ -5,14 +5,14 @@
 //! | bytes | content |
 //! | --- | --- |
 //! | 0 to 3 | `u32` 1 |
-//! | 4 to 7 | `u32` version of the roster |
+//! | 4 to 7 | `u32` version of the list of bodies |
 //! | 8 to 15 | `f64` time |
 //! | 16 to 31 | 2 `f64` middle of the window (length) |
 //! | 32 to 35 | `u32` number of the frame |
 //! | 36 to 39 | `u32` number n of bodies |
 //! | 40 to 43 | `u32` flags: 1 indices, 2 orientations, 4 values |
 //! | 44 to 47 | `u32` number k of contacts of the chosen body, the last first |
-//! | from 48 | `u32` n indices in the roster, if some bodies are left out; `f32` n places x, then y, relative to the middle (length); `f32` n orientations (radians); `f32` n values; then k times 5 `f32`: age, place relative to the present one, and impulse |
+//! | from 48 | `u32` n indices in that list, if some bodies are left out; `f32` n places x, then y, relative to the middle (length); `f32` n orientations (radians); `f32` n values; then k times 5 `f32`: age, place relative to the present one, and impulse |
 //!
 //! Places are those of the nearest image to the middle of the window, so that a page resolves its
 //! pixels at any magnification.
@@ -23,7 +23,7 @@ use glam::DVec2;
 use crate::{
     follower::Kick,
     protocol::{Colour, Window},
-    roster::Roster,
+    body_list::BodyList,
 };
 
 /// Bytes before the arrays.
@@ -34,20 +34,20 @@ pub const HEAD: usize = 48;
 pub struct Label<'a> {
     /// Number of the frame.
     pub number: u32,
-    /// The roster of the bodies.
-    pub roster: &'a Roster,
+    /// The list of the bodies.
+    pub body_list: &'a BodyList,
 }
 
 /// Encodes the bodies in a window.
 pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]) -> Vec<u8> {
-    let Label { number, roster } = label;
+    let Label { number, body_list } = label;
     let sides = view.bounds().sides();
     let followed = window.follow.and_then(|id| view.body(carom::BodyKey::of_id(id)));
     let centre = followed.map_or(DVec2::from(window.centre), |body| body.motion.position);
     let (centre, _) = view.bounds().wrap(centre);
     let half = DVec2::from(window.half);
     // Bodies whose nearest image is outside may reach in with another one.
-    let shows_all = half + roster.reach;
+    let shows_all = half + body_list.reach;
     let is_whole = shows_all.cmpge(0.5 * sides).all();
     let orders = if window.colour == Colour::Order { local_orders(view) } else { Vec::new() };
     let expected = if is_whole { view.len() } else { 0 };
@@ -68,7 +68,7 @@ pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]
         }
         xs.push(nearest.x as f32);
         ys.push(nearest.y as f32);
-        if roster.turns {
+        if body_list.turns {
             angles.push((body.motion.orientation.turns().fract() * std::f64::consts::TAU) as f32);
         }
         match window.colour {
@@ -78,10 +78,10 @@ pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]
             Colour::Order => values.push(orders[index] as f32),
         }
     }
-    let flags = u32::from(!is_whole) + 2 * u32::from(roster.turns) + 4 * u32::from(window.colour != Colour::Kind);
+    let flags = u32::from(!is_whole) + 2 * u32::from(body_list.turns) + 4 * u32::from(window.colour != Colour::Kind);
     let mut bytes = Vec::with_capacity(HEAD + 4 * (5 * xs.len() + 5 * kicks.len()));
     bytes.extend(1_u32.to_le_bytes());
-    bytes.extend(roster.version.to_le_bytes());
+    bytes.extend(body_list.version.to_le_bytes());
     for number in [view.time().to_f64(), centre.x, centre.y] {
         bytes.extend(number.to_le_bytes());
     }
@@ -145,9 +145,9 @@ mod tests {
         .unwrap();
         let simulation = Simulation::new(&scene).unwrap();
         let view = simulation.view();
-        let roster = Roster::new(5, "two", None, &view);
-        assert_eq!((word(&roster.bytes, 4), word(&roster.bytes, 12), roster.turns), (5, 2, false));
-        let label = Label { number: 9, roster: &roster };
+        let body_list = BodyList::new(5, "two", None, &view);
+        assert_eq!((word(&body_list.bytes, 4), word(&body_list.bytes, 12), body_list.turns), (5, 2, false));
+        let label = Label { number: 9, body_list: &body_list };
         // Around the corner of the box, with one of the two discs.
         let bytes = encode(&view, label, &window([0.0, 0.5], 0.1, Colour::Speed), &[]);
         assert_eq!([4, 32, 36, 40, 44].map(|at| word(&bytes, at)), [5, 9, 1, 5, 0]);

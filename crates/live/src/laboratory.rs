@@ -28,7 +28,7 @@ use crate::{
     pace::{FRAME, Pace},
     protocol::{Answer, Command, Edit, MOST_CONTACTS, MOST_EDITS, MeasureRequest, Request, Window},
     report::{self, Measured, Watch},
-    roster::Roster,
+    body_list::BodyList,
     viewers::{Viewer, Viewers, json as text_of},
 };
 
@@ -136,8 +136,8 @@ struct Bench {
     watching: Watching,
     pace: Pace,
     watch: Watch,
-    roster: Roster,
-    /// The stage to which the roster belongs.
+    body_list: BodyList,
+    /// The stage to which the list of bodies belongs.
     stage: usize,
     is_playing: bool,
     /// Why the run cannot go on.
@@ -149,7 +149,7 @@ impl Bench {
         let run = InteractiveRun::begin(scene).with_context(|| format!("the scene {name:?}"))?;
         let view = run.view();
         let (pace, watch) = (Pace::new(&view, None), Watch::new(&view));
-        let roster = Roster::new(version, &name, method(scene), &view);
+        let body_list = BodyList::new(version, &name, method(scene), &view);
         let stage = run.stage();
         Ok(Self {
             name,
@@ -158,7 +158,7 @@ impl Bench {
             watching: Watching::default(),
             pace,
             watch,
-            roster,
+            body_list,
             stage,
             is_playing: false,
             error: None,
@@ -172,7 +172,7 @@ impl Bench {
     /// The bodies, or the run itself, have changed.
     fn has_changed(&mut self) {
         let (view, speed) = (self.run.view(), self.pace.speed());
-        self.roster = Roster::new(self.roster.version + 1, &self.name, method(self.run.scene()), &view);
+        self.body_list = BodyList::new(self.body_list.version + 1, &self.name, method(self.run.scene()), &view);
         self.pace = Pace::new(&view, speed);
         self.stage = self.run.stage();
     }
@@ -243,8 +243,8 @@ fn method(scene: &Scene) -> Option<String> {
 #[derive(Debug, Default)]
 struct Sent {
     viewer: u64,
-    roster: u32,
-    /// Time, collisions, roster and window of its last frame.
+    body_list: u32,
+    /// Time, collisions, list of bodies and window of its last frame.
     frame: Option<(EpochTime, u64, u32, u64)>,
 }
 
@@ -254,7 +254,7 @@ pub struct Laboratory {
     signals: Signals,
     folder: PathBuf,
     bench: Option<Bench>,
-    /// Version of the last roster of any scene.
+    /// Version of the last list of bodies of any scene.
     version: u32,
     measures_so_far: u64,
     sent: Vec<Sent>,
@@ -339,7 +339,7 @@ impl Laboratory {
         let now = Instant::now();
         (self.next_frame, self.next_status) = (now, now);
         if let Some(bench) = &self.bench {
-            self.version = self.version.max(bench.roster.version);
+            self.version = self.version.max(bench.body_list.version);
         }
     }
 
@@ -526,7 +526,7 @@ impl Laboratory {
 
     fn publish_frames(&mut self) {
         let Some(bench) = &mut self.bench else { return };
-        self.version = self.version.max(bench.roster.version);
+        self.version = self.version.max(bench.body_list.version);
         let viewers = self.viewers.all();
         self.sent.retain(|sent| viewers.iter().any(|viewer| viewer.id == sent.viewer));
         for viewer in &viewers {
@@ -536,9 +536,9 @@ impl Laboratory {
                 self.sent.len() - 1
             });
             let sent = &mut self.sent[index];
-            if sent.roster != bench.roster.version {
-                viewer.send_roster(Arc::clone(&bench.roster.bytes));
-                sent.roster = bench.roster.version;
+            if sent.body_list != bench.body_list.version {
+                viewer.send_body_list(Arc::clone(&bench.body_list.bytes));
+                sent.body_list = bench.body_list.version;
             }
             send_frame(bench, viewer, sent);
         }
@@ -549,7 +549,7 @@ impl Laboratory {
 fn send_frame(bench: &mut Bench, viewer: &Viewer, sent: &mut Sent) {
     let view = bench.run.view();
     let (Some(window), window_number) = viewer.window() else { return };
-    let shown = (view.time(), view.counters().collisions, bench.roster.version, window_number);
+    let shown = (view.time(), view.counters().collisions, bench.body_list.version, window_number);
     if sent.frame == Some(shown) {
         return;
     }
@@ -558,7 +558,7 @@ fn send_frame(bench: &mut Bench, viewer: &Viewer, sent: &mut Sent) {
     let begun = ThreadTime::now();
     let kicks = bench.watching.follower.kicks(view.time());
     let window: &Window = &window;
-    viewer.send_frame(frame::encode(&view, Label { number, roster: &bench.roster }, window, &kicks));
+    viewer.send_frame(frame::encode(&view, Label { number, body_list: &bench.body_list }, window, &kicks));
     sent.frame = Some(shown);
     bench.pace.has_sent(begun.elapsed());
 }

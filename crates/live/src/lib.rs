@@ -11,7 +11,7 @@ mod laboratory;
 mod pace;
 mod protocol;
 mod report;
-mod roster;
+mod body_list;
 mod server;
 mod viewers;
 
@@ -54,8 +54,8 @@ pub struct Options {
     /// Port; default: one that is free
     #[arg(long, default_value_t = 0)]
     pub port: u16,
-    /// Serve other machines too, on this address of this one; whoever has the printed address can
-    /// edit the run and write files into the folder of the saved runs
+    /// Serve other machines too, on this address of this one: the printed address is all that is
+    /// needed to edit the run and to write files into the folder of the saved runs
     #[arg(long, value_name = "ADDRESS")]
     pub listen: Option<IpAddr>,
     /// Do not open a browser
@@ -75,8 +75,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     print_line(server.address());
     if !address.is_loopback() {
         note(
-            "Warning: other machines can reach this address, without encryption. Whoever has it can edit the run \
-             and save it here. `ssh -L` to the loopback address is safer.",
+            "Warning: other machines can reach this address, without encryption. With it, a page can edit the \
+             run and save it here. `ssh -L` to the loopback address is safer.",
         );
     }
     if !options.no_open {
@@ -120,7 +120,7 @@ fn open_browser(address: &str) {
         return;
     };
     command.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    // Nobody waits for it: the program may go on as long as the browser does.
+    // It is not waited for: the program may go on as long as the browser does.
     if command.spawn().is_err() {
         note("No browser could be started: open the address in one.");
     }

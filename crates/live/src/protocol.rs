@@ -1,5 +1,5 @@
 //! What the page and the program send each other: requests and answers as JSON, positions as
-//! binary messages (`frame.rs`, `roster.rs`).
+//! binary messages (`frame.rs`, `body_list.rs`).
 
 use carom::engine::{MeasureSpec, StageSpec, ThermostatSpec};
 use serde::{Deserialize, Serialize};

@@ -60,7 +60,7 @@ pub struct Server {
     signals: Signals,
 }
 
-/// Who may come in.
+/// What requests must have.
 #[derive(Debug)]
 struct Door {
     token: String,

@@ -1,6 +1,6 @@
 //! The pages that are connected: what each shows, and what waits to be sent to it.
 //!
-//! What waits is bounded: one frame, one roster, one status and one report of measures, each
+//! What waits is bounded: one frame, one list of bodies, one status and one report of measures, each
 //! replaced by its successor, and a few answers. A page that reads slowly misses frames.
 
 use std::{
@@ -28,7 +28,7 @@ const MOST_UNSEEN: u32 = 3;
 pub enum Outgoing {
     /// JSON.
     Text(String),
-    /// A frame or a roster.
+    /// A frame or a list of bodies.
     Binary(Arc<Vec<u8>>),
 }
 
@@ -36,7 +36,7 @@ pub enum Outgoing {
 #[derive(Debug, Default)]
 struct Outbox {
     answers: VecDeque<String>,
-    roster: Option<Arc<Vec<u8>>>,
+    body_list: Option<Arc<Vec<u8>>>,
     status: Option<String>,
     measures: Option<String>,
     frame: Option<Arc<Vec<u8>>>,
@@ -97,9 +97,9 @@ impl Viewer {
         self.put(|outbox| outbox.frame = Some(Arc::new(frame)));
     }
 
-    /// Sends a roster.
-    pub fn send_roster(&self, roster: Arc<Vec<u8>>) {
-        self.put(|outbox| outbox.roster = Some(roster));
+    /// Sends the list of bodies.
+    pub fn send_body_list(&self, body_list: Arc<Vec<u8>>) {
+        self.put(|outbox| outbox.body_list = Some(body_list));
     }
 
     /// Sends the state of the run.
@@ -142,8 +142,8 @@ impl Viewer {
         }
     }
 
-    /// The next message; `Some(None)` if the connection ends, `None` if nothing waits. A roster
-    /// comes before the frames that belong to it.
+    /// The next message; `Some(None)` if the connection ends, `None` if nothing waits. A list of
+    /// bodies comes before the frames that belong to it.
     fn take(&self) -> Option<Option<Outgoing>> {
         let mut outbox = lock(&self.outbox);
         if outbox.is_closed || outbox.has_overflowed {
@@ -152,8 +152,8 @@ impl Viewer {
         if let Some(text) = outbox.answers.pop_front() {
             return Some(Some(Outgoing::Text(text)));
         }
-        if let Some(roster) = outbox.roster.take() {
-            return Some(Some(Outgoing::Binary(roster)));
+        if let Some(body_list) = outbox.body_list.take() {
+            return Some(Some(Outgoing::Binary(body_list)));
         }
         for text in [outbox.status.take(), outbox.measures.take()] {
             if let Some(text) = text {
@@ -177,7 +177,7 @@ pub struct Viewers {
     list: Mutex<(Vec<Arc<Viewer>>, u64)>,
 }
 
-/// What a page is told when its rights change.
+/// What a page receives when its rights change.
 #[derive(Debug, Serialize)]
 struct Rights {
     writer: bool,

@@ -331,7 +331,7 @@ impl InteractiveRun {
             "a thermostat has acted more than {:e} times since the last edit: make an edit first",
             0.5 * MOST_ACTIONS
         );
-        // Longer than the scene foresaw: fewer samples.
+        // Longer than the scene file says: fewer samples.
         let longest = |interval: f64| interval.max(until / (0.5 * MOST_SAMPLES));
         run.sample_interval = longest(run.sample_interval);
         run.snapshot_interval = run.snapshot_interval.map(longest);

@@ -1,4 +1,4 @@
-//! The roster: what a page needs to know of each body besides its place, sent when bodies change.
+//! The list of bodies: what a page needs to know of each body besides its place, sent when bodies change.
 //!
 //! Layout, little-endian: `u32` 2, `u32` version, `u32` length of the JSON, `u32` number of bodies
 //! n; the JSON, with spaces to a multiple of four bytes; then `u32` n numbers of bodies, `f32` n
@@ -12,16 +12,16 @@ use carom::{
 };
 use serde::Serialize;
 
-/// Steps of a length in a shape of size 1 that are told apart: far below a pixel.
+/// Steps of a length in a shape of size 1 that are distinguished: far below a pixel.
 const STEPS: f64 = 1e6;
 
-/// Largest number of shapes and of kinds that are told apart.
+/// Largest number of shapes and of kinds that are distinguished.
 const MOST: usize = u16::MAX as usize;
 
-/// The roster of a run at one time.
+/// The list at one time.
 #[derive(Debug)]
-pub struct Roster {
-    /// Its number: frames have that of the roster that they belong to.
+pub struct BodyList {
+    /// Its number: frames have that of the list that they belong to.
     pub version: u32,
     /// The message.
     pub bytes: Arc<Vec<u8>>,
@@ -52,8 +52,8 @@ struct KindOfBody {
     count: usize,
 }
 
-impl Roster {
-    /// The roster of the bodies of a view.
+impl BodyList {
+    /// The list of the bodies of a view.
     pub fn new(version: u32, scene: &str, method: Option<String>, view: &View<'_>) -> Self {
         let mut head = Head {
             scene,
