@@ -52,9 +52,13 @@ impl Tiling {
     /// The best division that is known for a number of threads.
     ///
     /// On one thread, tiles pay from the size on at which the bodies outgrow the caches. On more,
-    /// they pay from two tiles for each thread on.
+    /// they pay earlier: two threads make up for the work that is done twice.
     pub fn with_threads(threads: usize) -> Self {
-        let least_bodies = if threads > 1 { 30_000 } else { 300_000 };
+        let least_bodies = match threads {
+            0 | 1 => 300_000,
+            2 | 3 => 150_000,
+            _ => 30_000,
+        };
         Self { threads, least_bodies, ..Self::NONE }
     }
 

@@ -22,6 +22,9 @@ use serde::Serialize;
 /// each should have a few.
 const SCALING: [(usize, u32); 4] = [(1, 125), (8, 125), (64, 62), (512, 40)];
 
+/// Windows of the scaling. The copy of all motions at the end is divided among them.
+const WINDOWS: f64 = 8.0;
+
 /// Options of `cargo xtask bench tiles`.
 #[derive(Debug, Args)]
 pub struct Options {
@@ -208,9 +211,9 @@ fn print(row: &Row) {
 
 /// Prints the time of a contact on many cores, from the times of the tiles of one window.
 ///
-/// Each core takes the next tile as soon as it is free, so borders and imbalance are included. What
-/// one thread does between windows is measured and added. That cores share memory is not included:
-/// the times are lower bounds.
+/// Each core takes the next tile as soon as it is free, so borders and imbalance are included. All
+/// that happens between the tiles' runs is measured on one thread and added. That cores share memory
+/// is not included.
 fn scaling(options: &Options, base: &AnySimulation, order_ns: f64) -> Result<()> {
     let mut table = Vec::new();
     for (cores, side) in SCALING {
@@ -221,7 +224,7 @@ fn scaling(options: &Options, base: &AnySimulation, order_ns: f64) -> Result<()>
         simulation.run_until(length)?;
         let before = simulation.tile_counters();
         let clock = Instant::now();
-        simulation.run_until(2.0 * length)?;
+        simulation.run_until((1.0 + WINDOWS) * length)?;
         let wall = clock.elapsed().as_secs_f64();
         let windows = (simulation.tile_counters().windows - before.windows) as f64;
         let work = simulation.tile_work();

@@ -117,6 +117,10 @@ impl TileDiscs {
         }
         let empty = RestingDisc::new(&BodyRecord::dummy(), 0, [0; 2]);
         self.discs.clear();
+        if self.discs.capacity() < first as usize {
+            // A little room for more, instead of twice as much.
+            self.discs.reserve_exact(first as usize + first as usize / 32);
+        }
         self.discs.resize(first as usize, empty);
         for disc in discs {
             let place = &mut self.starts[cell_of(&disc)];
