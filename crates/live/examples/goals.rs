@@ -91,7 +91,8 @@ impl Page {
     /// second.
     fn round(&mut self) -> Result<[f64; 3]> {
         self.report()?;
-        let (clock, frames, collisions, seconds) = (Instant::now(), self.frames, self.collisions, self.seconds);
+        let (clock, frames, collisions, seconds) =
+            (Instant::now(), self.frames, self.collisions, self.seconds);
         while clock.elapsed() < ROUND {
             self.report()?;
         }

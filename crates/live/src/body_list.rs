@@ -89,7 +89,8 @@ impl BodyList {
                 let circles = drawn_circles(molecule).into_iter();
                 let circles: Vec<[f64; 3]> =
                     circles.map(|(at, radius)| [at.x / size, at.y / size, radius / size]).collect();
-                let rounded = circles.iter().map(|circle| circle.map(|x| (x * STEPS).round() as i64)).collect();
+                let rounded =
+                    circles.iter().map(|circle| circle.map(|x| (x * STEPS).round() as i64)).collect();
                 let next = shape_of.len().min(MOST) as u16;
                 let shape = *shape_of.entry(rounded).or_insert(next);
                 if usize::from(shape) == head.shapes.len() {

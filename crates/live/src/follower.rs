@@ -111,7 +111,9 @@ mod tests {
         let kicks = follower.kicks(simulation.view().time());
         let near = |one: DVec2, x: f64| (one - DVec2::new(x, 0.0)).length() < 1e-12;
         assert_eq!(kicks.len(), 3);
-        assert!(near(kicks[0].place, -0.05) && near(kicks[0].impulse, 4.0) && (kicks[0].age - 0.05).abs() < 1e-12);
+        assert!(
+            near(kicks[0].place, -0.05) && near(kicks[0].impulse, 4.0) && (kicks[0].age - 0.05).abs() < 1e-12
+        );
         assert!(near(kicks[1].place, 0.25) && near(kicks[1].impulse, -4.0));
         assert!(near(kicks[2].place, 0.0) && kicks[2].impulse == DVec2::ZERO);
     }

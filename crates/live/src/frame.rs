@@ -21,9 +21,9 @@ use carom::{View, observers::local_orders};
 use glam::DVec2;
 
 use crate::{
+    body_list::BodyList,
     follower::Kick,
     protocol::{Colour, Window},
-    body_list::BodyList,
 };
 
 /// Bytes before the arrays.
@@ -78,7 +78,8 @@ pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]
             Colour::Order => values.push(orders[index] as f32),
         }
     }
-    let flags = u32::from(!is_whole) + 2 * u32::from(body_list.turns) + 4 * u32::from(window.colour != Colour::Kind);
+    let flags =
+        u32::from(!is_whole) + 2 * u32::from(body_list.turns) + 4 * u32::from(window.colour != Colour::Kind);
     let mut bytes = Vec::with_capacity(HEAD + 4 * (5 * xs.len() + 5 * kicks.len()));
     bytes.extend(1_u32.to_le_bytes());
     bytes.extend(body_list.version.to_le_bytes());

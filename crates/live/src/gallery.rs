@@ -96,7 +96,8 @@ mod tests {
         for exhibit in EXHIBITS {
             let scene = scene(exhibit.name).unwrap();
             let mut run = InteractiveRun::begin(&scene).unwrap();
-            let (kind, of) = exhibit.measure.split_once(':').map_or((exhibit.measure, None), |(k, t)| (k, Some(t)));
+            let (kind, of) =
+                exhibit.measure.split_once(':').map_or((exhibit.measure, None), |(k, t)| (k, Some(t)));
             let of = of.map(str::to_owned);
             let spec = MeasureSpec { kind: kind.to_owned(), of, ..MeasureSpec::default() };
             let interval = scene.run.sample_interval;

@@ -22,13 +22,13 @@ use cpu_time::ThreadTime;
 use serde_json::{Value, json};
 
 use crate::{
+    body_list::BodyList,
     follower::Follower,
     frame::{self, Label},
     gallery,
     pace::{FRAME, Pace},
     protocol::{Answer, Command, Edit, MOST_CONTACTS, MOST_EDITS, MeasureRequest, Request, Window},
     report::{self, Measured, Watch},
-    body_list::BodyList,
     viewers::{Viewer, Viewers, json as text_of},
 };
 
@@ -172,7 +172,8 @@ impl Bench {
     /// The bodies, or the run itself, have changed.
     fn has_changed(&mut self) {
         let (view, speed) = (self.run.view(), self.pace.speed());
-        self.body_list = BodyList::new(self.body_list.version + 1, &self.name, method(self.run.scene()), &view);
+        self.body_list =
+            BodyList::new(self.body_list.version + 1, &self.name, method(self.run.scene()), &view);
         self.pace = Pace::new(&view, speed);
         self.stage = self.run.stage();
     }

@@ -4,6 +4,7 @@
 //! frames back. Nothing that a browser does can make the engine wait: commands come through a
 //! bounded queue, and frames go through a slot of one, whose content is replaced.
 
+mod body_list;
 mod follower;
 mod frame;
 mod gallery;
@@ -11,7 +12,6 @@ mod laboratory;
 mod pace;
 mod protocol;
 mod report;
-mod body_list;
 mod server;
 mod viewers;
 

@@ -174,7 +174,8 @@ mod tests {
         let Command::Edit(edits) = edit.unwrap().command else { panic!() };
         assert_eq!(edits[0].stage.elasticity.as_ref().unwrap().default, 0.5);
         assert_eq!(edits[0].hold.as_ref().unwrap()[0].tag, "hot");
-        let view = r#"{ "id": 9, "do": { "view": { "centre": [0.5, 0.5], "half": [1, 1], "colour": "order" } } }"#;
+        let view =
+            r#"{ "id": 9, "do": { "view": { "centre": [0.5, 0.5], "half": [1, 1], "colour": "order" } } }"#;
         let Command::View(window) = read(view).unwrap().command else { panic!() };
         assert_eq!((window.colour, window.follow, window.is_valid()), (Colour::Order, None, true));
         assert!(!Window { half: [0.0, 1.0], ..window }.is_valid());

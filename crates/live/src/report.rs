@@ -5,7 +5,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use carom::{Scene, View, engine::{ElasticitySpec, Tag}};
+use carom::{
+    Scene, View,
+    engine::{ElasticitySpec, Tag},
+};
 use carom_runs::{measures::Tracked, run::interactive::InteractiveRun};
 use carom_tables::{Figure, Role, Table};
 use cpu_time::ThreadTime;
@@ -213,7 +216,9 @@ fn table(table: &Table) -> Value {
     for column in &table.columns {
         let values = thin(&column.values);
         match &column.role {
-            Role::Abscissa => abscissa = json!({ "name": column.label, "unit": column.unit, "values": values }),
+            Role::Abscissa => {
+                abscissa = json!({ "name": column.label, "unit": column.unit, "values": values })
+            }
             role if role.is_curve() => curves.push(json!({
                 "name": column.label,
                 "unit": column.unit,

@@ -25,7 +25,10 @@ use axum::{
     response::{IntoResponse, Response},
 };
 use carom::Scene;
-use carom_runs::{interruption::Signals, measures::{KINDS, Span}};
+use carom_runs::{
+    interruption::Signals,
+    measures::{KINDS, Span},
+};
 use serde_json::json;
 use tokio::sync::Notify;
 
@@ -159,7 +162,8 @@ impl Server {
             laboratory.serve(&received)
         });
         let engine = engine.context("the system has no thread for the engine")?;
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().context("no runtime")?;
+        let runtime =
+            tokio::runtime::Builder::new_current_thread().enable_all().build().context("no runtime")?;
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
             let router = Router::new().fallback(answer).with_state(shared);
@@ -307,7 +311,9 @@ mod tests {
         for host in ["127.0.0.1:80", "localhost", "localhost:9999", "[::1]:80", "127.0.0.2"] {
             assert!(closed.knows(host), "{host}");
         }
-        for host in ["evil.example", "localhost.evil.example", "192.168.1.2:80", "127.0.0.1.evil", "", ":80", "a:b"] {
+        for host in
+            ["evil.example", "localhost.evil.example", "192.168.1.2:80", "127.0.0.1.evil", "", ":80", "a:b"]
+        {
             assert!(!closed.knows(host), "{host}");
         }
         let open = Door { token: "abc".to_owned(), is_open: true };

@@ -68,12 +68,15 @@ fn a_user_watches_edits_and_saves_a_gas() {
     let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
     let server = Server::bind(any, &root.path().join("saved"), signals.clone()).unwrap();
     let address = server.address().to_owned();
-    let served = thread::spawn(move || server.serve(Some(("gas".to_owned(), Scene::from_toml(GAS).unwrap()))));
+    let served =
+        thread::spawn(move || server.serve(Some(("gas".to_owned(), Scene::from_toml(GAS).unwrap()))));
 
     let mut page = Browser::begin(program);
     page.show([1300, 850], false);
     page.call("Page.navigate", json!({ "url": address }));
-    page.until("document.readyState === 'complete' && document.getElementById('bodies').textContent === '302'");
+    page.until(
+        "document.readyState === 'complete' && document.getElementById('bodies').textContent === '302'",
+    );
     page.eval(
         "void (window.picture = () => document.getElementById('bodies-canvas').toDataURL(),
                window.text = (id) => document.getElementById(id).textContent,
@@ -124,12 +127,15 @@ fn a_user_watches_edits_and_saves_a_gas() {
     page.until("document.querySelectorAll('#measures svg path').length > 0");
 
     // No part is wider than the page, and every control has a name, on all screens.
-    for (size, is_dark) in [([1300, 850], false), ([1300, 850], true), ([400, 860], false), ([400, 860], true)] {
+    for (size, is_dark) in
+        [([1300, 850], false), ([1300, 850], true), ([400, 860], false), ([400, 860], true)]
+    {
         page.show(size, is_dark);
         page.until("Number(text('frames')) >= 0 && picture().length > 1000");
         let width = page.eval("document.documentElement.scrollWidth").as_u64().unwrap();
         assert!(width <= u64::from(size[0]), "{width} at {size:?}");
-        let ground = page.eval("getComputedStyle(document.body).backgroundColor").as_str().unwrap().to_owned();
+        let ground =
+            page.eval("getComputedStyle(document.body).backgroundColor").as_str().unwrap().to_owned();
         assert_eq!(ground, if is_dark { "rgb(21, 24, 28)" } else { "rgb(251, 251, 249)" });
         assert_eq!(page.eval(NAMELESS), "", "{size:?}");
         let canvas = page.eval("document.getElementById('over').clientHeight").as_u64().unwrap();

@@ -213,7 +213,11 @@ fn only_the_page_of_this_server_on_this_machine_is_served() {
     let (head, page) = server.get(&format!("/{token}/"), &of(host));
     assert!(head.starts_with("HTTP/1.1 200") && page.starts_with("<!DOCTYPE html>"), "{head}");
     assert!(head.to_lowercase().contains("content-security-policy: default-src 'none'"), "{head}");
-    assert!(page.len() < 300_000 && !page.contains("http://") && !page.contains("https://"), "{}", page.len());
+    assert!(
+        page.len() < 300_000 && !page.contains("http://") && !page.contains("https://"),
+        "{}",
+        page.len()
+    );
     for (path, headers) in [
         ("/".to_owned(), of(host)),
         ("/wrong/".to_owned(), of(host)),
@@ -279,7 +283,10 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
         (json!({ "elasticity": { "default": -0.5 } }), "-0.5"),
         (json!({ "remove": ["gsa"] }), "gas"),
         (json!({ "tag": [{ "body": 4000, "name": "x" }] }), "4000"),
-        (json!({ "add": [{ "shape": "disc", "atom_radius": 0.4, "atom_mass": 1.0, "at": [0.5, 0.5] }] }), "overlap"),
+        (
+            json!({ "add": [{ "shape": "disc", "atom_radius": 0.4, "atom_mass": 1.0, "at": [0.5, 0.5] }] }),
+            "overlap",
+        ),
         (json!({ "until": 7.0 }), "until"),
     ] {
         let refused = page.request(&json!({ "edit": [{ "stage": stage }] })).unwrap_err();

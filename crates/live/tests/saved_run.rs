@@ -6,8 +6,8 @@ use std::path::Path;
 use carom::{
     EpochTime, Scene,
     engine::{
-        BodyKey, ElasticityRule, ElasticitySpec, HeatSpec, MoleculeSpec, RelabelSpec, StageSpec, ThermostatKind,
-        ThermostatSpec, WallSpec,
+        BodyKey, ElasticityRule, ElasticitySpec, HeatSpec, MoleculeSpec, RelabelSpec, StageSpec,
+        ThermostatKind, ThermostatSpec, WallSpec,
     },
 };
 use carom_runs::{
