@@ -46,7 +46,7 @@ impl Page {
         let mut request = format!("{}socket", address.replace("http", "ws")).into_client_request()?;
         request.headers_mut().insert("Origin", format!("http://{host}").parse()?);
         let stream = TcpStream::connect(host)?;
-        stream.set_read_timeout(Some(Duration::from_secs(60)))?;
+        stream.set_read_timeout(Some(Duration::from_mins(1)))?;
         let (socket, _) = tungstenite::client(request, stream)?;
         Ok(Self { socket, frames: 0, bytes: 0, collisions: 0, seconds: 0.0 })
     }

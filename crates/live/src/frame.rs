@@ -89,9 +89,9 @@ pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]
     for number in [number, xs.len() as u32, flags, kicks.len() as u32] {
         bytes.extend(number.to_le_bytes());
     }
-    append(&mut bytes, &indices, |index| index.to_le_bytes());
+    append(&mut bytes, &indices, u32::to_le_bytes);
     for numbers in [xs, ys, angles, values] {
-        append(&mut bytes, &numbers, |number| number.to_le_bytes());
+        append(&mut bytes, &numbers, f32::to_le_bytes);
     }
     for Kick { age, place, impulse } in kicks {
         let row = [*age, place.x, place.y, impulse.x, impulse.y];

@@ -134,5 +134,5 @@ fn random_word() -> Result<String> {
     let mut bytes = [0_u8; 16];
     getrandom::fill(&mut bytes).map_err(anyhow::Error::msg).context("no random bytes for the token")?;
     ensure!(bytes != [0; 16], "the random bytes of the operating system are all 0");
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(format!("{:032x}", u128::from_le_bytes(bytes)))
 }

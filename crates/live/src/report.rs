@@ -217,7 +217,7 @@ fn table(table: &Table) -> Value {
         let values = thin(&column.values);
         match &column.role {
             Role::Abscissa => {
-                abscissa = json!({ "name": column.label, "unit": column.unit, "values": values })
+                abscissa = json!({ "name": column.label, "unit": column.unit, "values": values });
             }
             role if role.is_curve() => curves.push(json!({
                 "name": column.label,

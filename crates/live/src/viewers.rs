@@ -32,6 +32,10 @@ pub enum Outgoing {
     Binary(Arc<Vec<u8>>),
 }
 
+/// The connection ends.
+#[derive(Debug)]
+struct Closed;
+
 /// What waits to be sent to a page.
 #[derive(Debug, Default)]
 struct Outbox {
@@ -135,34 +139,35 @@ impl Viewer {
     /// Waits for the next message; `None` ends the connection.
     pub async fn next(&self) -> Option<Outgoing> {
         loop {
-            if let Some(message) = self.take() {
-                return message;
+            match self.take() {
+                Ok(None) => {}
+                message => return message.ok().flatten(),
             }
             self.ready.notified().await;
         }
     }
 
-    /// The next message; `Some(None)` if the connection ends, `None` if nothing waits. A list of
-    /// bodies comes before the frames that belong to it.
-    fn take(&self) -> Option<Option<Outgoing>> {
+    /// The next message, if one waits. A list of bodies comes before the frames that belong to it.
+    fn take(&self) -> Result<Option<Outgoing>, Closed> {
         let mut outbox = lock(&self.outbox);
         if outbox.is_closed || outbox.has_overflowed {
-            return Some(None);
+            return Err(Closed);
         }
         if let Some(text) = outbox.answers.pop_front() {
-            return Some(Some(Outgoing::Text(text)));
+            return Ok(Some(Outgoing::Text(text)));
         }
         if let Some(body_list) = outbox.body_list.take() {
-            return Some(Some(Outgoing::Binary(body_list)));
+            return Ok(Some(Outgoing::Binary(body_list)));
         }
-        for text in [outbox.status.take(), outbox.measures.take()] {
-            if let Some(text) = text {
-                return Some(Some(Outgoing::Text(text)));
-            }
+        if let Some(text) = outbox.status.take() {
+            return Ok(Some(Outgoing::Text(text)));
         }
-        let frame = outbox.frame.take()?;
+        if let Some(text) = outbox.measures.take() {
+            return Ok(Some(Outgoing::Text(text)));
+        }
+        let Some(frame) = outbox.frame.take() else { return Ok(None) };
         outbox.sent += 1;
-        Some(Some(Outgoing::Binary(frame)))
+        Ok(Some(Outgoing::Binary(frame)))
     }
 }
 
@@ -246,9 +251,9 @@ mod tests {
         }
         viewer.send_frame(vec![2]);
         viewer.send_status("new".to_owned());
-        assert!(matches!(viewer.take(), Some(Some(Outgoing::Text(text))) if text == "new"));
-        assert!(matches!(viewer.take(), Some(Some(Outgoing::Binary(frame))) if *frame == [2]));
-        assert!(viewer.take().is_none());
+        assert!(matches!(viewer.take(), Ok(Some(Outgoing::Text(text))) if text == "new"));
+        assert!(matches!(viewer.take(), Ok(Some(Outgoing::Binary(frame))) if *frame == [2]));
+        assert!(matches!(viewer.take(), Ok(None)));
         // Frames that are not acknowledged stop at a few.
         let mut sent = 1;
         while let Some(number) = viewer.next_frame() {
@@ -266,7 +271,7 @@ mod tests {
         for _ in 0..=MOST_ANSWERS {
             viewer.send_text(String::new());
         }
-        assert!(matches!(viewer.take(), Some(None)), "the connection ends");
+        assert!(matches!(viewer.take(), Err(Closed)), "the connection ends");
     }
 
     #[test]
@@ -277,7 +282,7 @@ mod tests {
         assert!(viewers.is_writer(pages[0].id) && !viewers.is_writer(pages[1].id));
         viewers.leave(pages[0].id);
         assert!(viewers.is_writer(pages[1].id));
-        let Some(Some(Outgoing::Text(text))) = pages[1].take() else { panic!("no message") };
+        let Ok(Some(Outgoing::Text(text))) = pages[1].take() else { panic!("no message") };
         assert_eq!(text, r#"{"writer":true}"#);
     }
 }

@@ -73,7 +73,7 @@ fn a_user_watches_edits_and_saves_a_gas() {
 
     let mut page = Browser::begin(program);
     page.show([1300, 850], false);
-    page.call("Page.navigate", json!({ "url": address }));
+    page.call("Page.navigate", &json!({ "url": address }));
     page.until(
         "document.readyState === 'complete' && document.getElementById('bodies').textContent === '302'",
     );
@@ -144,7 +144,8 @@ fn a_user_watches_edits_and_saves_a_gas() {
         assert!(canvas > 250, "{canvas} at {size:?}");
         if let Ok(folder) = std::env::var("CAROM_PICTURES") {
             use std::io::Write as _;
-            let shot = page.call("Page.captureScreenshot", json!({ "captureBeyondViewport": size[0] < 600 }));
+            let shot =
+                page.call("Page.captureScreenshot", &json!({ "captureBeyondViewport": size[0] < 600 }));
             let name = format!("{folder}/live-{}-{}.base64", size[0], if is_dark { "dark" } else { "light" });
             fs::File::create(name).unwrap().write_all(shot["data"].as_str().unwrap().as_bytes()).unwrap();
         }

@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket, client::IntoClientRequest as _};
 
 /// Longest wait for an answer.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 
 const GAS: &str = r#"
     [box]
@@ -36,6 +36,12 @@ const GAS: &str = r#"
     until = 2.0
     sample_interval = 0.05
 "#;
+
+#[derive(Debug, Parser)]
+struct Run {
+    #[command(flatten)]
+    options: run::Options,
+}
 
 /// A running server.
 struct Running {
@@ -346,11 +352,6 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     assert!(ended.time >= saved["time"].as_f64().unwrap() * (1.0 - 1e-15));
     assert!(root.path().join("saved/2/checkpoint").exists(), "{}", ended.command);
     // The run goes on by `carom run`.
-    #[derive(Debug, Parser)]
-    struct Run {
-        #[command(flatten)]
-        options: run::Options,
-    }
     let folder = root.path().join("saved/1");
     let text = folder.join("config.toml");
     let words = ["run", text.to_str().unwrap(), "--out", folder.to_str().unwrap(), "--resume"];

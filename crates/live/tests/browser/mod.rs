@@ -71,13 +71,13 @@ impl Browser {
         }
         let mut browser = Self { process, socket, next: 0, faults: Vec::new(), _profile: profile };
         for domain in ["Runtime", "Log", "Page"] {
-            browser.call(&format!("{domain}.enable"), json!({}));
+            browser.call(&format!("{domain}.enable"), &json!({}));
         }
         browser
     }
 
     /// Calls a method and returns its result.
-    pub fn call(&mut self, method: &str, parameters: Value) -> Value {
+    pub fn call(&mut self, method: &str, parameters: &Value) -> Value {
         self.next += 1;
         let text = json!({ "id": self.next, "method": method, "params": parameters }).to_string();
         self.socket.send(Message::text(text)).unwrap();
@@ -110,7 +110,7 @@ impl Browser {
     /// The value of an expression, or of the promise that it is.
     pub fn eval(&mut self, expression: &str) -> Value {
         let asked = json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
-        let mut result = self.call("Runtime.evaluate", asked);
+        let mut result = self.call("Runtime.evaluate", &asked);
         assert!(result["exceptionDetails"].is_null(), "{expression}: {result}");
         result["result"]["value"].take()
     }
@@ -128,10 +128,10 @@ impl Browser {
     /// The size of the page, and whether it is dark.
     pub fn show(&mut self, [width, height]: [u32; 2], is_dark: bool) {
         let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600 });
-        self.call("Emulation.setDeviceMetricsOverride", size);
+        self.call("Emulation.setDeviceMetricsOverride", &size);
         let scheme = if is_dark { "dark" } else { "light" };
         let features = json!([{ "name": "prefers-color-scheme", "value": scheme }]);
-        self.call("Emulation.setEmulatedMedia", json!({ "features": features }));
+        self.call("Emulation.setEmulatedMedia", &json!({ "features": features }));
     }
 }
 

@@ -114,8 +114,8 @@ impl InteractiveRun {
 
     /// The elasticity in force.
     pub fn elasticity(&self) -> &ElasticitySpec {
-        let begun = self.scene.stage.iter().take(self.stage + 1).rev();
-        begun.filter_map(|stage| stage.elasticity.as_ref()).next().unwrap_or(&self.scene.elasticity)
+        let mut begun = self.scene.stage.iter().take(self.stage + 1).rev();
+        begun.find_map(|stage| stage.elasticity.as_ref()).unwrap_or(&self.scene.elasticity)
     }
 
     /// The index of the present stage.
@@ -332,10 +332,10 @@ impl InteractiveRun {
             0.5 * MOST_ACTIONS
         );
         // Longer than the scene file says: fewer samples.
-        let longest = |interval: f64| interval.max(until / (0.5 * MOST_SAMPLES));
-        run.sample_interval = longest(run.sample_interval);
-        run.snapshot_interval = run.snapshot_interval.map(longest);
-        run.check_interval = run.check_interval.map(longest);
+        let shortest = until / (0.5 * MOST_SAMPLES);
+        run.sample_interval = run.sample_interval.max(shortest);
+        run.snapshot_interval = run.snapshot_interval.map(|interval| interval.max(shortest));
+        run.check_interval = run.check_interval.map(|interval| interval.max(shortest));
         run.animation_from = run.animation_from.max(time.next_up());
         run.animation &= run.animation_from < until;
         if !run.animation {
