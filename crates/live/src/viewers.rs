@@ -260,7 +260,7 @@ mod tests {
             assert_eq!(number, sent + 1);
             viewer.send_frame(vec![0]);
             assert!(viewer.next_frame().is_none(), "one waits");
-            viewer.take();
+            let _ = viewer.take();
             sent = number;
         }
         assert_eq!(sent, MOST_UNSEEN);
