@@ -7,6 +7,9 @@ use crate::cells::frame::Window;
 /// reads the cells within two of it.
 pub(super) const RINGS: u32 = 2;
 
+/// Rings that are counted around a tile. A border is narrower.
+pub(super) const MOST_RINGS: u32 = u8::MAX as u32;
+
 /// Place of a column or row relative to a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
@@ -51,7 +54,7 @@ impl Places {
                     _ if place >= size - rings => Band::InsideAbove,
                     _ => Band::Middle,
                 };
-                Along { band, ring: ring.min(i32::from(u8::MAX)) as u8 }
+                Along { band, ring: ring.min(MOST_RINGS as i32) as u8 }
             });
             self.axes[axis].clear();
             self.axes[axis].extend(along);

@@ -20,8 +20,9 @@
 //! 1. **An event that changes a cell of a tile reads only the neighbourhood.** *Proof.* An event
 //!    changes one cell, or two adjacent ones, so all of them lie within one ring. It reads the cells
 //!    adjacent to these.
-//! 2. **In the neighbourhood no event is left out.** *Proof.* The margin is at least two cells, and
-//!    events are left out farther away only (`Workspace::load`).
+//! 2. **In a tile's own cells no event is left out.** *Proof.* They have ring 0, whose limit is the
+//!    end of the window (`Workspace::load`). An event that is left out in the two rings is a
+//!    difference like any other: the comparison finds it.
 //! 3. **If all logs agree, each tile has in its own cells the history of H.** *Proof.* Assume not.
 //!    Take the first event, in the order of time and of bodies, with which in some tile A the history
 //!    of a cell c of its neighbourhood differs from that in H: it is in one of the two only, or has
@@ -29,8 +30,8 @@
 //!    of c by comparison, so B differs from H in its own cell. So let c be a cell of A itself. By
 //!    lemma 1 the event reads the neighbourhood of A only, which agrees with H up to then: the same
 //!    discs with the same flights, versions and next events, since these are the outcomes of earlier
-//!    changes, or were given at the start. By lemma 2 nothing is left out there. So the event happens
-//!    in both, with the same outcome: a contradiction.
+//!    changes, or were given at the start. By lemma 2 it is not left out. So it happens in both, with
+//!    the same outcome: a contradiction.
 //! 4. **The order of discs is that of all bodies.** A workspace numbers its discs in the order of
 //!    their indices among all bodies, so ties are decided alike.
 //! 5. **Roundings are those of the whole box.** Flights and cells are kept relative to the box, and
@@ -63,6 +64,7 @@ use carom_detection::Detection;
 use carom_response::Response;
 
 use self::{
+    border_log::MOST_RINGS,
     map::{DIRECTIONS, TileMap, opposite},
     resting::{RestingDisc, TileDiscs},
     workspace::{EpochConstants, Outcome, Span, Task, Workspace},
@@ -127,7 +129,7 @@ impl Tiles {
     /// The division of a grid; none if there are too few cells.
     fn map(tiling: &Tiling, grid: &CellGrid) -> Option<TileMap> {
         let map = TileMap::new(grid.counts(), tiling.side_for(grid.counts()))?;
-        (map.widest_border() >= tiling.margin + 3).then_some(map)
+        (map.widest_border() >= tiling.within_bounds().margin + 3).then_some(map)
     }
 
     /// Number of tiles of a grid; none if there are too few cells.
@@ -140,7 +142,7 @@ impl Tiles {
         let map = Self::map(tiling, grid)?;
         let threads = tiling.threads.clamp(1, map.tiles());
         Some(Self {
-            tiling: *tiling,
+            tiling: tiling.within_bounds(),
             discs: vec![TileDiscs::default(); map.tiles()],
             outcomes: vec![Outcome::default(); map.tiles()],
             workspaces: vec![Workspace::new(instructions, grid.clone()); threads],
@@ -269,12 +271,20 @@ impl Tiles {
 
     /// Whether a stretch of this length (time) is run in windows, if the previous one was or was not.
     pub fn pays(&self, stretch: f64, was_in_tiles: bool) -> bool {
+        if stretch <= 0.0 && was_in_tiles && !self.epoch.is_fresh {
+            return true;
+        }
         let least = if was_in_tiles { SHORTEST } else { 4.0 * SHORTEST };
         !self.is_refused && stretch * self.contact_rate >= 0.5 * least * self.count as f64
     }
 
     /// Runs a window; none if it must be run event by event.
     pub fn run<D: Detection, R: Response>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
+        if job.stop <= job.from && !self.epoch.is_fresh {
+            // All events up to this time have been processed.
+            let (end, limits) = (job.from, job.limits);
+            return Some(Window { end, contacts: 0, last: None, limits, ends_epoch: false, log: Vec::new() });
+        }
         let mut end = self.end_of_window(job);
         for _ in 0..MOST_ATTEMPTS {
             if self.run_to(job, end).is_err() {
@@ -293,12 +303,16 @@ impl Tiles {
         None
     }
 
+    fn widest_border(&self) -> u32 {
+        self.map.widest_border().min(MOST_RINGS - 1)
+    }
+
     /// End of the next window (offset in the epoch, time).
     fn end_of_window<D, R>(&self, job: &WindowJob<'_, D, R>) -> f64 {
         let discs = self.count as f64;
         let free_time = 0.5 * discs / self.contact_rate;
         // The border of a window must fit between the tiles.
-        let widest = f64::from(self.map.widest_border().saturating_sub(self.tiling.margin + 2));
+        let widest = f64::from(self.widest_border().saturating_sub(self.tiling.margin + 2));
         let mut length = free_time * self.tiling.window.min(widest / self.tiling.front);
         if job.wants_log {
             let most = MOST_LOG_BYTES / size_of::<LoggedContact>() as f64;
@@ -331,10 +345,10 @@ impl Tiles {
         };
         let reach = (self.tiling.front * (end - job.from) / free_time).ceil() as u32;
         let mut selected: Vec<usize> = (0..self.map.tiles()).collect();
-        let mut margin = self.tiling.margin.max(1);
+        let mut margin = self.tiling.margin;
         for attempt in 0..MOST_ATTEMPTS {
             let border = margin.saturating_add(reach).saturating_add(1);
-            if border > self.map.widest_border() {
+            if border > self.widest_border() {
                 return Err(Refused);
             }
             self.run_tiles(job, &selected, (margin, border), span);
