@@ -4,7 +4,8 @@ use std::fmt;
 
 /// How the box is divided into tiles of cells, which are run on their own and on several threads.
 ///
-/// No choice changes a bit of the results. Tiles are used for elastic discs of similar size; other
+/// No choice changes a bit of the results, and a number out of its range counts as the nearest in it.
+/// Tiles are used for elastic discs of similar size; other
 /// scenes, and parts of a run in which tiles do not pay, are run event by event on one thread. See
 /// [`TileCounters`] for what was done.
 ///
@@ -33,13 +34,13 @@ pub struct Tiling {
     /// Cells along a side of a tile, at least 8; a cell is about as long as the diameter of a disc.
     /// Fewer: more discs are run twice, in the borders of tiles. More: a tile outgrows the cache.
     pub side: u32,
-    /// Length of a window in mean free times. Shorter: discs are copied more often. Longer: wider
+    /// Length of a window in mean free times, from 0.1 to 64. Shorter: discs are copied more often. Longer: wider
     /// borders.
     pub window: f64,
-    /// Cells by which the border of a tile is wider than an influence travels in a window, at least
-    /// 1. Fewer: more tiles are repeated. More: more discs are run twice.
+    /// Cells by which the border of a tile is wider than an influence travels in a window, from 1 to
+    /// 64. Fewer: more tiles are repeated. More: more discs are run twice.
     pub margin: u32,
-    /// Cells that an influence travels in a mean free time. Fewer: more tiles are repeated. More:
+    /// Cells that an influence travels in a mean free time, from 0.1 to 64. Fewer: more tiles are repeated. More:
     /// wider borders.
     pub front: f64,
 }
@@ -62,10 +63,24 @@ impl Tiling {
         Self { threads, least_bodies, ..Self::NONE }
     }
 
+    /// The nearest division that can be used.
+    pub(crate) fn within_bounds(&self) -> Self {
+        let within = |number: f64, least: f64, most: f64, default: f64| {
+            if number.is_nan() { default } else { number.clamp(least, most) }
+        };
+        Self {
+            window: within(self.window, 0.1, 64.0, Self::NONE.window),
+            front: within(self.front, 0.1, 64.0, Self::NONE.front),
+            margin: self.margin.clamp(1, 64),
+            ..*self
+        }
+    }
+
     /// The side of tiles for a grid: shorter than [`Self::side`] if there were too few tiles for the
     /// threads.
     pub(crate) fn side_for(&self, counts: [u32; 2]) -> u32 {
-        let fair = (f64::from(counts[0]) * f64::from(counts[1]) / (2 * self.threads.max(1)) as f64).sqrt();
+        let threads = self.threads.max(1) as f64;
+        let fair = (f64::from(counts[0]) * f64::from(counts[1]) / (2.0 * threads)).sqrt();
         (self.side).min(fair.max(LEAST_SIDE) as u32).max(8)
     }
 }
@@ -104,7 +119,7 @@ pub struct TileCounters {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct TileWork {
-    /// Wall time of its runs (seconds).
+    /// Wall time of its last run (seconds).
     pub seconds: f64,
     /// Contacts in its own cells.
     pub contacts: u64,

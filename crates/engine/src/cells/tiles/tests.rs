@@ -213,3 +213,67 @@ fn tiles_that_are_too_large_for_the_box_are_not_used() {
     let (_, tiles) = run(&scene, &Tiling { least_bodies: 1, ..Tiling::default() }, &[until]);
     assert_eq!(tiles, TileCounters::default());
 }
+
+#[test]
+fn any_division_is_accepted() {
+    let scene = gas(2000, 0.5, 2);
+    let times = [0.0, 2.0, 2.0].map(|contacts| time_of(&scene, contacts));
+    let (expected, _) = run(&scene, &Tiling::NONE, &times);
+    for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, 1e-300, 1e300] {
+        for whole in [0, 1, 9, u32::MAX] {
+            let tiling = Tiling {
+                threads: whole as usize % 7,
+                least_bodies: 0,
+                side: whole,
+                window: number,
+                margin: whole,
+                front: number,
+            };
+            let (found, tiles) = run(&scene, &tiling, &times);
+            assert_same(&format!("{tiling:?}"), &expected, &found, &tiles);
+        }
+    }
+}
+
+#[test]
+fn a_gas_at_rest_and_a_single_moving_disc_keep_their_bits() {
+    let mut scene = gas(3000, 0.3, 6);
+    scene.gas[0].energy = 0.0;
+    let radius = scene.gas[0].radius.unwrap();
+    for velocity in [[0.0, 0.0], [1.0, 0.3]] {
+        let disc = AtomSpec { at: [0.0; 2], radius, mass: 1.0 };
+        scene.molecule =
+            vec![MoleculeSpec { atoms: vec![disc], at: [0.3; 2], velocity, ..MoleculeSpec::default() }];
+        let (expected, _) = run(&scene, &Tiling::NONE, &[0.01, 0.3]);
+        let (found, tiles) = run(&scene, &Tiling { side: 20, ..SMALL }, &[0.01, 0.3]);
+        assert_same(&format!("{velocity:?}"), &expected, &found, &tiles);
+    }
+}
+
+#[test]
+fn two_contacts_of_a_disc_at_one_instant_in_two_tiles_are_left_to_the_global_order() {
+    // The middle disc is in the tile right of the border at column 38 of 77, the left one in
+    // another tile. All numbers are dyadic, so both contacts are at the same time to the bit.
+    const UNIT: f64 = 1.0 / 4096.0;
+    let radius = 23.0 * UNIT;
+    let mut scene = gas(3000, 0.3, 6);
+    (scene.gas[0].radius, scene.gas[0].energy) = (Some(radius), 0.0);
+    let disc = |x: f64, speed: f64| MoleculeSpec {
+        atoms: vec![AtomSpec { at: [0.0; 2], radius, mass: 1.0 }],
+        at: [0.5 + x * UNIT, 0.25],
+        velocity: [speed, 0.0],
+        ..MoleculeSpec::default()
+    };
+    for outer_first in [true, false] {
+        let mut three = vec![disc(-60.0, 1.0), disc(0.0, 0.0), disc(60.0, -1.0)];
+        if !outer_first {
+            three.swap(0, 1);
+        }
+        scene.molecule = three;
+        let tiling = Tiling { side: 20, ..SMALL };
+        let (expected, _) = run(&scene, &Tiling::NONE, &[0.2]);
+        let (found, tiles) = run(&scene, &tiling, &[0.2]);
+        assert_same("three in a row", &expected, &found, &tiles);
+        assert_eq!((tiles.windows, tiles.refused), (0, 1), "{tiles:?}");
+    }
+}
