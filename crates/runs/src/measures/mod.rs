@@ -36,6 +36,7 @@ mod thermostat;
 mod velocities;
 mod viscosity;
 mod wall_heat;
+mod wall_pressure;
 
 use anyhow::Result;
 use carom::{CollisionReport, Observer, Scene, View, engine::Body};
@@ -59,7 +60,7 @@ pub use self::{
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [Kind; 24] = [
+pub const KINDS: [Kind; 25] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -82,6 +83,7 @@ pub const KINDS: [Kind; 24] = [
     running_average::KIND,
     thermostat::KIND,
     wall_heat::KIND,
+    wall_pressure::KIND,
     impulses::KIND,
     events::KIND,
 ];
