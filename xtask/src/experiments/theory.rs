@@ -80,7 +80,7 @@ pub const DIFFUSION: Theory = Theory {
 pub const DEPLETION: Theory = Theory {
     name: "depletion",
     question: "With which force do small discs push two big ones together?",
-    studies: &["depletion", "depletion-wall", "depletion-plates"],
+    studies: &["depletion", "depletion-wall", "depletion-plates", "depletion-free"],
 };
 
 /// Haff's law, and inelastic collapse.
@@ -108,7 +108,7 @@ pub const THERMOSTAT: Theory = Theory {
 pub const RATCHET: Theory = Theory {
     name: "ratchet",
     question: "Does an asymmetric molecule drift in a gas, in equilibrium and out of it?",
-    studies: &["ratchet"],
+    studies: &["ratchet", "motor"],
 };
 
 impl Theory {
