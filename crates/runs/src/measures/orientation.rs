@@ -19,7 +19,7 @@ pub(super) const KIND: Kind = Kind {
             correlation: OrientationCorrelation::new(selection.group, interval, longest)?,
             group: selection.group,
             harmonics: [0.0; HARMONICS],
-            orientations: 0,
+            terms: 0,
             is_free: !selection.view.bodies().any(|body| body.body.is_fixed()),
         }))
     },
@@ -37,7 +37,7 @@ struct Orientations {
     /// Σ cos kθ over the samples and the bodies that turn, k = 1, 2, …
     harmonics: [f64; HARMONICS],
     /// Terms of each sum.
-    orientations: u64,
+    terms: u64,
     /// Whether no body of the scene is fixed: fixed bodies may favour a direction.
     is_free: bool,
 }
@@ -75,7 +75,7 @@ impl Observer for Orientations {
                 *sum += power.x;
                 power = turned.rotate(power);
             }
-            self.orientations += 1;
+            self.terms += 1;
         }
     }
 }
@@ -83,7 +83,7 @@ impl Observer for Orientations {
 impl Measured for Orientations {
     /// C₁ at each lag, then C₂, then the autocorrelation, then the harmonics.
     fn sums(&self) -> Vec<[f64; 2]> {
-        let count = self.orientations as f64;
+        let count = self.terms as f64;
         self.correlation.sums().into_iter().chain(self.harmonics.map(|sum| [sum, count])).collect()
     }
 
