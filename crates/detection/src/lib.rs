@@ -117,8 +117,9 @@ use glam::DVec2;
 ///
 /// An implementation must be a pure function of its arguments. Exchanging A and B must exchange the
 /// parts of A and B in the answer and change nothing else. The only exception is a tie
-/// between atom pairs that touch at the same time; the caller must order these itself.
-pub trait Detection {
+/// between atom pairs that touch at the same time; the caller must order these itself. Several
+/// threads may call it at once.
+pub trait Detection: Sync {
     /// Returns the first contact of A and B after time 0 and no later than `horizon` (time).
     ///
     /// A pair that touches or overlaps at time 0 is in contact at once if it closes. It is not in

@@ -166,6 +166,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             scheduler: _,
             scheduler_options: _,
             contacts_per_epoch: _,
+            tiling: _,
             elasticity,
             names,
             counters,

@@ -57,7 +57,7 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_
 
     #[inline(always)]
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
-        let all_elastic = self.elasticity.is_elastic() && self.response.conserves_energy(Elasticity::ELASTIC);
+        let all_elastic = self.all_elastic();
         loop {
             let limit = self.limits.time();
             let stop = if limit < self.target { limit } else { self.target };
@@ -70,7 +70,7 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_
             };
             let ContactEvent { time, bodies, .. } = contact;
             *self.now = time;
-            let repeats = self.simultaneous.repeats(time);
+            let repeats = self.simultaneous.repeats(bodies, time);
             if repeats {
                 self.count_repeated(bodies, time)?;
             }
@@ -108,7 +108,12 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_
 }
 
 impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
-    fn rules(&self) -> Rules<'_, R> {
+    /// Whether every contact conserves the energy.
+    pub(crate) fn all_elastic(&self) -> bool {
+        self.elasticity.is_elastic() && self.response.conserves_energy(Elasticity::ELASTIC)
+    }
+
+    pub(crate) fn rules(&self) -> Rules<'_, R> {
         Rules { world: self.world, response: self.response, elasticity: self.elasticity }
     }
 
@@ -135,7 +140,7 @@ impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
 
     /// Accepts the contact of two discs, counts it and reports it to the observer.
     #[inline(always)]
-    fn record_discs(
+    pub(crate) fn record_discs(
         &mut self,
         contact: ContactEvent,
         [[place_a, velocity_a], [place_b, velocity_b]]: [[DVec2; 2]; 2],

@@ -106,6 +106,11 @@ impl Limits {
         (a.length_squared() <= self.fastest_squared) & (b.length_squared() <= self.fastest_squared)
     }
 
+    /// Raises the speed for which the limits are set to that of two bodies.
+    pub fn raise(&mut self, [a, b]: [DVec2; 2]) {
+        self.fastest_squared = self.fastest_squared.max(a.length_squared()).max(b.length_squared());
+    }
+
     /// Shortens the epoch if one of two bodies in contact is now faster than any body before.
     ///
     /// # Errors
@@ -123,8 +128,7 @@ impl Limits {
             return Ok(());
         }
         let ContactPlaces { bodies, time: now, places: _ } = contact;
-        let speed_squared = velocities[0].length_squared().max(velocities[1].length_squared());
-        self.fastest_squared = self.fastest_squared.max(speed_squared);
+        self.raise(velocities);
         self.fastest_spin = self.fastest_spin.max(spin);
         let stretch = stretch(self.way, self.fastest_squared, self.fastest_spin);
         self.time = self.time.min(now + stretch);
@@ -141,6 +145,16 @@ impl Limits {
             }
         }
         Ok(())
+    }
+
+    /// Contacts until the epoch ends.
+    pub fn contacts_left(&self) -> u64 {
+        self.contacts_left
+    }
+
+    /// Counts contacts with which the epoch does not end, or with the last of which it does.
+    pub fn count_contacts(&mut self, contacts: u64) {
+        self.contacts_left -= contacts;
     }
 
     /// Counts a contact; returns whether the epoch ends with it.

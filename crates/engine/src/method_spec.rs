@@ -61,6 +61,22 @@ pub struct MethodSpec {
     /// Of `cells`: the instruction set. All give the same bits. Default: `widest`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instructions: Option<InstructionsName>,
+    /// Of `cells`: whether large gases of discs are divided into tiles, which several threads can
+    /// run. It changes no bit of the results. Default: `automatic`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tiles: Option<TilesName>,
+}
+
+/// Whether the box is divided into tiles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum TilesName {
+    /// Where they pay.
+    #[default]
+    Automatic,
+    /// Every contact is computed in order, on one thread.
+    Never,
 }
 
 /// Name of a detector.

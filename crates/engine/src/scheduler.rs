@@ -53,12 +53,17 @@
 
 use carom_detection::Detection;
 use carom_kinematics::{HALF_ULP, Motion};
+use carom_response::Response;
 use glam::DVec2;
 
-use crate::{Body, GridError, SchedulerCounters, World, limits::sides_per_epoch};
+use crate::{
+    Body, GridError, SchedulerCounters, TileCounters, TileUse, TileWork, Tiling, World,
+    limits::sides_per_epoch,
+};
 pub use crate::{
     contact_event::{ContactEvent, Parts},
     wall::StandingWall,
+    window::{Window, WindowJob},
 };
 
 /// Bound on the rounding of the separation of two bodies within an epoch (length).
@@ -179,6 +184,14 @@ impl<'a> StoredMotions<'a> {
         self.world.windings[body as usize]
     }
 
+    /// Stores the motion of a body and the number of boxes that it has crossed, per axis, modulo 2¹⁶:
+    /// in an epoch a body crosses only a few.
+    pub(crate) fn set_wrapped(&mut self, body: u32, motion: Motion, winding: [i16; 2]) {
+        let before = self.winding(body);
+        let crossed = |axis: usize| i64::from(winding[axis].wrapping_sub(before[axis] as i16));
+        self.set(body, motion, [0, 1].map(|axis| before[axis] + crossed(axis)));
+    }
+
     /// Stores the motion of a body and the number of boxes that it has crossed, per axis, since it
     /// was added: the value of [`World::windings`] at the start of the epoch plus the wraps of its
     /// position by the scheduler since then. The motion of a fixed body is ignored.
@@ -218,6 +231,34 @@ pub trait Scheduler: Sized {
 
     /// Runs a loop on the queue of the present epoch.
     fn run<L: EventLoop>(&mut self, events: L) -> L::End;
+
+    /// Runs and resolves all contacts of a part of the epoch at once, if this scheduler can. If not,
+    /// it returns `None`, and [`Self::run`] must be able to go on from the present time. The engine
+    /// calls this before each call of [`Self::run`].
+    #[doc(hidden)]
+    fn run_window<D: Detection, R: Response>(&mut self, _job: &WindowJob<'_, D, R>) -> Option<Window> {
+        None
+    }
+
+    /// Sets how the box is divided into tiles that are run on their own. It changes the speed, and no
+    /// bit of the results. The engine calls this before each call of [`Self::begin_epoch`]. By default
+    /// it has no effect.
+    fn set_tiling(&mut self, _tiling: &Tiling) {}
+
+    /// Whether the bodies of this scheduler can be run in tiles with a division, and into how many.
+    fn tile_use(&self, _tiling: &Tiling) -> TileUse {
+        TileUse::Scheduler
+    }
+
+    /// The work of each tile in the last window; empty without one.
+    fn tile_work(&self) -> Vec<TileWork> {
+        Vec::new()
+    }
+
+    /// Counts of the work in tiles so far.
+    fn tile_counters(&self) -> TileCounters {
+        TileCounters::default()
+    }
 
     /// Writes the present motions and windings into the state of the system.
     fn store(&self, state: &mut StoredMotions<'_>);

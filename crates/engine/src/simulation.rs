@@ -2,11 +2,11 @@
 
 use carom_detection::{Detection, Exact};
 use carom_kinematics::{EpochTime, Motion};
-use carom_response::{Impact, Response};
+use carom_response::{Elasticity, Impact, Response};
 
 use crate::{
     BodyName, CellScheduler, Counters, ElasticityTable, HeatByTag, LEAST_SPEED, Ledger, Observer, RunError,
-    Scheduler, SchedulerCounters, TagNames, View, World,
+    Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, TileWork, Tiling, View, World,
     epoch_loop::{Ended, EpochLoop},
     limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
     scheduler::StoredMotions,
@@ -27,6 +27,7 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = CellScheduler> {
     pub(crate) scheduler_options: S::Options,
     /// Contacts per moving body after which an epoch ends.
     pub(crate) contacts_per_epoch: u64,
+    pub(crate) tiling: Tiling,
     pub(crate) elasticity: ElasticityTable,
     pub(crate) names: TagNames,
     pub(crate) counters: Counters,
@@ -66,6 +67,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             scheduler,
             scheduler_options,
             contacts_per_epoch: S::CONTACTS_PER_EPOCH,
+            tiling: Tiling::default(),
             elasticity,
             names,
             counters: Counters::default(),
@@ -106,6 +108,35 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// hold it.
     pub fn set_contacts_per_epoch(&mut self, contacts: u64) {
         self.contacts_per_epoch = contacts.max(1);
+    }
+
+    /// Changes how the box is divided into tiles, which are run on their own and on several threads,
+    /// from the next epoch on; see [`Tiling`]. It changes the speed, and no bit of the results. A
+    /// checkpoint does not hold it.
+    pub fn set_tiling(&mut self, tiling: &Tiling) {
+        self.tiling = *tiling;
+    }
+
+    /// Whether this system is divided into tiles, at its present state and [`Tiling`].
+    pub fn tile_use(&self) -> TileUse {
+        let conserves = self.elasticity.is_elastic() && self.response.conserves_energy(Elasticity::ELASTIC);
+        if !conserves || self.world.has_thermal_walls {
+            return TileUse::ChangesEnergy;
+        }
+        if !self.detection.decides_discs_in_closed_form() {
+            return TileUse::Detector;
+        }
+        self.scheduler.tile_use(&self.tiling)
+    }
+
+    /// The work of each tile in the last window; empty without one.
+    pub fn tile_work(&self) -> Vec<TileWork> {
+        self.scheduler.tile_work()
+    }
+
+    /// Counts of the work in tiles since the present scheduler began.
+    pub fn tile_counters(&self) -> TileCounters {
+        self.scheduler.tile_counters()
     }
 
     /// Runs to `time`, including events at exactly `time`. A time before the present changes
@@ -229,7 +260,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let is_stored = matches!(self.epoch, Epoch::Running(_));
         self.begin_epoch(target)?;
         let Epoch::Running(limits) = &mut self.epoch else { return Ok(false) };
-        let pass = EpochLoop {
+        let mut pass = EpochLoop {
             world: &mut self.world,
             detection: &self.detection,
             response: &self.response,
@@ -246,7 +277,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             contacts,
             most,
         };
-        match self.scheduler.run(pass)? {
+        let ended = match pass.run_windows(&mut self.scheduler)? {
+            Some(ended) => ended,
+            None => self.scheduler.run(pass)?,
+        };
+        match ended {
             Ended::TargetReached if is_stored && *contacts == 0 => {
                 self.scheduler.store_changes(&mut StoredMotions::new(&mut self.world), &[]);
                 return Ok(true);
@@ -311,6 +346,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         )?;
         self.epoch = Epoch::Running(limits);
         self.counters.epochs += 1;
+        self.scheduler.set_tiling(&self.tiling);
         self.scheduler.begin_epoch(&self.world, &self.detection, limits.time());
         Ok(())
     }

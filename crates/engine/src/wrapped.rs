@@ -26,6 +26,13 @@ impl Wrapped {
         }
     }
 
+    /// Notes that bodies have been wrapped without being noted.
+    pub fn overflow(&mut self) {
+        self.most = 0;
+        self.bodies.clear();
+        self.bodies.push(0);
+    }
+
     /// Takes the bodies noted, some of them perhaps more than once; `None` if they were too many to
     /// be noted.
     pub fn take(&mut self) -> Option<Vec<u32>> {

@@ -6,7 +6,7 @@ use carom_detection::{Detection, Exact};
 use carom_engine::{
     Batch, BodyKey, CellScheduler, Checkpoint, CheckpointError, EditError, ElasticitySpec, Growth,
     HeapScheduler, MoleculeSpec, Observer, Rotation, RunError, Scene, SceneError, Scheduler, Simulation, Tag,
-    View, Violation, WallSpec,
+    TileCounters, TileUse, TileWork, Tiling, View, Violation, WallSpec,
 };
 use carom_kinematics::EpochTime;
 use carom_response::{Impact, Response};
@@ -66,7 +66,7 @@ impl AnySimulation {
     ) -> Result<Self, SceneError> {
         type Cells<D> = Simulation<D, Impact, CellScheduler>;
         type Heap<D> = Simulation<D, Impact, HeapScheduler>;
-        Ok(match (method.detector, method.order) {
+        let simulation: Self = match (method.detector, method.order) {
             (AnyDetector::Exact(exact), Order::Cells(options)) => {
                 Cells::with_progress(scene, exact, Impact, options, progress)?.into()
             }
@@ -79,7 +79,8 @@ impl AnySimulation {
             (detector, Order::Heap(options)) => {
                 Heap::with_progress(scene, detector, Impact, options, progress)?.into()
             }
-        })
+        };
+        Ok(simulation.in_tiles(method))
     }
 
     /// Takes all steps of a growth that are left, and returns the simulation of its scene at time
@@ -88,7 +89,7 @@ impl AnySimulation {
     /// # Errors
     /// Those of [`Growth::step`] and of [`Self::with`].
     pub fn grown(growth: Growth, method: &Method) -> Result<Self, SceneError> {
-        Ok(match (method.detector, method.order) {
+        let simulation: Self = match (method.detector, method.order) {
             (AnyDetector::Exact(exact), Order::Cells(options)) => {
                 growth.finish_with::<_, _, CellScheduler>(exact, Impact, options)?.into()
             }
@@ -101,7 +102,8 @@ impl AnySimulation {
             (detector, Order::Heap(options)) => {
                 growth.finish_with::<_, _, HeapScheduler>(detector, Impact, options)?.into()
             }
-        })
+        };
+        Ok(simulation.in_tiles(method))
     }
 
     /// Resumes from a checkpoint. Only the method of the run that wrote it gives the bits of an
@@ -113,7 +115,7 @@ impl AnySimulation {
     pub fn resume(checkpoint: &Checkpoint, method: &Method) -> Result<Self, CheckpointError> {
         type Cells<D> = Simulation<D, Impact, CellScheduler>;
         type Heap<D> = Simulation<D, Impact, HeapScheduler>;
-        Ok(match (method.detector, method.order) {
+        let simulation = match (method.detector, method.order) {
             (AnyDetector::Exact(exact), Order::Cells(options)) => {
                 Self::from(Cells::<Exact>::resume_with(checkpoint, exact, Impact, options)?)
             }
@@ -126,7 +128,14 @@ impl AnySimulation {
             (detector, Order::Heap(options)) => {
                 Self::from(Heap::<AnyDetector>::resume_with(checkpoint, detector, Impact, options)?)
             }
-        })
+        };
+        Ok(simulation.in_tiles(method))
+    }
+
+    /// The simulation with the tiles of a method, on one thread.
+    fn in_tiles(mut self, method: &Method) -> Self {
+        self.set_tiling(&method.tiling(1));
+        self
     }
 
     /// Makes several changes at one time, or none. See [`Simulation::edit`].
@@ -279,6 +288,14 @@ dynamic! {
     fn set_rotation([&mut] self, key: BodyKey, rotation: Rotation) -> Result<(), EditError>;
     /// Changes the length of epochs. See [`Simulation::set_contacts_per_epoch`].
     fn set_contacts_per_epoch([&mut] self, contacts: u64);
+    /// Changes how the box is divided into tiles and threads. See [`Simulation::set_tiling`].
+    fn set_tiling([&mut] self, tiling: &Tiling);
+    /// Whether the system is divided into tiles. See [`Simulation::tile_use`].
+    fn tile_use([&] self) -> TileUse;
+    /// The work of each tile in the last window. See [`Simulation::tile_work`].
+    fn tile_work([&] self) -> Vec<TileWork>;
+    /// Counts of the work in tiles. See [`Simulation::tile_counters`].
+    fn tile_counters([&] self) -> TileCounters;
     /// Adds a molecule. See [`Simulation::add`].
     ///
     /// # Errors

@@ -5,6 +5,7 @@ use std::fmt;
 use carom_detection::{Exact, FixedStep, GoldenSecant};
 use carom_engine::{
     CellsPerSide, DetectorName, Instructions, InstructionsName, MethodSpec, SceneError, SchedulerName,
+    TilesName, Tiling,
 };
 use thiserror::Error;
 
@@ -19,6 +20,8 @@ pub struct Method {
     pub detector: AnyDetector,
     /// The scheduler of events.
     pub order: Order,
+    /// Whether the scheduler may divide the box into tiles. No choice changes a bit.
+    pub tiles: TilesName,
 }
 
 /// The scheduler of the events, with its options.
@@ -70,6 +73,14 @@ impl From<MethodError> for SceneError {
 }
 
 impl Method {
+    /// How the box is divided for a number of threads.
+    pub fn tiling(&self, threads: usize) -> Tiling {
+        match self.tiles {
+            TilesName::Automatic => Tiling::with_threads(threads),
+            TilesName::Never => Tiling::NONE,
+        }
+    }
+
     /// Whether no contact is missed, invented or late beyond rounding.
     pub fn is_exact(&self) -> bool {
         let is_unchecked = matches!(self.order, Order::Heap(CellsPerSide::Unchecked(_)));
@@ -94,16 +105,20 @@ impl fmt::Display for Method {
             AnyDetector::BoundingCircles => write!(f, "bounding circles in place of molecules")?,
         }
         match self.order {
-            Order::Cells(Instructions::Widest) => Ok(()),
-            Order::Cells(Instructions::Avx2) => write!(f, "; AVX2 instructions"),
-            Order::Cells(Instructions::Portable) => write!(f, "; portable instructions"),
-            Order::Heap(CellsPerSide::Automatic) => write!(f, "; heap of all events"),
+            Order::Cells(Instructions::Widest) => {}
+            Order::Cells(Instructions::Avx2) => write!(f, "; AVX2 instructions")?,
+            Order::Cells(Instructions::Portable) => write!(f, "; portable instructions")?,
+            Order::Heap(CellsPerSide::Automatic) => write!(f, "; heap of all events")?,
             Order::Heap(CellsPerSide::Given(cells)) => {
-                write!(f, "; heap of all events, {cells} cells per side")
+                write!(f, "; heap of all events, {cells} cells per side")?;
             }
             Order::Heap(CellsPerSide::Unchecked(cells)) => {
-                write!(f, "; heap of all events, {cells} cells per side, which may miss contacts")
+                write!(f, "; heap of all events, {cells} cells per side, which may miss contacts")?;
             }
+        }
+        match self.tiles {
+            TilesName::Automatic => Ok(()),
+            TilesName::Never => write!(f, "; no tiles"),
         }
     }
 }
@@ -173,6 +188,10 @@ fn order(spec: &MethodSpec) -> Result<Order, MethodError> {
                 let owner = "scheduler = \"cells\"";
                 return Err(MethodError::NoEffect { key: "instructions", owner });
             }
+            if spec.tiles.is_some() {
+                let owner = "scheduler = \"cells\"";
+                return Err(MethodError::NoEffect { key: "tiles", owner });
+            }
             Ok(Order::Heap(match (spec.cells_per_side, spec.unchecked_cells_per_side) {
                 (None, None) => CellsPerSide::Automatic,
                 (Some(cells), None) => CellsPerSide::Given(cells),
@@ -200,13 +219,15 @@ impl TryFrom<&MethodSpec> for Method {
     type Error = MethodError;
 
     fn try_from(spec: &MethodSpec) -> Result<Self, MethodError> {
-        Ok(Self { detector: detector(spec)?, order: order(spec)? })
+        let tiles = spec.tiles.unwrap_or_default();
+        Ok(Self { detector: detector(spec)?, order: order(spec)?, tiles })
     }
 }
 
 impl From<&Method> for MethodSpec {
     fn from(method: &Method) -> Self {
         let mut spec = Self::default();
+        spec.tiles = (method.tiles != TilesName::default()).then_some(method.tiles);
         match method.detector {
             AnyDetector::Exact(exact) => {
                 spec.most_steps = (exact != Exact::default()).then_some(exact.most_steps);

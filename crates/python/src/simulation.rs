@@ -144,6 +144,15 @@ impl Core {
         }
     }
 
+    /// Sets the number of threads of a run of this system.
+    fn set_threads(&self, threads: usize) -> PyResult<()> {
+        let mut state = self.lock()?;
+        let method =
+            Method::try_from(&state.scene.method).map_err(carom::SceneError::from).map_err(errors::scene)?;
+        state.simulation.set_tiling(&method.tiling(threads));
+        Ok(())
+    }
+
     /// The simulation at the end, or the last checkpoint, of a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {

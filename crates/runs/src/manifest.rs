@@ -3,7 +3,7 @@
 use std::{env, fs, process::Command, time::Instant};
 
 use anyhow::{Error, Result};
-use carom::Scene;
+use carom::{Scene, engine::TileCounters};
 use carom_methods::Method;
 use serde::Serialize;
 
@@ -33,6 +33,10 @@ pub struct Manifest {
     wall_seconds: Option<f64>,
     /// Processor time of the whole run (seconds).
     cpu_seconds: Option<f64>,
+    /// Threads of a single run, and counts of its work in tiles since it was started or last
+    /// resumed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tiles: Option<TileWork>,
     /// The error that ended the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
@@ -40,6 +44,33 @@ pub struct Manifest {
     complete: bool,
     #[serde(skip)]
     begun: Instant,
+}
+
+/// Work of a run in tiles.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TileWork {
+    threads: usize,
+    windows: u64,
+    tiles: u64,
+    tiles_repeated: u64,
+    contacts: u64,
+    contacts_computed: u64,
+    windows_in_order: u64,
+}
+
+impl TileWork {
+    /// The work of a run on so many threads.
+    pub fn new(threads: usize, counters: &TileCounters) -> Self {
+        Self {
+            threads,
+            windows: counters.windows,
+            tiles: counters.tiles,
+            tiles_repeated: counters.repeated,
+            contacts: counters.contacts,
+            contacts_computed: counters.computed,
+            windows_in_order: counters.refused,
+        }
+    }
 }
 
 /// One stream of random numbers.
@@ -92,6 +123,7 @@ impl Manifest {
             parent,
             wall_seconds: None,
             cpu_seconds: None,
+            tiles: None,
             error: None,
             complete: false,
             begun: Instant::now(),
@@ -106,6 +138,11 @@ impl Manifest {
         let manifest = Self { again: again.to_owned(), ..self.clone() };
         folder.write_json(MANIFEST, &manifest)?;
         Ok(manifest)
+    }
+
+    /// Records the work in tiles.
+    pub fn set_tiles(&mut self, work: TileWork) {
+        self.tiles = Some(work);
     }
 
     /// Returns true if the folder holds a run that has ended.

@@ -28,7 +28,7 @@ use anyhow::{Context, Result, ensure};
 use carom::{Checkpoint, EpochTime, Observer, Scene};
 use carom_methods::{AnySimulation, Method};
 use clap::Args;
-use cpu_time::ThreadTime;
+use cpu_time::{ProcessTime, ThreadTime};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
@@ -77,6 +77,8 @@ pub struct Task<'a> {
     pub samples: usize,
     /// How the run is computed; a checkpoint is resumed with the same method.
     pub method: Method,
+    /// Threads of this run alone. They change no bit.
+    pub threads: usize,
     /// Checkpoint options, and whether to resume.
     pub choices: &'a Choices,
     /// Signals that end the program.
@@ -94,6 +96,28 @@ pub enum Start<O, F> {
     Ended(F),
 }
 
+/// Measures the processor time of a run.
+#[derive(Debug)]
+enum Clock {
+    /// Of its thread: other runs may share the process.
+    Thread(ThreadTime),
+    /// Of all threads: the run has the process to itself.
+    Process(ProcessTime),
+}
+
+impl Clock {
+    fn start(threads: usize) -> Self {
+        if threads > 1 { Self::Process(ProcessTime::now()) } else { Self::Thread(ThreadTime::now()) }
+    }
+
+    fn seconds(&self) -> f64 {
+        match self {
+            Self::Thread(clock) => clock.elapsed().as_secs_f64(),
+            Self::Process(clock) => clock.elapsed().as_secs_f64(),
+        }
+    }
+}
+
 /// A run in progress.
 #[derive(Debug)]
 pub struct Resumable<O> {
@@ -108,7 +132,7 @@ pub struct Resumable<O> {
     samples: usize,
     /// Number of steps besides samples.
     steps: u64,
-    clock: ThreadTime,
+    clock: Clock,
     /// Processor time of earlier processes (seconds).
     seconds_before: f64,
     /// Wall time of the last checkpoint.
@@ -305,7 +329,8 @@ impl Task<'_> {
         if ended {
             return Ok(Start::Ended(body.take()?));
         }
-        let simulation = AnySimulation::resume(&state.simulation, &self.method)?;
+        let mut simulation = AnySimulation::resume(&state.simulation, &self.method)?;
+        simulation.set_tiling(&self.method.tiling(self.threads));
         if head.ended {
             // The run is extended: its old result no longer describes the files, so the head is
             // reset.
@@ -319,7 +344,7 @@ impl Task<'_> {
             actions: head.progress.actions,
             samples: head.progress.samples,
             steps: head.progress.steps,
-            clock: ThreadTime::now(),
+            clock: Clock::start(self.threads),
             seconds_before: state.seconds,
             saved: Some(WallTime::now()),
             saved_near_end: self.is_nearly_done(head.time),
@@ -359,7 +384,8 @@ impl Task<'_> {
 
 impl<O: Observer + Serialize> Resumable<O> {
     /// A run at its beginning.
-    pub fn begin(task: &Task<'_>, simulation: AnySimulation, observers: O) -> Self {
+    pub fn begin(task: &Task<'_>, mut simulation: AnySimulation, observers: O) -> Self {
+        simulation.set_tiling(&task.method.tiling(task.threads));
         Self {
             simulation,
             observers,
@@ -367,7 +393,7 @@ impl<O: Observer + Serialize> Resumable<O> {
             actions: 0,
             samples: 0,
             steps: 0,
-            clock: ThreadTime::now(),
+            clock: Clock::start(task.threads),
             seconds_before: 0.0,
             saved: None,
             saved_near_end: false,
@@ -470,7 +496,7 @@ impl<O: Observer + Serialize> Resumable<O> {
 
     /// Processor time so far, including earlier processes up to their last checkpoint (seconds).
     pub fn seconds(&self) -> f64 {
-        self.seconds_before + self.clock.elapsed().as_secs_f64()
+        self.seconds_before + self.clock.seconds()
     }
 
     /// Stores the result of a run that has ended.

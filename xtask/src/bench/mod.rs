@@ -9,9 +9,10 @@ mod clock;
 mod growth;
 mod scenes;
 mod setup;
+mod tiles;
 
 use anyhow::Result;
-use carom::{CellsPerSide, Instructions, Scene};
+use carom::{CellsPerSide, Instructions, Scene, engine::TilesName};
 use carom_methods::{AnySimulation, Method, Order};
 use carom_runs::{console::put, print_line};
 use carom_tables::Verdict;
@@ -30,6 +31,8 @@ pub enum Bench {
     Setup(setup::Options),
     /// Growth of gases of many shapes to high densities
     Growth(growth::Options),
+    /// A large gas of discs in order, in tiles and on several threads, and the scaling to many
+    Tiles(tiles::Options),
 }
 
 /// Options of `cargo xtask bench gas`.
@@ -68,6 +71,7 @@ pub fn run(bench: &Bench) -> Result<Verdict> {
         Bench::Gas(options) => options,
         Bench::Setup(options) => return setup::run(options),
         Bench::Growth(options) => return growth::run(options),
+        Bench::Tiles(options) => return tiles::run(options),
     };
     let mut all = Vec::new();
     for (name, scene) in scenes::all().into_iter().filter(|(name, _)| name.starts_with(&options.scene)) {
@@ -118,7 +122,8 @@ struct Engine {
 
 impl Engine {
     fn new(name: &'static str, scene: &Scene, order: Order) -> Result<Self> {
-        let method = Method { order, ..Method::default() };
+        // Turns are shorter than a window: `bench tiles` measures tiles.
+        let method = Method { order, tiles: TilesName::Never, ..Method::default() };
         Ok(Self { name, simulation: AnySimulation::with(scene, &method)?, pace: 1e-6 })
     }
 

@@ -58,7 +58,7 @@ impl Kind {
     }
 
     #[inline]
-    fn from_bits(bits: u32) -> Self {
+    pub fn from_bits(bits: u32) -> Self {
         match bits {
             0 => Self::Discs,
             1 => Self::Right,
@@ -135,9 +135,21 @@ impl BodyRecord {
         record
     }
 
+    /// The record of a disc with this flight and radius, without an event.
+    #[inline]
+    pub fn at(flight: [f64; 4], radius: f64) -> Self {
+        Self { flight, shared: RadiusOrContactTime(radius), ..Self::dummy() }
+    }
+
     /// Sets the flight from a motion that begins at its subjective time.
     pub fn set_motion(&mut self, motion: &Motion) {
         self.flight = flight_of(motion);
+    }
+
+    /// The motion of a disc.
+    #[inline]
+    pub fn motion(&self) -> Motion {
+        Motion { velocity: self.velocity(), ..Motion::at_rest(self.origin()) }
     }
 
     pub fn origin(&self) -> DVec2 {

@@ -50,8 +50,8 @@ pub(super) struct Calendar {
 }
 
 impl Calendar {
-    /// Lays out a ring of empty bins from time 0, for events at this mean interval (time).
-    pub fn lay_out(&mut self, bodies: usize, interval: f64) {
+    /// Lays out a ring of empty bins from `start` on, for events at this mean interval (times).
+    pub fn lay_out(&mut self, bodies: usize, interval: f64, start: f64) {
         self.bodies = bodies as u32;
         self.ring = (self.bodies / BODIES_PER_BIN).max(1);
         self.links.clear();
@@ -59,7 +59,7 @@ impl Calendar {
         let bins_per_time = 1.0 / (EVENTS_PER_BIN * interval);
         // Of 0 and of subnormal intervals the reciprocal is infinite: all events are in one bin.
         self.bins_per_time = if bins_per_time.is_finite() { bins_per_time } else { 0.0 };
-        self.reset_ring(0.0);
+        self.reset_ring(start);
     }
 
     pub fn heap_bytes(&self) -> usize {
@@ -259,7 +259,7 @@ mod tests {
             let mut random = rand_pcg::Pcg64::seed_from_u64(7);
             let mut records = vec![BodyRecord::dummy(); 50];
             let mut calendar = Calendar::default();
-            calendar.lay_out(records.len(), width);
+            calendar.lay_out(records.len(), width, 0.0);
             for body in 0..records.len() as u32 {
                 records[body as usize].set_event(random.random::<f64>(), Kind::Nothing, 0, 0);
                 calendar.schedule(&records, body, records[body as usize].time);
@@ -292,7 +292,7 @@ mod tests {
     #[test]
     fn a_calendar_without_finite_events_returns_none() {
         let mut calendar = Calendar::default();
-        calendar.lay_out(3, 1.0);
+        calendar.lay_out(3, 1.0, 0.0);
         let records = vec![BodyRecord::dummy(); 3];
         (0..3).for_each(|body| calendar.schedule(&records, body, f64::INFINITY));
         assert_eq!(calendar.take_soonest(&records, f64::MAX, |_| ()), None);

@@ -163,9 +163,9 @@ mod tests {
             Simulation::with(&scene, Exact::default(), Impact, Instructions::Widest).unwrap();
         let mut is_disabled = || {
             simulation.step(1e3, &mut ()).unwrap();
-            let Layout::Grid(state) = &simulation.scheduler.0 else { panic!("no cells") };
-            assert!(state.grid.is_dilute());
-            state.occupants.units().is_disabled()
+            let Layout::Grid(cells) = &simulation.scheduler.0 else { panic!("no cells") };
+            assert!(cells.whole.grid.is_dilute());
+            cells.whole.occupants.units().is_disabled()
         };
         (0..contacts).filter(|_| is_disabled()).count()
     }

@@ -6,6 +6,7 @@ use carom_detection::Detection;
 
 use super::{
     body_record::Kind,
+    frame::Frame,
     simd::{Kernel, NeighbourQuery, SoonestSlot, sooner},
     slot::INDEX_MASK,
     state::State,
@@ -15,7 +16,7 @@ use crate::{
     scheduler::{ContactEvent, Parts},
 };
 
-impl State {
+impl<F: Frame> State<F> {
     /// Finds the earliest contact of a small disc with its neighbours, and its crossing.
     #[inline(always)]
     pub(super) fn query_neighbours<K: Kernel>(&self, kernel: K, disc: u32, now: f64) -> DiscEvents {
@@ -71,21 +72,20 @@ impl State {
         (soonest, list.is_covered().then_some(cell))
     }
 
-    /// Writes the earliest event of a small disc, a contact or a crossing, into its record, and
-    /// returns its time.
+    /// Writes the earliest event of a small disc, a contact with another or a crossing, into its
+    /// record, and returns its time.
     ///
     /// The time ends a long dependency chain, and only rare branches depend on it: the processor
     /// can start the following work before the time is known.
     #[inline(always)]
-    pub(super) fn store_disc_event<D: Detection>(
+    pub(super) fn write_disc_event<D: Detection>(
         &mut self,
-        world: &World,
         detection: &D,
         disc: u32,
         now: f64,
         events: &DiscEvents,
     ) -> f64 {
-        let DiscEvents { mut contact_time, mut partner, is_ambiguous, covered, crossing_time, crossing } =
+        let DiscEvents { mut contact_time, mut partner, is_ambiguous, covered: _, crossing_time, crossing } =
             *events;
         if is_ambiguous | !detection.decides_discs_in_closed_form() {
             let soonest;
@@ -98,13 +98,6 @@ impl State {
         let partner = select(meets, partner, 0);
         let version = self.records[partner as usize].version;
         self.records[disc as usize].set_event(time, kind, partner, version);
-        if let Some(cell) = covered {
-            if self.multi_cell.are_large_discs() && detection.decides_discs_in_closed_form() {
-                return self.search_large_discs(disc, cell, now);
-            }
-            self.search_covered_cell(world, detection, disc, cell, now, None);
-            return self.records[disc as usize].time;
-        }
         time
     }
 
@@ -158,6 +151,29 @@ impl State {
             image = steps.map(|steps| i64::from(steps < -1) - i64::from(steps > 1));
         }
         ContactEvent { time, bodies, image, parts: Parts::Discs }
+    }
+}
+
+impl State {
+    /// [`Self::write_disc_event`] of a disc that may also touch a multi-cell body.
+    #[inline(always)]
+    pub(super) fn store_disc_event<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        disc: u32,
+        now: f64,
+        events: &DiscEvents,
+    ) -> f64 {
+        let time = self.write_disc_event(detection, disc, now, events);
+        if let Some(cell) = events.covered {
+            if self.multi_cell.are_large_discs() && detection.decides_discs_in_closed_form() {
+                return self.search_large_discs(disc, cell, now);
+            }
+            self.search_covered_cell(world, detection, disc, cell, now, None);
+            return self.records[disc as usize].time;
+        }
+        time
     }
 }
 

@@ -89,14 +89,27 @@ impl State {
     /// Begins an epoch that ends at `limit` (time).
     pub(super) fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
         self.lay_out(world, limit);
-        let bodies = world.bodies().len();
         self.list_multi_cell_bodies(world);
         // All bodies are predicted first: their waiting times give the mean interval between
         // events.
         predict_all(self, world, detection);
         let interval = self.mean_interval();
-        self.calendar.lay_out(bodies, interval);
-        for body in 0..bodies as u32 {
+        self.schedule_all(interval, 0.0);
+    }
+
+    /// Goes on at `now` in an epoch, after all records have been replaced, for events at this mean
+    /// interval (times). Only for discs in cells.
+    pub(super) fn resume(&mut self, interval: f64, now: f64) {
+        self.list_discs(|_| true);
+        // Other bodies than those of the journal have been wrapped.
+        self.wrapped.overflow();
+        self.schedule_all(interval, now);
+    }
+
+    fn schedule_all(&mut self, interval: f64, start: f64) {
+        let bodies = self.dummy();
+        self.calendar.lay_out(bodies as usize, interval, start);
+        for body in 0..bodies {
             self.calendar.schedule(&self.records, body, self.records[body as usize].time);
         }
     }

@@ -57,7 +57,7 @@
 //!
 //! Each file uses those before it in this list only.
 //!
-//! 1. Data of a body and of a cell: `slot`, `body_record`, `cell_block`, `f32_filter`.
+//! 1. Data of a body and of a cell: `slot`, `body_record`, `cell_block`, `f32_filter`, `frame`.
 //! 2. The kernels of each instruction set: `simd`.
 //! 3. Containers: `neighbour_lists`, `cell_occupants`, `calendar` with `prefetch`, `candidates`,
 //!    `molecules`, `multi_cell` (its own file and `covered`), `grid`.
@@ -65,7 +65,7 @@
 //! 5. Lists of multi-cell bodies: `walls`, `multi_cell::listing`.
 //! 6. Predictions: `dispatch`, the searches in `multi_cell`, `discs`, `dilute`, `molecule_search`,
 //!    and `prediction`, which selects one of them by the contents of the cells.
-//! 7. The loop over the events: `events`.
+//! 7. The loop over the events: `events`; and `tiles`, which runs parts of the box on their own.
 //!
 //! # Epochs
 //!
@@ -88,6 +88,7 @@ mod discs;
 mod dispatch;
 mod events;
 mod f32_filter;
+mod frame;
 mod grid;
 mod molecule_search;
 mod molecules;
@@ -98,16 +99,27 @@ mod prefetch;
 mod simd;
 mod slot;
 mod state;
+mod tiles;
 mod walls;
 
 use carom_detection::Detection;
+use carom_response::Response;
 
 pub use self::simd::Instructions;
-use self::{events::run, grid::CellGrid, simd::available, state::State};
+use self::{
+    events::run,
+    frame::WholeBox,
+    grid::{CellGrid, Contents},
+    simd::{Available, available},
+    state::State,
+    tiles::Tiles,
+};
 use crate::{
-    CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, World,
+    CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, TileCounters, TileUse, TileWork,
+    Tiling, World,
     grid::Grid,
     scheduler::{EventLoop, StoredMotions},
+    window::{Window, WindowJob},
 };
 
 /// The default scheduler: cell lists, one event a body, and a calendar queue.
@@ -122,8 +134,113 @@ pub struct CellScheduler(Layout);
 
 #[derive(Debug, Clone)]
 enum Layout {
-    Grid(Box<State>),
+    Grid(Box<Cells>),
     Fallback(Box<HeapScheduler>),
+}
+
+/// The cells of the box, run as a whole or in tiles.
+#[derive(Debug, Clone)]
+struct Cells {
+    whole: State,
+    /// If the box is divided into tiles.
+    tiles: Option<Box<Tiles>>,
+    tiling: Tiling,
+    /// Whether the tiles hold the present motions, or the whole box does.
+    in_tiles: bool,
+    /// Work in tiles of earlier divisions.
+    tiles_before: (TileCounters, SchedulerCounters),
+    /// Why these bodies cannot be run in tiles.
+    refusal: Option<TileUse>,
+    bodies: usize,
+}
+
+impl Cells {
+    fn new(instructions: Available, grid: CellGrid, world: &World) -> Self {
+        let refusal = match grid.contents() {
+            Contents::DiluteDiscs => Some(TileUse::Dilute),
+            Contents::Discs if !world.bodies().iter().any(|body| grid.is_multi_cell(body)) => None,
+            Contents::Discs | Contents::Molecules => Some(TileUse::OtherBodies),
+        };
+        Self {
+            whole: State::new(instructions, grid, WholeBox),
+            tiles: None,
+            tiling: Tiling::NONE,
+            in_tiles: false,
+            tiles_before: Default::default(),
+            refusal,
+            bodies: world.bodies().len(),
+        }
+    }
+
+    /// Divides the box anew, between two epochs.
+    fn set_tiling(&mut self, tiling: &Tiling) {
+        if *tiling == self.tiling {
+            return;
+        }
+        self.tiles_before = (self.tile_counters(), self.counters());
+        self.whole.done = SchedulerCounters::default();
+        self.tiling = *tiling;
+        let wanted = matches!(self.tile_use(tiling), TileUse::Tiles(_));
+        let tiles = wanted.then(|| Tiles::new(tiling, self.whole.instructions, &self.whole.grid)).flatten();
+        self.tiles = tiles.map(Box::new);
+    }
+
+    fn tile_use(&self, tiling: &Tiling) -> TileUse {
+        match self.refusal {
+            Some(refusal) => refusal,
+            None if self.bodies < tiling.least_bodies => TileUse::FewBodies(tiling.least_bodies),
+            None => Tiles::count(tiling, &self.whole.grid).map_or(TileUse::SmallBox, TileUse::Tiles),
+        }
+    }
+
+    fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
+        self.in_tiles = self.tiles.is_some();
+        match &mut self.tiles {
+            Some(tiles) => tiles.begin_epoch(world, &self.whole.grid, limit),
+            None => self.whole.begin_epoch(world, detection, limit),
+        }
+    }
+
+    fn run_window<D: Detection, R: Response>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
+        let tiles = self.tiles.as_mut()?;
+        let pays = job.may_use_windows
+            && job.detection.decides_discs_in_closed_form()
+            && tiles.pays(job.stop - job.from, self.in_tiles);
+        if pays {
+            if !self.in_tiles {
+                tiles.take_over(job.world, &self.whole);
+                self.in_tiles = true;
+            }
+            if let Some(window) = tiles.run(job) {
+                return Some(window);
+            }
+        }
+        if self.in_tiles {
+            self.in_tiles = false;
+            if tiles.is_fresh() {
+                self.whole.begin_epoch(job.world, job.detection, tiles.limit());
+            } else {
+                tiles.hand_over(job.world, &mut self.whole, job.from);
+            }
+        }
+        None
+    }
+
+    fn store(&self, state: &mut StoredMotions<'_>) {
+        match &self.tiles {
+            Some(tiles) if self.in_tiles => tiles.store(state),
+            _ => (0..self.whole.windings.len() as u32).for_each(|body| self.whole.store_body(state, body)),
+        }
+    }
+
+    fn tile_counters(&self) -> TileCounters {
+        self.tiles_before.0 + self.tiles.as_ref().map_or_else(TileCounters::default, |tiles| tiles.counters)
+    }
+
+    fn counters(&self) -> SchedulerCounters {
+        let in_tiles = self.tiles.as_ref().map_or_else(SchedulerCounters::default, |tiles| tiles.done);
+        self.tiles_before.1 + self.whole.done + in_tiles
+    }
 }
 
 impl Scheduler for CellScheduler {
@@ -139,37 +256,70 @@ impl Scheduler for CellScheduler {
             return HeapScheduler::new(&CellsPerSide::Automatic, world)
                 .map(|fallback| Self(Layout::Fallback(Box::new(fallback))));
         };
-        Ok(Self(Layout::Grid(Box::new(State::new(available(*instructions), grid)))))
+        Ok(Self(Layout::Grid(Box::new(Cells::new(available(*instructions), grid, world)))))
     }
 
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
         match &mut self.0 {
-            Layout::Grid(state) => state.begin_epoch(world, detection, limit),
+            Layout::Grid(cells) => cells.begin_epoch(world, detection, limit),
             Layout::Fallback(fallback) => fallback.begin_epoch(world, detection, limit),
         }
     }
 
     fn run<L: EventLoop>(&mut self, events: L) -> L::End {
         match &mut self.0 {
-            Layout::Grid(state) => run(state, events),
+            Layout::Grid(cells) => run(&mut cells.whole, events),
             Layout::Fallback(fallback) => events.run(&mut **fallback),
+        }
+    }
+
+    fn run_window<D: Detection, R: Response>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
+        match &mut self.0 {
+            Layout::Grid(cells) => cells.run_window(job),
+            Layout::Fallback(_) => None,
+        }
+    }
+
+    fn set_tiling(&mut self, tiling: &Tiling) {
+        if let Layout::Grid(cells) = &mut self.0 {
+            cells.set_tiling(tiling);
+        }
+    }
+
+    fn tile_use(&self, tiling: &Tiling) -> TileUse {
+        match &self.0 {
+            Layout::Grid(cells) => cells.tile_use(tiling),
+            Layout::Fallback(_) => TileUse::Scheduler,
+        }
+    }
+
+    fn tile_work(&self) -> Vec<TileWork> {
+        match &self.0 {
+            Layout::Grid(cells) => cells.tiles.as_ref().map_or_else(Vec::new, |tiles| tiles.work()),
+            Layout::Fallback(_) => Vec::new(),
+        }
+    }
+
+    fn tile_counters(&self) -> TileCounters {
+        match &self.0 {
+            Layout::Grid(cells) => cells.tile_counters(),
+            Layout::Fallback(_) => TileCounters::default(),
         }
     }
 
     fn store(&self, state: &mut StoredMotions<'_>) {
         match &self.0 {
-            Layout::Grid(cells) => {
-                (0..cells.windings.len() as u32).for_each(|body| cells.store_body(state, body));
-            }
+            Layout::Grid(cells) => cells.store(state),
             Layout::Fallback(fallback) => fallback.store(state),
         }
     }
 
     fn store_changes(&mut self, state: &mut StoredMotions<'_>, contact: &[u32]) {
         match &mut self.0 {
+            Layout::Grid(cells) if cells.in_tiles => cells.store(state),
             Layout::Grid(cells) => {
-                let Some(wrapped) = cells.wrapped.take() else { return self.store(state) };
-                wrapped.iter().chain(contact).for_each(|&body| cells.store_body(state, body));
+                let Some(wrapped) = cells.whole.wrapped.take() else { return cells.store(state) };
+                wrapped.iter().chain(contact).for_each(|&body| cells.whole.store_body(state, body));
             }
             Layout::Fallback(fallback) => fallback.store_changes(state, contact),
         }
@@ -177,14 +327,16 @@ impl Scheduler for CellScheduler {
 
     fn heap_bytes(&self) -> usize {
         match &self.0 {
-            Layout::Grid(state) => state.heap_bytes(),
+            Layout::Grid(cells) => {
+                cells.whole.heap_bytes() + cells.tiles.as_ref().map_or(0, |tiles| tiles.heap_bytes())
+            }
             Layout::Fallback(fallback) => fallback.heap_bytes(),
         }
     }
 
     fn counters(&self) -> SchedulerCounters {
         match &self.0 {
-            Layout::Grid(state) => state.done,
+            Layout::Grid(cells) => cells.counters(),
             Layout::Fallback(fallback) => fallback.counters(),
         }
     }
@@ -219,7 +371,7 @@ mod tests {
             let mut simulation = Simulation::<Exact, Impact, CellScheduler>::new(&scene).unwrap();
             simulation.scheduler.begin_epoch(&simulation.world, &simulation.detection, 1.0);
             match &simulation.scheduler.0 {
-                Layout::Grid(state) => state.mean_interval(),
+                Layout::Grid(cells) => cells.whole.mean_interval(),
                 Layout::Fallback(_) => panic!("64 discs a side have a grid"),
             }
         };

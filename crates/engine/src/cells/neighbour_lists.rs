@@ -5,6 +5,7 @@ use carom_detection::DISC_LANES;
 
 use super::{
     cell_block::{AT_BORDER, COUNT, COVERED, CellBlock, LINK, LONG, Slots8},
+    frame::{Frame, WholeBox},
     simd::{self, Kernel, Portable},
     slot::{INDEX_BITS, INDEX_MASK, fold, image_code, image_of},
 };
@@ -14,11 +15,15 @@ use super::{
 /// Larger: more memory, and thereby more time in large systems.
 const LISTS_FOR_EACH_LONG_ONE: usize = 50;
 
-/// The neighbour lists of all cells of a grid of at least three cells a side.
+/// The neighbour lists of all cells of a frame, in a grid of at least three cells a side.
 #[derive(Debug, Clone, Default)]
-pub(super) struct NeighbourLists {
+pub(super) struct NeighbourLists<F = WholeBox> {
+    frame: F,
+    /// Columns and rows of the box.
     columns: u32,
     rows: u32,
+    /// Lists in a row of the frame.
+    stride: u32,
     /// The own slots of all lists, eight or sixteen each.
     lists: Vec<Slots8>,
     /// Index of the first list, for alignment.
@@ -32,7 +37,21 @@ pub(super) struct NeighbourLists {
     dummy: u32,
 }
 
-impl NeighbourLists {
+impl<F: Frame> NeighbourLists<F> {
+    /// Empty lists of a frame.
+    pub fn of(frame: F) -> Self {
+        Self { frame, ..Self::default() }
+    }
+
+    pub fn frame(&self) -> &F {
+        &self.frame
+    }
+
+    /// Sets the frame, before discs are listed.
+    pub fn set_frame(&mut self, frame: F) {
+        self.frame = frame;
+    }
+
     /// Lists discs anew in their cells; `dummy` is the index in unused slots.
     pub fn list_all(
         &mut self,
@@ -44,7 +63,7 @@ impl NeighbourLists {
         discs.clone().for_each(|(disc, cell)| self.enter(disc, cell));
         let should_be_wide = self.count_long() * LISTS_FOR_EACH_LONG_ONE > self.marks.len();
         if should_be_wide != self.is_wide {
-            *self = Self { is_wide: should_be_wide, ..Self::default() };
+            *self = Self { is_wide: should_be_wide, ..Self::of(self.frame.clone()) };
             self.lay_out(columns, rows, dummy);
             discs.for_each(|(disc, cell)| self.enter(disc, cell));
         }
@@ -52,8 +71,10 @@ impl NeighbourLists {
 
     /// Empties all lists; their width does not change.
     fn lay_out(&mut self, columns: u32, rows: u32, dummy: u32) {
-        let cells = (columns * rows) as usize;
+        let size = self.frame.size([columns, rows]);
+        let cells = (size[0] * size[1]) as usize;
         (self.columns, self.rows, self.dummy) = (columns, rows, dummy);
+        self.stride = size[0];
         self.lists.clear();
         let eights = cells << u32::from(self.is_wide);
         self.lists.reserve_exact(eights + 1);
@@ -64,10 +85,13 @@ impl NeighbourLists {
         self.more.clear();
         self.unused.clear();
         self.marks.clear();
-        for cell in 0..cells as u32 {
-            let (column, row) = (cell % columns, cell / columns);
-            let inside = column > 0 && row > 0 && column + 1 < columns && row + 1 < rows;
-            self.marks.push(if inside { 0 } else { AT_BORDER });
+        let is_inside = |cell: u32, count: u32| cell > 0 && cell + 1 < count;
+        for row in 0..size[1] {
+            let inside = is_inside(self.frame.cell_along([columns, rows], 1, row), rows);
+            self.marks.extend((0..size[0]).map(|column| {
+                let column = self.frame.cell_along([columns, rows], 0, column);
+                if inside && is_inside(column, columns) { 0 } else { AT_BORDER }
+            }));
         }
     }
 
@@ -83,8 +107,9 @@ impl NeighbourLists {
             + self.marks.capacity()
     }
 
+    #[inline(always)]
     pub fn index(&self, cell: [u16; 2]) -> u32 {
-        u32::from(cell[1]) * self.columns + u32::from(cell[0])
+        self.frame.index(cell, self.stride)
     }
 
     /// Index of a cell's first own slots.
@@ -150,6 +175,16 @@ impl NeighbourLists {
 
     /// Lists a disc in the nine cells around its own.
     pub fn enter(&mut self, disc: u32, cell: [u16; 2]) {
+        let own = self.index(cell);
+        if self.marks[own as usize] & AT_BORDER == 0 {
+            let stride = self.stride;
+            for row in [own - stride, own, own + stride] {
+                for list in [row - 1, row, row + 1] {
+                    self.push_slot_to(list, disc);
+                }
+            }
+            return;
+        }
         for dy in -1..=1 {
             for dx in -1..=1 {
                 self.add(disc, cell, [dx, dy]);
@@ -182,7 +217,7 @@ impl NeighbourLists {
         if (self.marks[start as usize] | self.marks[end as usize]) & AT_BORDER != 0 {
             return self.step_along_border(disc, from, to, axis, direction);
         }
-        let strides = [1, self.columns];
+        let strides = [1, self.stride];
         let (ahead, sideways) = (strides[axis], strides[1 - axis]);
         let ahead = if direction > 0 { ahead } else { ahead.wrapping_neg() };
         let (behind, ahead) = (start.wrapping_sub(ahead), end.wrapping_add(ahead));
@@ -223,6 +258,11 @@ impl NeighbourLists {
     /// Lists a disc of `cell` in the cell at an offset from it.
     fn add(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
         let (list, slot) = self.seen_at(disc, cell, offset);
+        self.push_slot_to(list, slot);
+    }
+
+    #[inline(always)]
+    fn push_slot_to(&mut self, list: u32, slot: u32) {
         if self.is_wide { self.push_slot::<2>(list, slot) } else { self.push_slot::<1>(list, slot) }
     }
 
@@ -365,7 +405,7 @@ impl NeighbourLists {
         let (columns, rows) = (self.columns as i32, self.rows as i32);
         let (column, image_x) = fold(i32::from(cell[0]) + offset[0], columns);
         let (row, image_y) = fold(i32::from(cell[1]) + offset[1], rows);
-        ((row * columns + column) as u32, [image_x, image_y])
+        (self.index([column as u16, row as u16]), [image_x, image_y])
     }
 }
 
@@ -381,7 +421,7 @@ mod tests {
         let cells = |every: u16| {
             (0..400_u16).filter(move |n| n % every == 0).map(|n| (u32::from(n), [n % 20, n / 20]))
         };
-        let mut lists = NeighbourLists::default();
+        let mut lists: NeighbourLists = NeighbourLists::default();
         lists.list_all([20, 20], 400, cells(1));
         assert!(lists.is_wide && lists.more.is_empty());
         assert_eq!(lists.seen_from(lists.index([7, 7])).count(), 9);
@@ -415,7 +455,7 @@ mod tests {
                 .iter()
                 .map(|&(x, y)| if crowd { [0, 0] } else { [x % columns, y % rows] })
                 .collect();
-            let mut lists = NeighbourLists { is_wide, ..NeighbourLists::default() };
+            let mut lists: NeighbourLists = NeighbourLists { is_wide, ..NeighbourLists::default() };
             lists.lay_out(u32::from(columns), u32::from(rows), cells.len() as u32);
             lists.set_covered(u32::from(columns) + 1, true);
             for (disc, &cell) in cells.iter().enumerate() {

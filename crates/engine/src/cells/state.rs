@@ -12,6 +12,7 @@ use super::{
     calendar::Calendar,
     cell_occupants::CellOccupants,
     f32_filter::Units,
+    frame::{Frame, WholeBox},
     grid::CellGrid,
     molecules::Molecules,
     multi_cell::MultiCellBodies,
@@ -27,7 +28,7 @@ use crate::{
 
 /// State of the scheduler during an epoch.
 #[derive(Debug, Clone)]
-pub(super) struct State {
+pub(super) struct State<F = WholeBox> {
     pub(super) instructions: Available,
     pub(super) grid: CellGrid,
     /// One for each body, and the dummy.
@@ -36,7 +37,7 @@ pub(super) struct State {
     pub(super) windings: Vec<[i16; 2]>,
     pub(super) wrapped: Wrapped,
     pub(super) calendar: Calendar,
-    pub(super) neighbour_lists: NeighbourLists,
+    pub(super) neighbour_lists: NeighbourLists<F>,
     /// Takes the place of the neighbour lists in a dilute gas.
     pub(super) occupants: CellOccupants,
     pub(super) molecules: Molecules,
@@ -54,9 +55,9 @@ pub(super) struct State {
     pub(super) done: SchedulerCounters,
 }
 
-impl State {
-    /// An empty workspace for a grid.
-    pub(super) fn new(instructions: Available, grid: CellGrid) -> Self {
+impl<F: Frame> State<F> {
+    /// An empty workspace for a frame in a grid.
+    pub(super) fn new(instructions: Available, grid: CellGrid, frame: F) -> Self {
         Self {
             instructions,
             sides: grid.box_sides().to_array(),
@@ -65,7 +66,7 @@ impl State {
             windings: Vec::new(),
             wrapped: Wrapped::default(),
             calendar: Calendar::default(),
-            neighbour_lists: NeighbourLists::default(),
+            neighbour_lists: NeighbourLists::of(frame),
             occupants: CellOccupants::default(),
             molecules: Molecules::default(),
             multi_cell: MultiCellBodies::default(),
@@ -93,7 +94,7 @@ impl State {
             self.records.push(record);
         }
         let bodies = self.records.len();
-        self.records.push(BodyRecord::dummy());
+        self.push_dummy();
         let [columns, rows] = self.grid.counts();
         self.multi_cell.clear();
         self.molecules.clear();
@@ -103,10 +104,8 @@ impl State {
             let units = Units::new(reach, world.bounds().sides(), limit, velocities);
             self.occupants.lay_out([columns, rows], bodies as u32, units);
         } else {
-            let in_cells = world.bodies().iter().zip(&self.records).enumerate();
-            let in_cells = in_cells.filter(|(_, (body, _))| !self.grid.is_multi_cell(body));
-            let discs = in_cells.map(|(index, (_, record))| (index as u32, record.cell()));
-            self.neighbour_lists.list_all([columns, rows], bodies as u32, discs);
+            let grid = self.grid.clone();
+            self.list_discs(|body| !grid.is_multi_cell(&world.bodies()[body]));
         }
         if self.grid.holds_molecules() {
             self.molecules.take_over(world.motions());
@@ -126,6 +125,15 @@ impl State {
         self.inverse_mass = self.grid.common_inverse_mass(world);
     }
 
+    /// Lists the bodies that live in cells, in their cells.
+    pub(super) fn list_discs(&mut self, is_in_cells: impl Fn(usize) -> bool + Clone) {
+        let bodies = self.dummy();
+        let in_cells = self.records[..bodies as usize].iter().enumerate();
+        let in_cells = in_cells.filter(move |&(body, _)| is_in_cells(body));
+        let in_cells = in_cells.map(|(body, record)| (body as u32, record.cell()));
+        self.neighbour_lists.list_all(self.grid.counts(), bodies, in_cells);
+    }
+
     pub(super) fn heap_bytes(&self) -> usize {
         self.records.capacity() * size_of::<BodyRecord>()
             + self.windings.capacity() * size_of::<[i16; 2]>()
@@ -139,10 +147,12 @@ impl State {
 
     /// Stores the motion of a body, and the number of boxes that it has left behind.
     pub(super) fn store_body(&self, state: &mut StoredMotions<'_>, body: u32) {
-        let (before, now) = (state.winding(body), self.windings[body as usize]);
-        let winding =
-            [0, 1].map(|axis| before[axis] + i64::from(now[axis].wrapping_sub(before[axis] as i16)));
-        state.set(body, self.motion(body), winding);
+        state.set_wrapped(body, self.motion(body), self.windings[body as usize]);
+    }
+
+    /// Appends the dummy after the records of all bodies.
+    pub(super) fn push_dummy(&mut self) {
+        self.records.push(BodyRecord::dummy());
     }
 
     /// Index of the dummy, the record in unused slots.
@@ -218,8 +228,7 @@ impl State {
         if let Some(motion) = self.multi_cell.motion(body).or_else(|| self.molecules.motion(body)) {
             return *motion;
         }
-        let record = &self.records[body as usize];
-        Motion { velocity: record.velocity(), ..Motion::at_rest(record.origin()) }
+        self.records[body as usize].motion()
     }
 
     #[inline(always)]

@@ -85,6 +85,7 @@ impl Job<'_> {
             until: plan.until,
             samples: plan.settling().chain(plan.measuring()).count(),
             method: self.setting.method()?,
+            threads: 1,
             choices,
             signals,
         })

@@ -55,6 +55,8 @@ struct Report {
     contents: Contents,
     costs: Vec<Cost>,
     limits: Vec<Limit>,
+    /// Tiles that several threads can run, or the reason why there are none.
+    tiles: String,
     expected: Expected,
     estimate: Estimate,
 }
@@ -94,6 +96,9 @@ fn report(file: &SceneFile, scene: &Scene, method: &Method, parent: Option<&Pare
         (placement.begin(scene).with_context(|| format!("scene {}", file.path.display()))?, 0)
     };
     let (mut simulation, measures, _) = run::begin(begun, scene, before)?;
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    simulation.set_tiling(&method.tiling(threads));
+    let tiles = format!("{}, on {threads} threads", simulation.tile_use());
     let view = simulation.view();
     let contents = Contents::of(scene, &view);
     let costs = costs::costs(scene, &view, &measures, &contents);
@@ -110,6 +115,7 @@ fn report(file: &SceneFile, scene: &Scene, method: &Method, parent: Option<&Pare
         contents,
         costs,
         limits,
+        tiles,
         expected,
         estimate,
     })
@@ -138,7 +144,7 @@ impl Report {
         let price = self.price.map_or_else(String::new, |price| format!("\n  price  {price}"));
         let head = format!("{}: valid\n{}", self.scene, self.contents.text());
         let sections = [
-            ("Method", format!("  {}{warning}{price}", self.method)),
+            ("Method", format!("  {}{warning}{price}\n  tiles  {}", self.method, self.tiles)),
             ("Paid for", self.costs(true)),
             ("Not paid for", self.costs(false)),
             ("Limits", self.limits()),

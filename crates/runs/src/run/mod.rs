@@ -26,7 +26,7 @@ pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
 
 use crate::{
     interruption::Signals,
-    manifest::{Manifest, program},
+    manifest::{Manifest, TileWork, program},
     measures::{Measures, Results},
     memory::{self, Demand},
     output::{Existing, Folder},
@@ -46,6 +46,10 @@ pub struct Options {
     /// Output folder and checkpoints
     #[command(flatten)]
     pub choices: Choices,
+    /// Number of threads; default: one for each processor. Used where the box is divided into tiles,
+    /// as large gases of discs are; results do not depend on it
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
     /// Do not measure at the end what a `[method]` other than the default saves and gets wrong
     #[arg(long)]
     pub no_price: bool,
@@ -93,6 +97,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         until: scene.run.until,
         samples: sampling_times(0.0, scene.run.until, scene.run.sample_interval).count(),
         method,
+        threads: options.threads.map_or_else(all_processors, usize::from),
         choices: &options.choices,
         signals: &signals,
     };
@@ -100,6 +105,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     place.describe()?;
     let pricing = if options.no_price { Pricing::LeftOut } else { Pricing::Measured };
     let ended = simulate(&task, found, &scene, pricing, || started.map_or_else(|| start(&mut place), Ok))?;
+    place.tiles = Some(TileWork::new(task.threads, &ended.tiles));
     let title = format!("Scene {}", options.file.path.display());
     if let Some(error) = ended.error {
         let mut summary = ended.outcome.summary_of_failed(title, &task.method, scene.run.until);
@@ -115,6 +121,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
     place.complete(summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
+}
+
+fn all_processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Writes the results of a run that has reached its end, the page last.
@@ -205,6 +215,8 @@ struct Place<'a> {
     /// The folder and its lock.
     opened: Option<(Folder, Option<File>)>,
     manifest: Option<Manifest>,
+    /// Work in tiles, once the run has ended.
+    tiles: Option<TileWork>,
 }
 
 impl<'a> Place<'a> {
@@ -215,7 +227,7 @@ impl<'a> Place<'a> {
             let _ = write!(command, " --from {}", parent.origin.folder);
         }
         let existing = options.choices.resumption.existing();
-        Self { scene, parent, path, existing, command, opened: None, manifest: None }
+        Self { scene, parent, path, existing, command, opened: None, manifest: None, tiles: None }
     }
 
     /// Creates and locks the folder.
@@ -247,13 +259,22 @@ impl<'a> Place<'a> {
     /// Records that the run has ended.
     fn complete(mut self, cpu_seconds: f64) -> Result<()> {
         let folder = self.describe()?;
-        self.manifest.take().map_or(Ok(()), |manifest| manifest.complete(&folder, cpu_seconds))
+        self.ended().map_or(Ok(()), |manifest| manifest.complete(&folder, cpu_seconds))
     }
 
     /// Records that the run has ended with an error.
     fn fail(mut self, cpu_seconds: f64, error: &Error) -> Result<()> {
         let folder = self.describe()?;
-        self.manifest.take().map_or(Ok(()), |manifest| manifest.fail(&folder, cpu_seconds, error))
+        self.ended().map_or(Ok(()), |manifest| manifest.fail(&folder, cpu_seconds, error))
+    }
+
+    /// The manifest of a run that has ended.
+    fn ended(&mut self) -> Option<Manifest> {
+        let mut manifest = self.manifest.take()?;
+        if let Some(tiles) = self.tiles.take() {
+            manifest.set_tiles(tiles);
+        }
+        Some(manifest)
     }
 }
 

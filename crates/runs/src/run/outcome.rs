@@ -3,7 +3,7 @@
 use anyhow::{Error, Result};
 use carom::{
     Observer, Scene, View,
-    engine::{ElasticitySpec, RunSpec},
+    engine::{ElasticitySpec, RunSpec, TileCounters},
 };
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Check, Figure, OVERLAPPING_PAIRS, Summary, Totals};
@@ -73,6 +73,8 @@ pub struct Ended {
     pub outcome: Outcome,
     /// The error, if the run could not go on.
     pub error: Option<Error>,
+    /// Work in tiles since the run was started or last resumed.
+    pub tiles: TileCounters,
 }
 
 /// Runs to the end, from the beginning (`start`) or from a checkpoint, and writes series and
@@ -90,7 +92,7 @@ pub fn simulate(
     let run = &scene.run;
     let progress = Progress::new(run.until);
     let mut going = match task.start::<Measures, Outcome>(found)? {
-        Start::Ended(outcome) => return Ok(Ended { outcome, error: None }),
+        Start::Ended(outcome) => return Ok(Ended { outcome, error: None, tiles: TileCounters::default() }),
         Start::From(going) => {
             // The picture is needed at the end; a missing one is an error now rather than then.
             task.folder.read(PICTURES[0])?;
@@ -110,7 +112,8 @@ pub fn simulate(
         }
         going.files.lengths()?;
         let outcome = write_results(&mut going, task, scene)?;
-        return Ok(Ended { outcome, error: Some(error) });
+        let tiles = going.simulation.tile_counters();
+        return Ok(Ended { outcome, error: Some(error), tiles });
     }
     going.observers.finish(&going.simulation.view());
     let mut outcome = write_results(&mut going, task, scene)?;
@@ -119,8 +122,9 @@ pub fn simulate(
         outcome.price =
             price::of_run(&going.simulation, &task.method, scene, going.seconds()).unwrap_or(None);
     }
+    let tiles = going.simulation.tile_counters();
     going.end(task, &outcome)?;
-    Ok(Ended { outcome, error: None })
+    Ok(Ended { outcome, error: None, tiles })
 }
 
 /// Writes tables and the last picture, and returns the results at the present time.

@@ -87,6 +87,7 @@ impl Replica<'_> {
             until: scene.run.until,
             samples: sampling_times(0.0, scene.run.until, scene.run.sample_interval).count(),
             method,
+            threads: 1,
             choices: &choices,
             signals,
         };

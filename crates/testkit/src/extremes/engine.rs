@@ -42,7 +42,7 @@ impl Engine {
             Self::Ours => Order::Cells(Instructions::Widest),
             Self::Theses => Order::Heap(CellsPerSide::Automatic),
         };
-        AnySimulation::with(scene, &Method { detector: self.detector(), order })
+        AnySimulation::with(scene, &Method { detector: self.detector(), order, ..Method::default() })
     }
 }
 

@@ -1,9 +1,8 @@
 //! Records pairs from real runs with a detector that stores some of its queries.
 
 use std::{
-    cell::RefCell,
     f64::consts::{PI, TAU},
-    rc::Rc,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 use anyhow::Result;
@@ -52,7 +51,13 @@ pub struct Recording {
 /// The detector [`Exact`]; it records pairs in which a body has several atoms.
 #[derive(Debug, Clone)]
 struct Recorder {
-    notes: Rc<RefCell<Notes>>,
+    notes: Arc<Mutex<Notes>>,
+}
+
+impl Recorder {
+    fn notes(&self) -> MutexGuard<'_, Notes> {
+        self.notes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 #[derive(Debug, Default)]
@@ -65,7 +70,7 @@ struct Notes {
 impl Detection for Recorder {
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
         if a.atoms.len() > 1 || b.atoms.len() > 1 {
-            self.notes.borrow_mut().note(a, b, motion, horizon);
+            self.notes().note(a, b, motion, horizon);
         }
         Exact::default().first_contact(a, b, motion, horizon)
     }
@@ -136,17 +141,16 @@ fn dumbbells(seed: u64, area_fraction: f64) -> Scene {
 }
 
 fn record(name: &'static str, about: &'static str, scene: &Scene, count: usize) -> Result<Recording> {
-    let notes = Rc::new(RefCell::new(Notes::default()));
-    let recorder = Recorder { notes: Rc::clone(&notes) };
+    let recorder = Recorder { notes: Arc::default() };
     let mut simulation: Simulation<Recorder, Impact, HeapScheduler> =
-        Simulation::with(scene, recorder, Impact, CellsPerSide::default())?;
+        Simulation::with(scene, recorder.clone(), Impact, CellsPerSide::default())?;
     let mut totals = RunTotals::begin(&simulation.view());
     let begun = ThreadTime::now();
     let mut time = WARM_UP;
     simulation.run_until(time)?;
-    notes.borrow_mut().wanted = count;
+    recorder.notes().wanted = count;
     for _ in 0..MOST_STEPS {
-        if notes.borrow().encounters.len() >= count {
+        if recorder.notes().encounters.len() >= count {
             break;
         }
         time += STEP;
@@ -155,6 +159,6 @@ fn record(name: &'static str, about: &'static str, scene: &Scene, count: usize) 
     let seconds = begun.elapsed().as_secs_f64();
     totals.sample(&simulation.view());
     let totals = totals.totals(&simulation.view(), seconds);
-    let encounters = std::mem::take(&mut notes.borrow_mut().encounters);
+    let encounters = std::mem::take(&mut recorder.notes().encounters);
     Ok(Recording { name, about, encounters, totals })
 }

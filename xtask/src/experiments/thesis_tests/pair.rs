@@ -1,7 +1,10 @@
 //! Test 2: two rods with an increasing number of atoms that collide repeatedly (Montanari 2017,
 //! section 2.3.2, figure 2.4).
 
-use std::{cell::Cell, collections::BTreeMap};
+use std::{
+    collections::BTreeMap,
+    sync::atomic::{AtomicU64, Ordering::Relaxed},
+};
 
 use anyhow::Result;
 use carom::{
@@ -157,7 +160,8 @@ fn case(detector: &str, atoms: usize, seed: u64, budget: f64, items: &WorkItems)
         } else {
             AnyDetector::default()
         };
-        let method = Method { detector: search, order: Order::Heap(CellsPerSide::Given(1)) };
+        let method =
+            Method { detector: search, order: Order::Heap(CellsPerSide::Given(1)), ..Method::default() };
         time(detector, atoms, &scene, &method, budget, signals)
     })
 }
@@ -165,15 +169,15 @@ fn case(detector: &str, atoms: usize, seed: u64, budget: f64, items: &WorkItems)
 /// Counts the queries of a detector, and those that the bounding circles alone do not decide.
 #[derive(Default)]
 struct Counting {
-    queries: Cell<u64>,
-    searched: Cell<u64>,
+    queries: AtomicU64,
+    searched: AtomicU64,
 }
 
 impl Detection for &Counting {
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
         let answer = Exact::default().first_contact(a, b, motion, horizon);
-        self.queries.set(self.queries.get() + 1);
-        self.searched.set(self.searched.get() + u64::from(answer.evaluations > 0));
+        self.queries.fetch_add(1, Relaxed);
+        self.searched.fetch_add(u64::from(answer.evaluations > 0), Relaxed);
         answer
     }
 }
@@ -186,11 +190,11 @@ fn searched_share(scene: &Scene) -> Result<f64> {
     let mut simulation: Simulation<&Counting, Impact, HeapScheduler> =
         Simulation::with(scene, &counting, Impact, CellsPerSide::Given(1))?;
     let mut time = 0.0;
-    while counting.queries.get() < LEAST_QUERIES && time < MOST_TIME {
+    while counting.queries.load(Relaxed) < LEAST_QUERIES && time < MOST_TIME {
         time += THESIS_TIME;
         simulation.run_until(time)?;
     }
-    Ok(counting.searched.get() as f64 / counting.queries.get().max(1) as f64)
+    Ok(counting.searched.load(Relaxed) as f64 / counting.queries.load(Relaxed).max(1) as f64)
 }
 
 fn row(timing: &Timing, share: f64) -> Vec<String> {

@@ -651,7 +651,7 @@ mod tests {
             }
             let dummy = records.len() as u32;
             records.push(BodyRecord::dummy());
-            let mut neighbour_lists = NeighbourLists::default();
+            let mut neighbour_lists: NeighbourLists = NeighbourLists::default();
             let cells = others.iter().map(|&(column, row, ..)| [column, row]);
             neighbour_lists.list_all([5, 5], dummy, (1..).zip(cells));
             let list = neighbour_lists.list(if at_border { [4, 0] } else { [2, 2] });

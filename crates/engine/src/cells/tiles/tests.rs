@@ -1,0 +1,251 @@
+//! Tiles give the bits of the global order, for any division of the box, any window, any margin and
+//! any number of threads.
+
+use glam::DVec2;
+
+use crate::{
+    AtomSpec, CollisionReport, Counters, GasSpec, MoleculeSpec, Observer, Scene, Simulation, TileCounters,
+    Tiling,
+};
+
+/// A gas of discs of mass 1 and energy 1 at this area fraction.
+fn gas(count: usize, area_fraction: f64, seed: u64) -> Scene {
+    let radius = (area_fraction / (std::f64::consts::PI * count as f64)).sqrt();
+    let gas = GasSpec {
+        radius: Some(radius),
+        mass: Some(1.0),
+        energy: 1.0,
+        count: Some(count),
+        ..GasSpec::default()
+    };
+    let mut scene = Scene { gas: vec![gas], ..Scene::default() };
+    scene.bounds.seed = seed;
+    scene
+}
+
+/// The time in which a disc of such a gas has about this many contacts.
+fn time_of(scene: &Scene, contacts: f64) -> f64 {
+    let gas = &scene.gas[0];
+    let (radius, count) = (gas.radius.unwrap(), gas.count.unwrap() as f64);
+    let filled = count * std::f64::consts::PI * radius * radius;
+    let contact_value = (1.0 - 7.0 / 16.0 * filled) / (1.0 - filled).powi(2);
+    contacts / (4.0 * radius * count * contact_value * std::f64::consts::PI.sqrt())
+}
+
+/// What a run has computed.
+#[derive(PartialEq)]
+struct Computed {
+    /// All motions and windings at some times, and the velocities after each reported contact.
+    bits: Vec<u64>,
+    counters: Counters,
+}
+
+/// The velocities after each contact, as bits.
+#[derive(Default)]
+struct Contacts(Vec<u64>);
+
+impl Observer for Contacts {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.0.push(report.time.to_f64().to_bits());
+        for vector in
+            report.sides.each_ref().map(|side| side.after.velocity).into_iter().chain([report.impulse])
+        {
+            self.0.extend(vector.to_array().map(f64::to_bits));
+        }
+    }
+}
+
+fn add_motions(simulation: &Simulation, bits: &mut Vec<u64>) {
+    for body in simulation.view().bodies() {
+        let vectors = [body.motion.position, body.motion.velocity];
+        bits.extend(vectors.iter().flat_map(DVec2::to_array).map(f64::to_bits));
+        bits.extend(body.winding.map(|boxes| boxes as u64));
+    }
+}
+
+/// Runs a scene with a division to some times.
+fn run(scene: &Scene, tiling: &Tiling, times: &[f64]) -> (Computed, TileCounters) {
+    let mut simulation = Simulation::new(scene).unwrap();
+    simulation.set_tiling(tiling);
+    let mut bits = Vec::new();
+    for &time in times {
+        simulation.run_until(time).unwrap();
+        add_motions(&simulation, &mut bits);
+    }
+    let counters = *simulation.view().counters();
+    (Computed { bits, counters }, simulation.tile_counters())
+}
+
+/// Asserts that two runs agree.
+fn assert_same(what: &str, expected: &Computed, found: &Computed, tiles: &TileCounters) {
+    assert_eq!(found.counters, expected.counters, "{what}: {tiles:?}");
+    assert!(found.bits == expected.bits, "{what}: bits differ; {tiles:?}");
+}
+
+/// Small tiles, for small systems.
+const SMALL: Tiling = Tiling { threads: 1, least_bodies: 1, side: 40, window: 1.0, margin: 6, front: 3.0 };
+
+#[test]
+fn tiles_give_the_bits_of_the_global_order() {
+    for (count, area_fraction, window) in [(20_000, 0.5, 1.0), (20_000, 0.2, 2.0), (10_000, 0.65, 1.0)] {
+        let scene = gas(count, area_fraction, 5);
+        // Two epochs, each of which is cut at a contact.
+        let times = [time_of(&scene, 70.0)];
+        let (expected, _) = run(&scene, &Tiling::NONE, &times);
+        let (found, tiles) = run(&scene, &Tiling { window, ..SMALL }, &times);
+        assert_same(&format!("area fraction {area_fraction}"), &expected, &found, &tiles);
+        assert!(tiles.contacts * 10 > found.counters.collisions * 9, "{tiles:?}");
+        assert!(tiles.refused == 0 && tiles.cut > 0, "{tiles:?}");
+    }
+}
+
+#[test]
+fn threads_windows_sides_and_margins_change_no_bit() {
+    let scene = gas(8000, 0.5, 3);
+    let times = [3.0, 5.5, 5.6, 12.0].map(|contacts| time_of(&scene, contacts));
+    let (expected, _) = run(&scene, &Tiling::NONE, &times);
+    let mut repeated = 0;
+    for threads in [1, 2, 3, 5] {
+        for (side, window, margin, front) in
+            [(30, 1.0, 6, 3.0), (20, 0.5, 1, 3.0), (25, 1.0, 1, 1.0), (40, 1.5, 2, 1.0), (25, 0.7, 3, 2.0)]
+        {
+            let tiling = Tiling { threads, side, window, margin, front, ..SMALL };
+            let (found, tiles) = run(&scene, &tiling, &times);
+            assert_same(&format!("{tiling:?}"), &expected, &found, &tiles);
+            assert!(tiles.windows > 0);
+            repeated += tiles.repeated;
+        }
+    }
+    // Margins too small on purpose: disagreements are seen, and mended.
+    assert!(repeated > 100, "{repeated}");
+}
+
+#[test]
+fn contacts_are_reported_in_order_with_the_same_bits() {
+    let scene = gas(8000, 0.4, 9);
+    let until = time_of(&scene, 20.0);
+    let [expected, found] = [Tiling::NONE, Tiling { threads: 2, ..SMALL }].map(|tiling| {
+        let mut simulation = Simulation::new(&scene).unwrap();
+        simulation.set_tiling(&tiling);
+        let mut contacts = Contacts::default();
+        simulation.observe_until(until, &mut contacts).unwrap();
+        add_motions(&simulation, &mut contacts.0);
+        assert_eq!(simulation.tile_counters().windows > 0, tiling != Tiling::NONE);
+        contacts.0
+    });
+    assert!(expected == found, "reports differ");
+}
+
+#[test]
+fn hostile_scenes_keep_their_bits() {
+    // A projectile of thirty times the speed of the gas, one that is hit by it later, and half the
+    // box hot.
+    let mut projectile = gas(8000, 0.5, 11);
+    let radius = projectile.gas[0].radius.unwrap();
+    let disc = MoleculeSpec {
+        atoms: vec![AtomSpec { at: [0.0; 2], radius, mass: 1.0 }],
+        at: [0.5, 0.5],
+        velocity: [30.0, 17.0],
+        ..MoleculeSpec::default()
+    };
+    projectile.molecule.push(disc.clone());
+    let mut late = gas(8000, 0.3, 12);
+    let heavy = AtomSpec { at: [0.0; 2], radius: late.gas[0].radius.unwrap(), mass: 1e6 };
+    late.molecule.push(MoleculeSpec { atoms: vec![heavy], velocity: [8.0, 3.0], ..disc });
+    let mut hot = gas(8000, 0.5, 13);
+    hot.gas[0].count = Some(4000);
+    let mut second = hot.gas[0].clone();
+    second.energy = 25.0;
+    hot.gas.push(second);
+    let jammed = gas(8000, 0.7, 14);
+    for (name, scene) in [("projectile", projectile), ("heavy", late), ("hot", hot), ("dense", jammed)] {
+        let times = [2.0, 9.0, 40.0].map(|contacts| time_of(&scene, contacts));
+        let (expected, _) = run(&scene, &Tiling::NONE, &times);
+        let (found, tiles) = run(&scene, &Tiling { threads: 2, side: 25, margin: 4, ..SMALL }, &times);
+        assert_same(name, &expected, &found, &tiles);
+        assert!(tiles.windows > 0, "{name}");
+    }
+}
+
+#[test]
+fn a_mixture_keeps_its_bits() {
+    let mut scene = gas(4000, 0.25, 21);
+    let mut smaller = scene.gas[0].clone();
+    smaller.radius = scene.gas[0].radius.map(|radius| 0.7 * radius);
+    smaller.mass = Some(0.3);
+    scene.gas.push(smaller);
+    let times = [4.0, 30.0].map(|contacts| time_of(&scene, contacts));
+    let (expected, _) = run(&scene, &Tiling::NONE, &times);
+    let (found, tiles) = run(&scene, &Tiling { threads: 2, side: 25, ..SMALL }, &times);
+    assert_same("mixture", &expected, &found, &tiles);
+    assert!(tiles.contacts > 0);
+}
+
+#[test]
+fn runs_in_pieces_and_single_steps_change_no_bit() {
+    let scene = gas(8000, 0.5, 31);
+    let unit = time_of(&scene, 1.0);
+    let (expected, _) = run(&scene, &Tiling::NONE, &[40.0 * unit]);
+    let mut simulation = Simulation::new(&scene).unwrap();
+    simulation.set_tiling(&Tiling { threads: 2, side: 25, ..SMALL });
+    let mut time = 0.0;
+    for (number, piece) in [0.01, 3.0, 0.02, 0.01, 7.0, 0.1, 0.1, 0.1, 0.1, 0.1, 9.0].into_iter().enumerate()
+    {
+        time += piece * unit;
+        simulation.run_until(time).unwrap();
+        for _ in 0..number % 3 {
+            simulation.step(1e9, &mut ()).unwrap();
+            time = time.max(simulation.time().to_f64());
+        }
+    }
+    simulation.run_until(40.0 * unit).unwrap();
+    assert!(simulation.tile_counters().windows > 3, "{:?}", simulation.tile_counters());
+    let mut bits = Vec::new();
+    add_motions(&simulation, &mut bits);
+    assert!(bits == expected.bits, "bits differ");
+    assert_eq!(*simulation.view().counters(), expected.counters);
+}
+
+#[test]
+fn tiles_that_are_too_large_for_the_box_are_not_used() {
+    let scene = gas(1000, 0.5, 1);
+    let until = time_of(&scene, 5.0);
+    let (_, tiles) = run(&scene, &Tiling { least_bodies: 1, ..Tiling::default() }, &[until]);
+    assert_eq!(tiles, TileCounters::default());
+}
+
+#[test]
+fn any_division_is_accepted() {
+    let scene = gas(2000, 0.5, 2);
+    let times = [0.0, 2.0, 2.0].map(|contacts| time_of(&scene, contacts));
+    let (expected, _) = run(&scene, &Tiling::NONE, &times);
+    for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, 1e-300, 1e300] {
+        for whole in [0, 1, 9, u32::MAX] {
+            let tiling = Tiling {
+                threads: whole as usize % 7,
+                least_bodies: 0,
+                side: whole,
+                window: number,
+                margin: whole,
+                front: number,
+            };
+            let (found, tiles) = run(&scene, &tiling, &times);
+            assert_same(&format!("{tiling:?}"), &expected, &found, &tiles);
+        }
+    }
+}
+
+#[test]
+fn a_gas_at_rest_and_a_single_moving_disc_keep_their_bits() {
+    let mut scene = gas(3000, 0.3, 6);
+    scene.gas[0].energy = 0.0;
+    let radius = scene.gas[0].radius.unwrap();
+    for velocity in [[0.0, 0.0], [1.0, 0.3]] {
+        let disc = AtomSpec { at: [0.0; 2], radius, mass: 1.0 };
+        scene.molecule =
+            vec![MoleculeSpec { atoms: vec![disc], at: [0.3; 2], velocity, ..MoleculeSpec::default() }];
+        let (expected, _) = run(&scene, &Tiling::NONE, &[0.01, 0.3]);
+        let (found, tiles) = run(&scene, &Tiling { side: 20, ..SMALL }, &[0.01, 0.3]);
+        assert_same(&format!("{velocity:?}"), &expected, &found, &tiles);
+    }
+}

@@ -1,0 +1,413 @@
+//! The run of one tile through a window: its discs and those of a border are copied into a
+//! workspace, run, and copied back.
+
+use std::time::Instant;
+
+use carom_detection::Detection;
+use carom_response::Response;
+
+use super::{
+    border_log::{BorderLog, Change, Places},
+    map::TileMap,
+    resting::{RestingDisc, TileDiscs},
+};
+use crate::{
+    TileWork,
+    cells::{
+        body_record::{BodyRecord, Kind},
+        frame::Window,
+        grid::CellGrid,
+        simd::{Available, Kernel, PairConstants, Work, dispatch},
+        state::State,
+    },
+    limits::Limits,
+    scheduler::ContactEvent,
+    window::{FastContact, LoggedContact, WindowJob},
+};
+
+/// What all workspaces need to know of an epoch.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EpochConstants {
+    /// Latest end of the epoch (offset in it, time).
+    pub limit: f64,
+    pub separation_error: f64,
+    pub pair_constants: Option<PairConstants>,
+    pub inverse_mass: Option<f64>,
+    /// Whether the discs have no events yet.
+    pub is_fresh: bool,
+}
+
+/// The window that is run.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Span {
+    /// Start and end (offsets in the epoch, time).
+    pub from: f64,
+    pub end: f64,
+    /// Time in which an influence travels one cell (time).
+    pub time_per_cell: f64,
+    /// Mean time between two events of a disc (time).
+    pub event_interval: f64,
+    /// Whether the times of all contacts are kept.
+    pub keeps_times: bool,
+}
+
+/// What the run of a tile has found. Counts are those of events in its own cells.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Outcome {
+    pub discs: TileDiscs,
+    pub border: BorderLog,
+    pub contacts: u64,
+    /// Contacts in the border as well.
+    pub computed: u64,
+    pub crossings: u64,
+    pub stale: u64,
+    /// Events at exactly the end of the window.
+    pub at_end: u64,
+    /// Time of the last contact (offset in the epoch), and its bodies.
+    pub last: Option<(f64, [u32; 2])>,
+    /// Contacts after which a disc is faster than all were at the start of the window, and than those
+    /// of this tile have been since.
+    pub fast: Vec<FastContact>,
+    pub times: Vec<f64>,
+    pub log: Vec<LoggedContact>,
+    /// Whether two contacts of a disc happen at one instant, which the serial order must decide.
+    pub has_simultaneous: bool,
+    /// Wall time of the run (seconds), and discs copied from other tiles.
+    pub seconds: f64,
+    pub copied: usize,
+}
+
+impl Outcome {
+    /// The work of the run.
+    pub fn work(&self) -> TileWork {
+        TileWork {
+            seconds: self.seconds,
+            contacts: self.contacts,
+            computed: self.computed,
+            copied_bytes: self.copied * size_of::<RestingDisc>(),
+            log_bytes: self.border.bytes(),
+        }
+    }
+
+    fn clear(&mut self) {
+        self.border.clear();
+        (self.contacts, self.computed) = (0, 0);
+        (self.crossings, self.stale, self.at_end) = (0, 0, 0);
+        self.last = None;
+        self.fast.clear();
+        self.times.clear();
+        self.log.clear();
+        self.has_simultaneous = false;
+    }
+
+    pub fn heap_bytes(&self) -> usize {
+        self.discs.heap_bytes()
+            + self.border.heap_bytes()
+            + self.times.capacity() * size_of::<f64>()
+            + self.log.capacity() * size_of::<LoggedContact>()
+    }
+}
+
+/// The workspace of a thread.
+#[derive(Debug, Clone)]
+pub(super) struct Workspace {
+    state: State<Window>,
+    /// Index of each disc of the workspace among all bodies, ascending: ties between events are
+    /// decided as among all bodies.
+    bodies: Vec<u32>,
+    places: Places,
+    /// By the distance of a cell from the tile: the time after which its events have no influence on
+    /// the tile.
+    useful_until: Vec<f64>,
+    loaded: Vec<RestingDisc>,
+    order: Vec<u64>,
+}
+
+/// The tile that a workspace runs.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Task<'a> {
+    pub map: &'a TileMap,
+    pub discs: &'a [TileDiscs],
+    pub tile: usize,
+    /// Cells by which a wrong event must be farther from the tile than its influence travels, and
+    /// cells of the border.
+    pub margin: u32,
+    pub border: u32,
+    pub epoch: &'a EpochConstants,
+    pub span: Span,
+}
+
+impl Workspace {
+    pub fn new(instructions: Available, grid: CellGrid) -> Self {
+        Self {
+            state: State::new(instructions, grid, Window::default()),
+            bodies: Vec::new(),
+            places: Places::default(),
+            useful_until: Vec::new(),
+            loaded: Vec::new(),
+            order: Vec::new(),
+        }
+    }
+
+    pub fn heap_bytes(&self) -> usize {
+        self.state.heap_bytes()
+            + self.bodies.capacity() * size_of::<u32>()
+            + self.loaded.capacity() * size_of::<RestingDisc>()
+            + self.order.capacity() * size_of::<u64>()
+    }
+
+    /// Runs a tile through a window.
+    pub fn run<D: Detection, R: Response>(
+        &mut self,
+        job: &WindowJob<'_, D, R>,
+        task: Task<'_>,
+        outcome: &mut Outcome,
+    ) {
+        let begun = Instant::now();
+        outcome.clear();
+        self.load(job, &task);
+        outcome.copied = self.bodies.len() - task.discs[task.tile].discs.len();
+        dispatch(self.state.instructions, Run(self, job, task, outcome));
+        self.store(&task, &mut outcome.discs);
+        outcome.seconds = begun.elapsed().as_secs_f64();
+    }
+
+    /// Copies the discs of the tile and of its border.
+    fn load<D, R>(&mut self, job: &WindowJob<'_, D, R>, task: &Task<'_>) {
+        let Task { map, discs, tile, margin, border, epoch, span } = *task;
+        self.places.lay_out(map.own(tile), border);
+        self.useful_until.clear();
+        self.useful_until.extend((0..=border + 1).map(|ring| match ring {
+            0 => span.end,
+            // Events of the outermost ring would carry a disc out of the window.
+            _ if ring >= border => f64::NEG_INFINITY,
+            _ => span.end - f64::from(ring.saturating_sub(margin)) * span.time_per_cell,
+        }));
+        self.loaded.clear();
+        map.for_each_run(tile, border, |owner, first, count| {
+            self.loaded.extend_from_slice(discs[owner].in_cells(first, count));
+        });
+        self.order.clear();
+        let keyed = self.loaded.iter().zip(0_u64..).map(|(disc, place)| u64::from(disc.body) << 32 | place);
+        self.order.extend(keyed);
+        self.order.sort_unstable();
+        let state = &mut self.state;
+        state.limit = epoch.limit;
+        state.separation_error = epoch.separation_error;
+        state.pair_constants = epoch.pair_constants;
+        state.inverse_mass = epoch.inverse_mass;
+        state.records.clear();
+        state.windings.clear();
+        state.wrapped.begin(0);
+        self.bodies.clear();
+        for &key in &self.order {
+            let disc = &self.loaded[key as u32 as usize];
+            let radius = match epoch.pair_constants {
+                Some(_) => 0.0,
+                None => job.world.bodies[disc.body as usize].kind.molecule.bounding_radius(),
+            };
+            state.records.push(disc.record(radius));
+            state.windings.push(disc.winding);
+            self.bodies.push(disc.body);
+        }
+        state.push_dummy();
+        state.neighbour_lists.set_frame(map.window(tile, border));
+        let in_cells = state.records[..self.bodies.len()].iter().map(BodyRecord::cell).enumerate();
+        let in_cells = in_cells.map(|(disc, cell)| (disc as u32, cell));
+        state.neighbour_lists.list_all(map.counts, self.bodies.len() as u32, in_cells);
+        if !epoch.is_fresh {
+            self.copy_events();
+        }
+    }
+
+    /// Copies the events of the discs. A partner that is in no cell around a disc has changed since.
+    fn copy_events(&mut self) {
+        for (place, &key) in self.order.iter().enumerate() {
+            let disc = &self.loaded[key as u32 as usize];
+            let kind = disc.kind();
+            let (mut partner, mut version) = (0, 0);
+            if kind == Kind::Discs {
+                (partner, version) = (self.state.dummy(), 1);
+                if let Some(body) = disc.partner() {
+                    let cell = self.state.neighbour_lists.index(disc.cell);
+                    let around = self.state.neighbour_lists.seen_from(cell);
+                    let found =
+                        around.map(|(index, _)| index).find(|&index| self.bodies[index as usize] == body);
+                    if let Some(index) = found {
+                        (partner, version) = (index, disc.partner_version);
+                    }
+                }
+            }
+            self.state.records[place].set_event(disc.time, kind, partner, version);
+        }
+    }
+
+    /// Runs all events up to the end of the window.
+    #[inline(always)]
+    fn advance<D: Detection, R: Response, K: Kernel>(
+        &mut self,
+        kernel: K,
+        job: &WindowJob<'_, D, R>,
+        task: &Task<'_>,
+        outcome: &mut Outcome,
+    ) {
+        let Task { span, epoch, .. } = *task;
+        let Self { state, bodies, .. } = self;
+        let window = *state.neighbour_lists.frame();
+        let discs = bodies.len() as u32;
+        if epoch.is_fresh {
+            for disc in 0..discs {
+                let events = state.query_neighbours(kernel, disc, span.from);
+                state.write_disc_event(job.detection, disc, span.from, &events);
+            }
+        }
+        state.calendar.lay_out(discs as usize, span.event_interval / f64::from(discs.max(1)), span.from);
+        for disc in 0..discs {
+            state.calendar.schedule(&state.records, disc, state.records[disc as usize].time);
+        }
+        let mut meetings = Meetings { limits: job.limits, time: 0.0, met: Vec::new() };
+        while let Some((now, disc)) = self.state.calendar.take_soonest(&self.state.records, span.end, |_| ())
+        {
+            let record = &self.state.records[disc as usize];
+            let (kind, cell) = (record.kind(), record.cell());
+            let ring = self.places.ring(&window, cell);
+            if now > self.useful_until[ring] {
+                continue;
+            }
+            if kind == Kind::Discs {
+                let partner = record.partner();
+                if self.state.records[partner as usize].version == record.partner_version {
+                    self.state.calendar.remove_if_next(partner);
+                    let pair = if disc < partner { [disc, partner] } else { [partner, disc] };
+                    self.meet(kernel, job, &span, outcome, &mut meetings, (now, pair));
+                    continue;
+                }
+                outcome.stale += u64::from(ring == 0);
+            } else if kind.is_crossing() {
+                outcome.crossings += u64::from(ring == 0);
+                self.state.cross(kernel, disc, kind);
+            }
+            outcome.at_end += u64::from(ring == 0 && now == span.end);
+            let state = &mut self.state;
+            let events = state.query_neighbours(kernel, disc, now);
+            let next = state.write_disc_event(job.detection, disc, now, &events);
+            state.calendar.schedule(&state.records, disc, next);
+            let record = &state.records[disc as usize];
+            let change = Change::new(self.bodies[disc as usize], now, record.flight, next);
+            outcome.border.note(&self.places, &window, cell, change);
+            if record.cell() != cell {
+                outcome.border.note(&self.places, &window, record.cell(), change);
+            }
+        }
+    }
+
+    /// The contact of a pair of discs.
+    #[inline(always)]
+    fn meet<D: Detection, R: Response, K: Kernel>(
+        &mut self,
+        kernel: K,
+        job: &WindowJob<'_, D, R>,
+        span: &Span,
+        outcome: &mut Outcome,
+        meetings: &mut Meetings,
+        (now, pair): (f64, [u32; 2]),
+    ) {
+        let Self { state, bodies, places, .. } = self;
+        let window = *state.neighbour_lists.frame();
+        let cells = pair.map(|disc| state.records[disc as usize].cell());
+        let contact = state.contact_of_discs(pair, now);
+        let names = pair.map(|disc| bodies[disc as usize]);
+        let inverse_masses = state.inverse_mass.map_or_else(
+            || names.map(|body| job.world.bodies[body as usize].kind.inertia.inverse_mass),
+            |inverse_mass| [inverse_mass; 2],
+        );
+        let (a, b) = (state.flight(pair[0], now), state.flight(pair[1], now));
+        let resolved = job.rules.resolve_discs(contact.image, [a, b], inverse_masses);
+        outcome.computed += 1;
+        if places.ring(&window, cells[0]) == 0 {
+            outcome.contacts += 1;
+            outcome.at_end += u64::from(now == span.end);
+            outcome.has_simultaneous |= now <= job.instant || meetings.repeats(now, names);
+            outcome.last = Some((now, names));
+            let contact = ContactEvent { bodies: names, ..contact };
+            if !meetings.limits.within(resolved.after) {
+                meetings.limits.raise(resolved.after);
+                outcome.fast.push(FastContact::new(&contact, [a[0], b[0]], resolved.after));
+            }
+            if span.keeps_times {
+                outcome.times.push(now);
+            }
+            if job.wants_log {
+                outcome.log.push(LoggedContact::new(&contact, [a, b]));
+            }
+        }
+        state.set_motion(kernel, pair[0], a[0], resolved.after[0], now);
+        state.set_motion(kernel, pair[1], b[0], resolved.after[1], now);
+        // Both queries come before both writes: see `State::predict_two_discs`. Not in a closure,
+        // which would be compiled without the kernel's instructions.
+        let events =
+            [state.query_neighbours(kernel, pair[0], now), state.query_neighbours(kernel, pair[1], now)];
+        for n in 0..2 {
+            let next = state.write_disc_event(job.detection, pair[n], now, &events[n]);
+            state.calendar.schedule(&state.records, pair[n], next);
+        }
+        for n in 0..2 {
+            let record = &state.records[pair[n] as usize];
+            let change = Change::new(names[n], now, record.flight, record.time);
+            outcome.border.note(places, &window, cells[n], change);
+        }
+    }
+
+    /// Copies the discs that are in the cells of the tile.
+    fn store(&self, task: &Task<'_>, discs: &mut TileDiscs) {
+        let own = task.map.own(task.tile);
+        let window = self.state.neighbour_lists.frame();
+        let columns = own.size[0];
+        let border = task.border + 1;
+        let in_tile = (0..self.bodies.len() as u32)
+            .filter(|&disc| self.places.ring(window, self.state.records[disc as usize].cell()) == 0)
+            .map(|disc| RestingDisc::of(&self.state, disc, &self.bodies));
+        discs.fill((columns * own.size[1]) as usize, in_tile, |disc| {
+            let [column, row] = window.place(disc.cell);
+            ((row - border) * columns + column - border) as usize
+        });
+    }
+}
+
+/// The run of a tile, in the build for an instruction set.
+struct Run<'a, 'b, D, R>(&'a mut Workspace, &'a WindowJob<'b, D, R>, Task<'a>, &'a mut Outcome);
+
+impl<D: Detection, R: Response> Work for Run<'_, '_, D, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with<K: Kernel>(self, kernel: K) {
+        let Run(workspace, job, task, outcome) = self;
+        workspace.advance(kernel, job, &task, outcome);
+    }
+}
+
+/// The contacts of a tile so far, as far as later ones depend on them.
+#[derive(Debug)]
+struct Meetings {
+    /// The limits of the epoch, with the speed of the fastest disc.
+    limits: Limits,
+    /// The present instant, and the bodies that have met at it.
+    time: f64,
+    met: Vec<u32>,
+}
+
+impl Meetings {
+    /// Whether one of two bodies that meet now has met another at this instant.
+    #[inline(always)]
+    fn repeats(&mut self, now: f64, bodies: [u32; 2]) -> bool {
+        let is_same = now == self.time && !self.met.is_empty();
+        let repeats = is_same && bodies.iter().any(|body| self.met.contains(body));
+        if !is_same {
+            self.met.clear();
+            self.time = now;
+        }
+        self.met.extend(bodies);
+        repeats
+    }
+}

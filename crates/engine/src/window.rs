@@ -1,0 +1,145 @@
+//! Windows: stretches of an epoch whose contacts a scheduler finds and resolves at once, on any
+//! number of threads, before the engine records them in order of time.
+
+use carom_detection::Detection;
+use carom_response::Response;
+use glam::DVec2;
+
+use crate::{
+    Observer, RunError, Scheduler, TagNames, World,
+    epoch_loop::{Ended, EpochLoop},
+    limits::{ContactPlaces, Limits},
+    resolution::Rules,
+    scheduler::{ContactEvent, Parts},
+};
+
+/// A request to run all contacts of a stretch of the epoch at once.
+pub struct WindowJob<'a, D, R> {
+    pub(crate) world: &'a World,
+    pub(crate) detection: &'a D,
+    pub(crate) rules: Rules<'a, R>,
+    pub(crate) names: &'a TagNames,
+    /// The present time (offset in the epoch).
+    pub(crate) from: f64,
+    /// Latest end of the window (offset in the epoch, time).
+    pub(crate) stop: f64,
+    /// The limits of the epoch at `from`.
+    pub(crate) limits: Limits,
+    /// Time of the last contact so far (offset in the epoch).
+    pub(crate) instant: f64,
+    /// Whether contacts can be resolved apart from each other, and the run ends at a time. If not,
+    /// the scheduler prepares for single contacts.
+    pub(crate) may_use_windows: bool,
+    /// Whether the contacts are reported.
+    pub(crate) wants_log: bool,
+}
+
+/// A stretch that has been run.
+#[derive(Debug)]
+pub struct Window {
+    /// Its end (offset in the epoch, time).
+    pub(crate) end: f64,
+    pub(crate) contacts: u64,
+    /// Time and bodies of the last contact.
+    pub(crate) last: Option<(f64, [u32; 2])>,
+    /// The limits of the epoch at the end, with the contacts subtracted.
+    pub(crate) limits: Limits,
+    /// Whether the epoch ends with the last contact.
+    pub(crate) ends_epoch: bool,
+    /// The contacts in order, if they were wanted.
+    pub(crate) log: Vec<LoggedContact>,
+}
+
+/// A contact after which a disc is faster than all discs before.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FastContact {
+    pub places: ContactPlaces,
+    pub velocities: [DVec2; 2],
+}
+
+impl FastContact {
+    pub fn new(contact: &ContactEvent, places: [DVec2; 2], velocities: [DVec2; 2]) -> Self {
+        let ContactEvent { time, bodies, .. } = *contact;
+        Self { places: ContactPlaces { bodies, time, places }, velocities }
+    }
+}
+
+/// A contact of two discs, for its report.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LoggedContact {
+    pub time: f64,
+    pub bodies: [u32; 2],
+    image: [i8; 2],
+    /// Positions and velocities just before the contact.
+    pub flights: [[DVec2; 2]; 2],
+}
+
+impl LoggedContact {
+    pub fn new(contact: &ContactEvent, flights: [[DVec2; 2]; 2]) -> Self {
+        let ContactEvent { time, bodies, image, .. } = *contact;
+        // Discs of adjacent cells are at most one box apart.
+        Self { time, bodies, image: image.map(|boxes| boxes as i8), flights }
+    }
+
+    pub fn event(&self) -> ContactEvent {
+        let &Self { time, bodies, image, .. } = self;
+        ContactEvent { time, bodies, image: image.map(i64::from), parts: Parts::Discs }
+    }
+}
+
+impl<D: Detection, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
+    /// Runs in windows for as long as the scheduler can; returns how the loop has ended, or none if
+    /// the rest is to be run contact by contact.
+    pub(crate) fn run_windows<S: Scheduler>(&mut self, scheduler: &mut S) -> Result<Option<Ended>, RunError> {
+        let may_use_windows = self.all_elastic()
+            && self.most == u64::MAX
+            && self.world.last_contacts.is_empty()
+            && !self.world.has_thermal_walls;
+        let wants_log = self.observer.watches_any();
+        loop {
+            let limit = self.limits.time();
+            let window = scheduler.run_window(&WindowJob {
+                world: self.world,
+                detection: self.detection,
+                rules: self.rules(),
+                names: self.names,
+                from: *self.now,
+                stop: limit.min(self.target),
+                limits: *self.limits,
+                instant: self.simultaneous.time,
+                may_use_windows,
+                wants_log,
+            });
+            let Some(window) = window else { return Ok(None) };
+            for logged in &window.log {
+                let contact = logged.event();
+                let inverse_masses = inverse_masses(self.world, contact.bodies);
+                let resolved = self.rules().resolve_discs(contact.image, logged.flights, inverse_masses);
+                self.record_discs(contact, logged.flights, &resolved)?;
+            }
+            if !wants_log {
+                self.counters.collisions += window.contacts;
+            }
+            *self.limits = window.limits;
+            *self.contacts += window.contacts;
+            *self.now = window.end;
+            if let Some((time, bodies)) = window.last {
+                self.simultaneous.repeats(bodies, time);
+                if window.ends_epoch {
+                    return Ok(Some(Ended::WithContact(time)));
+                }
+            }
+            let limit = self.limits.time();
+            if window.end >= limit {
+                return Ok(Some(Ended::AtLimit(limit)));
+            }
+            if window.end >= self.target {
+                return Ok(Some(Ended::TargetReached));
+            }
+        }
+    }
+}
+
+fn inverse_masses(world: &World, bodies: [u32; 2]) -> [f64; 2] {
+    bodies.map(|body| world.bodies()[body as usize].inertia().inverse_mass)
+}

@@ -1,0 +1,284 @@
+//! `cargo xtask bench tiles`: a large gas of discs in order, in tiles, and on several threads; and
+//! the time on many cores that follows from the times of single tiles.
+//!
+//! The variants run the same stretch in turn, in one process. Processor time is that of all threads.
+//! All variants must end in the same state, to the bit.
+
+use std::time::Instant;
+
+use anyhow::{Result, ensure};
+use carom::{
+    Scene,
+    engine::{GasSpec, TileWork, Tiling},
+};
+use carom_methods::AnySimulation;
+use carom_runs::{console::put, print_line};
+use carom_tables::Verdict;
+use clap::Args;
+use cpu_time::ProcessTime;
+use serde::Serialize;
+
+/// Numbers of cores of the scaling, with the side of tiles in cells. Smaller tiles for many cores:
+/// each should have a few.
+const SCALING: [(usize, u32); 4] = [(1, 125), (8, 125), (64, 62), (512, 40)];
+
+/// Windows of the scaling. The copy of all motions at the end is divided among them.
+const WINDOWS: f64 = 8.0;
+
+/// Options of `cargo xtask bench tiles`.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// Number of discs
+    #[arg(long, default_value_t = 1_000_000)]
+    discs: usize,
+    /// Area fraction
+    #[arg(long, default_value_t = 0.5)]
+    area_fraction: f64,
+    /// Contacts of each disc in a turn
+    #[arg(long, default_value_t = 8.0)]
+    contacts: f64,
+    /// Number of rounds; each variant has one turn in a round
+    #[arg(long, default_value_t = 3)]
+    rounds: usize,
+    /// Largest number of threads; default: one for each processor
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Do not estimate the time on many cores
+    #[arg(long)]
+    no_scaling: bool,
+}
+
+/// One variant and its turns.
+struct Variant {
+    name: String,
+    simulation: AnySimulation,
+    /// Nanoseconds of a contact: of wall time and of processor time.
+    turns: Vec<[f64; 2]>,
+}
+
+/// One row of the table.
+#[derive(Debug, Serialize)]
+struct Row {
+    discs: usize,
+    variant: String,
+    wall_ns: f64,
+    cpu_ns: f64,
+    /// Processor time of the run in order, divided by that of this variant.
+    cpu_ratio: f64,
+    /// Wall time of tiles on one thread, divided by that of this variant.
+    wall_ratio: f64,
+    /// Contacts computed for each contact.
+    work: f64,
+    tiles_repeated: f64,
+    bytes_per_disc: f64,
+}
+
+/// The expected time on a number of cores.
+#[derive(Debug, Serialize)]
+struct Scaling {
+    cores: usize,
+    tiles: usize,
+    ns: f64,
+    speedup: f64,
+    megabytes_exchanged: f64,
+}
+
+/// Runs the benchmark.
+///
+/// # Errors
+/// The gas cannot be built or run, or two variants differ.
+pub fn run(options: &Options) -> Result<Verdict> {
+    ensure!(options.discs > 0 && options.contacts > 0.0, "the discs and their contacts must be positive");
+    let base = AnySimulation::new(&gas(options))?;
+    let mut variants = variants(options, &base);
+    let unit = options.contacts * free_time(options);
+    // The first turn melts the initial lattice.
+    for round in 0..=options.rounds {
+        for variant in &mut variants {
+            let turn = turn(&mut variant.simulation, (round + 1) as f64 * unit)?;
+            if round > 0 {
+                variant.turns.push(turn);
+            }
+        }
+        ensure!(variants.iter().all(|variant| same(&variants[0], variant)), "two variants differ");
+    }
+    let rows = rows(options, &variants);
+    rows.iter().for_each(print);
+    put("timings", &rows);
+    if !options.no_scaling {
+        scaling(options, &base, rows[0].cpu_ns)?;
+    }
+    Ok(Verdict::Passed)
+}
+
+/// In order, in tiles on one thread, and on all.
+fn variants(options: &Options, base: &AnySimulation) -> Vec<Variant> {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let variant = |name: String, tiling: Tiling| {
+        let mut simulation = base.clone();
+        simulation.set_tiling(&tiling);
+        Variant { name, simulation, turns: Vec::new() }
+    };
+    let in_tiles = |threads| {
+        let tiling = Tiling { least_bodies: 1, ..Tiling::with_threads(threads) };
+        variant(format!("tiles, {threads} threads"), tiling)
+    };
+    let mut variants = vec![variant("in order".to_owned(), Tiling::NONE), in_tiles(1)];
+    let most = options.threads.unwrap_or(processors);
+    variants.extend((most > 1).then(|| in_tiles(most)));
+    variants
+}
+
+fn gas(options: &Options) -> Scene {
+    let gas = GasSpec {
+        radius: Some(radius(options)),
+        mass: Some(1.0),
+        energy: 1.0,
+        count: Some(options.discs),
+        ..GasSpec::default()
+    };
+    Scene { gas: vec![gas], ..Scene::default() }
+}
+
+fn radius(options: &Options) -> f64 {
+    (options.area_fraction / (std::f64::consts::PI * options.discs as f64)).sqrt()
+}
+
+/// Mean free time: 1 / (2 √π n σ χ √(kT/m)) with χ of D. Henderson, Mol. Phys. 30, 971 (1975).
+fn free_time(options: &Options) -> f64 {
+    let filled = options.area_fraction;
+    let contact_value = (1.0 - 7.0 / 16.0 * filled) / (1.0 - filled).powi(2);
+    let diameter = 2.0 * radius(options);
+    1.0 / (2.0 * std::f64::consts::PI.sqrt() * options.discs as f64 * diameter * contact_value)
+}
+
+/// Runs to a time; returns the nanoseconds of a contact, of wall and of processor time.
+fn turn(simulation: &mut AnySimulation, until: f64) -> Result<[f64; 2]> {
+    let before = simulation.view().counters().collisions;
+    let (wall, cpu) = (Instant::now(), ProcessTime::now());
+    simulation.run_until(until)?;
+    let (wall, cpu) = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
+    let contacts = (simulation.view().counters().collisions - before).max(1) as f64;
+    Ok([wall, cpu].map(|seconds| 1e9 * seconds / contacts))
+}
+
+/// Whether two variants are in the same state, to the bit.
+fn same(one: &Variant, other: &Variant) -> bool {
+    let (one, other) = (one.simulation.view(), other.simulation.view());
+    let motions = one.bodies().zip(other.bodies());
+    let bits = |vector: glam::DVec2| vector.to_array().map(f64::to_bits);
+    motions.into_iter().all(|(one, other)| {
+        bits(one.motion.position) == bits(other.motion.position)
+            && bits(one.motion.velocity) == bits(other.motion.velocity)
+    })
+}
+
+fn rows(options: &Options, variants: &[Variant]) -> Vec<Row> {
+    let median = |variant: &Variant, of: usize| {
+        let mut turns: Vec<f64> = variant.turns.iter().map(|turn| turn[of]).collect();
+        turns.sort_by(f64::total_cmp);
+        turns.get(turns.len() / 2).copied().unwrap_or(f64::NAN)
+    };
+    let (order_cpu, one_thread_wall) = (median(&variants[0], 1), median(&variants[1], 0));
+    let row = |variant: &Variant| {
+        let counters = variant.simulation.tile_counters();
+        let (wall_ns, cpu_ns) = (median(variant, 0), median(variant, 1));
+        Row {
+            discs: options.discs,
+            variant: variant.name.clone(),
+            wall_ns,
+            cpu_ns,
+            cpu_ratio: order_cpu / cpu_ns,
+            wall_ratio: one_thread_wall / wall_ns,
+            work: counters.computed as f64 / counters.contacts.max(1) as f64,
+            tiles_repeated: counters.repeated as f64 / counters.tiles.max(1) as f64,
+            bytes_per_disc: variant.simulation.heap_bytes() as f64 / options.discs as f64,
+        }
+    };
+    variants.iter().map(row).collect()
+}
+
+fn print(row: &Row) {
+    let Row { discs, variant, wall_ns, cpu_ns, cpu_ratio, wall_ratio, work, tiles_repeated, bytes_per_disc } =
+        row;
+    print_line(&format!(
+        "{discs:>9} discs  {variant:<18} {wall_ns:>7.1} ns wall {cpu_ns:>7.1} ns cpu  \
+         {cpu_ratio:>5.2} x in order (cpu) {wall_ratio:>5.2} x one thread (wall)  \
+         work {work:.2}  repeated {:.2} %  {bytes_per_disc:.0} B/disc",
+        1e2 * tiles_repeated,
+    ));
+}
+
+/// Prints the time of a contact on many cores, from the times of the tiles of one window.
+///
+/// Each core takes the next tile as soon as it is free, so borders and imbalance are included. All
+/// that happens between the tiles' runs is measured on one thread and added. That cores share memory
+/// is not included.
+fn scaling(options: &Options, base: &AnySimulation, order_ns: f64) -> Result<()> {
+    let mut table = Vec::new();
+    for (cores, side) in SCALING {
+        let tiling = Tiling { least_bodies: 1, side, ..Tiling::with_threads(1) };
+        let mut simulation = base.clone();
+        simulation.set_tiling(&tiling);
+        let length = tiling.window * free_time(options);
+        simulation.run_until(length)?;
+        let before = simulation.tile_counters();
+        let clock = Instant::now();
+        simulation.run_until((1.0 + WINDOWS) * length)?;
+        let wall = clock.elapsed().as_secs_f64();
+        let windows = (simulation.tile_counters().windows - before.windows) as f64;
+        let work = simulation.tile_work();
+        if windows == 0.0 {
+            print_line(&format!("{cores} cores: the box has no room for tiles of {side} cells"));
+            continue;
+        }
+        let in_tiles: f64 = work.iter().map(|tile| tile.seconds).sum();
+        let contacts: u64 = work.iter().map(|tile| tile.contacts).sum();
+        let seconds = longest(&work, cores) + (wall / windows - in_tiles).max(0.0);
+        let ns = 1e9 * seconds / contacts.max(1) as f64;
+        let bytes: usize = work.iter().map(|tile| tile.copied_bytes + tile.log_bytes).sum();
+        let row = Scaling {
+            cores,
+            tiles: work.len(),
+            ns,
+            speedup: order_ns / ns,
+            megabytes_exchanged: 1e-6 * bytes as f64,
+        };
+        print_line(&format!(
+            "{:>4} cores  {:>5} tiles of {side} cells  {:>7.2} ns  {:>6.1} x in order  \
+             {:.1} MB between tiles in a window of {} mean free times",
+            row.cores, row.tiles, row.ns, row.speedup, row.megabytes_exchanged, tiling.window,
+        ));
+        table.push(row);
+    }
+    put("scaling", &table);
+    Ok(())
+}
+
+/// The time until the last of some cores has run its tiles, which are taken in order (seconds).
+fn longest(work: &[TileWork], cores: usize) -> f64 {
+    let mut busy_until = vec![0.0_f64; cores];
+    for tile in work {
+        if let Some(free) = busy_until.iter_mut().min_by(|a, b| a.total_cmp(b)) {
+            *free += tile.seconds;
+        }
+    }
+    busy_until.into_iter().fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_go_to_the_core_that_is_free_first() {
+        let work = [3.0, 1.0, 1.0, 1.0, 2.0].map(|seconds| {
+            let mut work = TileWork::default();
+            work.seconds = seconds;
+            work
+        });
+        assert_eq!(longest(&work, 1), 8.0);
+        assert_eq!(longest(&work, 2), 5.0);
+        assert_eq!(longest(&work, 8), 3.0);
+    }
+}
