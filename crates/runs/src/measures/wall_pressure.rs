@@ -109,7 +109,6 @@ impl Measured for OfGas {
             .abscissa("distance", "length", found.iter().map(|layer| layer.distance).collect())
             .counts("centres", found.iter().map(|layer| layer.count).collect())
             .means("density", "1/length²", layers)
-            .level("far from the walls", far.value, "this run")
             .level("p/kT", predicted.map(|(_, contact)| contact), "contact theorem, pressure of Liu (2021)")
             .caption("Centres of the moving bodies per area, by the distance from the nearest wall.");
         let of_walls = context.figure("pressure on the walls", "mass/time²", pressure);
