@@ -250,6 +250,11 @@ pub trait Scheduler: Sized {
         TileUse::Scheduler
     }
 
+    /// The length of a window (time): shorter runs cost more for each contact; 0 without tiles.
+    fn window_length(&self) -> f64 {
+        0.0
+    }
+
     /// The work of each tile in the last window; empty without one.
     fn tile_work(&self) -> Vec<TileWork> {
         Vec::new()

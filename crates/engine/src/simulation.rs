@@ -129,6 +129,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.scheduler.tile_use(&self.tiling)
     }
 
+    /// The length of a window (time); 0 without tiles. A run in shorter pieces costs more for each
+    /// contact.
+    pub fn window_length(&self) -> f64 {
+        self.scheduler.window_length()
+    }
+
     /// The work of each tile in the last window; empty without one.
     pub fn tile_work(&self) -> Vec<TileWork> {
         self.scheduler.tile_work()

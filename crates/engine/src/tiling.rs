@@ -119,7 +119,7 @@ pub struct TileCounters {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct TileWork {
-    /// Wall time of its runs (seconds).
+    /// Wall time of its last run (seconds).
     pub seconds: f64,
     /// Contacts in its own cells.
     pub contacts: u64,

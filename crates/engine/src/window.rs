@@ -39,6 +39,7 @@ pub struct WindowJob<'a, D, R> {
 pub struct Window {
     /// Its end (offset in the epoch, time).
     pub(crate) end: f64,
+    /// Number of contacts.
     pub(crate) contacts: u64,
     /// Time and bodies of the last contact.
     pub(crate) last: Option<(f64, [u32; 2])>,

@@ -9,6 +9,7 @@
 pub(crate) struct Wrapped {
     bodies: Vec<u32>,
     most: usize,
+    is_incomplete: bool,
 }
 
 impl Wrapped {
@@ -16,6 +17,7 @@ impl Wrapped {
     pub fn begin(&mut self, bodies: usize) {
         self.bodies.clear();
         self.most = bodies;
+        self.is_incomplete = false;
     }
 
     /// Notes that a body has been wrapped.
@@ -28,15 +30,13 @@ impl Wrapped {
 
     /// Notes that bodies have been wrapped without being noted.
     pub fn overflow(&mut self) {
-        self.most = 0;
-        self.bodies.clear();
-        self.bodies.push(0);
+        self.is_incomplete = true;
     }
 
     /// Takes the bodies noted, some of them perhaps more than once; `None` if they were too many to
     /// be noted.
     pub fn take(&mut self) -> Option<Vec<u32>> {
-        let overflown = self.bodies.len() > self.most;
+        let overflown = std::mem::take(&mut self.is_incomplete) || self.bodies.len() > self.most;
         let bodies = std::mem::take(&mut self.bodies);
         (!overflown).then_some(bodies)
     }

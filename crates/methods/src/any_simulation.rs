@@ -292,6 +292,8 @@ dynamic! {
     fn set_tiling([&mut] self, tiling: &Tiling);
     /// Whether the system is divided into tiles. See [`Simulation::tile_use`].
     fn tile_use([&] self) -> TileUse;
+    /// The length of a window (time); 0 without tiles. See [`Simulation::window_length`].
+    fn window_length([&] self) -> f64;
     /// The work of each tile in the last window. See [`Simulation::tile_work`].
     fn tile_work([&] self) -> Vec<TileWork>;
     /// Counts of the work in tiles. See [`Simulation::tile_counters`].

@@ -36,7 +36,7 @@ pub struct Manifest {
     /// Threads of a single run, and counts of its work in tiles since it was started or last
     /// resumed.
     #[serde(skip_serializing_if = "Option::is_none")]
-    tiles: Option<TileWork>,
+    tiles: Option<TileSummary>,
     /// The error that ended the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
@@ -48,7 +48,7 @@ pub struct Manifest {
 
 /// Work of a run in tiles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TileWork {
+pub struct TileSummary {
     threads: usize,
     windows: u64,
     tiles: u64,
@@ -58,7 +58,7 @@ pub struct TileWork {
     windows_in_order: u64,
 }
 
-impl TileWork {
+impl TileSummary {
     /// The work of a run on so many threads.
     pub fn new(threads: usize, counters: &TileCounters) -> Self {
         Self {
@@ -141,7 +141,7 @@ impl Manifest {
     }
 
     /// Records the work in tiles.
-    pub fn set_tiles(&mut self, work: TileWork) {
+    pub fn set_tiles(&mut self, work: TileSummary) {
         self.tiles = Some(work);
     }
 

@@ -38,7 +38,7 @@ impl Frame for WholeBox {
 
 /// A rectangle of cells, which may extend over the border of the box but covers no cell twice.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Window {
+pub(super) struct TileFrame {
     /// Column and row of its first cell.
     pub first: [u32; 2],
     /// Its columns and rows.
@@ -47,7 +47,7 @@ pub(super) struct Window {
     pub counts: [u32; 2],
 }
 
-impl Window {
+impl TileFrame {
     /// Column and row of a cell, from the first of the window on.
     #[inline(always)]
     pub fn place(&self, cell: [u16; 2]) -> [u32; 2] {
@@ -60,7 +60,7 @@ impl Window {
     }
 }
 
-impl Frame for Window {
+impl Frame for TileFrame {
     fn size(&self, _counts: [u32; 2]) -> [u32; 2] {
         self.size
     }

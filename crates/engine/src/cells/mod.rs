@@ -174,6 +174,7 @@ impl Cells {
 
     /// Divides the box anew, between two epochs.
     fn set_tiling(&mut self, tiling: &Tiling) {
+        let tiling = &tiling.within_bounds();
         if *tiling == self.tiling {
             return;
         }
@@ -183,6 +184,11 @@ impl Cells {
         let wanted = matches!(self.tile_use(tiling), TileUse::Tiles(_));
         let tiles = wanted.then(|| Tiles::new(tiling, self.whole.instructions, &self.whole.grid)).flatten();
         self.tiles = tiles.map(Box::new);
+    }
+
+    /// The length of a window (time); 0 without tiles.
+    fn window_length(&self) -> f64 {
+        self.tiles.as_ref().map_or(0.0, |tiles| tiles.window_length())
     }
 
     fn tile_use(&self, tiling: &Tiling) -> TileUse {
@@ -203,12 +209,13 @@ impl Cells {
 
     fn run_window<D: Detection, R: Response>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
         let tiles = self.tiles.as_mut()?;
-        let pays = job.may_use_windows
+        let is_worthwhile = job.may_use_windows
             && job.detection.decides_discs_in_closed_form()
-            && tiles.pays(job.stop - job.from, self.in_tiles);
-        if pays {
+            && tiles.is_worthwhile(job.stop - job.from, self.in_tiles);
+        if is_worthwhile {
             if !self.in_tiles {
                 tiles.take_over(job.world, &self.whole);
+                self.whole.release();
                 self.in_tiles = true;
             }
             if let Some(window) = tiles.run(job) {
@@ -290,6 +297,13 @@ impl Scheduler for CellScheduler {
         match &self.0 {
             Layout::Grid(cells) => cells.tile_use(tiling),
             Layout::Fallback(_) => TileUse::Scheduler,
+        }
+    }
+
+    fn window_length(&self) -> f64 {
+        match &self.0 {
+            Layout::Grid(cells) => cells.window_length(),
+            Layout::Fallback(_) => 0.0,
         }
     }
 

@@ -125,6 +125,15 @@ impl<F: Frame> State<F> {
         self.inverse_mass = self.grid.common_inverse_mass(world);
     }
 
+    /// Releases the memory of the bodies, until the next epoch or [`Self::resume`].
+    pub(super) fn release(&mut self) {
+        self.records = Vec::new();
+        self.windings = Vec::new();
+        self.wrapped = Wrapped::default();
+        self.calendar = Calendar::default();
+        self.neighbour_lists = NeighbourLists::of(self.neighbour_lists.frame().clone());
+    }
+
     /// Lists the bodies that live in cells, in their cells.
     pub(super) fn list_discs(&mut self, is_in_cells: impl Fn(usize) -> bool + Clone) {
         let bodies = self.dummy();

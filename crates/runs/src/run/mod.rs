@@ -26,7 +26,7 @@ pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
 
 use crate::{
     interruption::Signals,
-    manifest::{Manifest, TileWork, program},
+    manifest::{Manifest, TileSummary, program},
     measures::{Measures, Results},
     memory::{self, Demand},
     output::{Existing, Folder},
@@ -105,7 +105,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     place.describe()?;
     let pricing = if options.no_price { Pricing::LeftOut } else { Pricing::Measured };
     let ended = simulate(&task, found, &scene, pricing, || started.map_or_else(|| start(&mut place), Ok))?;
-    place.tiles = Some(TileWork::new(task.threads, &ended.tiles));
+    place.tiles = Some(TileSummary::new(task.threads, &ended.tiles));
     let title = format!("Scene {}", options.file.path.display());
     if let Some(error) = ended.error {
         let mut summary = ended.outcome.summary_of_failed(title, &task.method, scene.run.until);
@@ -216,7 +216,7 @@ struct Place<'a> {
     opened: Option<(Folder, Option<File>)>,
     manifest: Option<Manifest>,
     /// Work in tiles, once the run has ended.
-    tiles: Option<TileWork>,
+    tiles: Option<TileSummary>,
 }
 
 impl<'a> Place<'a> {

@@ -98,9 +98,12 @@ impl Pace<'_> {
         };
         let mut before = now(going);
         // The shortest slice bounds their number.
-        while time - before.0 > 2.0 * self.slice {
+        // A slice shorter than a window of tiles would cut it.
+        let slice =
+            |pace: &Self, going: &Resumable<Measures>| pace.slice.max(going.simulation.window_length());
+        while time - before.0 > 2.0 * slice(self, going) {
             let clock = Instant::now();
-            going.run_to_and(before.0 + self.slice, task, Measures::append_contacts)?;
+            going.run_to_and(before.0 + slice(self, going), task, Measures::append_contacts)?;
             let after = now(going);
             self.progress.advance(after.0 - before.0, after.1 - before.1);
             before = after;

@@ -1,7 +1,7 @@
 //! The events near the border of a tile, as it and its neighbours have computed them.
 
 use super::map::{DIRECTIONS, Rectangle, direction_index};
-use crate::cells::frame::Window;
+use crate::cells::{body_record::BodyRecord, frame::TileFrame};
 
 /// Rings of cells on each side of a border whose events are compared: an event that changes a cell
 /// reads the cells within two of it.
@@ -63,28 +63,29 @@ impl Places {
 
     /// Distance of a cell from the tile, 0 inside.
     #[inline(always)]
-    pub fn ring(&self, window: &Window, cell: [u16; 2]) -> usize {
+    pub fn ring(&self, window: &TileFrame, cell: [u16; 2]) -> usize {
         let [column, row] = window.place(cell);
         usize::from(self.axes[0][column as usize].ring.max(self.axes[1][row as usize].ring))
     }
 
     #[inline(always)]
-    fn bands(&self, window: &Window, cell: [u16; 2]) -> [Band; 2] {
+    fn bands(&self, window: &TileFrame, cell: [u16; 2]) -> [Band; 2] {
         let [column, row] = window.place(cell);
         [self.axes[0][column as usize].band, self.axes[1][row as usize].band]
     }
 }
 
-/// What an event has changed: a disc, the time, its new flight and the time of its next event, as
-/// bits.
+/// The change of a disc by an event: disc and version, time, new flight and time of the next event,
+/// as bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Change([u64; 7]);
 
 impl Change {
     #[inline(always)]
-    pub fn new(disc: u32, time: f64, flight: [f64; 4], next: f64) -> Self {
-        let [a, b, c, d] = flight.map(f64::to_bits);
-        Self([u64::from(disc), time.to_bits(), a, b, c, d, next.to_bits()])
+    pub fn new(disc: u32, time: f64, record: &BodyRecord) -> Self {
+        let [a, b, c, d] = record.flight.map(f64::to_bits);
+        let disc = u64::from(disc) | u64::from(record.version) << 32;
+        Self([disc, time.to_bits(), a, b, c, d, record.time.to_bits()])
     }
 }
 
@@ -111,7 +112,7 @@ impl BorderLog {
 
     /// Logs a change of a cell, if the cell is near the border.
     #[inline(always)]
-    pub fn note(&mut self, places: &Places, window: &Window, cell: [u16; 2], change: Change) {
+    pub fn note(&mut self, places: &Places, window: &TileFrame, cell: [u16; 2], change: Change) {
         let [across, up] = places.bands(window, cell);
         if (across, up) != (Band::Middle, Band::Middle) {
             self.note_near_border([across, up], change);

@@ -1,7 +1,7 @@
 //! The division of the cells of the box into tiles: rectangles of cells, each of which is run on its
 //! own during a window.
 
-use crate::cells::frame::Window;
+use crate::cells::frame::TileFrame;
 
 /// Directions from a tile to its neighbours, and their opposites at the same place from the end.
 pub(super) const DIRECTIONS: [[i32; 2]; 8] =
@@ -99,13 +99,13 @@ impl TileMap {
     }
 
     /// The window of a tile with a border of so many cells, and one ring of lists around it.
-    pub fn window(&self, tile: usize, border: u32) -> Window {
+    pub fn window(&self, tile: usize, border: u32) -> TileFrame {
         let own = self.own(tile);
         let first = |axis: usize| {
             (own.first[axis] + self.counts[axis] - (border + 1) % self.counts[axis]) % self.counts[axis]
         };
         let size = own.size.map(|size| size + 2 * (border + 1));
-        Window { first: [first(0), first(1)], size, counts: self.counts }
+        TileFrame { first: [first(0), first(1)], size, counts: self.counts }
     }
 
     /// Calls `visit` with the runs of cells of one row of tiles that make up a tile and a border of

@@ -2,8 +2,8 @@
 //! on any number of threads, with the bits of the global order.
 //!
 //! Each tile is run from the common state at the start of the window, together with a border of its
-//! neighbours' discs. Far out, these are soon wrong: the border knows nothing of the discs beyond
-//! it. So events of the border are left out once they can no longer influence the tile, and tile and
+//! neighbours' discs. Far out, these are soon wrong: the discs beyond the border are missing.
+//! So events of the border are left out once they can no longer influence the tile, and tile and
 //! neighbours log all changes in the two rings of cells on each side of their common border. If the
 //! logs agree everywhere, every tile is right. If two disagree, both are run again with a wider
 //! border, from the old state, which is still there. If this does not help, the window is run event
@@ -20,9 +20,10 @@
 //! 1. **An event that changes a cell of a tile reads only the neighbourhood.** *Proof.* An event
 //!    changes one cell, or two adjacent ones, so all of them lie within one ring. It reads the cells
 //!    adjacent to these.
-//! 2. **In a tile's own cells no event is left out.** *Proof.* They have ring 0, whose limit is the
-//!    end of the window (`Workspace::load`). An event that is left out in the two rings is a
-//!    difference like any other: the comparison finds it.
+//! 2. **No event that changes a cell of a tile is left out.** *Proof.* It is the event of a disc in
+//!    the tile or in the ring around it. Both have the end of the window as their limit, since the
+//!    margin is at least one cell and the border at least three (`Workspace::load`). An event that is
+//!    left out farther away is a difference like any other: the comparison finds it.
 //! 3. **If all logs agree, each tile has in its own cells the history of H.** *Proof.* Assume not.
 //!    Take the first event, in the order of time and of bodies, with which in some tile A the history
 //!    of a cell c of its neighbourhood differs from that in H: it is in one of the two only, or has
@@ -33,7 +34,8 @@
 //!    changes, or were given at the start. By lemma 2 it is not left out. So it happens in both, with
 //!    the same outcome: a contradiction.
 //! 4. **The order of discs is that of all bodies.** A workspace numbers its discs in the order of
-//!    their indices among all bodies, so ties are decided alike.
+//!    their indices among all bodies, so ties are decided alike. A tie that depends on a partner
+//!    outside the workspace is left to the global order.
 //! 5. **Roundings are those of the whole box.** Flights and cells are kept relative to the box, and
 //!    the image in which a disc is seen depends on its cell alone, never on the tile.
 //!
@@ -92,12 +94,15 @@ const WIDENING: u32 = 6;
 /// which discs are copied more often.
 const MOST_LOG_BYTES: f64 = 64.0 * 1024.0 * 1024.0;
 
+/// Most threads for each processor. More: more memory, and no more speed.
+const MOST_THREADS_PER_PROCESSOR: usize = 8;
+
 /// Share of the contacts left in an epoch that a window aims for, so that a short one follows, which
 /// is run twice. Larger: more often the long one is run twice.
 const SHARE_OF_EPOCH: f64 = 0.99;
 
 /// Shortest stretch that is run in a window, in mean free times. Shorter: copying the discs costs
-/// more than it saves.
+/// more than tiles save.
 const SHORTEST: f64 = 0.3;
 
 /// All discs of the box in tiles, between two windows.
@@ -140,7 +145,8 @@ impl Tiles {
     /// Tiles for the discs of a grid; none if there are too few cells.
     pub fn new(tiling: &Tiling, instructions: Available, grid: &CellGrid) -> Option<Self> {
         let map = Self::map(tiling, grid)?;
-        let threads = tiling.threads.clamp(1, map.tiles());
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = tiling.threads.clamp(1, map.tiles().min(MOST_THREADS_PER_PROCESSOR * processors));
         Some(Self {
             tiling: tiling.within_bounds(),
             discs: vec![TileDiscs::default(); map.tiles()],
@@ -186,7 +192,8 @@ impl Tiles {
             self.contact_rate = expected_contact_rate(world);
             self.event_rate = 4.0 * self.contact_rate;
         }
-        self.is_refused = false;
+        // Nothing moves.
+        self.is_refused = self.contact_rate == 0.0;
         let discs = world.motions().iter().zip(world.windings()).zip(0..).map(|((motion, winding), body)| {
             let mut record = BodyRecord::new(motion, 0.0);
             record.set_cell(grid.cell_of(motion.position));
@@ -213,12 +220,7 @@ impl Tiles {
         for disc in self.discs() {
             let body = disc.body as usize;
             let mut record = disc.record(state.records[body].radius());
-            let (partner, version) = match disc.partner() {
-                Some(partner) => (partner, disc.partner_version),
-                // No version of the dummy: the prediction is stale.
-                None => (state.dummy(), 1),
-            };
-            record.set_event(disc.time, disc.kind(), partner, version);
+            record.set_event(disc.time, disc.kind(), disc.partner(), disc.partner_version);
             state.records[body] = record;
             state.windings[body] = disc.winding;
         }
@@ -233,13 +235,15 @@ impl Tiles {
             self.outcomes[self.map.tile_of(disc.cell)].discs.discs.push(disc);
             self.count += 1;
         }
-        for (tile, (discs, outcome)) in self.discs.iter_mut().zip(&self.outcomes).enumerate() {
+        for (tile, (discs, outcome)) in self.discs.iter_mut().zip(&mut self.outcomes).enumerate() {
             let own = self.map.own(tile);
             let unsorted = outcome.discs.discs.iter().copied();
             discs.fill((own.size[0] * own.size[1]) as usize, unsorted, |disc| {
                 let place = |axis: usize| u32::from(disc.cell[axis]) - own.first[axis];
                 (place(1) * own.size[0] + place(0)) as usize
             });
+            outcome.discs.discs.clear();
+            outcome.discs.discs.shrink_to(discs.discs.len() + discs.discs.len() / 32);
         }
     }
 
@@ -270,7 +274,7 @@ impl Tiles {
     }
 
     /// Whether a stretch of this length (time) is run in windows, if the previous one was or was not.
-    pub fn pays(&self, stretch: f64, was_in_tiles: bool) -> bool {
+    pub fn is_worthwhile(&self, stretch: f64, was_in_tiles: bool) -> bool {
         if stretch <= 0.0 && was_in_tiles && !self.epoch.is_fresh {
             return true;
         }
@@ -286,6 +290,10 @@ impl Tiles {
             return Some(Window { end, contacts: 0, last: None, limits, ends_epoch: false, log: Vec::new() });
         }
         let mut end = self.end_of_window(job);
+        if end <= job.from && job.stop > job.from {
+            self.is_refused = true;
+            return None;
+        }
         for _ in 0..MOST_ATTEMPTS {
             if self.run_to(job, end).is_err() {
                 break;
@@ -301,6 +309,11 @@ impl Tiles {
         self.counters.refused += 1;
         self.is_refused = true;
         None
+    }
+
+    /// The length of a window that ends neither with the epoch nor with the run (time).
+    pub fn window_length(&self) -> f64 {
+        0.5 * self.count as f64 / self.contact_rate * self.tiling.window
     }
 
     fn widest_border(&self) -> u32 {
@@ -319,12 +332,13 @@ impl Tiles {
             length = length.min(most / self.contact_rate);
         }
         let left = job.limits.contacts_left() as f64 / self.contact_rate;
-        if length > SHARE_OF_EPOCH * left && left > SHORTEST * free_time {
-            length = SHARE_OF_EPOCH * left;
+        if length > SHARE_OF_EPOCH * left {
+            let share = if left > SHORTEST * free_time { SHARE_OF_EPOCH } else { 1.5 };
+            length = length.min(share * left + 10.0 / self.contact_rate);
         }
-        // No short window before the stop.
-        let end = job.from + length;
-        if job.from + (1.0 + SHORTEST) * length < job.stop { end } else { job.stop }
+        // No short window before the stop, if the border of a longer one fits.
+        let longest = ((1.0 + SHORTEST) * length).min(free_time * widest / self.tiling.front);
+        if job.from + longest < job.stop { job.from + length } else { job.stop }
     }
 
     /// Runs all tiles up to `end` (offset in the epoch, time), until they agree.
@@ -356,6 +370,9 @@ impl Tiles {
             let computed = selected.iter().map(|&tile| self.outcomes[tile].computed);
             self.counters.computed += computed.sum::<u64>();
             self.counters.repeated += if attempt > 0 { selected.len() as u64 } else { 0 };
+            if self.outcomes.iter().any(|outcome| outcome.has_simultaneous) {
+                return Err(Refused);
+            }
             selected = self.tiles_that_disagree();
             if selected.is_empty() {
                 return Ok(());
@@ -390,8 +407,9 @@ impl Tiles {
         };
         let Some((first, others)) = self.workspaces.split_first_mut() else { return };
         std::thread::scope(|scope| {
-            for workspace in others {
-                scope.spawn(|| work(workspace));
+            for workspace in others.iter_mut().take(selected.len() - 1) {
+                // If the system has no more threads, the others run all tiles.
+                let _ = std::thread::Builder::new().spawn_scoped(scope, || work(workspace));
             }
             work(first);
         });
@@ -417,7 +435,7 @@ impl Tiles {
         };
         std::thread::scope(|scope| {
             for _ in 1..self.workspaces.len() {
-                scope.spawn(compare);
+                let _ = std::thread::Builder::new().spawn_scoped(scope, compare);
             }
             compare();
         });
@@ -429,7 +447,12 @@ impl Tiles {
 
     /// Where the epoch ends, relative to a window that has been run to `end`.
     fn end_of_epoch<D, R>(&self, job: &WindowJob<'_, D, R>, end: f64) -> EndOfEpoch {
-        if self.outcomes.iter().any(|outcome| outcome.has_simultaneous) {
+        let last = self.outcomes.iter().filter_map(|outcome| outcome.last).map(|(time, _)| time);
+        let last = last.fold(f64::NEG_INFINITY, f64::max);
+        let at_last =
+            self.outcomes.iter().filter(|outcome| outcome.last.is_some_and(|(time, _)| time == last));
+        if at_last.map(|outcome| outcome.at_last).sum::<u64>() > 1 {
+            // Their bodies must be kept for contacts at the same time after the window.
             return EndOfEpoch::Unclear;
         }
         let mut limits = job.limits;
@@ -490,6 +513,10 @@ impl Tiles {
         if contacts > 0 && length > 0.0 {
             self.contact_rate = contacts as f64 / length;
             self.event_rate = (2 * contacts + crossings + stale) as f64 / length;
+        } else {
+            // Longer windows; and none, if they do not help.
+            self.contact_rate *= 0.5;
+            self.event_rate *= 0.5;
         }
         let last = self.outcomes.iter().filter_map(|outcome| outcome.last).max_by(|a, b| a.0.total_cmp(&b.0));
         let mut log: Vec<LoggedContact> = Vec::new();
@@ -523,7 +550,7 @@ enum EndOfEpoch {
 
 /// The rate of contacts of a gas of these bodies in equilibrium (1/time): √π n σ χ √(kT/m) for each
 /// body, with χ of D. Henderson, Mol. Phys. 30, 971 (1975). Only for the length of the first
-/// window.
+/// window; 0 at rest.
 fn expected_contact_rate(world: &World) -> f64 {
     let bodies = world.bodies().len() as f64;
     let area = world.bounds().area();
@@ -535,6 +562,5 @@ fn expected_contact_rate(world: &World) -> f64 {
         world.motions().iter().map(|motion| motion.velocity.length_squared()).sum::<f64>() / bodies;
     let thermal = (0.5 * speed_squared).sqrt();
     let rate = std::f64::consts::PI.sqrt() * bodies / area * diameter * contact_value * thermal * bodies;
-    // At rest, any rate does.
-    if rate.is_finite() && rate > 0.0 { rate } else { 1.0 }
+    if rate.is_finite() { rate } else { 0.0 }
 }

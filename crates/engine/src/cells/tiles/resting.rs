@@ -2,8 +2,8 @@
 
 use crate::cells::{
     body_record::{BodyRecord, Kind},
-    frame::Window,
-    slot::INDEX_BITS,
+    frame::TileFrame,
+    slot::{INDEX_BITS, INDEX_MASK},
     state::State,
 };
 
@@ -15,8 +15,7 @@ pub(super) struct RestingDisc {
     pub flight: [f64; 4],
     /// Time of its event (offset in the epoch).
     pub time: f64,
-    /// Kind of the event, and the partner of a contact among all bodies. A disc that is its own
-    /// partner stands for one that has changed since.
+    /// Kind of the event, and the index of the partner of a contact among all bodies.
     event: u32,
     pub partner_version: u32,
     pub version: u32,
@@ -39,15 +38,16 @@ impl RestingDisc {
         Self { flight, time, event, partner_version, version, cell: record.cell(), body, winding }
     }
 
-    /// A disc of a workspace, whose bodies have the indices `bodies` among all.
+    /// A disc of a workspace. Its bodies have the indices `bodies` among all, and the partners of
+    /// their events at the start of the window are `partners`.
     #[inline]
-    pub fn of(state: &State<Window>, index: u32, bodies: &[u32]) -> Self {
+    pub fn of(state: &State<TileFrame>, index: u32, bodies: &[u32], partners: &[u32]) -> Self {
         let record = &state.records[index as usize];
         let body = bodies[index as usize];
         let mut disc = Self::new(record, body, state.windings[index as usize]);
         let partner = if record.kind().is_contact() {
             // The dummy stands for a partner that had changed before the window.
-            bodies.get(record.partner() as usize).copied().unwrap_or(body)
+            bodies.get(record.partner() as usize).copied().unwrap_or(partners[index as usize])
         } else {
             0
         };
@@ -64,11 +64,10 @@ impl RestingDisc {
         Kind::from_bits(self.event >> INDEX_BITS)
     }
 
-    /// The partner of a contact among all bodies; none if it has changed since.
+    /// The index of the partner of a contact among all bodies.
     #[inline]
-    pub fn partner(&self) -> Option<u32> {
-        let partner = self.event & crate::cells::slot::INDEX_MASK;
-        (partner != self.body).then_some(partner)
+    pub fn partner(&self) -> u32 {
+        self.event & INDEX_MASK
     }
 
     /// The record of the disc in a workspace, without its event, for a disc of this radius (length).

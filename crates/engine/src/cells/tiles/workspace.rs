@@ -15,17 +15,18 @@ use crate::{
     TileWork,
     cells::{
         body_record::{BodyRecord, Kind},
-        frame::Window,
+        frame::TileFrame,
         grid::CellGrid,
         simd::{Available, Kernel, PairConstants, Work, dispatch},
         state::State,
     },
     limits::Limits,
     scheduler::ContactEvent,
+    simultaneous_contacts::MOST_CONTACTS_AT_ONCE,
     window::{FastContact, LoggedContact, WindowJob},
 };
 
-/// What all workspaces need to know of an epoch.
+/// The constants of an epoch.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EpochConstants {
     /// Latest end of the epoch (offset in it, time).
@@ -51,7 +52,7 @@ pub(super) struct Span {
     pub keeps_times: bool,
 }
 
-/// What the run of a tile has found. Counts are those of events in its own cells.
+/// The result of the run of a tile. Counts are those of events in its own cells.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outcome {
     pub discs: TileDiscs,
@@ -63,8 +64,9 @@ pub(super) struct Outcome {
     pub stale: u64,
     /// Events at exactly the end of the window.
     pub at_end: u64,
-    /// Time of the last contact (offset in the epoch), and its bodies.
+    /// Time of the last contact (offset in the epoch), its bodies, and the number of contacts then.
     pub last: Option<(f64, [u32; 2])>,
+    pub at_last: u64,
     /// Contacts after which a disc is faster than all were at the start of the window, and than those
     /// of this tile have been since.
     pub fast: Vec<FastContact>,
@@ -93,7 +95,7 @@ impl Outcome {
         self.border.clear();
         (self.contacts, self.computed) = (0, 0);
         (self.crossings, self.stale, self.at_end) = (0, 0, 0);
-        self.last = None;
+        (self.last, self.at_last) = (None, 0);
         self.fast.clear();
         self.times.clear();
         self.log.clear();
@@ -111,10 +113,12 @@ impl Outcome {
 /// The workspace of a thread.
 #[derive(Debug, Clone)]
 pub(super) struct Workspace {
-    state: State<Window>,
+    state: State<TileFrame>,
     /// Index of each disc of the workspace among all bodies, ascending: ties between events are
     /// decided as among all bodies.
     bodies: Vec<u32>,
+    /// For each disc the partner of its event at the start of the window, among all bodies.
+    partners: Vec<u32>,
     places: Places,
     /// By the distance of a cell from the tile: the time after which its events have no influence on
     /// the tile.
@@ -140,8 +144,9 @@ pub(super) struct Task<'a> {
 impl Workspace {
     pub fn new(instructions: Available, grid: CellGrid) -> Self {
         Self {
-            state: State::new(instructions, grid, Window::default()),
+            state: State::new(instructions, grid, TileFrame::default()),
             bodies: Vec::new(),
+            partners: Vec::new(),
             places: Places::default(),
             useful_until: Vec::new(),
             loaded: Vec::new(),
@@ -151,7 +156,7 @@ impl Workspace {
 
     pub fn heap_bytes(&self) -> usize {
         self.state.heap_bytes()
-            + self.bodies.capacity() * size_of::<u32>()
+            + (self.bodies.capacity() + self.partners.capacity()) * size_of::<u32>()
             + self.loaded.capacity() * size_of::<RestingDisc>()
             + self.order.capacity() * size_of::<u64>()
     }
@@ -175,6 +180,7 @@ impl Workspace {
     /// Copies the discs of the tile and of its border.
     fn load<D, R>(&mut self, job: &WindowJob<'_, D, R>, task: &Task<'_>) {
         let Task { map, discs, tile, margin, border, epoch, span } = *task;
+        debug_assert!(margin >= 1 && border >= 3, "lemma 2 of the module");
         self.places.lay_out(map.own(tile), border);
         self.useful_until.clear();
         self.useful_until.extend((0..=border + 1).map(|ring| match ring {
@@ -200,8 +206,10 @@ impl Workspace {
         state.windings.clear();
         state.wrapped.begin(0);
         self.bodies.clear();
+        self.partners.clear();
         for &key in &self.order {
             let disc = &self.loaded[key as u32 as usize];
+            self.partners.push(disc.partner());
             let radius = match epoch.pair_constants {
                 Some(_) => 0.0,
                 None => job.world.bodies[disc.body as usize].kind.molecule.bounding_radius(),
@@ -227,15 +235,12 @@ impl Workspace {
             let kind = disc.kind();
             let (mut partner, mut version) = (0, 0);
             if kind == Kind::Discs {
+                // No version of the dummy: the prediction is stale.
                 (partner, version) = (self.state.dummy(), 1);
-                if let Some(body) = disc.partner() {
-                    let cell = self.state.neighbour_lists.index(disc.cell);
-                    let around = self.state.neighbour_lists.seen_from(cell);
-                    let found =
-                        around.map(|(index, _)| index).find(|&index| self.bodies[index as usize] == body);
-                    if let Some(index) = found {
-                        (partner, version) = (index, disc.partner_version);
-                    }
+                let cell = self.state.neighbour_lists.index(disc.cell);
+                let mut around = self.state.neighbour_lists.seen_from(cell).map(|(index, _)| index);
+                if let Some(index) = around.find(|&index| self.bodies[index as usize] == disc.partner()) {
+                    (partner, version) = (index, disc.partner_version);
                 }
             }
             self.state.records[place].set_event(disc.time, kind, partner, version);
@@ -265,7 +270,8 @@ impl Workspace {
         for disc in 0..discs {
             state.calendar.schedule(&state.records, disc, state.records[disc as usize].time);
         }
-        let mut meetings = Meetings { limits: job.limits, time: 0.0, met: Vec::new() };
+        let mut past = PastContacts { limits: job.limits, time: f64::NAN, bodies: Vec::new(), at_once: 0 };
+        let mut ties = Ties::default();
         while let Some((now, disc)) = self.state.calendar.take_soonest(&self.state.records, span.end, |_| ())
         {
             let record = &self.state.records[disc as usize];
@@ -274,12 +280,17 @@ impl Workspace {
             if now > self.useful_until[ring] {
                 continue;
             }
+            outcome.has_simultaneous |= ties.are_undecided(now, disc, record.partner() == discs);
+            if outcome.has_simultaneous {
+                // The global order runs the window.
+                return;
+            }
             if kind == Kind::Discs {
                 let partner = record.partner();
                 if self.state.records[partner as usize].version == record.partner_version {
                     self.state.calendar.remove_if_next(partner);
                     let pair = if disc < partner { [disc, partner] } else { [partner, disc] };
-                    self.meet(kernel, job, &span, outcome, &mut meetings, (now, pair));
+                    self.run_contact(kernel, job, &span, outcome, &mut past, (now, pair));
                     continue;
                 }
                 outcome.stale += u64::from(ring == 0);
@@ -293,7 +304,7 @@ impl Workspace {
             let next = state.write_disc_event(job.detection, disc, now, &events);
             state.calendar.schedule(&state.records, disc, next);
             let record = &state.records[disc as usize];
-            let change = Change::new(self.bodies[disc as usize], now, record.flight, next);
+            let change = Change::new(self.bodies[disc as usize], now, record);
             outcome.border.note(&self.places, &window, cell, change);
             if record.cell() != cell {
                 outcome.border.note(&self.places, &window, record.cell(), change);
@@ -303,35 +314,42 @@ impl Workspace {
 
     /// The contact of a pair of discs.
     #[inline(always)]
-    fn meet<D: Detection, R: Response, K: Kernel>(
+    fn run_contact<D: Detection, R: Response, K: Kernel>(
         &mut self,
         kernel: K,
         job: &WindowJob<'_, D, R>,
         span: &Span,
         outcome: &mut Outcome,
-        meetings: &mut Meetings,
+        past: &mut PastContacts,
         (now, pair): (f64, [u32; 2]),
     ) {
         let Self { state, bodies, places, .. } = self;
         let window = *state.neighbour_lists.frame();
         let cells = pair.map(|disc| state.records[disc as usize].cell());
         let contact = state.contact_of_discs(pair, now);
-        let names = pair.map(|disc| bodies[disc as usize]);
+        let indices = pair.map(|disc| bodies[disc as usize]);
         let inverse_masses = state.inverse_mass.map_or_else(
-            || names.map(|body| job.world.bodies[body as usize].kind.inertia.inverse_mass),
+            || indices.map(|body| job.world.bodies[body as usize].kind.inertia.inverse_mass),
             |inverse_mass| [inverse_mass; 2],
         );
         let (a, b) = (state.flight(pair[0], now), state.flight(pair[1], now));
         let resolved = job.rules.resolve_discs(contact.image, [a, b], inverse_masses);
         outcome.computed += 1;
-        if places.ring(&window, cells[0]) == 0 {
+        let is_own = cells.map(|cell| places.ring(&window, cell) == 0);
+        if is_own[0] | is_own[1] {
+            // The tile that owns a disc sees all of its contacts.
+            outcome.has_simultaneous |= now <= job.instant || past.repeats(now, indices);
+        }
+        outcome.has_simultaneous |= past.is_endless(now);
+        if is_own[0] {
             outcome.contacts += 1;
             outcome.at_end += u64::from(now == span.end);
-            outcome.has_simultaneous |= now <= job.instant || meetings.repeats(now, names);
-            outcome.last = Some((now, names));
-            let contact = ContactEvent { bodies: names, ..contact };
-            if !meetings.limits.within(resolved.after) {
-                meetings.limits.raise(resolved.after);
+            outcome.at_last =
+                if outcome.last.is_some_and(|(last, _)| last == now) { outcome.at_last + 1 } else { 1 };
+            outcome.last = Some((now, indices));
+            let contact = ContactEvent { bodies: indices, ..contact };
+            if !past.limits.within(resolved.after) {
+                past.limits.raise(resolved.after);
                 outcome.fast.push(FastContact::new(&contact, [a[0], b[0]], resolved.after));
             }
             if span.keeps_times {
@@ -353,7 +371,7 @@ impl Workspace {
         }
         for n in 0..2 {
             let record = &state.records[pair[n] as usize];
-            let change = Change::new(names[n], now, record.flight, record.time);
+            let change = Change::new(indices[n], now, record);
             outcome.border.note(places, &window, cells[n], change);
         }
     }
@@ -366,7 +384,7 @@ impl Workspace {
         let border = task.border + 1;
         let in_tile = (0..self.bodies.len() as u32)
             .filter(|&disc| self.places.ring(window, self.state.records[disc as usize].cell()) == 0)
-            .map(|disc| RestingDisc::of(&self.state, disc, &self.bodies));
+            .map(|disc| RestingDisc::of(&self.state, disc, &self.bodies, &self.partners));
         discs.fill((columns * own.size[1]) as usize, in_tile, |disc| {
             let [column, row] = window.place(disc.cell);
             ((row - border) * columns + column - border) as usize
@@ -389,25 +407,53 @@ impl<D: Detection, R: Response> Work for Run<'_, '_, D, R> {
 
 /// The contacts of a tile so far, as far as later ones depend on them.
 #[derive(Debug)]
-struct Meetings {
+struct PastContacts {
     /// The limits of the epoch, with the speed of the fastest disc.
     limits: Limits,
-    /// The present instant, and the bodies that have met at it.
+    /// The time of the last contact, and the bodies of all contacts of the tile at that time.
     time: f64,
-    met: Vec<u32>,
+    bodies: Vec<u32>,
+    /// Contacts at that time, in the border as well.
+    at_once: u32,
 }
 
-impl Meetings {
-    /// Whether one of two bodies that meet now has met another at this instant.
+impl PastContacts {
+    /// Whether one of two bodies has had another contact at this instant.
     #[inline(always)]
     fn repeats(&mut self, now: f64, bodies: [u32; 2]) -> bool {
-        let is_same = now == self.time && !self.met.is_empty();
-        let repeats = is_same && bodies.iter().any(|body| self.met.contains(body));
-        if !is_same {
-            self.met.clear();
-            self.time = now;
+        if now != self.time {
+            self.bodies.clear();
         }
-        self.met.extend(bodies);
+        let repeats = !self.bodies.is_empty() && bodies.iter().any(|body| self.bodies.contains(body));
+        self.bodies.extend(bodies);
         repeats
+    }
+
+    /// Whether the tile has had so many contacts at this instant that there may be no end of them: in
+    /// the border, discs may overlap.
+    #[inline(always)]
+    fn is_endless(&mut self, now: f64) -> bool {
+        self.at_once = if now == self.time { self.at_once + 1 } else { 0 };
+        self.time = now;
+        self.at_once > MOST_CONTACTS_AT_ONCE
+    }
+}
+
+/// Finds events at one time whose order depends on a partner that the workspace does not hold.
+#[derive(Debug, Default)]
+struct Ties {
+    time: f64,
+    disc: u32,
+    is_lost: bool,
+}
+
+impl Ties {
+    /// Whether the event of a disc is at the time of the one before, and the partner of one of them
+    /// is not in the workspace.
+    #[inline(always)]
+    fn are_undecided(&mut self, now: f64, disc: u32, is_lost: bool) -> bool {
+        let is_tie = (now == self.time) & (disc != self.disc) & (is_lost | self.is_lost);
+        *self = Self { time: now, disc, is_lost };
+        is_tie
     }
 }
