@@ -99,7 +99,7 @@ pub enum Experiment {
     Encounters(encounters::Options),
     /// Extreme scenes: guarantees that must hold, and their limits
     Extremes(extremes::Options),
-    /// Equilibrium of hard discs, at walls, and of a mixture, against theory and published pressures
+    /// Equilibrium of hard discs and of a mixture, against theory and published pressures
     Equilibrium(theory::Options),
     /// Boltzmann's H-theorem: how a gas of equal speeds becomes Maxwellian
     Relaxation(theory::Options),

@@ -121,10 +121,11 @@ pub struct GasSpec {
     /// absent. With `start.from` the file has the places.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
-    /// Share of their region that they cover, which is the whole box if none is given, with overlaps
-    /// of atoms counted once; rounded to the nearest number of molecules. Molecules of drawn sizes are drawn until the sum of their areas
-    /// is nearest to this share, so that replicas may differ in their number. A share above 0 that
-    /// rounds to no molecule is an error. Either this or `count`.
+    /// Share of their region that they cover, which is the whole box if none is given, with
+    /// overlaps of atoms counted once; rounded to the nearest number of molecules. Molecules of
+    /// drawn sizes are drawn until the sum of their areas is nearest to this share, so that
+    /// replicas may differ in their number. A share above 0 that rounds to no molecule is an error.
+    /// Either this or `count`.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0)))]
     pub area_fraction: Option<f64>,

@@ -4,8 +4,8 @@
 //! Molecules of similar size share a triangular lattice of sites, as wide as possible for their
 //! number. Sites at which they would touch bodies already placed are left out, the others are
 //! occupied at random, and each molecule is displaced at random as far as its neighbours' sites
-//! allow. A gas with a region has a lattice in it. Larger kinds are placed before smaller ones. Orientations and velocities are random
-//! (`velocities.rs`); collisions complete the mixing.
+//! allow. A gas with a region has a lattice in it. Larger kinds are placed before smaller ones.
+//! Orientations and velocities are random (`velocities.rs`); collisions complete the mixing.
 
 use std::sync::Arc;
 
