@@ -14,8 +14,8 @@ use clap::{Parser, Subcommand};
 use crate::{
     bench, ci,
     experiments::{
-        all, billiard, brownian, capability_cost, encounters, equilibrium, errors, extremes, theory,
-        thesis_tests, tradeoff,
+        all, billiard, brownian, capability_cost, encounters, errors, extremes, theory, thesis_tests,
+        tradeoff,
     },
     fuzz, tidy,
 };
@@ -100,8 +100,7 @@ pub enum Experiment {
     /// Extreme scenes: guarantees that must hold, and their limits
     Extremes(extremes::Options),
     /// Equilibrium of hard discs and of a mixture, against theory and published pressures
-    #[command(mut_arg("paper", |arg| arg.help("The run for publication: thirty times as long")))]
-    Equilibrium(ParallelRuns<Destination>),
+    Equilibrium(theory::Options),
     /// Boltzmann's H-theorem: how a gas of equal speeds becomes Maxwellian
     Relaxation(theory::Options),
     /// Pressure of thin gases of molecules: their second virial coefficients
@@ -147,7 +146,7 @@ impl Program for Cli {
             Command::Experiment(Experiment::Pair(options)) => thesis_tests::pair(options),
             Command::Experiment(Experiment::Encounters(options)) => encounters::run(options),
             Command::Experiment(Experiment::Extremes(options)) => extremes::run(options),
-            Command::Experiment(Experiment::Equilibrium(options)) => equilibrium::run(options),
+            Command::Experiment(Experiment::Equilibrium(options)) => theory::EQUILIBRIUM.run(options),
             Command::Experiment(Experiment::Relaxation(options)) => theory::RELAXATION.run(options),
             Command::Experiment(Experiment::Virial(options)) => theory::VIRIAL.run(options),
             Command::Experiment(Experiment::Diffusion(options)) => theory::DIFFUSION.run(options),

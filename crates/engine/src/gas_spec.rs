@@ -4,7 +4,7 @@
 use carom_geometry::{LARGEST, SMALLEST};
 use serde::{Deserialize, Serialize, Serializer, ser::Error};
 
-use crate::{AtomSpec, Distribution, Rotation, SceneError, distribution::Given};
+use crate::{AtomSpec, Distribution, Region, Rotation, SceneError, distribution::Given};
 
 /// Most molecules of one kind. More exceed the memory and soon the range of their counters.
 pub(crate) const MOST_MOLECULES: usize = 1 << 27;
@@ -117,10 +117,15 @@ pub struct GasSpec {
     /// How the energy is shared among the molecules. Default: equally.
     #[serde(skip_serializing_if = "StartVelocities::is_default")]
     pub velocities: StartVelocities,
-    /// Share of the whole box that they cover, with overlaps of atoms counted once; rounded to the
-    /// nearest number of molecules. Molecules of drawn sizes are drawn until the sum of their areas
-    /// is nearest to this share, so that replicas may differ in their number. A share above 0 that
-    /// rounds to no molecule is an error. Either this or `count`.
+    /// The part of the box in which they are placed, such as `{ x = [0.0, 0.5] }`; the whole box if
+    /// absent. With `start.from` the file has the places.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<Region>,
+    /// Share of their region that they cover, which is the whole box if none is given, with
+    /// overlaps of atoms counted once; rounded to the nearest number of molecules. Molecules of
+    /// drawn sizes are drawn until the sum of their areas is nearest to this share, so that
+    /// replicas may differ in their number. A share above 0 that rounds to no molecule is an error.
+    /// Either this or `count`.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0)))]
     pub area_fraction: Option<f64>,
@@ -160,6 +165,7 @@ struct GasFile {
     energy: f64,
     temperature: Option<f64>,
     velocities: StartVelocities,
+    region: Option<Region>,
     area_fraction: Option<f64>,
     count: Option<usize>,
     zero_momentum: Option<bool>,
@@ -195,6 +201,7 @@ impl TryFrom<GasFile> for GasSpec {
             energy: file.energy,
             temperature: file.temperature,
             velocities: file.velocities,
+            region: file.region,
             area_fraction: file.area_fraction,
             count: file.count,
             zero_momentum: file.zero_momentum,

@@ -78,6 +78,7 @@ mod overlap;
 mod philox;
 mod placement;
 mod random;
+mod region;
 mod report;
 mod resolution;
 mod rounding_bound;
@@ -131,6 +132,7 @@ pub use measure_spec::{MeasureParameter, MeasureSpec};
 pub use method_spec::{DetectorName, InstructionsName, MethodSpec, SchedulerName, TilesName};
 pub use observer::Observer;
 pub use overlap::OverlapCensus;
+pub use region::Region;
 pub use report::{CollisionReport, Side};
 pub use scene::{
     BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene, StageSpec,

@@ -4,19 +4,19 @@
 //! Molecules of similar size share a triangular lattice of sites, as wide as possible for their
 //! number. Sites at which they would touch bodies already placed are left out, the others are
 //! occupied at random, and each molecule is displaced at random as far as its neighbours' sites
-//! allow. Larger kinds are placed before smaller ones. Orientations and velocities are random
-//! (`velocities.rs`); collisions complete the mixing.
+//! allow. A gas with a region has a lattice in it. Larger kinds are placed before smaller ones.
+//! Orientations and velocities are random (`velocities.rs`); collisions complete the mixing.
 
 use std::sync::Arc;
 
-use carom_geometry::{Molecule, PeriodicBox};
+use carom_geometry::{GeometryError, Molecule, PeriodicBox};
 use carom_kinematics::{Motion, Orientation};
 use glam::DVec2;
 use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
 
 use crate::{
-    RandomStream, Scene, SceneError, TagNames, World, body_builder::geometry, random::direction,
+    RandomStream, Region, Scene, SceneError, TagNames, World, body_builder::geometry, random::direction,
     selection::Remaining, sites::Sites, species::Species, velocities::ConservedMomentum,
 };
 
@@ -84,6 +84,10 @@ impl<'a> Kind<'a> {
     fn all_of(gas: &'a Species) -> impl Iterator<Item = Self> {
         gas.groups().map(move |(index, count)| Self { gas, molecule: gas.molecule(index), count })
     }
+
+    fn region(&self) -> Option<Region> {
+        self.gas.spec.region
+    }
 }
 
 /// How many sites of lattices may still be tried.
@@ -133,10 +137,10 @@ fn place_kinds(
         let largest = species[first].molecule.bounding_radius();
         let (mut placed, mut tried) = (Ok(0), 0);
         for share in [0.5, 0.75, 1.0] {
-            let alike = rest
-                .iter()
-                .take_while(|&&k| species[k].molecule.bounding_radius() >= share * largest)
-                .count();
+            let is_alike = |kind: &Kind<'_>| {
+                kind.molecule.bounding_radius() >= share * largest && kind.region() == species[first].region()
+            };
+            let alike = rest.iter().take_while(|&&k| is_alike(&species[k])).count();
             if alike == tried {
                 continue;
             }
@@ -186,20 +190,26 @@ fn place_class(
         };
         SceneError::Full { entry: gas.entry.clone(), placed, wanted }
     };
+    let region = species[class[0]].region().unwrap_or_default();
+    let (corner, field) = field(world.bounds(), &region, radius).map_err(geometry(&gas.entry))?;
     // More molecules than fit in any case are refused before a lattice is built.
-    let densest = world.bounds().area() / (3f64.sqrt() * 2.0 * radius * radius);
+    let reach = (region.extent(world.bounds()) + 2.0 * radius).min(world.bounds().sides());
+    let densest = reach.x * reach.y / (3f64.sqrt() * 2.0 * radius * radius);
     if wanted as f64 > 1.1 * densest + 2.0 {
         return Err(full(densest as usize));
     }
     let probe = Molecule::disc(radius, 1.0).map_err(geometry(&species[class[0]].gas.entry))?;
-    let free_at =
-        |place: DVec2| sites.nearest(world, &probe, &Motion::at_rest(place)).is_none_or(|(_, gap)| gap > 0.0);
+    let free_at = |place: DVec2| {
+        region.contains(world.bounds(), place)
+            && sites.nearest(world, &probe, &Motion::at_rest(place)).is_none_or(|(_, gap)| gap > 0.0)
+    };
+    let is_part = field != *world.bounds();
     let mut most = 0;
     let (lattice, free) = 'found: {
-        for attempt in attempts(world.bounds(), wanted, radius) {
+        for attempt in attempts(&field, wanted, radius) {
             let lattice = match attempt {
-                Attempt::Spacing(spacing) => Lattice::new(world.bounds(), spacing, radius, random),
-                Attempt::Sites(sites) => Lattice::thinned(world.bounds(), sites, radius, random),
+                Attempt::Spacing(spacing) => Lattice::new(&field, spacing, radius, random),
+                Attempt::Sites(sites) => Lattice::thinned(&field, sites, radius, random),
             };
             let Some(lattice) = lattice else { continue };
             if lattice.capacity() < wanted {
@@ -210,8 +220,10 @@ fn place_class(
                 break;
             }
             budget.0 = budget.0.saturating_sub(lattice.capacity());
-            let free: Vec<DVec2> =
-                (0..lattice.capacity()).map(|k| lattice.site(k)).filter(|&place| free_at(place)).collect();
+            let sites = (0..lattice.capacity()).map(|k| lattice.site(k));
+            // Sites beyond a part of the box are those at its other side.
+            let in_region = |site: DVec2| if is_part { corner + field.wrap(site).0 } else { site };
+            let free: Vec<DVec2> = sites.map(in_region).filter(|&place| free_at(place)).collect();
             most = most.max(free.len());
             if free.len() >= wanted {
                 break 'found (lattice, free);
@@ -230,6 +242,13 @@ fn place_class(
         places[kind].push(place);
     }
     Ok(())
+}
+
+/// The first corner of a region (length), and a periodic box of its size for a lattice: at least of
+/// that of a molecule.
+fn field(bounds: &PeriodicBox, region: &Region, radius: f64) -> Result<(DVec2, PeriodicBox), GeometryError> {
+    let least = DVec2::splat(2.0 * radius).min(bounds.sides());
+    Ok((region.corner(), PeriodicBox::new(region.extent(bounds).max(least))?))
 }
 
 /// Chooses `wanted` sites at random and keeps their order, by dropping single sites.

@@ -347,10 +347,11 @@ enum Wanted {
 
 fn wanted(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Wanted, SceneError> {
     let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
+    spec.region.map_or(Ok(()), |region| region.check(bounds)).map_err(|reason| problem(&reason))?;
     match (spec.area_fraction, spec.count) {
         (None, Some(count)) => Ok(Wanted::Count(count)),
         (Some(fraction), None) if (0.0..1.0).contains(&fraction) => {
-            Ok(Wanted::Area(fraction * bounds.area()))
+            Ok(Wanted::Area(fraction * spec.region.unwrap_or_default().area(bounds)))
         }
         (Some(_), None) => Err(problem("`area_fraction` must be at least 0 and below 1")),
         _ => Err(problem("give either `area_fraction` or `count`")),
@@ -366,9 +367,11 @@ fn too_many(entry: &str, wanted: f64) -> SceneError {
 }
 
 fn too_small(entry: &str, spec: &GasSpec, bounds: &PeriodicBox, one: f64) -> SceneError {
-    let (fraction, all) = (spec.area_fraction.unwrap_or(0.0), bounds.area());
+    let region = spec.region.unwrap_or_default();
+    let (fraction, all) = (spec.area_fraction.unwrap_or(0.0), region.area(bounds));
+    let whose = if spec.region.is_some() { "region" } else { "box" };
     let problem = format!(
-        "`area_fraction` = {fraction} of the box's area {all} is less than half of one molecule's area {one}: it \
+        "`area_fraction` = {fraction} of the {whose}'s area {all} is less than half of one molecule's area {one}: it \
          rounds to 0 molecules"
     );
     SceneError::Entry { entry: entry.to_owned(), problem }

@@ -99,6 +99,7 @@ mod thermostat_ledger;
 mod time_correlation;
 mod velocity_distribution;
 mod wall_heat;
+mod wall_pressure;
 
 pub use blocks::{Additive, Block, Blocks};
 pub use collision_rate::{CollisionRate, RatePoint};
@@ -132,6 +133,7 @@ pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{VelocityDistribution, VelocityPoint};
 pub use wall_heat::{WallHeat, WallHeatPoint};
+pub use wall_pressure::{Layer, WallPressure, WallsError};
 
 pub use carom_tables::Estimate;
 // Parts that pictures and reports of runs share; no user of the library needs them.

@@ -8,6 +8,7 @@
 //! elasticities below 1 take energy from one of them.
 
 use carom_engine::{Observer, View};
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::Group;
@@ -52,6 +53,9 @@ pub struct TemperatureByTag {
     series: Vec<TemperaturePoint>,
     /// Twice the energy and the degrees of freedom over all samples: translation, rotation.
     sums: [[f64; 2]; 2],
+    /// Momentum over all samples, and the mass that has it.
+    momentum: DVec2,
+    mass: f64,
 }
 
 /// The temperatures at one sample.
@@ -84,6 +88,12 @@ impl TemperatureByTag {
     pub fn sums(&self) -> Vec<[f64; 2]> {
         self.sums.to_vec()
     }
+
+    /// [Σx, Σw] of the velocity of the group's centre of mass along both axes over all samples so
+    /// far: x is its momentum in the box (mass × length / time), and w its mass.
+    pub fn flow(&self) -> [[f64; 2]; 2] {
+        self.momentum.to_array().map(|momentum| [momentum, self.mass])
+    }
 }
 
 impl Observer for TemperatureByTag {
@@ -98,6 +108,11 @@ impl Observer for TemperatureByTag {
         let turns =
             |view: &carom_engine::BodyView<'_>| !view.body.is_locked() && !view.body.molecule().is_round();
         let turning = members().filter(turns).count() as f64;
+        for member in members().filter(|view| !view.body.is_fixed()) {
+            let mass = member.body.molecule().mass();
+            self.momentum += mass * member.motion.velocity;
+            self.mass += mass;
+        }
         let now = [
             [2.0 * thermal.translation, thermal.degrees_of_freedom - turning],
             [2.0 * thermal.rotation, turning],
@@ -137,6 +152,9 @@ mod tests {
             angular_velocity = 4.0
         "#;
         let simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
+        let mut all = TemperatureByTag::new(Group::All);
+        all.sample(&simulation.view());
+        assert_eq!(all.flow(), [[2.0, 4.0], [12.0, 4.0]]);
         let found = |group: Group| {
             let mut temperature = TemperatureByTag::new(group);
             temperature.sample(&simulation.view());

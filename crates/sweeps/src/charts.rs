@@ -124,28 +124,30 @@ struct Axis {
 }
 
 impl Axis {
-    /// The first key whose values are different numbers, or else names.
+    /// The first key, or the label, whose values are different numbers, or else names.
     fn of(vary: &Vary) -> Self {
         let keys = if vary.names.is_none() { vary.keys.as_slice() } else { &[] };
-        for (index, key) in keys.iter().enumerate() {
+        let of_key = |(index, key): (usize, &String)| {
             let number = |setting: &Vec<toml::Value>| match &setting[index] {
                 toml::Value::Integer(whole) => Some(*whole as f64),
                 toml::Value::Float(number) => Some(*number),
                 _ => None,
             };
-            let Some(places) = vary.settings.iter().map(number).collect::<Option<Vec<f64>>>() else {
-                continue;
-            };
-            let are_different = places.iter().enumerate().all(|(i, place)| !places[..i].contains(place));
-            if !are_different {
-                continue;
-            }
+            let places = vary.settings.iter().map(number).collect::<Option<Vec<f64>>>()?;
+            Some((vary.label.clone().unwrap_or_else(|| key.clone()), places))
+        };
+        let named = vary.label.clone().zip(vary.values_of_names());
+        let are_different = |(_, places): &(String, Vec<f64>)| {
+            places.iter().enumerate().all(|(i, place)| !places[..i].contains(place))
+        };
+        let mut numbers = named.into_iter().chain(keys.iter().enumerate().filter_map(of_key));
+        if let Some((key, places)) = numbers.find(are_different) {
             let low = places.iter().copied().fold(f64::INFINITY, f64::min);
             let high = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let is_logarithmic =
                 vary.spacing == Spacing::Logarithmic && low > 0.0 && high >= LEAST_SPAN * low;
             let abscissa = if is_logarithmic { Abscissa::Logarithmic } else { Abscissa::Linear };
-            return Self { label: short(key).replace('_', " "), abscissa, places };
+            return Self { label: short(&key).replace('_', " "), abscissa, places };
         }
         let columns = vary.columns();
         let keys: Vec<&str> = columns.iter().map(|key| short(key)).collect();

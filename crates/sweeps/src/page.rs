@@ -141,7 +141,8 @@ fn lead(study: &Study) -> String {
     for vary in &study.vary {
         let count = vary.settings.len();
         let plural = if count == 1 { "value" } else { "values" };
-        let _ = write!(lead, " {count} {plural} of {}.", vary.keys.join(" with "));
+        let name = vary.label.clone().unwrap_or_else(|| vary.keys.join(" with "));
+        let _ = write!(lead, " {count} {plural} of {name}.");
     }
     lead.push_str(
         " Dots are means over all replicas, bars two standard errors, rings predictions and what is \

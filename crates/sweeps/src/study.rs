@@ -218,12 +218,13 @@ impl Study {
         self.expect.iter().enumerate().map(of_entry).collect()
     }
 
-    /// The values of a point by key, and the names of named settings by their common path.
+    /// The values of a point by key; names of settings by the common path, and both by a label.
     fn cells(&self, point: usize) -> Vec<(String, Value)> {
         let of_entry = |(entry, vary): (usize, &Vary)| {
             let setting = self.setting(point, entry);
             let values = vary.keys.iter().cloned().zip(vary.settings[setting].iter().cloned());
             let name = vary.names.as_ref().map(|names| Value::String(names[setting].clone()));
+            let name = name.or_else(|| vary.label.as_ref().map(|_| vary.settings[setting][0].clone()));
             let named = name.map(|name| (vary.columns().concat(), name));
             values.chain(named).collect::<Vec<_>>()
         };

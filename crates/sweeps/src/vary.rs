@@ -43,6 +43,10 @@ pub struct VarySpec {
     /// A name for each of `values`, for charts and tables.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub names: Option<Vec<String>>,
+    /// A name for the quantity that changes, such as `gap`, for charts and tables in place of the
+    /// paths of the keys. `names` that are numbers are then its values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
     /// First value of a range: a number. Excludes `values`.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<f64>")]
@@ -69,6 +73,8 @@ pub struct Vary {
     pub settings: Vec<Vec<Value>>,
     /// The names of the settings, if they have names.
     pub names: Option<Vec<String>>,
+    /// The name of the quantity that changes, if it has one.
+    pub label: Option<String>,
     /// Distances of the values, for charts.
     pub spacing: Spacing,
 }
@@ -105,39 +111,63 @@ impl Vary {
         if let Some(names) = &spec.names {
             check_names(names, spec.values.is_some(), count)?;
         }
-        Ok(Self { keys, settings, names: spec.names.clone(), spacing: spec.spacing.unwrap_or_default() })
+        if let Some(label) = &spec.label {
+            ensure!(
+                is_word(label),
+                "`label` must be a word without commas, equals signs and line ends, but is '{label}'"
+            );
+            ensure!(
+                keys.len() == 1 || spec.names.is_some(),
+                "`label` of several keys needs `names`, the values of what it names"
+            );
+        }
+        let (names, label) = (spec.names.clone(), spec.label.clone());
+        Ok(Self { keys, settings, names, label, spacing: spec.spacing.unwrap_or_default() })
     }
 
     /// The entry that gives these keys and values.
     pub fn spec(&self) -> VarySpec {
         let spacing = (self.spacing != Spacing::default()).then_some(self.spacing);
-        let names = self.names.clone();
+        let (names, label) = (self.names.clone(), self.label.clone());
         if let [key] = self.keys.as_slice() {
             let values = self.settings.iter().filter_map(|setting| setting.first().cloned());
             let (key, values) = (Some(key.clone()), Some(values.collect()));
-            return VarySpec { key, values, names, spacing, ..VarySpec::default() };
+            return VarySpec { key, values, names, label, spacing, ..VarySpec::default() };
         }
         let values = self.settings.iter().map(|setting| Value::Array(setting.clone())).collect();
         let keys = Some(self.keys.clone());
-        VarySpec { keys, values: Some(values), names, spacing, ..VarySpec::default() }
+        VarySpec { keys, values: Some(values), names, label, spacing, ..VarySpec::default() }
     }
 
     /// A setting in words, such as `gas.0.area_fraction = 0.1`, or `molecule.0 = tee` of a setting
     /// with a name.
     pub fn words(&self, setting: usize) -> String {
         if let Some(name) = self.names.as_ref().and_then(|names| names.get(setting)) {
-            return format!("{} = {name}", self.common_path());
+            return format!("{} = {name}", self.name());
+        }
+        if let Some(label) = &self.label {
+            return format!("{label} = {}", words(&self.settings[setting]));
         }
         let words = self.keys.iter().zip(&self.settings[setting]);
         words.map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
     }
 
-    /// The columns of a table: the path of each key, or the common path if the settings have names.
+    /// The columns of a table: the label, or the path of each key, or the common path if the
+    /// settings have names.
     pub fn columns(&self) -> Vec<String> {
-        match &self.names {
-            Some(_) => vec![self.common_path()],
-            None => self.keys.clone(),
-        }
+        if self.names.is_some() || self.label.is_some() { vec![self.name()] } else { self.keys.clone() }
+    }
+
+    /// The values of the quantity with a label, if its names are numbers.
+    pub fn values_of_names(&self) -> Option<Vec<f64>> {
+        let number = |name: &String| name.trim().parse().ok().filter(|number: &f64| number.is_finite());
+        self.names
+            .iter()
+            .filter(|_| self.label.is_some())
+            .flatten()
+            .map(number)
+            .collect::<Option<Vec<_>>>()
+            .filter(|values| !values.is_empty())
     }
 
     /// A setting as the cells of a table.
@@ -146,6 +176,11 @@ impl Vary {
             Some(names) => vec![names[setting].clone()],
             None => self.settings[setting].iter().map(plain).collect(),
         }
+    }
+
+    /// The label, or the common path of the keys.
+    fn name(&self) -> String {
+        self.label.clone().unwrap_or_else(|| self.common_path())
     }
 
     /// The parts with which the paths of all keys begin; without such parts the first key.
@@ -175,6 +210,11 @@ fn words(setting: &[Value]) -> String {
     setting.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
+/// Whether a text can stand in a list of settings.
+fn is_word(text: &str) -> bool {
+    !text.trim().is_empty() && !text.contains([',', '=', '\n'])
+}
+
 fn check_names(names: &[String], has_values: bool, count: usize) -> Result<()> {
     ensure!(has_values, "`names` needs `values`; the values of a range are its names");
     ensure!(
@@ -183,9 +223,8 @@ fn check_names(names: &[String], has_values: bool, count: usize) -> Result<()> {
         names.len()
     );
     for (index, name) in names.iter().enumerate() {
-        let is_good = !name.trim().is_empty() && !name.contains([',', '=', '\n']);
         ensure!(
-            is_good,
+            is_word(name),
             "`names` must be words without commas, equals signs and line ends, but one is '{name}'"
         );
         ensure!(!names[..index].contains(name), "the name {name} is there twice");
@@ -300,8 +339,25 @@ mod tests {
     }
 
     #[test]
+    fn a_label_stands_for_the_keys() {
+        let text =
+            "keys = [\"molecule.0.at\", \"molecule.1.at\"]\nvalues = [[[0, 0], [5, 0]], [[0, 0], [6, 0]]]\n";
+        let gap = vary(&format!("{text}names = [\"0\", \"0.5\"]\nlabel = \"gap\"")).unwrap();
+        assert_eq!((gap.words(1), gap.columns()), ("gap = 0.5".to_owned(), vec!["gap".to_owned()]));
+        assert_eq!(gap.values_of_names(), Some(vec![0.0, 0.5]));
+        assert_eq!(Vary::new(&gap.spec()).unwrap(), gap);
+        let one = vary("key = \"gas.0.count\"\nfrom = 1\nto = 2\nsteps = 2\nlabel = \"discs\"").unwrap();
+        assert_eq!((one.words(1), one.columns()), ("discs = 2".to_owned(), vec!["discs".to_owned()]));
+        assert_eq!((one.values_of_names(), one.cells(0)), (None, vec!["1".to_owned()]));
+        let words = vary(&format!("{text}names = [\"near\", \"far\"]\nlabel = \"gap\"")).unwrap();
+        assert_eq!(words.values_of_names(), None);
+    }
+
+    #[test]
     fn contradictory_entries_are_refused() {
         for (text, expected) in [
+            ("key = \"a\"\nvalues = [1]\nlabel = \"x = 1\"", "`label` must be a word"),
+            ("keys = [\"a\", \"b\"]\nvalues = [[1, 2]]\nlabel = \"x\"", "needs `names`"),
             ("values = [1]", "`key` is missing"),
             ("key = \"a\"\nkeys = [\"b\"]\nvalues = [1]", "exclude each other"),
             ("keys = []\nvalues = [[]]", "empty"),

@@ -48,6 +48,13 @@ pub struct Theory {
     pub studies: &'static [&'static str],
 }
 
+/// Pressure, velocities, equipartition and isotropy.
+pub const EQUILIBRIUM: Theory = Theory {
+    name: "equilibrium",
+    question: "Do hard discs and mixtures of molecules reach the equilibrium of theory and of published pressures?",
+    studies: &["equilibrium", "published-pressures", "walls", "mixture"],
+};
+
 /// Boltzmann's H-theorem.
 pub const RELAXATION: Theory = Theory {
     name: "relaxation",
@@ -65,20 +72,23 @@ pub const VIRIAL: Theory = Theory {
 /// Diffusion, Brownian motion and transport coefficients.
 pub const DIFFUSION: Theory = Theory {
     name: "diffusion",
-    question: "Do discs, a heavy disc, momentum and heat spread as kinetic theory predicts?",
-    studies: &["self-diffusion", "heavy-disc", "transport"],
+    question: "Do discs, a heavy disc, rods, momentum and heat spread as kinetic theory predicts?",
+    studies: &["self-diffusion", "heavy-disc", "rods", "transport"],
 };
 
 /// Forces between big discs among small ones.
 pub const DEPLETION: Theory = Theory {
     name: "depletion",
     question: "With which force do small discs push two big ones together?",
-    studies: &["depletion", "depletion-wall"],
+    studies: &["depletion", "depletion-wall", "depletion-plates", "depletion-free"],
 };
 
-/// Haff's law.
-pub const COOLING: Theory =
-    Theory { name: "cooling", question: "Does an inelastic gas cool by Haff's law?", studies: &["cooling"] };
+/// Haff's law, and inelastic collapse.
+pub const COOLING: Theory = Theory {
+    name: "cooling",
+    question: "Does an inelastic gas cool by Haff's law, and when do three discs collapse?",
+    studies: &["cooling", "collapse"],
+};
 
 /// Haff's law above elasticity 1.
 pub const HEATING: Theory = Theory {
@@ -98,13 +108,13 @@ pub const THERMOSTAT: Theory = Theory {
 pub const RATCHET: Theory = Theory {
     name: "ratchet",
     question: "Does an asymmetric molecule drift in a gas, in equilibrium and out of it?",
-    studies: &["ratchet"],
+    studies: &["ratchet", "motor"],
 };
 
 impl Theory {
     /// All experiments that consist of studies.
-    pub const ALL: [Self; 8] =
-        [RELAXATION, VIRIAL, DIFFUSION, DEPLETION, COOLING, HEATING, THERMOSTAT, RATCHET];
+    pub const ALL: [Self; 9] =
+        [EQUILIBRIUM, RELAXATION, VIRIAL, DIFFUSION, DEPLETION, COOLING, HEATING, THERMOSTAT, RATCHET];
 
     /// Runs the studies, and writes a page about them if there are several.
     ///

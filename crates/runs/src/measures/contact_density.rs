@@ -31,7 +31,19 @@ fn observer(selection: &Selection<'_>) -> Result<ContactDensity> {
 }
 
 impl Measured for ContactDensity {
-    fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
+    /// The force along both axes of the body, −∮ kT ρ_c n̂ ds: with ρ_c constant in a bin of the
+    /// width 2α, the mean of n̂ is that of its middle times sin α/α.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        let half = std::f64::consts::PI / self.turn_bins() as f64;
+        let force = self.points().iter().fold([0.0; 2], |[x, y], point| {
+            let (sin, cos) = point.angle.sin_cos();
+            let weight = self.impulse(point.atom, point.bin) * half.sin() / half;
+            [x - weight * cos, y - weight * sin]
+        });
+        force.map(|force| [force, self.duration()]).to_vec()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.points();
         let atoms = points.iter().map(|point| point.atom + 1).max().unwrap_or(0);
         let all = Table::new(context.table("contact-density"), "Contacts along the boundary")
@@ -59,6 +71,11 @@ impl Measured for ContactDensity {
             }
             by_angle = by_angle.value(&format!("atom_{atom}"), "mass/time²", values).errors(errors);
         }
-        Results { tables: vec![all, by_angle], ..Results::default() }
+        let names = ["force from the contact density along x′", "force from the contact density along y′"];
+        let figures = names
+            .into_iter()
+            .zip(means)
+            .filter_map(|(name, mean)| context.figure(name, "mass·length/time²", mean));
+        Results { tables: vec![all, by_angle], figures: figures.collect(), ..Results::default() }
     }
 }

@@ -22,6 +22,9 @@ const DILUTE: f64 = 1e-5;
 /// Source of the pressure in tables.
 pub const LIU: &str = "Liu (2021), with the finite-size shift of Lebowitz and Percus (1961)";
 
+/// Source of the pressure of the gas far from walls.
+pub(super) const LIU_BULK: &str = "Liu (2021) at the density far from the walls";
+
 /// Source of rates in tables.
 pub const ENSKOG: &str = "Enskog's theory, pressure of Liu (2021)";
 
@@ -121,6 +124,13 @@ impl HardDiscs {
     /// Pressure (mass / time²).
     pub fn pressure(&self) -> f64 {
         self.density() * self.temperature * self.compressibility_factor()
+    }
+
+    /// Pressure of infinitely many discs of this density (1 / length²) and diameter (length) at kT
+    /// (mass / time²); `None` where Z is uncertain.
+    pub(super) fn bulk_pressure(density: f64, diameter: f64, temperature: f64) -> Option<f64> {
+        let eta = 0.25 * PI * diameter * diameter * density;
+        (eta <= DENSEST).then(|| density * temperature * infinite(eta))
     }
 
     /// Collisions of a disc per time (1 / time).

@@ -37,6 +37,7 @@ mod tracked;
 mod velocities;
 mod viscosity;
 mod wall_heat;
+mod wall_pressure;
 
 use anyhow::Result;
 use carom::{CollisionReport, Observer, Scene, View, engine::Body};
@@ -61,7 +62,7 @@ pub use self::{
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [Kind; 24] = [
+pub const KINDS: [Kind; 25] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -84,6 +85,7 @@ pub const KINDS: [Kind; 24] = [
     running_average::KIND,
     thermostat::KIND,
     wall_heat::KIND,
+    wall_pressure::KIND,
     impulses::KIND,
     events::KIND,
 ];

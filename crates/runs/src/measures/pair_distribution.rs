@@ -62,7 +62,10 @@ impl Measured for PairDistribution {
             .abscissa("distance", "length", points.iter().map(|point| point.distance).collect())
             .counts("pairs", points.iter().map(|point| point.pairs).collect())
             .means("g", "1", means)
-            .caption("Of the centres of mass; 1 where positions are independent.");
+            .derived("−ln g", "1", means.iter().map(|mean| potential(mean.value?)).collect())
+            .caption(
+                "Of the centres of mass; 1 where positions are independent. −ln g is the potential of mean force, by kT.",
+            );
         let distances: Vec<f64> = points.iter().map(|point| point.distance).collect();
         Results {
             tables: vec![table],
@@ -70,6 +73,11 @@ impl Measured for PairDistribution {
             ..Results::default()
         }
     }
+}
+
+/// −ln g, where g is not 0.
+fn potential(g: f64) -> Option<f64> {
+    (g > 0.0).then(|| -g.ln())
 }
 
 /// g at contact by a line through the logarithms of the first bins beyond it.

@@ -7,7 +7,7 @@ use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "temperature",
-    summary: "kT of the translation and of the rotation of a group at each sample",
+    summary: "kT of the translation and of the rotation of a group at each sample, and its mean velocity",
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[],
@@ -19,9 +19,9 @@ pub(super) const KIND: Kind = Kind {
 const UNIT: &str = "mass·length²/time²";
 
 impl Measured for TemperatureByTag {
-    /// Translation, then rotation.
+    /// Translation, then rotation, then the velocity of the centre of mass.
     fn sums(&self) -> Vec<[f64; 2]> {
-        self.sums()
+        [self.sums(), self.flow().to_vec()].concat()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
@@ -32,9 +32,14 @@ impl Measured for TemperatureByTag {
             .value("translation", UNIT, points.iter().map(|point| point.translation).collect())
             .value("rotation", UNIT, points.iter().map(|point| point.rotation).collect())
             .caption("kT relative to the centre of mass; both have one mean at equilibrium (equipartition).");
-        let figure =
-            |(name, mean): (&str, &BlockMean)| context.figure(&format!("kT of the {name}"), UNIT, mean);
-        let figures = ["translation", "rotation"].into_iter().zip(means).filter_map(figure).collect();
+        let names = [
+            ("kT of the translation", UNIT),
+            ("kT of the rotation", UNIT),
+            ("mean velocity along x", "length/time"),
+            ("mean velocity along y", "length/time"),
+        ];
+        let figure = |((name, unit), mean): ((&str, &str), &BlockMean)| context.figure(name, unit, mean);
+        let figures = names.into_iter().zip(means).filter_map(figure).collect();
         Results { tables: vec![table], figures, ..Results::default() }
     }
 }

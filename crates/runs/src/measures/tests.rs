@@ -174,11 +174,12 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
         let is_of = |name: &str| name.starts_with(kind.name);
         let has_table = results.tables.iter().any(|table| is_of(&table.name));
         let has_file = results.files.iter().any(|file| is_of(file));
-        // No wall of this scene has a temperature.
-        let is_absent = ["drift", "overlap", "wall-heat"].contains(&kind.name);
+        // This scene has no walls.
+        let is_absent = ["drift", "overlap", "wall-heat", "wall-pressure"].contains(&kind.name);
         assert!(has_table || has_file || is_absent, "{}", kind.name);
     }
-    assert_eq!(results.figures.iter().filter(|figure| figure.name.ends_with(", tee")).count(), 6);
+    // Six of the drift, four of the orientation, and two of the contact density.
+    assert_eq!(results.figures.iter().filter(|figure| figure.name.ends_with(", tee")).count(), 12);
     for table in &results.tables {
         let rows = table.columns[0].values.len();
         assert!(rows > 0 && table.columns.iter().all(|column| column.values.len() == rows), "{}", table.name);
@@ -263,6 +264,46 @@ fn the_heat_of_walls_is_that_of_the_ledger() {
     let simulation = AnySimulation::new(&gas).unwrap();
     let error = Measures::begin(&gas, &simulation.view()).err().expect("no wall");
     assert!(format!("{error:#}").contains("no such wall has a temperature"), "{error:#}");
+}
+
+#[test]
+fn the_pressure_on_walls_is_that_of_the_bulk() {
+    let gas = "[[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 2.0\nvelocities = \"maxwell\"\ncount = 300\n\
+               [run]\nuntil = 20.0\nsample_interval = 0.05\nobserve = [\"wall-pressure\"]";
+    let (results, _) = measured(&format!("[[wall]]\ny = 0.0\n{gas}"));
+    let figure = results.figures.iter().find(|figure| figure.name == "pressure on the walls").unwrap();
+    let (off, error) = (figure.value - figure.prediction.unwrap(), figure.standard_error.unwrap());
+    assert!(off.abs() < 4.0 * error && error < 0.02 * figure.value, "{figure:?}");
+    // No centre is nearer to a wall than a radius, and the density at contact exceeds the mean.
+    let density = column(table(&results, "wall-pressure"), "density");
+    assert_eq!((density.len(), density[0], density[1]), (100, Some(0.0), Some(0.0)));
+    assert!(density[2].unwrap() > density[50].unwrap());
+    for (walls, expected) in
+        [("", "no such wall"), ("[[wall]]\nfrom = [0.1, 0.5]\nto = [0.9, 0.5]\n", "parallel")]
+    {
+        let scene = Scene::from_toml(&format!("{walls}{gas}")).unwrap();
+        let simulation = AnySimulation::new(&scene).unwrap();
+        let error = Measures::begin(&scene, &simulation.view()).err().expect("no pressure");
+        assert!(format!("{error:#}").contains(expected), "{error:#}");
+    }
+}
+
+#[test]
+fn a_gas_of_molecules_has_no_direction_and_no_flow() {
+    let (results, _) = measured(
+        "[[gas]]\ntags = [\"tees\"]\nshape = \"tee\"\natom_radius = 0.01\natom_mass = 1.0\ntemperature = 1.0\n\
+         velocities = \"maxwell\"\ncount = 60\n[run]\nuntil = 20.0\nsample_interval = 0.1\n\
+         observe = [\"orientation:tees\", \"temperature:tees\"]",
+    );
+    for name in ["mean cos θ, tees", "mean cos 4θ, tees"] {
+        let figure = results.figures.iter().find(|figure| figure.name == name).unwrap();
+        let error = figure.standard_error.unwrap();
+        assert!(figure.value.abs() < 4.0 * error && error < 0.1, "{figure:?}");
+        assert_eq!(figure.prediction, Some(0.0));
+    }
+    // The total momentum is 0.
+    let flow = results.figures.iter().find(|figure| figure.name == "mean velocity along x, tees").unwrap();
+    assert!(flow.value.abs() < 1e-12, "{flow:?}");
 }
 
 /// The time before `measure_from` is left out, and each measure has its own interval.

@@ -59,11 +59,15 @@ atom_mass = 1.0
 at = [0.5, 0.5]
 ";
 
-/// A wall for the measure of its heat.
+/// A wall for the measure of its heat, and one for that of the pressure on it.
 const THERMAL_WALL: &str = "
 [[wall]]
 x = 0.0
 temperature = 1.0
+";
+const WALL: &str = "
+[[wall]]
+x = 0.0
 ";
 
 /// Returns the section of Markdown.
@@ -110,6 +114,7 @@ fn measure(kind: &Kind) -> Result<Vec<String>> {
     let name = kind.usage();
     let (asked, text) = match kind.of {
         Of::Group if kind.name == "wall-heat" => (kind.name.to_owned(), format!("{THERMAL_WALL}{GAS}")),
+        Of::Group if kind.name == "wall-pressure" => (kind.name.to_owned(), format!("{WALL}{GAS}")),
         Of::OneBody => (format!("{}:body", kind.name), format!("{BODY}{GAS}")),
         Of::Group | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),
     };

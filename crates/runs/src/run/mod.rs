@@ -279,15 +279,6 @@ impl<'a> Place<'a> {
     }
 }
 
-/// Runs a scene in memory, without a folder, and returns its figures and checks.
-///
-/// # Errors
-/// The scene is invalid, the run fails, or a signal has been received.
-pub fn measure(title: &str, scene: &Scene, signals: &Signals) -> Result<Summary> {
-    let method = Method::try_from(&scene.method).context("[method]")?;
-    Ok(outcome::in_memory(scene, signals)?.summary(title.to_owned(), &method))
-}
-
 /// Runs a scene in memory, without a folder, and returns the tables and figures of its measures.
 ///
 /// # Errors

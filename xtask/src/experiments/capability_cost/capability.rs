@@ -171,7 +171,7 @@ impl Variant {
     /// Every run's own measures, which are those of `energy`, then each other measure with them.
     /// The plain gas has no wall whose heat could be measured.
     pub fn measures() -> impl Iterator<Item = Self> {
-        let others = |name: &&str| !EVERY_RUN[1..].contains(name) && *name != "wall-heat";
+        let others = |name: &&str| !EVERY_RUN[1..].contains(name) && !name.starts_with("wall-");
         measures::KINDS.iter().map(|kind| kind.name).filter(others).map(Self::Measure)
     }
 
