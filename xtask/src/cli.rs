@@ -115,6 +115,8 @@ pub enum Experiment {
     Heating(theory::Options),
     /// The flow of heat between groups at two temperatures
     Thermostat(theory::Options),
+    /// The pressure of hard discs between liquid and hexatic
+    Freezing(theory::Options),
     /// The drift of an asymmetric molecule, in equilibrium and out of it
     Ratchet(theory::Options),
     /// Standard errors of measures against the scatter of replicas
@@ -154,6 +156,7 @@ impl Program for Cli {
             Command::Experiment(Experiment::Cooling(options)) => theory::COOLING.run(options),
             Command::Experiment(Experiment::Heating(options)) => theory::HEATING.run(options),
             Command::Experiment(Experiment::Thermostat(options)) => theory::THERMOSTAT.run(options),
+            Command::Experiment(Experiment::Freezing(options)) => theory::FREEZING.run(options),
             Command::Experiment(Experiment::Ratchet(options)) => theory::RATCHET.run(options),
             Command::Experiment(Experiment::All(options)) => all::run(options),
             Command::Experiment(Experiment::Errors(options)) => errors::run(options),

@@ -87,6 +87,7 @@ mod scene;
 pub mod scheduler;
 mod selection;
 mod separation;
+mod separation_error;
 mod simulation;
 mod simultaneous_contacts;
 mod single_bodies;
@@ -107,6 +108,7 @@ mod velocities;
 mod view;
 mod wall;
 mod window;
+mod window_loop;
 mod world;
 mod wrapped;
 

@@ -12,8 +12,8 @@ use glam::DVec2;
 
 use crate::{
     Body, ElasticityTable, World,
+    contact_event::{ContactEvent, Parts},
     guard::Partner,
-    scheduler::{ContactEvent, Parts},
     separation::{missing_impulse, round_outwards},
     wall::{arm, contact_frame},
 };

@@ -52,27 +52,17 @@
 //! batches of [`DiscLanes`](carom_detection::DiscLanes) need this one.
 
 use carom_detection::Detection;
-use carom_kinematics::{HALF_ULP, Motion};
+use carom_kinematics::Motion;
 use carom_response::Response;
 use glam::DVec2;
 
-use crate::{
-    Body, GridError, SchedulerCounters, TileCounters, TileUse, TileWork, Tiling, World,
-    limits::sides_per_epoch,
-};
+use crate::{Body, GridError, SchedulerCounters, TileCounters, TileUse, TileWork, Tiling, World};
 pub use crate::{
     contact_event::{ContactEvent, Parts},
+    separation_error::separation_error,
     wall::StandingWall,
     window::{Window, WindowJob},
 };
-
-/// Bound on the rounding of the separation of two bodies within an epoch (length).
-///
-/// The separation is (x − x′) + (v − v′) t + image. Each term is at most two sides long for each
-/// side of the box that the fastest body travels in an epoch.
-pub fn separation_error(world: &World) -> f64 {
-    HALF_ULP * 16.0 * (sides_per_epoch(world) * world.bounds().sides().element_sum())
-}
 
 /// A pair ordered so that the body inserted first is first, with the image of the second relative
 /// to the first.
@@ -184,8 +174,8 @@ impl<'a> StoredMotions<'a> {
         self.world.windings[body as usize]
     }
 
-    /// Stores the motion of a body and the number of boxes that it has crossed, per axis, modulo 2¹⁶:
-    /// in an epoch a body crosses only a few.
+    /// Stores the motion of a body and the number of boxes that it has crossed, per axis, modulo
+    /// 2¹⁶: in an epoch a body crosses only a few.
     pub(crate) fn set_wrapped(&mut self, body: u32, motion: Motion, winding: [i16; 2]) {
         let before = self.winding(body);
         let crossed = |axis: usize| i64::from(winding[axis].wrapping_sub(before[axis] as i16));
@@ -232,17 +222,17 @@ pub trait Scheduler: Sized {
     /// Runs a loop on the queue of the present epoch.
     fn run<L: EventLoop>(&mut self, events: L) -> L::End;
 
-    /// Runs and resolves all contacts of a part of the epoch at once, if this scheduler can. If not,
-    /// it returns `None`, and [`Self::run`] must be able to go on from the present time. The engine
-    /// calls this before each call of [`Self::run`].
+    /// Runs and resolves all contacts of a part of the epoch at once, if this scheduler can. If
+    /// not, it returns `None`, and [`Self::run`] must be able to go on from the present time. The
+    /// engine calls this before each call of [`Self::run`].
     #[doc(hidden)]
     fn run_window<D: Detection, R: Response>(&mut self, _job: &WindowJob<'_, D, R>) -> Option<Window> {
         None
     }
 
-    /// Sets how the box is divided into tiles that are run on their own. It changes the speed, and no
-    /// bit of the results. The engine calls this before each call of [`Self::begin_epoch`]. By default
-    /// it has no effect.
+    /// Sets how the box is divided into tiles that are run on their own. It changes the speed, and
+    /// no bit of the results. The engine calls this before each call of [`Self::begin_epoch`]. By
+    /// default it has no effect.
     fn set_tiling(&mut self, _tiling: &Tiling) {}
 
     /// Whether the bodies of this scheduler can be run in tiles with a division, and into how many.

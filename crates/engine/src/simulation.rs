@@ -110,9 +110,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.contacts_per_epoch = contacts.max(1);
     }
 
-    /// Changes how the box is divided into tiles, which are run on their own and on several threads,
-    /// from the next epoch on; see [`Tiling`]. It changes the speed, and no bit of the results. A
-    /// checkpoint does not hold it.
+    /// Changes how the box is divided into tiles, which are run on their own and on several
+    /// threads, from the next epoch on; see [`Tiling`]. It changes the speed, and no bit of the
+    /// results. A checkpoint does not hold it.
     pub fn set_tiling(&mut self, tiling: &Tiling) {
         self.tiling = *tiling;
     }

@@ -4,10 +4,9 @@ use std::fmt;
 
 /// How the box is divided into tiles of cells, which are run on their own and on several threads.
 ///
-/// No choice changes a bit of the results, and a number out of its range counts as the nearest in it.
-/// Tiles are used for elastic discs of similar size; other
-/// scenes, and parts of a run in which tiles do not pay, are run event by event on one thread. See
-/// [`TileCounters`] for what was done.
+/// No choice changes a bit of the results, and a number out of its range counts as the nearest in
+/// it. Tiles are used for elastic discs of similar size; other scenes, and parts of a run in which
+/// tiles do not pay, are run event by event on one thread. See [`TileCounters`] for what was done.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation, Tiling};
@@ -34,14 +33,15 @@ pub struct Tiling {
     /// Cells along a side of a tile, at least 8; a cell is about as long as the diameter of a disc.
     /// Fewer: more discs are run twice, in the borders of tiles. More: a tile outgrows the cache.
     pub side: u32,
-    /// Length of a window in mean free times, from 0.1 to 64. Shorter: discs are copied more often. Longer: wider
-    /// borders.
+    /// Length of a window in mean free times, from 0.1 to 64. Shorter: discs are copied more often.
+    /// Longer: wider borders.
     pub window: f64,
-    /// Cells by which the border of a tile is wider than an influence travels in a window, from 1 to
+    /// Cells by which the border of a tile is wider than an influence travels in a window, from 1
+    /// to
     /// 64. Fewer: more tiles are repeated. More: more discs are run twice.
     pub margin: u32,
-    /// Cells that an influence travels in a mean free time, from 0.1 to 64. Fewer: more tiles are repeated. More:
-    /// wider borders.
+    /// Cells that an influence travels in a mean free time, from 0.1 to 64. Fewer: more tiles are
+    /// repeated. More: wider borders.
     pub front: f64,
 }
 
@@ -76,8 +76,8 @@ impl Tiling {
         }
     }
 
-    /// The side of tiles for a grid: shorter than [`Self::side`] if there were too few tiles for the
-    /// threads.
+    /// The side of tiles for a grid: shorter than [`Self::side`] if there were too few tiles for
+    /// the threads.
     pub(crate) fn side_for(&self, counts: [u32; 2]) -> u32 {
         let threads = self.threads.max(1) as f64;
         let fair = (f64::from(counts[0]) * f64::from(counts[1]) / (2.0 * threads)).sqrt();
@@ -110,8 +110,8 @@ pub struct TileCounters {
     pub contacts: u64,
     /// Windows that were run again up to the end of the epoch.
     pub cut: u64,
-    /// Windows that were run event by event after all, because of contacts at one instant, tiles that
-    /// disagreed repeatedly, or bodies that became too fast.
+    /// Windows that were run event by event after all, because of contacts at one instant, tiles
+    /// that disagreed repeatedly, or bodies that became too fast.
     pub refused: u64,
 }
 

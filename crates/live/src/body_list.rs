@@ -1,4 +1,5 @@
-//! The list of bodies: what a page needs to know of each body besides its place, sent when bodies change.
+//! The list of bodies: what a page needs to know of each body besides its place, sent when bodies
+//! change.
 //!
 //! Layout, little-endian: `u32` 2, `u32` version, `u32` length of the JSON, `u32` number of bodies
 //! n; the JSON, with spaces to a multiple of four bytes; then `u32` n numbers of bodies, `f32` n

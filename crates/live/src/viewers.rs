@@ -1,7 +1,7 @@
 //! The pages that are connected: what each shows, and what waits to be sent to it.
 //!
-//! What waits is bounded: one frame, one list of bodies, one status and one report of measures, each
-//! replaced by its successor, and a few answers. A page that reads slowly misses frames.
+//! What waits is bounded: one frame, one list of bodies, one status and one report of measures,
+//! each replaced by its successor, and a few answers. A page that reads slowly misses frames.
 
 use std::{
     collections::VecDeque,

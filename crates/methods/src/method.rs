@@ -226,8 +226,8 @@ impl TryFrom<&MethodSpec> for Method {
 
 impl From<&Method> for MethodSpec {
     fn from(method: &Method) -> Self {
-        let mut spec = Self::default();
-        spec.tiles = (method.tiles != TilesName::default()).then_some(method.tiles);
+        let tiles = (method.tiles != TilesName::default()).then_some(method.tiles);
+        let mut spec = Self { tiles, ..Self::default() };
         match method.detector {
             AnyDetector::Exact(exact) => {
                 spec.most_steps = (exact != Exact::default()).then_some(exact.most_steps);

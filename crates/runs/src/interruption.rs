@@ -63,9 +63,9 @@ impl Signals {
         Ok(signals)
     }
 
-    /// Installs the signal handlers: the first SIGINT or SIGTERM makes [`Self::check`] fail and does
-    /// nothing else, for a program that looks often and ends by itself; a second signal ends it at
-    /// once.
+    /// Installs the signal handlers: the first SIGINT or SIGTERM makes [`Self::check`] fail and
+    /// does nothing else, for a program that looks often and ends by itself; a second signal ends
+    /// it at once.
     ///
     /// # Errors
     /// The system refuses the handlers.

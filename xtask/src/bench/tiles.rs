@@ -1,8 +1,8 @@
 //! `cargo xtask bench tiles`: a large gas of discs in order, in tiles, and on several threads; and
 //! the time on many cores that follows from the times of single tiles.
 //!
-//! The variants run the same stretch in turn, in one process. Processor time is that of all threads.
-//! All variants must end in the same state, to the bit.
+//! The variants run the same stretch in turn, in one process. Processor time is that of all
+//! threads. All variants must end in the same state, to the bit.
 
 use std::time::Instant;
 
@@ -212,8 +212,8 @@ fn print(row: &Row) {
 /// Prints the time of a contact on many cores, from the times of the tiles of one window.
 ///
 /// Each core takes the next tile as soon as it is free, so borders and imbalance are included. All
-/// that happens between the tiles' runs is measured on one thread and added. That cores share memory
-/// is not included.
+/// that happens between the tiles' runs is measured on one thread and added. That cores share
+/// memory is not included.
 fn scaling(options: &Options, base: &AnySimulation, order_ns: f64) -> Result<()> {
     let mut table = Vec::new();
     for (cores, side) in SCALING {

@@ -55,6 +55,13 @@ pub const EQUILIBRIUM: Theory = Theory {
     studies: &["equilibrium", "published-pressures", "walls", "mixture"],
 };
 
+/// The loop of the pressure between liquid and hexatic.
+pub const FREEZING: Theory = Theory {
+    name: "freezing",
+    question: "Do hard discs freeze at the published pressures of equal number and box?",
+    studies: &["freezing"],
+};
+
 /// Boltzmann's H-theorem.
 pub const RELAXATION: Theory = Theory {
     name: "relaxation",
@@ -113,8 +120,18 @@ pub const RATCHET: Theory = Theory {
 
 impl Theory {
     /// All experiments that consist of studies.
-    pub const ALL: [Self; 9] =
-        [EQUILIBRIUM, RELAXATION, VIRIAL, DIFFUSION, DEPLETION, COOLING, HEATING, THERMOSTAT, RATCHET];
+    pub const ALL: [Self; 10] = [
+        EQUILIBRIUM,
+        FREEZING,
+        RELAXATION,
+        VIRIAL,
+        DIFFUSION,
+        DEPLETION,
+        COOLING,
+        HEATING,
+        THERMOSTAT,
+        RATCHET,
+    ];
 
     /// Runs the studies, and writes a page about them if there are several.
     ///

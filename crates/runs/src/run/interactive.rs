@@ -2,9 +2,9 @@
 //!
 //! The scene with the stages so far is an ordinary scene: its text is the list of the edits with
 //! their instants, to the bit, and `carom run` makes the same contacts. A saved run is the folder
-//! of a run of that scene with a checkpoint at the end of an epoch, so that
-//! `carom run DIR/config.toml --out DIR --resume` goes on from it. The measures of that run begin at
-//! the checkpoint.
+//! of a run of that scene with a checkpoint at the end of an epoch, so that `carom run
+//! DIR/config.toml --out DIR --resume` goes on from it. The measures of that run begin at the
+//! checkpoint.
 
 use std::{iter::Peekable, path::Path};
 
@@ -175,8 +175,8 @@ impl InteractiveRun {
     }
 
     /// Begins a stage with these edits, all or none, and returns its start: the present time, or a
-    /// little later, so that the instant is a number of the scene file and no thermostat acts at it.
-    /// The stage has the thermostats `hold`, or goes on with those in force.
+    /// little later, so that the instant is a number of the scene file and no thermostat acts at
+    /// it. The stage has the thermostats `hold`, or goes on with those in force.
     ///
     /// # Errors
     /// The edit that is refused, with its entry; then neither the system nor the scene is changed.

@@ -47,8 +47,8 @@ pub struct Options {
     /// Output folder and checkpoints
     #[command(flatten)]
     pub choices: Choices,
-    /// Number of threads; default: one for each processor. Used where the box is divided into tiles,
-    /// as large gases of discs are; results do not depend on it
+    /// Number of threads; default: one for each processor. Used where the box is divided into
+    /// tiles, as large gases of discs are; results do not depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
     /// Do not measure at the end what a `[method]` other than the default saves and gets wrong

@@ -104,8 +104,8 @@ impl BorderLog {
         self.outside.iter_mut().chain(&mut self.inside).for_each(Vec::clear);
     }
 
-    /// Whether this tile and its neighbour in a direction have computed the same changes in the cells
-    /// of this tile that the neighbour compares.
+    /// Whether this tile and its neighbour in a direction have computed the same changes in the
+    /// cells of this tile that the neighbour compares.
     pub fn agrees(&self, direction: usize, neighbour: &Self, opposite: usize) -> bool {
         self.inside[direction] == neighbour.outside[opposite]
     }

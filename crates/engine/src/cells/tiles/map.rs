@@ -1,5 +1,5 @@
-//! The division of the cells of the box into tiles: rectangles of cells, each of which is run on its
-//! own during a window.
+//! The division of the cells of the box into tiles: rectangles of cells, each of which is run on
+//! its own during a window.
 
 use crate::cells::frame::TileFrame;
 
@@ -149,8 +149,8 @@ mod tests {
     }
 
     proptest! {
-        /// Every cell belongs to one tile, and the runs of a window visit each of its cells once, in
-        /// the order of its lists.
+        /// Every cell belongs to one tile, and the runs of a window visit each of its cells once,
+        /// in the order of its lists.
         #[test]
         fn windows_cover_their_cells_once(
             columns in 20u32..60, rows in 20u32..60, side in 5u32..20, border in 0u32..12,

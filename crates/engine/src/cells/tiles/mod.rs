@@ -11,44 +11,44 @@
 //!
 //! # Lemmas
 //!
-//! An event *changes* the cells of its discs: those of both discs of a contact; that of the disc of a
-//! stale prediction, whose next event alone changes; the cells that a crossing leaves and enters. It
-//! *reads* the cells adjacent to these, with the flights, versions and next events of their discs.
-//! The *neighbourhood* of a tile is its own cells and the two rings around them, the *history* of a
-//! cell the sequence of changes in it. H is the run in the global order.
+//! An event *changes* the cells of its discs: those of both discs of a contact; that of the disc of
+//! a stale prediction, whose next event alone changes; the cells that a crossing leaves and enters.
+//! It *reads* the cells adjacent to these, with the flights, versions and next events of their
+//! discs. The *neighbourhood* of a tile is its own cells and the two rings around them, the
+//! *history* of a cell the sequence of changes in it. H is the run in the global order.
 //!
 //! 1. **An event that changes a cell of a tile reads only the neighbourhood.** *Proof.* An event
-//!    changes one cell, or two adjacent ones, so all of them lie within one ring. It reads the cells
-//!    adjacent to these.
+//!    changes one cell, or two adjacent ones, so all of them lie within one ring. It reads the
+//!    cells adjacent to these.
 //! 2. **No event that changes a cell of a tile is left out.** *Proof.* It is the event of a disc in
 //!    the tile or in the ring around it. Both have the end of the window as their limit, since the
-//!    margin is at least one cell and the border at least three (`Workspace::load`). An event that is
-//!    left out farther away is a difference like any other: the comparison finds it.
+//!    margin is at least one cell and the border at least three (`Workspace::load`). An event that
+//!    is left out farther away is a difference like any other: the comparison finds it.
 //! 3. **If all logs agree, each tile has in its own cells the history of H.** *Proof.* Assume not.
-//!    Take the first event, in the order of time and of bodies, with which in some tile A the history
-//!    of a cell c of its neighbourhood differs from that in H: it is in one of the two only, or has
-//!    another outcome. If c is in the rings, it belongs to a neighbour B, which has the same history
-//!    of c by comparison, so B differs from H in its own cell. So let c be a cell of A itself. By
-//!    lemma 1 the event reads the neighbourhood of A only, which agrees with H up to then: the same
-//!    discs with the same flights, versions and next events, since these are the outcomes of earlier
-//!    changes, or were given at the start. By lemma 2 it is not left out. So it happens in both, with
-//!    the same outcome: a contradiction.
+//!    Take the first event, in the order of time and of bodies, with which in some tile A the
+//!    history of a cell c of its neighbourhood differs from that in H: it is in one of the two
+//!    only, or has another outcome. If c is in the rings, it belongs to a neighbour B, which has
+//!    the same history of c by comparison, so B differs from H in its own cell. So let c be a cell
+//!    of A itself. By lemma 1 the event reads the neighbourhood of A only, which agrees with H up
+//!    to then: the same discs with the same flights, versions and next events, since these are the
+//!    outcomes of earlier changes, or were given at the start. By lemma 2 it is not left out. So it
+//!    happens in both, with the same outcome: a contradiction.
 //! 4. **The order of discs is that of all bodies.** A workspace numbers its discs in the order of
 //!    their indices among all bodies, so ties are decided alike. A tie that depends on a partner
 //!    outside the workspace is left to the global order.
 //! 5. **Roundings are those of the whole box.** Flights and cells are kept relative to the box, and
 //!    the image in which a disc is seen depends on its cell alone, never on the tile.
 //!
-//! Nothing is assumed of speeds, distances or equilibrium: they decide how often a tile is run again,
-//! never the result. A log holds the changes themselves, not a digest.
+//! Nothing is assumed of speeds, distances or equilibrium: they decide how often a tile is run
+//! again, never the result. A log holds the changes themselves, not a digest.
 //!
 //! # Ends of a window
 //!
 //! A window ends with the epoch, as in the global order. If there are more contacts than the epoch
-//! has left, or if a disc becomes so fast that the epoch ends earlier, the window is run again up to
-//! that time. Contacts of a disc with two others at one instant, and errors, are left to the global
-//! order, which begins from the state at the start of the window. Only events in a tile's own cells
-//! count for this: those in its border may be wrong.
+//! has left, or if a disc becomes so fast that the epoch ends earlier, the window is run again up
+//! to that time. Contacts of a disc with two others at one instant, and errors, are left to the
+//! global order, which begins from the state at the start of the window. Only events in a tile's
+//! own cells count for this: those in its border may be wrong.
 
 mod border_log;
 mod map;
@@ -97,8 +97,8 @@ const MOST_LOG_BYTES: f64 = 64.0 * 1024.0 * 1024.0;
 /// Most threads for each processor. More: more memory, and no more speed.
 const MOST_THREADS_PER_PROCESSOR: usize = 8;
 
-/// Share of the contacts left in an epoch that a window aims for, so that a short one follows, which
-/// is run twice. Larger: more often the long one is run twice.
+/// Share of the contacts left in an epoch that a window aims for, so that a short one follows,
+/// which is run twice. Larger: more often the long one is run twice.
 const SHARE_OF_EPOCH: f64 = 0.99;
 
 /// Shortest stretch that is run in a window, in mean free times. Shorter: copying the discs costs
@@ -273,7 +273,8 @@ impl Tiles {
         self.outcomes.iter().map(Outcome::work).collect()
     }
 
-    /// Whether a stretch of this length (time) is run in windows, if the previous one was or was not.
+    /// Whether a stretch of this length (time) is run in windows, if the previous one was or was
+    /// not.
     pub fn is_worthwhile(&self, stretch: f64, was_in_tiles: bool) -> bool {
         if stretch <= 0.0 && was_in_tiles && !self.epoch.is_fresh {
             return true;

@@ -70,7 +70,8 @@ impl RestingDisc {
         self.event & INDEX_MASK
     }
 
-    /// The record of the disc in a workspace, without its event, for a disc of this radius (length).
+    /// The record of the disc in a workspace, without its event, for a disc of this radius
+    /// (length).
     #[inline]
     pub fn record(&self, radius: f64) -> BodyRecord {
         let mut record = BodyRecord::at(self.flight, radius);
@@ -98,7 +99,8 @@ impl TileDiscs {
         &self.discs[self.starts[first] as usize..self.starts[first + count] as usize]
     }
 
-    /// Replaces all discs: those of `discs`, in `cells` cells, whose place in the tile is `cell_of`.
+    /// Replaces all discs: those of `discs`, in `cells` cells, whose place in the tile is
+    /// `cell_of`.
     pub fn fill(
         &mut self,
         cells: usize,

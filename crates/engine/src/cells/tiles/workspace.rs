@@ -67,8 +67,8 @@ pub(super) struct Outcome {
     /// Time of the last contact (offset in the epoch), its bodies, and the number of contacts then.
     pub last: Option<(f64, [u32; 2])>,
     pub at_last: u64,
-    /// Contacts after which a disc is faster than all were at the start of the window, and than those
-    /// of this tile have been since.
+    /// Contacts after which a disc is faster than all were at the start of the window, and than
+    /// those of this tile have been since.
     pub fast: Vec<FastContact>,
     pub times: Vec<f64>,
     pub log: Vec<LoggedContact>,
@@ -120,8 +120,8 @@ pub(super) struct Workspace {
     /// For each disc the partner of its event at the start of the window, among all bodies.
     partners: Vec<u32>,
     places: Places,
-    /// By the distance of a cell from the tile: the time after which its events have no influence on
-    /// the tile.
+    /// By the distance of a cell from the tile: the time after which its events have no influence
+    /// on the tile.
     useful_until: Vec<f64>,
     loaded: Vec<RestingDisc>,
     order: Vec<u64>,
@@ -228,7 +228,8 @@ impl Workspace {
         }
     }
 
-    /// Copies the events of the discs. A partner that is in no cell around a disc has changed since.
+    /// Copies the events of the discs. A partner that is in no cell around a disc has changed
+    /// since.
     fn copy_events(&mut self) {
         for (place, &key) in self.order.iter().enumerate() {
             let disc = &self.loaded[key as u32 as usize];
@@ -429,8 +430,8 @@ impl PastContacts {
         repeats
     }
 
-    /// Whether the tile has had so many contacts at this instant that there may be no end of them: in
-    /// the border, discs may overlap.
+    /// Whether the tile has had so many contacts at this instant that there may be no end of them:
+    /// in the border, discs may overlap.
     #[inline(always)]
     fn is_endless(&mut self, now: f64) -> bool {
         self.at_once = if now == self.time { self.at_once + 1 } else { 0 };

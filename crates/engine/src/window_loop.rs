@@ -1,0 +1,68 @@
+//! The loop over the windows of an epoch: it records the contacts that a scheduler has found at
+//! once.
+
+use carom_detection::Detection;
+use carom_response::Response;
+
+use crate::{
+    Observer, RunError, Scheduler, World,
+    epoch_loop::{Ended, EpochLoop},
+    window::WindowJob,
+};
+
+impl<D: Detection, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
+    /// Runs in windows for as long as the scheduler can; returns how the loop has ended, or none if
+    /// the rest is to be run contact by contact.
+    pub(crate) fn run_windows<S: Scheduler>(&mut self, scheduler: &mut S) -> Result<Option<Ended>, RunError> {
+        let may_use_windows = self.all_elastic()
+            && self.most == u64::MAX
+            && self.world.last_contacts.is_empty()
+            && !self.world.has_thermal_walls;
+        let wants_log = self.observer.watches_any();
+        loop {
+            let limit = self.limits.time();
+            let window = scheduler.run_window(&WindowJob {
+                world: self.world,
+                detection: self.detection,
+                rules: self.rules(),
+                names: self.names,
+                from: *self.now,
+                stop: limit.min(self.target),
+                limits: *self.limits,
+                instant: self.simultaneous.time,
+                may_use_windows,
+                wants_log,
+            });
+            let Some(window) = window else { return Ok(None) };
+            for logged in &window.log {
+                let contact = logged.event();
+                let inverse_masses = inverse_masses(self.world, contact.bodies);
+                let resolved = self.rules().resolve_discs(contact.image, logged.flights, inverse_masses);
+                self.record_discs(contact, logged.flights, &resolved)?;
+            }
+            if !wants_log {
+                self.counters.collisions += window.contacts;
+            }
+            *self.limits = window.limits;
+            *self.contacts += window.contacts;
+            *self.now = window.end;
+            if let Some((time, bodies)) = window.last {
+                self.simultaneous.repeats(bodies, time);
+                if window.ends_epoch {
+                    return Ok(Some(Ended::WithContact(time)));
+                }
+            }
+            let limit = self.limits.time();
+            if window.end >= limit {
+                return Ok(Some(Ended::AtLimit(limit)));
+            }
+            if window.end >= self.target {
+                return Ok(Some(Ended::TargetReached));
+            }
+        }
+    }
+}
+
+fn inverse_masses(world: &World, bodies: [u32; 2]) -> [f64; 2] {
+    bodies.map(|body| world.bodies()[body as usize].inertia().inverse_mass)
+}
