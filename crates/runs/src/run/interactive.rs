@@ -320,8 +320,10 @@ impl InteractiveRun {
         let mut until = until.max(time * (1.0 + 1e-9));
         let (start, _) = spans(&scene.stage).last().unwrap_or_default();
         if !scene.stage.is_empty() {
-            // The last stage is measured.
-            until = until.max(start + 1.5 * run.sample_interval);
+            // The last stage is measured. Below, the interval of samples may be lengthened to the
+            // shortest for this end.
+            let interval = run.sample_interval.max(until / (0.4 * MOST_SAMPLES));
+            until = until.max(start + 1.5 * interval);
         }
         for thermostat in scene.stage.last().map_or(&[][..], |stage| &stage.thermostat) {
             until = until.min(start + 0.5 * MOST_ACTIONS * thermostat.every);
