@@ -57,7 +57,7 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_
 
     #[inline(always)]
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
-        let all_elastic = self.all_elastic();
+        let all_elastic = self.rules().all_elastic();
         loop {
             let limit = self.limits.time();
             let stop = if limit < self.target { limit } else { self.target };
@@ -108,11 +108,6 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_
 }
 
 impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
-    /// Whether every contact conserves the energy.
-    pub(crate) fn all_elastic(&self) -> bool {
-        self.elasticity.is_elastic() && self.response.conserves_energy(Elasticity::ELASTIC)
-    }
-
     pub(crate) fn rules(&self) -> Rules<'_, R> {
         Rules { world: self.world, response: self.response, elasticity: self.elasticity }
     }

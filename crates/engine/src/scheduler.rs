@@ -109,7 +109,7 @@ pub trait EventQueue {
     /// overrides this.
     #[inline]
     fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
-        bodies.map(|body| world.bodies()[body as usize].inertia().inverse_mass)
+        world.inverse_masses(bodies)
     }
 
     /// Position and velocity of a body at `time` (offset in the epoch).

@@ -2,13 +2,14 @@
 
 use carom_detection::{Detection, Exact};
 use carom_kinematics::{EpochTime, Motion};
-use carom_response::{Elasticity, Impact, Response};
+use carom_response::{Impact, Response};
 
 use crate::{
     BodyName, CellScheduler, Counters, ElasticityTable, HeatByTag, LEAST_SPEED, Ledger, Observer, RunError,
     Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, TileWork, Tiling, View, World,
     epoch_loop::{Ended, EpochLoop},
     limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
+    resolution::Rules,
     scheduler::StoredMotions,
     simultaneous_contacts::SimultaneousContacts,
     unresolved::Unresolved,
@@ -119,8 +120,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Whether this system is divided into tiles, at its present state and [`Tiling`].
     pub fn tile_use(&self) -> TileUse {
-        let conserves = self.elasticity.is_elastic() && self.response.conserves_energy(Elasticity::ELASTIC);
-        if !conserves || self.world.has_thermal_walls {
+        let Self { world, response, elasticity, .. } = self;
+        if !(Rules { world, response, elasticity }).keep_energy() {
             return TileUse::ChangesEnergy;
         }
         if !self.detection.decides_discs_in_closed_form() {

@@ -36,8 +36,7 @@ pub struct Tiling {
     /// Length of a window in mean free times, from 0.1 to 64. Shorter: discs are copied more often.
     /// Longer: wider borders.
     pub window: f64,
-    /// Cells by which the border of a tile is wider than an influence travels in a window, from 1
-    /// to
+    /// Cells by which the border of a tile is wider than an influence travels in a window, from 1 to
     /// 64. Fewer: more tiles are repeated. More: more discs are run twice.
     pub margin: u32,
     /// Cells that an influence travels in a mean free time, from 0.1 to 64. Fewer: more tiles are

@@ -5,7 +5,7 @@ use carom_detection::Detection;
 use carom_response::Response;
 
 use crate::{
-    Observer, RunError, Scheduler, World,
+    Observer, RunError, Scheduler,
     epoch_loop::{Ended, EpochLoop},
     window::WindowJob,
 };
@@ -14,10 +14,7 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
     /// Runs in windows for as long as the scheduler can; returns how the loop has ended, or none if
     /// the rest is to be run contact by contact.
     pub(crate) fn run_windows<S: Scheduler>(&mut self, scheduler: &mut S) -> Result<Option<Ended>, RunError> {
-        let may_use_windows = self.all_elastic()
-            && self.most == u64::MAX
-            && self.world.last_contacts.is_empty()
-            && !self.world.has_thermal_walls;
+        let may_use_windows = self.most == u64::MAX && self.rules().keep_energy();
         let wants_log = self.observer.watches_any();
         loop {
             let limit = self.limits.time();
@@ -36,7 +33,7 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
             let Some(window) = window else { return Ok(None) };
             for logged in &window.log {
                 let contact = logged.event();
-                let inverse_masses = inverse_masses(self.world, contact.bodies);
+                let inverse_masses = self.world.inverse_masses(contact.bodies);
                 let resolved = self.rules().resolve_discs(contact.image, logged.flights, inverse_masses);
                 self.record_discs(contact, logged.flights, &resolved)?;
             }
@@ -61,8 +58,4 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
             }
         }
     }
-}
-
-fn inverse_masses(world: &World, bodies: [u32; 2]) -> [f64; 2] {
-    bodies.map(|body| world.bodies()[body as usize].inertia().inverse_mass)
 }

@@ -57,6 +57,12 @@ impl World {
         &self.bodies
     }
 
+    /// Inverse masses of two bodies (1/mass).
+    #[inline]
+    pub(crate) fn inverse_masses(&self, bodies: [u32; 2]) -> [f64; 2] {
+        bodies.map(|body| self.bodies[body as usize].kind.inertia.inverse_mass)
+    }
+
     /// The motions, in the order of [`Self::bodies`]; times are offsets from the epoch's start.
     pub fn motions(&self) -> &[Motion] {
         &self.motions

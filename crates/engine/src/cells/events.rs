@@ -106,14 +106,6 @@ impl State {
         self.schedule_all(interval, now);
     }
 
-    fn schedule_all(&mut self, interval: f64, start: f64) {
-        let bodies = self.dummy();
-        self.calendar.lay_out(bodies as usize, interval, start);
-        for body in 0..bodies {
-            self.calendar.schedule(&self.records, body, self.records[body as usize].time);
-        }
-    }
-
     #[inline(always)]
     fn next_contact<D: Detection, K: Kernel>(
         &mut self,

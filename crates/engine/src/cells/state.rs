@@ -26,6 +26,33 @@ use crate::{
     wrapped::Wrapped,
 };
 
+/// Constants of an epoch, which all workspaces of a system share.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct EpochConstants {
+    /// End of the epoch; later events are not needed (offset in the epoch).
+    pub limit: f64,
+    /// Bound on the rounding of a separation in this epoch (length).
+    pub separation_error: f64,
+    /// Constants of a pair of small discs, if all have one radius.
+    pub pair_constants: Option<PairConstants>,
+    /// Inverse mass of the bodies that live in cells, if all have the same (1/mass).
+    pub inverse_mass: Option<f64>,
+}
+
+impl EpochConstants {
+    /// The constants of an epoch that ends at `limit` (offset in it, time).
+    pub fn new(world: &World, grid: &CellGrid, limit: f64) -> Self {
+        let separation_error = separation_error(world);
+        let radius = grid.common_radius(world);
+        Self {
+            limit,
+            separation_error,
+            pair_constants: radius.map(|radius| PairConstants::new(radius, separation_error)),
+            inverse_mass: grid.common_inverse_mass(world),
+        }
+    }
+}
+
 /// State of the scheduler during an epoch.
 #[derive(Debug, Clone)]
 pub(super) struct State<F = WholeBox> {
@@ -81,8 +108,7 @@ impl<F: Frame> State<F> {
     /// Reads the motions and lays out all lists for an epoch that ends at `limit` (time);
     /// multi-cell bodies are in no list yet.
     pub(super) fn lay_out(&mut self, world: &World, limit: f64) {
-        self.limit = limit;
-        self.separation_error = separation_error(world);
+        self.set_constants(&EpochConstants::new(world, &self.grid, limit));
         self.windings.clear();
         self.windings.extend(world.windings().iter().map(|winding| winding.map(|boxes| boxes as i16)));
         self.wrapped.begin(world.bodies().len());
@@ -120,9 +146,22 @@ impl<F: Frame> State<F> {
                 self.multi_cell.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
             }
         }
-        self.pair_constants =
-            self.grid.common_radius(world).map(|radius| PairConstants::new(radius, self.separation_error));
-        self.inverse_mass = self.grid.common_inverse_mass(world);
+    }
+
+    pub(super) fn set_constants(&mut self, constants: &EpochConstants) {
+        let EpochConstants { limit, separation_error, pair_constants, inverse_mass } = *constants;
+        (self.limit, self.separation_error) = (limit, separation_error);
+        (self.pair_constants, self.inverse_mass) = (pair_constants, inverse_mass);
+    }
+
+    /// Schedules the events of all bodies from `start` on, for events at this mean interval
+    /// (times).
+    pub(super) fn schedule_all(&mut self, interval: f64, start: f64) {
+        let bodies = self.dummy();
+        self.calendar.lay_out(bodies as usize, interval, start);
+        for body in 0..bodies {
+            self.calendar.schedule(&self.records, body, self.records[body as usize].time);
+        }
     }
 
     /// Releases the memory of the bodies, until the next epoch or [`Self::resume`].
@@ -219,7 +258,7 @@ impl<F: Frame> State<F> {
             {
                 [inverse_mass; 2]
             }
-            _ => bodies.map(|body| world.bodies[body as usize].kind.inertia.inverse_mass),
+            _ => world.inverse_masses(bodies),
         }
     }
 

@@ -69,18 +69,18 @@ use self::{
     border_log::MOST_RINGS,
     map::{DIRECTIONS, TileMap, opposite},
     resting::{RestingDisc, TileDiscs},
-    workspace::{EpochConstants, Outcome, Span, Task, Workspace},
+    workspace::{Outcome, Span, Task, Workspace},
 };
 use super::{
     body_record::BodyRecord,
     grid::CellGrid,
-    simd::{Available, PairConstants},
-    state::State,
+    simd::Available,
+    state::{EpochConstants, State},
 };
 use crate::{
     SchedulerCounters, TileCounters, TileWork, Tiling, World,
     limits::Limits,
-    scheduler::{StoredMotions, separation_error},
+    scheduler::StoredMotions,
     window::{LoggedContact, Window, WindowJob},
 };
 
@@ -114,6 +114,8 @@ pub(super) struct Tiles {
     outcomes: Vec<Outcome>,
     workspaces: Vec<Workspace>,
     epoch: EpochConstants,
+    /// Whether the discs have no events yet.
+    is_fresh: bool,
     /// Measured in the last window: contacts of all discs, and events of all discs, per time.
     contact_rate: f64,
     event_rate: f64,
@@ -153,13 +155,8 @@ impl Tiles {
             outcomes: vec![Outcome::default(); map.tiles()],
             workspaces: vec![Workspace::new(instructions, grid.clone()); threads],
             map,
-            epoch: EpochConstants {
-                limit: 0.0,
-                separation_error: 0.0,
-                pair_constants: None,
-                inverse_mass: None,
-                is_fresh: true,
-            },
+            epoch: EpochConstants::default(),
+            is_fresh: true,
             contact_rate: 0.0,
             event_rate: 0.0,
             count: 0,
@@ -178,22 +175,8 @@ impl Tiles {
     /// Begins an epoch of at most `limit` (time): reads the motions. Events are predicted by the
     /// first window.
     pub fn begin_epoch(&mut self, world: &World, grid: &CellGrid, limit: f64) {
-        let separation_error = separation_error(world);
-        self.epoch = EpochConstants {
-            limit,
-            separation_error,
-            pair_constants: grid
-                .common_radius(world)
-                .map(|radius| PairConstants::new(radius, separation_error)),
-            inverse_mass: grid.common_inverse_mass(world),
-            is_fresh: true,
-        };
-        if self.contact_rate == 0.0 {
-            self.contact_rate = expected_contact_rate(world);
-            self.event_rate = 4.0 * self.contact_rate;
-        }
-        // Nothing moves.
-        self.is_refused = self.contact_rate == 0.0;
+        self.begin(world, grid, limit);
+        self.is_fresh = true;
         let discs = world.motions().iter().zip(world.windings()).zip(0..).map(|((motion, winding), body)| {
             let mut record = BodyRecord::new(motion, 0.0);
             record.set_cell(grid.cell_of(motion.position));
@@ -202,10 +185,20 @@ impl Tiles {
         self.distribute(discs);
     }
 
+    fn begin(&mut self, world: &World, grid: &CellGrid, limit: f64) {
+        self.epoch = EpochConstants::new(world, grid, limit);
+        if self.contact_rate == 0.0 {
+            self.contact_rate = expected_contact_rate(world);
+            self.event_rate = 4.0 * self.contact_rate;
+        }
+        // Nothing moves.
+        self.is_refused = self.contact_rate == 0.0;
+    }
+
     /// Takes over from the global order, in the middle of an epoch.
     pub fn take_over(&mut self, world: &World, state: &State) {
-        self.begin_epoch(world, &state.grid, state.limit);
-        self.epoch.is_fresh = false;
+        self.begin(world, &state.grid, state.limit);
+        self.is_fresh = false;
         self.distribute((0..state.windings.len()).map(|body| {
             let record = &state.records[body];
             let mut disc = RestingDisc::new(record, body as u32, state.windings[body]);
@@ -253,7 +246,7 @@ impl Tiles {
     }
 
     pub fn is_fresh(&self) -> bool {
-        self.epoch.is_fresh
+        self.is_fresh
     }
 
     pub fn limit(&self) -> f64 {
@@ -276,7 +269,7 @@ impl Tiles {
     /// Whether a stretch of this length (time) is run in windows, if the previous one was or was
     /// not.
     pub fn is_worthwhile(&self, stretch: f64, was_in_tiles: bool) -> bool {
-        if stretch <= 0.0 && was_in_tiles && !self.epoch.is_fresh {
+        if stretch <= 0.0 && was_in_tiles && !self.is_fresh {
             return true;
         }
         let least = if was_in_tiles { SHORTEST } else { 4.0 * SHORTEST };
@@ -285,7 +278,7 @@ impl Tiles {
 
     /// Runs a window; none if it must be run event by event.
     pub fn run<D: Detection, R: Response>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
-        if job.stop <= job.from && !self.epoch.is_fresh {
+        if job.stop <= job.from && !self.is_fresh {
             // All events up to this time have been processed.
             let (end, limits) = (job.from, job.limits);
             return Some(Window { end, contacts: 0, last: None, limits, ends_epoch: false, log: Vec::new() });
@@ -391,7 +384,7 @@ impl Tiles {
         (margin, border): (u32, u32),
         span: Span,
     ) {
-        let (map, discs, epoch) = (&self.map, &self.discs, &self.epoch);
+        let (map, discs, epoch, is_fresh) = (&self.map, &self.discs, &self.epoch, self.is_fresh);
         let mut wanted = selected.iter().peekable();
         let tasks: Vec<(usize, &mut Outcome)> = self
             .outcomes
@@ -403,7 +396,8 @@ impl Tiles {
         let next = || tasks.lock().unwrap_or_else(PoisonError::into_inner).next();
         let work = |workspace: &mut Workspace| {
             while let Some((tile, outcome)) = next() {
-                workspace.run(job, Task { map, discs, tile, margin, border, epoch, span }, outcome);
+                let task = Task { map, discs, tile, margin, border, epoch, is_fresh, span };
+                workspace.run(job, task, outcome);
             }
         };
         let Some((first, others)) = self.workspaces.split_first_mut() else { return };
@@ -477,7 +471,9 @@ impl Tiles {
             limits.count_contacts(contacts);
             return EndOfEpoch::After(limits);
         }
-        if contacts == left && self.ends_with_contact(end) {
+        let at_end: u64 = self.outcomes.iter().map(|outcome| outcome.at_end).sum();
+        if contacts == left && last == end && at_end == 1 {
+            // The last contact is at the end, and nothing else happens then.
             limits.count_contacts(contacts);
             return EndOfEpoch::With(limits);
         }
@@ -488,13 +484,6 @@ impl Tiles {
         }
         let (_, &mut time, _) = times.select_nth_unstable_by(left as usize - 1, f64::total_cmp);
         if time < end { EndOfEpoch::At(time) } else { EndOfEpoch::Unclear }
-    }
-
-    /// Whether the last contact is at `end` and nothing else happens then.
-    fn ends_with_contact(&self, end: f64) -> bool {
-        let at_end: u64 = self.outcomes.iter().map(|outcome| outcome.at_end).sum();
-        let last = self.outcomes.iter().filter_map(|outcome| outcome.last);
-        at_end == 1 && last.filter(|&(time, _)| time == end).count() == 1
     }
 
     /// Makes the outcomes the state.
@@ -530,7 +519,7 @@ impl Tiles {
             std::mem::swap(discs, &mut outcome.discs);
         }
         debug_assert_eq!(self.discs().count(), self.count, "a disc is in no tile, or in two");
-        self.epoch.is_fresh = false;
+        self.is_fresh = false;
         self.counters.windows += 1;
         self.counters.contacts += contacts;
         Window { end, contacts, last, limits, ends_epoch, log }

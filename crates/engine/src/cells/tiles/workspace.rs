@@ -14,29 +14,17 @@ use super::{
 use crate::{
     TileWork,
     cells::{
-        body_record::{BodyRecord, Kind},
+        body_record::Kind,
         frame::TileFrame,
         grid::CellGrid,
-        simd::{Available, Kernel, PairConstants, Work, dispatch},
-        state::State,
+        simd::{Available, Kernel, Work, dispatch},
+        state::{EpochConstants, State},
     },
     limits::Limits,
     scheduler::ContactEvent,
     simultaneous_contacts::MOST_CONTACTS_AT_ONCE,
     window::{FastContact, LoggedContact, WindowJob},
 };
-
-/// The constants of an epoch.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct EpochConstants {
-    /// Latest end of the epoch (offset in it, time).
-    pub limit: f64,
-    pub separation_error: f64,
-    pub pair_constants: Option<PairConstants>,
-    pub inverse_mass: Option<f64>,
-    /// Whether the discs have no events yet.
-    pub is_fresh: bool,
-}
 
 /// The window that is run.
 #[derive(Debug, Clone, Copy)]
@@ -138,6 +126,8 @@ pub(super) struct Task<'a> {
     pub margin: u32,
     pub border: u32,
     pub epoch: &'a EpochConstants,
+    /// Whether the discs have no events yet.
+    pub is_fresh: bool,
     pub span: Span,
 }
 
@@ -179,7 +169,7 @@ impl Workspace {
 
     /// Copies the discs of the tile and of its border.
     fn load<D, R>(&mut self, job: &WindowJob<'_, D, R>, task: &Task<'_>) {
-        let Task { map, discs, tile, margin, border, epoch, span } = *task;
+        let Task { map, discs, tile, margin, border, epoch, span, .. } = *task;
         debug_assert!(margin >= 1 && border >= 3, "lemma 2 of the module");
         self.places.lay_out(map.own(tile), border);
         self.useful_until.clear();
@@ -198,10 +188,7 @@ impl Workspace {
         self.order.extend(keyed);
         self.order.sort_unstable();
         let state = &mut self.state;
-        state.limit = epoch.limit;
-        state.separation_error = epoch.separation_error;
-        state.pair_constants = epoch.pair_constants;
-        state.inverse_mass = epoch.inverse_mass;
+        state.set_constants(epoch);
         state.records.clear();
         state.windings.clear();
         state.wrapped.begin(0);
@@ -220,10 +207,8 @@ impl Workspace {
         }
         state.push_dummy();
         state.neighbour_lists.set_frame(map.window(tile, border));
-        let in_cells = state.records[..self.bodies.len()].iter().map(BodyRecord::cell).enumerate();
-        let in_cells = in_cells.map(|(disc, cell)| (disc as u32, cell));
-        state.neighbour_lists.list_all(map.counts, self.bodies.len() as u32, in_cells);
-        if !epoch.is_fresh {
+        state.list_discs(|_| true);
+        if !task.is_fresh {
             self.copy_events();
         }
     }
@@ -257,20 +242,17 @@ impl Workspace {
         task: &Task<'_>,
         outcome: &mut Outcome,
     ) {
-        let Task { span, epoch, .. } = *task;
+        let Task { span, is_fresh, .. } = *task;
         let Self { state, bodies, .. } = self;
         let window = *state.neighbour_lists.frame();
         let discs = bodies.len() as u32;
-        if epoch.is_fresh {
+        if is_fresh {
             for disc in 0..discs {
                 let events = state.query_neighbours(kernel, disc, span.from);
                 state.write_disc_event(job.detection, disc, span.from, &events);
             }
         }
-        state.calendar.lay_out(discs as usize, span.event_interval / f64::from(discs.max(1)), span.from);
-        for disc in 0..discs {
-            state.calendar.schedule(&state.records, disc, state.records[disc as usize].time);
-        }
+        state.schedule_all(span.event_interval / f64::from(discs.max(1)), span.from);
         let mut past = PastContacts { limits: job.limits, time: f64::NAN, bodies: Vec::new(), at_once: 0 };
         let mut ties = Ties::default();
         while let Some((now, disc)) = self.state.calendar.take_soonest(&self.state.records, span.end, |_| ())
@@ -329,19 +311,18 @@ impl Workspace {
         let cells = pair.map(|disc| state.records[disc as usize].cell());
         let contact = state.contact_of_discs(pair, now);
         let indices = pair.map(|disc| bodies[disc as usize]);
-        let inverse_masses = state.inverse_mass.map_or_else(
-            || indices.map(|body| job.world.bodies[body as usize].kind.inertia.inverse_mass),
-            |inverse_mass| [inverse_mass; 2],
-        );
+        let inverse_masses = state
+            .inverse_mass
+            .map_or_else(|| job.world.inverse_masses(indices), |inverse_mass| [inverse_mass; 2]);
         let (a, b) = (state.flight(pair[0], now), state.flight(pair[1], now));
         let resolved = job.rules.resolve_discs(contact.image, [a, b], inverse_masses);
         outcome.computed += 1;
+        outcome.has_simultaneous |= past.advance_to(now);
         let is_own = cells.map(|cell| places.ring(&window, cell) == 0);
         if is_own[0] | is_own[1] {
             // The tile that owns a disc sees all of its contacts.
-            outcome.has_simultaneous |= now <= job.instant || past.repeats(now, indices);
+            outcome.has_simultaneous |= now <= job.instant || past.repeats(indices);
         }
-        outcome.has_simultaneous |= past.is_endless(now);
         if is_own[0] {
             outcome.contacts += 1;
             outcome.at_end += u64::from(now == span.end);
@@ -419,24 +400,25 @@ struct PastContacts {
 }
 
 impl PastContacts {
-    /// Whether one of two bodies has had another contact at this instant.
+    /// Goes on to a contact at `now`. Returns whether the tile has had so many contacts at this
+    /// instant that there may be no end of them: in the border, discs may overlap.
     #[inline(always)]
-    fn repeats(&mut self, now: f64, bodies: [u32; 2]) -> bool {
-        if now != self.time {
+    fn advance_to(&mut self, now: f64) -> bool {
+        if now == self.time {
+            self.at_once += 1;
+        } else {
+            (self.time, self.at_once) = (now, 0);
             self.bodies.clear();
         }
+        self.at_once > MOST_CONTACTS_AT_ONCE
+    }
+
+    /// Whether one of two bodies of the tile has had another contact at this instant.
+    #[inline(always)]
+    fn repeats(&mut self, bodies: [u32; 2]) -> bool {
         let repeats = !self.bodies.is_empty() && bodies.iter().any(|body| self.bodies.contains(body));
         self.bodies.extend(bodies);
         repeats
-    }
-
-    /// Whether the tile has had so many contacts at this instant that there may be no end of them:
-    /// in the border, discs may overlap.
-    #[inline(always)]
-    fn is_endless(&mut self, now: f64) -> bool {
-        self.at_once = if now == self.time { self.at_once + 1 } else { 0 };
-        self.time = now;
-        self.at_once > MOST_CONTACTS_AT_ONCE
     }
 }
 
