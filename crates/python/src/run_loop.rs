@@ -4,8 +4,7 @@ use std::time::{Duration, Instant};
 
 use carom::{CollisionReport, EpochTime, Observer, RunError, Scene, View, engine::Body};
 use carom_methods::AnySimulation;
-use carom_runs::measures::SingleMeasure;
-use serde::{Deserialize, Serialize};
+use carom_runs::measures::Tracked;
 
 use crate::collisions::Rows;
 
@@ -16,47 +15,6 @@ const PIECE_OF_BODY: Duration = Duration::from_micros(2);
 
 /// The first piece lasts this share of the time in which the fastest body crosses the box.
 const FIRST_PIECE: f64 = 1e-3;
-
-/// A sample lies at the end of a run if at most this share of its interval is missing: rounding.
-const ROUNDING: f64 = 1e-9;
-
-/// A measure with its sampling times, begin + k · interval.
-#[derive(Serialize, Deserialize)]
-pub struct Tracked {
-    /// The measure.
-    pub measure: SingleMeasure,
-    /// Whether the system has been edited since it began.
-    pub is_disturbed: bool,
-    /// Whether it receives samples.
-    pub is_active: bool,
-    begin: EpochTime,
-    /// Number of its next sample, from 0.
-    next: u64,
-}
-
-impl Tracked {
-    /// A measure whose first sample is at the present time.
-    pub fn begin(measure: SingleMeasure, view: &View<'_>) -> Self {
-        let begin = view.time();
-        let mut tracked = Self { measure, is_disturbed: false, is_active: true, begin, next: 0 };
-        tracked.sample(view);
-        tracked
-    }
-
-    fn time(&self) -> EpochTime {
-        self.begin.after(self.next as f64 * self.measure.interval())
-    }
-
-    fn sample(&mut self, view: &View<'_>) {
-        self.measure.sample(view);
-        self.next += 1;
-    }
-
-    /// Whether its next sample is at `time`, to rounding.
-    fn is_due(&self, time: EpochTime) -> bool {
-        self.is_active && self.time().since(time) <= ROUNDING * self.measure.interval()
-    }
-}
 
 /// All that observes a run.
 #[derive(Default)]

@@ -17,7 +17,11 @@ use carom::{
 };
 use carom_methods::{AnySimulation, Method};
 use carom_report::page::Page;
-use carom_runs::{animation, measures::SingleMeasure, picture_of, resumable};
+use carom_runs::{
+    animation,
+    measures::{SingleMeasure, Tracked},
+    picture_of, resumable,
+};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::{
     exceptions::PyValueError,
@@ -30,7 +34,7 @@ use crate::{
     collisions::{MOST_ROWS, Rows},
     edits::{self, Change},
     errors, records,
-    run_loop::{Ended, State, Tracked},
+    run_loop::{Ended, State},
     scene,
 };
 
