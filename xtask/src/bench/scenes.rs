@@ -61,6 +61,11 @@ fn among(discs: f64, large: f64) -> f64 {
     discs / (1.0 - large)
 }
 
+/// So many equal discs at an area fraction.
+pub fn equal_discs(count: usize, area_fraction: f64) -> Scene {
+    gas_only(filling(count, area_fraction))
+}
+
 fn gas_only(gas: GasSpec) -> Scene {
     with_gas(vec![], vec![gas])
 }

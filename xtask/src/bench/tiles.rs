@@ -6,17 +6,19 @@
 
 use std::time::Instant;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use carom::{
     Scene,
-    engine::{GasSpec, TileWork, Tiling},
+    engine::{RunSpec, TileWork, Tiling},
 };
 use carom_methods::AnySimulation;
-use carom_runs::{console::put, print_line};
+use carom_runs::{check::expected_collisions, console::put, print_line};
 use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ProcessTime;
 use serde::Serialize;
+
+use super::scenes::equal_discs;
 
 /// Numbers of cores of the scaling, with the side of tiles in cells. Smaller tiles for many cores:
 /// each should have a few.
@@ -89,9 +91,11 @@ struct Scaling {
 /// The gas cannot be built or run, or two variants differ.
 pub fn run(options: &Options) -> Result<Verdict> {
     ensure!(options.discs > 0 && options.contacts > 0.0, "the discs and their contacts must be positive");
-    let base = AnySimulation::new(&gas(options))?;
+    let scene = equal_discs(options.discs, options.area_fraction);
+    let base = AnySimulation::new(&scene)?;
+    let free_time = free_time(options, &scene, &base)?;
     let mut variants = variants(options, &base);
-    let unit = options.contacts * free_time(options);
+    let unit = options.contacts * free_time;
     // The first turn melts the initial lattice.
     for round in 0..=options.rounds {
         for variant in &mut variants {
@@ -106,7 +110,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     rows.iter().for_each(print);
     put("timings", &rows);
     if !options.no_scaling {
-        scaling(options, &base, rows[0].cpu_ns)?;
+        scaling(&base, free_time, rows[0].cpu_ns)?;
     }
     Ok(Verdict::Passed)
 }
@@ -129,27 +133,11 @@ fn variants(options: &Options, base: &AnySimulation) -> Vec<Variant> {
     variants
 }
 
-fn gas(options: &Options) -> Scene {
-    let gas = GasSpec {
-        radius: Some(radius(options)),
-        mass: Some(1.0),
-        energy: 1.0,
-        count: Some(options.discs),
-        ..GasSpec::default()
-    };
-    Scene { gas: vec![gas], ..Scene::default() }
-}
-
-fn radius(options: &Options) -> f64 {
-    (options.area_fraction / (std::f64::consts::PI * options.discs as f64)).sqrt()
-}
-
-/// Mean free time: 1 / (2 √π n σ χ √(kT/m)) with χ of D. Henderson, Mol. Phys. 30, 971 (1975).
-fn free_time(options: &Options) -> f64 {
-    let filled = options.area_fraction;
-    let contact_value = (1.0 - 7.0 / 16.0 * filled) / (1.0 - filled).powi(2);
-    let diameter = 2.0 * radius(options);
-    1.0 / (2.0 * std::f64::consts::PI.sqrt() * options.discs as f64 * diameter * contact_value)
+/// The mean free time that theory expects (time).
+fn free_time(options: &Options, scene: &Scene, simulation: &AnySimulation) -> Result<f64> {
+    let one = Scene { run: RunSpec { until: 1.0, ..scene.run.clone() }, ..scene.clone() };
+    let collisions = expected_collisions(&one, &simulation.view()).context("no theory for this gas")?;
+    Ok(0.5 * options.discs as f64 / collisions)
 }
 
 /// Runs to a time; returns the nanoseconds of a contact, of wall and of processor time.
@@ -214,13 +202,13 @@ fn print(row: &Row) {
 /// Each core takes the next tile as soon as it is free, so borders and imbalance are included. All
 /// that happens between the tiles' runs is measured on one thread and added. That cores share
 /// memory is not included.
-fn scaling(options: &Options, base: &AnySimulation, order_ns: f64) -> Result<()> {
+fn scaling(base: &AnySimulation, free_time: f64, order_ns: f64) -> Result<()> {
     let mut table = Vec::new();
     for (cores, side) in SCALING {
         let tiling = Tiling { least_bodies: 1, side, ..Tiling::with_threads(1) };
         let mut simulation = base.clone();
         simulation.set_tiling(&tiling);
-        let length = tiling.window * free_time(options);
+        let length = tiling.window * free_time;
         simulation.run_until(length)?;
         let before = simulation.tile_counters();
         let clock = Instant::now();
