@@ -20,7 +20,9 @@ use std::fmt;
 /// parallel.set_tiling(&Tiling { threads: 2, least_bodies: 1, side: 50, ..Tiling::default() });
 /// parallel.run_until(0.02)?;
 /// assert!(parallel.tile_counters().windows > 0);
-/// let motions = |simulation: &Simulation| simulation.view().bodies().map(|body| body.motion).collect::<Vec<_>>();
+/// let motions = |simulation: &Simulation| -> Vec<_> {
+///     simulation.view().bodies().map(|body| body.motion).collect()
+/// };
 /// assert_eq!(motions(&serial), motions(&parallel));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -36,8 +38,8 @@ pub struct Tiling {
     /// Length of a window in mean free times, from 0.1 to 64. Shorter: discs are copied more often.
     /// Longer: wider borders.
     pub window: f64,
-    /// Cells by which the border of a tile is wider than an influence travels in a window, from 1 to
-    /// 64. Fewer: more tiles are repeated. More: more discs are run twice.
+    /// Cells by which the border of a tile is wider than an influence travels in a window, from 1
+    /// to 64. Fewer: more tiles are repeated. More: more discs are run twice.
     pub margin: u32,
     /// Cells that an influence travels in a mean free time, from 0.1 to 64. Fewer: more tiles are
     /// repeated. More: wider borders.
