@@ -290,7 +290,8 @@ pub(crate) fn tick(value: f64, (low, high): (f64, f64)) -> String {
         return "0".to_owned();
     }
     if !(1e-3..1e5).contains(&largest) {
-        let text = format!("{value:.2e}");
+        let decimals = (value.abs().log10().floor() + 2.0 - span.log10()).ceil().clamp(2.0, 12.0) as usize;
+        let text = format!("{value:.decimals$e}");
         let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
         let digits =
             if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
@@ -393,6 +394,7 @@ mod tests {
         assert_eq!(tick(0.25, (0.0, 1.0)), "0.25");
         assert_eq!(tick(1.5e-5, (0.0, 2e-5)), "1.5e-5");
         assert_eq!(tick(-4e-15, (-5e-15, 0.0)), "-4e-15");
+        assert_eq!(tick(1.638e6, (1.63e6, 1.64e6)), "1.638e6");
         assert_eq!(tick(1e-17, (-1.0, 1.0)), "0");
     }
 }
