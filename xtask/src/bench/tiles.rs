@@ -24,8 +24,9 @@ use super::scenes::equal_discs;
 /// each should have a few.
 const SCALING: [(usize, u32); 4] = [(1, 125), (8, 125), (64, 62), (512, 40)];
 
-/// Windows of the scaling. The copy of all motions at the end is divided among them.
-const WINDOWS: f64 = 8.0;
+/// Windows of the scaling, of which the last that is whole is reported. The first melts the initial
+/// lattice.
+const WINDOWS: u32 = 6;
 
 /// Options of `cargo xtask bench tiles`.
 #[derive(Debug, Args)]
@@ -81,6 +82,8 @@ struct Scaling {
     cores: usize,
     tiles: usize,
     ns: f64,
+    /// Of these, what one thread does between the tiles' runs.
+    between_ns: f64,
     speedup: f64,
     megabytes_exchanged: f64,
 }
@@ -197,6 +200,41 @@ fn print(row: &Row) {
     ));
 }
 
+/// One window: the work of its tiles, and the time between their runs (seconds).
+struct Measured {
+    work: Vec<TileWork>,
+    between: f64,
+}
+
+/// Runs windows of a division one by one; none if the box has no room for its tiles.
+fn measure(base: &AnySimulation, tiling: &Tiling, length: f64) -> Result<Option<Measured>> {
+    let mut simulation = base.clone();
+    simulation.set_tiling(tiling);
+    let mut last = None;
+    for window in 1..=WINDOWS {
+        let until = f64::from(window) * length;
+        let before = simulation.tile_counters().windows;
+        let seconds = timed(&mut simulation, until)?;
+        if simulation.tile_counters().windows != before + 1 {
+            // The end of an epoch divides this one.
+            continue;
+        }
+        // The same time again: nothing but the copy of all motions, which a window does not need.
+        let copy = timed(&mut simulation, until)?;
+        let work = simulation.tile_work();
+        let in_tiles: f64 = work.iter().map(|tile| tile.seconds).sum();
+        last = Some(Measured { work, between: (seconds - copy - in_tiles).max(0.0) });
+    }
+    Ok(last)
+}
+
+/// The wall time of a run to a time (seconds).
+fn timed(simulation: &mut AnySimulation, until: f64) -> Result<f64> {
+    let clock = Instant::now();
+    simulation.run_until(until)?;
+    Ok(clock.elapsed().as_secs_f64())
+}
+
 /// Prints the time of a contact on many cores, from the times of the tiles of one window.
 ///
 /// Each core takes the next tile as soon as it is free, so borders and imbalance are included. All
@@ -206,36 +244,26 @@ fn scaling(base: &AnySimulation, free_time: f64, order_ns: f64) -> Result<()> {
     let mut table = Vec::new();
     for (cores, side) in SCALING {
         let tiling = Tiling { least_bodies: 1, side, ..Tiling::with_threads(1) };
-        let mut simulation = base.clone();
-        simulation.set_tiling(&tiling);
-        let length = tiling.window * free_time;
-        simulation.run_until(length)?;
-        let before = simulation.tile_counters();
-        let clock = Instant::now();
-        simulation.run_until((1.0 + WINDOWS) * length)?;
-        let wall = clock.elapsed().as_secs_f64();
-        let windows = (simulation.tile_counters().windows - before.windows) as f64;
-        let work = simulation.tile_work();
-        if windows == 0.0 {
+        let Some(Measured { work, between }) = measure(base, &tiling, tiling.window * free_time)? else {
             print_line(&format!("{cores} cores: the box has no room for tiles of {side} cells"));
             continue;
-        }
-        let in_tiles: f64 = work.iter().map(|tile| tile.seconds).sum();
+        };
         let contacts: u64 = work.iter().map(|tile| tile.contacts).sum();
-        let seconds = longest(&work, cores) + (wall / windows - in_tiles).max(0.0);
-        let ns = 1e9 * seconds / contacts.max(1) as f64;
+        let nanoseconds = |seconds: f64| 1e9 * seconds / contacts.max(1) as f64;
+        let ns = nanoseconds(longest(&work, cores) + between);
         let bytes: usize = work.iter().map(|tile| tile.copied_bytes + tile.log_bytes).sum();
         let row = Scaling {
             cores,
             tiles: work.len(),
             ns,
+            between_ns: nanoseconds(between),
             speedup: order_ns / ns,
             megabytes_exchanged: 1e-6 * bytes as f64,
         };
         print_line(&format!(
-            "{:>4} cores  {:>5} tiles of {side} cells  {:>7.2} ns  {:>6.1} x in order  \
+            "{:>4} cores  {:>5} tiles of {side} cells  {:>7.2} ns, {:.2} of them between tiles  {:>6.1} x in order  \
              {:.1} MB between tiles in a window of {} mean free times",
-            row.cores, row.tiles, row.ns, row.speedup, row.megabytes_exchanged, tiling.window,
+            row.cores, row.tiles, row.ns, row.between_ns, row.speedup, row.megabytes_exchanged, tiling.window,
         ));
         table.push(row);
     }
