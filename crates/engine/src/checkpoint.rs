@@ -439,7 +439,7 @@ impl SavedBody {
             return Err("has a motion that is not finite");
         }
         let is_turned_once = orientation.turns().abs() <= 0.5;
-        if bounds.wrap(position).0 != position || !is_turned_once {
+        if !bounds.contains(position) || !is_turned_once {
             return Err("is out of the box or turned by more than half a turn");
         }
         if molecule.face().is_some() && self.rotation.is_some() {

@@ -48,11 +48,16 @@ impl PeriodicBox {
         self.sides.x * self.sides.y
     }
 
+    /// Whether the point is in the half-open box; false if a coordinate is not a number.
+    pub fn contains(&self, point: DVec2) -> bool {
+        (0.0..self.sides.x).contains(&point.x) && (0.0..self.sides.y).contains(&point.y)
+    }
+
     /// Returns the position in the half-open box, and the number of boxes by which the point was
     /// outside.
     ///
     /// `place + image × sides` is the given point, to rounding. The point must be less than 2^52
-    /// boxes away.
+    /// boxes away; beyond that the result means nothing.
     pub fn wrap(&self, point: DVec2) -> (DVec2, [i64; 2]) {
         let (x, image_x) = wrap_axis(point.x, self.sides.x);
         let (y, image_y) = wrap_axis(point.y, self.sides.y);
@@ -72,14 +77,14 @@ fn wrap_axis(x: f64, side: f64) -> (f64, i64) {
     let mut image = image as i64;
     if place >= side {
         place = 0.0;
-        image += 1;
+        image = image.saturating_add(1);
     } else if place < 0.0 {
         // x / side was rounded up to an integer.
         place += side;
-        image -= 1;
+        image = image.saturating_sub(1);
         if place >= side {
             place = 0.0;
-            image += 1;
+            image = image.saturating_add(1);
         }
     }
     (place, image)
@@ -98,6 +103,18 @@ mod tests {
             assert!((0.0..side).contains(&place), "{x} goes to {place}");
         }
         assert_eq!(wrap_axis(-1e-17, 1.0), (0.0, 0));
+    }
+
+    #[test]
+    fn a_box_contains_what_wrapping_does_not_move() {
+        let shape = PeriodicBox::new(DVec2::new(0.7, 3.0)).unwrap();
+        for x in [0.0, 0.35, 0.7 - f64::EPSILON / 4.0, -1e-17, -1e-300, 0.7, 1e300, -1e300, f64::MAX] {
+            let point = DVec2::new(x, 1.0);
+            assert_eq!(shape.contains(point), shape.wrap(point).0 == point, "{x}");
+        }
+        for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(!shape.contains(DVec2::new(x, 1.0)) && !shape.contains(DVec2::new(0.1, x)));
+        }
     }
 
     proptest! {

@@ -51,7 +51,7 @@ impl TryFrom<Saved> for Growth {
             numbers.iter().all(|number| number.abs() <= LARGEST)
                 && motion.time == 0.0
                 && motion.orientation.turns().abs() <= 0.5
-                && bounds.wrap(motion.position).0 == motion.position
+                && bounds.contains(motion.position)
         };
         if !motions.iter().all(is_valid) {
             return Err(SceneError::GrowthState(
