@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// The data that contacts read or change, apart from the event queue.
-pub(crate) struct EpochLoop<'a, D, R, O: ?Sized> {
+pub(crate) struct EpochLoop<'a, D, R> {
     pub world: &'a mut World,
     pub detection: &'a D,
     pub response: &'a R,
@@ -32,7 +32,8 @@ pub(crate) struct EpochLoop<'a, D, R, O: ?Sized> {
     pub limits: &'a mut Limits,
     /// The present time, as an offset in the epoch.
     pub now: &'a mut f64,
-    pub observer: &'a mut O,
+    /// Who is told of contacts, if anybody wants to know of any.
+    pub observer: Option<&'a mut dyn Observer>,
     /// The target time, as an offset in the epoch.
     pub target: f64,
     /// Number of contacts so far, and its maximum.
@@ -52,7 +53,7 @@ pub(crate) enum Ended {
     AtLimit(f64),
 }
 
-impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_, D, R, O> {
+impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
     type End = Result<Ended, RunError>;
 
     #[inline(always)]
@@ -78,7 +79,7 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_
                 let inverse_masses = queue.inverse_masses(self.world, bodies);
                 let (a, b) = (queue.flight(bodies[0], time), queue.flight(bodies[1], time));
                 let resolved = self.rules().resolve_discs(contact.image, [a, b], inverse_masses);
-                self.record_discs(contact, [a, b], &resolved)?;
+                self.record_discs(contact, [a, b], resolved)?;
                 let flights = [[a[0], b[0]], resolved.after];
                 queue.flights_changed(self.world, self.detection, bodies, time, flights);
             } else {
@@ -107,7 +108,7 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_
     }
 }
 
-impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
+impl<D, R: Response> EpochLoop<'_, D, R> {
     pub(crate) fn rules(&self) -> Rules<'_, R> {
         Rules { world: self.world, response: self.response, elasticity: self.elasticity }
     }
@@ -138,39 +139,62 @@ impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
     pub(crate) fn record_discs(
         &mut self,
         contact: ContactEvent,
-        [[place_a, velocity_a], [place_b, velocity_b]]: [[DVec2; 2]; 2],
-        resolved: &ResolvedDiscs,
+        flights: [[DVec2; 2]; 2],
+        resolved: ResolvedDiscs,
     ) -> Result<(), RunError> {
-        let ContactEvent { time, bodies, image, .. } = contact;
-        let ResolvedDiscs { line_of_centres, impulse, after, met_fixed } = *resolved;
-        let [body_a, body_b] = bodies.map(|body| &self.world.bodies[body as usize]);
+        let ContactEvent { time, bodies, .. } = contact;
+        let ResolvedDiscs { after, met_fixed, .. } = resolved;
         if !self.limits.within(after) {
-            let places = ContactPlaces { bodies, time, places: [place_a, place_b] };
+            let places = ContactPlaces { bodies, time, places: [flights[0][0], flights[1][0]] };
             self.limits.accept(self.world, self.names, places, after, 0.0)?;
         }
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(met_fixed);
-        if self.observer.watches([body_a, body_b]) {
-            let side = |body, position, before: DVec2, after| {
-                let before = Motion { velocity: before, time, ..Motion::at_rest(position) };
-                let after = Motion { velocity: after, ..before };
-                Side { body, atom: Some(0), arm: DVec2::ZERO, before, after }
-            };
-            let normal = ContactFrame { line_of_centres, arms: [DVec2::ZERO; 2] }.normal();
-            self.observer.collision(&CollisionReport {
-                time: self.world.epoch.after(time),
-                sides: [
-                    side(body_a, place_a, velocity_a, after[0]),
-                    side(body_b, place_b, velocity_b, after[1]),
-                ],
-                point: place_a + body_a.kind.molecule.bounding_radius() * normal,
-                normal,
-                impulse,
-                elasticity: Elasticity::ELASTIC,
-                image,
-            });
+        if self.watches(bodies) {
+            self.report_discs(contact, flights, resolved);
         }
         Ok(())
+    }
+
+    /// Whether the observer wants to know of contacts of these bodies.
+    #[inline(always)]
+    fn watches(&self, bodies: [u32; 2]) -> bool {
+        let Some(observer) = &self.observer else { return false };
+        observer.watches(bodies.map(|body| &self.world.bodies[body as usize]))
+    }
+
+    /// Reports the contact of two discs to the observer.
+    // By value: references would keep both in memory where nobody watches.
+    #[inline(never)]
+    fn report_discs(&mut self, contact: ContactEvent, flights: [[DVec2; 2]; 2], resolved: ResolvedDiscs) {
+        let ContactEvent { time, bodies, image, .. } = contact;
+        let ResolvedDiscs { line_of_centres, impulse, after, .. } = resolved;
+        let side = |n: usize| {
+            let [position, velocity] = flights[n];
+            let before = Motion { velocity, time, ..Motion::at_rest(position) };
+            Side {
+                body: &self.world.bodies[bodies[n] as usize],
+                atom: Some(0),
+                arm: DVec2::ZERO,
+                before,
+                after: Motion { velocity: after[n], ..before },
+            }
+        };
+        let sides = [side(0), side(1)];
+        let normal = ContactFrame { line_of_centres, arms: [DVec2::ZERO; 2] }.normal();
+        let radius = sides[0].body.kind.molecule.bounding_radius();
+        let report = CollisionReport {
+            time: self.world.epoch.after(time),
+            point: flights[0][0] + radius * normal,
+            sides,
+            normal,
+            impulse,
+            elasticity: Elasticity::ELASTIC,
+            image,
+        };
+        if let Some(observer) = &mut self.observer {
+            observer.collision(&report);
+        }
     }
 
     /// Accepts any contact, counts it, enters its energy into the ledger and reports it to the
@@ -200,7 +224,9 @@ impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
         self.counters.fixed_collisions += u64::from(resolved.met_fixed);
         self.ledger.spared += resolved.spared.unwrap_or(0.0);
         self.ledger.lost += resolved.lost.unwrap_or(0.0);
-        if self.observer.watches(pair) {
+        if let Some(observer) = &mut self.observer
+            && observer.watches(pair)
+        {
             let (atoms, radius) = parts.atoms_and_first_radius(pair[0].molecule());
             let side = |n: usize| Side {
                 body: pair[n],
@@ -210,7 +236,7 @@ impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
                 after: after[n],
             };
             let normal = frame.normal();
-            self.observer.collision(&CollisionReport {
+            observer.collision(&CollisionReport {
                 time: self.world.epoch.after(time),
                 sides: [side(0), side(1)],
                 point: before[0].position + (frame.arms[0] + radius * normal),

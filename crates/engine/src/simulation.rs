@@ -236,13 +236,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let reached = if *contacts == most || until.since(self.world.epoch) < self.offset {
             Ok(true)
         } else {
-            // The loop is compiled twice: without reports, and for any observer.
-            let reached = if observer.watches_any() {
-                self.advance_in_epoch(until, most, contacts, observer)
-            } else {
-                self.advance_in_epoch(until, most, contacts, &mut ())
-            };
-            reached.inspect_err(|_| {
+            self.advance_in_epoch(until, most, contacts, observer).inspect_err(|_| {
                 // The queue no longer holds the contact. A new epoch predicts it again if the run
                 // continues.
                 self.end_epoch(self.offset);
@@ -254,12 +248,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Runs within one epoch; returns whether `until` or the number of contacts `most` has been
     /// reached.
-    fn advance_in_epoch<O: Observer + ?Sized>(
+    fn advance_in_epoch(
         &mut self,
         until: EpochTime,
         most: u64,
         contacts: &mut u64,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Result<bool, RunError> {
         let target = until.since(self.world.epoch);
         // Whether the world holds the scheduler's motions, as after each call that ends within an
@@ -279,7 +273,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             unresolved: &mut self.unresolved,
             limits,
             now: &mut self.offset,
-            observer,
+            observer: if observer.watches_any() { Some(observer) } else { None },
             target,
             contacts,
             most,

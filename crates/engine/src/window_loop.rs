@@ -5,17 +5,17 @@ use carom_detection::Detection;
 use carom_response::Response;
 
 use crate::{
-    Observer, RunError, Scheduler,
+    RunError, Scheduler,
     epoch_loop::{Ended, EpochLoop},
     window::WindowJob,
 };
 
-impl<D: Detection, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
+impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
     /// Runs in windows for as long as the scheduler can; returns how the loop has ended, or none if
     /// the rest is to be run contact by contact.
     pub(crate) fn run_windows<S: Scheduler>(&mut self, scheduler: &mut S) -> Result<Option<Ended>, RunError> {
         let may_use_windows = self.most == u64::MAX && self.rules().keep_energy();
-        let wants_log = self.observer.watches_any();
+        let wants_log = self.observer.is_some();
         loop {
             let limit = self.limits.time();
             let window = scheduler.run_window(&WindowJob {
@@ -35,7 +35,7 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
                 let contact = logged.event();
                 let inverse_masses = self.world.inverse_masses(contact.bodies);
                 let resolved = self.rules().resolve_discs(contact.image, logged.flights, inverse_masses);
-                self.record_discs(contact, logged.flights, &resolved)?;
+                self.record_discs(contact, logged.flights, resolved)?;
             }
             if !wants_log {
                 self.counters.collisions += window.contacts;
