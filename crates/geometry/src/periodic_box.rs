@@ -49,6 +49,7 @@ impl PeriodicBox {
     }
 
     /// Whether the point is in the half-open box; false if a coordinate is not a number.
+    #[inline]
     pub fn contains(&self, point: DVec2) -> bool {
         (0.0..self.sides.x).contains(&point.x) && (0.0..self.sides.y).contains(&point.y)
     }
@@ -58,7 +59,12 @@ impl PeriodicBox {
     ///
     /// `place + image × sides` is the given point, to rounding. The point must be less than 2^52
     /// boxes away; beyond that the result means nothing.
+    #[inline]
     pub fn wrap(&self, point: DVec2) -> (DVec2, [i64; 2]) {
+        if self.contains(point) {
+            // Where most points are. As below, −0 becomes 0.
+            return (point + 0.0, [0, 0]);
+        }
         let (x, image_x) = wrap_axis(point.x, self.sides.x);
         let (y, image_y) = wrap_axis(point.y, self.sides.y);
         (DVec2::new(x, y), [image_x, image_y])
@@ -103,6 +109,17 @@ mod tests {
             assert!((0.0..side).contains(&place), "{x} goes to {place}");
         }
         assert_eq!(wrap_axis(-1e-17, 1.0), (0.0, 0));
+    }
+
+    #[test]
+    fn points_in_the_box_stay_as_they_are() {
+        let side = 0.7;
+        let shape = PeriodicBox::new(DVec2::splat(side)).unwrap();
+        for x in [0.0, -0.0, 1e-300, 0.3, side - f64::EPSILON / 4.0] {
+            let (place, image) = shape.wrap(DVec2::splat(x));
+            let (along, of_axis) = wrap_axis(x, side);
+            assert_eq!((place.x.to_bits(), image[0]), (along.to_bits(), of_axis), "{x}");
+        }
     }
 
     #[test]

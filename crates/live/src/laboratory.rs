@@ -178,10 +178,10 @@ impl Bench {
         self.stage = self.run.stage();
     }
 
-    /// Runs one piece; returns whether the run is ahead of its clock.
-    fn run_piece(&mut self) -> bool {
+    /// Runs one piece, for a frame that is due then; returns whether the run is ahead of its clock.
+    fn run_piece(&mut self, next_frame: Instant) -> bool {
         let (begun, now) = (Instant::now(), self.now());
-        let target = self.pace.target(now);
+        let target = self.pace.target(now, next_frame.saturating_duration_since(begun));
         if target <= now {
             return true;
         }
@@ -301,7 +301,7 @@ impl Laboratory {
             let runs = self.bench.as_ref().is_some_and(|bench| bench.is_playing);
             let mut is_ahead = !runs;
             if let Some(bench) = self.bench.as_mut().filter(|bench| bench.is_playing) {
-                is_ahead = bench.run_piece();
+                is_ahead = bench.run_piece(self.next_frame);
                 if bench.run.stage() != bench.stage {
                     bench.has_changed();
                 }
@@ -491,10 +491,13 @@ impl Laboratory {
     /// Sends what is due to all pages.
     fn publish(&mut self) {
         let now = Instant::now();
-        if now >= self.next_frame {
+        let tolerance = self.bench.as_ref().map_or(Duration::ZERO, |bench| bench.pace.tolerance());
+        if now + tolerance >= self.next_frame {
             self.publish_frames();
             let interval = self.bench.as_ref().map_or(FRAME, |bench| bench.pace.interval());
-            self.next_frame = now + interval;
+            // At regular times, except after a delay.
+            let next = self.next_frame + interval;
+            self.next_frame = if next > now { next } else { now + interval };
         }
         if now >= self.next_status {
             self.publish_status();

@@ -9,10 +9,14 @@ pub const FRAME: Duration = Duration::from_micros(16_600);
 
 /// Largest share of the time of a run at full speed that frames may take. More: a slower run.
 /// Less: fewer frames of large systems.
-const SHARE_OF_FRAMES: f64 = 0.04;
+const SHARE_OF_FRAMES: f64 = 0.03;
 
 /// The first piece lasts this share of the time in which the fastest body crosses the box.
 const FIRST_PIECE: f64 = 1e-4;
+
+/// The shortest piece, as a share of the interval of frames: also how much earlier than due a frame
+/// may be. Otherwise a piece that ends just before the time of its frame would delay it by a piece.
+const SHORTEST_PIECE: f64 = 0.1;
 
 /// A run that is behind its clock by more than this goes on from where it is.
 const PATIENCE: Duration = Duration::from_millis(100);
@@ -24,8 +28,8 @@ pub struct Pace {
     speed: Option<f64>,
     /// Simulated time and clock at which the speed was set.
     since: (f64, Instant),
-    /// Length of a piece that takes about as long as a frame (time).
-    piece: f64,
+    /// Simulated time for each second of the clock while the engine runs, averaged.
+    rate: f64,
     /// Duration of sending frames, averaged.
     cost: Duration,
 }
@@ -37,7 +41,8 @@ impl Pace {
         let fastest = speeds.fold(0.0, f64::max);
         let piece = FIRST_PIECE * view.bounds().sides().min_element() / fastest;
         let piece = if piece.is_finite() && piece > 0.0 { piece } else { FIRST_PIECE };
-        Self { speed, since: (view.time().to_f64(), Instant::now()), piece, cost: Duration::ZERO }
+        let rate = piece / FRAME.as_secs_f64();
+        Self { speed, since: (view.time().to_f64(), Instant::now()), rate, cost: Duration::ZERO }
     }
 
     /// Sets the speed from now on.
@@ -56,23 +61,31 @@ impl Pace {
         self.since = (now, Instant::now());
     }
 
-    /// The end of the next piece (time); not after `now` if the run is ahead of its clock.
-    pub fn target(&mut self, now: f64) -> f64 {
-        let Some(speed) = self.speed else { return now + self.piece };
+    /// Time before which a frame is due (of the clock) from which on it may be sent.
+    pub fn tolerance(&self) -> Duration {
+        self.interval().mul_f64(SHORTEST_PIECE)
+    }
+
+    /// The end of the next piece (time), for a frame that is due `left` from now; not after `now`
+    /// if the run is ahead of its clock.
+    pub fn target(&mut self, now: f64, left: Duration) -> f64 {
+        let piece = self.rate * left.clamp(self.tolerance(), self.interval()).as_secs_f64();
+        let end = now + piece.max(f64::MIN_POSITIVE);
+        let Some(speed) = self.speed else { return end };
         let due = self.since.0 + speed * self.since.1.elapsed().as_secs_f64();
-        if due - now > speed * PATIENCE.as_secs_f64() + self.piece {
+        if due - end > speed * PATIENCE.as_secs_f64() {
             self.start(now);
         }
-        due.min(now + self.piece)
+        due.min(end)
     }
 
     /// Learns from a piece of this simulated length and duration.
     pub fn has_taken(&mut self, length: f64, wall: Duration) {
-        if length >= self.piece * 0.5 {
-            let factor = (self.interval().as_secs_f64() / wall.as_secs_f64().max(1e-9)).clamp(0.5, 2.0);
-            self.piece = (self.piece * factor).clamp(f64::MIN_POSITIVE, 1e60);
-        } else if wall > self.interval() {
-            self.piece = (0.5 * length).max(f64::MIN_POSITIVE);
+        // Of a shorter piece most time is that of beginning and end.
+        let is_whole = length >= self.rate * self.tolerance().as_secs_f64();
+        if is_whole || wall > self.interval() {
+            let factor = length / (self.rate * wall.as_secs_f64().max(1e-9));
+            self.rate = (self.rate * factor.clamp(0.5, 2.0)).clamp(f64::MIN_POSITIVE, 1e60);
         }
     }
 
@@ -97,20 +110,24 @@ mod tests {
     use carom::{Scene, Simulation};
 
     #[test]
-    fn pieces_approach_the_time_of_a_frame_and_frames_keep_to_their_share() {
+    fn pieces_end_with_the_time_of_a_frame_and_frames_keep_to_their_share() {
         let scene = Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10").unwrap();
         let simulation = Simulation::new(&scene).unwrap();
         let mut pace = Pace::new(&simulation.view(), None);
         // A machine that simulates 5 units of time a second.
         for _ in 0..40 {
-            let length = pace.target(0.0);
+            let length = pace.target(0.0, FRAME);
             pace.has_taken(length, Duration::from_secs_f64(length / 5.0));
         }
-        assert!((pace.target(0.0) / (5.0 * FRAME.as_secs_f64()) - 1.0).abs() < 1e-6);
+        let ends_after = |pace: &mut Pace, left: Duration| pace.target(0.0, left) / 5.0;
+        assert!((ends_after(&mut pace, FRAME) / FRAME.as_secs_f64() - 1.0).abs() < 1e-6);
+        assert!((ends_after(&mut pace, FRAME / 4) / FRAME.as_secs_f64() - 0.25).abs() < 1e-6);
+        assert!(ends_after(&mut pace, Duration::ZERO) > 0.0, "the run goes on");
         (0..40).for_each(|_| pace.has_sent(Duration::from_millis(4)));
-        assert!((pace.interval().as_secs_f64() / 0.1 - 1.0).abs() < 0.01);
+        let share = 0.004 / pace.interval().as_secs_f64();
+        assert!((share / SHARE_OF_FRAMES - 1.0).abs() < 0.01, "{share}");
         pace.set_speed(Some(1e-9), 3.0);
-        assert!(pace.target(3.0) < 3.0 + 1e-6, "slow motion");
+        assert!(pace.target(3.0, FRAME) < 3.0 + 1e-6, "slow motion");
         assert_eq!(pace.interval(), FRAME);
     }
 }
