@@ -66,6 +66,12 @@ impl Program for Cli {
         self.console
     }
 
+    /// The laboratory has no end, and its page shows the run.
+    #[cfg(feature = "live")]
+    fn shows_progress(&self) -> bool {
+        !matches!(self.command, Command::Live(_))
+    }
+
     fn run(&self) -> Result<Verdict> {
         match &self.command {
             Command::Run(options) => run::run(options),

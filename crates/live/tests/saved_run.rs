@@ -215,3 +215,21 @@ fn a_run_without_edits_is_saved_as_the_run_of_its_scene() {
     let text = std::fs::read_to_string(root.path().join("later/config.toml")).unwrap();
     assert_eq!(Scene::from_toml(&text).unwrap().run.until.floor(), 7.0);
 }
+
+#[test]
+fn a_run_ends_at_a_time_at_which_it_can_be_saved() {
+    // As a gas that has lost its energy.
+    let scene = Scene::from_toml(
+        "[[molecule]]\ntags = [\"gas\"]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.5, 0.5]\n\
+         [run]\nuntil = 1.0\nsample_interval = 0.1\nobserve = [\"energy\"]\n\
+         [[measure]]\nkind = \"correlation\"\nof = \"gas\"\nmax = 0.4\n",
+    )
+    .unwrap();
+    let mut run = InteractiveRun::begin(&scene).unwrap();
+    run.advance(EpochTime::from(1e30), &mut ()).unwrap();
+    let refused = run.advance(EpochTime::from(2e30), &mut ()).unwrap_err().to_string();
+    assert!(refused.contains("latest time, 1e30"), "{refused}");
+    let root = tempfile::tempdir().unwrap();
+    let saved = run.save(&root.path().join("saved")).unwrap();
+    assert!(saved.time >= 1e30, "{}", saved.time);
+}

@@ -22,12 +22,13 @@ use super::json_checks::{checks, failures};
 
 /// The experiments, cheap ones first. Those of the thesis's tests and of capability costs measure
 /// times alone, on an idle machine, and are left out.
-const EXPERIMENTS: [&str; 14] = [
+const EXPERIMENTS: [&str; 15] = [
     "relaxation",
     "cooling",
     "heating",
     "thermostat",
     "virial",
+    "freezing",
     "equilibrium",
     "depletion",
     "diffusion",

@@ -37,6 +37,12 @@ use crate::{
 /// End of the last stage while the run goes on (time).
 const ENDLESS: f64 = LARGEST;
 
+/// Latest time of a run, in units of the end that its scene names, and as a share of the largest
+/// time of all. Without it a gas that loses energy, whose time goes on exponentially, would reach
+/// times at which no scene file can name an end, and the run could not be saved.
+const LATEST: f64 = 1e30;
+const LATEST_SHARE: f64 = 1e-20;
+
 /// An edit and an action of a thermostat are at least this share of the thermostat's interval
 /// apart, so that rounding cannot change their order.
 const APART: f64 = 1e-6;
@@ -131,13 +137,21 @@ impl InteractiveRun {
     /// Runs to `until`, with the starts of stages and the actions of thermostats on the way.
     ///
     /// # Errors
-    /// The run cannot go on, or an edit of the scene is refused.
+    /// The run cannot go on, `until` is later than a run can be saved, or an edit of the scene is
+    /// refused.
     pub fn advance(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<()> {
+        let latest = self.latest();
+        ensure!(until.to_f64() <= latest, "the run has reached its latest time, {latest:e}");
         while let Some(step) = self.due(until) {
             self.simulation.observe_until_epoch_time(EpochTime::from(step.time), observer)?;
             self.take(step, observer)?;
         }
         Ok(self.simulation.observe_until_epoch_time(until, observer)?)
+    }
+
+    /// The latest time of the run.
+    fn latest(&self) -> f64 {
+        (LATEST * self.until).min(LATEST_SHARE * ENDLESS).max(self.until)
     }
 
     /// Runs through the next contact, if it happens no later than `until`, else to `until`; returns
