@@ -32,7 +32,7 @@ pub(crate) struct EpochLoop<'a, D, R> {
     pub limits: &'a mut Limits,
     /// The present time, as an offset in the epoch.
     pub now: &'a mut f64,
-    /// Who is told of contacts, if anybody wants to know of any.
+    /// The observer, if it wants to know of contacts.
     pub observer: Option<&'a mut dyn Observer>,
     /// The target time, as an offset in the epoch.
     pub target: f64,
@@ -164,7 +164,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     }
 
     /// Reports the contact of two discs to the observer.
-    // By value: references would keep both in memory where nobody watches.
+    // By value: references would keep both in memory in the loop, for contacts that are not reported.
     #[inline(never)]
     fn report_discs(&mut self, contact: ContactEvent, flights: [[DVec2; 2]; 2], resolved: ResolvedDiscs) {
         let ContactEvent { time, bodies, image, .. } = contact;
