@@ -164,7 +164,8 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     }
 
     /// Reports the contact of two discs to the observer.
-    // By value: references would keep both in memory in the loop, for contacts that are not reported.
+    // By value: references would keep both in memory in the loop, for contacts that are not
+    // reported.
     #[inline(never)]
     fn report_discs(&mut self, contact: ContactEvent, flights: [[DVec2; 2]; 2], resolved: ResolvedDiscs) {
         let ContactEvent { time, bodies, image, .. } = contact;
