@@ -5,7 +5,7 @@
 //! page. Nothing is loaded from elsewhere: the page forbids it (`Content-Security-Policy`).
 
 use std::{
-    net::{IpAddr, SocketAddr, TcpListener},
+    net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, UdpSocket},
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -114,6 +114,24 @@ impl Door {
     }
 }
 
+/// The address under which pages reach a server that listens on `address`. For all addresses of this
+/// machine (0.0.0.0), that towards other networks, or the loopback address if there is none.
+fn named_address(address: IpAddr) -> IpAddr {
+    if !address.is_unspecified() {
+        return address;
+    }
+    let (loopback, elsewhere): (IpAddr, &str) = match address {
+        IpAddr::V4(_) => (Ipv4Addr::LOCALHOST.into(), "192.0.2.1:9"),
+        IpAddr::V6(_) => (Ipv6Addr::LOCALHOST.into(), "[2001:db8::1]:9"),
+    };
+    // Nothing is sent: this only chooses a route, to an address for documentation (RFC 5737, 3849).
+    let towards = UdpSocket::bind((address, 0)).and_then(|socket| {
+        socket.connect(elsewhere)?;
+        socket.local_addr()
+    });
+    towards.map_or(loopback, |local| local.ip())
+}
+
 /// Compares in a time that does not depend on where the words differ.
 fn is_same(one: &str, other: &str) -> bool {
     let differ = one.bytes().zip(other.bytes()).fold(0, |differ, (a, b)| differ | (a ^ b));
@@ -130,7 +148,8 @@ impl Server {
         listener.set_nonblocking(true).context("cannot listen")?;
         let token = random_word()?;
         let shown = listener.local_addr().context("cannot listen")?;
-        let address = format!("http://{shown}/{token}/");
+        let named = SocketAddr::new(named_address(shown.ip()), shown.port());
+        let address = format!("http://{named}/{token}/");
         let door = Arc::new(Door { token, is_open: !shown.ip().is_loopback() });
         Ok(Self { listener, address, door, folder: folder.to_owned(), signals })
     }
@@ -318,6 +337,18 @@ mod tests {
         }
         let open = Door { token: "abc".to_owned(), is_open: true };
         assert!(open.knows("192.168.1.2:80") && !open.knows("evil.example:80"));
+    }
+
+    #[test]
+    fn the_printed_address_is_one_that_can_be_opened() {
+        for address in ["127.0.0.1", "192.168.1.2", "::1"] {
+            let address = address.parse().unwrap();
+            assert_eq!(named_address(address), address);
+        }
+        for all in ["0.0.0.0", "::"] {
+            let named = named_address(all.parse().unwrap());
+            assert!(!named.is_unspecified(), "{named}");
+        }
     }
 
     #[test]
