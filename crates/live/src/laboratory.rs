@@ -228,6 +228,39 @@ impl Bench {
         Ok(contacts)
     }
 
+    /// Stops, and runs through so many contacts.
+    fn pass_contacts(&mut self, contacts: u32) -> Result<Value> {
+        ensure!(
+            (1..=MOST_CONTACTS).contains(&contacts),
+            "a step has from 1 to {MOST_CONTACTS} contacts, not {contacts}"
+        );
+        self.is_playing = false;
+        let done = self.step(contacts).inspect_err(|error| self.stop(error))?;
+        ensure!(done > 0, "there was no contact until t = {}", self.now());
+        Ok(json!({ "contacts": done, "time": self.now() }))
+    }
+
+    /// Chooses the body whose contacts are shown.
+    fn choose(&mut self, id: Option<u64>) -> Result<Value> {
+        let (view, key) = (self.run.view(), id.map(BodyKey::of_id));
+        let is_there = key.is_none_or(|key| view.body(key).is_some());
+        ensure!(is_there, "there is no body {}", id.unwrap_or(0));
+        self.watching.follower.choose(key, &view);
+        Ok(key.map_or(Value::Null, |key| about(&view, key)))
+    }
+
+    /// Goes back to the bookmark.
+    fn go_back(&mut self) -> Result<Value> {
+        self.run = self.bookmark.clone().context("there is no bookmark")?;
+        // Measures of a course that has not happened mean nothing.
+        self.watching.measures.clear();
+        self.watching.start(&self.run.view());
+        self.watch = Watch::new(&self.run.view());
+        self.error = None;
+        self.has_changed();
+        Ok(json!({ "time": self.now() }))
+    }
+
     fn stop(&mut self, error: &anyhow::Error) {
         self.is_playing = false;
         self.error = Some(format!("{error:#}"));
@@ -377,45 +410,15 @@ impl Laboratory {
                 bench.pace.set_speed(speed, now);
                 Ok(Value::Null)
             }
-            Command::Step(contacts) => {
-                ensure!(
-                    (1..=MOST_CONTACTS).contains(&contacts),
-                    "a step has from 1 to {MOST_CONTACTS} contacts, not {contacts}"
-                );
-                let bench = self.bench()?;
-                bench.is_playing = false;
-                let done = bench.step(contacts).inspect_err(|error| bench.stop(error))?;
-                ensure!(done > 0, "there was no contact until t = {}", bench.now());
-                Ok(json!({ "contacts": done, "time": bench.now() }))
-            }
+            Command::Step(contacts) => self.bench()?.pass_contacts(contacts),
             Command::Edit(edits) => self.edit(&edits),
-            Command::Choose(id) => {
-                let bench = self.bench()?;
-                let key = id.map(BodyKey::of_id);
-                ensure!(
-                    key.is_none_or(|key| bench.run.view().body(key).is_some()),
-                    "there is no body {}",
-                    id.unwrap_or(0)
-                );
-                bench.watching.follower.choose(key, &bench.run.view());
-                Ok(key.map_or(Value::Null, |key| about(&bench.run.view(), key)))
-            }
+            Command::Choose(id) => self.bench()?.choose(id),
             Command::Bookmark(_) => {
                 let bench = self.bench()?;
                 bench.bookmark = Some(bench.run.clone());
                 Ok(json!({ "time": bench.now() }))
             }
-            Command::Back(_) => {
-                let bench = self.bench()?;
-                bench.run = bench.bookmark.clone().context("there is no bookmark")?;
-                // Measures of a course that has not happened mean nothing.
-                bench.watching.measures.clear();
-                bench.watching.start(&bench.run.view());
-                bench.watch = Watch::new(&bench.run.view());
-                bench.error = None;
-                bench.has_changed();
-                Ok(json!({ "time": bench.now() }))
-            }
+            Command::Back(_) => self.bench()?.go_back(),
             Command::Measure(request) => self.measure(&request),
             Command::EndMeasure(id) => {
                 let bench = self.bench()?;
