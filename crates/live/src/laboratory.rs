@@ -35,6 +35,9 @@ use crate::{
 /// Longest time without a look at signals.
 const LOOK: Duration = Duration::from_millis(20);
 
+/// Longest time in which samples are taken without a look at commands.
+const LONGEST_SAMPLES: Duration = Duration::from_millis(50);
+
 /// Time between two reports of the state, and of the measures.
 const STATUS: Duration = Duration::from_millis(250);
 const MEASURES: Duration = Duration::from_millis(500);
@@ -48,6 +51,9 @@ const MOST_SAMPLES: u64 = 200_000;
 
 /// Longest time that steps from contact to contact take.
 const LONGEST_STEPS: Duration = Duration::from_secs(2);
+
+/// Commands that are executed one after another without a frame.
+const MOST_COMMANDS: usize = 32;
 
 /// Largest number of saved runs in one folder.
 const MOST_SAVED: u32 = 100_000;
@@ -176,6 +182,9 @@ impl Bench {
             BodyList::new(self.body_list.version + 1, &self.name, method(self.run.scene()), &view);
         self.pace = Pace::new(&view, speed);
         self.stage = self.run.stage();
+        for measured in &mut self.watching.measures {
+            measured.tracked.is_disturbed = true;
+        }
     }
 
     /// Runs one piece, for a frame that is due then; returns whether the run is ahead of its clock.
@@ -185,22 +194,31 @@ impl Bench {
         if target <= now {
             return true;
         }
-        let ran = self.run_to(EpochTime::from(target));
+        let collisions = self.run.view().counters().collisions;
+        let ran = self.run_to(EpochTime::from(target)).and_then(|()| self.run.renew(&mut self.watching));
         let wall = begun.elapsed();
         self.watch.has_run(wall);
-        self.pace.has_taken(target - now, wall);
-        if let Err(error) = ran {
-            self.stop(&error);
+        self.pace.has_taken(self.now() - now, wall);
+        let view = self.run.view();
+        let rests = view.counters().collisions == collisions
+            && !self.run.has_changes_ahead()
+            && view.bodies().all(|body| body.energy() == 0.0);
+        match ran {
+            Err(error) => self.stop(&error),
+            Ok(_) if rests => self.stop(&anyhow!("no body moves")),
+            Ok(_) => {}
         }
         false
     }
 
+    /// Runs to a time, or less far if samples take long.
     fn run_to(&mut self, target: EpochTime) -> Result<()> {
+        let begun = Instant::now();
         loop {
             let end = self.watching.next_sample(target);
             self.run.advance(end, &mut self.watching)?;
             self.watching.sample(&self.run.view());
-            if end >= target {
+            if end >= target || begun.elapsed() > LONGEST_SAMPLES {
                 return Ok(());
             }
         }
@@ -335,20 +353,21 @@ impl Laboratory {
             let mut is_ahead = !runs;
             if let Some(bench) = self.bench.as_mut().filter(|bench| bench.is_playing) {
                 is_ahead = bench.run_piece(self.next_frame);
-                if bench.run.stage() != bench.stage {
-                    bench.has_changed();
-                }
             }
             let pause = if is_ahead { self.pause() } else { Duration::ZERO };
             match messages.recv_timeout(pause) {
                 Ok(message) => {
                     self.obey(message);
-                    while let Ok(message) = messages.try_recv() {
+                    for message in messages.try_iter().take(MOST_COMMANDS) {
                         self.obey(message);
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
+            }
+            // Stages of the scene begin in pieces and in steps.
+            if let Some(bench) = self.bench.as_mut().filter(|bench| bench.run.stage() != bench.stage) {
+                bench.has_changed();
             }
             self.publish();
             if self.signals.check().is_err() {
@@ -430,8 +449,8 @@ impl Laboratory {
             }
             Command::Save(_) => {
                 let bench = self.bench.as_ref().context("no scene is open")?;
-                let Saved { time, command } = self.save(bench)?;
-                Ok(json!({ "time": time, "command": command }))
+                let Saved { time, command, left_out } = self.save(bench)?;
+                Ok(json!({ "time": time, "command": command, "left_out": left_out }))
             }
         }
     }
@@ -455,9 +474,6 @@ impl Laboratory {
             }
         }
         if !times.is_empty() {
-            for measured in &mut bench.watching.measures {
-                measured.tracked.is_disturbed = true;
-            }
             bench.error = None;
             bench.has_changed();
         }
@@ -510,7 +526,7 @@ impl Laboratory {
             && let Some(bench) = &self.bench
         {
             let Bench { run, watching, .. } = bench;
-            let results = report::results(&watching.measures, run.scene(), run.elasticity(), &run.view());
+            let results = report::results(&watching.measures, run);
             let text = text_of(&json!({ "measures": results }));
             self.viewers.all().iter().for_each(|viewer| viewer.send_measures(text.clone()));
             let cost = now.elapsed();

@@ -85,6 +85,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let ended = server.serve(scene)?;
     if let Some(saved) = ended.saved {
         print_line(&format!("saved at t = {}; go on with\n  {}", saved.time, saved.command));
+        for reason in saved.left_out {
+            note(&format!("Not measured any more: {reason}"));
+        }
     }
     Ok(Verdict::Passed)
 }

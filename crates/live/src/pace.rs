@@ -70,7 +70,7 @@ impl Pace {
     /// if the run is ahead of its clock.
     pub fn target(&mut self, now: f64, left: Duration) -> f64 {
         let piece = self.rate * left.clamp(self.tolerance(), self.interval()).as_secs_f64();
-        let end = now + piece.max(f64::MIN_POSITIVE);
+        let end = (now + piece).max(now.next_up());
         let Some(speed) = self.speed else { return end };
         let due = self.since.0 + speed * self.since.1.elapsed().as_secs_f64();
         if due - end > speed * PATIENCE.as_secs_f64() {

@@ -5,10 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use carom::{
-    Scene, View,
-    engine::{ElasticitySpec, Tag},
-};
+use carom::{Scene, View, engine::Tag};
 use carom_runs::{measures::Tracked, run::interactive::InteractiveRun};
 use carom_tables::{Figure, Role, Table};
 use cpu_time::ThreadTime;
@@ -106,6 +103,7 @@ impl Watch {
             "deepest": self.deepest,
             "elasticity": run.elasticity().default,
             "pairs": run.elasticity().pair,
+            "rules": run.elasticity(),
             "hold": run.thermostats(),
             "stage": run.stage(),
             "tags": totals.tags,
@@ -166,15 +164,15 @@ pub struct Measured {
 }
 
 /// The results of the measures so far. `rules` has the elasticity in force.
-pub fn results(measures: &[Measured], scene: &Scene, elasticity: &ElasticitySpec, view: &View<'_>) -> Value {
-    let rules = Scene { elasticity: elasticity.clone(), ..scene.clone() };
+pub fn results(measures: &[Measured], run: &InteractiveRun) -> Value {
+    let rules = Scene { elasticity: run.elasticity().clone(), ..run.scene().clone() };
+    let view = &run.view();
     let of = |Measured { id, name, tracked }: &Measured| {
         let edited = "the system has been edited since the measure began";
         let disturbed = if tracked.is_disturbed {
             Some(edited)
         } else {
-            let heated = scene.stage.iter().any(|stage| !stage.thermostat.is_empty());
-            heated.then_some("thermostats act")
+            (!run.thermostats().is_empty()).then_some("thermostats act")
         };
         let record = tracked.measure.record(&rules, view, disturbed);
         let results = carom_runs::merge::merged(&record);

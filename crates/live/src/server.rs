@@ -12,11 +12,13 @@ use std::{
         mpsc::{SyncSender, TrySendError, sync_channel},
     },
     thread,
+    time::{Duration, Instant},
 };
 
 use anyhow::{Context, Result};
 use axum::{
     Router,
+    body::Bytes,
     extract::{
         State,
         ws::{Message as Packet, WebSocket, WebSocketUpgrade},
@@ -42,6 +44,11 @@ use crate::{
 
 /// The page.
 const PAGE: &str = include_str!("page.html");
+
+/// Time between two questions whether a page is still there, and the longest time without a word of
+/// it: then it loses its connection, and the right to edit passes on.
+const QUESTION: Duration = Duration::from_secs(5);
+const SILENCE: Duration = Duration::from_secs(20);
 
 /// Largest message of a page (bytes).
 const LARGEST_REQUEST: usize = 1 << 18;
@@ -192,7 +199,7 @@ impl Server {
             Ok::<(), std::io::Error>(())
         });
         // Connections end with the runtime.
-        runtime.shutdown_timeout(std::time::Duration::from_millis(200));
+        runtime.shutdown_timeout(Duration::from_millis(200));
         let ended = engine.join().map_err(|_| panicked())?;
         served.context("the server")?;
         ended
@@ -249,6 +256,8 @@ fn page() -> Response {
 async fn talk(mut socket: WebSocket, shared: Arc<Shared>) {
     let Some(viewer) = shared.viewers.join() else { return };
     viewer.answer(&hello(shared.viewers.is_writer(viewer.id)));
+    let mut questions = tokio::time::interval(QUESTION);
+    let mut heard = Instant::now();
     loop {
         tokio::select! {
             outgoing = viewer.next() => {
@@ -257,19 +266,32 @@ async fn talk(mut socket: WebSocket, shared: Arc<Shared>) {
                     Some(Outgoing::Text(text)) => Packet::text(text),
                     Some(Outgoing::Binary(bytes)) => Packet::binary(bytes.to_vec()),
                 };
-                if socket.send(packet).await.is_err() {
+                if !sent(&mut socket, packet).await {
                     break;
                 }
             }
-            incoming = socket.recv() => match incoming {
-                Some(Ok(Packet::Text(text))) => receive(text.as_str(), &viewer, &shared),
-                Some(Ok(Packet::Ping(_) | Packet::Pong(_))) => {}
-                // The end, a fault, or what no page of this server sends.
-                _ => break,
-            },
+            incoming = socket.recv() => {
+                heard = Instant::now();
+                match incoming {
+                    Some(Ok(Packet::Text(text))) => receive(text.as_str(), &viewer, &shared),
+                    Some(Ok(Packet::Ping(_) | Packet::Pong(_))) => {}
+                    // The end, a fault, or what no page of this server sends.
+                    _ => break,
+                }
+            }
+            _ = questions.tick() => {
+                if heard.elapsed() > SILENCE || !sent(&mut socket, Packet::Ping(Bytes::new())).await {
+                    break;
+                }
+            }
         }
     }
     shared.viewers.leave(viewer.id);
+}
+
+/// Sends a packet; returns whether the page has taken it in time.
+async fn sent(socket: &mut WebSocket, packet: Packet) -> bool {
+    matches!(tokio::time::timeout(SILENCE, socket.send(packet)).await, Ok(Ok(())))
 }
 
 /// What a page receives first.

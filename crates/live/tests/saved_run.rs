@@ -132,7 +132,7 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
     let unknown = run.edit(&StageSpec { remove: vec!["hto".to_owned()], ..quiet() }, None, &mut ());
     assert!(format!("{:#}", unknown.unwrap_err()).contains("hot"), "the next tag is suggested");
     // Past the second stage of the scene, onto an instant at which its thermostat acts.
-    advance(&mut run, 0.7);
+    run.advance(EpochTime::from(0.7), &mut ()).unwrap();
     let place = free_place(&run);
     run.edit(&StageSpec { add: vec![disc(place)], ..quiet() }, None, &mut ()).unwrap();
     let added = run.view().bodies().last().unwrap().body.id();
@@ -232,4 +232,37 @@ fn a_run_ends_at_a_time_at_which_it_can_be_saved() {
     let root = tempfile::tempdir().unwrap();
     let saved = run.save(&root.path().join("saved")).unwrap();
     assert!(saved.time >= 1e30, "{}", saved.time);
+}
+
+#[test]
+fn measures_of_bodies_that_are_gone_are_left_out_of_a_saved_run() {
+    let scene = Scene::from_toml(SCENE).unwrap();
+    let mut run = InteractiveRun::begin(&scene).unwrap();
+    run.advance(EpochTime::from(0.7), &mut ()).unwrap();
+    let removal = StageSpec { remove: vec!["hot".to_owned()], ..StageSpec::default() };
+    run.edit(&removal, Some(&[]), &mut ()).unwrap();
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("saved");
+    let saved = run.save(&folder).unwrap();
+    assert!(saved.left_out.len() == 1 && saved.left_out[0].contains("hot"), "{:?}", saved.left_out);
+    let stored = Scene::from_toml(&std::fs::read_to_string(folder.join("config.toml")).unwrap()).unwrap();
+    assert_eq!(stored.run.observe, ["energy"]);
+    end_of(&folder.join("config.toml"), &folder, &["--resume"]);
+}
+
+#[test]
+fn a_thermostat_that_acts_for_ever_goes_on_in_a_stage_of_its_own() {
+    let scene = Scene::from_toml(
+        "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 2\n\
+         [[stage]]\nuntil = 1.0\n\
+         thermostat = [{ tag = \"gas\", every = 1e-6, energy = 1.0 }]\n",
+    )
+    .unwrap();
+    let mut run = InteractiveRun::begin(&scene).unwrap();
+    run.advance(EpochTime::from(2.0), &mut ()).unwrap();
+    assert!(!run.renew(&mut ()).unwrap() && run.stage() == 0);
+    run.advance(EpochTime::from(2.6), &mut ()).unwrap();
+    assert!(run.renew(&mut ()).unwrap() && run.stage() == 1);
+    let root = tempfile::tempdir().unwrap();
+    run.save(&root.path().join("saved")).unwrap();
 }

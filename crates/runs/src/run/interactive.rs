@@ -11,7 +11,7 @@ use std::{iter::Peekable, path::Path};
 use anyhow::{Context, Result, bail, ensure};
 use carom::{
     EpochTime, Observer, Scene, View,
-    engine::{ElasticitySpec, StageSpec, ThermostatSpec},
+    engine::{ElasticitySpec, RunSpec, StageSpec, ThermostatSpec},
     geometry::LARGEST,
 };
 use carom_methods::{AnySimulation, Method};
@@ -47,6 +47,10 @@ const LATEST_SHARE: f64 = 1e-20;
 /// apart, so that rounding cannot change their order.
 const APART: f64 = 1e-6;
 
+/// A stage is renewed after this share of the actions of a thermostat that it may have; at half of
+/// them the run could not be saved.
+const RENEWED_AFTER: f64 = 0.25;
+
 /// Largest number of moves of the instant of an edit: past an action of each thermostat, and the
 /// start of a stage of the scene.
 const MOST_MOVES: usize = 1000;
@@ -81,6 +85,8 @@ pub struct Saved {
     pub time: f64,
     /// The command that goes on from it.
     pub command: String,
+    /// Measures of the scene that are left out, with the reason: their bodies are no longer there.
+    pub left_out: Vec<String>,
 }
 
 impl InteractiveRun {
@@ -225,6 +231,27 @@ impl InteractiveRun {
         Ok(start)
     }
 
+    /// Begins a stage without edits if a thermostat has acted so often in the present one that a
+    /// scene file could soon not name its end; returns whether it has.
+    ///
+    /// # Errors
+    /// Those of [`Self::edit`].
+    pub fn renew(&mut self, observer: &mut dyn Observer) -> Result<bool> {
+        let (start, _) = spans(&self.scene.stage).nth(self.stage).unwrap_or_default();
+        let lasts = self.simulation.time().to_f64() - start;
+        let most = RENEWED_AFTER * MOST_ACTIONS;
+        let is_long = self.thermostats().iter().any(|thermostat| lasts > most * thermostat.every);
+        if is_long {
+            self.edit(&StageSpec::default(), None, observer)?;
+        }
+        Ok(is_long)
+    }
+
+    /// Whether stages of the scene or thermostats still change the system.
+    pub fn has_changes_ahead(&self) -> bool {
+        self.stage + 1 < self.scene.stage.len() || !self.thermostats().is_empty()
+    }
+
     /// Runs to the next time at which a stage can begin, and returns it.
     fn settle(&mut self, observer: &mut dyn Observer) -> Result<f64> {
         let now = self.simulation.time();
@@ -278,15 +305,16 @@ impl InteractiveRun {
     /// present epoch. The run itself does not change.
     ///
     /// # Errors
-    /// A file cannot be written; a measure of the scene does not fit the bodies that are there; a
-    /// thermostat has acted more often than a scene file allows; the run cannot go on.
+    /// A file cannot be written; a thermostat has acted more often than a scene file allows (see
+    /// [`Self::renew`]); the run cannot go on.
     pub fn save(&self, path: &Path) -> Result<Saved> {
         let mut ahead = self.clone();
         let state = ahead.run_to_end_of_epoch()?;
         let time = state.time();
-        let scene = ahead.ending_after(time.to_f64())?;
-        scene_file::validate(&scene)?;
+        let mut scene = ahead.ending_after(time.to_f64())?;
         let view = ahead.simulation.view();
+        let left_out = leave_out_measures(&mut scene, &view);
+        scene_file::validate(&scene)?;
         let mut measures = Measures::begin(&scene, &view)?;
         measures.start(&view);
         let done = ahead.done_of(&scene, time);
@@ -301,7 +329,7 @@ impl InteractiveRun {
         folder.write_lasting(PICTURES[0], picture_of(&view, PICTURE))?;
         let what = describe(&scene, None);
         resumable::write_going(&path.join(CHECKPOINT), &what, scene.run.until, done, &state, &measures)?;
-        Ok(Saved { time: time.to_f64(), command })
+        Ok(Saved { time: time.to_f64(), command, left_out })
     }
 
     /// Runs to the end of the epoch, or through the edit that ends it.
@@ -380,6 +408,29 @@ impl InteractiveRun {
         }
         done
     }
+}
+
+/// Removes the measures that cannot begin with these bodies; returns each with the reason.
+fn leave_out_measures(scene: &mut Scene, view: &View<'_>) -> Vec<String> {
+    let alone = Scene {
+        run: RunSpec { observe: Vec::new(), ..scene.run.clone() },
+        measure: Vec::new(),
+        ..scene.clone()
+    };
+    let mut left_out = Vec::new();
+    scene.run.observe.retain(|name| {
+        let observe = vec![name.clone()];
+        let only = Scene { run: RunSpec { observe, ..alone.run.clone() }, ..alone.clone() };
+        let begun = Measures::begin(&only, view);
+        left_out.extend(begun.as_ref().err().map(|error| format!("{error:#}")));
+        begun.is_ok()
+    });
+    scene.measure.retain(|spec| {
+        let begun = Measures::begin(&Scene { measure: vec![spec.clone()], ..alone.clone() }, view);
+        left_out.extend(begun.as_ref().err().map(|error| format!("{error:#}")));
+        begun.is_ok()
+    });
+    left_out
 }
 
 /// Ends the run and its last stage at `until`.
