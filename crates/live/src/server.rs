@@ -121,8 +121,8 @@ impl Door {
     }
 }
 
-/// The address under which pages reach a server that listens on `address`. For all addresses of this
-/// machine (0.0.0.0), that towards other networks, or the loopback address if there is none.
+/// The address under which pages reach a server that listens on `address`. For all addresses of
+/// this machine (0.0.0.0), that towards other networks, or the loopback address if there is none.
 fn named_address(address: IpAddr) -> IpAddr {
     if !address.is_unspecified() {
         return address;
