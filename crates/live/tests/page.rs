@@ -127,6 +127,14 @@ fn a_user_watches_edits_and_saves_a_gas() {
     // A measure grows, with its figures.
     page.eval("put('kind', 'temperature'); put('of', 'gas'); press('measure')");
     page.until("document.querySelectorAll('#measures svg path').length > 0");
+    // One with a parameter, which is refused in words and then accepted.
+    page.eval(
+        "put('kind', 'correlation');
+         window.max = document.querySelector('#parameters [data-parameter=max]'); max.value = -1; press('measure')",
+    );
+    page.until("text('message').startsWith('Refused') && text('message').includes('max')");
+    page.eval("max.value = 0.2; press('measure')");
+    page.until("document.querySelectorAll('#measures section').length === 2");
 
     // No part is wider than the page, and every control has a name, on all screens.
     for (size, is_dark) in
