@@ -40,6 +40,11 @@ const LINE: i32 = 22;
 const FIRST_LINE: i32 = 46;
 const MOST_LINES: usize = 15;
 
+/// Width of a letter in units of the height of the text, and of what lies beside the axis of names
+/// (pixels).
+const WIDTH_OF_LETTER: f64 = 0.55;
+const FRAME: f64 = 110.0;
+
 /// Space left and right of the points, as a share of their range.
 const ROOM: f64 = 0.05;
 
@@ -255,7 +260,9 @@ impl ErrorBars {
         match &self.abscissa {
             Abscissa::Names(names) => {
                 let last = names.len() as f64 - 0.5;
-                Scale::new((-0.5, last), (0..names.len()).map(|index| index as f64).collect())
+                let every = apart(names);
+                let marks = (0..names.len()).step_by(every).map(|index| index as f64);
+                Scale::new((-0.5, last), marks.collect())
             }
             Abscissa::Linear => {
                 let room = if high > low { ROOM * (high - low) } else { 0.5 * high.abs().max(1e-300) };
@@ -303,6 +310,14 @@ impl ErrorBars {
     }
 }
 
+/// Distance between two names that are written below the axis, so that they do not overlap: 1 if
+/// there is room for all.
+fn apart(names: &[String]) -> usize {
+    let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    let width = WIDTH_OF_LETTER * canvas::TEXT * (longest + 1) as f64 * names.len() as f64;
+    (width / (f64::from(SIZE.0) - FRAME)).ceil().max(1.0) as usize
+}
+
 /// Tick marks of a logarithmic axis, as decimal logarithms: powers of ten, with 2 and 5 between
 /// them where there are few.
 fn decades((low, high): (f64, f64)) -> Vec<f64> {
@@ -323,6 +338,16 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_that_would_overlap_are_left_out() {
+        let names = |count: usize, name: &str| vec![name.to_owned(); count];
+        assert_eq!(apart(&names(3, "disc")), 1);
+        let many = names(11, "224 at 0.702");
+        let shown = many.len().div_ceil(apart(&many));
+        assert!((3..=6).contains(&shown), "{shown}");
+        assert_eq!(apart(&[]), 1);
+    }
 
     fn chart(abscissa: &Abscissa, curves: usize) -> ErrorBars {
         let value = |x: f64| Value { x, y: 2.0 * x, error: Some(0.1), prediction: Some(2.1 * x) };
