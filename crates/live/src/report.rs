@@ -102,7 +102,6 @@ impl Watch {
             "overlaps": self.overlapping_pairs,
             "deepest": self.deepest,
             "elasticity": run.elasticity().default,
-            "pairs": run.elasticity().pair,
             "rules": run.elasticity(),
             "hold": run.thermostats(),
             "stage": run.stage(),

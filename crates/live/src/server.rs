@@ -45,9 +45,9 @@ use crate::{
 /// The page.
 const PAGE: &str = include_str!("page.html");
 
-/// Time between two questions whether a page is still there, and the longest time without a word of
-/// it: then it loses its connection, and the right to edit passes on.
-const QUESTION: Duration = Duration::from_secs(5);
+/// Time between two pings of a page, and the longest time without an answer: then it loses its
+/// connection, and the right to edit passes on.
+const PING: Duration = Duration::from_secs(5);
 const SILENCE: Duration = Duration::from_secs(20);
 
 /// Largest message of a page (bytes).
@@ -256,7 +256,7 @@ fn page() -> Response {
 async fn talk(mut socket: WebSocket, shared: Arc<Shared>) {
     let Some(viewer) = shared.viewers.join() else { return };
     viewer.answer(&hello(shared.viewers.is_writer(viewer.id)));
-    let mut questions = tokio::time::interval(QUESTION);
+    let mut pings = tokio::time::interval(PING);
     let mut heard = Instant::now();
     loop {
         tokio::select! {
@@ -279,7 +279,7 @@ async fn talk(mut socket: WebSocket, shared: Arc<Shared>) {
                     _ => break,
                 }
             }
-            _ = questions.tick() => {
+            _ = pings.tick() => {
                 if heard.elapsed() > SILENCE || !sent(&mut socket, Packet::Ping(Bytes::new())).await {
                     break;
                 }

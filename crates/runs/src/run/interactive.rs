@@ -418,18 +418,16 @@ fn leave_out_measures(scene: &mut Scene, view: &View<'_>) -> Vec<String> {
         ..scene.clone()
     };
     let mut left_out = Vec::new();
+    let mut can_begin = |only: &Scene| {
+        let begun = Measures::begin(only, view);
+        left_out.extend(begun.as_ref().err().map(|error| format!("{error:#}")));
+        begun.is_ok()
+    };
     scene.run.observe.retain(|name| {
-        let observe = vec![name.clone()];
-        let only = Scene { run: RunSpec { observe, ..alone.run.clone() }, ..alone.clone() };
-        let begun = Measures::begin(&only, view);
-        left_out.extend(begun.as_ref().err().map(|error| format!("{error:#}")));
-        begun.is_ok()
+        let run = RunSpec { observe: vec![name.clone()], ..alone.run.clone() };
+        can_begin(&Scene { run, ..alone.clone() })
     });
-    scene.measure.retain(|spec| {
-        let begun = Measures::begin(&Scene { measure: vec![spec.clone()], ..alone.clone() }, view);
-        left_out.extend(begun.as_ref().err().map(|error| format!("{error:#}")));
-        begun.is_ok()
-    });
+    scene.measure.retain(|spec| can_begin(&Scene { measure: vec![spec.clone()], ..alone.clone() }));
     left_out
 }
 
