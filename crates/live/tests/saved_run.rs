@@ -62,7 +62,11 @@ const SCENE: &str = r#"
     [[stage]]
     until = 0.5
     measure = false
-    thermostat = [{ tag = "hot", every = 0.05, kind = "maxwell", temperature = 2.0 }]
+    # Every third action of the first is at the instant of the second, up to rounding.
+    thermostat = [
+        { tag = "hot", every = 0.01, kind = "maxwell", temperature = 2.0 },
+        { tag = "hot", every = 0.03, kind = "maxwell", temperature = 1.0 },
+    ]
     [[stage]]
     until = 3.0
     thermostat = [{ tag = "hot", every = 0.02, kind = "maxwell", temperature = 3.0 }]
@@ -160,6 +164,10 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
     let place = free_place(&run);
     let wall = WallSpec { from: Some(place), to: Some([place[0] + 0.001, place[1]]), ..WallSpec::default() };
     run.edit(&StageSpec { add_wall: vec![wall], ..quiet() }, None, &mut ()).unwrap();
+    // Without a thermostat, the start of a stage is one rounding step after that of the last.
+    run.edit(&quiet(), Some(&[]), &mut ()).unwrap();
+    run.edit(&quiet(), None, &mut ()).unwrap();
+    run.edit(&quiet(), None, &mut ()).unwrap();
     advance(&mut run, 1.777);
 
     let root = tempfile::tempdir().unwrap();

@@ -102,7 +102,7 @@ impl InteractiveRun {
         let actions = stage_edits::prepare(&mut simulation, scene, 0)?;
         let (until, mut scene) = (scene.run.until, scene.clone());
         end_at(&mut scene, ENDLESS);
-        let schedule = steps_of(&scene);
+        let schedule = Schedule::changes(&scene, 0).peekable();
         let mut run = Self { simulation, scene, until, schedule, stage: 0, done: 0, actions };
         // Thermostats of the first stage act at time 0.
         run.advance(EpochTime::ZERO, &mut ())?;
@@ -219,10 +219,10 @@ impl InteractiveRun {
         stages::refuse_unknown_tags(&shown, tags(&shown))?;
         edited.actions += stage_edits::begin(&mut edited.simulation, &edited.scene, present, edited.actions)?;
         edited.stage = present;
-        edited.schedule = steps_of(&edited.scene);
-        let before = edited.schedule.by_ref().take_while(|step| step.what != What::Stage(present)).count();
-        edited.done = 1 + before as u64;
-        debug_assert_eq!(edited.done, self.done + 1);
+        edited.schedule = Schedule::changes(&edited.scene, present).peekable();
+        let begun = edited.schedule.next();
+        debug_assert_eq!(begun.map(|step| step.what), Some(What::Stage(present)));
+        edited.done = self.done + 1;
         // No contact happens: the thermostats act at the start of the stage.
         edited.advance(EpochTime::from(start), &mut ())?;
         observer.pause(&self.simulation.view());
@@ -392,18 +392,22 @@ impl InteractiveRun {
         Ok(scene)
     }
 
-    /// The steps of the finite scene that lie behind a checkpoint at `time`.
+    /// The steps of the finite scene that lie behind a checkpoint at `time`: all up to the last
+    /// change, and later observations up to `time`.
     fn done_of(&self, scene: &Scene, time: EpochTime) -> Done {
         let mut done = Done { actions: self.actions, ..Done::default() };
         let mut changes = 0;
         for step in Schedule::new(scene) {
-            match step.what {
-                What::Sample if EpochTime::from(step.time) <= time => done.samples += 1,
-                What::Snapshot | What::Check if EpochTime::from(step.time) <= time => done.steps += 1,
-                What::Stage(_) | What::Thermostat { .. } if changes < self.done => {
-                    (changes, done.steps) = (changes + 1, done.steps + 1);
-                }
-                _ => break,
+            let is_change = matches!(step.what, What::Stage(_) | What::Thermostat { .. });
+            let is_behind = changes < self.done || !is_change && EpochTime::from(step.time) <= time;
+            if !is_behind {
+                break;
+            }
+            changes += u64::from(is_change);
+            if step.what == What::Sample {
+                done.samples += 1;
+            } else {
+                done.steps += 1;
             }
         }
         done
@@ -437,12 +441,4 @@ fn end_at(scene: &mut Scene, until: f64) {
     if let Some(last) = scene.stage.last_mut() {
         last.until = until;
     }
-}
-
-/// The starts of stages and the actions of thermostats.
-fn steps_of(scene: &Scene) -> Peekable<Schedule> {
-    let mut scene = scene.clone();
-    scene.run.sample_interval = scene.run.until;
-    (scene.run.snapshot_interval, scene.run.check_interval) = (None, None);
-    Schedule::new(&scene).peekable()
 }

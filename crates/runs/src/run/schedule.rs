@@ -2,15 +2,25 @@
 //! stages, and actions of thermostats.
 //!
 //! Each time is a product, start + k · interval, not a sum of intervals. Steps whose times differ
-//! by less than 1e-9 of the shortest interval of the run happen at one instant: first the sample,
-//! then snapshot and check, then a stage starts, then thermostats act in the order of their list.
+//! only by rounding happen at one instant: first the sample, then snapshot and check, then a stage
+//! starts, then thermostats act in the order of their list.
+//!
+//! Order and times of the steps that change the system in a stage depend on that stage alone, not on
+//! what is observed. So a run whose stages are written while it goes on makes the same steps as the
+//! run of the scene it has written.
 
-use carom::engine::{RunSpec, Scene, StageSpec};
+use std::vec;
+
+use carom::{
+    engine::{RunSpec, Scene, StageSpec},
+    geometry::LARGEST,
+};
 
 use crate::sampling_times::{sampling_count, sampling_time};
 
-/// Times that differ by less than this share of the shortest interval are one instant: they differ
-/// by rounding. Larger: steps that a scene sets apart could change places.
+/// Times that differ by less than this share of the shortest interval of samples, snapshots, checks
+/// and thermostats of a stage are one instant: they differ by rounding. Larger: steps that a scene
+/// sets apart could change places.
 const ROUNDING: f64 = 1e-9;
 
 /// One step of a run at a given time.
@@ -45,9 +55,23 @@ pub enum What {
 /// All steps of a run after time 0, in their order.
 #[derive(Debug, Clone)]
 pub struct Schedule {
-    /// In the order of steps at one instant.
+    /// Samples, snapshots and checks, in their order at one instant.
+    observations: Vec<Series>,
+    /// Shortest interval of observations (time).
+    shortest: f64,
+    /// The stage whose changes come next.
+    stage: Changes,
+    /// The stages after it.
+    later: vec::IntoIter<Changes>,
+}
+
+/// The steps of a stage that change the system.
+#[derive(Debug, Clone, Default)]
+struct Changes {
+    /// In their order at one instant.
     series: Vec<Series>,
-    tolerance: f64,
+    /// Shortest interval of thermostats (time).
+    shortest: f64,
 }
 
 /// Steps at regular times.
@@ -84,6 +108,35 @@ impl Series {
             }
         }
     }
+
+    /// Takes the next step, which it has.
+    fn step(&mut self) -> Option<Step> {
+        let time = self.time()?;
+        self.next += 1;
+        Some(Step { time, what: self.what })
+    }
+}
+
+impl Changes {
+    fn new(stage: usize, spec: &StageSpec, (start, end): (f64, f64)) -> Self {
+        // One action, at the start; the first stage has begun.
+        let begin = (stage > 0).then(|| Series::actions(What::Stage(stage), start, end, end - start));
+        let thermostats = spec.thermostat.iter().enumerate().map(|(index, thermostat)| {
+            Series::actions(What::Thermostat { stage, index }, start, end, thermostat.every)
+        });
+        let shortest = spec.thermostat.iter().map(|thermostat| thermostat.every).fold(LARGEST, f64::min);
+        Self { series: begin.into_iter().chain(thermostats).collect(), shortest }
+    }
+}
+
+/// The earliest time of these series.
+fn earliest(series: &[Series]) -> Option<f64> {
+    series.iter().filter_map(Series::time).reduce(f64::min)
+}
+
+/// The first of these series with a step no later than `limit`.
+fn first_until(series: &mut [Series], limit: f64) -> Option<&mut Series> {
+    series.iter_mut().find(|series| series.time().is_some_and(|time| time <= limit))
 }
 
 /// Start and end of each stage (time); a run without stages has none.
@@ -101,24 +154,36 @@ impl Schedule {
     /// The steps of a scene whose times are valid.
     pub fn new(scene: &Scene) -> Self {
         let RunSpec { until, sample_interval, snapshot_interval, check_interval, .. } = scene.run;
-        let mut series = vec![Series::samples(What::Sample, until, sample_interval)];
         let apart = [(What::Snapshot, snapshot_interval), (What::Check, check_interval)];
-        series.extend(
-            apart.iter().filter_map(|&(what, interval)| {
-                interval.map(|interval| Series::samples(what, until, interval))
-            }),
-        );
-        for (stage, (spec, (start, end))) in scene.stage.iter().zip(spans(&scene.stage)).enumerate() {
-            if stage > 0 {
-                // One action, at the start.
-                series.push(Series::actions(What::Stage(stage), start, end, end - start));
-            }
-            series.extend(spec.thermostat.iter().enumerate().map(|(index, thermostat)| {
-                Series::actions(What::Thermostat { stage, index }, start, end, thermostat.every)
-            }));
+        let apart = apart.into_iter().filter_map(|(what, interval)| Some((what, interval?)));
+        let intervals = std::iter::once((What::Sample, sample_interval)).chain(apart);
+        let observations: Vec<Series> =
+            intervals.map(|(what, interval)| Series::samples(what, until, interval)).collect();
+        let shortest = observations.iter().map(|series| series.interval).fold(LARGEST, f64::min);
+        Self { observations, shortest, ..Self::changes(scene, 0) }
+    }
+
+    /// The steps that change the system, from the start of a stage on.
+    pub fn changes(scene: &Scene, from: usize) -> Self {
+        let stages = scene.stage.iter().zip(spans(&scene.stage)).enumerate().skip(from);
+        let later: Vec<Changes> =
+            stages.map(|(stage, (spec, span))| Changes::new(stage, spec, span)).collect();
+        Self {
+            observations: Vec::new(),
+            shortest: LARGEST,
+            stage: Changes::default(),
+            later: later.into_iter(),
         }
-        let shortest = series.iter().map(|series| series.interval).fold(until, f64::min);
-        Self { series, tolerance: ROUNDING * shortest }
+    }
+
+    /// The time of the next change: that of the present stage, or the start of a later one.
+    fn next_change(&mut self) -> Option<f64> {
+        loop {
+            if let Some(time) = earliest(&self.stage.series) {
+                return Some(time);
+            }
+            self.stage = self.later.next()?;
+        }
     }
 }
 
@@ -126,12 +191,18 @@ impl Iterator for Schedule {
     type Item = Step;
 
     fn next(&mut self) -> Option<Step> {
-        let earliest = self.series.iter().filter_map(Series::time).reduce(f64::min)?;
-        let limit = earliest + self.tolerance;
-        let series = self.series.iter_mut().find(|series| series.time().is_some_and(|time| time <= limit))?;
-        let time = series.time()?;
-        series.next += 1;
-        Some(Step { time, what: series.what })
+        let change = self.next_change();
+        if let Some(observation) = earliest(&self.observations) {
+            let same = ROUNDING * self.shortest.min(self.stage.shortest);
+            if change.is_none_or(|change| observation <= change + same) {
+                let step = first_until(&mut self.observations, observation + same)?.step()?;
+                // Not after the change by rounding: observations must not delay it.
+                let time = change.map_or(step.time, |change| step.time.min(change));
+                return Some(Step { time, ..step });
+            }
+        }
+        let same = ROUNDING * self.stage.shortest;
+        first_until(&mut self.stage.series, change? + same)?.step()
     }
 }
 
@@ -177,6 +248,27 @@ mod tests {
         ];
         assert_eq!(names, expected);
         assert_eq!(found[11].0, 0.3 + 0.15);
+    }
+
+    #[test]
+    fn a_short_stage_does_not_change_the_order_in_others() {
+        // 3 · 0.1 rounds to more than 0.3.
+        let stages = |first: f64| {
+            let hold = "thermostat = [{ tag = \"a\", every = 0.1, energy = 1 }, \
+                 { tag = \"b\", every = 0.3, energy = 1 }]";
+            format!("[[stage]]\nuntil = {first:?}\n{hold}\n[[stage]]\nuntil = {:?}\n[[stage]]\nuntil = 2", {
+                first.next_up()
+            })
+        };
+        let scene = Scene::from_toml(&stages(0.7)).unwrap();
+        let first = Schedule::changes(&scene, 0).take_while(|step| step.what != What::Stage(1));
+        let indices = first.map(|step| match step.what {
+            What::Thermostat { index, .. } => index,
+            other => panic!("{other:?} in the first stage"),
+        });
+        assert_eq!(indices.collect::<Vec<_>>(), [0, 1, 0, 0, 0, 1, 0, 0, 0, 1]);
+        let later: Vec<What> = Schedule::changes(&scene, 1).map(|step| step.what).collect();
+        assert_eq!(later, [What::Stage(1), What::Stage(2)]);
     }
 
     #[test]
