@@ -35,6 +35,7 @@
 //! | shear viscosity and heat conductivity: Helfand moments | [`HelfandMoment`] | contacts, samples |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
 //! | velocities, and Boltzmann's H | [`VelocityDistribution`] | samples |
+//! | friction coefficients from the squares of the impulses | [`Friction`] | contacts, samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
 //! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
@@ -71,6 +72,7 @@ mod energy_ledger;
 mod extended_xyz;
 mod flight_log;
 mod free_paths;
+mod friction;
 mod group;
 mod helfand;
 mod hexatic_order;
@@ -111,6 +113,7 @@ pub use energy_ledger::{EnergyLedger, LedgerPoint};
 pub use extended_xyz::write_extended_xyz;
 pub use flight_log::{Flight, FlightLog};
 pub use free_paths::FreePaths;
+pub use friction::Friction;
 pub use group::Group;
 pub use helfand::{HelfandMoment, HelfandPoint};
 pub use hexatic_order::{HexaticOrder, HexaticPoint};

@@ -73,6 +73,9 @@ pub struct CorrelationPoint {
     /// ⟨|x(t₀ + t) − x(t₀)|²⟩ (length²).
     #[doc(alias = "MSD")]
     pub mean_square_displacement: f64,
+    /// ⟨|x(t₀ + t) − x(t₀)|⁴⟩ (length⁴); twice the square of ⟨|Δx|²⟩ if displacements are Gaussian, as
+    /// the solution of the diffusion equation is.
+    pub mean_fourth_displacement: f64,
     /// ⟨v(t₀ + t)·v(t₀)⟩ (length² / time²); ⟨v²⟩ at lag 0.
     #[doc(alias = "VACF")]
     pub autocorrelation: f64,
@@ -100,6 +103,7 @@ struct State {
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Sums {
     squares: f64,
+    fourths: f64,
     products: f64,
 }
 
@@ -127,9 +131,10 @@ impl TimeCorrelation {
     }
 
     /// [Σx, Σw] over all samples so far, w the number of pairs: the squared displacement at each of
-    /// the [lags](Self::lags) (length²), then the product of velocities at each (length² / time²).
+    /// the [lags](Self::lags) (length²), then the product of velocities at each (length² / time²), then the fourth power of
+    /// the displacement (length⁴).
     pub fn sums(&self) -> Vec<[f64; 2]> {
-        let terms: [fn(&Sums) -> f64; 2] = [|sums| sums.squares, |sums| sums.products];
+        let terms: [fn(&Sums) -> f64; 3] = [|sums| sums.squares, |sums| sums.products, |sums| sums.fourths];
         let of_term = |term: fn(&Sums) -> f64| {
             self.lags.each(&self.clock).map(move |(_, sum)| [term(&sum.sums), sum.pairs as f64])
         };
@@ -188,7 +193,9 @@ impl MovingFrame {
 
 impl PairSums<State> for Sums {
     fn add(&mut self, before: &State, now: &State) {
-        self.squares += (now.place - before.place).length_squared();
+        let square = (now.place - before.place).length_squared();
+        self.squares += square;
+        self.fourths += square * square;
         self.products += now.velocity.dot(before.velocity);
     }
 }
@@ -199,6 +206,7 @@ fn point(lag: f64, sum: &LagSum<Sums>) -> CorrelationPoint {
         lag,
         pairs: sum.pairs,
         mean_square_displacement: sum.sums.squares / pairs,
+        mean_fourth_displacement: sum.sums.fourths / pairs,
         autocorrelation: sum.sums.products / pairs,
     }
 }

@@ -80,7 +80,7 @@ pub const VIRIAL: Theory = Theory {
 pub const DIFFUSION: Theory = Theory {
     name: "diffusion",
     question: "Do discs, a heavy disc, rods, momentum and heat spread as kinetic theory predicts?",
-    studies: &["self-diffusion", "heavy-disc", "rods", "transport"],
+    studies: &["self-diffusion", "heavy-disc", "fixed-disc", "rods", "transport"],
 };
 
 /// Forces between big discs among small ones.
@@ -94,7 +94,7 @@ pub const DEPLETION: Theory = Theory {
 pub const COOLING: Theory = Theory {
     name: "cooling",
     question: "Does an inelastic gas cool by Haff's law, and when do three discs collapse?",
-    studies: &["cooling", "collapse"],
+    studies: &["cooling", "cooling-per-collision", "collapse"],
 };
 
 /// Haff's law above elasticity 1.
@@ -115,7 +115,7 @@ pub const THERMOSTAT: Theory = Theory {
 pub const RATCHET: Theory = Theory {
     name: "ratchet",
     question: "Does an asymmetric molecule drift in a gas, in equilibrium and out of it?",
-    studies: &["ratchet", "motor"],
+    studies: &["ratchet", "ratchet-resets", "motor"],
 };
 
 impl Theory {

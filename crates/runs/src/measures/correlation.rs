@@ -31,7 +31,8 @@ pub(super) const KIND: Kind = Kind {
 };
 
 impl Measured for TimeCorrelation {
-    /// The squared displacement at each lag, then the product of velocities.
+    /// The squared displacement at each lag, then the product of velocities, then the fourth power of
+    /// the displacement.
     fn sums(&self) -> Vec<[f64; 2]> {
         self.sums()
     }
@@ -44,8 +45,9 @@ impl Measured for TimeCorrelation {
             let begin = (index * self.lags().len()).min(means.len());
             context.resolved(&means[begin..], &lags)
         };
-        let (squares, products) = (quantity(0), quantity(1));
+        let (squares, products, fourths) = (quantity(0), quantity(1), quantity(2));
         let exponential: Vec<Option<f64>> = lags.iter().map(|&lag| exponential(lag, context)).collect();
+        let gaussian = squares.iter().map(|mean| mean.value.map(|square| 2.0 * square * square)).collect();
         let table = Table::new(
             context.table("correlation"),
             "Mean squared displacement and velocity autocorrelation",
@@ -55,6 +57,8 @@ impl Measured for TimeCorrelation {
         .means("mean_square_displacement", "length²", &squares)
         .means("velocity_autocorrelation", "length²/time²", &products)
         .prediction("2kT/m exp(−Γt)", exponential, ENSKOG)
+        .means("mean_fourth_displacement", "length⁴", &fourths)
+        .prediction("2 ⟨|Δr|²⟩², Gaussian", gaussian, "diffusion equation")
         .logarithmic()
         .caption(context.theory(
             "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",

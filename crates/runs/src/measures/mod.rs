@@ -12,6 +12,7 @@ mod energy;
 mod entry;
 mod events;
 mod free_path;
+mod friction;
 mod hard_discs;
 mod heat_conductivity;
 mod hexatic_order;
@@ -62,7 +63,7 @@ pub use self::{
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [Kind; 25] = [
+pub const KINDS: [Kind; 26] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -72,6 +73,7 @@ pub const KINDS: [Kind; 25] = [
     temperature::KIND,
     correlation::KIND,
     orientation::KIND,
+    friction::KIND,
     pair_distribution::KIND,
     structure_factor::KIND,
     hexatic_order::KIND,

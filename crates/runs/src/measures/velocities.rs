@@ -4,12 +4,15 @@ use carom::{
     Observer, VelocityDistribution, View,
     observers::{Histogram, VelocityPoint},
 };
-use carom_tables::{BlockMean, Figure, Table};
+use carom_tables::{BlockMean, Figure, Table, chi_square::ChiSquare};
 use serde::{Deserialize, Serialize};
 
 use super::{Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, resumed};
 
 const MAXWELL: &str = "Maxwell's distribution";
+
+/// Bins in which fewer speeds are expected are joined: χ² holds for many counts in each bin.
+const LEAST_EXPECTED: f64 = 10.0;
 
 pub(super) const KIND: Kind = Kind {
     name: "velocities",
@@ -97,7 +100,8 @@ impl Measured for Velocities {
             tables.push(self.components(x, [&components[..bins], &components[bins..]], reason, context));
             tables.push(self.speeds(speeds, of_speeds, reason, context));
         }
-        let figures = kurtosis.iter().filter_map(|mean| self.kurtosis_figure(mean, context)).collect();
+        let kurtosis = kurtosis.iter().filter_map(|mean| self.kurtosis_figure(mean, context));
+        let figures = kurtosis.chain(self.rise(context)).chain(self.speed_test(context)).collect();
         Results { tables, figures, ..Results::default() }
     }
 }
@@ -152,15 +156,69 @@ impl Velocities {
         sum / series.len().max(1) as f64
     }
 
+    /// Whether the group is the whole of a gas to which theory applies.
+    fn is_microcanonical(&self, context: &Context<'_>) -> bool {
+        let bodies = self.distribution.series().last().map(|point| point.bodies);
+        context.gas().is_some_and(|gas| Some(gas.count) == bodies && gas.count > 2)
+    }
+
+    /// By how much H_x exceeds an earlier value at most.
+    fn rise(&self, context: &Context<'_>) -> Option<Figure> {
+        let mut values = self.distribution.series().iter().filter_map(|point| Some(point.h?.x));
+        let first = values.next()?;
+        let rise = |(lowest, rise): (f64, f64), h: f64| (h.min(lowest), rise.max(h - lowest));
+        let (_, rise) = values.fold((first, 0.0), rise);
+        Some(Figure::new(context.named("largest rise of H_x"), rise, "ln(time/length)"))
+    }
+
+    /// χ² of the speeds against their distribution at fixed energy and momentum, over its degrees of
+    /// freedom: the number of bins less two, because the energy is fixed as well as the number.
+    fn speed_test(&self, context: &Context<'_>) -> Option<Figure> {
+        let speeds = self.distribution.speeds().filter(|_| self.is_microcanonical(context))?;
+        let bodies = self.distribution.series().last()?.bodies as f64;
+        let mean_square = 2.0 * self.variance();
+        let above = |bin: usize| share_above(speeds.edge(bin) * speeds.edge(bin) / mean_square, bodies);
+        let is_enough = |share: f64| speeds.total() as f64 * share >= LEAST_EXPECTED;
+        // Joins bins until they expect enough, here and behind; the last has no end.
+        let mut starts = vec![0];
+        for bin in 1..speeds.counts().len() {
+            if is_enough(above(starts[starts.len() - 1]) - above(bin)) && is_enough(above(bin)) {
+                starts.push(bin);
+            }
+        }
+        let up_to: Vec<u64> = starts.iter().map(|&bin| speeds.counts()[..bin].iter().sum()).collect();
+        let counts: Vec<u64> = differences(&up_to, speeds.total(), |from, to| to - from);
+        let shares: Vec<f64> = starts.iter().map(|&bin| above(bin)).collect();
+        let shares: Vec<f64> = differences(&shares, 0.0, |from, to| from - to);
+        let test = ChiSquare::of(&counts, &shares);
+        let freedom = test.freedom.checked_sub(1).filter(|freedom| *freedom > 0)? as f64;
+        let name = context.named("χ² of the speeds over its degrees of freedom");
+        let figure = Figure::new(name, test.value / freedom, "1").error(f64::sqrt(2.0 / freedom));
+        Some(figure.predicted(1.0, "Maxwell at fixed energy and momentum, if samples are independent"))
+    }
+
     /// The mean kurtosis. Its prediction is that of fixed energy and momentum, 2 (N − 1)/N.
     fn kurtosis_figure(&self, kurtosis: &BlockMean, context: &Context<'_>) -> Option<Figure> {
         let figure = context.figure("kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩²", "1", kurtosis)?;
         let bodies = self.distribution.series().last()?.bodies;
-        let is_all = context.hard_discs.as_ref().is_ok_and(|gas| gas.count == bodies);
         let count = bodies as f64;
-        let prediction = is_all.then(|| 2.0 * (count - 1.0) / count);
+        let prediction = self.is_microcanonical(context).then(|| 2.0 * (count - 1.0) / count);
         Some(figure.predicted(prediction, "Maxwell, at fixed energy and momentum"))
     }
+}
+
+/// The share of N equal bodies with a larger speed than one whose square is `square` times the mean.
+///
+/// At fixed energy and momentum all states of 2 (N − 1) velocity components with one sum of squares
+/// are equally likely, so that the share of one body in that sum has the density ∝ (1 − x)^(N − 3).
+fn share_above(square: f64, bodies: f64) -> f64 {
+    (1.0 - square / (bodies - 1.0)).max(0.0).powf(bodies - 2.0)
+}
+
+/// The differences of neighbours, the last from `end`.
+fn differences<T: Copy>(values: &[T], end: T, difference: impl Fn(T, T) -> T) -> Vec<T> {
+    let next = values.iter().skip(1).copied().chain([end]);
+    values.iter().zip(next).map(|(&from, to)| difference(from, to)).collect()
 }
 
 /// Moments and Boltzmann's H at each sample.
