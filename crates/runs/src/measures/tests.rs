@@ -175,7 +175,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
         let has_table = results.tables.iter().any(|table| is_of(&table.name));
         let has_file = results.files.iter().any(|file| is_of(file));
         // This scene has no walls.
-        let is_absent = ["drift", "overlap", "wall-heat", "wall-pressure"].contains(&kind.name);
+        let is_absent = ["drift", "friction", "overlap", "wall-heat", "wall-pressure"].contains(&kind.name);
         assert!(has_table || has_file || is_absent, "{}", kind.name);
     }
     // Six of the drift, four of the orientation, and two of the contact density.
@@ -213,7 +213,7 @@ fn measures_of_hard_discs_agree_with_their_predictions() {
             until = 6.0
             sample_interval = 0.005
             measure_from = 1.0
-            observe = ["velocities", "correlation", "pair-distribution"]
+            observe = ["velocities", "correlation", "pair-distribution", "friction"]
         "#,
     );
     let gas = gas.unwrap();
@@ -231,7 +231,7 @@ fn measures_of_hard_discs_agree_with_their_predictions() {
     let squares = column(correlation, "mean_square_displacement");
     assert!((squares[1].unwrap() / (found[0].unwrap() * lag * lag) - 1.0).abs() < rate * lag);
     let figure = |part: &str| results.figures.iter().find(|figure| figure.name.contains(part)).unwrap();
-    for part in ["at contact", "kurtosis"] {
+    for part in ["at contact", "kurtosis", "friction coefficient Σ|J|²", "initial decay"] {
         let figure = figure(part);
         let (off, error) = (figure.value - figure.prediction.unwrap(), figure.standard_error.unwrap());
         assert!(off.abs() < 5.0 * error && error < 0.05 * figure.value, "{part}: {figure:?}");

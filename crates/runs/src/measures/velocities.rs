@@ -251,3 +251,26 @@ fn series(velocities: &VelocityDistribution, reason: Option<&str>, context: &Con
 fn centres(histogram: &Histogram) -> Vec<f64> {
     (0..histogram.counts().len()).map(|bin| histogram.centre(bin)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::share_above;
+
+    /// The mean of the square is 1 and that of its square 2 (N − 1)/N, the kurtosis.
+    #[test]
+    fn speeds_of_few_bodies_have_their_moments() {
+        for bodies in [3.0, 5.0, 400.0] {
+            let steps = 400_000;
+            let width = (bodies - 1.0) / f64::from(steps);
+            let squares = (0..steps).map(|step| (f64::from(step) + 0.5) * width);
+            // ⟨x⟩ = ∫ P(> x) dx and ⟨x²⟩ = ∫ 2x P(> x) dx.
+            let moments = squares.fold([0.0; 2], |[first, second], square| {
+                let above = share_above(square, bodies) * width;
+                [first + above, second + 2.0 * square * above]
+            });
+            assert!((moments[0] - 1.0).abs() < 1e-6, "{bodies}: {moments:?}");
+            assert!((moments[1] - 2.0 * (bodies - 1.0) / bodies).abs() < 1e-6, "{bodies}: {moments:?}");
+        }
+        assert!((share_above(2.0, 1e9) - f64::exp(-2.0)).abs() < 1e-7);
+    }
+}
