@@ -253,6 +253,12 @@ impl Batch {
         self.members(tag).map(|index| self.world.bodies[index].key())
     }
 
+    /// The bodies that are not fixed after the edits so far, in the order of insertion.
+    pub fn moving(&self) -> impl Iterator<Item = BodyKey> {
+        let is_moving = |&index: &usize| !self.removed[index] && !self.world.bodies[index].is_fixed();
+        (0..self.world.bodies.len()).filter(is_moving).map(|index| self.world.bodies[index].key())
+    }
+
     /// The indices of the bodies that carry a tag.
     pub(crate) fn members(&self, tag: Tag) -> impl Iterator<Item = usize> {
         let is_member = move |&index: &usize| !self.removed[index] && self.world.bodies[index].has_tag(tag);

@@ -72,10 +72,10 @@ pub struct HeatSpec {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RelabelSpec {
-    /// The tag of the bodies concerned. Either this or `body`.
+    /// The tag of the bodies concerned. Without this and `body`: all bodies that move.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub of: String,
-    /// The number of the only body concerned, as messages name it; bodies are numbered from 0 in
+    /// The number of the only body concerned (instead of `of` and `count`), as messages name it; bodies are numbered from 0 in
     /// the order of insertion, and keep their numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<u64>,

@@ -44,6 +44,11 @@ impl Follower {
         self.start(view);
     }
 
+    /// The body, if one is chosen.
+    pub fn chosen(&self) -> Option<BodyKey> {
+        self.key
+    }
+
     /// The contacts so far, the last first; the path goes through them. The oldest entry is where
     /// the record begins.
     pub fn kicks(&self, now: EpochTime) -> Vec<Kick> {

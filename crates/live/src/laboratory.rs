@@ -542,6 +542,8 @@ impl Laboratory {
             status["speed"] = bench.pace.speed().into();
             status["bookmark"] = bench.bookmark.as_ref().map(|run| run.view().time().to_f64()).into();
             status["error"] = bench.error.clone().into();
+            let chosen = bench.watching.follower.chosen();
+            status["chosen"] = chosen.map_or(Value::Null, |key| about(&bench.run.view(), key));
         }
         let text = text_of(&json!({ "status": status }));
         self.viewers.all().iter().for_each(|viewer| viewer.send_status(text.clone()));

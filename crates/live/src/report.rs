@@ -44,6 +44,8 @@ struct OfTag {
     count: usize,
     /// Mean kinetic energy of a moving body; 0 without one.
     energy: f64,
+    /// kT: twice the energy over its degrees of freedom, two, or three where a body turns.
+    temperature: f64,
     /// Number of those that cannot turn.
     locked: usize,
 }
@@ -134,16 +136,26 @@ impl Totals {
                 moving += 1;
             }
             for &tag in body.body.tags() {
-                let new = || OfTag { name: names.name(tag).to_owned(), count: 0, energy: 0.0, locked: 0 };
+                let new = || OfTag {
+                    name: names.name(tag).to_owned(),
+                    count: 0,
+                    energy: 0.0,
+                    temperature: 0.0,
+                    locked: 0,
+                };
                 let of = tags.entry(tag).or_insert_with(new);
                 if is_moving {
                     of.count += 1;
                     of.energy += own;
+                    // The degrees of freedom, until all are counted.
+                    let turns = !body.body.is_locked() && !body.body.molecule().is_round();
+                    of.temperature += if turns { 3.0 } else { 2.0 };
                     of.locked += usize::from(body.body.is_locked());
                 }
             }
         }
         for of in tags.values_mut() {
+            of.temperature = 2.0 * of.energy / of.temperature.max(1.0);
             of.energy /= of.count.max(1) as f64;
         }
         let crossing = view.bounds().sides().min_element() * moving as f64 / speed;

@@ -39,7 +39,7 @@ use crate::{
     laboratory::{Ended, Laboratory, Message, panicked},
     protocol::{self, Command},
     random_word,
-    viewers::{Outgoing, Viewer, Viewers, refuse},
+    viewers::{MOST_VIEWERS, Outgoing, Viewer, Viewers, refuse},
 };
 
 /// The page.
@@ -254,7 +254,10 @@ fn page() -> Response {
 
 /// Passes messages between a page and the engine until either ends.
 async fn talk(mut socket: WebSocket, shared: Arc<Shared>) {
-    let Some(viewer) = shared.viewers.join() else { return };
+    let Some(viewer) = shared.viewers.join() else {
+        sent(&mut socket, Packet::text(full().to_string())).await;
+        return;
+    };
     viewer.answer(&hello(shared.viewers.is_writer(viewer.id)));
     let mut pings = tokio::time::interval(PING);
     let mut heard = Instant::now();
@@ -292,6 +295,11 @@ async fn talk(mut socket: WebSocket, shared: Arc<Shared>) {
 /// Sends a packet; returns whether the page has taken it in time.
 async fn sent(socket: &mut WebSocket, packet: Packet) -> bool {
     matches!(tokio::time::timeout(SILENCE, socket.send(packet)).await, Ok(Ok(())))
+}
+
+/// What a page receives for which there is no room.
+fn full() -> serde_json::Value {
+    json!({ "full": format!("{MOST_VIEWERS} pages watch this run, the most that it serves. Close one of them.") })
 }
 
 /// What a page receives first.

@@ -143,6 +143,9 @@ impl Edits<'_> {
     fn concerned(&self, relabel: &RelabelSpec) -> Vec<BodyKey> {
         match relabel.body {
             Some(id) => vec![BodyKey::of_id(id)],
+            None if relabel.of.is_empty() => {
+                self.batch.moving().take(relabel.count.unwrap_or(usize::MAX)).collect()
+            }
             None => self.tagged(&relabel.of, relabel.count),
         }
     }

@@ -47,9 +47,8 @@ pub fn check(scene: &Scene) -> Result<()> {
         for (entry, list) in relabels {
             for (number, relabel) in list.iter().enumerate() {
                 ensure!(
-                    relabel.of.is_empty() == relabel.body.is_some()
-                        && (relabel.body.is_none() || relabel.count.is_none()),
-                    "stage[{index}].{entry}[{number}]: give either `of`, with or without `count`, or `body`"
+                    relabel.body.is_none() || relabel.of.is_empty() && relabel.count.is_none(),
+                    "stage[{index}].{entry}[{number}]: `body` excludes `of` and `count`"
                 );
             }
         }
@@ -177,7 +176,7 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
         }
         carried.extend(stage.add.iter().flat_map(|molecule| molecule.tags.iter().cloned()));
         carried.extend(stage.add_wall.iter().flat_map(|wall| wall.tags.iter().cloned()));
-        let of_tag = |relabel: &&RelabelSpec| relabel.body.is_none();
+        let of_tag = |relabel: &&RelabelSpec| !relabel.of.is_empty();
         for (number, relabel) in stage.tag.iter().enumerate() {
             if of_tag(&relabel) {
                 known(&carried, &format!("tag[{number}]"), &relabel.of)?;
