@@ -155,7 +155,8 @@ fn edits_at_the_start_of_a_stage_equal_those_by_code_to_the_bit() {
          until = 0.6\nremove = [\"cold\"]\nelasticity = {{ default = 0.9 }}\nlock = [\"tee\"]\n\
          tag = [{{ of = \"hot\", name = \"first\", count = 3 }}]\n\
          set_energy = [{{ tag = \"first\", energy = 5.0 }}]\n[[stage.add]]\nshape = \"dumbbell\"\n\
-         atom_radius = 0.001\natom_mass = 1.0\nat = [0.9, 0.9]\nvelocity = [1.0, 0.0]\ntags = [\"new\"]\n"
+         atom_radius = 0.001\natom_mass = 1.0\nat = [0.9, 0.9]\nvelocity = [1.0, 0.0]\ntags = [\"new\"]\n\
+         [[stage]]\nuntil = 0.8\ntag = [{{ name = \"moving\" }}]\nset_energy = [{{ tag = \"moving\", energy = 2.0 }}]\n"
     );
     let root = run(&scene, &[]);
     let scene = Scene::from_toml(&scene).unwrap();
@@ -179,6 +180,8 @@ fn edits_at_the_start_of_a_stage_equal_those_by_code_to_the_bit() {
         .unwrap();
     simulation.run_until(0.6).unwrap();
     assert!(simulation.view().ledger().lost > 0.0);
+    simulation.edit(|batch| batch.reset_energy_of_all(2.0)).unwrap();
+    simulation.run_until(0.8).unwrap();
     assert!(last_frame(&root) == frame(&simulation), "the last frames differ");
 }
 
