@@ -75,8 +75,8 @@ pub struct RelabelSpec {
     /// The tag of the bodies concerned. Without this and `body`: all bodies that move.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub of: String,
-    /// The number of the only body concerned (instead of `of` and `count`), as messages name it; bodies are numbered from 0 in
-    /// the order of insertion, and keep their numbers.
+    /// The number of the only body concerned (instead of `of` and `count`), as messages name it;
+    /// bodies are numbered from 0 in the order of insertion, and keep their numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<u64>,
     /// The tag that they get or lose.

@@ -111,8 +111,8 @@ impl Friction {
     }
 
     /// A sum and a weight, whose quotient is the mean, of: |J| per body and time (mass × length /
-    /// time²); the friction coefficient (mass / time); that of the rotation (mass × length² / time);
-    /// the initial decay of the velocity autocorrelation (1 / time), without fixed bodies.
+    /// time²); the friction coefficient (mass / time); that of the rotation (mass × length² /
+    /// time); the initial decay of the velocity autocorrelation (1 / time), without fixed bodies.
     pub fn sums(&self) -> [[f64; 2]; 4] {
         let Impulses { sizes, squares, turning, changes } = self.impulses;
         let Weights(DVec3 { x: bodies, y: heat, z: speeds }) = self.weights;
@@ -194,7 +194,8 @@ mod tests {
         both.sample(&simulation.view());
         let close =
             |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12, "{found} {expected}");
-        // kT from 2 degrees of freedom, with the energy relative to the centre of mass ½ · 0.75 · 9.
+        // kT from 2 degrees of freedom, with the energy relative to the centre of mass ½ · 0.75 ·
+        // 9.
         let heat = 0.75 * 9.0 / 2.0;
         for (friction, bodies) in [(&both.0, 1.0), (&both.1, 1.0), (&both.2, 2.0)] {
             let [sizes, squares, turning, _] = friction.sums();

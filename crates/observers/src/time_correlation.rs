@@ -73,8 +73,8 @@ pub struct CorrelationPoint {
     /// ⟨|x(t₀ + t) − x(t₀)|²⟩ (length²).
     #[doc(alias = "MSD")]
     pub mean_square_displacement: f64,
-    /// ⟨|x(t₀ + t) − x(t₀)|⁴⟩ (length⁴); twice the square of ⟨|Δx|²⟩ if displacements are Gaussian, as
-    /// the solution of the diffusion equation is.
+    /// ⟨|x(t₀ + t) − x(t₀)|⁴⟩ (length⁴); twice the square of ⟨|Δx|²⟩ if displacements are Gaussian,
+    /// as the solution of the diffusion equation is.
     pub mean_fourth_displacement: f64,
     /// ⟨v(t₀ + t)·v(t₀)⟩ (length² / time²); ⟨v²⟩ at lag 0.
     #[doc(alias = "VACF")]
@@ -131,8 +131,8 @@ impl TimeCorrelation {
     }
 
     /// [Σx, Σw] over all samples so far, w the number of pairs: the squared displacement at each of
-    /// the [lags](Self::lags) (length²), then the product of velocities at each (length² / time²), then the fourth power of
-    /// the displacement (length⁴).
+    /// the [lags](Self::lags) (length²), then the product of velocities at each (length² / time²),
+    /// then the fourth power of the displacement (length⁴).
     pub fn sums(&self) -> Vec<[f64; 2]> {
         let terms: [fn(&Sums) -> f64; 3] = [|sums| sums.squares, |sums| sums.products, |sums| sums.fourths];
         let of_term = |term: fn(&Sums) -> f64| {

@@ -31,8 +31,8 @@ pub(super) const KIND: Kind = Kind {
 };
 
 impl Measured for TimeCorrelation {
-    /// The squared displacement at each lag, then the product of velocities, then the fourth power of
-    /// the displacement.
+    /// The squared displacement at each lag, then the product of velocities, then the fourth power
+    /// of the displacement.
     fn sums(&self) -> Vec<[f64; 2]> {
         self.sums()
     }

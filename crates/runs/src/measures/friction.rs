@@ -48,8 +48,8 @@ impl Measured for Friction {
     }
 }
 
-/// ⟨|x|³⟩ of a component of a vector with so many components and a fixed sum of squares, over that of
-/// a Gaussian of the same variance: (D/2)^(3/2) Γ(D/2)/Γ(D/2 + 3/2), about 1 − 3/4D.
+/// ⟨|x|³⟩ of a component of a vector with so many components and a fixed sum of squares, over that
+/// of a Gaussian of the same variance: (D/2)^(3/2) Γ(D/2)/Γ(D/2 + 3/2), about 1 − 3/4D.
 fn third_moment(components: f64) -> f64 {
     let half = 0.5 * components;
     (1.5 * half.ln() + libm::lgamma(half) - libm::lgamma(half + 1.5)).exp()

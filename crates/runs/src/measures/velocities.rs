@@ -171,8 +171,8 @@ impl Velocities {
         Some(Figure::new(context.named("largest rise of H_x"), rise, "ln(time/length)"))
     }
 
-    /// χ² of the speeds against their distribution at fixed energy and momentum, over its degrees of
-    /// freedom: the number of bins less two, because the energy is fixed as well as the number.
+    /// χ² of the speeds against their distribution at fixed energy and momentum, over its degrees
+    /// of freedom: the number of bins less two, because the energy is fixed as well as the number.
     fn speed_test(&self, context: &Context<'_>) -> Option<Figure> {
         let speeds = self.distribution.speeds().filter(|_| self.is_microcanonical(context))?;
         let bodies = self.distribution.series().last()?.bodies as f64;
@@ -207,7 +207,8 @@ impl Velocities {
     }
 }
 
-/// The share of N equal bodies with a larger speed than one whose square is `square` times the mean.
+/// The share of N equal bodies with a larger speed than one whose square is `square` times the
+/// mean.
 ///
 /// At fixed energy and momentum all states of 2 (N − 1) velocity components with one sum of squares
 /// are equally likely, so that the share of one body in that sum has the density ∝ (1 − x)^(N − 3).

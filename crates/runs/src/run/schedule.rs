@@ -5,9 +5,9 @@
 //! only by rounding happen at one instant: first the sample, then snapshot and check, then a stage
 //! starts, then thermostats act in the order of their list.
 //!
-//! Order and times of the steps that change the system in a stage depend on that stage alone, not on
-//! what is observed. So a run whose stages are written while it goes on makes the same steps as the
-//! run of the scene it has written.
+//! Order and times of the steps that change the system in a stage depend on that stage alone, not
+//! on what is observed. So a run whose stages are written while it goes on makes the same steps as
+//! the run of the scene it has written.
 
 use std::vec;
 
