@@ -11,14 +11,16 @@ use carom_experiments::common::{Common, Threads};
 use carom_report::page::{Page, Part};
 use carom_runs::{
     console::put,
-    output::{Destination, Existing, Folder, Resumption},
+    manifest::Manifest,
+    output::{Destination, Folder, Resumption},
     print_line,
     resumable::Choices,
 };
 use carom_sweeps::sweep;
 use carom_tables::Verdict;
 use clap::Args;
-use serde_json::Value;
+use cpu_time::ProcessTime;
+use serde_json::{Value, json};
 
 use super::json_checks::{checks, failures};
 
@@ -143,21 +145,26 @@ impl Theory {
         if let [study] = self.studies {
             return sweep::run(&sweep_options(study, folder, options));
         }
+        let folder = Folder::create(&folder, resumption.existing())?;
+        let _lock = folder.lock()?;
+        let begun = ProcessTime::now();
+        let manifest = Manifest::begin(&folder, &options.common.command(self.name), &[])?;
         let mut verdicts = Vec::new();
+        // Each study has a folder inside.
         for study in self.studies {
             print_line(&format!("{}: {study}", self.name));
-            verdicts.push(sweep::run(&sweep_options(study, folder.join(study), options))?);
+            verdicts.push(sweep::run(&sweep_options(study, folder.path().join(study), options))?);
         }
-        // The folders of the studies are inside.
-        let folder = Folder::create(&folder, Existing::Resume)?;
-        self.write_page(&folder, options)?;
+        self.write_results(&folder, options)?;
+        manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
         Ok(verdicts.into_iter().find(|verdict| *verdict == Verdict::Failed).unwrap_or(Verdict::Passed))
     }
 
-    /// The page of an experiment of several studies: the verdict of each, and what differs.
-    fn write_page(&self, folder: &Folder, options: &Options) -> Result<()> {
+    /// Page and summary of an experiment of several studies: the verdict of each, and what differs.
+    fn write_results(&self, folder: &Folder, options: &Options) -> Result<()> {
         let mut page = Page::new(&format!("Experiment {}", self.name), self.question);
         let (mut rows, mut files, mut all, mut failed) = (Vec::new(), Vec::new(), Vec::new(), 0);
+        let mut studies = Vec::new();
         for study in self.studies {
             let outcome = Outcome::read(&folder.path().join(study))?;
             let failures = failures(&outcome.checks);
@@ -172,6 +179,8 @@ impl Theory {
                 page.error(&format!("{study}: {failure}"));
             }
             all.extend(outcome.checks);
+            studies
+                .push(json!({ "study": study, "collisions": outcome.collisions, "points": outcome.points }));
             files.push((format!("{study}/report.html"), format!("the page of the study {study}")));
         }
         page.verdict(&match failed {
@@ -187,6 +196,8 @@ impl Theory {
         put("folder", &folder.path());
         put("page", &folder.path().join("report.html"));
         put("checks", &all);
+        let summary = json!({ "title": self.name, "note": self.question, "checks": all, "studies": studies });
+        folder.write_json("summary.json", &summary)?;
         folder.write("report.html", page.html())
     }
 }
@@ -218,6 +229,8 @@ pub fn study_file(name: &str) -> PathBuf {
 struct Outcome {
     checks: Vec<Value>,
     collisions: u64,
+    /// Label and expected quantities of each point.
+    points: Vec<Value>,
 }
 
 impl Outcome {
@@ -227,7 +240,13 @@ impl Outcome {
         let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {shown}"))?;
         let summary: Value = serde_json::from_str(&text).with_context(|| format!("{shown}"))?;
         ensure!(summary["checks"].is_array(), "{shown} has no checks");
-        Ok(Self { checks: checks(&summary), collisions: summary["collisions"].as_u64().unwrap_or(0) })
+        let points = summary["points"].as_array().into_iter().flatten();
+        let points = points.map(|point| json!({ "label": point["label"], "answers": point["answers"] }));
+        Ok(Self {
+            checks: checks(&summary),
+            collisions: summary["collisions"].as_u64().unwrap_or(0),
+            points: points.collect(),
+        })
     }
 }
 
