@@ -60,6 +60,25 @@ fn end_of(scene: &Path, out: &Path, more: &[&str]) -> Vec<u8> {
     checkpoint_file::encode(&last_state(&out.join(CHECKPOINT)).unwrap().state).unwrap()
 }
 
+/// Rules between tags, and velocities drawn from Maxwell's distribution.
+fn sets_rules_and_draws_velocities(page: &mut Browser) {
+    // A rule between two tags, which is replaced and dropped.
+    for elasticity in ["0.7", "0.6"] {
+        page.eval(&format!(
+            "put('rule-a', 'tee'); put('rule-b', 'gas'); put('rule-e', {elasticity}); press('set-rule')"
+        ));
+        page.until(&format!("text('rules') === 'tee with gas: {elasticity} Drop'"));
+    }
+    page.eval("document.querySelector('#rules button').click()");
+    page.until("text('rules') === '' && text('message').startsWith('Rule dropped')");
+    assert_eq!(page.eval("text('elasticity-text')"), "1", "the elasticity of all others is kept");
+    // Velocities drawn from Maxwell's distribution.
+    page.eval("put('tag', 'gas'); put('heat-kind', 'maxwell'); put('tag-energy', 2); press('set-energy')");
+    page.until(
+        "text('message').startsWith('Velocities of gas drawn at kT = 2') && Number(text('energy')) > 500",
+    );
+}
+
 #[test]
 fn a_user_watches_edits_and_saves_a_gas() {
     let Some(program) = chromium::browser("the page of carom live") else { return };
@@ -117,21 +136,7 @@ fn a_user_watches_edits_and_saves_a_gas() {
     page.eval("put('elasticity', 1)");
     page.until("text('message').startsWith('Elasticity 1 at')");
 
-    // A rule between two tags, which is replaced and dropped.
-    for elasticity in ["0.7", "0.6"] {
-        page.eval(&format!(
-            "put('rule-a', 'tee'); put('rule-b', 'gas'); put('rule-e', {elasticity}); press('set-rule')"
-        ));
-        page.until(&format!("text('rules') === 'tee with gas: {elasticity} Drop'"));
-    }
-    page.eval("document.querySelector('#rules button').click()");
-    page.until("text('rules') === '' && text('message').startsWith('Rule dropped')");
-    assert_eq!(page.eval("text('elasticity-text')"), "1", "the elasticity of all others is kept");
-    // Velocities drawn from Maxwell's distribution.
-    page.eval("put('tag', 'gas'); put('heat-kind', 'maxwell'); put('tag-energy', 2); press('set-energy')");
-    page.until(
-        "text('message').startsWith('Velocities of gas drawn at kT = 2') && Number(text('energy')) > 500",
-    );
+    sets_rules_and_draws_velocities(&mut page);
 
     // An impossible edit is refused in words; a possible one is made.
     page.eval("put('shape', 'disc'); put('radius', 0.3); press('place')");
