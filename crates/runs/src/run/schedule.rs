@@ -66,7 +66,7 @@ pub struct Schedule {
 }
 
 /// The steps of a stage that change the system.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 struct Changes {
     /// In their order at one instant.
     series: Vec<Series>,
@@ -171,7 +171,7 @@ impl Schedule {
         Self {
             observations: Vec::new(),
             shortest: LARGEST,
-            stage: Changes::default(),
+            stage: Changes { series: Vec::new(), shortest: LARGEST },
             later: later.into_iter(),
         }
     }
@@ -219,6 +219,16 @@ mod tests {
     fn a_run_without_stages_has_samples_only() {
         let expected = [0.4, 0.8, 1.0].map(|time| (time, What::Sample));
         assert_eq!(steps("run.until = 1.0\nrun.sample_interval = 0.4"), expected);
+    }
+
+    #[test]
+    fn without_stages_a_sample_comes_before_the_snapshot_of_its_instant() {
+        let found = steps("run.until = 0.4\nrun.sample_interval = 0.1\nrun.snapshot_interval = 0.3");
+        let names: Vec<What> = found.iter().map(|step| step.1).collect();
+        // 3 · 0.1 rounds to more than 0.3.
+        let expected =
+            [What::Sample, What::Sample, What::Sample, What::Snapshot, What::Sample, What::Snapshot];
+        assert_eq!(names, expected);
     }
 
     #[test]
