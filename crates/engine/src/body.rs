@@ -158,6 +158,12 @@ impl Body {
     pub fn is_locked(&self) -> bool {
         self.kind.inertia.inverse_moment == 0.0
     }
+
+    /// Whether contacts change the angular velocity of the body: it is not locked, and not round
+    /// (see [`Molecule::is_round`]).
+    pub fn can_turn(&self) -> bool {
+        !self.is_locked() && !self.molecule().is_round()
+    }
 }
 
 /// A body in an error message: its handle, its number and its tags.

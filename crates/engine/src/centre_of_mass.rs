@@ -120,7 +120,7 @@ impl CentreOfMassFrame {
             let relative = motion.velocity - self.velocity;
             thermal.bodies += 1;
             thermal.translation += 0.5 * mass_times(body, relative).dot(relative);
-            if turns(body) {
+            if body.can_turn() {
                 thermal.rotation += kinetic_energy(&at_rest, body.inertia());
                 turning += 1;
             }
@@ -184,11 +184,6 @@ fn broken_by(fixed: &Body, motion: &Motion) -> BVec2 {
         Some(face) => motion.orientation.cos_sin().rotate(face.normal()).cmpne(DVec2::ZERO),
         None => BVec2::TRUE,
     }
-}
-
-/// Whether contacts change the angular velocity of a body.
-fn turns(body: &Body) -> bool {
-    !body.is_locked() && !body.molecule().is_round()
 }
 
 fn mass(body: &Body) -> f64 {

@@ -156,8 +156,7 @@ fn move_singles(singles: &mut Singles, rows: &mut Rows<'_>, lines: &mut [usize])
                 }
             }
         } else {
-            let turns = !body.is_locked() && !body.molecule().is_round();
-            let moved = self::motion(atoms, body.molecule(), turns, *motion, bounds)?;
+            let moved = self::motion(atoms, body.molecule(), body.can_turn(), *motion, bounds)?;
             *motion = Motion { position: bounds.wrap(moved.position).0, ..moved };
         }
     }

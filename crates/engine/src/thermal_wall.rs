@@ -33,11 +33,10 @@ pub(crate) fn resolve(world: &World, encounter: &Encounter, number: u64) -> Opti
     let away = if wall == 0 { normal } else { -normal };
     let inertias = pair.map(|body| &body.kind.inertia);
     let body = pair[moving];
-    let turns = !body.is_locked() && !body.molecule().is_round();
     let draw = draw(world.random_key, number);
     let (old, inertia, arm) = (&before[moving], inertias[moving], frame.arms[moving]);
     let mut after = *before;
-    after[moving] = thermal_motion(old, inertia, arm, away, temperature, &draw, turns);
+    after[moving] = thermal_motion(old, inertia, arm, away, temperature, &draw, body.can_turn());
     let [first, second] = after;
     // So slow a body, one among 10²⁰, gets the least speed of separation, like any other.
     if let Some(missing) =

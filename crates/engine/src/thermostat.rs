@@ -15,7 +15,6 @@ use crate::{
     heat::exact_sum,
     philox::{open_unit, philox},
     random::normal_pair_of,
-    thermostat_target::turns,
 };
 
 /// Selects the random numbers of one draw. Two draws of a run that differ in `action` are
@@ -147,7 +146,7 @@ fn maxwell(body: &Body, temperature: f64, key: DrawKey) -> Result<(DVec2, Option
     let inertia = body.inertia();
     let [speed, spin] =
         [inertia.inverse_mass, inertia.inverse_moment].map(|inverse| (temperature * inverse).sqrt());
-    let most = MOST_THERMAL_SPEEDS * if turns(body) { speed.max(spin) } else { speed };
+    let most = MOST_THERMAL_SPEEDS * if body.can_turn() { speed.max(spin) } else { speed };
     // NaN and negative temperatures are out of range as well.
     if !(temperature > 0.0 && temperature <= LARGEST && speed >= LEAST_SPEED && most <= LARGEST) {
         return Err(EditError::Energy(temperature));
@@ -155,7 +154,7 @@ fn maxwell(body: &Body, temperature: f64, key: DrawKey) -> Result<(DVec2, Option
     let bits = philox([key.seed, key.replica], [body.key().0, key.action, 0, 0]);
     let [one, two, three, four] = bits.map(open_unit);
     let velocity = speed * normal_pair_of([one, two]);
-    let angular_velocity = turns(body).then(|| spin * normal_pair_of([three, four]).x);
+    let angular_velocity = body.can_turn().then(|| spin * normal_pair_of([three, four]).x);
     Ok((velocity, angular_velocity))
 }
 

@@ -32,10 +32,5 @@ impl ThermostatTarget {
 
 /// Degrees of freedom of a moving body that contacts change.
 fn degrees_of_freedom(body: &Body) -> f64 {
-    if turns(body) { 3.0 } else { 2.0 }
-}
-
-/// Whether contacts turn a moving body.
-pub(crate) fn turns(body: &Body) -> bool {
-    !body.is_locked() && !body.molecule().is_round()
+    if body.can_turn() { 3.0 } else { 2.0 }
 }

@@ -44,8 +44,8 @@ struct OfTag {
     count: usize,
     /// Mean kinetic energy of a moving body; 0 without one.
     energy: f64,
-    /// kT: twice the energy over its degrees of freedom, two, or three where a body turns.
-    temperature: f64,
+    /// Mean degrees of freedom of a moving body: two, and a third if it turns.
+    freedom: f64,
     /// Number of those that cannot turn.
     locked: usize,
 }
@@ -140,23 +140,22 @@ impl Totals {
                     name: names.name(tag).to_owned(),
                     count: 0,
                     energy: 0.0,
-                    temperature: 0.0,
+                    freedom: 0.0,
                     locked: 0,
                 };
                 let of = tags.entry(tag).or_insert_with(new);
                 if is_moving {
                     of.count += 1;
                     of.energy += own;
-                    // The degrees of freedom, until all are counted.
-                    let turns = !body.body.is_locked() && !body.body.molecule().is_round();
-                    of.temperature += if turns { 3.0 } else { 2.0 };
+                    of.freedom += if body.body.can_turn() { 3.0 } else { 2.0 };
                     of.locked += usize::from(body.body.is_locked());
                 }
             }
         }
         for of in tags.values_mut() {
-            of.temperature = 2.0 * of.energy / of.temperature.max(1.0);
-            of.energy /= of.count.max(1) as f64;
+            let count = of.count.max(1) as f64;
+            of.energy /= count;
+            of.freedom /= count;
         }
         let crossing = view.bounds().sides().min_element() * moving as f64 / speed;
         let crossing = Some(crossing).filter(|time| time.is_finite());

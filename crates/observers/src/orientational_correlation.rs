@@ -147,10 +147,7 @@ impl Observer for OrientationCorrelation {
         if !self.lags.is_due(&self.clock, view.time()) {
             return;
         }
-        let turning = |body: &BodyView<'_>| {
-            let is_turned = !body.body.is_locked() && !body.body.molecule().is_round();
-            is_turned && self.group.contains(body.body)
-        };
+        let turning = |body: &BodyView<'_>| body.body.can_turn() && self.group.contains(body.body);
         let now: Vec<Sample<State>> = view
             .bodies()
             .filter(turning)

@@ -105,9 +105,7 @@ impl Observer for TemperatureByTag {
     fn sample(&mut self, view: &View<'_>) {
         let members = || view.bodies().filter(|view| self.group.contains(view.body));
         let thermal = view.centre_of_mass_frame().thermal(members());
-        let turns =
-            |view: &carom_engine::BodyView<'_>| !view.body.is_locked() && !view.body.molecule().is_round();
-        let turning = members().filter(turns).count() as f64;
+        let turning = members().filter(|view| view.body.can_turn()).count() as f64;
         for member in members().filter(|view| !view.body.is_fixed()) {
             let mass = member.body.molecule().mass();
             self.momentum += mass * member.motion.velocity;

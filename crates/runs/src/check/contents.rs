@@ -77,7 +77,7 @@ impl Contents {
             let molecule = body.molecule();
             area += molecule.area();
             moving += usize::from(!body.is_fixed());
-            turning += usize::from(!body.is_fixed() && !body.is_locked() && !molecule.is_round());
+            turning += usize::from(body.can_turn());
             let group =
                 (body.tags(), body.is_wall(), molecule.atoms().len(), body.is_fixed(), body.is_locked());
             let kt = body.wall_temperature().unwrap_or(0.0);
