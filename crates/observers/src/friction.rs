@@ -7,8 +7,6 @@
 //! velocity autocorrelation begins exactly with the slope −γ/M of its value, whatever the density:
 //! half the mean square of the changes of velocity per time.
 
-use std::ops::{Add, Mul};
-
 use carom_engine::{Body, CollisionReport, Observer, View};
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
@@ -44,10 +42,10 @@ use crate::{Group, open_interval::OpenInterval};
 #[doc(alias = "drag")]
 pub struct Friction {
     group: Group,
-    interval: Option<(OpenInterval<Weights>, Impulses)>,
+    interval: Option<(OpenInterval<DVec3>, Impulses)>,
     impulses: Impulses,
-    /// Integrals over the time of the closed intervals.
-    weights: Weights,
+    /// Integrals of the weights over the time of the closed intervals.
+    weights: DVec3,
 }
 
 /// Sums over contacts.
@@ -61,26 +59,6 @@ struct Impulses {
     turning: f64,
     /// Σ |Δv|².
     changes: f64,
-}
-
-/// Number of bodies n, n kT, and Σ |v|² of those that move.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-struct Weights(DVec3);
-
-impl Add for Weights {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self(self.0 + other.0)
-    }
-}
-
-impl Mul<f64> for Weights {
-    type Output = Self;
-
-    fn mul(self, factor: f64) -> Self {
-        Self(self.0 * factor)
-    }
 }
 
 impl Impulses {
@@ -107,7 +85,7 @@ impl Impulses {
 impl Friction {
     /// Empty sums for the bodies of this group.
     pub fn new(group: Group) -> Self {
-        Self { group, interval: None, impulses: Impulses::default(), weights: Weights::default() }
+        Self { group, interval: None, impulses: Impulses::default(), weights: DVec3::ZERO }
     }
 
     /// A sum and a weight, whose quotient is the mean, of: |J| per body and time (mass × length /
@@ -115,11 +93,12 @@ impl Friction {
     /// time); the initial decay of the velocity autocorrelation (1 / time), without fixed bodies.
     pub fn sums(&self) -> [[f64; 2]; 4] {
         let Impulses { sizes, squares, turning, changes } = self.impulses;
-        let Weights(DVec3 { x: bodies, y: heat, z: speeds }) = self.weights;
+        let DVec3 { x: bodies, y: heat, z: speeds } = self.weights;
         [[sizes, bodies], [0.25 * squares, heat], [0.5 * turning, heat], [0.5 * changes, speeds]]
     }
 
-    fn weights_now(&self, view: &View<'_>) -> Weights {
+    /// Number of bodies n, n kT, and Σ |v|² of those that move.
+    fn weights_now(&self, view: &View<'_>) -> DVec3 {
         let frame = view.centre_of_mass_frame();
         let temperature = frame.thermal(view.bodies()).temperature().unwrap_or(0.0);
         let mut weights = DVec3::ZERO;
@@ -128,7 +107,7 @@ impl Friction {
             let square = if body.body.is_fixed() { 0.0 } else { velocity.length_squared() };
             weights += DVec3::new(1.0, temperature, square);
         }
-        Weights(weights)
+        weights
     }
 }
 
@@ -165,7 +144,7 @@ impl Observer for Friction {
         let (time, now) = (view.time(), self.weights_now(view));
         if let Some((interval, impulses)) = &self.interval {
             self.impulses.absorb(impulses);
-            self.weights = self.weights + interval.mean(time, now) * interval.duration(time);
+            self.weights += interval.mean(time, now) * interval.duration(time);
         }
         self.interval = Some((OpenInterval::new(time, now), Impulses::default()));
     }
@@ -194,8 +173,7 @@ mod tests {
         both.sample(&simulation.view());
         let close =
             |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12, "{found} {expected}");
-        // kT from 2 degrees of freedom, with the energy relative to the centre of mass ½ · 0.75 ·
-        // 9.
+        // The energy relative to the centre of mass, ½ · 0.75 · 9, has two degrees of freedom.
         let heat = 0.75 * 9.0 / 2.0;
         for (friction, bodies) in [(&both.0, 1.0), (&both.1, 1.0), (&both.2, 2.0)] {
             let [sizes, squares, turning, _] = friction.sums();
