@@ -255,14 +255,18 @@ impl Batch {
 
     /// The bodies that are not fixed after the edits so far, in the order of insertion.
     pub fn moving(&self) -> impl Iterator<Item = BodyKey> {
-        let is_moving = |&index: &usize| !self.removed[index] && !self.world.bodies[index].is_fixed();
-        (0..self.world.bodies.len()).filter(is_moving).map(|index| self.world.bodies[index].key())
+        self.indices(|body| !body.is_fixed()).map(|index| self.world.bodies[index].key())
     }
 
     /// The indices of the bodies that carry a tag.
     pub(crate) fn members(&self, tag: Tag) -> impl Iterator<Item = usize> {
-        let is_member = move |&index: &usize| !self.removed[index] && self.world.bodies[index].has_tag(tag);
-        (0..self.world.bodies.len()).filter(is_member)
+        self.indices(move |body| body.has_tag(tag))
+    }
+
+    /// The indices of the bodies that are not removed and of which this holds.
+    fn indices(&self, which: impl Fn(&Body) -> bool) -> impl Iterator<Item = usize> {
+        (0..self.world.bodies.len())
+            .filter(move |&index| !self.removed[index] && which(&self.world.bodies[index]))
     }
 
     fn insert(

@@ -132,22 +132,21 @@ struct Edits<'a> {
 }
 
 impl Edits<'_> {
-    /// The bodies with a tag, at most so many.
-    fn tagged(&self, name: &str, count: Option<usize>) -> Vec<BodyKey> {
+    /// The bodies with a tag.
+    fn tagged(&self, name: &str) -> Vec<BodyKey> {
         let tag = self.batch.find_tag(name);
-        let keys = tag.into_iter().flat_map(|tag| self.batch.tagged(tag));
-        keys.take(count.unwrap_or(usize::MAX)).collect()
+        tag.into_iter().flat_map(|tag| self.batch.tagged(tag)).collect()
     }
 
     /// The bodies whose tags change.
     fn concerned(&self, relabel: &RelabelSpec) -> Vec<BodyKey> {
-        match relabel.body {
-            Some(id) => vec![BodyKey::of_id(id)],
-            None if relabel.of.is_empty() => {
-                self.batch.moving().take(relabel.count.unwrap_or(usize::MAX)).collect()
-            }
-            None => self.tagged(&relabel.of, relabel.count),
+        if let Some(id) = relabel.body {
+            return vec![BodyKey::of_id(id)];
         }
+        let mut keys =
+            if relabel.of.is_empty() { self.batch.moving().collect() } else { self.tagged(&relabel.of) };
+        keys.truncate(relabel.count.unwrap_or(usize::MAX));
+        keys
     }
 
     /// Bodies and their tags. `forgive` receives the result of each edit that depends on where
@@ -159,7 +158,7 @@ impl Edits<'_> {
     ) -> Result<(), EditError> {
         for (index, name) in spec.remove.iter().enumerate() {
             *self.entry = format!("remove[{index}]");
-            self.tagged(name, None).into_iter().try_for_each(|key| self.batch.remove(key))?;
+            self.tagged(name).into_iter().try_for_each(|key| self.batch.remove(key))?;
         }
         for (index, molecule) in spec.add.iter().enumerate() {
             *self.entry = format!("add[{index}]");
@@ -194,7 +193,7 @@ impl Edits<'_> {
         for (rotation, key_name, tags) in locks {
             for (index, name) in tags.iter().enumerate() {
                 *self.entry = format!("{key_name}[{index}]");
-                for key in self.tagged(name, None) {
+                for key in self.tagged(name) {
                     self.batch.set_rotation(key, rotation)?;
                 }
             }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use anyhow::{Context, Result, ensure};
 use carom::{
     Scene,
-    engine::{ElasticitySpec, RelabelSpec, StageSpec, ThermostatKind, did_you_mean},
+    engine::{ElasticitySpec, StageSpec, ThermostatKind, did_you_mean},
 };
 
 use super::schedule::{actions, spans};
@@ -176,15 +176,14 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
         }
         carried.extend(stage.add.iter().flat_map(|molecule| molecule.tags.iter().cloned()));
         carried.extend(stage.add_wall.iter().flat_map(|wall| wall.tags.iter().cloned()));
-        let of_tag = |relabel: &&RelabelSpec| !relabel.of.is_empty();
         for (number, relabel) in stage.tag.iter().enumerate() {
-            if of_tag(&relabel) {
+            if !relabel.of.is_empty() {
                 known(&carried, &format!("tag[{number}]"), &relabel.of)?;
             }
             carried.insert(relabel.name.clone());
         }
         for (number, relabel) in stage.untag.iter().enumerate() {
-            if of_tag(&relabel) {
+            if !relabel.of.is_empty() {
                 known(&carried, &format!("untag[{number}]"), &relabel.of)?;
             }
             known(&carried, &format!("untag[{number}]"), &relabel.name)?;
