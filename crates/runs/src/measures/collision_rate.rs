@@ -72,11 +72,7 @@ impl Measured for Rate {
             .labelled("collisions per body")
             .level("Enskog", prediction, ENSKOG)
             .caption("Mean over the moving bodies in each interval between samples.");
-        let figure = |mean| {
-            let figure = context.figure(FIGURE, "1/time", mean)?;
-            Some(figure.predicted(prediction, ENSKOG))
-        };
-        let figures = means.iter().filter_map(figure).collect();
+        let figures = context.figures([(FIGURE, "1/time", prediction)], means, ENSKOG);
         Results { tables: vec![table], figures, ..Results::default() }
     }
 

@@ -72,10 +72,7 @@ impl Measured for OneDrift {
     /// system does not depend on its place and orientation. Held at its place, it may be pushed.
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let is_zero = context.is_equilibrium && !self.is_fixed;
-        let figure = |((name, unit), mean): (&(&str, &str), &BlockMean)| {
-            let prediction = is_zero.then_some(0.0);
-            Some(context.figure(name, unit, mean)?.predicted(prediction, "equilibrium"))
-        };
-        Results { figures: MEANS.iter().zip(means).filter_map(figure).collect(), ..Results::default() }
+        let names = MEANS.map(|(name, unit)| (name, unit, is_zero.then_some(0.0)));
+        Results { figures: context.figures(names, means, "equilibrium"), ..Results::default() }
     }
 }

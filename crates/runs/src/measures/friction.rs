@@ -40,11 +40,9 @@ impl Measured for Friction {
             let rate = rate * third_moment(2.0 * (count - 1.0));
             [None, Some(gas.mass * rate), Some(0.0), Some(rate * count / (count - 1.0))]
         });
-        let figure = |(((name, unit), prediction), mean): (((&str, &str), Option<f64>), &BlockMean)| {
-            Some(context.figure(name, unit, mean)?.predicted(prediction, ENSKOG))
-        };
-        let figures = MEANS.into_iter().zip(predictions).zip(means).filter_map(figure).collect();
-        Results { figures, ..Results::default() }
+        let names = MEANS.into_iter().zip(predictions);
+        let names = names.map(|((name, unit), prediction)| (name, unit, prediction));
+        Results { figures: context.figures(names, means, ENSKOG), ..Results::default() }
     }
 }
 

@@ -31,9 +31,8 @@ impl Measured for HexaticOrder {
             .caption(
                 "Mean of |ψ₆|, and |mean of ψ₆|, with the six nearest neighbours: 1 in a triangular lattice.",
             );
-        let figure = |(name, mean): (&str, &BlockMean)| context.figure(name, "1", mean);
         let names = ["mean |ψ₆| of the bodies", "mean |ψ₆|² of the bodies", "|mean ψ₆|"];
-        let figures = names.into_iter().zip(means).filter_map(figure).collect();
+        let figures = context.figures(names.map(|name| (name, "1", None)), means, "");
         Results { tables: vec![table], figures, ..Results::default() }
     }
 }

@@ -102,6 +102,21 @@ impl Context<'_> {
         Some(Figure { quantity: mean.quantity, ..figure })
     }
 
+    /// The means as figures by name, unit and prediction, whose source is the same; those without a
+    /// value are left out.
+    pub fn figures<'a>(
+        &self,
+        names: impl IntoIterator<Item = (&'a str, &'a str, Option<f64>)>,
+        means: &[BlockMean],
+        source: &str,
+    ) -> Vec<Figure> {
+        let named = names.into_iter().zip(means);
+        let figure = |((name, unit, prediction), mean): ((&str, &str, Option<f64>), &BlockMean)| {
+            Some(self.figure(name, unit, mean)?.predicted(prediction, source))
+        };
+        named.filter_map(figure).collect()
+    }
+
     /// Means at these lags (time), without the errors of lags as long as a block: such a block
     /// holds pairs whose first sample lies before it.
     pub fn resolved(&self, means: &[BlockMean], lags: &[f64]) -> Vec<BlockMean> {

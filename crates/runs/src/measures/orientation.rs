@@ -111,10 +111,7 @@ impl Measured for Orientations {
         );
         let isotropic = (context.is_equilibrium && self.is_free).then_some(0.0);
         let names = ["mean cos θ", "mean cos 2θ", "mean cos 3θ", "mean cos 4θ"];
-        let figure = |(name, mean): (&str, &BlockMean)| {
-            Some(context.figure(name, "1", mean)?.predicted(isotropic, "isotropy"))
-        };
-        let figures = names.into_iter().zip(harmonics).filter_map(figure).collect();
+        let figures = context.figures(names.map(|name| (name, "1", isotropic)), harmonics, "isotropy");
         Results { tables: vec![table], figures, ..Results::default() }
     }
 }

@@ -98,10 +98,7 @@ impl Measured for Virial {
             ("pressure", UNIT, gas.map(HardDiscs::pressure)),
             ("compressibility factor βpA/N", "1", gas.map(HardDiscs::compressibility_factor)),
         ];
-        let figure = |((name, unit, prediction), mean): ((&str, &str, Option<f64>), &BlockMean)| {
-            Some(context.figure(name, unit, mean)?.predicted(prediction, LIU))
-        };
-        let figures = names.into_iter().zip(means).filter_map(figure).collect();
+        let figures = context.figures(names, means, LIU);
         Results { tables: vec![table], figures, ..Results::default() }
     }
 

@@ -33,13 +33,12 @@ impl Measured for TemperatureByTag {
             .value("rotation", UNIT, points.iter().map(|point| point.rotation).collect())
             .caption("kT relative to the centre of mass; both have one mean at equilibrium (equipartition).");
         let names = [
-            ("kT of the translation", UNIT),
-            ("kT of the rotation", UNIT),
-            ("mean velocity along x", "length/time"),
-            ("mean velocity along y", "length/time"),
+            ("kT of the translation", UNIT, None),
+            ("kT of the rotation", UNIT, None),
+            ("mean velocity along x", "length/time", None),
+            ("mean velocity along y", "length/time", None),
         ];
-        let figure = |((name, unit), mean): ((&str, &str), &BlockMean)| context.figure(name, unit, mean);
-        let figures = names.into_iter().zip(means).filter_map(figure).collect();
+        let figures = context.figures(names, means, "");
         Results { tables: vec![table], figures, ..Results::default() }
     }
 }

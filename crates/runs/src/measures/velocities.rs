@@ -159,7 +159,7 @@ impl Velocities {
     /// Whether the group is the whole of a gas to which theory applies.
     fn is_microcanonical(&self, context: &Context<'_>) -> bool {
         let bodies = self.distribution.series().last().map(|point| point.bodies);
-        context.gas().is_some_and(|gas| Some(gas.count) == bodies && gas.count > 2)
+        context.gas().is_some_and(|gas| Some(gas.count) == bodies)
     }
 
     /// By how much H_x exceeds an earlier value at most.
@@ -175,7 +175,9 @@ impl Velocities {
     /// of freedom: the number of bins less two, because the energy is fixed as well as the number.
     fn speed_test(&self, context: &Context<'_>) -> Option<Figure> {
         let speeds = self.distribution.speeds().filter(|_| self.is_microcanonical(context))?;
-        let bodies = self.distribution.series().last()?.bodies as f64;
+        // Two bodies have one speed.
+        let bodies =
+            self.distribution.series().last().map(|point| point.bodies as f64).filter(|n| *n > 2.0)?;
         let mean_square = 2.0 * self.variance();
         let above = |bin: usize| share_above(speeds.edge(bin) * speeds.edge(bin) / mean_square, bodies);
         let is_enough = |share: f64| speeds.total() as f64 * share >= LEAST_EXPECTED;

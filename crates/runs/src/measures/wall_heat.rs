@@ -41,10 +41,11 @@ impl Measured for WallHeat {
             .counts("contacts", points.iter().map(|point| point.contacts).collect())
             .value("heat", "mass·length²/time²", heat)
             .caption("Sums since the start of the measurement. Negative: the walls have cooled the gas.");
-        let names =
-            [("heat received from walls", "mass·length²/time³"), ("contacts with thermal walls", "1/time")];
-        let figure = |((name, unit), mean): ((&str, &str), &BlockMean)| context.figure(name, unit, mean);
-        let figures = names.into_iter().zip(means).filter_map(figure).collect();
+        let names = [
+            ("heat received from walls", "mass·length²/time³", None),
+            ("contacts with thermal walls", "1/time", None),
+        ];
+        let figures = context.figures(names, means, "");
         Results { tables: vec![table], figures, ..Results::default() }
     }
 }
