@@ -190,6 +190,7 @@ impl Theory {
         });
         page.part(Part::Answer);
         page.table(&["study", "checks", "failed", "collisions"], &rows);
+        files.push(("summary.json".to_owned(), "what was expected and found in all studies".to_owned()));
         page.files(&files);
         page.code(&options.common.command(self.name));
         // Each study has put its own: the last one's would be taken for those of the experiment.
