@@ -274,3 +274,33 @@ fn a_thermostat_that_acts_for_ever_goes_on_in_a_stage_of_its_own() {
     let root = tempfile::tempdir().unwrap();
     run.save(&root.path().join("saved")).unwrap();
 }
+
+#[test]
+fn an_edit_at_the_end_of_the_measured_stages_is_made_and_saved() {
+    let scene = Scene::from_toml(
+        "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 20\n\
+         [run]\nsample_interval = 0.1\nobserve = [\"energy\"]\nstop = { collisions = 5 }\n\
+         [[stage]]\nuntil = 1.0\n[[stage]]\nuntil = 2.0\nmeasure = false\n",
+    )
+    .unwrap();
+    let mut run = InteractiveRun::begin(&scene).unwrap();
+    // Less than a sample interval is left of the measured stage.
+    run.advance(EpochTime::from(0.95), &mut ()).unwrap();
+    let heat = HeatSpec {
+        tag: "gas".to_owned(),
+        kind: ThermostatKind::Maxwell,
+        energy: None,
+        temperature: Some(2.0),
+    };
+    run.edit(&StageSpec { set_energy: vec![heat], ..StageSpec::default() }, None, &mut ()).unwrap();
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("saved");
+    let saved = run.save(&folder).unwrap();
+    let words = saved.left_out.join("\n");
+    assert!(words.contains("run.stop") && words.contains("all measures"), "{words}");
+    // Neither ends after five contacts, as the scene says of a run that no one edits.
+    let copy = root.path().join("copy.toml");
+    std::fs::copy(folder.join("config.toml"), &copy).unwrap();
+    let resumed = end_of(&folder.join("config.toml"), &folder, &["--resume"]);
+    assert!(resumed == end_of(&copy, &root.path().join("throughout"), &[]));
+}

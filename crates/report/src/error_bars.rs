@@ -45,6 +45,9 @@ const MOST_LINES: usize = 15;
 const WIDTH_OF_LETTER: f64 = 0.55;
 const FRAME: f64 = 110.0;
 
+/// Legend of [`Value::guide`].
+const GUIDES: &str = "crosses: not judged";
+
 /// Space left and right of the points, as a share of their range.
 const ROOM: f64 = 0.05;
 
@@ -70,6 +73,8 @@ pub struct Value {
     pub error: Option<f64>,
     /// Its prediction.
     pub prediction: Option<f64>,
+    /// What a theory says that is no more than a guide here.
+    pub guide: Option<f64>,
 }
 
 /// The values of one curve, in the order of x; a curve without values keeps its colour.
@@ -167,6 +172,8 @@ impl ErrorBars {
         let mut chart = canvas::plane(if is_beside { &plot } else { root }, &self.title, x, y)?;
         let is_predicted = self.values().any(|value| value.prediction.is_some());
         let mut is_explained = false;
+        let has_guide = |curve: &Curve| curve.values.iter().any(|value| value.guide.is_some());
+        let first_guide = self.curves.iter().position(has_guide).unwrap_or(usize::MAX);
         for (index, curve) in self.curves.iter().enumerate().filter(|(_, curve)| !curve.values.is_empty()) {
             let ink = self.ink(index);
             let theory = if self.curves.len() == 1 { colour::VERMILLION } else { ink };
@@ -182,6 +189,13 @@ impl ErrorBars {
                 let (name, theory) =
                     if self.curves.len() == 1 { ("predicted", theory) } else { ("rings: predicted", BLACK) };
                 rings.label(name).legend(move |(x, y)| Circle::new((x + 9, y), 6, theory.stroke_width(1)));
+            }
+            let guides = curve.values.iter().filter_map(|v| Some((self.place(v.x), v.guide?)));
+            let crosses = guides.map(|at| Cross::new(at, 5, theory.stroke_width(1)));
+            let crosses = chart.draw_series(crosses)?;
+            if index == first_guide {
+                let ink = if self.curves.len() == 1 { theory } else { BLACK };
+                crosses.label(GUIDES).legend(move |(x, y)| Cross::new((x + 9, y), 5, ink.stroke_width(1)));
             }
             let bars = curve.values.iter().filter_map(|value| {
                 let (x, half) = (self.place(value.x), BAR * value.error?);
@@ -240,6 +254,11 @@ impl ErrorBars {
         if self.values().any(|value| value.prediction.is_some()) {
             line(BLACK, false, "rings: predicted")?;
         }
+        if self.has_guides() {
+            strip.draw(&Cross::new((14, height), 5, BLACK.stroke_width(1)))?;
+            strip.draw(&Text::new(GUIDES, (28, height - 9), font()))?;
+            height += LINE;
+        }
         if drawn.len() > MOST_LINES {
             let more = format!("and {} more", drawn.len() - MOST_LINES);
             strip.draw(&Text::new(more, (28, height - 9), font()))?;
@@ -252,7 +271,11 @@ impl ErrorBars {
         let is_predicted = self.values().any(|value| value.prediction.is_some());
         let drawn = self.curves.iter().filter(|curve| !curve.values.is_empty());
         let named = drawn.filter(|curve| is_predicted || !curve.name.is_empty()).count();
-        named + usize::from(is_predicted)
+        named + usize::from(is_predicted) + usize::from(self.has_guides())
+    }
+
+    fn has_guides(&self) -> bool {
+        self.values().any(|value| value.guide.is_some())
     }
 
     fn horizontal(&self) -> Scale {
@@ -281,7 +304,8 @@ impl ErrorBars {
     fn vertical(&self) -> Scale {
         let heights = self.values().flat_map(|value| {
             let half = BAR * value.error.unwrap_or(0.0);
-            [Some(value.y - half), Some(value.y + half), value.prediction].into_iter().flatten()
+            let theory = [value.prediction, value.guide];
+            [Some(value.y - half), Some(value.y + half)].into_iter().chain(theory).flatten()
         });
         let (low, high) = range(heights.filter(|height| height.is_finite()));
         let (low, high) = height(low, high);
@@ -350,7 +374,8 @@ mod tests {
     }
 
     fn chart(abscissa: &Abscissa, curves: usize) -> ErrorBars {
-        let value = |x: f64| Value { x, y: 2.0 * x, error: Some(0.1), prediction: Some(2.1 * x) };
+        let value =
+            |x: f64| Value { x, y: 2.0 * x, error: Some(0.1), prediction: Some(2.1 * x), guide: None };
         let curve = |index| Curve {
             name: format!("curve <{index}>"),
             values: [0.0, 1.0, 2.0]
@@ -376,6 +401,17 @@ mod tests {
             assert_eq!(svg.matches("<circle").count(), 2 * 3 * curves + curves + 1, "{abscissa:?}");
             assert!(svg.contains("curve &lt;0&gt;") && svg.contains("predicted") && !svg.contains("NaN"));
             assert_eq!(svg.contains("rod"), matches!(abscissa, Abscissa::Names(_)));
+        }
+    }
+
+    #[test]
+    fn guides_are_crosses_within_the_chart() {
+        for curves in [1, 3, 8] {
+            let mut chart = chart(&Abscissa::Linear, curves);
+            let before = (chart.svg().unwrap(), chart.vertical().range.1);
+            assert!(!before.0.contains(GUIDES));
+            chart.curves[0].values[1].guide = Some(50.0);
+            assert!(chart.svg().unwrap().contains(GUIDES) && chart.vertical().range.1 >= 50.0);
         }
     }
 

@@ -8,6 +8,7 @@ use carom_report::{
 };
 
 use crate::{
+    expect::Answer,
     point::short,
     results::PointResults,
     study::Study,
@@ -96,9 +97,11 @@ fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> 
         let curve = second.map_or(0, |second| study.setting(index, second));
         let x = axis.places[study.setting(index, first)];
         let (y, error) = (figure.value, figure.standard_error);
-        let answer = results.answers.iter().find(|answer| answer.quantity == figure.name);
-        let expected = answer.and_then(|answer| answer.expected.parse().ok());
-        curves[curve].values.push(Point { x, y, error, prediction: expected.or(figure.prediction) });
+        let answers = || results.answers.iter().filter(|answer| answer.quantity == figure.name);
+        let number = |answer: Option<&Answer>| answer.and_then(|answer| answer.expected.parse().ok());
+        let prediction = number(answers().find(|answer| !answer.show_only)).or(figure.prediction);
+        let guide = number(answers().find(|answer| answer.show_only));
+        curves[curve].values.push(Point { x, y, error, prediction, guide });
     }
     for curve in &mut curves {
         curve.values.sort_by(|a, b| a.x.total_cmp(&b.x));

@@ -45,6 +45,10 @@ pub struct Expect {
     /// Expected values, one for each point that is tested, in their order. Excludes `value`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<Vec<f64>>,
+    /// Name of another figure of the same point, to which this one must be equal; its standard
+    /// error counts as well, as if the two were independent. Excludes `value`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub same_as: Option<String>,
     /// The quantity must be above this by more than the allowed difference. Excludes `value`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub above: Option<f64>,
@@ -67,6 +71,10 @@ pub struct Expect {
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub only: toml::Table,
+    /// Whether the expected value is only shown, in the chart and the table of the page, where theory
+    /// is no more than a rough guide: a difference is then no failure. Default: false.
+    #[serde(skip_serializing_if = "is_false")]
+    pub show_only: bool,
     /// Where the expected value comes from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
@@ -77,11 +85,20 @@ fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
 /// What is expected.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 enum Wanted {
-    /// This value, or the prediction of the measure.
-    Equal(Option<f64>),
+    /// This value.
+    Equal(f64),
+    /// The prediction of the measure.
+    Predicted,
+    /// The value of another figure, with its standard error.
+    SameAs(Measured),
     Above(f64),
     Below(f64),
 }
@@ -105,11 +122,19 @@ pub struct Answer {
     pub difference: f64,
     /// Whether it is as expected.
     pub passed: bool,
+    /// Whether a difference is no failure (see [`Expect::show_only`]).
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub show_only: bool,
     /// Where the expected value comes from.
     pub source: String,
 }
 
 impl Answer {
+    /// Whether this is a failure of the study.
+    pub fn has_failed(&self) -> bool {
+        !self.passed && !self.show_only
+    }
+
     /// The answer as a check, named with its point.
     pub fn check(&self, point: &str) -> Check {
         Check {
@@ -127,6 +152,7 @@ impl Answer {
 }
 
 /// A measured quantity.
+#[derive(Debug, Clone, PartialEq)]
 struct Measured {
     name: String,
     unit: String,
@@ -156,8 +182,8 @@ impl Expect {
         }
         let given = [self.value, self.above, self.below].iter().flatten().count();
         ensure!(
-            given + usize::from(self.values.is_some()) <= 1,
-            "`value`, `values`, `above` and `below` exclude each other"
+            given + usize::from(self.values.is_some()) + usize::from(self.same_as.is_some()) <= 1,
+            "`value`, `values`, `same_as`, `above` and `below` exclude each other"
         );
         let numbers = [self.value, self.above, self.below].into_iter().flatten();
         for number in numbers.chain(self.values.iter().flatten().copied()) {
@@ -203,49 +229,60 @@ impl Expect {
     /// Compares what was measured at a point; `number` is the place of the point among those that
     /// are tested.
     pub fn answer(&self, number: usize, figures: &[Figure], tables: &[Table]) -> Answer {
-        let measured = match &self.figure {
-            Some(name) => of_figure(name, figures),
-            None => self.of_table(tables),
-        };
-        let wanted = match (self.above, self.below) {
-            (Some(above), _) => Wanted::Above(above),
-            (_, Some(below)) => Wanted::Below(below),
-            _ => {
-                let of_point = self.values.as_ref().and_then(|values| values.get(number).copied());
-                Wanted::Equal(self.value.or(of_point))
-            }
-        };
-        match measured {
-            Ok(measured) => self.compare(measured, wanted),
-            Err(reason) => Answer {
-                quantity: format!("{reason:#}"),
-                unit: String::new(),
-                value: f64::NAN,
-                standard_error: None,
-                expected: "a value".to_owned(),
-                allowed: 0.0,
-                difference: f64::NAN,
-                passed: false,
-                source: self.source.clone().unwrap_or_default(),
-            },
-        }
+        let compared = self.measured(figures, tables).and_then(|measured| {
+            let wanted = self.wanted(number, figures)?;
+            Ok(self.compare(measured, &wanted))
+        });
+        compared.unwrap_or_else(|reason| Answer {
+            quantity: format!("{reason:#}"),
+            unit: String::new(),
+            value: f64::NAN,
+            standard_error: None,
+            expected: "a value".to_owned(),
+            allowed: 0.0,
+            difference: f64::NAN,
+            passed: false,
+            show_only: self.show_only,
+            source: self.source.clone().unwrap_or_default(),
+        })
     }
 
-    fn compare(&self, measured: Measured, wanted: Wanted) -> Answer {
+    fn measured(&self, figures: &[Figure], tables: &[Table]) -> Result<Measured> {
+        self.figure.as_ref().map_or_else(|| self.of_table(tables), |name| of_figure(name, figures))
+    }
+
+    /// What is expected at the tested point of this number.
+    fn wanted(&self, number: usize, figures: &[Figure]) -> Result<Wanted> {
+        let of_point = self.values.as_ref().and_then(|values| values.get(number).copied());
+        Ok(match (self.above, self.below, self.value.or(of_point), &self.same_as) {
+            (Some(above), ..) => Wanted::Above(above),
+            (_, Some(below), ..) => Wanted::Below(below),
+            (_, _, Some(value), _) => Wanted::Equal(value),
+            (.., Some(other)) => Wanted::SameAs(of_figure(other, figures)?),
+            _ => Wanted::Predicted,
+        })
+    }
+
+    fn compare(&self, measured: Measured, wanted: &Wanted) -> Answer {
         let Measured { name, unit, value, error, prediction, source } = measured;
-        let by_error = self.standard_errors.unwrap_or(STANDARD_ERRORS) * error.unwrap_or(0.0);
+        let other_error = match wanted {
+            Wanted::SameAs(other) => other.error.unwrap_or(0.0),
+            _ => 0.0,
+        };
+        let error_of_both = error.unwrap_or(0.0).hypot(other_error);
+        let by_error = self.standard_errors.unwrap_or(STANDARD_ERRORS) * error_of_both;
         let tolerance = |expected: f64| by_error + self.relative * expected.abs() + self.absolute;
-        let (expected, allowed, difference) = match wanted {
-            Wanted::Equal(given) => {
-                let expected = given.or(prediction).unwrap_or(f64::NAN);
-                let words = if expected.is_nan() { "a prediction".to_owned() } else { expected.to_string() };
-                (words, tolerance(expected), (value - expected).abs())
-            }
+        let equal = |expected: f64| (expected.to_string(), tolerance(expected), (value - expected).abs());
+        let (expected, allowed, difference) = match *wanted {
+            Wanted::Equal(expected) => equal(expected),
+            Wanted::SameAs(ref other) => equal(other.value),
+            Wanted::Predicted => prediction.map_or(("a prediction".to_owned(), f64::NAN, f64::NAN), equal),
             Wanted::Above(least) => (format!("> {least}"), 0.0, least + tolerance(least) - value),
             Wanted::Below(most) => (format!("< {most}"), 0.0, value - (most - tolerance(most))),
         };
-        let is_strict = !matches!(wanted, Wanted::Equal(_));
+        let is_strict = matches!(wanted, Wanted::Above(_) | Wanted::Below(_));
         let passed = if is_strict { difference < allowed } else { difference <= allowed };
+        let given = self.source.clone().or_else(|| self.same_as.clone());
         Answer {
             quantity: name,
             unit,
@@ -255,7 +292,8 @@ impl Expect {
             allowed,
             difference,
             passed,
-            source: self.source.clone().or(source).unwrap_or_default(),
+            show_only: self.show_only,
+            source: given.or(source).unwrap_or_default(),
         }
     }
 
@@ -386,6 +424,29 @@ mod tests {
     }
 
     #[test]
+    fn figures_of_two_routes_agree_within_both_errors() {
+        let routes = [
+            Figure::new("by momentum", 2.0, "1").error(0.03),
+            Figure::new("by density", 2.2, "1").error(0.04),
+        ];
+        let agree = |standard_errors: f64| {
+            let route = "figure = \"by momentum\"\nsame_as = \"by density\"";
+            expect(&format!("{route}\nstandard_errors = {standard_errors}")).answer(0, &routes, &[])
+        };
+        // They differ by 0.2, four times √(0.03² + 0.04²).
+        assert!(agree(4.01).passed && !agree(3.99).passed);
+        assert_eq!((&agree(4.0).expected[..], &agree(4.0).source[..]), ("2.2", "by density"));
+        let answer = expect("figure = \"by momentum\"\nsame_as = \"by densty\"").answer(0, &routes, &[]);
+        assert!(!answer.passed && answer.quantity.contains("did you mean `by density`?"), "{answer:?}");
+    }
+
+    #[test]
+    fn what_is_only_shown_never_fails() {
+        let answer = expect("figure = \"pressure\"\nvalue = 7\nshow_only = true").answer(0, &figures(), &[]);
+        assert!(!answer.passed && !answer.has_failed() && answer.expected == "7");
+    }
+
+    #[test]
     fn a_column_is_interpolated_between_rows() {
         let at = |at: f64| {
             let text = format!("table = \"fall\"\ncolumn = \"distance\"\nat = {at}");
@@ -432,6 +493,7 @@ mod tests {
             ("table = \"a\"\nat = 1", "`column` is missing"),
             ("table = \"a\"\ncolumn = \"b\"", "`at` is missing"),
             ("figure = \"a\"\nvalue = 1\nabove = 0", "exclude each other"),
+            ("figure = \"a\"\nvalue = 1\nsame_as = \"b\"", "exclude each other"),
             ("figure = \"a\"\nvalue = nan", "must be finite"),
             ("figure = \"a\"\nrelative = -0.1", "`relative` must be at least 0"),
             ("figure = \"a\"\n[only]\n\"gas.0.maß\" = [1]", "did you mean `gas.0.mass`?"),

@@ -85,7 +85,7 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
 
 /// The quantities that are not as expected.
 fn failures(page: &mut Page, points: &[PointResults]) {
-    let failed: Vec<_> = answers(points).into_iter().filter(|(_, answer)| !answer.passed).collect();
+    let failed: Vec<_> = answers(points).into_iter().filter(|(_, answer)| answer.has_failed()).collect();
     if !failed.is_empty() {
         page.heading("Not as expected");
         page.table(&EXPECTATIONS, &failed.iter().map(row).collect::<Vec<_>>());
@@ -115,7 +115,11 @@ fn answers(points: &[PointResults]) -> Vec<(&PointResults, &Answer)> {
 }
 
 fn row(&(point, answer): &(&PointResults, &Answer)) -> Vec<String> {
-    let result = if answer.passed { "as expected" } else { "NOT AS EXPECTED" };
+    let result = match (answer.show_only, answer.passed) {
+        (true, _) => "only shown",
+        (_, true) => "as expected",
+        (_, false) => "NOT AS EXPECTED",
+    };
     let is_bound = answer.expected.starts_with(['<', '>']);
     let allowed = if is_bound { "–".to_owned() } else { with_error(two_digits(answer.allowed), None) };
     // The result stands first: a narrow screen shows the first columns.

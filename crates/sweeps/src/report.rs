@@ -86,9 +86,9 @@ pub fn write(
         note(remark);
     }
     let answers = || points.iter().flat_map(|point| &point.answers);
-    if !is_json() && study.expected_answers() > 0 {
-        let passed = answers().filter(|answer| answer.passed).count();
-        print_line(&format!("{passed} of {} expectations are met", study.expected_answers()));
+    if !is_json() && study.judged_answers() > 0 {
+        let met = answers().filter(|answer| answer.passed && !answer.show_only).count();
+        print_line(&format!("{met} of {} expectations are met", study.judged_answers()));
     }
     conclude(folder, &summary);
     Ok(summary.verdict())

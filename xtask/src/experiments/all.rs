@@ -16,13 +16,14 @@ use carom_runs::{
 };
 use carom_tables::Verdict;
 use clap::Args;
-use serde_json::Value;
+use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::json_checks::{checks, failures};
 
 /// The experiments, cheap ones first. Those of the thesis's tests and of capability costs measure
 /// times alone, on an idle machine, and are left out.
-const EXPERIMENTS: [&str; 15] = [
+const EXPERIMENTS: [&str; 16] = [
     "relaxation",
     "cooling",
     "heating",
@@ -35,10 +36,15 @@ const EXPERIMENTS: [&str; 15] = [
     "ratchet",
     "billiard",
     "brownian",
+    // The shares of kicks by direction and by atom are checked in a dilute gas alone.
+    "brownian --area-fraction 0.005",
     "encounters",
     "extremes",
     "errors",
 ];
+
+/// File of the verdicts.
+const SUMMARY: &str = "summary.json";
 
 /// Options of `cargo xtask experiment all`.
 #[derive(Debug, Clone, Args)]
@@ -53,8 +59,12 @@ pub struct Options {
 }
 
 /// How an experiment ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 struct Row {
+    /// Name of the experiment with its options.
     name: &'static str,
+    /// Folder inside.
+    folder: String,
     verdict: String,
     checks: usize,
     /// Checks that failed, or the error.
@@ -76,12 +86,13 @@ pub fn run(options: &Options) -> Result<Verdict> {
         let row = experiment(name, &folder, common.size())?;
         signals.check()?;
         print_line(&format!(
-            "{:<14}{:<9}{:>4} checks {:>7.1} s",
+            "{:<32}{:<9}{:>4} checks {:>7.1} s",
             row.name, row.verdict, row.checks, row.seconds
         ));
         row.reasons.iter().for_each(|reason| print_line(&format!("    {reason}")));
         rows.push(row);
     }
+    folder.write_json(SUMMARY, &json!({ "experiments": rows }))?;
     write_page(&folder, &rows, common)?;
     let has_passed = rows.iter().all(|row| row.verdict == "passed");
     Ok(if has_passed { Verdict::Passed } else { Verdict::Failed })
@@ -91,9 +102,12 @@ pub fn run(options: &Options) -> Result<Verdict> {
 fn experiment(name: &'static str, folder: &Folder, size: &str) -> Result<Row> {
     let program = std::env::current_exe().context("the path of this program is unknown")?;
     let begun = Instant::now();
+    let inside = folder_name(name);
     let output = Command::new(program)
-        .args(["experiment", name, size, "--force", "--quiet", "--json", "--out"])
-        .arg(folder.path().join(name))
+        .arg("experiment")
+        .args(name.split(' '))
+        .args([size, "--force", "--quiet", "--json", "--out"])
+        .arg(folder.path().join(&inside))
         .stderr(Stdio::inherit())
         .output()
         .with_context(|| format!("cannot start the experiment {name}"))?;
@@ -103,7 +117,12 @@ fn experiment(name: &'static str, folder: &Folder, size: &str) -> Result<Row> {
     let mut reasons = failures(&checks);
     reasons.extend(answer["error"].as_str().map(str::to_owned));
     let verdict = answer["verdict"].as_str().unwrap_or("error").to_owned();
-    Ok(Row { name, verdict, checks: checks.len(), reasons, seconds })
+    Ok(Row { name, folder: inside, verdict, checks: checks.len(), reasons, seconds })
+}
+
+/// The folder of an experiment: its name and the values of its options.
+fn folder_name(name: &str) -> String {
+    name.split(' ').map(|word| word.trim_start_matches('-')).collect::<Vec<_>>().join("-")
 }
 
 fn write_page(folder: &Folder, rows: &[Row], common: &Common<Destination>) -> Result<()> {
@@ -123,8 +142,22 @@ fn write_page(folder: &Folder, rows: &[Row], common: &Common<Destination>) -> Re
         vec![row.name.to_owned(), row.verdict.clone(), row.checks.to_string(), seconds]
     };
     page.table(&["experiment", "verdict", "checks", "time (s)"], &rows.iter().map(cells).collect::<Vec<_>>());
-    let link = |row: &Row| (format!("{}/report.html", row.name), format!("the page of {}", row.name));
-    page.files(&rows.iter().map(link).collect::<Vec<_>>());
+    let link = |row: &Row| (format!("{}/report.html", row.folder), format!("the page of {}", row.name));
+    let mut files: Vec<_> = rows.iter().map(link).collect();
+    files.push((SUMMARY.to_owned(), "this table".to_owned()));
+    page.files(&files);
     page.code(&common.command("all"));
     folder.write("report.html", page.html())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_experiment_has_a_folder_of_its_own() {
+        let folders: std::collections::BTreeSet<_> = EXPERIMENTS.map(folder_name).into();
+        assert_eq!(folders.len(), EXPERIMENTS.len());
+        assert!(folders.contains("brownian-area-fraction-0.005"));
+    }
 }

@@ -55,6 +55,13 @@ const RENEWED_AFTER: f64 = 0.25;
 /// start of a stage of the scene.
 const MOST_MOVES: usize = 1000;
 
+/// Why a saved scene has no `run.stop`.
+const NO_STOP: &str = "run.stop: the run went on past its rule, which would end a repetition early";
+
+/// Why a saved run measures nothing.
+const NOTHING_MEASURED: &str =
+    "all measures: less than a sample interval is left of the stages that are measured";
+
 /// Largest number of looks for the end of an epoch, each twice as far ahead: enough for any speed
 /// in range.
 const MOST_LOOKS: u32 = 400;
@@ -85,7 +92,8 @@ pub struct Saved {
     pub time: f64,
     /// The command that goes on from it.
     pub command: String,
-    /// Measures of the scene that are left out, with the reason: their bodies are no longer there.
+    /// What the saved scene leaves out, with the reason, such as a measure whose bodies are no longer
+    /// there.
     pub left_out: Vec<String>,
 }
 
@@ -313,7 +321,12 @@ impl InteractiveRun {
         let time = state.time();
         let mut scene = ahead.ending_after(time.to_f64())?;
         let view = ahead.simulation.view();
-        let left_out = leave_out_measures(&mut scene, &view);
+        let mut left_out = leave_out_measures(&mut scene, &view);
+        left_out.extend(self.scene.run.stop.as_ref().map(|_| NO_STOP.to_owned()));
+        let is_measured = |scene: &Scene| scene.stage.iter().any(|stage| stage.measure);
+        if is_measured(&self.scene) && !is_measured(&scene) {
+            left_out.push(NOTHING_MEASURED.to_owned());
+        }
         scene_file::validate(&scene)?;
         let mut measures = Measures::begin(&scene, &view)?;
         measures.start(&view);
@@ -354,7 +367,7 @@ impl InteractiveRun {
     }
 
     /// The scene with an end after `time`, as a file describes it. Only what follows the present is
-    /// measured.
+    /// measured, if that is as long as a sample interval; no rule ends the run before.
     fn ending_after(&self, time: f64) -> Result<Scene> {
         let mut scene = self.scene.clone();
         let run = &mut scene.run;
@@ -389,6 +402,11 @@ impl InteractiveRun {
             stage.measure = false;
         }
         end_at(&mut scene, until);
+        scene.run.stop = None;
+        if !scene.stage.is_empty() && !stages::is_sampled(&scene) {
+            // No edit is refused because the measured stages are nearly over.
+            scene.stage.iter_mut().for_each(|stage| stage.measure = false);
+        }
         Ok(scene)
     }
 

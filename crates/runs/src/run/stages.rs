@@ -94,15 +94,19 @@ fn check_measured(scene: &Scene) -> Result<()> {
             pair[1] - 1
         );
     }
-    let (from, last) = window(scene);
     ensure!(
-        measured.is_empty()
-            || from + scene.run.sample_interval * (1.0 - ROUNDING) <= last.min(scene.run.until),
+        measured.is_empty() || is_sampled(scene),
         "stage[{}]: the measured stages leave no interval of run.sample_interval = {}",
         measured[0],
         scene.run.sample_interval
     );
     Ok(())
+}
+
+/// Whether the part that is measured is as long as a sample interval.
+pub fn is_sampled(scene: &Scene) -> bool {
+    let (from, last) = window(scene);
+    from + scene.run.sample_interval * (1.0 - ROUNDING) <= last.min(scene.run.until)
 }
 
 /// The time from which on a run is measured, and the time of the last sample that is measured; that
