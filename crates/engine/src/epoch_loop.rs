@@ -129,7 +129,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     }
 
     /// The times of the last contacts of two bodies; `None` without a guard.
-    fn last_contacts(&self, bodies: [u32; 2]) -> Option<[f64; 2]> {
+    pub(crate) fn last_contacts(&self, bodies: [u32; 2]) -> Option<[f64; 2]> {
         let last = &self.world.last_contacts;
         (!last.is_empty()).then(|| bodies.map(|body| last[body as usize]))
     }
@@ -201,7 +201,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     /// Accepts any contact, counts it, enters its energy into the ledger and reports it to the
     /// observer. A refused contact changes no motion, counter or ledger entry, and is not reported.
     #[inline(never)]
-    fn record(&mut self, encounter: &Encounter, resolved: &Resolved) -> Result<(), RunError> {
+    pub(crate) fn record(&mut self, encounter: &Encounter, resolved: &Resolved) -> Result<(), RunError> {
         let Encounter { contact, before, .. } = encounter;
         let ContactEvent { time, bodies, image, parts } = *contact;
         let pair = bodies.map(|body| &self.world.bodies[body as usize]);

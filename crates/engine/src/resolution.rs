@@ -79,12 +79,6 @@ impl<R: Response> Rules<'_, R> {
         self.elasticity.is_elastic() && self.response.conserves_energy(Elasticity::ELASTIC)
     }
 
-    /// Whether every contact conserves the energy, that with a wall as well, and depends on no
-    /// contact before it.
-    pub fn keep_energy(&self) -> bool {
-        self.all_elastic() && self.world.last_contacts.is_empty() && !self.world.has_thermal_walls
-    }
-
     /// Resolves the contact of two discs where all contacts are elastic: only velocities change.
     /// `flights` are the positions and velocities of the two at the time of the contact.
     #[inline(always)]

@@ -9,7 +9,6 @@ use crate::{
     Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, TileWork, Tiling, View, World,
     epoch_loop::{Ended, EpochLoop},
     limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
-    resolution::Rules,
     scheduler::StoredMotions,
     simultaneous_contacts::SimultaneousContacts,
     unresolved::Unresolved,
@@ -120,10 +119,6 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Whether this system is divided into tiles, at its present state and [`Tiling`].
     pub fn tile_use(&self) -> TileUse {
-        let Self { world, response, elasticity, .. } = self;
-        if !(Rules { world, response, elasticity }).keep_energy() {
-            return TileUse::ChangesEnergy;
-        }
         if !self.detection.decides_discs_in_closed_form() {
             return TileUse::Detector;
         }

@@ -5,7 +5,7 @@ use std::fmt;
 /// How the box is divided into tiles of cells, which are run on their own and on several threads.
 ///
 /// No choice changes a bit of the results, and a number out of its range counts as the nearest in
-/// it. Tiles are used for elastic discs of similar size; other scenes, and parts of a run in which
+/// it. Tiles are used for discs of similar size; other scenes, and parts of a run in which
 /// tiles do not pay, are run event by event on one thread. See [`TileCounters`] for what was done.
 ///
 /// ```
@@ -162,8 +162,6 @@ pub enum TileUse {
     OtherBodies,
     /// A dilute gas, whose discs live in cells of several.
     Dilute,
-    /// Contacts change the energy, or a wall has a temperature.
-    ChangesEnergy,
     /// The detector does not use the closed form for two discs.
     Detector,
     /// The scheduler has no tiles.
@@ -179,7 +177,6 @@ impl fmt::Display for TileUse {
             Self::SmallBox => "too few cells",
             Self::OtherBodies => "bodies other than moving discs of similar size",
             Self::Dilute => "a dilute gas",
-            Self::ChangesEnergy => "contacts that change the energy",
             Self::Detector => "a detector without the closed form",
             Self::Scheduler => "a scheduler without tiles, or a box of few cells",
         };

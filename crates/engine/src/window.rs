@@ -1,6 +1,7 @@
 //! Windows: parts of an epoch whose contacts a scheduler finds and resolves at once, on any number
 //! of threads, before the engine records them in order of time.
 
+use carom_kinematics::Motion;
 use glam::DVec2;
 
 use crate::{
@@ -24,9 +25,10 @@ pub struct WindowJob<'a, D, R> {
     pub(crate) limits: Limits,
     /// Time of the last contact so far (offset in the epoch).
     pub(crate) instant: f64,
-    /// Whether contacts can be resolved apart from each other, and the run ends at a time. If not,
-    /// the scheduler prepares for single contacts.
+    /// Whether the run ends at a time. If not, the scheduler prepares for single contacts.
     pub(crate) may_use_windows: bool,
+    /// Whether all contacts are elastic.
+    pub(crate) all_elastic: bool,
     /// Whether the contacts are reported.
     pub(crate) wants_log: bool,
 }
@@ -46,6 +48,31 @@ pub struct Window {
     pub(crate) ends_epoch: bool,
     /// The contacts in order, if they were wanted.
     pub(crate) log: Vec<LoggedContact>,
+    /// Else, if not all contacts are elastic, what they leave behind.
+    pub(crate) inelastic: InelasticContacts,
+}
+
+/// What contacts leave behind, besides the motions, where not all are elastic.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct InelasticContacts {
+    /// The energies of each contact. In order, so that sums have the same rounding.
+    pub energies: Vec<ContactEnergy>,
+    /// The time of the last contact of each body that had one, where there is a guard against
+    /// inelastic collapse (index in [`World::bodies`], offset in the epoch).
+    pub last_contacts: Vec<(u32, f64)>,
+    /// Number of contacts that the guard has changed.
+    pub guarded: u64,
+}
+
+/// The energies of a contact (mass × length² / time²), for the ledger.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ContactEnergy {
+    pub time: f64,
+    pub bodies: [u32; 2],
+    /// Energy lost in the contact.
+    pub lost: f64,
+    /// Energy that it would have lost in addition without the guard.
+    pub spared: f64,
 }
 
 /// A contact after which a disc is faster than all discs before.
@@ -77,6 +104,11 @@ impl LoggedContact {
         let ContactEvent { time, bodies, image, .. } = *contact;
         // Discs of adjacent cells are at most one box apart.
         Self { time, bodies, image: image.map(|boxes| boxes as i8), flights }
+    }
+
+    /// The motions just before the contact.
+    pub fn motions(&self) -> [Motion; 2] {
+        self.flights.map(|[place, velocity]| Motion { velocity, time: self.time, ..Motion::at_rest(place) })
     }
 
     pub fn event(&self) -> ContactEvent {

@@ -7,14 +7,16 @@ use carom_response::Response;
 use crate::{
     RunError, Scheduler,
     epoch_loop::{Ended, EpochLoop},
-    window::WindowJob,
+    resolution::Encounter,
+    window::{LoggedContact, Window, WindowJob},
 };
 
 impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
     /// Runs in windows for as long as the scheduler can; returns how the loop has ended, or none if
     /// the rest is to be run contact by contact.
     pub(crate) fn run_windows<S: Scheduler>(&mut self, scheduler: &mut S) -> Result<Option<Ended>, RunError> {
-        let may_use_windows = self.most == u64::MAX && self.rules().keep_energy();
+        let may_use_windows = self.most == u64::MAX;
+        let all_elastic = self.rules().all_elastic();
         let wants_log = self.observer.is_some();
         loop {
             let limit = self.limits.time();
@@ -28,17 +30,16 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
                 limits: *self.limits,
                 instant: self.simultaneous.time,
                 may_use_windows,
+                all_elastic,
                 wants_log,
             });
             let Some(window) = window else { return Ok(None) };
-            for logged in &window.log {
-                let contact = logged.event();
-                let inverse_masses = self.world.inverse_masses(contact.bodies);
-                let resolved = self.rules().resolve_discs(contact.image, logged.flights, inverse_masses);
-                self.record_discs(contact, logged.flights, resolved)?;
-            }
-            if !wants_log {
-                self.counters.collisions += window.contacts;
+            if wants_log {
+                for logged in &window.log {
+                    self.record_logged(logged, all_elastic)?;
+                }
+            } else {
+                self.count(&window);
             }
             *self.limits = window.limits;
             *self.contacts += window.contacts;
@@ -56,6 +57,33 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
             if window.end >= self.target {
                 return Ok(Some(Ended::TargetReached));
             }
+        }
+    }
+
+    /// Resolves a contact of a window once more, and records it.
+    fn record_logged(&mut self, logged: &LoggedContact, all_elastic: bool) -> Result<(), RunError> {
+        let contact = logged.event();
+        if all_elastic {
+            let inverse_masses = self.world.inverse_masses(contact.bodies);
+            let resolved = self.rules().resolve_discs(contact.image, logged.flights, inverse_masses);
+            return self.record_discs(contact, logged.flights, resolved);
+        }
+        let last_contacts = self.last_contacts(contact.bodies);
+        let encounter = Encounter { contact, before: logged.motions(), last_contacts, repeats: false };
+        let resolved = self.rules().resolve(&encounter);
+        self.record(&encounter, &resolved)
+    }
+
+    /// Counts the contacts of a window, and enters their energies into the ledger.
+    fn count(&mut self, window: &Window) {
+        self.counters.collisions += window.contacts;
+        self.counters.guarded_collisions += window.inelastic.guarded;
+        for energy in &window.inelastic.energies {
+            self.ledger.spared += energy.spared;
+            self.ledger.lost += energy.lost;
+        }
+        for &(body, time) in &window.inelastic.last_contacts {
+            self.world.last_contacts[body as usize] = time;
         }
     }
 }

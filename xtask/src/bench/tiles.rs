@@ -37,6 +37,9 @@ pub struct Options {
     /// Area fraction
     #[arg(long, default_value_t = 0.5)]
     area_fraction: f64,
+    /// Elasticity of all contacts; below 1 the gas cools
+    #[arg(long, default_value_t = 1.0)]
+    elasticity: f64,
     /// Contacts of each disc in a turn
     #[arg(long, default_value_t = 8.0)]
     contacts: f64,
@@ -94,7 +97,8 @@ struct Scaling {
 /// The gas cannot be built or run, or two variants differ.
 pub fn run(options: &Options) -> Result<Verdict> {
     ensure!(options.discs > 0 && options.contacts > 0.0, "the discs and their contacts must be positive");
-    let scene = equal_discs(options.discs, options.area_fraction);
+    let mut scene = equal_discs(options.discs, options.area_fraction);
+    scene.elasticity.default = options.elasticity;
     let base = AnySimulation::new(&scene)?;
     let free_time = free_time(options, &scene, &base)?;
     let mut variants = variants(options, &base);

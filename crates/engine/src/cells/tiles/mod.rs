@@ -30,8 +30,9 @@
 //!    only, or has another outcome. If c is in the rings, it belongs to a neighbour B, which has
 //!    the same history of c by comparison, so B differs from H in its own cell. So let c be a cell
 //!    of A itself. By lemma 1 the event reads the neighbourhood of A only, which agrees with H up
-//!    to then: the same discs with the same flights, versions and next events, since these are the
-//!    outcomes of earlier changes, or were given at the start. By lemma 2 it is not left out. So it
+//!    to then: the same discs with the same flights, versions, last contacts and next events, since
+//!    these are the outcomes of earlier changes, or were given at the start; a change of version is
+//!    a contact, and the change logs its time. By lemma 2 it is not left out. So it
 //!    happens in both, with the same outcome: a contradiction.
 //! 4. **The order of discs is that of all bodies.** A workspace numbers its discs in the order of
 //!    their indices among all bodies, so ties are decided alike. A tie that depends on a partner
@@ -46,9 +47,10 @@
 //!
 //! A window ends with the epoch, as in the global order. If there are more contacts than the epoch
 //! has left, or if a disc becomes so fast that the epoch ends earlier, the window is run again up
-//! to that time. Contacts of a disc with two others at one instant, and errors, are left to the
-//! global order, which begins from the state at the start of the window. Only events in a tile's
-//! own cells count for this: those in its border may be wrong.
+//! to that time. Contacts of a disc with two others at one instant, inelastic ones that rounding
+//! alone separates, and errors are left to the global order, which begins from the state at the
+//! start of the window. Only events in a tile's own cells count for this: those in its border may
+//! be wrong.
 
 mod border_log;
 mod map;
@@ -81,7 +83,7 @@ use crate::{
     SchedulerCounters, TileCounters, TileWork, Tiling, World,
     limits::Limits,
     scheduler::StoredMotions,
-    window::{LoggedContact, Window, WindowJob},
+    window::{ContactEnergy, InelasticContacts, LoggedContact, Window, WindowJob},
 };
 
 /// Runs of a window, or of a tile in it, before the window is run event by event.
@@ -281,7 +283,8 @@ impl Tiles {
         if job.stop <= job.from && !self.is_fresh {
             // All events up to this time have been processed.
             let (end, limits) = (job.from, job.limits);
-            return Some(Window { end, contacts: 0, last: None, limits, ends_epoch: false, log: Vec::new() });
+            let (log, inelastic) = (Vec::new(), InelasticContacts::default());
+            return Some(Window { end, contacts: 0, last: None, limits, ends_epoch: false, log, inelastic });
         }
         let mut end = self.end_of_window(job);
         if end <= job.from && job.stop > job.from {
@@ -321,9 +324,13 @@ impl Tiles {
         // The border of a window must fit between the tiles.
         let widest = f64::from(self.widest_border().saturating_sub(self.tiling.margin + 2));
         let mut length = free_time * self.tiling.window.min(widest / self.tiling.front);
-        if job.wants_log {
-            let most = MOST_LOG_BYTES / size_of::<LoggedContact>() as f64;
-            length = length.min(most / self.contact_rate);
+        let logged_bytes = match (job.wants_log, job.all_elastic) {
+            (true, _) => size_of::<LoggedContact>(),
+            (false, false) => size_of::<ContactEnergy>(),
+            (false, true) => 0,
+        };
+        if logged_bytes > 0 {
+            length = length.min(MOST_LOG_BYTES / logged_bytes as f64 / self.contact_rate);
         }
         let left = job.limits.contacts_left() as f64 / self.contact_rate;
         if length > SHARE_OF_EPOCH * left {
@@ -364,7 +371,7 @@ impl Tiles {
             let computed = selected.iter().map(|&tile| self.outcomes[tile].computed);
             self.counters.computed += computed.sum::<u64>();
             self.counters.repeated += if attempt > 0 { selected.len() as u64 } else { 0 };
-            if self.outcomes.iter().any(|outcome| outcome.has_simultaneous) {
+            if self.outcomes.iter().any(|outcome| outcome.needs_order) {
                 return Err(Refused);
             }
             selected = self.tiles_that_disagree();
@@ -515,6 +522,7 @@ impl Tiles {
             self.outcomes.iter().for_each(|outcome| log.extend_from_slice(&outcome.log));
             log.sort_unstable_by(|a, b| a.time.total_cmp(&b.time).then(a.bodies.cmp(&b.bodies)));
         }
+        let inelastic = self.inelastic_contacts();
         for (discs, outcome) in self.discs.iter_mut().zip(&mut self.outcomes) {
             std::mem::swap(discs, &mut outcome.discs);
         }
@@ -522,7 +530,22 @@ impl Tiles {
         self.is_fresh = false;
         self.counters.windows += 1;
         self.counters.contacts += contacts;
-        Window { end, contacts, last, limits, ends_epoch, log }
+        Window { end, contacts, last, limits, ends_epoch, log, inelastic }
+    }
+
+    /// What the contacts of all tiles leave behind.
+    fn inelastic_contacts(&self) -> InelasticContacts {
+        let mut all = InelasticContacts::default();
+        for InelasticContacts { energies, last_contacts, guarded } in
+            self.outcomes.iter().map(|outcome| &outcome.inelastic)
+        {
+            all.energies.extend_from_slice(energies);
+            all.last_contacts.extend_from_slice(last_contacts);
+            all.guarded += guarded;
+        }
+        // Stable: the energies of each tile are in order already.
+        all.energies.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.bodies.cmp(&b.bodies)));
+        all
     }
 }
 

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use carom_detection::Detection;
 use carom_response::Response;
+use glam::DVec2;
 
 use super::{
     border_log::{BorderLog, Change, Places},
@@ -12,7 +13,7 @@ use super::{
     resting::{RestingDisc, TileDiscs},
 };
 use crate::{
-    TileWork,
+    TileWork, World,
     cells::{
         body_record::Kind,
         frame::TileFrame,
@@ -21,9 +22,10 @@ use crate::{
         state::{EpochConstants, State},
     },
     limits::Limits,
+    resolution::Encounter,
     scheduler::ContactEvent,
     simultaneous_contacts::MOST_CONTACTS_AT_ONCE,
-    window::{FastContact, LoggedContact, WindowJob},
+    window::{ContactEnergy, FastContact, InelasticContacts, LoggedContact, WindowJob},
 };
 
 /// The window that is run.
@@ -60,8 +62,11 @@ pub(super) struct Outcome {
     pub fast: Vec<FastContact>,
     pub times: Vec<f64>,
     pub log: Vec<LoggedContact>,
-    /// Whether two contacts of a disc happen at one instant, which the serial order must decide.
-    pub has_simultaneous: bool,
+    /// What contacts leave behind, if not all are elastic.
+    pub inelastic: InelasticContacts,
+    /// Whether the global order must decide what happens: two contacts of a disc at one instant, or
+    /// a contact whose bodies only rounding separates.
+    pub needs_order: bool,
     /// Wall time of the run (seconds), and discs copied from other tiles.
     pub seconds: f64,
     pub copied: usize,
@@ -87,7 +92,10 @@ impl Outcome {
         self.fast.clear();
         self.times.clear();
         self.log.clear();
-        self.has_simultaneous = false;
+        self.inelastic.energies.clear();
+        self.inelastic.last_contacts.clear();
+        self.inelastic.guarded = 0;
+        self.needs_order = false;
     }
 
     pub fn heap_bytes(&self) -> usize {
@@ -95,6 +103,8 @@ impl Outcome {
             + self.border.heap_bytes()
             + self.times.capacity() * size_of::<f64>()
             + self.log.capacity() * size_of::<LoggedContact>()
+            + self.inelastic.energies.capacity() * size_of::<ContactEnergy>()
+            + self.inelastic.last_contacts.capacity() * size_of::<(u32, f64)>()
     }
 }
 
@@ -107,6 +117,9 @@ pub(super) struct Workspace {
     bodies: Vec<u32>,
     /// For each disc the partner of its event at the start of the window, among all bodies.
     partners: Vec<u32>,
+    /// The time of the last contact of each disc, where there is a guard against inelastic collapse
+    /// (offset in the epoch).
+    last_contacts: Vec<f64>,
     places: Places,
     /// By the distance of a cell from the tile: the time after which its events have no influence
     /// on the tile.
@@ -137,6 +150,7 @@ impl Workspace {
             state: State::new(instructions, grid, TileFrame::default()),
             bodies: Vec::new(),
             partners: Vec::new(),
+            last_contacts: Vec::new(),
             places: Places::default(),
             useful_until: Vec::new(),
             loaded: Vec::new(),
@@ -147,6 +161,7 @@ impl Workspace {
     pub fn heap_bytes(&self) -> usize {
         self.state.heap_bytes()
             + (self.bodies.capacity() + self.partners.capacity()) * size_of::<u32>()
+            + self.last_contacts.capacity() * size_of::<f64>()
             + self.loaded.capacity() * size_of::<RestingDisc>()
             + self.order.capacity() * size_of::<u64>()
     }
@@ -164,6 +179,9 @@ impl Workspace {
         outcome.copied = self.bodies.len() - task.discs[task.tile].discs.len();
         dispatch(self.state.instructions, Run(self, job, task, outcome));
         self.store(&task, &mut outcome.discs);
+        if !self.last_contacts.is_empty() && !job.wants_log {
+            self.store_last_contacts(job.world, outcome);
+        }
         outcome.seconds = begun.elapsed().as_secs_f64();
     }
 
@@ -204,6 +222,11 @@ impl Workspace {
             state.records.push(disc.record(radius));
             state.windings.push(disc.winding);
             self.bodies.push(disc.body);
+        }
+        let last_contacts = &job.world.last_contacts;
+        self.last_contacts.clear();
+        if !last_contacts.is_empty() {
+            self.last_contacts.extend(self.bodies.iter().map(|&body| last_contacts[body as usize]));
         }
         state.push_dummy();
         state.neighbour_lists.set_frame(map.window(tile, border));
@@ -263,8 +286,8 @@ impl Workspace {
             if now > self.useful_until[ring] {
                 continue;
             }
-            outcome.has_simultaneous |= ties.are_undecided(now, disc, record.partner() == discs);
-            if outcome.has_simultaneous {
+            outcome.needs_order |= ties.are_undecided(now, disc, record.partner() == discs);
+            if outcome.needs_order {
                 // The global order runs the window.
                 return;
             }
@@ -306,22 +329,29 @@ impl Workspace {
         past: &mut PastContacts,
         (now, pair): (f64, [u32; 2]),
     ) {
-        let Self { state, bodies, places, .. } = self;
+        let cells = pair.map(|disc| self.state.records[disc as usize].cell());
+        let indices = pair.map(|disc| self.bodies[disc as usize]);
+        let contact = self.state.contact_of_discs(pair, now);
+        let contact = ContactEvent { bodies: indices, ..contact };
+        let (a, b) = (self.state.flight(pair[0], now), self.state.flight(pair[1], now));
+        let impact = if job.all_elastic {
+            let inverse_masses = self
+                .state
+                .inverse_mass
+                .map_or_else(|| job.world.inverse_masses(indices), |inverse_mass| [inverse_mass; 2]);
+            let resolved = job.rules.resolve_discs(contact.image, [a, b], inverse_masses);
+            Impact { places: [a[0], b[0]], after: resolved.after, energies: None, needs_order: false }
+        } else {
+            self.resolve_inelastic(job, &contact, pair, [a, b])
+        };
+        let Self { state, places, .. } = self;
         let window = *state.neighbour_lists.frame();
-        let cells = pair.map(|disc| state.records[disc as usize].cell());
-        let contact = state.contact_of_discs(pair, now);
-        let indices = pair.map(|disc| bodies[disc as usize]);
-        let inverse_masses = state
-            .inverse_mass
-            .map_or_else(|| job.world.inverse_masses(indices), |inverse_mass| [inverse_mass; 2]);
-        let (a, b) = (state.flight(pair[0], now), state.flight(pair[1], now));
-        let resolved = job.rules.resolve_discs(contact.image, [a, b], inverse_masses);
         outcome.computed += 1;
-        outcome.has_simultaneous |= past.advance_to(now);
+        outcome.needs_order |= past.advance_to(now);
         let is_own = cells.map(|cell| places.ring(&window, cell) == 0);
         if is_own[0] | is_own[1] {
             // The tile that owns a disc sees all of its contacts.
-            outcome.has_simultaneous |= now <= job.instant || past.repeats(indices);
+            outcome.needs_order |= now <= job.instant || past.repeats(indices) || impact.needs_order;
         }
         if is_own[0] {
             outcome.contacts += 1;
@@ -329,20 +359,23 @@ impl Workspace {
             outcome.at_last =
                 if outcome.last.is_some_and(|(last, _)| last == now) { outcome.at_last + 1 } else { 1 };
             outcome.last = Some((now, indices));
-            let contact = ContactEvent { bodies: indices, ..contact };
-            if !past.limits.within(resolved.after) {
-                past.limits.raise(resolved.after);
-                outcome.fast.push(FastContact::new(&contact, [a[0], b[0]], resolved.after));
+            if !past.limits.within(impact.after) {
+                past.limits.raise(impact.after);
+                outcome.fast.push(FastContact::new(&contact, [a[0], b[0]], impact.after));
             }
             if span.keeps_times {
                 outcome.times.push(now);
             }
             if job.wants_log {
                 outcome.log.push(LoggedContact::new(&contact, [a, b]));
+            } else if let Some([lost, spared]) = impact.energies {
+                outcome.inelastic.guarded += u64::from(spared.is_some());
+                let [lost, spared] = [lost, spared].map(|energy| energy.unwrap_or(0.0));
+                outcome.inelastic.energies.push(ContactEnergy { time: now, bodies: indices, lost, spared });
             }
         }
-        state.set_motion(kernel, pair[0], a[0], resolved.after[0], now);
-        state.set_motion(kernel, pair[1], b[0], resolved.after[1], now);
+        state.set_motion(kernel, pair[0], impact.places[0], impact.after[0], now);
+        state.set_motion(kernel, pair[1], impact.places[1], impact.after[1], now);
         // Both queries come before both writes: see `State::predict_two_discs`. Not in a closure,
         // which would be compiled without the kernel's instructions.
         let events =
@@ -356,6 +389,39 @@ impl Workspace {
             let change = Change::new(indices[n], now, record);
             outcome.border.note(places, &window, cells[n], change);
         }
+    }
+
+    /// Resolves a contact where not all are elastic.
+    #[inline(never)]
+    fn resolve_inelastic<D, R: Response>(
+        &mut self,
+        job: &WindowJob<'_, D, R>,
+        contact: &ContactEvent,
+        pair: [u32; 2],
+        flights: [[DVec2; 2]; 2],
+    ) -> Impact {
+        let last_contacts = (!self.last_contacts.is_empty()).then(|| {
+            pair.map(|disc| std::mem::replace(&mut self.last_contacts[disc as usize], contact.time))
+        });
+        let before = LoggedContact::new(contact, flights).motions();
+        let encounter = Encounter { contact: *contact, before, last_contacts, repeats: false };
+        let resolved = job.rules.resolve(&encounter);
+        Impact {
+            places: resolved.onwards.map(|motion| motion.position),
+            after: resolved.onwards.map(|motion| motion.velocity),
+            energies: Some([resolved.lost, resolved.spared]),
+            needs_order: resolved.is_unresolved,
+        }
+    }
+
+    /// Notes the last contacts of the tile's discs that had one.
+    fn store_last_contacts(&self, world: &World, outcome: &mut Outcome) {
+        let window = self.state.neighbour_lists.frame();
+        let of_discs = self.bodies.iter().zip(&self.last_contacts).zip(&self.state.records);
+        let changed = of_discs.filter(|&((&body, &last), record)| {
+            last != world.last_contacts[body as usize] && self.places.ring(window, record.cell()) == 0
+        });
+        outcome.inelastic.last_contacts.extend(changed.map(|((&body, &last), _)| (body, last)));
     }
 
     /// Copies the discs that are in the cells of the tile.
@@ -372,6 +438,17 @@ impl Workspace {
             ((row - border) * columns + column - border) as usize
         });
     }
+}
+
+/// The outcome of a contact of two discs.
+#[derive(Debug, Clone, Copy)]
+struct Impact {
+    /// Positions and velocities with which the run goes on.
+    places: [DVec2; 2],
+    after: [DVec2; 2],
+    /// Energy lost and spared, where not all contacts are elastic (see [`ContactEnergy`]).
+    energies: Option<[Option<f64>; 2]>,
+    needs_order: bool,
 }
 
 /// The run of a tile, in the build for an instruction set.
