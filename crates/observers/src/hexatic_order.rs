@@ -119,12 +119,17 @@ impl Observer for HexaticOrder {
 /// |ψ₆| of each body that is not a wall, in their order, with neighbours among all of them; 0 for
 /// all of fewer than seven.
 pub fn local_orders(view: &View<'_>) -> Vec<f64> {
+    complex_orders(view).iter().map(|psi| psi.length()).collect()
+}
+
+/// ψ₆ of each body that is not a wall, real and imaginary part; 0 for all of fewer than seven.
+pub(crate) fn complex_orders(view: &View<'_>) -> Vec<DVec2> {
     let bodies = view.bodies().filter(|view| !view.body.is_wall());
     let places: Vec<DVec2> = bodies.map(|view| view.motion.position).collect();
     if places.len() <= NEAREST {
-        return vec![0.0; places.len()];
+        return vec![DVec2::ZERO; places.len()];
     }
-    orders(&places, view.bounds()).iter().map(|psi| psi.length()).collect()
+    orders(&places, view.bounds())
 }
 
 /// ψ₆ of each body, real and imaginary part; more than six bodies.

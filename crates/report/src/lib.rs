@@ -9,6 +9,7 @@
 
 pub mod canvas;
 pub mod error_bars;
+pub mod map;
 pub mod molecule_picture;
 pub mod page;
 pub mod panels;

@@ -38,6 +38,7 @@ pub mod sampling_times;
 pub mod schema;
 pub mod series;
 mod visible_region;
+mod whole_box;
 pub mod work_items;
 
 pub use visible_region::picture_of;

@@ -17,6 +17,7 @@ use crate::{
     output::{Folder, MANIFEST},
     price::{PRICE, Price},
     run::files::PICTURES,
+    whole_box::MAPS,
 };
 
 /// How a run has ended.
@@ -58,6 +59,8 @@ pub(super) struct Contents {
     pub tables: Vec<Table>,
     /// Pictures of the first and the last state.
     pub pictures: [Option<String>; 2],
+    /// Maps of the whole box at the end.
+    pub maps: [Option<String>; 2],
     pub animation: Option<String>,
     /// What a method other than the default saves and gets wrong.
     pub price: Option<Price>,
@@ -95,6 +98,7 @@ impl Contents {
             _ => None,
         };
         let [start, end] = PICTURES.map(|name| text(folder, name));
+        let [density, order] = MAPS.map(|(name, _)| text(folder, name));
         let mut contents = Self {
             kind,
             state: state.unwrap_or_else(|| state_of(&manifest)),
@@ -104,6 +108,7 @@ impl Contents {
             summary,
             tables: tables_file::tables(folder)?,
             pictures: [start?, end?],
+            maps: [density?, order?],
             animation,
             price: json(folder, PRICE)?
                 .filter(|_| kind == Kind::Run)

@@ -8,13 +8,15 @@ use crate::{measures, price::PRICE, record::SUMS, resumable::CHECKPOINT, run::fi
 const MOST_FILES: usize = 200;
 
 /// Files with fixed names.
-const KNOWN: [(&str, &str); 16] = [
+const KNOWN: [(&str, &str); 18] = [
     ("animation.json", "the moving picture"),
     ("config.toml", "the scene, or the settings, with all options"),
+    ("density.svg", "map of the area fraction in the last state"),
     ("end.extxyz", "the last state, for OVITO and ASE"),
     ("end.svg", "picture of the last state"),
     ("flights.csv", "flights of the moving picture, with all digits"),
     ("manifest.json", "program, machine, command, random numbers, time taken"),
+    ("order.svg", "map of the sixfold order in the last state"),
     (PRICE, "what the method saves and gets wrong"),
     ("runs.csv", "the merged runs"),
     ("start-state", "the state of another run from which this one starts"),

@@ -31,6 +31,7 @@ use crate::{
     print_line,
     progress::Progress,
     run::files::PICTURES,
+    whole_box::MAPS,
 };
 
 /// Name of the page in a folder.
@@ -87,7 +88,8 @@ pub fn write(folder: &Folder, state: State) -> Result<()> {
 /// # Errors
 /// A file cannot be removed.
 pub(crate) fn remove_old(folder: &Folder) -> Result<()> {
-    for name in [PAGE, "summary.json", "tables.json", ANIMATION, PRICE, PICTURES[1]] {
+    let [density, order] = MAPS.map(|(name, _)| name);
+    for name in [PAGE, "summary.json", "tables.json", ANIMATION, PRICE, PICTURES[1], density, order] {
         let path = folder.path().join(name);
         match fs::remove_file(&path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {

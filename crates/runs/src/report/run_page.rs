@@ -12,7 +12,7 @@ use super::{
     evidence::Charts,
     files, verdict,
 };
-use crate::{animation::FLIGHTS, run::stages, visible_region::caption_of};
+use crate::{animation::FLIGHTS, run::stages, visible_region::caption_of, whole_box::MAPS};
 
 /// A longer scene file is not repeated on the page (bytes).
 const LONGEST_SCENE: usize = 100_000;
@@ -111,7 +111,7 @@ fn lead(contents: &Contents) -> String {
     lead
 }
 
-/// Pictures of the first and the last state.
+/// Pictures of the first and the last state, and maps of a large system.
 fn system(contents: &Contents) -> Vec<DataChart> {
     let end = contents.summary.as_ref().map_or(f64::NAN, |summary| summary.totals.simulated_time);
     let captions = ["At the start.".to_owned(), format!("At t = {end}.")];
@@ -121,7 +121,10 @@ fn system(contents: &Contents) -> Vec<DataChart> {
         let caption = format!("{caption}{}", caption_of(&svg));
         Some(DataChart { svg, caption, file: file.to_owned() })
     };
-    pictures.filter_map(picture).collect()
+    let maps = contents.maps.iter().zip(MAPS).filter_map(|(svg, (file, caption))| {
+        Some(DataChart { svg: svg.clone()?, caption: caption.to_owned(), file: file.to_owned() })
+    });
+    pictures.filter_map(picture).chain(maps).collect()
 }
 
 fn caption_of_animation(scene: &Scene) -> String {

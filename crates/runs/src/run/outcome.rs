@@ -25,6 +25,7 @@ use crate::{
     report::{self, FIXED_BODIES, NOT_EXACT},
     resumable::{FoundCheckpoint, Resumable, Start, Task},
     visible_region::picture_of,
+    whole_box::maps_of,
 };
 
 /// Longer side of a picture of the system (pixels).
@@ -130,6 +131,9 @@ pub fn simulate(
 /// Writes tables and the last picture, and returns the results at the present time.
 fn write_results(going: &mut Resumable<Measures>, task: &Task<'_>, scene: &Scene) -> Result<Outcome> {
     task.folder.write_lasting(PICTURES[1], picture_of(&going.simulation.view(), PICTURE))?;
+    for (file, map) in maps_of(&going.simulation.view()) {
+        task.folder.write_lasting(file, map)?;
+    }
     let outcome = outcome_of(&going.simulation.view(), &going.observers, going.seconds(), scene);
     outcome.results.write(task.folder, |name| going.files.holds(name))?;
     Ok(outcome)
