@@ -26,6 +26,7 @@ use crate::{
     follower::Follower,
     frame::{self, Label},
     gallery,
+    heating::Heating,
     pace::{FRAME, Pace},
     protocol::{Answer, Command, Edit, MOST_CONTACTS, MOST_EDITS, MeasureRequest, Request, Window},
     report::{self, Measured, Watch},
@@ -267,6 +268,13 @@ impl Bench {
         Ok(key.map_or(Value::Null, |key| about(&view, key)))
     }
 
+    /// Makes an edit; returns its time, and sentences for the user.
+    fn edit(&mut self, Edit { stage, hold }: &Edit) -> Result<(f64, Vec<String>)> {
+        let Heating { stage, notes } = Heating::of(&self.run, stage, hold.as_deref())?;
+        let time = self.run.edit(&stage, hold.as_deref(), &mut self.watching)?;
+        Ok((time, notes))
+    }
+
     /// Goes back to the bookmark.
     fn go_back(&mut self) -> Result<Value> {
         self.run = self.bookmark.clone().context("there is no bookmark")?;
@@ -462,11 +470,14 @@ impl Laboratory {
             edits.len()
         );
         let bench = self.bench()?;
-        let mut times = Vec::new();
+        let (mut times, mut notes) = (Vec::new(), Vec::new());
         let mut made = Ok(());
-        for Edit { stage, hold } in edits {
-            match bench.run.edit(stage, hold.as_deref(), &mut bench.watching) {
-                Ok(time) => times.push(time),
+        for edit in edits {
+            match bench.edit(edit) {
+                Ok((time, more)) => {
+                    times.push(time);
+                    notes.extend(more);
+                }
                 Err(error) => {
                     made = Err(error);
                     break;
@@ -478,7 +489,7 @@ impl Laboratory {
             bench.has_changed();
         }
         made?;
-        Ok(json!({ "times": times }))
+        Ok(json!({ "times": times, "notes": notes }))
     }
 
     fn measure(&mut self, MeasureRequest { spec, interval }: &MeasureRequest) -> Result<Value> {

@@ -8,6 +8,7 @@ mod body_list;
 mod follower;
 mod frame;
 mod gallery;
+mod heating;
 mod laboratory;
 mod pace;
 mod protocol;

@@ -361,6 +361,43 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
 }
 
 #[test]
+fn bodies_at_rest_are_heated_and_edits_that_heat_no_body_are_refused() {
+    const REST: &str = r#"
+        [[molecule]]
+        tags = ["tee"]
+        shape = "tee"
+        atom_radius = 0.02
+        atom_mass = 1.0
+        at = [0.5, 0.5]
+        [[bumper]]
+        tags = ["bumper"]
+        radius = 0.05
+        at = [0.2, 0.2]
+    "#;
+    let root = tempfile::tempdir().unwrap();
+    let server = Running::begin(root.path(), Some(REST));
+    let mut page = Page::open(&server);
+    // One body, by a tag that it has during the edit.
+    let own = json!([{ "body": 0, "name": "own" }]);
+    let done = page.request(&json!({ "edit": [
+        { "stage": { "tag": own } },
+        { "stage": { "set_energy": [{ "tag": "own", "energy": 3.0 }] } },
+        { "stage": { "untag": own } },
+    ] }));
+    let notes = done.unwrap()["notes"].take();
+    assert!(notes[0].as_str().unwrap().contains("1 body was at rest"), "{notes}");
+    assert!((page.fresh()["energy"].as_f64().unwrap() - 3.0).abs() < 1e-12);
+    assert_eq!(page.status["tags"].as_array().unwrap().len(), 2);
+    let heat = json!({ "tag": "bumper", "energy": 1.0 });
+    let hold = json!({ "tag": "bumper", "energy": 1.0, "every": 0.1 });
+    for edit in [json!({ "stage": { "set_energy": [heat] } }), json!({ "hold": [hold] })] {
+        let refused = page.request(&json!({ "edit": [edit] })).unwrap_err();
+        assert!(refused.contains("fixed"), "{refused}");
+    }
+    assert_eq!(page.fresh()["hold"], json!([]));
+}
+
+#[test]
 fn a_gallery_scene_opens_and_a_page_that_leaves_passes_its_rights_on() {
     let root = tempfile::tempdir().unwrap();
     let server = Running::begin(root.path(), None);
