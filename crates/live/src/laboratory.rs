@@ -178,10 +178,10 @@ impl Bench {
 
     /// The bodies, or the run itself, have changed.
     fn has_changed(&mut self) {
-        let (view, speed) = (self.run.view(), self.pace.speed());
+        let view = self.run.view();
         self.body_list =
             BodyList::new(self.body_list.version + 1, &self.name, method(self.run.scene()), &view);
-        self.pace = Pace::new(&view, speed);
+        self.pace.restart(&view);
         self.stage = self.run.stage();
         for measured in &mut self.watching.measures {
             measured.tracked.is_disturbed = true;
@@ -525,8 +525,8 @@ impl Laboratory {
         if now + tolerance >= self.next_frame {
             self.publish_frames();
             let interval = self.bench.as_ref().map_or(FRAME, |bench| bench.pace.interval());
-            // At regular times, except after a delay.
-            let next = self.next_frame + interval;
+            // At regular times, except after a delay. Many pages may take longer than an interval.
+            let (next, now) = (self.next_frame + interval, Instant::now());
             self.next_frame = if next > now { next } else { now + interval };
         }
         if now >= self.next_status {
@@ -565,6 +565,9 @@ impl Laboratory {
         self.version = self.version.max(bench.body_list.version);
         let viewers = self.viewers.all();
         self.sent.retain(|sent| viewers.iter().any(|viewer| viewer.id == sent.viewer));
+        // Not by the clock: on a busy machine another program would count.
+        let begun = ThreadTime::now();
+        let mut has_sent = false;
         for viewer in &viewers {
             let known = self.sent.iter().position(|sent| sent.viewer == viewer.id);
             let index = known.unwrap_or_else(|| {
@@ -576,27 +579,29 @@ impl Laboratory {
                 viewer.send_body_list(Arc::clone(&bench.body_list.bytes));
                 sent.body_list = bench.body_list.version;
             }
-            send_frame(bench, viewer, sent);
+            has_sent |= send_frame(bench, viewer, sent);
+        }
+        if has_sent {
+            bench.pace.has_sent(begun.elapsed());
         }
     }
 }
 
-/// Sends a frame to a page that shows something else than the present state, and can take it.
-fn send_frame(bench: &mut Bench, viewer: &Viewer, sent: &mut Sent) {
+/// Sends a frame to a page that shows something else than the present state, and can take it;
+/// returns whether it has.
+fn send_frame(bench: &Bench, viewer: &Viewer, sent: &mut Sent) -> bool {
     let view = bench.run.view();
-    let (Some(window), window_number) = viewer.window() else { return };
+    let (Some(window), window_number) = viewer.window() else { return false };
     let shown = (view.time(), view.counters().collisions, bench.body_list.version, window_number);
     if sent.frame == Some(shown) {
-        return;
+        return false;
     }
-    let Some(number) = viewer.next_frame() else { return };
-    // Not by the clock: on a busy machine another program would count.
-    let begun = ThreadTime::now();
+    let Some(number) = viewer.next_frame() else { return false };
     let kicks = bench.watching.follower.kicks(view.time());
     let window: &Window = &window;
     viewer.send_frame(frame::encode(&view, Label { number, body_list: &bench.body_list }, window, &kicks));
     sent.frame = Some(shown);
-    bench.pace.has_sent(begun.elapsed());
+    true
 }
 
 /// A body in words.
@@ -618,4 +623,40 @@ fn about(view: &View<'_>, key: BodyKey) -> Value {
 /// The error of a thread that has panicked.
 pub fn panicked() -> anyhow::Error {
     anyhow!("the engine has ended by an internal error")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::protocol::Colour;
+
+    /// Interval of frames after some rounds with so many pages.
+    fn interval_with(pages: usize, run: &mut Laboratory) -> Duration {
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        let window = Window { centre: [0.5; 2], half: [0.6; 2], colour: Colour::Speed, follow: None };
+        let viewers: Vec<_> = (0..pages).map(|_| run.viewers.join().unwrap()).collect();
+        for number in 1..=24 {
+            // A frame is sent where a page shows another window than before.
+            viewers.iter().for_each(|viewer| viewer.set_window(window));
+            run.publish_frames();
+            for viewer in &viewers {
+                while runtime.block_on(async {
+                    tokio::select! { biased; got = viewer.next() => got.is_some(), () = std::future::ready(()) => false }
+                }) {}
+                viewer.has_seen(number);
+            }
+        }
+        viewers.iter().for_each(|viewer| run.viewers.leave(viewer.id));
+        run.bench.as_ref().unwrap().pace.interval()
+    }
+
+    #[test]
+    fn frames_of_several_pages_take_no_larger_share_than_those_of_one() {
+        let gas = "[[gas]]\nradius = 1e-4\nmass = 1.0\nenergy = 1.0\ncount = 100000";
+        let mut laboratory = Laboratory::new(Arc::default(), Path::new("unused"), Signals::default());
+        laboratory.open("gas".to_owned(), &Scene::from_toml(gas).unwrap()).unwrap();
+        let one = interval_with(1, &mut laboratory);
+        let eight = interval_with(8, &mut laboratory);
+        assert!(one > FRAME && eight > 3 * one, "{one:?} {eight:?}");
+    }
 }

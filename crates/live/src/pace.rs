@@ -7,7 +7,8 @@ use carom::View;
 /// Time between two frames.
 pub const FRAME: Duration = Duration::from_micros(16_600);
 
-/// Largest share of the time of a run at full speed that frames may take. More: a slower run.
+/// Largest share of the time of a run at full speed that the frames of all pages together may take.
+/// More: a slower run.
 /// Less: fewer frames of large systems.
 const SHARE_OF_FRAMES: f64 = 0.03;
 
@@ -30,7 +31,7 @@ pub struct Pace {
     since: (f64, Instant),
     /// Simulated time for each second of the clock while the engine runs, averaged.
     rate: f64,
-    /// Duration of sending frames, averaged.
+    /// Duration of sending one frame to each page, averaged.
     cost: Duration,
 }
 
@@ -43,6 +44,11 @@ impl Pace {
         let piece = if piece.is_finite() && piece > 0.0 { piece } else { FIRST_PIECE };
         let rate = piece / FRAME.as_secs_f64();
         Self { speed, since: (view.time().to_f64(), Instant::now()), rate, cost: Duration::ZERO }
+    }
+
+    /// Begins again at the present state of a run, with the speed and the cost of frames so far.
+    pub fn restart(&mut self, view: &View<'_>) {
+        *self = Self { cost: self.cost, ..Self::new(view, self.speed) };
     }
 
     /// Sets the speed from now on.
@@ -89,7 +95,7 @@ impl Pace {
         }
     }
 
-    /// Learns what frames cost.
+    /// Adds the cost of one round of frames, summed over all pages, to the average.
     pub fn has_sent(&mut self, cost: Duration) {
         self.cost = (self.cost * 3 + cost) / 4;
     }
