@@ -79,6 +79,25 @@ fn sets_rules_and_draws_velocities(page: &mut Browser) {
     );
 }
 
+/// An empty field is no 0.
+fn refuses_empty_fields(page: &mut Browser) {
+    for (field, button, name) in [
+        ("tag-energy", "set-energy", "energy or kT"),
+        ("tag-energy", "hold", "energy or kT"),
+        ("rule-e", "set-rule", "elasticity between these tags"),
+        ("at-x", "place", "x"),
+    ] {
+        page.eval(&format!(
+            "document.getElementById('{field}').closest('details').open = true;
+             window.before = document.getElementById('{field}').value; put('{field}', ''); press('{button}')"
+        ));
+        page.until(&format!("text('message').startsWith('Refused: the field “{name}” must hold a number')"));
+        assert_eq!(page.eval("document.activeElement.id"), field);
+        page.eval(&format!("put('{field}', before)"));
+    }
+    assert_eq!(page.eval("text('bodies')"), "302");
+}
+
 #[test]
 fn a_user_watches_edits_and_saves_a_gas() {
     let Some(program) = chromium::browser("the page of carom live") else { return };
@@ -137,6 +156,8 @@ fn a_user_watches_edits_and_saves_a_gas() {
     page.until("text('message').startsWith('Elasticity 1 at')");
 
     sets_rules_and_draws_velocities(&mut page);
+
+    refuses_empty_fields(&mut page);
 
     // An impossible edit is refused in words; a possible one is made.
     page.eval("put('shape', 'disc'); put('radius', 0.3); press('place')");
