@@ -98,6 +98,25 @@ fn refuses_empty_fields(page: &mut Browser) {
     assert_eq!(page.eval("text('bodies')"), "302");
 }
 
+/// Writes what the page shows into the folder that the environment names, as base64.
+fn keep_picture(page: &mut Browser, name: &str) {
+    let Ok(folder) = std::env::var("CAROM_PICTURES") else { return };
+    let shot = page.call("Page.captureScreenshot", &json!({}));
+    fs::write(format!("{folder}/{name}.base64"), shot["data"].as_str().unwrap()).unwrap();
+}
+
+/// On a phone the page scrolls, below numbers and messages.
+fn keeps_numbers_in_sight(page: &mut Browser, height: u32) {
+    page.eval("scrollTo(0, document.documentElement.scrollHeight)");
+    page.until("scrollY > 1000");
+    for id in ["numbers", "message"] {
+        let place = format!("document.getElementById('{id}').getBoundingClientRect()");
+        let [top, bottom] =
+            ["top", "bottom"].map(|side| page.eval(&format!("{place}.{side}")).as_f64().unwrap());
+        assert!(top >= 0.0 && bottom > top && bottom < 0.35 * f64::from(height), "{id}: {top} {bottom}");
+    }
+}
+
 #[test]
 fn a_user_watches_edits_and_saves_a_gas() {
     let Some(program) = chromium::browser("the page of carom live") else { return };
@@ -180,7 +199,7 @@ fn a_user_watches_edits_and_saves_a_gas() {
 
     // No part is wider than the page, and every control has a name, on all screens.
     for (size, is_dark) in
-        [([1300, 850], false), ([1300, 850], true), ([400, 860], false), ([400, 860], true)]
+        [([1280, 800], false), ([1280, 800], true), ([390, 844], false), ([390, 844], true)]
     {
         page.show(size, is_dark);
         page.until("Number(text('frames')) >= 0 && picture().length > 1000");
@@ -192,12 +211,14 @@ fn a_user_watches_edits_and_saves_a_gas() {
         assert_eq!(page.eval(NAMELESS), "", "{size:?}");
         let canvas = page.eval("document.getElementById('over').clientHeight").as_u64().unwrap();
         assert!(canvas > 250, "{canvas} at {size:?}");
-        if let Ok(folder) = std::env::var("CAROM_PICTURES") {
-            use std::io::Write as _;
-            let shot =
-                page.call("Page.captureScreenshot", &json!({ "captureBeyondViewport": size[0] < 600 }));
-            let name = format!("{folder}/live-{}-{}.base64", size[0], if is_dark { "dark" } else { "light" });
-            fs::File::create(name).unwrap().write_all(shot["data"].as_str().unwrap().as_bytes()).unwrap();
+        keep_picture(&mut page, &format!("live-{}-{}", size[0], if is_dark { "dark" } else { "light" }));
+        if size[0] < 600 {
+            keeps_numbers_in_sight(&mut page, size[1]);
+            keep_picture(
+                &mut page,
+                &format!("live-{}-{}-end", size[0], if is_dark { "dark" } else { "light" }),
+            );
+            page.eval("scrollTo(0, 0)");
         }
     }
 
