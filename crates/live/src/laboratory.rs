@@ -280,7 +280,7 @@ impl Bench {
         self.run = self.bookmark.clone().context("there is no bookmark")?;
         // Measures of a course that has not happened mean nothing.
         self.watching.measures.clear();
-        self.watching.start(&self.run.view());
+        self.watching.follower.restart(&self.run.view());
         self.watch = Watch::new(&self.run.view());
         self.error = None;
         self.has_changed();
