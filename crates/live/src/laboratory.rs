@@ -11,7 +11,10 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow, ensure};
-use carom::{BodyKey, CollisionReport, EpochTime, Observer, Scene, View, engine::Body};
+use carom::{
+    BodyKey, CollisionReport, EpochTime, Observer, Scene, View,
+    engine::{Body, StageSpec},
+};
 use carom_methods::Method;
 use carom_runs::{
     interruption::Signals,
@@ -30,6 +33,7 @@ use crate::{
     pace::{FRAME, Pace},
     protocol::{Answer, Command, Edit, MOST_CONTACTS, MOST_EDITS, MeasureRequest, Request, Window},
     report::{self, Measured, Watch},
+    rules,
     viewers::{Viewer, Viewers, json as text_of},
 };
 
@@ -269,8 +273,11 @@ impl Bench {
     }
 
     /// Makes an edit; returns its time, and sentences for the user.
-    fn edit(&mut self, Edit { stage, hold }: &Edit) -> Result<(f64, Vec<String>)> {
-        let Heating { stage, notes } = Heating::of(&self.run, stage, hold.as_deref())?;
+    fn edit(&mut self, edit: &Edit) -> Result<(f64, Vec<String>)> {
+        let elasticity = rules::elasticity(&self.run, edit)?;
+        let hold = rules::thermostats(&self.run, edit)?;
+        let stage = StageSpec { elasticity, ..edit.stage.clone() };
+        let Heating { stage, notes } = Heating::of(&self.run, &stage, hold.as_deref())?;
         let time = self.run.edit(&stage, hold.as_deref(), &mut self.watching)?;
         Ok((time, notes))
     }
@@ -394,6 +401,8 @@ impl Laboratory {
     fn obey(&mut self, Message { viewer, request }: Message) {
         let result = self.execute(request.command).map_err(|error| format!("{error:#}"));
         if let Some(viewer) = self.viewers.get(viewer) {
+            // A status that waits is older than the answer, and must not follow it.
+            viewer.drop_status();
             viewer.answer(&Answer::of(request.id, result));
         }
         // What has changed is shown at once.

@@ -13,6 +13,7 @@ mod laboratory;
 mod pace;
 mod protocol;
 mod report;
+mod rules;
 mod server;
 mod viewers;
 

@@ -72,6 +72,27 @@ fn sets_rules_and_draws_velocities(page: &mut Browser) {
     page.eval("document.querySelector('#rules button').click()");
     page.until("text('rules') === '' && text('message').startsWith('Rule dropped')");
     assert_eq!(page.eval("text('elasticity-text')"), "1", "the elasticity of all others is kept");
+    // Two edits at once, before the state after the first is reported: neither undoes the other.
+    page.eval(
+        "put('tag', 'gas'); put('tag-energy', 1); press('hold'); put('tag', 'tee'); press('hold');
+         put('rule-a', 'tee'); put('rule-e', 0.5); press('set-rule'); put('rule-a', 'gas'); press('set-rule')",
+    );
+    page.until(
+        "text('tags').match(/held at 1/g)?.length === 2 && document.querySelectorAll('#rules li').length === 2",
+    );
+    page.eval("press('release'); put('tag', 'gas'); press('release')");
+    page.eval("document.querySelectorAll('#rules button').forEach((drop) => drop.click())");
+    page.until("!text('tags').includes('held') && text('rules') === ''");
+    page.eval("press('release')");
+    page.until("text('message') === 'Refused: no thermostat acts on gas'");
+    // After Back, the slider shows the elasticity of the bookmark even if it has the focus.
+    page.eval("press('bookmark')");
+    page.until("text('message').startsWith('Bookmark')");
+    page.eval("document.getElementById('elasticity').focus(); put('elasticity', 0.95)");
+    page.until("text('message').startsWith('Elasticity 0.95 at')");
+    page.eval("press('back')");
+    page.until("document.getElementById('elasticity').value === '1' && text('elasticity-text') === '1'");
+    assert_eq!(page.eval("document.activeElement.id"), "elasticity");
     // Velocities drawn from Maxwell's distribution.
     page.eval("put('tag', 'gas'); put('heat-kind', 'maxwell'); put('tag-energy', 2); press('set-energy')");
     page.until(
