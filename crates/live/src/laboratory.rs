@@ -83,12 +83,27 @@ pub struct Ended {
 #[derive(Default)]
 struct Watching {
     measures: Vec<Measured>,
-    follower: Follower,
+    /// The body that each page has chosen, by the number of the page.
+    followers: Vec<(u64, Follower)>,
 }
 
 impl Watching {
     fn active(&self) -> impl Iterator<Item = &Tracked> {
         self.measures.iter().map(|measured| &measured.tracked).filter(|tracked| tracked.is_active)
+    }
+
+    fn followers(&mut self) -> impl Iterator<Item = &mut Follower> {
+        self.followers.iter_mut().map(|(_, follower)| follower)
+    }
+
+    /// What this page has chosen.
+    fn follower_of(&self, viewer: u64) -> Option<&Follower> {
+        self.followers.iter().find(|(of, _)| *of == viewer).map(|(_, follower)| follower)
+    }
+
+    /// The number of the body that this page has chosen.
+    fn chosen_by(&self, viewer: u64) -> Option<BodyKey> {
+        self.follower_of(viewer).and_then(Follower::chosen)
     }
 
     /// The time of the next sample, but not after `until`.
@@ -109,15 +124,17 @@ impl Watching {
 
 impl Observer for Watching {
     fn watches_any(&self) -> bool {
-        self.follower.watches_any() || self.active().any(|tracked| tracked.measure.watches_any())
+        self.followers.iter().any(|(_, follower)| follower.watches_any())
+            || self.active().any(|tracked| tracked.measure.watches_any())
     }
 
     fn watches(&self, bodies: [&Body; 2]) -> bool {
-        self.follower.watches(bodies) || self.active().any(|tracked| tracked.measure.watches(bodies))
+        self.followers.iter().any(|(_, follower)| follower.watches(bodies))
+            || self.active().any(|tracked| tracked.measure.watches(bodies))
     }
 
     fn start(&mut self, view: &View<'_>) {
-        self.follower.start(view);
+        self.followers().for_each(|follower| follower.start(view));
         for Measured { tracked, .. } in &mut self.measures {
             tracked.measure.start(view);
         }
@@ -130,7 +147,7 @@ impl Observer for Watching {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        self.follower.collision(report);
+        self.followers().for_each(|follower| follower.collision(report));
         for Measured { tracked, .. } in &mut self.measures {
             if tracked.is_active {
                 tracked.measure.collision(report);
@@ -263,12 +280,17 @@ impl Bench {
         Ok(json!({ "contacts": done, "time": self.now() }))
     }
 
-    /// Chooses the body whose contacts are shown.
-    fn choose(&mut self, id: Option<u64>) -> Result<Value> {
+    /// Chooses the body whose contacts a page shows.
+    fn choose(&mut self, viewer: u64, id: Option<u64>) -> Result<Value> {
         let (view, key) = (self.run.view(), id.map(BodyKey::of_id));
         let is_there = key.is_none_or(|key| view.body(key).is_some());
         ensure!(is_there, "there is no body {}", id.unwrap_or(0));
-        self.watching.follower.choose(key, &view);
+        self.watching.followers.retain(|(of, _)| *of != viewer);
+        if key.is_some() {
+            let mut follower = Follower::default();
+            follower.choose(key, &view);
+            self.watching.followers.push((viewer, follower));
+        }
         Ok(key.map_or(Value::Null, |key| about(&view, key)))
     }
 
@@ -287,7 +309,8 @@ impl Bench {
         self.run = self.bookmark.clone().context("there is no bookmark")?;
         // Measures of a course that has not happened mean nothing.
         self.watching.measures.clear();
-        self.watching.follower.restart(&self.run.view());
+        let view = self.run.view();
+        self.watching.followers().for_each(|follower| follower.restart(&view));
         self.watch = Watch::new(&self.run.view());
         self.error = None;
         self.has_changed();
@@ -311,8 +334,8 @@ fn method(scene: &Scene) -> Option<String> {
 struct Sent {
     viewer: u64,
     body_list: u32,
-    /// Time, collisions, list of bodies and window of its last frame.
-    frame: Option<(EpochTime, u64, u32, u64)>,
+    /// Time, collisions, list of bodies, window and chosen body of its last frame.
+    frame: Option<(EpochTime, u64, u32, u64, Option<BodyKey>)>,
 }
 
 /// The laboratory: at most one open scene, and what the pages have received.
@@ -399,11 +422,16 @@ impl Laboratory {
     }
 
     fn obey(&mut self, Message { viewer, request }: Message) {
-        let result = self.execute(request.command).map_err(|error| format!("{error:#}"));
+        // A reader chooses a body; what all pages show remains.
+        let is_writer = self.viewers.is_writer(viewer);
+        let result = self.execute(viewer, request.command).map_err(|error| format!("{error:#}"));
         if let Some(viewer) = self.viewers.get(viewer) {
             // A status that waits is older than the answer, and must not follow it.
             viewer.drop_status();
             viewer.answer(&Answer::of(request.id, result));
+        }
+        if !is_writer {
+            return;
         }
         // What has changed is shown at once.
         let now = Instant::now();
@@ -418,7 +446,7 @@ impl Laboratory {
     }
 
     /// Executes a command; returns what the page needs to know.
-    fn execute(&mut self, command: Command) -> Result<Value> {
+    fn execute(&mut self, viewer: u64, command: Command) -> Result<Value> {
         match command {
             // The server answers these.
             Command::View(_) | Command::Seen(_) => Ok(Value::Null),
@@ -448,7 +476,7 @@ impl Laboratory {
             }
             Command::Step(contacts) => self.bench()?.pass_contacts(contacts),
             Command::Edit(edits) => self.edit(&edits),
-            Command::Choose(id) => self.bench()?.choose(id),
+            Command::Choose(id) => self.bench()?.choose(viewer, id),
             Command::Bookmark(_) => {
                 let bench = self.bench()?;
                 bench.bookmark = Some(bench.run.clone());
@@ -562,18 +590,24 @@ impl Laboratory {
             status["speed"] = bench.pace.speed().into();
             status["bookmark"] = bench.bookmark.as_ref().map(|run| run.view().time().to_f64()).into();
             status["error"] = bench.error.clone().into();
-            let chosen = bench.watching.follower.chosen();
-            status["chosen"] = chosen.map_or(Value::Null, |key| about(&bench.run.view(), key));
         }
-        let text = text_of(&json!({ "status": status }));
-        self.viewers.all().iter().for_each(|viewer| viewer.send_status(text.clone()));
+        let mut message = json!({ "status": status });
+        for viewer in self.viewers.all() {
+            if let Some(bench) = &self.bench {
+                let chosen = bench.watching.chosen_by(viewer.id);
+                message["status"]["chosen"] = chosen.map_or(Value::Null, |key| about(&bench.run.view(), key));
+            }
+            viewer.send_status(text_of(&message));
+        }
     }
 
     fn publish_frames(&mut self) {
         let Some(bench) = &mut self.bench else { return };
         self.version = self.version.max(bench.body_list.version);
         let viewers = self.viewers.all();
-        self.sent.retain(|sent| viewers.iter().any(|viewer| viewer.id == sent.viewer));
+        let is_here = |id: u64| viewers.iter().any(|viewer| viewer.id == id);
+        self.sent.retain(|sent| is_here(sent.viewer));
+        bench.watching.followers.retain(|(viewer, _)| is_here(*viewer));
         // Not by the clock: on a busy machine another program would count.
         let begun = ThreadTime::now();
         let mut has_sent = false;
@@ -601,12 +635,14 @@ impl Laboratory {
 fn send_frame(bench: &Bench, viewer: &Viewer, sent: &mut Sent) -> bool {
     let view = bench.run.view();
     let (Some(window), window_number) = viewer.window() else { return false };
-    let shown = (view.time(), view.counters().collisions, bench.body_list.version, window_number);
+    let follower = bench.watching.follower_of(viewer.id);
+    let chosen = follower.and_then(Follower::chosen);
+    let shown = (view.time(), view.counters().collisions, bench.body_list.version, window_number, chosen);
     if sent.frame == Some(shown) {
         return false;
     }
     let Some(number) = viewer.next_frame() else { return false };
-    let kicks = bench.watching.follower.kicks(view.time());
+    let kicks = follower.map_or_else(Vec::new, |follower| follower.kicks(view.time()));
     let window: &Window = &window;
     viewer.send_frame(frame::encode(&view, Label { number, body_list: &bench.body_list }, window, &kicks));
     sent.frame = Some(shown);

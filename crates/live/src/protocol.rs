@@ -22,7 +22,7 @@ pub struct Request {
     pub command: Command,
 }
 
-/// A command. Readers may send [`Command::View`] and [`Command::Seen`] only.
+/// A command. Readers may send [`Command::View`], [`Command::Seen`] and [`Command::Choose`] only.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Command {
@@ -40,7 +40,7 @@ pub enum Command {
     Step(u32),
     /// Edits, one after another up to the first that is refused.
     Edit(Vec<Edit>),
-    /// Records the impulses on the body of this number; `null` for none.
+    /// Records the impulses on the body of this number for this page; `null` for none.
     Choose(Option<u64>),
     /// Keeps the present state in memory.
     Bookmark(bool),

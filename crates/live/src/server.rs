@@ -37,7 +37,7 @@ use tokio::sync::Notify;
 use crate::{
     gallery::EXHIBITS,
     laboratory::{Ended, Laboratory, Message, panicked},
-    protocol::{self, Command},
+    protocol::{self, Command, Request},
     random_word,
     viewers::{MOST_VIEWERS, Outgoing, Viewer, Viewers, refuse},
 };
@@ -339,14 +339,16 @@ fn receive(text: &str, viewer: &Arc<Viewer>, shared: &Shared) {
         Command::View(window) if window.is_valid() => viewer.set_window(window),
         Command::View(_) => refuse(viewer, id, "the window must have finite borders and an area"),
         Command::Seen(number) => viewer.has_seen(number),
-        _ if !shared.viewers.is_writer(viewer.id) => {
+        command if !matches!(command, Command::Choose(_)) && !shared.viewers.is_writer(viewer.id) => {
             refuse(viewer, id, "another page controls the run; this one can only watch");
         }
-        _ => match shared.messages.try_send(Message { viewer: viewer.id, request }) {
-            Ok(()) => {}
-            Err(TrySendError::Full(_)) => refuse(viewer, id, "the engine is busy: try again"),
-            Err(TrySendError::Disconnected(_)) => refuse(viewer, id, "the engine has ended"),
-        },
+        command => {
+            match shared.messages.try_send(Message { viewer: viewer.id, request: Request { id, command } }) {
+                Ok(()) => {}
+                Err(TrySendError::Full(_)) => refuse(viewer, id, "the engine is busy: try again"),
+                Err(TrySendError::Disconnected(_)) => refuse(viewer, id, "the engine has ended"),
+            }
+        }
     }
 }
 

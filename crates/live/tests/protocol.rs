@@ -199,6 +199,11 @@ impl Page {
         &self.status
     }
 
+    /// Number of contacts of the chosen body in the last frame.
+    fn kicks(&self) -> u32 {
+        u32::from_le_bytes(self.frame[44..48].try_into().unwrap())
+    }
+
     fn time(&self) -> f64 {
         f64::from_le_bytes(self.frame[8..16].try_into().unwrap())
     }
@@ -272,6 +277,15 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     assert!(refused.contains("only watch"), "{refused}");
     reader.send(0, &whole());
     reader.until(|page| page.frames > 0);
+    // It chooses a body for itself.
+    assert_eq!(reader.request(&json!({ "choose": 3 })).unwrap()["id"], 3);
+    page.request(&json!({ "choose": 7 })).unwrap();
+    reader.until(|page| page.status["chosen"]["id"] == 3 && page.kicks() > 1);
+    assert_eq!(page.fresh()["chosen"]["id"], 7);
+    page.request(&json!({ "choose": null })).unwrap();
+    page.fresh();
+    page.until(|page| page.kicks() == 0);
+    assert_eq!(reader.fresh()["chosen"]["id"], 3);
 
     // Contacts begin to lose energy.
     page.request(&json!({ "edit": [{ "stage": { "elasticity": { "default": 0.5 } } }] })).unwrap();
@@ -332,8 +346,16 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
         page.request(&json!({ "step": 1000 })).unwrap();
     }
     page.fresh();
-    let kicks = u32::from_le_bytes(page.frame[44..48].try_into().unwrap());
-    assert!(kicks > 5, "5010 contacts of 400 discs");
+    assert!(page.kicks() > 5, "5010 contacts of 400 discs");
+    // Edits keep them.
+    let kicks = page.kicks();
+    page.request(&json!({ "edit": [{ "elasticity": 0.9 }] })).unwrap();
+    page.fresh();
+    assert_eq!(page.kicks(), kicks);
+    // A body that is removed is no longer chosen.
+    page.request(&json!({ "edit": [{ "stage": { "tag": [{ "body": 7, "name": "x" }] } }, { "stage": { "remove": ["x"] } }] }))
+        .unwrap();
+    assert!(page.fresh()["chosen"].is_null());
     page.request(&json!({ "back": true })).unwrap();
     page.fresh();
     assert_eq!((&page.status["time"], &page.status["collisions"]), (&json!(time), &json!(before)));
