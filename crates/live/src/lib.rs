@@ -82,7 +82,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         );
     }
     if !options.no_open {
-        open_browser(server.address());
+        open_browser(&server.address_for_once()?);
     }
     let ended = server.serve(scene)?;
     if let Some(saved) = ended.saved {

@@ -46,6 +46,7 @@ struct Run {
 /// A running server.
 struct Running {
     address: String,
+    once: String,
     signals: Signals,
     thread: JoinHandle<Result<Ended>>,
 }
@@ -55,10 +56,10 @@ impl Running {
         let signals = Signals::default();
         let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
         let server = Server::bind(any, folder, signals.clone()).unwrap();
-        let address = server.address().to_owned();
+        let (address, once) = (server.address().to_owned(), server.address_for_once().unwrap());
         let scene = scene.map(|text| ("gas".to_owned(), Scene::from_toml(text).unwrap()));
         let thread = thread::spawn(move || server.serve(scene));
-        Self { address, signals, thread }
+        Self { address, once, signals, thread }
     }
 
     /// Host with port, and the token.
@@ -240,6 +241,17 @@ fn only_the_page_of_this_server_on_this_machine_is_served() {
         assert!(server.get(&path, &headers).0.starts_with("HTTP/1.1 403"), "{path} {headers}");
     }
     assert!(server.get(&format!("/{token}/more"), &of(host)).0.starts_with("HTTP/1.1 404"));
+    // An address for once, without the token, leads to the page.
+    let once = server.once.strip_prefix(&format!("http://{host}")).unwrap();
+    assert!(!once.contains(token));
+    for (path, headers) in
+        [(once, of("evil.example")), (&once[..once.len() - 1], of(host)), ("/open/", of(host))]
+    {
+        assert!(server.get(path, &headers).0.starts_with("HTTP/1.1 403"), "{path} {headers}");
+    }
+    let (head, _) = server.get(once, &of(host));
+    assert!(head.starts_with("HTTP/1.1 303") && head.contains(&format!("location: /{token}/")), "{head}");
+    assert!(server.get(once, &of(host)).0.starts_with("HTTP/1.1 403"), "only once");
     let own = format!("http://{host}");
     assert!(server.handshake(token, host, Some(&own)).ends_with("101"));
     for (token, host, origin) in [
@@ -287,7 +299,9 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     page.until(|page| page.kicks() == 0);
     assert_eq!(reader.fresh()["chosen"]["id"], 3);
 
-    // Contacts begin to lose energy.
+    // Contacts begin to lose energy. At full speed the gas would come to rest in the meantime, at a
+    // time so late that the rest of the saved run would be long.
+    page.request(&json!({ "speed": 1.0 })).unwrap();
     page.request(&json!({ "edit": [{ "stage": { "elasticity": { "default": 0.5 } } }] })).unwrap();
     page.until(|page| page.status["energy"].as_f64().is_some_and(|energy| energy < 200.0));
     assert_eq!(page.status["elasticity"], 0.5);
@@ -297,6 +311,7 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
         "elasticity": { "default": 1.0 }, "set_energy": [{ "tag": "gas", "energy": 2.0 }] } }] }))
         .unwrap();
     assert!((page.fresh()["energy"].as_f64().unwrap() - 800.0).abs() < 1e-9);
+    page.request(&json!({ "speed": null })).unwrap();
 
     // Impossible edits are refused in the words of the engine.
     for (stage, words) in [
