@@ -682,7 +682,9 @@ mod tests {
         let viewers: Vec<_> = (0..pages).map(|_| run.viewers.join().unwrap()).collect();
         for number in 1..=24 {
             // A frame is sent where a page shows another window than before.
-            viewers.iter().for_each(|viewer| viewer.set_window(window));
+            for viewer in &viewers {
+                viewer.set_window(window);
+            }
             run.publish_frames();
             for viewer in &viewers {
                 while runtime.block_on(async {
@@ -691,7 +693,9 @@ mod tests {
                 viewer.has_seen(number);
             }
         }
-        viewers.iter().for_each(|viewer| run.viewers.leave(viewer.id));
+        for viewer in &viewers {
+            run.viewers.leave(viewer.id);
+        }
         run.bench.as_ref().unwrap().pace.interval()
     }
 

@@ -65,8 +65,8 @@ pub struct Edit {
     pub stage: StageSpec,
     /// The thermostats from now on; those in force go on without it.
     pub hold: Option<Vec<ThermostatSpec>>,
-    /// Thermostats that begin; each ends those on the same tag. Without `every`: a tenth of the time
-    /// in which one of its bodies crosses the box.
+    /// Thermostats that begin; each ends those on the same tag. Without `every`: a tenth of the
+    /// time in which one of its bodies crosses the box.
     pub begin_hold: Vec<ThermostatSpec>,
     /// Tags whose thermostats end.
     pub end_hold: Vec<String>,

@@ -40,8 +40,8 @@ pub struct Watch {
     clock: ThreadTime,
 }
 
-/// Energy exchanged so far. Each exchange is recorded to a rounding of the energy at its time, which
-/// may be far larger than what remains in a gas that has lost nearly all of it.
+/// Energy exchanged so far. Each exchange is recorded to a rounding of the energy at its time,
+/// which may be far larger than what remains in a gas that has lost nearly all of it.
 #[derive(Debug, Default)]
 struct Exchange {
     /// Energy lost in contacts, put in by edits and thermostats, and received from heated walls, at

@@ -106,7 +106,7 @@ impl Door {
         Ok(())
     }
 
-    /// The answer to the first request with a ticket is the way to the page; later ones are refused.
+    /// Redirects the first request with a valid ticket to the page; refuses later ones.
     fn redeem(&self, word: &str, headers: &HeaderMap) -> Response {
         let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("");
         let mut ticket = self.ticket.lock().unwrap_or_else(PoisonError::into_inner);
@@ -193,10 +193,10 @@ impl Server {
 
     /// An address that leads to the page once, within a minute, and replaces the one before.
     ///
-    /// The arguments of a process can be read by all users of the machine. A browser that is started
-    /// with this address shows them nothing that lasts: the token is in its history alone. A private
-    /// file that redirects would do as well, but browsers in a sandbox of their own (snap, Flatpak)
-    /// cannot read it.
+    /// All users of a machine can read the arguments of a process. A browser that is started with
+    /// this address does not show them the token. Another user who opens it first takes the place
+    /// of the browser, which then shows a refusal. A private file that redirects would have no such
+    /// race, but browsers in a sandbox of their own (snap, Flatpak) cannot read it.
     ///
     /// # Errors
     /// There are no random bytes.

@@ -121,6 +121,7 @@ fn chooses_walls_by_keys(page: &mut Browser) {
     page.until("text('about').startsWith('wall') && text('about').includes('fixed')");
     assert_eq!(page.eval("text('announcement')"), "Chosen: wall 1, tags wall, fixed");
     page.until("document.getElementById('over').toDataURL() !== before");
+    keep_picture(page, "live-chosen-wall");
     // Energy cannot be set, in words, and the tag of the edit does not remain.
     page.eval("press('heat-body')");
     page.until("text('message').includes('fixed: they have no energy')");
@@ -151,7 +152,8 @@ fn chooses_walls_by_keys(page: &mut Browser) {
     page.until("text('bodies') === '301'");
 }
 
-/// Texts that are read out do not change while the gas runs, and what did not change is not written.
+/// Texts that are read out do not change while the gas runs, and what has not changed is not
+/// written.
 fn is_quiet(page: &mut Browser) {
     page.eval(
         "window.written = [];
@@ -229,7 +231,7 @@ fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
     page.until("text('message') === 'Refused: the page is not connected'");
 }
 
-/// An empty field is no 0.
+/// An empty field does not count as 0.
 fn refuses_empty_fields(page: &mut Browser) {
     for (field, button, name) in [
         ("tag-energy", "set-energy", "energy or kT"),

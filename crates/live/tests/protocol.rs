@@ -266,6 +266,35 @@ fn only_the_page_of_this_server_on_this_machine_is_served() {
     assert!(server.end().saved.is_none(), "no scene was open");
 }
 
+/// Contacts one by one, the impulses on one of their bodies, and the way back to a bookmark.
+fn steps_and_goes_back(page: &mut Page) {
+    page.request(&json!({ "play": false })).unwrap();
+    let before = page.fresh()["collisions"].as_u64().unwrap();
+    let time = page.status["time"].as_f64().unwrap();
+    let done = page.request(&json!({ "bookmark": true })).unwrap();
+    assert_eq!(done["time"], time);
+    page.request(&json!({ "choose": 7 })).unwrap();
+    assert_eq!(page.request(&json!({ "step": 10 })).unwrap()["contacts"], 10);
+    assert_eq!(page.fresh()["collisions"], before + 10);
+    for _ in 0..5 {
+        page.request(&json!({ "step": 1000 })).unwrap();
+    }
+    page.fresh();
+    assert!(page.kicks() > 5, "5010 contacts of 400 discs");
+    // Edits keep them.
+    let kicks = page.kicks();
+    page.request(&json!({ "edit": [{ "elasticity": 0.9 }] })).unwrap();
+    page.fresh();
+    assert_eq!(page.kicks(), kicks);
+    // A body that is removed is no longer chosen.
+    page.request(&json!({ "edit": [{ "stage": { "tag": [{ "body": 7, "name": "x" }] } }, { "stage": { "remove": ["x"] } }] }))
+        .unwrap();
+    assert!(page.fresh()["chosen"].is_null());
+    page.request(&json!({ "back": true })).unwrap();
+    page.fresh();
+    assert_eq!((&page.status["time"], &page.status["collisions"]), (&json!(time), &json!(before)));
+}
+
 #[test]
 fn a_page_runs_edits_measures_and_saves_a_gas() {
     let root = tempfile::tempdir().unwrap();
@@ -348,32 +377,7 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     let (found, theory) = (pressure["value"].as_f64().unwrap(), pressure["prediction"].as_f64().unwrap());
     assert!((found / theory - 1.0).abs() < 0.2, "{pressure}");
 
-    // Contacts one by one, and the impulses on one of their bodies.
-    page.request(&json!({ "play": false })).unwrap();
-    let before = page.fresh()["collisions"].as_u64().unwrap();
-    let time = page.status["time"].as_f64().unwrap();
-    let done = page.request(&json!({ "bookmark": true })).unwrap();
-    assert_eq!(done["time"], time);
-    page.request(&json!({ "choose": 7 })).unwrap();
-    assert_eq!(page.request(&json!({ "step": 10 })).unwrap()["contacts"], 10);
-    assert_eq!(page.fresh()["collisions"], before + 10);
-    for _ in 0..5 {
-        page.request(&json!({ "step": 1000 })).unwrap();
-    }
-    page.fresh();
-    assert!(page.kicks() > 5, "5010 contacts of 400 discs");
-    // Edits keep them.
-    let kicks = page.kicks();
-    page.request(&json!({ "edit": [{ "elasticity": 0.9 }] })).unwrap();
-    page.fresh();
-    assert_eq!(page.kicks(), kicks);
-    // A body that is removed is no longer chosen.
-    page.request(&json!({ "edit": [{ "stage": { "tag": [{ "body": 7, "name": "x" }] } }, { "stage": { "remove": ["x"] } }] }))
-        .unwrap();
-    assert!(page.fresh()["chosen"].is_null());
-    page.request(&json!({ "back": true })).unwrap();
-    page.fresh();
-    assert_eq!((&page.status["time"], &page.status["collisions"]), (&json!(time), &json!(before)));
+    steps_and_goes_back(&mut page);
 
     // Slow motion: a hundredth of a time unit a second.
     page.request(&json!({ "speed": 0.01 })).unwrap();
