@@ -12,8 +12,8 @@ pub const FRAME: Duration = Duration::from_micros(16_600);
 /// Less: fewer frames of large systems.
 const SHARE_OF_FRAMES: f64 = 0.03;
 
-/// That share if several pages watch. With 8 pages and the share of one, the engine lost 5.4 to 6.8 %
-/// of its speed; with this one, 4.5 to 6.2 % (10^4 discs, two busy processors, example `goals`).
+/// That share if several pages watch. With 8 pages and the share of one, the engine lost 5.4 to
+/// 6.8 % of its speed; with this one, 4.5 to 6.2 % (10^4 discs, two busy processors, `goals`).
 const SHARE_OF_SEVERAL: f64 = 0.018;
 
 /// The first piece lasts this share of the time in which the fastest body crosses the box.
