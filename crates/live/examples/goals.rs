@@ -3,6 +3,8 @@
 //!
 //!     cargo run --release -p carom-live --example goals -- 10000
 //!
+//! A second argument is the number of further pages that watch.
+//!
 //! The page is a program that reads frames and draws nothing, so that the figures are those of
 //! engine and server. The loss comes from rounds in turn: the laboratory with a view, and the same
 //! run in one piece without a server.
@@ -151,6 +153,13 @@ fn main() -> Result<()> {
         page.read()?;
     }
     let mut out = std::io::stdout();
+    let more = env::args().nth(2).map_or(Ok(0_usize), |word| word.parse())?;
+    for _ in 0..more {
+        let mut reader = Page::open(&address)?;
+        reader.send(&whole)?;
+        // Until the server ends.
+        thread::spawn(move || while reader.read().is_ok() {});
+    }
     writeln!(out, "{count} discs; first frame after {:.0} ms", begun.elapsed().as_secs_f64() * 1e3)?;
     page.answered(&json!({ "play": true }))?;
     let mut latencies = Vec::new();

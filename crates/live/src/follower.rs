@@ -15,7 +15,8 @@ struct Corner {
     /// Place relative to that at the first corner, across the borders of the box (length).
     place: DVec2,
     velocity: DVec2,
-    /// Impulse on the body (mass × length / time); 0 where the record begins.
+    /// Impulse on the body (mass × length / time); 0 where the record begins, and where an edit or
+    /// a thermostat has changed the velocity.
     impulse: DVec2,
 }
 
@@ -41,7 +42,23 @@ impl Follower {
     /// Records the impulses on this body from now on.
     pub fn choose(&mut self, key: Option<BodyKey>, view: &View<'_>) {
         self.key = key;
+        self.restart(view);
+    }
+
+    /// Forgets the impulses so far: the state of the run has been replaced.
+    pub fn restart(&mut self, view: &View<'_>) {
+        self.corners.clear();
         self.start(view);
+    }
+
+    /// Adds a corner at the present place.
+    fn turn(&mut self, time: EpochTime, velocity: DVec2, impulse: DVec2) {
+        let last = self.corners.back();
+        let place = last.map_or(DVec2::ZERO, |last| last.place + last.velocity * time.since(last.time));
+        if self.corners.len() >= MOST_IMPULSES {
+            self.corners.pop_front();
+        }
+        self.corners.push_back(Corner { time, place, velocity, impulse });
     }
 
     /// The body, if one is chosen.
@@ -72,26 +89,21 @@ impl Observer for Follower {
         bodies.iter().any(|body| Some(body.key()) == self.key)
     }
 
-    /// An edit may change the velocity: the record begins anew.
+    /// An edit or a thermostat may have changed the velocity: the path has a corner here.
     fn start(&mut self, view: &View<'_>) {
-        self.corners.clear();
         let Some(body) = self.key.and_then(|key| view.body(key)) else {
             self.key = None;
+            self.corners.clear();
             return;
         };
-        let (time, velocity) = (view.time(), body.motion.velocity);
-        self.corners.push_back(Corner { time, place: DVec2::ZERO, velocity, impulse: DVec2::ZERO });
+        if self.corners.back().is_none_or(|last| last.velocity != body.motion.velocity) {
+            self.turn(view.time(), body.motion.velocity, DVec2::ZERO);
+        }
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let Some((side, impulse)) = self.key.and_then(|key| report.side_of(key)) else { return };
-        let Some(&Corner { time, place, velocity, .. }) = self.corners.back() else { return };
-        let place = place + velocity * report.time.since(time);
-        if self.corners.len() >= MOST_IMPULSES {
-            self.corners.pop_front();
-        }
-        let velocity = side.after.velocity;
-        self.corners.push_back(Corner { time: report.time, place, velocity, impulse });
+        self.turn(report.time, side.after.velocity, impulse);
     }
 }
 
@@ -121,5 +133,16 @@ mod tests {
         );
         assert!(near(kicks[1].place, 0.25) && near(kicks[1].impulse, -4.0));
         assert!(near(kicks[2].place, 0.0) && kicks[2].impulse == DVec2::ZERO);
+        // A thermostat changes the velocity; the impulses before remain.
+        simulation.reset_energy(BodyKey::of_id(0), 4.0).unwrap();
+        follower.start(&simulation.view());
+        follower.start(&simulation.view());
+        simulation.observe_until(0.65, &mut follower).unwrap();
+        let kicks = follower.kicks(simulation.view().time());
+        assert_eq!(kicks.len(), 4);
+        assert!(near(kicks[0].place, -0.1) && kicks[0].impulse == DVec2::ZERO);
+        assert!(near(kicks[1].place, -0.15) && near(kicks[1].impulse, 4.0));
+        follower.restart(&simulation.view());
+        assert_eq!(follower.kicks(simulation.view().time()).len(), 1);
     }
 }

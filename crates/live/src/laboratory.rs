@@ -11,7 +11,10 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow, ensure};
-use carom::{BodyKey, CollisionReport, EpochTime, Observer, Scene, View, engine::Body};
+use carom::{
+    BodyKey, CollisionReport, EpochTime, Observer, Scene, View,
+    engine::{Body, StageSpec},
+};
 use carom_methods::Method;
 use carom_runs::{
     interruption::Signals,
@@ -26,9 +29,11 @@ use crate::{
     follower::Follower,
     frame::{self, Label},
     gallery,
+    heating::Heating,
     pace::{FRAME, Pace},
     protocol::{Answer, Command, Edit, MOST_CONTACTS, MOST_EDITS, MeasureRequest, Request, Window},
     report::{self, Measured, Watch},
+    rules,
     viewers::{Viewer, Viewers, json as text_of},
 };
 
@@ -78,12 +83,27 @@ pub struct Ended {
 #[derive(Default)]
 struct Watching {
     measures: Vec<Measured>,
-    follower: Follower,
+    /// The body that each page has chosen, by the number of the page.
+    followers: Vec<(u64, Follower)>,
 }
 
 impl Watching {
     fn active(&self) -> impl Iterator<Item = &Tracked> {
         self.measures.iter().map(|measured| &measured.tracked).filter(|tracked| tracked.is_active)
+    }
+
+    fn followers(&mut self) -> impl Iterator<Item = &mut Follower> {
+        self.followers.iter_mut().map(|(_, follower)| follower)
+    }
+
+    /// What this page has chosen.
+    fn follower_of(&self, viewer: u64) -> Option<&Follower> {
+        self.followers.iter().find(|(of, _)| *of == viewer).map(|(_, follower)| follower)
+    }
+
+    /// The number of the body that this page has chosen.
+    fn chosen_by(&self, viewer: u64) -> Option<BodyKey> {
+        self.follower_of(viewer).and_then(Follower::chosen)
     }
 
     /// The time of the next sample, but not after `until`.
@@ -104,15 +124,17 @@ impl Watching {
 
 impl Observer for Watching {
     fn watches_any(&self) -> bool {
-        self.follower.watches_any() || self.active().any(|tracked| tracked.measure.watches_any())
+        self.followers.iter().any(|(_, follower)| follower.watches_any())
+            || self.active().any(|tracked| tracked.measure.watches_any())
     }
 
     fn watches(&self, bodies: [&Body; 2]) -> bool {
-        self.follower.watches(bodies) || self.active().any(|tracked| tracked.measure.watches(bodies))
+        self.followers.iter().any(|(_, follower)| follower.watches(bodies))
+            || self.active().any(|tracked| tracked.measure.watches(bodies))
     }
 
     fn start(&mut self, view: &View<'_>) {
-        self.follower.start(view);
+        self.followers().for_each(|follower| follower.start(view));
         for Measured { tracked, .. } in &mut self.measures {
             tracked.measure.start(view);
         }
@@ -125,7 +147,7 @@ impl Observer for Watching {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        self.follower.collision(report);
+        self.followers().for_each(|follower| follower.collision(report));
         for Measured { tracked, .. } in &mut self.measures {
             if tracked.is_active {
                 tracked.measure.collision(report);
@@ -177,10 +199,10 @@ impl Bench {
 
     /// The bodies, or the run itself, have changed.
     fn has_changed(&mut self) {
-        let (view, speed) = (self.run.view(), self.pace.speed());
+        let view = self.run.view();
         self.body_list =
             BodyList::new(self.body_list.version + 1, &self.name, method(self.run.scene()), &view);
-        self.pace = Pace::new(&view, speed);
+        self.pace.restart(&view);
         self.stage = self.run.stage();
         for measured in &mut self.watching.measures {
             measured.tracked.is_disturbed = true;
@@ -258,13 +280,28 @@ impl Bench {
         Ok(json!({ "contacts": done, "time": self.now() }))
     }
 
-    /// Chooses the body whose contacts are shown.
-    fn choose(&mut self, id: Option<u64>) -> Result<Value> {
+    /// Chooses the body whose contacts a page shows.
+    fn choose(&mut self, viewer: u64, id: Option<u64>) -> Result<Value> {
         let (view, key) = (self.run.view(), id.map(BodyKey::of_id));
         let is_there = key.is_none_or(|key| view.body(key).is_some());
         ensure!(is_there, "there is no body {}", id.unwrap_or(0));
-        self.watching.follower.choose(key, &view);
+        self.watching.followers.retain(|(of, _)| *of != viewer);
+        if key.is_some() {
+            let mut follower = Follower::default();
+            follower.choose(key, &view);
+            self.watching.followers.push((viewer, follower));
+        }
         Ok(key.map_or(Value::Null, |key| about(&view, key)))
+    }
+
+    /// Makes an edit; returns its time, and sentences for the user.
+    fn edit(&mut self, edit: &Edit) -> Result<(f64, Vec<String>)> {
+        let elasticity = rules::elasticity(&self.run, edit)?;
+        let hold = rules::thermostats(&self.run, edit)?;
+        let stage = StageSpec { elasticity, ..edit.stage.clone() };
+        let Heating { stage, notes } = Heating::of(&self.run, &stage, hold.as_deref())?;
+        let time = self.run.edit(&stage, hold.as_deref(), &mut self.watching)?;
+        Ok((time, notes))
     }
 
     /// Goes back to the bookmark.
@@ -272,7 +309,8 @@ impl Bench {
         self.run = self.bookmark.clone().context("there is no bookmark")?;
         // Measures of a course that has not happened mean nothing.
         self.watching.measures.clear();
-        self.watching.start(&self.run.view());
+        let view = self.run.view();
+        self.watching.followers().for_each(|follower| follower.restart(&view));
         self.watch = Watch::new(&self.run.view());
         self.error = None;
         self.has_changed();
@@ -296,8 +334,8 @@ fn method(scene: &Scene) -> Option<String> {
 struct Sent {
     viewer: u64,
     body_list: u32,
-    /// Time, collisions, list of bodies and window of its last frame.
-    frame: Option<(EpochTime, u64, u32, u64)>,
+    /// Time, collisions, list of bodies, window and chosen body of its last frame.
+    frame: Option<(EpochTime, u64, u32, u64, Option<BodyKey>)>,
 }
 
 /// The laboratory: at most one open scene, and what the pages have received.
@@ -384,9 +422,16 @@ impl Laboratory {
     }
 
     fn obey(&mut self, Message { viewer, request }: Message) {
-        let result = self.execute(request.command).map_err(|error| format!("{error:#}"));
+        // A reader chooses a body; what all pages show remains.
+        let is_writer = self.viewers.is_writer(viewer);
+        let result = self.execute(viewer, request.command).map_err(|error| format!("{error:#}"));
         if let Some(viewer) = self.viewers.get(viewer) {
+            // A status that waits is older than the answer, and must not follow it.
+            viewer.drop_status();
             viewer.answer(&Answer::of(request.id, result));
+        }
+        if !is_writer {
+            return;
         }
         // What has changed is shown at once.
         let now = Instant::now();
@@ -401,7 +446,7 @@ impl Laboratory {
     }
 
     /// Executes a command; returns what the page needs to know.
-    fn execute(&mut self, command: Command) -> Result<Value> {
+    fn execute(&mut self, viewer: u64, command: Command) -> Result<Value> {
         match command {
             // The server answers these.
             Command::View(_) | Command::Seen(_) => Ok(Value::Null),
@@ -431,7 +476,7 @@ impl Laboratory {
             }
             Command::Step(contacts) => self.bench()?.pass_contacts(contacts),
             Command::Edit(edits) => self.edit(&edits),
-            Command::Choose(id) => self.bench()?.choose(id),
+            Command::Choose(id) => self.bench()?.choose(viewer, id),
             Command::Bookmark(_) => {
                 let bench = self.bench()?;
                 bench.bookmark = Some(bench.run.clone());
@@ -462,11 +507,14 @@ impl Laboratory {
             edits.len()
         );
         let bench = self.bench()?;
-        let mut times = Vec::new();
+        let (mut times, mut notes) = (Vec::new(), Vec::new());
         let mut made = Ok(());
-        for Edit { stage, hold } in edits {
-            match bench.run.edit(stage, hold.as_deref(), &mut bench.watching) {
-                Ok(time) => times.push(time),
+        for edit in edits {
+            match bench.edit(edit) {
+                Ok((time, more)) => {
+                    times.push(time);
+                    notes.extend(more);
+                }
                 Err(error) => {
                     made = Err(error);
                     break;
@@ -478,7 +526,7 @@ impl Laboratory {
             bench.has_changed();
         }
         made?;
-        Ok(json!({ "times": times }))
+        Ok(json!({ "times": times, "notes": notes }))
     }
 
     fn measure(&mut self, MeasureRequest { spec, interval }: &MeasureRequest) -> Result<Value> {
@@ -514,8 +562,8 @@ impl Laboratory {
         if now + tolerance >= self.next_frame {
             self.publish_frames();
             let interval = self.bench.as_ref().map_or(FRAME, |bench| bench.pace.interval());
-            // At regular times, except after a delay.
-            let next = self.next_frame + interval;
+            // At regular times, except after a delay. Many pages may take longer than an interval.
+            let (next, now) = (self.next_frame + interval, Instant::now());
             self.next_frame = if next > now { next } else { now + interval };
         }
         if now >= self.next_status {
@@ -542,18 +590,27 @@ impl Laboratory {
             status["speed"] = bench.pace.speed().into();
             status["bookmark"] = bench.bookmark.as_ref().map(|run| run.view().time().to_f64()).into();
             status["error"] = bench.error.clone().into();
-            let chosen = bench.watching.follower.chosen();
-            status["chosen"] = chosen.map_or(Value::Null, |key| about(&bench.run.view(), key));
         }
-        let text = text_of(&json!({ "status": status }));
-        self.viewers.all().iter().for_each(|viewer| viewer.send_status(text.clone()));
+        let mut message = json!({ "status": status });
+        for viewer in self.viewers.all() {
+            if let Some(bench) = &self.bench {
+                let chosen = bench.watching.chosen_by(viewer.id);
+                message["status"]["chosen"] = chosen.map_or(Value::Null, |key| about(&bench.run.view(), key));
+            }
+            viewer.send_status(text_of(&message));
+        }
     }
 
     fn publish_frames(&mut self) {
         let Some(bench) = &mut self.bench else { return };
         self.version = self.version.max(bench.body_list.version);
         let viewers = self.viewers.all();
-        self.sent.retain(|sent| viewers.iter().any(|viewer| viewer.id == sent.viewer));
+        let is_here = |id: u64| viewers.iter().any(|viewer| viewer.id == id);
+        self.sent.retain(|sent| is_here(sent.viewer));
+        bench.watching.followers.retain(|(viewer, _)| is_here(*viewer));
+        // Not by the clock: on a busy machine another program would count.
+        let begun = ThreadTime::now();
+        let mut frames = 0;
         for viewer in &viewers {
             let known = self.sent.iter().position(|sent| sent.viewer == viewer.id);
             let index = known.unwrap_or_else(|| {
@@ -565,27 +622,31 @@ impl Laboratory {
                 viewer.send_body_list(Arc::clone(&bench.body_list.bytes));
                 sent.body_list = bench.body_list.version;
             }
-            send_frame(bench, viewer, sent);
+            frames += usize::from(send_frame(bench, viewer, sent));
+        }
+        if frames > 0 {
+            bench.pace.has_sent(begun.elapsed(), frames);
         }
     }
 }
 
-/// Sends a frame to a page that shows something else than the present state, and can take it.
-fn send_frame(bench: &mut Bench, viewer: &Viewer, sent: &mut Sent) {
+/// Sends a frame to a page that shows something else than the present state, and can take it;
+/// returns whether it has.
+fn send_frame(bench: &Bench, viewer: &Viewer, sent: &mut Sent) -> bool {
     let view = bench.run.view();
-    let (Some(window), window_number) = viewer.window() else { return };
-    let shown = (view.time(), view.counters().collisions, bench.body_list.version, window_number);
+    let (Some(window), window_number) = viewer.window() else { return false };
+    let follower = bench.watching.follower_of(viewer.id);
+    let chosen = follower.and_then(Follower::chosen);
+    let shown = (view.time(), view.counters().collisions, bench.body_list.version, window_number, chosen);
     if sent.frame == Some(shown) {
-        return;
+        return false;
     }
-    let Some(number) = viewer.next_frame() else { return };
-    // Not by the clock: on a busy machine another program would count.
-    let begun = ThreadTime::now();
-    let kicks = bench.watching.follower.kicks(view.time());
+    let Some(number) = viewer.next_frame() else { return false };
+    let kicks = follower.map_or_else(Vec::new, |follower| follower.kicks(view.time()));
     let window: &Window = &window;
     viewer.send_frame(frame::encode(&view, Label { number, body_list: &bench.body_list }, window, &kicks));
     sent.frame = Some(shown);
-    bench.pace.has_sent(begun.elapsed());
+    true
 }
 
 /// A body in words.
@@ -607,4 +668,44 @@ fn about(view: &View<'_>, key: BodyKey) -> Value {
 /// The error of a thread that has panicked.
 pub fn panicked() -> anyhow::Error {
     anyhow!("the engine has ended by an internal error")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::protocol::Colour;
+
+    /// Interval of frames after some rounds with so many pages.
+    fn interval_with(pages: usize, run: &mut Laboratory) -> Duration {
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        let window = Window { centre: [0.5; 2], half: [0.6; 2], colour: Colour::Speed, follow: None };
+        let viewers: Vec<_> = (0..pages).map(|_| run.viewers.join().unwrap()).collect();
+        for number in 1..=24 {
+            // A frame is sent where a page shows another window than before.
+            for viewer in &viewers {
+                viewer.set_window(window);
+            }
+            run.publish_frames();
+            for viewer in &viewers {
+                while runtime.block_on(async {
+                    tokio::select! { biased; got = viewer.next() => got.is_some(), () = std::future::ready(()) => false }
+                }) {}
+                viewer.has_seen(number);
+            }
+        }
+        for viewer in &viewers {
+            run.viewers.leave(viewer.id);
+        }
+        run.bench.as_ref().unwrap().pace.interval()
+    }
+
+    #[test]
+    fn frames_of_several_pages_take_no_larger_share_than_those_of_one() {
+        let gas = "[[gas]]\nradius = 1e-4\nmass = 1.0\nenergy = 1.0\ncount = 100000";
+        let mut laboratory = Laboratory::new(Arc::default(), Path::new("unused"), Signals::default());
+        laboratory.open("gas".to_owned(), &Scene::from_toml(gas).unwrap()).unwrap();
+        let one = interval_with(1, &mut laboratory);
+        let eight = interval_with(8, &mut laboratory);
+        assert!(one > FRAME && eight > 4 * one, "{one:?} {eight:?}");
+    }
 }

@@ -8,10 +8,12 @@ mod body_list;
 mod follower;
 mod frame;
 mod gallery;
+mod heating;
 mod laboratory;
 mod pace;
 mod protocol;
 mod report;
+mod rules;
 mod server;
 mod viewers;
 
@@ -80,7 +82,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         );
     }
     if !options.no_open {
-        open_browser(server.address());
+        open_browser(&server.address_for_once()?);
     }
     let ended = server.serve(scene)?;
     if let Some(saved) = ended.saved {

@@ -1,7 +1,7 @@
 //! What the page and the program send each other: requests and answers as JSON, positions as
 //! binary messages (`frame.rs`, `body_list.rs`).
 
-use carom::engine::{MeasureSpec, StageSpec, ThermostatSpec};
+use carom::engine::{ElasticityRule, MeasureSpec, StageSpec, ThermostatSpec};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -22,7 +22,7 @@ pub struct Request {
     pub command: Command,
 }
 
-/// A command. Readers may send [`Command::View`] and [`Command::Seen`] only.
+/// A command. Readers may send [`Command::View`], [`Command::Seen`] and [`Command::Choose`] only.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Command {
@@ -40,7 +40,7 @@ pub enum Command {
     Step(u32),
     /// Edits, one after another up to the first that is refused.
     Edit(Vec<Edit>),
-    /// Records the impulses on the body of this number; `null` for none.
+    /// Records the impulses on the body of this number for this page; `null` for none.
     Choose(Option<u64>),
     /// Keeps the present state in memory.
     Bookmark(bool),
@@ -55,6 +55,9 @@ pub enum Command {
 }
 
 /// One edit: what a stage of a scene file does at its start, and the thermostats from then on.
+///
+/// Single elasticities and thermostats are put into those in force when the edit is made, so that a
+/// page whose report of the state is old removes nothing.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Edit {
@@ -62,6 +65,17 @@ pub struct Edit {
     pub stage: StageSpec,
     /// The thermostats from now on; those in force go on without it.
     pub hold: Option<Vec<ThermostatSpec>>,
+    /// Thermostats that begin; each ends those on the same tag. Without `every`: a tenth of the
+    /// time in which one of its bodies crosses the box.
+    pub begin_hold: Vec<ThermostatSpec>,
+    /// Tags whose thermostats end.
+    pub end_hold: Vec<String>,
+    /// The elasticity of contacts without a rule.
+    pub elasticity: Option<f64>,
+    /// Rules of elasticity; each replaces that between the same tags.
+    pub set_rule: Vec<ElasticityRule>,
+    /// Pairs of tags whose rules end.
+    pub drop_rule: Vec<Vec<String>>,
 }
 
 /// A measure by name, with a sample every `interval` (time); by default that of the scene.

@@ -5,7 +5,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use carom::{Scene, View, engine::Tag};
+use carom::{
+    Scene, View,
+    engine::{Ledger, Tag},
+};
 use carom_runs::{measures::Tracked, run::interactive::InteractiveRun};
 use carom_tables::{Figure, Role, Table};
 use cpu_time::ThreadTime;
@@ -27,6 +30,7 @@ pub struct Watch {
     overlapping_pairs: usize,
     deepest: f64,
     drift: f64,
+    exchange: Exchange,
     next_check: Instant,
     /// Collisions at the last status, and the time that the engine has run since (seconds).
     collisions: u64,
@@ -34,6 +38,26 @@ pub struct Watch {
     rate: f64,
     /// Processor time of this thread.
     clock: ThreadTime,
+}
+
+/// Energy exchanged so far. Each exchange is recorded to a rounding of the energy at its time,
+/// which may be far larger than what remains in a gas that has lost nearly all of it.
+#[derive(Debug, Default)]
+struct Exchange {
+    /// Energy lost in contacts, put in by edits and thermostats, and received from heated walls, at
+    /// the last look.
+    last: [f64; 3],
+    /// Sum of the magnitudes of the changes between two looks.
+    sum: f64,
+}
+
+impl Exchange {
+    fn so_far(&mut self, ledger: &Ledger) -> f64 {
+        let now = [ledger.lost, ledger.put_in, ledger.heat];
+        self.sum += now.iter().zip(self.last).map(|(now, last)| (now - last).abs()).sum::<f64>();
+        self.last = now;
+        self.sum
+    }
 }
 
 /// A tag and its bodies.
@@ -57,6 +81,7 @@ impl Watch {
             overlapping_pairs: 0,
             deepest: 0.0,
             drift: 0.0,
+            exchange: Exchange::default(),
             next_check: Instant::now(),
             collisions: view.counters().collisions,
             seconds: 0.0,
@@ -75,7 +100,7 @@ impl Watch {
         let view = run.view();
         let (totals, ledger) = (Totals::of(&view), view.ledger());
         let energy = totals.energy;
-        let scale = ledger.initial.max(energy);
+        let scale = ledger.initial + self.exchange.so_far(ledger);
         if scale > 0.0 {
             self.drift = self.drift.max((energy - ledger.booked()).abs() / scale);
         }
@@ -256,4 +281,39 @@ fn table(table: &Table) -> Value {
         "abscissa": abscissa,
         "curves": curves,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom::{
+        EpochTime,
+        engine::{ElasticitySpec, HeatSpec, StageSpec, ThermostatKind},
+    };
+
+    #[test]
+    fn a_gas_that_has_lost_nearly_all_energy_does_not_seem_to_drift() {
+        // Walls, so that the gas as a whole comes to rest too.
+        let scene = "[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
+             [[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1e-9\ncount = 100";
+        let mut run = InteractiveRun::begin(&Scene::from_toml(scene).unwrap()).unwrap();
+        let mut watch = Watch::new(&run.view());
+        let heat = HeatSpec {
+            tag: "gas".to_owned(),
+            kind: ThermostatKind::Maxwell,
+            temperature: Some(1.0),
+            ..HeatSpec::default()
+        };
+        let elasticity = ElasticitySpec { default: 0.3, ..ElasticitySpec::default() };
+        let edit = StageSpec { set_energy: vec![heat], elasticity: Some(elasticity), ..StageSpec::default() };
+        run.edit(&edit, None, &mut ()).unwrap();
+        let mut time = 0.1;
+        while run.view().energy() > 1e-4 {
+            assert!(time < 1e6, "the gas does not cool");
+            run.advance(EpochTime::from(time), &mut ()).unwrap();
+            let status = watch.status(&run);
+            assert!(status["drift"].as_f64().unwrap() < 1e-12, "{}", status["drift"]);
+            time *= 2.0;
+        }
+    }
 }

@@ -8,7 +8,7 @@ use std::{
     net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, UdpSocket},
     path::{Path, PathBuf},
     sync::{
-        Arc,
+        Arc, Mutex, PoisonError,
         mpsc::{SyncSender, TrySendError, sync_channel},
     },
     thread,
@@ -37,7 +37,7 @@ use tokio::sync::Notify;
 use crate::{
     gallery::EXHIBITS,
     laboratory::{Ended, Laboratory, Message, panicked},
-    protocol::{self, Command},
+    protocol::{self, Command, Request},
     random_word,
     viewers::{MOST_VIEWERS, Outgoing, Viewer, Viewers, refuse},
 };
@@ -49,6 +49,10 @@ const PAGE: &str = include_str!("page.html");
 /// connection, and the right to edit passes on.
 const PING: Duration = Duration::from_secs(5);
 const SILENCE: Duration = Duration::from_secs(20);
+
+/// First part of the path of an address for once, and how long it is valid.
+const ONCE: &str = "open";
+const TICKET: Duration = Duration::from_mins(1);
 
 /// Largest message of a page (bytes).
 const LARGEST_REQUEST: usize = 1 << 18;
@@ -76,6 +80,8 @@ struct Door {
     token: String,
     /// Whether hosts may name any address of this machine, not the loopback address alone.
     is_open: bool,
+    /// The last part of an address that leads to the page once, and until when.
+    ticket: Mutex<Option<(String, Instant)>>,
 }
 
 /// What requests share.
@@ -98,6 +104,24 @@ impl Door {
             return Err((StatusCode::FORBIDDEN, "The address lacks the token that carom live has printed."));
         }
         Ok(())
+    }
+
+    /// Redirects the first request with a valid ticket to the page; refuses later ones.
+    fn redeem(&self, word: &str, headers: &HeaderMap) -> Response {
+        let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("");
+        let mut ticket = self.ticket.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_valid = self.knows(host)
+            && ticket.as_ref().is_some_and(|(known, until)| is_same(word, known) && Instant::now() < *until);
+        if !is_valid {
+            return (StatusCode::FORBIDDEN, "Open the address that carom live has printed.").into_response();
+        }
+        *ticket = None;
+        let headers = [
+            (header::LOCATION, format!("/{}/", self.token)),
+            (header::CACHE_CONTROL, "no-store".to_owned()),
+            (header::REFERRER_POLICY, "no-referrer".to_owned()),
+        ];
+        (StatusCode::SEE_OTHER, headers).into_response()
     }
 
     /// Whether a host, with or without port, is this machine.
@@ -157,13 +181,31 @@ impl Server {
         let shown = listener.local_addr().context("cannot listen")?;
         let named = SocketAddr::new(named_address(shown.ip()), shown.port());
         let address = format!("http://{named}/{token}/");
-        let door = Arc::new(Door { token, is_open: !shown.ip().is_loopback() });
+        let door = Door { token, is_open: !shown.ip().is_loopback(), ticket: Mutex::new(None) };
+        let door = Arc::new(door);
         Ok(Self { listener, address, door, folder: folder.to_owned(), signals })
     }
 
     /// The address of the page, with its token.
     pub fn address(&self) -> &str {
         &self.address
+    }
+
+    /// An address that leads to the page once, within a minute, and replaces the one before.
+    ///
+    /// All users of a machine can read the arguments of a process. A browser that is started with
+    /// this address does not show them the token. Another user who opens it first takes the place
+    /// of the browser, which then shows a refusal. A private file that redirects would have no such
+    /// race, but browsers in a sandbox of their own (snap, Flatpak) cannot read it.
+    ///
+    /// # Errors
+    /// There are no random bytes.
+    pub fn address_for_once(&self) -> Result<String> {
+        let word = random_word()?;
+        let address = self.address.replace(&format!("/{}/", self.door.token), &format!("/{ONCE}/{word}"));
+        let mut ticket = self.door.ticket.lock().unwrap_or_else(PoisonError::into_inner);
+        *ticket = Some((word, Instant::now() + TICKET));
+        Ok(address)
     }
 
     /// Serves until a signal is received. The scene is opened first, and waits for its first page.
@@ -226,6 +268,11 @@ async fn answer(
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, axum::extract::ws::rejection::WebSocketUpgradeRejection>,
 ) -> Response {
+    if let Some(("", path)) = uri.path().split_once('/')
+        && let Some((ONCE, word)) = path.split_once('/')
+    {
+        return shared.door.redeem(word, &headers);
+    }
     if let Err(refusal) = shared.door.admits(&uri, &headers) {
         return refusal.into_response();
     }
@@ -339,14 +386,16 @@ fn receive(text: &str, viewer: &Arc<Viewer>, shared: &Shared) {
         Command::View(window) if window.is_valid() => viewer.set_window(window),
         Command::View(_) => refuse(viewer, id, "the window must have finite borders and an area"),
         Command::Seen(number) => viewer.has_seen(number),
-        _ if !shared.viewers.is_writer(viewer.id) => {
+        command if !matches!(command, Command::Choose(_)) && !shared.viewers.is_writer(viewer.id) => {
             refuse(viewer, id, "another page controls the run; this one can only watch");
         }
-        _ => match shared.messages.try_send(Message { viewer: viewer.id, request }) {
-            Ok(()) => {}
-            Err(TrySendError::Full(_)) => refuse(viewer, id, "the engine is busy: try again"),
-            Err(TrySendError::Disconnected(_)) => refuse(viewer, id, "the engine has ended"),
-        },
+        command => {
+            match shared.messages.try_send(Message { viewer: viewer.id, request: Request { id, command } }) {
+                Ok(()) => {}
+                Err(TrySendError::Full(_)) => refuse(viewer, id, "the engine is busy: try again"),
+                Err(TrySendError::Disconnected(_)) => refuse(viewer, id, "the engine has ended"),
+            }
+        }
     }
 }
 
@@ -356,7 +405,7 @@ mod tests {
 
     #[test]
     fn only_names_of_this_machine_are_served() {
-        let closed = Door { token: "abc".to_owned(), is_open: false };
+        let closed = Door { token: "abc".to_owned(), is_open: false, ticket: Mutex::new(None) };
         for host in ["127.0.0.1:80", "localhost", "localhost:9999", "[::1]:80", "127.0.0.2"] {
             assert!(closed.knows(host), "{host}");
         }
@@ -365,7 +414,7 @@ mod tests {
         {
             assert!(!closed.knows(host), "{host}");
         }
-        let open = Door { token: "abc".to_owned(), is_open: true };
+        let open = Door { token: "abc".to_owned(), is_open: true, ticket: Mutex::new(None) };
         assert!(open.knows("192.168.1.2:80") && !open.knows("evil.example:80"));
     }
 

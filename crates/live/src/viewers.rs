@@ -111,6 +111,11 @@ impl Viewer {
         self.put(|outbox| outbox.status = Some(status));
     }
 
+    /// Removes the state of the run that waits to be sent.
+    pub fn drop_status(&self) {
+        lock(&self.outbox).status = None;
+    }
+
     /// Sends the results of the measures.
     pub fn send_measures(&self, measures: String) {
         self.put(|outbox| outbox.measures = Some(measures));
@@ -253,6 +258,9 @@ mod tests {
         viewer.send_status("new".to_owned());
         assert!(matches!(viewer.take(), Ok(Some(Outgoing::Text(text))) if text == "new"));
         assert!(matches!(viewer.take(), Ok(Some(Outgoing::Binary(frame))) if *frame == [2]));
+        assert!(matches!(viewer.take(), Ok(None)));
+        viewer.send_status("older than an answer".to_owned());
+        viewer.drop_status();
         assert!(matches!(viewer.take(), Ok(None)));
         // Frames that are not acknowledged stop at a few.
         let mut sent = 1;

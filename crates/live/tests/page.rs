@@ -47,6 +47,14 @@ const NAMELESS: &str = "[...document.querySelectorAll('button, input, select, ca
     .filter((e) => !e.hasAttribute('aria-hidden') && !(e.labels && e.labels.length) && !e.getAttribute('aria-label') && !e.textContent.trim())
     .map((e) => e.outerHTML).join()";
 
+/// Functions for the expressions of these tests.
+const HELPERS: &str = "void (window.picture = () => document.getElementById('bodies-canvas').toDataURL(),
+    window.text = (id) => document.getElementById(id).textContent,
+    window.press = (id) => document.getElementById(id).click(),
+    window.key = (key) => document.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true })),
+    window.put = (id, value) => { const e = document.getElementById(id); e.value = value;
+        e.dispatchEvent(new Event('input')); e.dispatchEvent(new Event('change')); })";
+
 #[derive(Debug, Parser)]
 struct Run {
     #[command(flatten)]
@@ -72,11 +80,193 @@ fn sets_rules_and_draws_velocities(page: &mut Browser) {
     page.eval("document.querySelector('#rules button').click()");
     page.until("text('rules') === '' && text('message').startsWith('Rule dropped')");
     assert_eq!(page.eval("text('elasticity-text')"), "1", "the elasticity of all others is kept");
+    // Two edits at once, before the state after the first is reported: neither undoes the other.
+    page.eval(
+        "put('tag', 'gas'); put('tag-energy', 1); press('hold'); put('tag', 'tee'); press('hold');
+         put('rule-a', 'tee'); put('rule-e', 0.5); press('set-rule'); put('rule-a', 'gas'); press('set-rule')",
+    );
+    page.until(
+        "text('tags').match(/held at 1/g)?.length === 2 && document.querySelectorAll('#rules li').length === 2",
+    );
+    page.eval("press('release'); put('tag', 'gas'); press('release')");
+    // The focus stays where rules are dropped.
+    for left in [1, 0] {
+        page.eval("document.querySelector('#rules button').focus(); document.activeElement.click()");
+        page.until(&format!("document.querySelectorAll('#rules button').length === {left}"));
+        let focus = if left > 0 { "#rules button" } else { "#set-rule" };
+        assert_eq!(page.eval(&format!("document.activeElement === document.querySelector('{focus}')")), true);
+    }
+    page.until("!text('tags').includes('held')");
+    page.eval("press('release')");
+    page.until("text('message') === 'Refused: no thermostat acts on gas'");
+    // After Back, the slider shows the elasticity of the bookmark even if it has the focus.
+    page.eval("press('bookmark')");
+    page.until("text('message').startsWith('Bookmark')");
+    page.eval("document.getElementById('elasticity').focus(); put('elasticity', 0.95)");
+    page.until("text('message').startsWith('Elasticity 0.95 at')");
+    page.eval("press('back')");
+    page.until("document.getElementById('elasticity').value === '1' && text('elasticity-text') === '1'");
+    assert_eq!(page.eval("document.activeElement.id"), "elasticity");
     // Velocities drawn from Maxwell's distribution.
     page.eval("put('tag', 'gas'); put('heat-kind', 'maxwell'); put('tag-energy', 2); press('set-energy')");
     page.until(
         "text('message').startsWith('Velocities of gas drawn at kT = 2') && Number(text('energy')) > 500",
     );
+}
+
+/// A wall is chosen by keys, has an outline, and is announced; what is removed is no longer chosen.
+fn chooses_walls_by_keys(page: &mut Browser) {
+    page.until("text('rate') === 'paused' && text('about').includes('No body is chosen')");
+    page.eval("window.before = document.getElementById('over').toDataURL(); key('p')");
+    page.until("text('about').startsWith('wall') && text('about').includes('fixed')");
+    assert_eq!(page.eval("text('announcement')"), "Chosen: wall 1, tags wall, fixed");
+    page.until("document.getElementById('over').toDataURL() !== before");
+    keep_picture(page, "live-chosen-wall");
+    // Energy cannot be set, in words, and the tag of the edit does not remain.
+    page.eval("press('heat-body')");
+    page.until("text('message').includes('fixed: they have no energy')");
+    page.until("!text('tags').includes('body-1')");
+    // Tags come and go.
+    page.eval("put('body-tag', 'mine'); press('tag-body')");
+    page.until("text('about').includes('wall, mine')");
+    page.eval("press('untag-body')");
+    page.until("!text('about').includes('mine')");
+    page.eval("press('untag-body')");
+    page.until("text('message').includes('does not have the tag “mine”')");
+    page.eval("press('tag-body')");
+    page.until("[...document.getElementById('tag').options].some(({ value }) => value === 'mine')");
+    page.eval("put('tag', 'mine'); press('untag')");
+    page.until("!text('about').includes('mine')");
+    page.eval("put('tag', 'wall'); press('remove')");
+    page.until("text('bodies') === '301' && text('about') === 'Body 1 is no longer there.'");
+    assert_eq!(page.eval("document.getElementById('follow').disabled"), true);
+    // A wall with a temperature.
+    page.eval(
+        "put('shape', 'wall'); put('at-x', 0.1); put('at-y', 0.9); put('to-x', 0.3); put('to-y', 0.95);
+         put('wall-kt', -1); press('place')",
+    );
+    page.until("text('message').startsWith('Refused') && text('message').includes('temperature')");
+    page.eval("put('wall-kt', 2); press('place')");
+    page.until("text('bodies') === '302'");
+    page.eval("put('tag', 'new'); press('remove')");
+    page.until("text('bodies') === '301'");
+}
+
+/// Texts that are read out do not change while the gas runs, and what has not changed is not
+/// written.
+fn is_quiet(page: &mut Browser) {
+    page.eval(
+        "window.written = [];
+         window.watch = new MutationObserver((all) => written.push(...all.map(({ target }) => target.id)));
+         document.querySelectorAll('[aria-live], [role=status], [role=alert], output, #elasticity-text, #play, #rules')
+             .forEach((e) => watch.observe(e, { childList: true, characterData: true, subtree: true }))",
+    );
+    page.eval("new Promise((done) => setTimeout(done, 1500))");
+    assert_eq!(page.eval("watch.disconnect(), written.join()"), "");
+}
+
+/// The picture comes back after the graphics driver has taken its context away.
+fn survives_a_lost_context(page: &mut Browser) {
+    let has_lost = page.eval(
+        "(window.context = document.getElementById('bodies-canvas').getContext('webgl2')) !== null
+         && (context = context.getExtension('WEBGL_lose_context')) !== null && (context.loseContext(), true)",
+    );
+    if has_lost == true {
+        page.until("document.getElementById('bodies-canvas').getContext('webgl2').isContextLost()");
+        page.eval("context.restoreContext()");
+        page.until("!document.getElementById('bodies-canvas').getContext('webgl2').isContextLost() && picture().length > 10000");
+        page.faults.retain(|fault| !fault.contains("CONTEXT_LOST"));
+    }
+}
+
+/// A second page watches on its own.
+fn another_page_watches(program: &str, address: &str) {
+    let mut page = Browser::begin(program);
+    page.show([1280, 800], false);
+    page.call("Page.navigate", &json!({ "url": address }));
+    page.until(
+        "document.readyState === 'complete' && document.getElementById('bodies').textContent === '301'",
+    );
+    page.eval(HELPERS);
+    page.until("text('message').startsWith('Another page controls the run')");
+    assert_eq!(page.eval("document.getElementById('play').matches(':disabled')"), true);
+    page.eval("key('n')");
+    page.until("text('about').includes('tee') && text('about').includes('speed')");
+    page.eval("press('follow'); press('closer')");
+    page.until("document.getElementById('follow').ariaPressed === 'true'");
+    assert_eq!(page.eval("document.getElementById('remove-body').matches(':disabled')"), true);
+    page.eval("document.getElementById('unchoose').focus(); press('unchoose')");
+    page.until("text('about').includes('No body is chosen') && document.activeElement.id === 'over'");
+    assert_eq!(page.faults, Vec::<String>::new());
+}
+
+#[test]
+fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
+    let Some(program) = chromium::browser("the controls of carom live") else { return };
+    let root = tempfile::tempdir().unwrap();
+    let signals = Signals::default();
+    let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
+    let server = Server::bind(any, root.path(), signals.clone()).unwrap();
+    let address = server.address_for_once().unwrap();
+    let served = thread::spawn(move || server.serve(None));
+    let mut page = Browser::begin(program);
+    page.call("Page.navigate", &json!({ "url": address }));
+    page.until(
+        "document.readyState === 'complete' && document.querySelectorAll('#gallery button').length > 5",
+    );
+    page.eval(HELPERS);
+    let disabled = "[...document.querySelectorAll('.writes')].map((part) => part.disabled).join()";
+    assert_eq!(page.eval(disabled), "true,true,true,true,true");
+    page.eval("[...document.querySelectorAll('#gallery button')].find((e) => e.textContent.includes('sinai')).click()");
+    page.until("text('bodies') === '2'");
+    page.until(&format!("{disabled} === 'false,true,false,false,false'"));
+    page.eval("key('n')");
+    page.until("text('about').startsWith('body')");
+    assert_eq!(page.faults, Vec::<String>::new());
+    signals.interrupt();
+    served.join().unwrap().unwrap();
+    page.until("text('title') === 'not connected'");
+    assert_eq!(page.eval(disabled), "true,true,true,true,true");
+    page.eval("key('b')");
+    page.until("text('message') === 'Refused: the page is not connected'");
+}
+
+/// An empty field does not count as 0.
+fn refuses_empty_fields(page: &mut Browser) {
+    for (field, button, name) in [
+        ("tag-energy", "set-energy", "energy or kT"),
+        ("tag-energy", "hold", "energy or kT"),
+        ("rule-e", "set-rule", "elasticity between these tags"),
+        ("at-x", "place", "x"),
+    ] {
+        page.eval(&format!(
+            "document.getElementById('{field}').closest('details').open = true;
+             window.before = document.getElementById('{field}').value; put('{field}', ''); press('{button}')"
+        ));
+        page.until(&format!("text('message').startsWith('Refused: the field “{name}” must hold a number')"));
+        assert_eq!(page.eval("document.activeElement.id"), field);
+        page.eval(&format!("put('{field}', before)"));
+    }
+    assert_eq!(page.eval("text('bodies')"), "302");
+}
+
+/// Writes what the page shows into the folder that the environment names, as base64.
+fn keep_picture(page: &mut Browser, name: &str) {
+    let Ok(folder) = std::env::var("CAROM_PICTURES") else { return };
+    let shot = page.call("Page.captureScreenshot", &json!({}));
+    fs::write(format!("{folder}/{name}.base64"), shot["data"].as_str().unwrap()).unwrap();
+}
+
+/// On a phone the page scrolls, below numbers and messages.
+fn keeps_numbers_in_sight(page: &mut Browser, height: u32) {
+    page.eval("scrollTo(0, document.documentElement.scrollHeight)");
+    page.until("scrollY > 1000");
+    for id in ["numbers", "message"] {
+        let place = format!("document.getElementById('{id}').getBoundingClientRect()");
+        let [top, bottom] =
+            ["top", "bottom"].map(|side| page.eval(&format!("{place}.{side}")).as_f64().unwrap());
+        assert!(top >= 0.0 && bottom > top && bottom < 0.35 * f64::from(height), "{id}: {top} {bottom}");
+    }
 }
 
 #[test]
@@ -96,13 +286,7 @@ fn a_user_watches_edits_and_saves_a_gas() {
     page.until(
         "document.readyState === 'complete' && document.getElementById('bodies').textContent === '302'",
     );
-    page.eval(
-        "void (window.picture = () => document.getElementById('bodies-canvas').toDataURL(),
-               window.text = (id) => document.getElementById(id).textContent,
-               window.press = (id) => document.getElementById(id).click(),
-               window.put = (id, value) => { const e = document.getElementById(id); e.value = value;
-                   e.dispatchEvent(new Event('input')); e.dispatchEvent(new Event('change')); })",
-    );
+    page.eval(HELPERS);
     // Slower than it could run, so that the run of its scene throughout takes no longer.
     page.eval("put('speed', 97)");
     // The picture moves while the gas runs, and stands while it is paused.
@@ -111,7 +295,7 @@ fn a_user_watches_edits_and_saves_a_gas() {
     page.until("text('play') === 'Pause' && Number(text('time')) > 0.05");
     page.eval("window.first = picture()");
     page.until("picture() !== first");
-    page.eval("document.dispatchEvent(new KeyboardEvent('keydown', { key: ' ', bubbles: true }))");
+    page.eval("key(' ')");
     page.until("text('play') === 'Play' && text('rate') === 'paused'");
     let later = "new Promise((done) => setTimeout(() => done(picture() + text('time')), 400))";
     // A few frames may be under way.
@@ -124,7 +308,7 @@ fn a_user_watches_edits_and_saves_a_gas() {
     page.until("text('message').startsWith('One contact')");
     page.eval("window.first = picture(); put('colour', 'speed')");
     page.until("picture() !== first && text('legend').includes('speed')");
-    page.eval("document.dispatchEvent(new KeyboardEvent('keydown', { key: 'n', bubbles: true }))");
+    page.eval("key('n')");
     page.until("text('about').includes('tee')");
     page.eval("press('follow')");
 
@@ -138,12 +322,19 @@ fn a_user_watches_edits_and_saves_a_gas() {
 
     sets_rules_and_draws_velocities(&mut page);
 
+    refuses_empty_fields(&mut page);
+
     // An impossible edit is refused in words; a possible one is made.
     page.eval("put('shape', 'disc'); put('radius', 0.3); press('place')");
     page.until("text('message').startsWith('Refused') && text('message').includes('overlap')");
     assert_eq!(page.eval("text('bodies')"), "302");
-    page.eval("put('tag', 'wall'); press('remove')");
-    page.until("text('bodies') === '301'");
+    page.eval("press('play')");
+    chooses_walls_by_keys(&mut page);
+    survives_a_lost_context(&mut page);
+    page.eval("press('play')");
+    page.until("text('play') === 'Pause'");
+    is_quiet(&mut page);
+    another_page_watches(program, &address);
 
     // A measure grows, with its figures.
     page.eval("put('kind', 'temperature'); put('of', 'gas'); press('measure')");
@@ -159,7 +350,7 @@ fn a_user_watches_edits_and_saves_a_gas() {
 
     // No part is wider than the page, and every control has a name, on all screens.
     for (size, is_dark) in
-        [([1300, 850], false), ([1300, 850], true), ([400, 860], false), ([400, 860], true)]
+        [([1280, 800], false), ([1280, 800], true), ([390, 844], false), ([390, 844], true)]
     {
         page.show(size, is_dark);
         page.until("Number(text('frames')) >= 0 && picture().length > 1000");
@@ -171,12 +362,14 @@ fn a_user_watches_edits_and_saves_a_gas() {
         assert_eq!(page.eval(NAMELESS), "", "{size:?}");
         let canvas = page.eval("document.getElementById('over').clientHeight").as_u64().unwrap();
         assert!(canvas > 250, "{canvas} at {size:?}");
-        if let Ok(folder) = std::env::var("CAROM_PICTURES") {
-            use std::io::Write as _;
-            let shot =
-                page.call("Page.captureScreenshot", &json!({ "captureBeyondViewport": size[0] < 600 }));
-            let name = format!("{folder}/live-{}-{}.base64", size[0], if is_dark { "dark" } else { "light" });
-            fs::File::create(name).unwrap().write_all(shot["data"].as_str().unwrap().as_bytes()).unwrap();
+        keep_picture(&mut page, &format!("live-{}-{}", size[0], if is_dark { "dark" } else { "light" }));
+        if size[0] < 600 {
+            keeps_numbers_in_sight(&mut page, size[1]);
+            keep_picture(
+                &mut page,
+                &format!("live-{}-{}-end", size[0], if is_dark { "dark" } else { "light" }),
+            );
+            page.eval("scrollTo(0, 0)");
         }
     }
 

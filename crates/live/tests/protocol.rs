@@ -46,6 +46,7 @@ struct Run {
 /// A running server.
 struct Running {
     address: String,
+    once: String,
     signals: Signals,
     thread: JoinHandle<Result<Ended>>,
 }
@@ -55,10 +56,10 @@ impl Running {
         let signals = Signals::default();
         let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
         let server = Server::bind(any, folder, signals.clone()).unwrap();
-        let address = server.address().to_owned();
+        let (address, once) = (server.address().to_owned(), server.address_for_once().unwrap());
         let scene = scene.map(|text| ("gas".to_owned(), Scene::from_toml(text).unwrap()));
         let thread = thread::spawn(move || server.serve(scene));
-        Self { address, signals, thread }
+        Self { address, once, signals, thread }
     }
 
     /// Host with port, and the token.
@@ -199,6 +200,11 @@ impl Page {
         &self.status
     }
 
+    /// Number of contacts of the chosen body in the last frame.
+    fn kicks(&self) -> u32 {
+        u32::from_le_bytes(self.frame[44..48].try_into().unwrap())
+    }
+
     fn time(&self) -> f64 {
         f64::from_le_bytes(self.frame[8..16].try_into().unwrap())
     }
@@ -235,6 +241,17 @@ fn only_the_page_of_this_server_on_this_machine_is_served() {
         assert!(server.get(&path, &headers).0.starts_with("HTTP/1.1 403"), "{path} {headers}");
     }
     assert!(server.get(&format!("/{token}/more"), &of(host)).0.starts_with("HTTP/1.1 404"));
+    // An address for once, without the token, leads to the page.
+    let once = server.once.strip_prefix(&format!("http://{host}")).unwrap();
+    assert!(!once.contains(token));
+    for (path, headers) in
+        [(once, of("evil.example")), (&once[..once.len() - 1], of(host)), ("/open/", of(host))]
+    {
+        assert!(server.get(path, &headers).0.starts_with("HTTP/1.1 403"), "{path} {headers}");
+    }
+    let (head, _) = server.get(once, &of(host));
+    assert!(head.starts_with("HTTP/1.1 303") && head.contains(&format!("location: /{token}/")), "{head}");
+    assert!(server.get(once, &of(host)).0.starts_with("HTTP/1.1 403"), "only once");
     let own = format!("http://{host}");
     assert!(server.handshake(token, host, Some(&own)).ends_with("101"));
     for (token, host, origin) in [
@@ -247,6 +264,35 @@ fn only_the_page_of_this_server_on_this_machine_is_served() {
         assert!(server.handshake(token, host, origin).ends_with("403"), "{token} {host} {origin:?}");
     }
     assert!(server.end().saved.is_none(), "no scene was open");
+}
+
+/// Contacts one by one, the impulses on one of their bodies, and the way back to a bookmark.
+fn steps_and_goes_back(page: &mut Page) {
+    page.request(&json!({ "play": false })).unwrap();
+    let before = page.fresh()["collisions"].as_u64().unwrap();
+    let time = page.status["time"].as_f64().unwrap();
+    let done = page.request(&json!({ "bookmark": true })).unwrap();
+    assert_eq!(done["time"], time);
+    page.request(&json!({ "choose": 7 })).unwrap();
+    assert_eq!(page.request(&json!({ "step": 10 })).unwrap()["contacts"], 10);
+    assert_eq!(page.fresh()["collisions"], before + 10);
+    for _ in 0..5 {
+        page.request(&json!({ "step": 1000 })).unwrap();
+    }
+    page.fresh();
+    assert!(page.kicks() > 5, "5010 contacts of 400 discs");
+    // Edits keep them.
+    let kicks = page.kicks();
+    page.request(&json!({ "edit": [{ "elasticity": 0.9 }] })).unwrap();
+    page.fresh();
+    assert_eq!(page.kicks(), kicks);
+    // A body that is removed is no longer chosen.
+    page.request(&json!({ "edit": [{ "stage": { "tag": [{ "body": 7, "name": "x" }] } }, { "stage": { "remove": ["x"] } }] }))
+        .unwrap();
+    assert!(page.fresh()["chosen"].is_null());
+    page.request(&json!({ "back": true })).unwrap();
+    page.fresh();
+    assert_eq!((&page.status["time"], &page.status["collisions"]), (&json!(time), &json!(before)));
 }
 
 #[test]
@@ -272,8 +318,19 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     assert!(refused.contains("only watch"), "{refused}");
     reader.send(0, &whole());
     reader.until(|page| page.frames > 0);
+    // It chooses a body for itself.
+    assert_eq!(reader.request(&json!({ "choose": 3 })).unwrap()["id"], 3);
+    page.request(&json!({ "choose": 7 })).unwrap();
+    reader.until(|page| page.status["chosen"]["id"] == 3 && page.kicks() > 1);
+    assert_eq!(page.fresh()["chosen"]["id"], 7);
+    page.request(&json!({ "choose": null })).unwrap();
+    page.fresh();
+    page.until(|page| page.kicks() == 0);
+    assert_eq!(reader.fresh()["chosen"]["id"], 3);
 
-    // Contacts begin to lose energy.
+    // Contacts begin to lose energy. At full speed the gas would come to rest in the meantime, at a
+    // time so late that the rest of the saved run would be long.
+    page.request(&json!({ "speed": 1.0 })).unwrap();
     page.request(&json!({ "edit": [{ "stage": { "elasticity": { "default": 0.5 } } }] })).unwrap();
     page.until(|page| page.status["energy"].as_f64().is_some_and(|energy| energy < 200.0));
     assert_eq!(page.status["elasticity"], 0.5);
@@ -283,6 +340,7 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
         "elasticity": { "default": 1.0 }, "set_energy": [{ "tag": "gas", "energy": 2.0 }] } }] }))
         .unwrap();
     assert!((page.fresh()["energy"].as_f64().unwrap() - 800.0).abs() < 1e-9);
+    page.request(&json!({ "speed": null })).unwrap();
 
     // Impossible edits are refused in the words of the engine.
     for (stage, words) in [
@@ -319,24 +377,7 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     let (found, theory) = (pressure["value"].as_f64().unwrap(), pressure["prediction"].as_f64().unwrap());
     assert!((found / theory - 1.0).abs() < 0.2, "{pressure}");
 
-    // Contacts one by one, and the impulses on one of their bodies.
-    page.request(&json!({ "play": false })).unwrap();
-    let before = page.fresh()["collisions"].as_u64().unwrap();
-    let time = page.status["time"].as_f64().unwrap();
-    let done = page.request(&json!({ "bookmark": true })).unwrap();
-    assert_eq!(done["time"], time);
-    page.request(&json!({ "choose": 7 })).unwrap();
-    assert_eq!(page.request(&json!({ "step": 10 })).unwrap()["contacts"], 10);
-    assert_eq!(page.fresh()["collisions"], before + 10);
-    for _ in 0..5 {
-        page.request(&json!({ "step": 1000 })).unwrap();
-    }
-    page.fresh();
-    let kicks = u32::from_le_bytes(page.frame[44..48].try_into().unwrap());
-    assert!(kicks > 5, "5010 contacts of 400 discs");
-    page.request(&json!({ "back": true })).unwrap();
-    page.fresh();
-    assert_eq!((&page.status["time"], &page.status["collisions"]), (&json!(time), &json!(before)));
+    steps_and_goes_back(&mut page);
 
     // Slow motion: a hundredth of a time unit a second.
     page.request(&json!({ "speed": 0.01 })).unwrap();
@@ -358,6 +399,43 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     run::run(&Run::parse_from(words).options).unwrap();
     let last = last_state(&folder.join(CHECKPOINT)).unwrap();
     assert!(last.is_end && last.state.time().to_f64() > saved["time"].as_f64().unwrap());
+}
+
+#[test]
+fn bodies_at_rest_are_heated_and_edits_that_heat_no_body_are_refused() {
+    const REST: &str = r#"
+        [[molecule]]
+        tags = ["tee"]
+        shape = "tee"
+        atom_radius = 0.02
+        atom_mass = 1.0
+        at = [0.5, 0.5]
+        [[bumper]]
+        tags = ["bumper"]
+        radius = 0.05
+        at = [0.2, 0.2]
+    "#;
+    let root = tempfile::tempdir().unwrap();
+    let server = Running::begin(root.path(), Some(REST));
+    let mut page = Page::open(&server);
+    // One body, by a tag that it has during the edit.
+    let own = json!([{ "body": 0, "name": "own" }]);
+    let done = page.request(&json!({ "edit": [
+        { "stage": { "tag": own } },
+        { "stage": { "set_energy": [{ "tag": "own", "energy": 3.0 }] } },
+        { "stage": { "untag": own } },
+    ] }));
+    let notes = done.unwrap()["notes"].take();
+    assert!(notes[0].as_str().unwrap().contains("1 body was at rest"), "{notes}");
+    assert!((page.fresh()["energy"].as_f64().unwrap() - 3.0).abs() < 1e-12);
+    assert_eq!(page.status["tags"].as_array().unwrap().len(), 2);
+    let heat = json!({ "tag": "bumper", "energy": 1.0 });
+    let hold = json!({ "tag": "bumper", "energy": 1.0, "every": 0.1 });
+    for edit in [json!({ "stage": { "set_energy": [heat] } }), json!({ "hold": [hold] })] {
+        let refused = page.request(&json!({ "edit": [edit] })).unwrap_err();
+        assert!(refused.contains("fixed"), "{refused}");
+    }
+    assert_eq!(page.fresh()["hold"], json!([]));
 }
 
 #[test]
