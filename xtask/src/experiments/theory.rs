@@ -82,7 +82,7 @@ pub const VIRIAL: Theory = Theory {
 pub const DIFFUSION: Theory = Theory {
     name: "diffusion",
     question: "Do discs, a heavy disc, rods, momentum and heat spread as kinetic theory predicts?",
-    studies: &["self-diffusion", "heavy-disc", "fixed-disc", "rods", "transport"],
+    studies: &["self-diffusion", "velocity-tail", "heavy-disc", "fixed-disc", "rods", "transport"],
 };
 
 /// Forces between big discs among small ones.
