@@ -8,7 +8,7 @@ use crate::{
     TagNames, World,
     contact_event::{ContactEvent, Parts},
     limits::{ContactPlaces, Limits},
-    resolution::Rules,
+    resolution::{Encounter, Rules},
 };
 
 /// A request to run all contacts of a stretch of the epoch at once.
@@ -48,11 +48,13 @@ pub struct Window {
     pub(crate) ends_epoch: bool,
     /// The contacts in order, if they were wanted.
     pub(crate) log: Vec<LoggedContact>,
-    /// Else, if not all contacts are elastic, what they leave behind.
+    /// Effects of the contacts on the ledger and the guard; empty if `log` is wanted or if all
+    /// contacts are elastic.
     pub(crate) inelastic: InelasticContacts,
 }
 
-/// What contacts leave behind, besides the motions, where not all are elastic.
+/// Energies, times of last contacts and number of guarded contacts of a window with inelastic
+/// contacts.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct InelasticContacts {
     /// The energies of each contact. In order, so that sums have the same rounding.
@@ -106,9 +108,12 @@ impl LoggedContact {
         Self { time, bodies, image: image.map(|boxes| boxes as i8), flights }
     }
 
-    /// The motions just before the contact.
-    pub fn motions(&self) -> [Motion; 2] {
-        self.flights.map(|[place, velocity]| Motion { velocity, time: self.time, ..Motion::at_rest(place) })
+    /// The contact with the motions just before it; `last_contacts` are the times of the last
+    /// contacts of its bodies (offset in the epoch), where there is a guard.
+    pub fn encounter(&self, last_contacts: Option<[f64; 2]>) -> Encounter {
+        let at =
+            |[place, velocity]: [DVec2; 2]| Motion { velocity, time: self.time, ..Motion::at_rest(place) };
+        Encounter { contact: self.event(), before: self.flights.map(at), last_contacts, repeats: false }
     }
 
     pub fn event(&self) -> ContactEvent {

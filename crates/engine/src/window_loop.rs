@@ -7,7 +7,6 @@ use carom_response::Response;
 use crate::{
     RunError, Scheduler,
     epoch_loop::{Ended, EpochLoop},
-    resolution::Encounter,
     window::{LoggedContact, Window, WindowJob},
 };
 
@@ -68,8 +67,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
             let resolved = self.rules().resolve_discs(contact.image, logged.flights, inverse_masses);
             return self.record_discs(contact, logged.flights, resolved);
         }
-        let last_contacts = self.last_contacts(contact.bodies);
-        let encounter = Encounter { contact, before: logged.motions(), last_contacts, repeats: false };
+        let encounter = logged.encounter(self.last_contacts(contact.bodies));
         let resolved = self.rules().resolve(&encounter);
         self.record(&encounter, &resolved)
     }

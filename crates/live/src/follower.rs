@@ -5,8 +5,9 @@ use std::collections::VecDeque;
 use carom::{BodyKey, CollisionReport, EpochTime, Observer, View, engine::Body};
 use glam::DVec2;
 
-/// Largest number of impulses that are kept.
-const MOST_IMPULSES: usize = 200;
+/// Largest number of corners that are kept: impulses, and changes of the velocity by edits and
+/// thermostats. A thermostat that acts more often than the body has contacts leaves fewer impulses.
+const MOST_CORNERS: usize = 200;
 
 /// One contact of the body.
 #[derive(Debug, Clone, Copy)]
@@ -55,7 +56,7 @@ impl Follower {
     fn turn(&mut self, time: EpochTime, velocity: DVec2, impulse: DVec2) {
         let last = self.corners.back();
         let place = last.map_or(DVec2::ZERO, |last| last.place + last.velocity * time.since(last.time));
-        if self.corners.len() >= MOST_IMPULSES {
+        if self.corners.len() >= MOST_CORNERS {
             self.corners.pop_front();
         }
         self.corners.push_back(Corner { time, place, velocity, impulse });

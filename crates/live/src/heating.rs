@@ -1,7 +1,7 @@
 //! Heating: what an edit that sets or holds energies does to bodies at rest and to fixed bodies.
 //!
 //! An energy reset scales velocities. It leaves bodies at rest as they are, and fixed bodies have
-//! no energy, so that such an edit may change nothing. Here it is tried on a copy first. If all
+//! no energy. Such an edit may therefore have no effect: it is first tried on a copy. If all
 //! moving bodies of a tag are at rest, their velocities are drawn from Maxwell's distribution
 //! before the reset: the directions are random, and each energy is the one that was requested.
 
@@ -12,7 +12,7 @@ use carom::{
 };
 use carom_runs::run::interactive::InteractiveRun;
 
-/// A stage whose changes of energy have an effect, and what a user should know of them.
+/// A stage whose changes of energy have an effect, with notes for the user.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heating {
     /// The stage, with draws of velocities where bodies are at rest.

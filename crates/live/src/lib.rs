@@ -88,7 +88,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     if let Some(saved) = ended.saved {
         print_line(&format!("saved at t = {}; go on with\n  {}", saved.time, saved.command));
         for reason in saved.left_out {
-            note(&format!("Not measured any more: {reason}"));
+            note(&format!("Left out: {reason}"));
         }
     }
     Ok(Verdict::Passed)

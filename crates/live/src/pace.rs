@@ -35,7 +35,7 @@ pub struct Pace {
     since: (f64, Instant),
     /// Simulated time for each second of the clock while the engine runs, averaged.
     rate: f64,
-    /// Duration of sending one frame to each page, averaged.
+    /// Duration of a round of frames, of all pages together, averaged.
     cost: Duration,
     /// Largest share of the time that frames may take.
     share: f64,
@@ -102,7 +102,7 @@ impl Pace {
         }
     }
 
-    /// Adds the cost of one round of frames to the average: the sum over so many pages.
+    /// Updates the average cost of a round of frames, summed over `pages` pages.
     pub fn has_sent(&mut self, cost: Duration, pages: usize) {
         self.share = if pages > 1 { SHARE_OF_SEVERAL } else { SHARE_OF_FRAMES };
         self.cost = (self.cost * 3 + cost) / 4;

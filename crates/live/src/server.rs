@@ -23,7 +23,7 @@ use axum::{
         State,
         ws::{Message as Packet, WebSocket, WebSocketUpgrade},
     },
-    http::{HeaderMap, StatusCode, Uri, header},
+    http::{HeaderMap, Method, StatusCode, Uri, header},
     response::{IntoResponse, Response},
 };
 use carom::Scene;
@@ -194,8 +194,8 @@ impl Server {
     /// An address that leads to the page once, within a minute, and replaces the one before.
     ///
     /// All users of a machine can read the arguments of a process. A browser that is started with
-    /// this address does not show them the token. Another user who opens it first takes the place
-    /// of the browser, which then shows a refusal. A private file that redirects would have no such
+    /// this address does not show them the token. If another user opens it first, that user gets the
+    /// page and the browser gets a refusal. A private file that redirects would have no such
     /// race, but browsers in a sandbox of their own (snap, Flatpak) cannot read it.
     ///
     /// # Errors
@@ -264,6 +264,7 @@ impl Drop for Ends {
 /// Answers every request: the page, the socket, or a refusal.
 async fn answer(
     State(shared): State<Arc<Shared>>,
+    method: Method,
     uri: Uri,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, axum::extract::ws::rejection::WebSocketUpgradeRejection>,
@@ -271,6 +272,10 @@ async fn answer(
     if let Some(("", path)) = uri.path().split_once('/')
         && let Some((ONCE, word)) = path.split_once('/')
     {
+        if method != Method::GET {
+            // Some programs ask for the type of a page before a browser opens it.
+            return (StatusCode::METHOD_NOT_ALLOWED, "GET opens the page.").into_response();
+        }
         return shared.door.redeem(word, &headers);
     }
     if let Err(refusal) = shared.door.admits(&uri, &headers) {
@@ -389,11 +394,16 @@ fn receive(text: &str, viewer: &Arc<Viewer>, shared: &Shared) {
         command if !matches!(command, Command::Choose(_)) && !shared.viewers.is_writer(viewer.id) => {
             refuse(viewer, id, "another page controls the run; this one can only watch");
         }
+        Command::Choose(_) if !viewer.begins_to_choose() => {
+            refuse(viewer, id, "the engine is busy with the choice before: try again");
+        }
         command => {
-            match shared.messages.try_send(Message { viewer: viewer.id, request: Request { id, command } }) {
-                Ok(()) => {}
-                Err(TrySendError::Full(_)) => refuse(viewer, id, "the engine is busy: try again"),
-                Err(TrySendError::Disconnected(_)) => refuse(viewer, id, "the engine has ended"),
+            let message = Message { viewer: viewer.id, request: Request { id, command } };
+            let Err(error) = shared.messages.try_send(message) else { return };
+            viewer.has_chosen();
+            match error {
+                TrySendError::Full(_) => refuse(viewer, id, "the engine is busy: try again"),
+                TrySendError::Disconnected(_) => refuse(viewer, id, "the engine has ended"),
             }
         }
     }

@@ -5,7 +5,10 @@
 
 use std::{
     collections::VecDeque,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use serde::Serialize;
@@ -59,6 +62,8 @@ pub struct Viewer {
     outbox: Mutex<Outbox>,
     /// What the page shows, and a number that changes with it.
     window: Mutex<(Option<Window>, u64)>,
+    /// Whether the engine has yet to hear of a body that the page has chosen.
+    chooses: AtomicBool,
     ready: Notify,
 }
 
@@ -76,6 +81,17 @@ impl Viewer {
     pub fn set_window(&self, window: Window) {
         let mut shown = lock(&self.window);
         *shown = (Some(window), shown.1 + 1);
+    }
+
+    /// The page chooses a body; returns whether the engine has heard of its last choice. A page that
+    /// only watches could otherwise fill the queue of the page that edits.
+    pub fn begins_to_choose(&self) -> bool {
+        !self.chooses.swap(true, Ordering::Relaxed)
+    }
+
+    /// The engine has heard of the choice.
+    pub fn has_chosen(&self) {
+        self.chooses.store(false, Ordering::Relaxed);
     }
 
     /// The page has drawn the frame of this number.
@@ -205,6 +221,7 @@ impl Viewers {
             id: list.1,
             outbox: Mutex::default(),
             window: Mutex::default(),
+            chooses: AtomicBool::new(false),
             ready: Notify::new(),
         });
         list.0.push(Arc::clone(&viewer));

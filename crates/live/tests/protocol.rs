@@ -74,10 +74,14 @@ impl Running {
 
     /// The status line and the text of an answer.
     fn get(&self, path: &str, headers: &str) -> (String, String) {
+        self.ask("GET", path, headers)
+    }
+
+    fn ask(&self, method: &str, path: &str, headers: &str) -> (String, String) {
         let (host, _) = self.parts();
         let mut stream = TcpStream::connect(host).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        write!(stream, "GET {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n").unwrap();
+        write!(stream, "{method} {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n").unwrap();
         let mut text = String::new();
         stream.read_to_string(&mut text).unwrap();
         let (head, body) = text.split_once("\r\n\r\n").unwrap();
@@ -249,6 +253,8 @@ fn only_the_page_of_this_server_on_this_machine_is_served() {
     {
         assert!(server.get(path, &headers).0.starts_with("HTTP/1.1 403"), "{path} {headers}");
     }
+    // A program that only asks for the type of the page does not use it up.
+    assert!(server.ask("HEAD", once, &of(host)).0.starts_with("HTTP/1.1 405"));
     let (head, _) = server.get(once, &of(host));
     assert!(head.starts_with("HTTP/1.1 303") && head.contains(&format!("location: /{token}/")), "{head}");
     assert!(server.get(once, &of(host)).0.starts_with("HTTP/1.1 403"), "only once");

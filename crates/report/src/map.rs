@@ -174,6 +174,15 @@ mod tests {
     }
 
     #[test]
+    fn the_most_colourful_map_makes_a_small_file() {
+        let bar = ColourBar::sequence(Vec::new());
+        let colours = (0..180 * 180).map(|cell| bar.colour(f64::from(cell * 7 % 47) / 46.0)).collect();
+        let map = Map { title: String::new(), sides: [1.0; 2], counts: [180, 180], colours, bar };
+        let bytes = map.svg().len();
+        assert!((300_000..500_000).contains(&bytes), "{bytes}");
+    }
+
+    #[test]
     fn a_bar_begins_and_ends_with_its_colours() {
         let bar = ColourBar::circle(Vec::new());
         assert_eq!(bar.colour(0.0), bar.colour(1.0));

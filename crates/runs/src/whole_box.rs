@@ -82,7 +82,7 @@ mod tests {
         let found = maps(20_000);
         assert_eq!(found.iter().map(|(file, _)| *file).collect::<Vec<_>>(), MAPS.map(|(file, _)| file));
         for (file, svg) in found {
-            assert!(svg.starts_with("<svg") && svg.len() < 300_000 && !svg.contains("NaN"), "{file}");
+            assert!(svg.starts_with("<svg") && svg.len() < 100_000 && !svg.contains("NaN"), "{file}");
         }
     }
 }

@@ -8,7 +8,6 @@ use carom_report::{
 };
 
 use crate::{
-    expect::Answer,
     point::short,
     results::PointResults,
     study::Study,
@@ -97,10 +96,13 @@ fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> 
         let curve = second.map_or(0, |second| study.setting(index, second));
         let x = axis.places[study.setting(index, first)];
         let (y, error) = (figure.value, figure.standard_error);
-        let answers = || results.answers.iter().filter(|answer| answer.quantity == figure.name);
-        let number = |answer: Option<&Answer>| answer.and_then(|answer| answer.expected.parse().ok());
-        let prediction = number(answers().find(|answer| !answer.show_only)).or(figure.prediction);
-        let guide = number(answers().find(|answer| answer.show_only));
+        // The first that is a number, no bound, and no other measurement.
+        let expected = |show_only: bool| {
+            let answers = results.answers.iter().filter(|answer| answer.quantity == figure.name);
+            let answers = answers.filter(|answer| answer.show_only == show_only && !answer.is_measured);
+            answers.into_iter().find_map(|answer| answer.expected.parse().ok())
+        };
+        let (prediction, guide) = (expected(false).or(figure.prediction), expected(true));
         curves[curve].values.push(Point { x, y, error, prediction, guide });
     }
     for curve in &mut curves {

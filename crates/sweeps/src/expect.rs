@@ -71,8 +71,8 @@ pub struct Expect {
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub only: toml::Table,
-    /// Whether the expected value is only shown, in the chart and the table of the page, where theory
-    /// is no more than a rough guide: a difference is then no failure. Default: false.
+    /// If true, the chart and the table of the page show the expected value, and a difference is not
+    /// a failure: for a theory that is only a rough guide. Default: false.
     #[serde(skip_serializing_if = "is_false")]
     pub show_only: bool,
     /// Where the expected value comes from.
@@ -122,6 +122,9 @@ pub struct Answer {
     pub difference: f64,
     /// Whether it is as expected.
     pub passed: bool,
+    /// Whether what is expected is another measurement (see [`Expect::same_as`]).
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub is_measured: bool,
     /// Whether a difference is no failure (see [`Expect::show_only`]).
     #[serde(default, skip_serializing_if = "is_false")]
     pub show_only: bool,
@@ -189,6 +192,10 @@ impl Expect {
         for number in numbers.chain(self.values.iter().flatten().copied()) {
             ensure!(number.is_finite(), "an expected value must be finite, but is {number}");
         }
+        ensure!(
+            self.same_as.is_none() || self.same_as != self.figure,
+            "`same_as` and `figure` name the same figure"
+        );
         let tolerances = [
             ("standard_errors", self.standard_errors.unwrap_or(STANDARD_ERRORS)),
             ("relative", self.relative),
@@ -242,7 +249,9 @@ impl Expect {
             allowed: 0.0,
             difference: f64::NAN,
             passed: false,
-            show_only: self.show_only,
+            is_measured: false,
+            // A quantity that is missing fails in any case.
+            show_only: false,
             source: self.source.clone().unwrap_or_default(),
         })
     }
@@ -292,6 +301,7 @@ impl Expect {
             allowed,
             difference,
             passed,
+            is_measured: matches!(wanted, Wanted::SameAs(_)),
             show_only: self.show_only,
             source: given.or(source).unwrap_or_default(),
         }
@@ -441,9 +451,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_only_shown_never_fails() {
+    fn a_difference_from_what_is_only_shown_is_no_failure() {
         let answer = expect("figure = \"pressure\"\nvalue = 7\nshow_only = true").answer(0, &figures(), &[]);
         assert!(!answer.passed && !answer.has_failed() && answer.expected == "7");
+        // A misspelt name does.
+        let answer = expect("figure = \"presure\"\nvalue = 7\nshow_only = true").answer(0, &figures(), &[]);
+        assert!(answer.has_failed(), "{answer:?}");
     }
 
     #[test]
@@ -494,6 +507,7 @@ mod tests {
             ("table = \"a\"\ncolumn = \"b\"", "`at` is missing"),
             ("figure = \"a\"\nvalue = 1\nabove = 0", "exclude each other"),
             ("figure = \"a\"\nvalue = 1\nsame_as = \"b\"", "exclude each other"),
+            ("figure = \"a\"\nsame_as = \"a\"", "the same figure"),
             ("figure = \"a\"\nvalue = nan", "must be finite"),
             ("figure = \"a\"\nrelative = -0.1", "`relative` must be at least 0"),
             ("figure = \"a\"\n[only]\n\"gas.0.maß\" = [1]", "did you mean `gas.0.mass`?"),

@@ -86,9 +86,10 @@ pub fn write(
         note(remark);
     }
     let answers = || points.iter().flat_map(|point| &point.answers);
-    if !is_json() && study.judged_answers() > 0 {
+    let judged = study.expected_answers() - answers().filter(|answer| answer.show_only).count();
+    if !is_json() && judged > 0 {
         let met = answers().filter(|answer| answer.passed && !answer.show_only).count();
-        print_line(&format!("{met} of {} expectations are met", study.judged_answers()));
+        print_line(&format!("{met} of {judged} expectations are met"));
     }
     conclude(folder, &summary);
     Ok(summary.verdict())

@@ -253,12 +253,6 @@ impl Study {
         self.tested.iter().map(Vec::len).sum()
     }
 
-    /// Number of those that are judged.
-    pub fn judged_answers(&self) -> usize {
-        let judged = self.expect.iter().zip(&self.tested).filter(|(expect, _)| !expect.show_only);
-        judged.map(|(_, tested)| tested.len()).sum()
-    }
-
     /// Writes `[stop]` into the scene. The error of the mean of n equal replicas is smaller by √n
     /// than that of each.
     fn add_stop(&self, base: &mut Table) -> Result<()> {

@@ -56,7 +56,7 @@ const RENEWED_AFTER: f64 = 0.25;
 const MOST_MOVES: usize = 1000;
 
 /// Why a saved scene has no `run.stop`.
-const NO_STOP: &str = "run.stop: the run went on past its rule, which would end a repetition early";
+const NO_STOP: &str = "run.stop: a run that is edited while it goes on does not end by it";
 
 /// Why a saved run measures nothing.
 const NOTHING_MEASURED: &str =

@@ -75,17 +75,18 @@ impl Places {
     }
 }
 
-/// The change of a disc by an event: disc and version, time, new flight and time of the next event,
-/// as bits.
+/// The change of a disc by an event: disc and version, time, new flight, time of the next event and
+/// of the last contact, as bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Change([u64; 7]);
+pub(super) struct Change([u64; 8]);
 
 impl Change {
+    /// `last_contact` is 0 where no outcome depends on it.
     #[inline(always)]
-    pub fn new(disc: u32, time: f64, record: &BodyRecord) -> Self {
+    pub fn new(disc: u32, time: f64, record: &BodyRecord, last_contact: f64) -> Self {
         let [a, b, c, d] = record.flight.map(f64::to_bits);
         let disc = u64::from(disc) | u64::from(record.version) << 32;
-        Self([disc, time.to_bits(), a, b, c, d, record.time.to_bits()])
+        Self([disc, time.to_bits(), a, b, c, d, record.time.to_bits(), last_contact.to_bits()])
     }
 }
 

@@ -30,9 +30,8 @@
 //!    only, or has another outcome. If c is in the rings, it belongs to a neighbour B, which has
 //!    the same history of c by comparison, so B differs from H in its own cell. So let c be a cell
 //!    of A itself. By lemma 1 the event reads the neighbourhood of A only, which agrees with H up
-//!    to then: the same discs with the same flights, versions, last contacts and next events, since
-//!    these are the outcomes of earlier changes, or were given at the start; a change of version is
-//!    a contact, and the change logs its time. By lemma 2 it is not left out. So it
+//!    to then: the same discs with the same flights, versions, next events and times of last
+//!    contacts, since these are the outcomes of earlier changes, or were given at the start. By lemma 2 it is not left out. So it
 //!    happens in both, with the same outcome: a contradiction.
 //! 4. **The order of discs is that of all bodies.** A workspace numbers its discs in the order of
 //!    their indices among all bodies, so ties are decided alike. A tie that depends on a partner
@@ -47,10 +46,11 @@
 //!
 //! A window ends with the epoch, as in the global order. If there are more contacts than the epoch
 //! has left, or if a disc becomes so fast that the epoch ends earlier, the window is run again up
-//! to that time. Contacts of a disc with two others at one instant, inelastic ones that rounding
-//! alone separates, and errors are left to the global order, which begins from the state at the
-//! start of the window. Only events in a tile's own cells count for this: those in its border may
-//! be wrong.
+//! to that time. Contacts of a disc with two others at one instant, contacts after which the
+//! surfaces separate by rounding alone, and errors are left to the global order, which begins from
+//! the state at the start of the window. Only events in a tile's own cells count for this: those in
+//! its border may be wrong. Of the border count only events at one instant: ties that depend on a
+//! partner beyond it, and more contacts than have an end for certain.
 
 mod border_log;
 mod map;

@@ -22,7 +22,6 @@ use crate::{
         state::{EpochConstants, State},
     },
     limits::Limits,
-    resolution::Encounter,
     scheduler::ContactEvent,
     simultaneous_contacts::MOST_CONTACTS_AT_ONCE,
     window::{ContactEnergy, FastContact, InelasticContacts, LoggedContact, WindowJob},
@@ -62,10 +61,10 @@ pub(super) struct Outcome {
     pub fast: Vec<FastContact>,
     pub times: Vec<f64>,
     pub log: Vec<LoggedContact>,
-    /// What contacts leave behind, if not all are elastic.
+    /// Energies, times of last contacts and number of guarded contacts, if not all are elastic.
     pub inelastic: InelasticContacts,
     /// Whether the global order must decide what happens: two contacts of a disc at one instant, or
-    /// a contact whose bodies only rounding separates.
+    /// a contact after which the surfaces separate by rounding alone.
     pub needs_order: bool,
     /// Wall time of the run (seconds), and discs copied from other tiles.
     pub seconds: f64,
@@ -310,7 +309,8 @@ impl Workspace {
             let next = state.write_disc_event(job.detection, disc, now, &events);
             state.calendar.schedule(&state.records, disc, next);
             let record = &state.records[disc as usize];
-            let change = Change::new(self.bodies[disc as usize], now, record);
+            let last_contact = self.last_contacts.get(disc as usize).copied().unwrap_or(0.0);
+            let change = Change::new(self.bodies[disc as usize], now, record, last_contact);
             outcome.border.note(&self.places, &window, cell, change);
             if record.cell() != cell {
                 outcome.border.note(&self.places, &window, record.cell(), change);
@@ -344,7 +344,7 @@ impl Workspace {
         } else {
             self.resolve_inelastic(job, &contact, pair, [a, b])
         };
-        let Self { state, places, .. } = self;
+        let Self { state, places, last_contacts, .. } = self;
         let window = *state.neighbour_lists.frame();
         outcome.computed += 1;
         outcome.needs_order |= past.advance_to(now);
@@ -386,7 +386,8 @@ impl Workspace {
         }
         for n in 0..2 {
             let record = &state.records[pair[n] as usize];
-            let change = Change::new(indices[n], now, record);
+            let last_contact = last_contacts.get(pair[n] as usize).copied().unwrap_or(0.0);
+            let change = Change::new(indices[n], now, record, last_contact);
             outcome.border.note(places, &window, cells[n], change);
         }
     }
@@ -403,9 +404,7 @@ impl Workspace {
         let last_contacts = (!self.last_contacts.is_empty()).then(|| {
             pair.map(|disc| std::mem::replace(&mut self.last_contacts[disc as usize], contact.time))
         });
-        let before = LoggedContact::new(contact, flights).motions();
-        let encounter = Encounter { contact: *contact, before, last_contacts, repeats: false };
-        let resolved = job.rules.resolve(&encounter);
+        let resolved = job.rules.resolve(&LoggedContact::new(contact, flights).encounter(last_contacts));
         Impact {
             places: resolved.onwards.map(|motion| motion.position),
             after: resolved.onwards.map(|motion| motion.velocity),
@@ -414,7 +413,7 @@ impl Workspace {
         }
     }
 
-    /// Notes the last contacts of the tile's discs that had one.
+    /// Stores the time of the last contact of each disc of the tile that had one in this window.
     fn store_last_contacts(&self, world: &World, outcome: &mut Outcome) {
         let window = self.state.neighbour_lists.frame();
         let of_discs = self.bodies.iter().zip(&self.last_contacts).zip(&self.state.records);
