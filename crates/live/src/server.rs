@@ -194,8 +194,8 @@ impl Server {
     /// An address that leads to the page once, within a minute, and replaces the one before.
     ///
     /// All users of a machine can read the arguments of a process. A browser that is started with
-    /// this address does not show them the token. If another user opens it first, that user gets the
-    /// page and the browser gets a refusal. A private file that redirects would have no such
+    /// this address does not show them the token. If another user opens it first, that user gets
+    /// the page and the browser gets a refusal. A private file that redirects would have no such
     /// race, but browsers in a sandbox of their own (snap, Flatpak) cannot read it.
     ///
     /// # Errors

@@ -83,8 +83,8 @@ impl Viewer {
         *shown = (Some(window), shown.1 + 1);
     }
 
-    /// The page chooses a body; returns whether the engine has heard of its last choice. A page that
-    /// only watches could otherwise fill the queue of the page that edits.
+    /// The page chooses a body; returns whether the engine has heard of its last choice. A page
+    /// that only watches could otherwise fill the queue of the page that edits.
     pub fn begins_to_choose(&self) -> bool {
         !self.chooses.swap(true, Ordering::Relaxed)
     }

@@ -71,8 +71,8 @@ pub struct Expect {
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub only: toml::Table,
-    /// If true, the chart and the table of the page show the expected value, and a difference is not
-    /// a failure: for a theory that is only a rough guide. Default: false.
+    /// If true, the chart and the table of the page show the expected value, and a difference is
+    /// not a failure: for a theory that is only a rough guide. Default: false.
     #[serde(skip_serializing_if = "is_false")]
     pub show_only: bool,
     /// Where the expected value comes from.

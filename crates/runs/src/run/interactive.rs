@@ -92,8 +92,8 @@ pub struct Saved {
     pub time: f64,
     /// The command that goes on from it.
     pub command: String,
-    /// What the saved scene leaves out, with the reason, such as a measure whose bodies are no longer
-    /// there.
+    /// What the saved scene leaves out, with the reason, such as a measure whose bodies are no
+    /// longer there.
     pub left_out: Vec<String>,
 }
 

@@ -31,8 +31,8 @@
 //!    the same history of c by comparison, so B differs from H in its own cell. So let c be a cell
 //!    of A itself. By lemma 1 the event reads the neighbourhood of A only, which agrees with H up
 //!    to then: the same discs with the same flights, versions, next events and times of last
-//!    contacts, since these are the outcomes of earlier changes, or were given at the start. By lemma 2 it is not left out. So it
-//!    happens in both, with the same outcome: a contradiction.
+//!    contacts, since these are the outcomes of earlier changes, or were given at the start. By
+//!    lemma 2 it is not left out. So it happens in both, with the same outcome: a contradiction.
 //! 4. **The order of discs is that of all bodies.** A workspace numbers its discs in the order of
 //!    their indices among all bodies, so ties are decided alike. A tie that depends on a partner
 //!    outside the workspace is left to the global order.
