@@ -49,6 +49,18 @@ pub struct Options {
     /// Largest number of threads; default: one for each processor
     #[arg(long)]
     threads: Option<usize>,
+    /// Cells along a side of a tile
+    #[arg(long, default_value_t = Tiling::NONE.side)]
+    side: u32,
+    /// Length of a window (mean free times)
+    #[arg(long, default_value_t = Tiling::NONE.window)]
+    window: f64,
+    /// Cells by which a border is wider than an influence travels in a window
+    #[arg(long, default_value_t = Tiling::NONE.margin)]
+    margin: u32,
+    /// Cells that an influence travels in a mean free time
+    #[arg(long, default_value_t = Tiling::NONE.front)]
+    front: f64,
     /// Do not estimate the time on many cores
     #[arg(long)]
     no_scaling: bool,
@@ -131,7 +143,8 @@ fn variants(options: &Options, base: &AnySimulation) -> Vec<Variant> {
         Variant { name, simulation, turns: Vec::new() }
     };
     let in_tiles = |threads| {
-        let tiling = Tiling { least_bodies: 1, ..Tiling::with_threads(threads) };
+        let Options { side, window, margin, front, .. } = *options;
+        let tiling = Tiling { threads, least_bodies: 1, side, window, margin, front };
         variant(format!("tiles, {threads} threads"), tiling)
     };
     let mut variants = vec![variant("in order".to_owned(), Tiling::NONE), in_tiles(1)];
