@@ -97,6 +97,38 @@ impl Outcome {
         self.needs_order = false;
     }
 
+    /// Adds a contact in the tile's own cells.
+    #[inline(always)]
+    fn add<D, R>(
+        &mut self,
+        job: &WindowJob<'_, D, R>,
+        span: &Span,
+        past: &mut PastContacts,
+        contact: &ContactEvent,
+        flights: [[DVec2; 2]; 2],
+        impact: &Impact,
+    ) {
+        let ContactEvent { time, bodies, .. } = *contact;
+        self.contacts += 1;
+        self.at_end += u64::from(time == span.end);
+        self.at_last = if self.last.is_some_and(|(last, _)| last == time) { self.at_last + 1 } else { 1 };
+        self.last = Some((time, bodies));
+        if !past.limits.within(impact.after) {
+            past.limits.raise(impact.after);
+            self.fast.push(FastContact::new(contact, [flights[0][0], flights[1][0]], impact.after));
+        }
+        if span.keeps_times {
+            self.times.push(time);
+        }
+        if job.wants_log {
+            self.log.push(LoggedContact::new(contact, flights));
+        } else if let Some([lost, spared]) = impact.energies {
+            self.inelastic.guarded += u64::from(spared.is_some());
+            let [lost, spared] = [lost, spared].map(|energy| energy.unwrap_or(0.0));
+            self.inelastic.energies.push(ContactEnergy { time, bodies, lost, spared });
+        }
+    }
+
     pub fn heap_bytes(&self) -> usize {
         self.discs.heap_bytes()
             + self.border.heap_bytes()
@@ -354,25 +386,7 @@ impl Workspace {
             outcome.needs_order |= now <= job.instant || past.repeats(indices) || impact.needs_order;
         }
         if is_own[0] {
-            outcome.contacts += 1;
-            outcome.at_end += u64::from(now == span.end);
-            outcome.at_last =
-                if outcome.last.is_some_and(|(last, _)| last == now) { outcome.at_last + 1 } else { 1 };
-            outcome.last = Some((now, indices));
-            if !past.limits.within(impact.after) {
-                past.limits.raise(impact.after);
-                outcome.fast.push(FastContact::new(&contact, [a[0], b[0]], impact.after));
-            }
-            if span.keeps_times {
-                outcome.times.push(now);
-            }
-            if job.wants_log {
-                outcome.log.push(LoggedContact::new(&contact, [a, b]));
-            } else if let Some([lost, spared]) = impact.energies {
-                outcome.inelastic.guarded += u64::from(spared.is_some());
-                let [lost, spared] = [lost, spared].map(|energy| energy.unwrap_or(0.0));
-                outcome.inelastic.energies.push(ContactEnergy { time: now, bodies: indices, lost, spared });
-            }
+            outcome.add(job, span, past, &contact, [a, b], &impact);
         }
         state.set_motion(kernel, pair[0], impact.places[0], impact.after[0], now);
         state.set_motion(kernel, pair[1], impact.places[1], impact.after[1], now);
