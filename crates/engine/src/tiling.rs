@@ -49,7 +49,7 @@ pub struct Tiling {
 impl Tiling {
     /// No tiles: every contact in order, on one thread.
     pub const NONE: Self =
-        Self { threads: 1, least_bodies: usize::MAX, side: 125, window: 4.0, margin: 7, front: 2.5 };
+        Self { threads: 1, least_bodies: usize::MAX, side: 200, window: 4.0, margin: 7, front: 2.5 };
 
     /// The best division that is known for a number of threads.
     ///
@@ -77,12 +77,14 @@ impl Tiling {
         }
     }
 
-    /// The side of tiles for a grid: shorter than [`Self::side`] if there were too few tiles for
-    /// the threads.
+    /// The side of tiles for a grid: shorter than [`Self::side`] if there were fewer than two along
+    /// an axis, or too few for the threads.
     pub(crate) fn side_for(&self, counts: [u32; 2]) -> u32 {
         let threads = self.threads.max(1) as f64;
         let fair = (f64::from(counts[0]) * f64::from(counts[1]) / (2.0 * threads)).sqrt();
-        (self.side).min(fair.max(LEAST_SIDE) as u32).max(8)
+        // Two tiles, to the nearest whole number.
+        let longest = counts[0].min(counts[1]) / 3 * 2;
+        self.side.min(fair.min(f64::from(longest)).max(LEAST_SIDE) as u32).max(8)
     }
 }
 

@@ -22,7 +22,7 @@ use super::scenes::equal_discs;
 
 /// Numbers of cores of the scaling, with the side of tiles in cells. Smaller tiles for many cores:
 /// each should have a few.
-const SCALING: [(usize, u32); 4] = [(1, 125), (8, 125), (64, 62), (512, 40)];
+const SCALING: [(usize, u32); 4] = [(1, 200), (8, 200), (64, 62), (512, 40)];
 
 /// Windows of the scaling, of which the last that is whole is reported. The first melts the initial
 /// lattice.
