@@ -710,6 +710,6 @@ mod tests {
         laboratory.open("gas".to_owned(), &Scene::from_toml(gas).unwrap()).unwrap();
         let one = interval_with(1, &mut laboratory);
         let eight = interval_with(8, &mut laboratory);
-        assert!(one > FRAME && eight > 6 * one, "{one:?} {eight:?}");
+        assert!(one > FRAME && eight > 3 * one, "{one:?} {eight:?}");
     }
 }
