@@ -66,6 +66,14 @@ pub(crate) struct InelasticContacts {
     pub guarded: u64,
 }
 
+impl InelasticContacts {
+    pub fn clear(&mut self) {
+        self.energies.clear();
+        self.last_contacts.clear();
+        self.guarded = 0;
+    }
+}
+
 /// The energies of a contact (mass × length² / time²), for the ledger.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ContactEnergy {

@@ -99,8 +99,8 @@ fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> 
         // The first that is a number, no bound, and no other measurement.
         let expected = |show_only: bool| {
             let answers = results.answers.iter().filter(|answer| answer.quantity == figure.name);
-            let answers = answers.filter(|answer| answer.show_only == show_only && !answer.is_measured);
-            answers.into_iter().find_map(|answer| answer.expected.parse().ok())
+            let mut answers = answers.filter(|answer| answer.show_only == show_only && !answer.is_measured);
+            answers.find_map(|answer| answer.expected.parse().ok())
         };
         let (prediction, guide) = (expected(false).or(figure.prediction), expected(true));
         curves[curve].values.push(Point { x, y, error, prediction, guide });

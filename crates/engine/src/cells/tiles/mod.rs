@@ -533,7 +533,7 @@ impl Tiles {
         Window { end, contacts, last, limits, ends_epoch, log, inelastic }
     }
 
-    /// What the contacts of all tiles leave behind.
+    /// The inelastic contacts of all tiles, their energies in order of time.
     fn inelastic_contacts(&self) -> InelasticContacts {
         let mut all = InelasticContacts::default();
         for InelasticContacts { energies, last_contacts, guarded } in

@@ -91,9 +91,7 @@ impl Outcome {
         self.fast.clear();
         self.times.clear();
         self.log.clear();
-        self.inelastic.energies.clear();
-        self.inelastic.last_contacts.clear();
-        self.inelastic.guarded = 0;
+        self.inelastic.clear();
         self.needs_order = false;
     }
 
@@ -122,10 +120,9 @@ impl Outcome {
         }
         if job.wants_log {
             self.log.push(LoggedContact::new(contact, flights));
-        } else if let Some([lost, spared]) = impact.energies {
-            self.inelastic.guarded += u64::from(spared.is_some());
-            let [lost, spared] = [lost, spared].map(|energy| energy.unwrap_or(0.0));
-            self.inelastic.energies.push(ContactEnergy { time, bodies, lost, spared });
+        } else if let Some(energy) = impact.energy {
+            self.inelastic.guarded += u64::from(impact.is_guarded);
+            self.inelastic.energies.push(energy);
         }
     }
 
@@ -341,7 +338,7 @@ impl Workspace {
             let next = state.write_disc_event(job.detection, disc, now, &events);
             state.calendar.schedule(&state.records, disc, next);
             let record = &state.records[disc as usize];
-            let last_contact = self.last_contacts.get(disc as usize).copied().unwrap_or(0.0);
+            let last_contact = last_contact(&self.last_contacts, disc);
             let change = Change::new(self.bodies[disc as usize], now, record, last_contact);
             outcome.border.note(&self.places, &window, cell, change);
             if record.cell() != cell {
@@ -372,7 +369,7 @@ impl Workspace {
                 .inverse_mass
                 .map_or_else(|| job.world.inverse_masses(indices), |inverse_mass| [inverse_mass; 2]);
             let resolved = job.rules.resolve_discs(contact.image, [a, b], inverse_masses);
-            Impact { places: [a[0], b[0]], after: resolved.after, energies: None, needs_order: false }
+            Impact::elastic([a[0], b[0]], resolved.after)
         } else {
             self.resolve_inelastic(job, &contact, pair, [a, b])
         };
@@ -400,8 +397,7 @@ impl Workspace {
         }
         for n in 0..2 {
             let record = &state.records[pair[n] as usize];
-            let last_contact = last_contacts.get(pair[n] as usize).copied().unwrap_or(0.0);
-            let change = Change::new(indices[n], now, record, last_contact);
+            let change = Change::new(indices[n], now, record, last_contact(last_contacts, pair[n]));
             outcome.border.note(places, &window, cells[n], change);
         }
     }
@@ -419,10 +415,13 @@ impl Workspace {
             pair.map(|disc| std::mem::replace(&mut self.last_contacts[disc as usize], contact.time))
         });
         let resolved = job.rules.resolve(&LoggedContact::new(contact, flights).encounter(last_contacts));
+        let ContactEvent { time, bodies, .. } = *contact;
+        let [lost, spared] = [resolved.lost, resolved.spared].map(|energy| energy.unwrap_or(0.0));
         Impact {
             places: resolved.onwards.map(|motion| motion.position),
             after: resolved.onwards.map(|motion| motion.velocity),
-            energies: Some([resolved.lost, resolved.spared]),
+            energy: Some(ContactEnergy { time, bodies, lost, spared }),
+            is_guarded: resolved.spared.is_some(),
             needs_order: resolved.is_unresolved,
         }
     }
@@ -459,9 +458,25 @@ struct Impact {
     /// Positions and velocities with which the run goes on.
     places: [DVec2; 2],
     after: [DVec2; 2],
-    /// Energy lost and spared, where not all contacts are elastic (see [`ContactEnergy`]).
-    energies: Option<[Option<f64>; 2]>,
+    /// Its energies, where not all contacts are elastic.
+    energy: Option<ContactEnergy>,
+    /// Whether the guard against inelastic collapse has changed it.
+    is_guarded: bool,
+    /// Whether the surfaces separate by rounding alone.
     needs_order: bool,
+}
+
+impl Impact {
+    #[inline(always)]
+    fn elastic(places: [DVec2; 2], after: [DVec2; 2]) -> Self {
+        Self { places, after, energy: None, is_guarded: false, needs_order: false }
+    }
+}
+
+/// The time of the last contact of a disc; 0 without a guard, where no outcome depends on it.
+#[inline(always)]
+fn last_contact(last_contacts: &[f64], disc: u32) -> f64 {
+    last_contacts.get(disc as usize).copied().unwrap_or(0.0)
 }
 
 /// The run of a tile, in the build for an instruction set.
