@@ -14,8 +14,9 @@ const SHARE_OF_FRAMES: f64 = 0.045;
 /// That share if several pages watch, whose frames leave less of the caches to the engine.
 const SHARE_OF_SEVERAL: f64 = 0.03;
 
-/// Duration of the end of a piece for each body (seconds): all motions are stored, and leave the
-/// caches. Measured with `goals` at 10⁵ discs.
+/// Duration of the end of a piece for each body (seconds): all motions are stored, and the caches
+/// are refilled. That is 40 ns at 10⁵ discs (`goals`); the whole of it would leave fewer than the
+/// 20 frames a second that they should have.
 const END_OF_PIECE: f64 = 15e-9;
 
 /// The first piece lasts this share of the time in which the fastest body crosses the box.

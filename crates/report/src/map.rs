@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, fmt::Write as _};
 
 use crate::{
-    canvas::{FONT, TEXT},
+    canvas::{CHARACTER, FONT, TEXT},
     page::escape,
 };
 
@@ -15,6 +15,9 @@ const TITLE: f64 = 40.0;
 const LEFT: f64 = 12.0;
 const GAP: f64 = 18.0;
 const NUMBERS: f64 = 62.0;
+
+/// Least height of the colour bar, also beside a flat map (pixels). Smaller: its labels overlap.
+const LEAST_BAR: f64 = 160.0;
 
 /// Number of colours of a bar. More: larger files.
 const SHADES: usize = 48;
@@ -82,7 +85,10 @@ impl Map {
         let [columns, rows] = self.counts;
         let longest = self.sides[0].max(self.sides[1]);
         let [width, height] = self.sides.map(|side| LONGER * side / longest);
-        let full = [LEFT + width + GAP + BAR + NUMBERS, TITLE + height + LEFT];
+        let bar_height = height.max(LEAST_BAR);
+        // `CHARACTER` is in units of a line's height, 1.24 times the size of the font.
+        let title_width = 1.24 * CHARACTER * TEXT * self.title.chars().count() as f64;
+        let full = [LEFT + (width + GAP + BAR + NUMBERS).max(title_width + LEFT), TITLE + bar_height + LEFT];
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {:.0} {:.0}\" font-family=\"{FONT}\" \
              font-size=\"{TEXT}\"><rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
@@ -99,7 +105,7 @@ impl Map {
             line(&mut svg, format_args!("<path d=\"{path}\" stroke=\"{}\" fill=\"none\"/>", hex(colour)));
         }
         svg.push_str("</svg>\n");
-        self.draw_bar(&mut svg, LEFT + width + GAP, height);
+        self.draw_bar(&mut svg, LEFT + width + GAP, bar_height);
         svg.push_str("</svg>\n");
         svg
     }
@@ -171,6 +177,27 @@ mod tests {
         assert_eq!(paths[&map.bar.colour(1.0)], "M2 1.5h1M0 0.5h1M2 0.5h1");
         let svg = map.svg();
         assert!(svg.contains("t &amp; u") && svg.contains("a &lt; b") && !svg.contains("NaN"));
+    }
+
+    #[test]
+    fn a_flat_map_and_a_narrow_one_have_room_for_labels_and_title() {
+        let bar = ColourBar::sequence((0..5).map(|k| (f64::from(k) / 4.0, k.to_string())).collect());
+        let title = "area fraction at t = 10".to_owned();
+        let size = |sides: [f64; 2]| {
+            let colours = vec![[0; 3]];
+            let svg = Map { title: title.clone(), sides, counts: [1, 1], colours, bar: bar.clone() }.svg();
+            let view = svg.split_once("viewBox=\"0 0 ").unwrap().1.split_once('"').unwrap().0;
+            let [width, height] = [0, 1].map(|n| view.split(' ').nth(n).unwrap().parse::<f64>().unwrap());
+            let heights: Vec<f64> = svg
+                .split("<text ")
+                .skip(2)
+                .map(|text| text.split_once("y=\"").unwrap().1.split_once('"').unwrap().0.parse().unwrap())
+                .collect();
+            assert!(heights.windows(2).all(|pair| pair[0] - pair[1] > TEXT), "{heights:?}");
+            [width, height]
+        };
+        assert!(size([50.0, 1.0])[1] > LEAST_BAR);
+        assert!(size([1.0, 50.0])[0] > CHARACTER * TEXT * title.len() as f64);
     }
 
     #[test]

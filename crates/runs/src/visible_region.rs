@@ -38,10 +38,14 @@ pub struct VisibleRegion {
 }
 
 impl VisibleRegion {
+    /// Whether a page shows the whole system.
+    pub fn is_all(view: &View<'_>) -> bool {
+        view.len() <= MOST_BODIES && view.bodies().map(|body| weight(body.body)).sum::<usize>() <= MOST_ATOMS
+    }
+
     /// Chooses the part of a system that a page shows; `None` for the whole system.
     pub fn of(view: &View<'_>) -> Option<Self> {
-        let atoms: usize = view.bodies().map(|body| weight(body.body)).sum();
-        if view.len() <= MOST_BODIES && atoms <= MOST_ATOMS {
+        if Self::is_all(view) {
             return None;
         }
         // The centre is the first moving body if no other body has the same tags and number of

@@ -5,7 +5,10 @@ use carom::{
     View,
     observers::{density_map, order_map},
 };
-use carom_report::map::{ColourBar, Map};
+use carom_report::{
+    map::{ColourBar, Map},
+    page::with_error,
+};
 
 use crate::visible_region::VisibleRegion;
 
@@ -32,7 +35,7 @@ const NO_ORDER: [u8; 3] = [178, 178, 178];
 
 /// The maps with the names of their files; none of a system that is shown whole.
 pub fn maps_of(view: &View<'_>) -> Vec<(&'static str, String)> {
-    if VisibleRegion::of(view).is_none() {
+    if VisibleRegion::is_all(view) {
         return Vec::new();
     }
     let mut maps = vec![(MAPS[0].0, density(view))];
@@ -44,25 +47,29 @@ fn density(view: &View<'_>) -> String {
     let map = density_map(view, MOST_CELLS);
     let most = map.values.iter().copied().fold(0.0, f64::max);
     let share = |value: f64| if most > 0.0 { value / most } else { 0.0 };
-    let labels = [0.0, 0.25, 0.5, 0.75, 1.0].map(|place| (place, format!("{:.3}", place * most)));
-    let bar = ColourBar::sequence(labels.to_vec());
+    let bar = ColourBar::sequence(labels(|place| format!("{:.3}", place * most)));
     let colours = map.values.iter().map(|&value| bar.colour(share(value))).collect();
-    let title = format!("area fraction at t = {}", view.time().to_f64());
+    let title = format!("area fraction at t = {}", with_error(view.time().to_f64(), None));
     Map { title, sides: view.bounds().sides().to_array(), counts: map.counts, colours, bar }.svg()
 }
 
 fn order(view: &View<'_>) -> String {
     let map = order_map(view, MOST_CELLS);
-    let labels = [0.0, 0.25, 0.5, 0.75, 1.0].map(|place| (place, format!("{}°", 60.0 * place)));
-    let bar = ColourBar::circle(labels.to_vec());
+    let bar = ColourBar::circle(labels(|place| format!("{}°", 60.0 * place)));
     let colour = |order: &glam::DVec2| {
         // Six times the direction.
         let share = order.to_angle().rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU;
         if order.length() < LEAST_ORDER { NO_ORDER } else { bar.colour(share) }
     };
     let colours = map.values.iter().map(colour).collect();
-    let title = format!("direction of sixfold order at t = {}; grey: none", view.time().to_f64());
+    let time = with_error(view.time().to_f64(), None);
+    let title = format!("direction of sixfold order at t = {time}; grey: none");
     Map { title, sides: view.bounds().sides().to_array(), counts: map.counts, colours, bar }.svg()
+}
+
+/// Labels of a colour bar at its quarters.
+fn labels(words: impl Fn(f64) -> String) -> Vec<(f64, String)> {
+    [0.0, 0.25, 0.5, 0.75, 1.0].map(|place| (place, words(place))).to_vec()
 }
 
 #[cfg(test)]
