@@ -106,9 +106,18 @@ impl Limits {
         (a.length_squared() <= self.fastest_squared) & (b.length_squared() <= self.fastest_squared)
     }
 
-    /// Raises the speed for which the limits are set to that of two bodies.
-    pub fn raise(&mut self, [a, b]: [DVec2; 2]) {
+    /// Whether neither velocity exceeds the speed for which the limits were set, nor the magnitude
+    /// `spin` of the faster rotation the angular velocity (1/time).
+    #[inline(always)]
+    pub fn permit(&self, velocities: [DVec2; 2], spin: f64) -> bool {
+        self.within(velocities) & (spin <= self.fastest_spin)
+    }
+
+    /// Raises the speed and the angular velocity for which the limits are set to those of two
+    /// bodies.
+    pub fn raise(&mut self, [a, b]: [DVec2; 2], spin: f64) {
         self.fastest_squared = self.fastest_squared.max(a.length_squared()).max(b.length_squared());
+        self.fastest_spin = self.fastest_spin.max(spin);
     }
 
     /// Shortens the epoch if one of two bodies in contact is now faster than any body before.
@@ -124,12 +133,11 @@ impl Limits {
         velocities: [DVec2; 2],
         spin: f64,
     ) -> Result<(), RunError> {
-        if self.within(velocities) & (spin <= self.fastest_spin) {
+        if self.permit(velocities, spin) {
             return Ok(());
         }
         let ContactPlaces { bodies, time: now, places: _ } = contact;
-        self.raise(velocities);
-        self.fastest_spin = self.fastest_spin.max(spin);
+        self.raise(velocities, spin);
         let stretch = stretch(self.way, self.fastest_squared, self.fastest_spin);
         self.time = self.time.min(now + stretch);
         if now > STALE_STRETCHES * stretch {

@@ -5,8 +5,8 @@ use std::fmt;
 /// How the box is divided into tiles of cells, which are run on their own and on several threads.
 ///
 /// No choice changes a bit of the results, and a number out of its range counts as the nearest in
-/// it. Tiles are used for discs of similar size; other scenes, and parts of a run in which
-/// tiles do not pay, are run event by event on one thread. See [`TileCounters`] for what was done.
+/// it. Tiles are used for discs or molecules of similar size, also among walls and fixed bodies;
+/// other scenes, and parts of a run in which tiles do not pay, are run event by event on one thread. See [`TileCounters`] for what was done.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation, Tiling};
@@ -160,8 +160,10 @@ pub enum TileUse {
     FewBodies(usize),
     /// Fewer than two tiles with their borders fit along a side.
     SmallBox,
-    /// Not all bodies are discs of similar size: molecules, fixed bodies, walls, or large discs.
-    OtherBodies,
+    /// Bodies larger than a cell move: large discs, or molecules among discs.
+    LargeBodies,
+    /// A wall has a temperature: each contact with it draws the next number of one sequence.
+    ThermalWalls,
     /// A dilute gas, whose discs live in cells of several.
     Dilute,
     /// The detector does not use the closed form for two discs.
@@ -177,7 +179,8 @@ impl fmt::Display for TileUse {
             Self::FewBodies(usize::MAX) => "not wanted",
             Self::FewBodies(least) => return write!(f, "none: they pay from {least} bodies on"),
             Self::SmallBox => "too few cells",
-            Self::OtherBodies => "bodies other than moving discs of similar size",
+            Self::LargeBodies => "bodies larger than a cell move",
+            Self::ThermalWalls => "a wall has a temperature",
             Self::Dilute => "a dilute gas",
             Self::Detector => "a detector without the closed form",
             Self::Scheduler => "a scheduler without tiles, or a box of few cells",

@@ -46,11 +46,33 @@ pub struct Window {
     pub(crate) limits: Limits,
     /// Whether the epoch ends with the last contact.
     pub(crate) ends_epoch: bool,
-    /// The contacts in order, if they were wanted.
+    /// The contacts of discs in order, if they were wanted, and all others.
     pub(crate) log: Vec<LoggedContact>,
+    pub(crate) encounters: Vec<Encounter>,
+    /// Number of contacts with a fixed body, unless the contacts are logged.
+    pub(crate) with_fixed: u64,
     /// Effects of the contacts on the ledger and the guard; empty if `log` is wanted or if all
     /// contacts are elastic.
     pub(crate) inelastic: InelasticContacts,
+}
+
+impl Window {
+    /// A stretch without contacts.
+    pub(crate) fn without_contacts(end: f64, limits: Limits) -> Self {
+        let inelastic = InelasticContacts::default();
+        let (log, encounters) = (Vec::new(), Vec::new());
+        Self {
+            end,
+            contacts: 0,
+            last: None,
+            limits,
+            ends_epoch: false,
+            log,
+            encounters,
+            with_fixed: 0,
+            inelastic,
+        }
+    }
 }
 
 /// Energies, times of last contacts and number of guarded contacts of a window with inelastic
@@ -85,18 +107,13 @@ pub(crate) struct ContactEnergy {
     pub spared: f64,
 }
 
-/// A contact after which a disc is faster than all discs before.
+/// A contact after which a body moves or turns faster than all bodies before.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FastContact {
     pub places: ContactPlaces,
     pub velocities: [DVec2; 2],
-}
-
-impl FastContact {
-    pub fn new(contact: &ContactEvent, places: [DVec2; 2], velocities: [DVec2; 2]) -> Self {
-        let ContactEvent { time, bodies, .. } = *contact;
-        Self { places: ContactPlaces { bodies, time, places }, velocities }
-    }
+    /// Magnitude of the faster angular velocity (1/time).
+    pub spin: f64,
 }
 
 /// A contact of two discs, for its report.
@@ -104,7 +121,7 @@ impl FastContact {
 pub(crate) struct LoggedContact {
     pub time: f64,
     pub bodies: [u32; 2],
-    image: [i8; 2],
+    image: [i32; 2],
     /// Positions and velocities just before the contact.
     pub flights: [[DVec2; 2]; 2],
 }
@@ -112,8 +129,7 @@ pub(crate) struct LoggedContact {
 impl LoggedContact {
     pub fn new(contact: &ContactEvent, flights: [[DVec2; 2]; 2]) -> Self {
         let ContactEvent { time, bodies, image, .. } = *contact;
-        // Discs of adjacent cells are at most one box apart.
-        Self { time, bodies, image: image.map(|boxes| boxes as i8), flights }
+        Self { time, bodies, image: image.map(|boxes| boxes as i32), flights }
     }
 
     /// The contact with the motions just before it; `last_contacts` are the times of the last
@@ -122,6 +138,11 @@ impl LoggedContact {
         let at =
             |[place, velocity]: [DVec2; 2]| Motion { velocity, time: self.time, ..Motion::at_rest(place) };
         Encounter { contact: self.event(), before: self.flights.map(at), last_contacts, repeats: false }
+    }
+
+    /// Whether this contact comes before another: see [`ContactEvent::in_order`].
+    pub fn precedes(&self, other: &ContactEvent) -> bool {
+        self.event().in_order(other).is_lt()
     }
 
     pub fn event(&self) -> ContactEvent {

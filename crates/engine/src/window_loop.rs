@@ -7,6 +7,7 @@ use carom_response::Response;
 use crate::{
     RunError, Scheduler,
     epoch_loop::{Ended, EpochLoop},
+    resolution::Encounter,
     window::{LoggedContact, Window, WindowJob},
 };
 
@@ -34,9 +35,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
             });
             let Some(window) = window else { return Ok(None) };
             if wants_log {
-                for logged in &window.log {
-                    self.record_logged(logged, all_elastic)?;
-                }
+                self.record_all(&window, all_elastic)?;
             } else {
                 self.count(&window);
             }
@@ -59,7 +58,22 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
         }
     }
 
-    /// Resolves a contact of a window once more, and records it.
+    /// Records all contacts of a window in order.
+    fn record_all(&mut self, window: &Window, all_elastic: bool) -> Result<(), RunError> {
+        let mut discs = window.log.iter().peekable();
+        for encounter in &window.encounters {
+            while let Some(logged) = discs.next_if(|logged| logged.precedes(&encounter.contact)) {
+                self.record_logged(logged, all_elastic)?;
+            }
+            let last_contacts = self.last_contacts(encounter.contact.bodies);
+            let encounter = Encounter { last_contacts, ..*encounter };
+            let resolved = self.rules().resolve(&encounter);
+            self.record(&encounter, &resolved)?;
+        }
+        discs.try_for_each(|logged| self.record_logged(logged, all_elastic))
+    }
+
+    /// Resolves a contact of two discs once more, and records it.
     fn record_logged(&mut self, logged: &LoggedContact, all_elastic: bool) -> Result<(), RunError> {
         let contact = logged.event();
         if all_elastic {
@@ -75,13 +89,16 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
     /// Counts the contacts of a window, and enters their energies into the ledger.
     fn count(&mut self, window: &Window) {
         self.counters.collisions += window.contacts;
+        self.counters.fixed_collisions += window.with_fixed;
         self.counters.guarded_collisions += window.inelastic.guarded;
         for energy in &window.inelastic.energies {
             self.ledger.spared += energy.spared;
             self.ledger.lost += energy.lost;
         }
         for &(body, time) in &window.inelastic.last_contacts {
-            self.world.last_contacts[body as usize] = time;
+            // Several tiles may know of contacts of a fixed body.
+            let last = &mut self.world.last_contacts[body as usize];
+            *last = last.max(time);
         }
     }
 }

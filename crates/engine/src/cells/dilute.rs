@@ -20,12 +20,13 @@ use carom_detection::{DISC_LANES, Detection};
 
 use super::{
     body_record::Kind,
+    frame::Frame,
     simd::{Kernel, goes_before, sooner},
     slot::{INDEX_BITS, INDEX_MASK},
     state::State,
 };
 
-impl State {
+impl<F: Frame> State<F> {
     /// Finds the earliest event of a disc whose motion has changed, or whose contact came due
     /// stale.
     #[inline(always)]

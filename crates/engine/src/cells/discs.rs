@@ -120,10 +120,10 @@ impl<F: Frame> State<F> {
     /// Moves a disc into the next cell, and wraps its position at the border of the box.
     #[inline(always)]
     pub(super) fn cross<K: Kernel>(&mut self, kernel: K, disc: u32, kind: Kind) {
-        self.done.crossings += 1;
         let (axis, direction) = kind.direction();
         let record = &mut self.records[disc as usize];
         let from = record.cell();
+        self.done.crossings += u64::from(self.neighbour_lists.frame().owns(from));
         if let Some(next) = self.grid.next(record.cell_along(axis), axis, direction) {
             record.set_cell_along(axis, next);
             let to = record.cell();
@@ -154,7 +154,7 @@ impl<F: Frame> State<F> {
     }
 }
 
-impl State {
+impl<F: Frame> State<F> {
     /// [`Self::write_disc_event`] of a disc that may also touch a multi-cell body.
     #[inline(always)]
     pub(super) fn store_disc_event<D: Detection>(

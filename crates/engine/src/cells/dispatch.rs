@@ -4,19 +4,21 @@
 macro_rules! dispatched {
     ($name:ident ( $($argument:ident : $type:ty),* )) => {
         #[inline]
-        pub(in crate::cells) fn $name<D: carom_detection::Detection>(
-            state: &mut $crate::cells::state::State,
+        pub(in crate::cells) fn $name<F: $crate::cells::frame::Frame, D: carom_detection::Detection>(
+            state: &mut $crate::cells::state::State<F>,
             world: &$crate::World,
             detection: &D
             $(, $argument: $type)*
         ) {
-            struct Call<'a, D> {
-                state: &'a mut $crate::cells::state::State,
+            struct Call<'a, F: $crate::cells::frame::Frame, D> {
+                state: &'a mut $crate::cells::state::State<F>,
                 world: &'a $crate::World,
                 detection: &'a D,
                 $($argument: $type,)*
             }
-            impl<D: carom_detection::Detection> $crate::cells::simd::Work for Call<'_, D> {
+            impl<F: $crate::cells::frame::Frame, D: carom_detection::Detection> $crate::cells::simd::Work
+                for Call<'_, F, D>
+            {
                 type Output = ();
 
                 #[inline(always)]

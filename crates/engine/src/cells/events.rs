@@ -7,6 +7,7 @@ use glam::DVec2;
 
 use super::{
     body_record::Kind,
+    frame::Frame,
     grid::Contents,
     prediction::predict_all,
     prefetch::prefetch_next,
@@ -92,15 +93,16 @@ impl State {
         self.list_multi_cell_bodies(world);
         // All bodies are predicted first: their waiting times give the mean interval between
         // events.
-        predict_all(self, world, detection);
+        predict_all(self, world, detection, 0.0);
         let interval = self.mean_interval();
         self.schedule_all(interval, 0.0);
     }
 
     /// Goes on at `now` in an epoch, after all records have been replaced, for events at this mean
-    /// interval (times). Only for discs in cells.
-    pub(super) fn resume(&mut self, interval: f64, now: f64) {
-        self.list_discs(|_| true);
+    /// interval (times). All bodies that move live in cells.
+    pub(super) fn resume(&mut self, world: &World, interval: f64, now: f64) {
+        self.list_discs(|body| !world.bodies()[body].is_fixed());
+        self.list_multi_cell_bodies(world);
         // Other bodies than those of the journal have been wrapped.
         self.wrapped.overflow();
         self.schedule_all(interval, now);
@@ -137,7 +139,7 @@ impl State {
                         self.contact_of_multi_cell_body(body, bodies, now)
                     });
                 }
-                self.done.stale += 1;
+                self.count_stale(body);
             } else if kind.is_crossing() {
                 if self.grid.is_dilute() {
                     let time = self.cross_dilute(kernel, detection, body, kind, now);
@@ -148,14 +150,16 @@ impl State {
             } else if kind == Kind::Shell {
                 self.leave_shell(world, body, now);
             } else if kind == Kind::Recheck {
-                self.done.rechecks += 1;
+                self.count_recheck(body);
             }
             self.predict_and_schedule(kernel, world, detection, body, now);
         }
     }
+}
 
+impl<F: Frame> State<F> {
     #[inline(always)]
-    fn motions_changed<D: Detection, K: Kernel>(
+    pub(super) fn motions_changed<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
         world: &World,
@@ -187,7 +191,7 @@ impl State {
     }
 
     #[inline(always)]
-    fn flights_changed<D: Detection, K: Kernel>(
+    pub(super) fn flights_changed<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
         world: &World,
@@ -242,7 +246,7 @@ impl State {
     }
 
     #[inline(always)]
-    fn predict_and_schedule<D: Detection, K: Kernel>(
+    pub(super) fn predict_and_schedule<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
         world: &World,

@@ -115,8 +115,8 @@ use self::{
     tiles::Tiles,
 };
 use crate::{
-    CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, TileCounters, TileUse, TileWork,
-    Tiling, World,
+    Body, CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, TileCounters, TileUse,
+    TileWork, Tiling, World,
     grid::Grid,
     scheduler::{EventLoop, StoredMotions},
     window::{Window, WindowJob},
@@ -156,10 +156,12 @@ struct Cells {
 
 impl Cells {
     fn new(instructions: Available, grid: CellGrid, world: &World) -> Self {
+        let is_large = |body: &Body| !body.is_fixed() && grid.is_multi_cell(body);
         let refusal = match grid.contents() {
             Contents::DiluteDiscs => Some(TileUse::Dilute),
-            Contents::Discs if !world.bodies().iter().any(|body| grid.is_multi_cell(body)) => None,
-            Contents::Discs | Contents::Molecules => Some(TileUse::OtherBodies),
+            _ if world.has_thermal_walls => Some(TileUse::ThermalWalls),
+            _ if world.bodies().iter().any(is_large) => Some(TileUse::LargeBodies),
+            Contents::Discs | Contents::Molecules => None,
         };
         Self {
             whole: State::new(instructions, grid, WholeBox),

@@ -10,6 +10,7 @@ use carom_detection::{Detection, QueryBody};
 
 use super::{
     dispatch::dispatched,
+    frame::Frame,
     multi_cell::{EarliestEvent, Listed},
     simd::Kernel,
     slot::{INDEX_MASK, image_of},
@@ -19,7 +20,7 @@ use crate::World;
 
 dispatched!(predict_molecule(body: u32, now: f64, except: Option<u32>));
 
-impl State {
+impl<F: Frame> State<F> {
     /// Finds the earliest event of a molecule in a cell: a contact, a re-check, or a crossing.
     #[inline(always)]
     pub(super) fn predict_molecule<D: Detection, K: Kernel>(
@@ -38,7 +39,7 @@ impl State {
         let (crossing_time, crossing) = self.crossing(query.from, now);
         let mut best = EarliestEvent::before(crossing_time, crossing);
         let covered = list.is_covered().then_some(list.cell);
-        let outline = world.bodies()[body as usize].kind.molecule.outline();
+        let outline = self.molecule(world, body).outline();
         let query_body = QueryBody::new(outline, &self.molecules.motions[body as usize], now);
         list.for_each_slots8(|slots| {
             let lanes = kernel.lanes(&query, slots, list.at_border);

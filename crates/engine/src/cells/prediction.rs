@@ -3,18 +3,24 @@
 use carom_detection::Detection;
 
 use super::{
-    dispatch::dispatched, grid::Contents, molecule_search::predict_molecule, multi_cell::predict_multi_cell,
-    simd::Kernel, state::State,
+    dispatch::dispatched, frame::Frame, grid::Contents, molecule_search::predict_molecule,
+    multi_cell::predict_multi_cell, simd::Kernel, state::State,
 };
 use crate::World;
 
-dispatched!(predict_all());
+dispatched!(predict_all(now: f64));
 
-impl State {
+impl<F: Frame> State<F> {
     #[inline(always)]
-    pub(super) fn predict_all<D: Detection, K: Kernel>(&mut self, kernel: K, world: &World, detection: &D) {
-        for body in 0..world.bodies().len() as u32 {
-            self.predict(kernel, world, detection, body, 0.0);
+    pub(super) fn predict_all<D: Detection, K: Kernel>(
+        &mut self,
+        kernel: K,
+        world: &World,
+        detection: &D,
+        now: f64,
+    ) {
+        for body in 0..self.dummy() {
+            self.predict(kernel, world, detection, body, now);
         }
     }
 
@@ -34,7 +40,7 @@ impl State {
                 self.store_disc_event(world, detection, body, now, &events)
             }
             // All bodies of a dilute gas live in cells.
-            Contents::DiluteDiscs => self.predict_dilute(kernel, detection, body, now),
+            Contents::DiluteDiscs if F::IS_WHOLE => self.predict_dilute(kernel, detection, body, now),
             _ => self.predict_searching(world, detection, body, now, None),
         }
     }
@@ -50,8 +56,11 @@ impl State {
         now: f64,
         except: Option<u32>,
     ) -> f64 {
-        if self.multi_cell.is_multi_cell(body) {
+        if F::IS_WHOLE && self.multi_cell.is_multi_cell(body) {
             predict_multi_cell(self, world, detection, body, now, except);
+        } else if self.multi_cell.is_multi_cell(body) {
+            // A fixed body has no events.
+            return f64::INFINITY;
         } else {
             predict_molecule(self, world, detection, body, now, except);
         }

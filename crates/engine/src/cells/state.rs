@@ -3,6 +3,7 @@
 //! A state is a workspace: nothing outside it is written during an epoch, so any number of states
 //! can work side by side.
 
+use carom_geometry::Molecule;
 use carom_kinematics::Motion;
 use glam::DVec2;
 use wide::f64x2;
@@ -12,7 +13,7 @@ use super::{
     calendar::Calendar,
     cell_occupants::CellOccupants,
     f32_filter::Units,
-    frame::{Frame, WholeBox},
+    frame::{Frame, Numbering, WholeBox},
     grid::CellGrid,
     molecules::Molecules,
     multi_cell::MultiCellBodies,
@@ -55,9 +56,11 @@ impl EpochConstants {
 
 /// State of the scheduler during an epoch.
 #[derive(Debug, Clone)]
-pub(super) struct State<F = WholeBox> {
+pub(super) struct State<F: Frame = WholeBox> {
     pub(super) instructions: Available,
     pub(super) grid: CellGrid,
+    /// How its bodies are numbered.
+    pub(super) bodies: F::Bodies,
     /// One for each body, and the dummy.
     pub(super) records: Vec<BodyRecord>,
     /// Boxes left behind, modulo 2¹⁶: within an epoch a body leaves only a few behind.
@@ -89,6 +92,7 @@ impl<F: Frame> State<F> {
             instructions,
             sides: grid.box_sides().to_array(),
             grid,
+            bodies: F::Bodies::default(),
             records: Vec::new(),
             windings: Vec::new(),
             wrapped: Wrapped::default(),
@@ -248,6 +252,41 @@ impl<F: Frame> State<F> {
         record.version = record.version.wrapping_add(1);
     }
 
+    /// The shape of a body.
+    #[inline(always)]
+    pub(super) fn molecule<'a>(&self, world: &'a World, body: u32) -> &'a Molecule {
+        &world.bodies()[self.bodies.among_all(body) as usize].kind.molecule
+    }
+
+    /// Whether this workspace counts the events of a body.
+    #[inline(always)]
+    fn counts(&self, body: u32) -> bool {
+        self.neighbour_lists.frame().owns(self.records[body as usize].cell())
+    }
+
+    /// Counts searches of a body for its first contact with others.
+    #[inline(always)]
+    pub(super) fn count_pairs(&mut self, body: u32, pairs: u64) {
+        self.done.pairs += if self.counts(body) { pairs } else { 0 };
+    }
+
+    /// Counts a search of a body that ended without certainty.
+    #[cold]
+    pub(super) fn count_unresolved(&mut self, body: u32) {
+        self.done.unresolved += u64::from(self.counts(body));
+    }
+
+    /// Counts a prediction of a body that came due after its partner had changed.
+    #[inline(always)]
+    pub(super) fn count_stale(&mut self, body: u32) {
+        self.done.stale += u64::from(self.counts(body));
+    }
+
+    /// Counts a re-check of a body.
+    pub(super) fn count_recheck(&mut self, body: u32) {
+        self.done.rechecks += u64::from(self.counts(body));
+    }
+
     /// Inverse masses of two discs (1/mass). If all bodies in cells have the same, it is not read
     /// from the bodies.
     #[inline(always)]
@@ -258,7 +297,7 @@ impl<F: Frame> State<F> {
             {
                 [inverse_mass; 2]
             }
-            _ => world.inverse_masses(bodies),
+            _ => world.inverse_masses(bodies.map(|body| self.bodies.among_all(body))),
         }
     }
 

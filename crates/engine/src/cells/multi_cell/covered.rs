@@ -14,7 +14,7 @@ const NONE: u32 = u32::MAX;
 
 /// The multi-cell bodies listed in each cell.
 #[derive(Debug, Clone, Default)]
-pub(super) struct CoveredCells {
+pub(in crate::cells) struct CoveredCells {
     /// One word for each cell, because a disc in the cell waits for this memory access: the index
     /// of a body and the image in which it is seen, or the index of a list in `several`.
     slots: Vec<u32>,

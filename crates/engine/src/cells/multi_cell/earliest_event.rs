@@ -11,6 +11,7 @@ use crate::{
     cells::{
         body_record::{BodyRecord, Kind},
         candidates::Candidate,
+        frame::Frame,
         state::State,
     },
     scheduler::{ContactEvent, ordered},
@@ -58,7 +59,7 @@ impl EarliestEvent {
     }
 }
 
-impl State {
+impl<F: Frame> State<F> {
     /// Searches the first contact of a body with a candidate, up to the best event so far.
     pub(in crate::cells) fn search<D: Detection>(
         &mut self,
@@ -69,14 +70,13 @@ impl State {
         now: f64,
         best: &mut EarliestEvent,
     ) {
-        self.done.pairs += 1;
+        self.count_pairs(body, 1);
         let Candidate { bound, item: Listed { index: other, image: seen }, .. } = *candidate;
         // The body inserted first is A, so that ties between atoms do not depend on the order of
         // the query.
         let (pair, image) = ordered([body, other], seen.map(i64::from));
         let relative = self.relative_motion(world, pair, image, now);
-        let outline = |body: u32| world.bodies()[body as usize].kind.molecule.outline();
-        let (a, b) = (outline(pair[0]), outline(pair[1]));
+        let (a, b) = (self.molecule(world, pair[0]).outline(), self.molecule(world, pair[1]).outline());
         let horizon = best.time.min(self.limit) - now;
         match detection.first_contact_after(bound, a, b, &relative, horizon).outcome {
             Outcome::Free => {}
@@ -89,9 +89,9 @@ impl State {
             }
             Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
             // The pair is predicted again in the next epoch, which starts from other numbers.
-            Outcome::OutOfRange => self.done.unresolved += 1,
+            Outcome::OutOfRange => self.count_unresolved(body),
             Outcome::Unresolved(time) => {
-                self.done.unresolved += 1;
+                self.count_unresolved(body);
                 best.offer_recheck((now + time).max(now.next_up()));
             }
         }

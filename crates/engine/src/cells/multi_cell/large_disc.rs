@@ -7,13 +7,14 @@ use smallvec::SmallVec;
 use super::{EarliestEvent, Listed, MultiCellBody, Pending};
 use crate::{
     cells::{
+        frame::Frame,
         simd::{Kernel, NeighbourQuery, SoonestSlot},
         state::State,
     },
     scheduler::Parts,
 };
 
-impl State {
+impl<F: Frame> State<F> {
     /// Finds the earliest contact of a large disc with the small discs around it and, by the closed
     /// form, with other large discs. Returns the number of pairs tested.
     #[inline(always)]
@@ -87,7 +88,7 @@ impl State {
     /// Tests a disc in a cell against a large disc.
     #[inline(always)]
     pub(super) fn test_large_disc(&mut self, disc: u32, large: Listed, now: f64, best: &mut EarliestEvent) {
-        self.done.pairs += 1;
+        self.count_pairs(disc, 1);
         let [time] = self.lanes::<1>(disc, &[large], now).contact_times();
         self.offer_disc(disc, now + time, large, best);
     }

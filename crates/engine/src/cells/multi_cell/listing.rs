@@ -3,10 +3,14 @@
 use carom_geometry::PeriodicBox;
 use glam::DVec2;
 
-use super::Listed;
+use super::{Listed, MultiCellBody};
 use crate::{
     World,
-    cells::{state::State, walls::near_wall},
+    cells::{
+        grid::CellGrid,
+        state::State,
+        walls::{cells_of_wall, near_wall},
+    },
 };
 
 /// Column of the record of a body that lives in no cell.
@@ -89,61 +93,21 @@ impl State {
         (multi_cell_body.cells, multi_cell_body.neighbours) = (cells, neighbours);
     }
 
-    /// Lists a body in every cell within R + r_max + h of its shell's centre; a disc not in the
-    /// cells that are inside it for every position in its shell.
+    /// Lists a body in all cells that it reaches from its shell.
     fn list_in_cells(&mut self, index: usize) {
-        if let Some(wall) = self.multi_cell.list[index].wall {
-            let cells = self.cells_of_wall(&wall);
-            self.enter_cells(index, cells);
-            return;
-        }
-        let side = self.grid.side();
-        let counts = self.grid.counts().map(i64::from);
-        let multi_cell_body = &self.multi_cell.list[index];
-        let reach = (multi_cell_body.radius + self.grid.largest_small() + multi_cell_body.shell) * MARGIN;
-        let centre = multi_cell_body.centre;
-        let first = ((centre - reach) / side).floor();
-        let last = ((centre + reach) / side).floor();
-        // No other centre is nearer to the centre of a disc than its rim.
-        let rim = if multi_cell_body.is_disc_among_discs {
-            (multi_cell_body.radius - multi_cell_body.shell).max(0.0)
-        } else {
-            0.0
-        };
-        // Whether a block of cells is near enough for such a centre, and not wholly inside the
-        // disc.
-        let matters = |[from, to]: [[i64; 2]; 2]| {
-            let low = DVec2::new(from[0] as f64, from[1] as f64) * side;
-            let high = DVec2::new(to[0] as f64 + 1.0, to[1] as f64 + 1.0) * side;
-            let nearest = (low - centre).max(centre - high).max(DVec2::ZERO);
-            let farthest = (centre - low).max(high - centre);
-            nearest.length_squared() <= reach * reach && farthest.length_squared() >= rim * rim
-        };
-        let folded = |cell: [i64; 2]| {
-            let [column, row] = [cell[0].rem_euclid(counts[0]), cell[1].rem_euclid(counts[1])];
-            let image = [cell[0].div_euclid(counts[0]) as i32, cell[1].div_euclid(counts[1]) as i32];
-            Listed { index: (row * counts[0] + column) as u32, image }
-        };
-        let (first, last) = ([first.x as i64, first.y as i64], [last.x as i64, last.y as i64]);
         let multi_cell_body = &mut self.multi_cell.list[index];
         let mut cells = std::mem::take(&mut multi_cell_body.cells);
-        for row in first[1]..=last[1] {
-            for column in first[0]..=last[0] {
-                if matters([[column, row]; 2]) {
-                    cells.push(folded([column, row]));
-                }
-            }
-        }
         let mut tiles = std::mem::take(&mut multi_cell_body.tiles);
         tiles.clear();
-        for row in (first[1] + 1..=last[1] + 1).step_by(3) {
-            for column in (first[0] + 1..=last[0] + 1).step_by(3) {
-                if matters([[column - 1, row - 1], [column + 1, row + 1]]) {
-                    tiles.push(folded([column, row]));
-                }
+        match &multi_cell_body.wall {
+            Some(wall) => cells_of_wall(&self.grid, wall, &mut cells),
+            None => {
+                let reach = Reach::of(&self.grid, multi_cell_body);
+                reach.add_cells(&mut cells);
+                reach.add_tiles(&mut tiles);
             }
         }
-        self.multi_cell.list[index].tiles = tiles;
+        multi_cell_body.tiles = tiles;
         self.enter_cells(index, cells);
     }
 
@@ -200,5 +164,85 @@ impl State {
             multi_cell.list[neighbour.index as usize].neighbours.push(Listed { index: own_index, image });
         }
         multi_cell.list[index].neighbours = neighbours;
+    }
+}
+
+/// The cells that list a fixed body (index in [`World::bodies`]), each with the image in which its
+/// discs appear in the frame of the body.
+pub(in crate::cells) fn cells_of_fixed_body(grid: &CellGrid, world: &World, body: usize) -> Vec<Listed> {
+    let motion = &world.motions()[body];
+    let mut fixed = MultiCellBody::new(body as u32, &world.bodies()[body], motion, grid.holds_molecules());
+    fixed.centre = world.bounds().wrap(motion.position).0;
+    let mut cells = Vec::new();
+    match &fixed.wall {
+        Some(wall) => cells_of_wall(grid, wall, &mut cells),
+        None => Reach::of(grid, &fixed).add_cells(&mut cells),
+    }
+    cells
+}
+
+/// The cells within R + r_max + h of the centre of a body's shell; of a disc not the cells that are
+/// inside it for every position in its shell.
+struct Reach {
+    /// Corners of a rectangle around them: column and row, which may lie outside the box.
+    first: [i64; 2],
+    last: [i64; 2],
+    centre: DVec2,
+    /// R + r_max + h (length).
+    outer: f64,
+    /// No other centre is nearer to the centre of a disc than its rim (length).
+    inner: f64,
+    side: DVec2,
+    counts: [i64; 2],
+}
+
+impl Reach {
+    fn of(grid: &CellGrid, multi_cell_body: &MultiCellBody) -> Self {
+        let &MultiCellBody { radius, centre, shell, .. } = multi_cell_body;
+        let outer = (radius + grid.largest_small() + shell) * MARGIN;
+        let inner = if multi_cell_body.is_disc_among_discs { (radius - shell).max(0.0) } else { 0.0 };
+        let side = grid.side();
+        let cell = |place: DVec2| (place / side).floor().to_array().map(|number| number as i64);
+        let counts = grid.counts().map(i64::from);
+        Self { first: cell(centre - outer), last: cell(centre + outer), centre, outer, inner, side, counts }
+    }
+
+    /// Whether a block of cells is near enough for such a centre, and not wholly inside the disc.
+    fn reaches(&self, [from, to]: [[i64; 2]; 2]) -> bool {
+        let low = DVec2::new(from[0] as f64, from[1] as f64) * self.side;
+        let high = DVec2::new(to[0] as f64 + 1.0, to[1] as f64 + 1.0) * self.side;
+        let nearest = (low - self.centre).max(self.centre - high).max(DVec2::ZERO);
+        let farthest = (self.centre - low).max(high - self.centre);
+        nearest.length_squared() <= self.outer * self.outer
+            && farthest.length_squared() >= self.inner * self.inner
+    }
+
+    fn folded(&self, cell: [i64; 2]) -> Listed {
+        let counts = self.counts;
+        let [column, row] = [cell[0].rem_euclid(counts[0]), cell[1].rem_euclid(counts[1])];
+        let image = [cell[0].div_euclid(counts[0]) as i32, cell[1].div_euclid(counts[1]) as i32];
+        Listed { index: (row * counts[0] + column) as u32, image }
+    }
+
+    /// Adds the cells.
+    fn add_cells(&self, cells: &mut Vec<Listed>) {
+        for row in self.first[1]..=self.last[1] {
+            for column in self.first[0]..=self.last[0] {
+                if self.reaches([[column, row]; 2]) {
+                    cells.push(self.folded([column, row]));
+                }
+            }
+        }
+    }
+
+    /// Adds cells whose neighbour lists together hold every disc in the cells.
+    fn add_tiles(&self, tiles: &mut Vec<Listed>) {
+        for row in (self.first[1] + 1..=self.last[1] + 1).step_by(3) {
+            for column in (self.first[0] + 1..=self.last[0] + 1).step_by(3) {
+                if self.reaches([[column - 1, row - 1], [column + 1, row + 1]]) {
+                    tiles.push(self.folded([column, row]));
+                }
+            }
+        }
     }
 }

@@ -18,11 +18,14 @@ mod large_disc;
 mod listing;
 mod search;
 
+use carom_detection::Part;
 use carom_kinematics::Motion;
 use glam::DVec2;
 
-use self::covered::CoveredCells;
-pub(super) use self::{earliest_event::EarliestEvent, search::predict_multi_cell};
+pub(super) use self::{
+    covered::CoveredCells, earliest_event::EarliestEvent, listing::cells_of_fixed_body,
+    search::predict_multi_cell,
+};
 use super::candidates::Candidates;
 use crate::{Body, index_or_none::IndexOrNone, scheduler::Parts, wall::StandingWall};
 
@@ -35,7 +38,7 @@ pub(super) struct MultiCellBodies {
     /// The contact that a body's event of kind `MultiCell` stands for, by body.
     pending: Vec<Pending>,
     /// The bodies listed in each cell, by their index in the system.
-    covered: CoveredCells,
+    pub(super) covered: CoveredCells,
     /// Whether some are not discs among discs.
     has_molecules: bool,
     around: Surroundings,
@@ -59,8 +62,9 @@ pub(super) struct Listed {
     pub image: [i32; 2],
 }
 
+/// The contact that an event of kind `MultiCell` stands for.
 #[derive(Debug, Clone, Copy)]
-struct Pending {
+pub(super) struct Pending {
     parts: Parts,
     /// Image of the second body relative to the first along their paths without periodic wraps,
     /// modulo 2¹⁶.
@@ -91,6 +95,25 @@ pub(super) struct MultiCellBody {
     neighbours: Vec<Listed>,
 }
 
+impl MultiCellBody {
+    /// A body that is listed nowhere yet; `among_molecules` if bodies in cells may be molecules.
+    pub fn new(index: u32, body: &Body, motion: &Motion, among_molecules: bool) -> Self {
+        Self {
+            body: index,
+            fixed: body.is_fixed(),
+            is_disc_among_discs: body.kind.molecule.is_disc() && !among_molecules,
+            wall: StandingWall::of(body, motion),
+            radius: body.kind.molecule.bounding_radius(),
+            motion: *motion,
+            centre: motion.position,
+            shell: 0.0,
+            cells: Vec::new(),
+            tiles: Vec::new(),
+            neighbours: Vec::new(),
+        }
+    }
+}
+
 impl MultiCellBodies {
     pub fn clear(&mut self) {
         self.list.clear();
@@ -104,26 +127,37 @@ impl MultiCellBodies {
         self.pending.resize(bodies, Pending::NOTHING);
     }
 
+    /// The contact that the event of a body stands for.
+    #[inline]
+    pub fn pending(&self, body: u32) -> Pending {
+        self.pending[body as usize]
+    }
+
+    /// The contacts of all bodies; empty if no event can be one of a multi-cell body.
+    pub fn all_pending(&self) -> &[Pending] {
+        &self.pending
+    }
+
+    /// Number of bodies listed in a cell.
+    pub fn covered_count(&self, cell: u32) -> usize {
+        if self.list.is_empty() { 0 } else { self.covered.count(cell) }
+    }
+
+    /// Replaces the contact of a body, if there can be one.
+    pub fn set_pending(&mut self, body: u32, pending: Pending) {
+        if let Some(old) = self.pending.get_mut(body as usize) {
+            *old = pending;
+        }
+    }
+
     /// Adds a body; `among_molecules` if bodies in cells may be molecules.
     pub fn add(&mut self, index: u32, body: &Body, motion: &Motion, bodies: usize, among_molecules: bool) {
         self.index_of.resize(bodies, IndexOrNone::NONE);
         self.expect_contacts(bodies);
         self.index_of[index as usize] = IndexOrNone::new(self.list.len());
-        let is_disc_among_discs = body.kind.molecule.is_disc() && !among_molecules;
-        self.has_molecules |= !is_disc_among_discs;
-        self.list.push(MultiCellBody {
-            body: index,
-            fixed: body.is_fixed(),
-            is_disc_among_discs,
-            wall: StandingWall::of(body, motion),
-            radius: body.kind.molecule.bounding_radius(),
-            motion: *motion,
-            centre: motion.position,
-            shell: 0.0,
-            cells: Vec::new(),
-            tiles: Vec::new(),
-            neighbours: Vec::new(),
-        });
+        let multi_cell_body = MultiCellBody::new(index, body, motion, among_molecules);
+        self.has_molecules |= !multi_cell_body.is_disc_among_discs;
+        self.list.push(multi_cell_body);
     }
 
     /// Whether all are discs among discs.
@@ -195,5 +229,23 @@ impl Surroundings {
 }
 
 impl Pending {
-    const NOTHING: Self = Self { parts: Parts::Discs, image: [0; 2] };
+    pub const NOTHING: Self = Self { parts: Parts::Discs, image: [0; 2] };
+
+    /// All its bits.
+    pub fn to_words(self) -> [u64; 2] {
+        let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
+        let part = |part| match part {
+            Part::Atom(index) => index,
+            Part::BoundingCircle => u32::MAX,
+        };
+        let (kind, parts) = match self.parts {
+            Parts::Discs => (0, 0),
+            Parts::Atoms(i, j) => (1, pair(i, j)),
+            Parts::BoundingCircles => (2, 0),
+            Parts::FaceOfA(of_b) => (3, pair(part(of_b), 0)),
+            Parts::FaceOfB(of_a) => (4, pair(part(of_a), 0)),
+        };
+        let [x, y] = self.image.map(|boxes| u32::from(boxes as u16));
+        [pair(x | y << 16, kind), parts]
+    }
 }

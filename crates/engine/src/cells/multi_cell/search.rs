@@ -12,13 +12,16 @@ use carom_detection::{DISC_LANES, Detection, QueryBody};
 use super::{EarliestEvent, Listed, MultiCellBody, Surroundings};
 use crate::{
     World,
-    cells::{body_record::Kind, candidates::Candidate, dispatch::dispatched, simd::Kernel, state::State},
+    cells::{
+        body_record::Kind, candidates::Candidate, dispatch::dispatched, frame::Frame, simd::Kernel,
+        state::State,
+    },
 };
 
 dispatched!(predict_multi_cell(body: u32, now: f64, except: Option<u32>));
 dispatched!(search_listed_bodies(disc: u32, cell: u32, now: f64, except: Option<u32>));
 
-impl State {
+impl<F: Frame> State<F> {
     /// Finds the earliest event of a multi-cell body: a contact, a re-check, or the exit from its
     /// shell.
     #[inline(always)]
@@ -39,8 +42,8 @@ impl State {
         let multi_cell_body = &self.multi_cell.list[index];
         let mut best = EarliestEvent::before(leaves_shell(multi_cell_body, now), Kind::Shell);
         if multi_cell_body.is_disc_among_discs {
-            self.done.pairs +=
-                self.search_discs_around(kernel, detection, multi_cell_body, now, except, &mut best);
+            let pairs = self.search_discs_around(kernel, detection, multi_cell_body, now, except, &mut best);
+            self.count_pairs(body, pairs);
             if self.multi_cell.are_large_discs() && detection.decides_discs_in_closed_form() {
                 return self.store_event(body, &best);
             }
@@ -58,7 +61,7 @@ impl State {
                 around.seen.push(Listed { index: other.body, image: neighbour.image });
             }
         }
-        let outline = world.bodies()[body as usize].kind.molecule.outline();
+        let outline = self.molecule(world, body).outline();
         let query_body = QueryBody::new(outline, &multi_cell_body.motion, now);
         let horizon = best.time - now;
         let query = self.multi_cell_query(body, now);
@@ -94,7 +97,7 @@ impl State {
             if !best.is_after(now, bound) || now + bound >= self.limit {
                 break;
             }
-            if !is_tight && world.bodies()[other.index as usize].kind.molecule.is_disc() {
+            if !is_tight && self.molecule(world, other.index).is_disc() {
                 let lanes = self.lanes::<1>(body, &[other], now);
                 let tighter = detection.contact_time_lower_bound(&query_body, &lanes, horizon);
                 if tighter > bound {
@@ -190,9 +193,9 @@ impl State {
                 if !best.is_after(now, entry) {
                     continue;
                 }
-                let outline = world.bodies()[other as usize].kind.molecule.outline();
+                let outline = self.molecule(world, other).outline();
                 let query_body = QueryBody::new(outline, &multi_cell_body.motion, now);
-                let is_disc = world.bodies()[disc as usize].kind.molecule.is_disc();
+                let is_disc = self.molecule(world, disc).is_disc();
                 let tighter = if is_disc {
                     detection.contact_time_lower_bound(&query_body, &lanes, horizon)
                 } else {

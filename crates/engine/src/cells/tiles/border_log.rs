@@ -1,7 +1,14 @@
 //! The events near the border of a tile, as it and its neighbours have computed them.
 
+use carom_kinematics::Motion;
+use smallvec::SmallVec;
+
 use super::map::{DIRECTIONS, Rectangle, direction_index};
-use crate::cells::{body_record::BodyRecord, frame::TileFrame};
+use crate::cells::{
+    body_record::Kind,
+    frame::{Numbering, TileFrame},
+    state::State,
+};
 
 /// Rings of cells on each side of a border whose events are compared: an event that changes a cell
 /// reads the cells within two of it.
@@ -75,29 +82,51 @@ impl Places {
     }
 }
 
-/// The change of a disc by an event: disc and version, time, new flight, time of the next event and
-/// of the last contact, as bits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Change([u64; 8]);
+/// The change of a body by an event, as bits.
+#[derive(Debug, Clone)]
+pub(super) struct Change(SmallVec<[u64; 20]>);
 
 impl Change {
-    /// `last_contact` is 0 where no outcome depends on it.
-    #[inline(always)]
-    pub fn new(disc: u32, time: f64, record: &BodyRecord, last_contact: f64) -> Self {
-        let [a, b, c, d] = record.flight.map(f64::to_bits);
-        let disc = u64::from(disc) | u64::from(record.version) << 32;
-        Self([disc, time.to_bits(), a, b, c, d, record.time.to_bits(), last_contact.to_bits()])
+    /// The change of a body at `time` (offset in the epoch): the body and its version, its new
+    /// flight and event, and all else that its later events depend on. `last_contact` is 0 where no
+    /// outcome depends on it.
+    pub fn new(state: &State<TileFrame>, body: u32, time: f64, last_contact: f64) -> Self {
+        let record = &state.records[body as usize];
+        let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
+        let (kind, partner) = (record.kind(), record.partner());
+        // The dummy stands for a partner outside the workspace.
+        let partner = state.bodies.0.get(partner as usize).copied().unwrap_or(u32::MAX);
+        let mut words = SmallVec::new();
+        words.push(pair(state.bodies.among_all(body), record.version));
+        words.push(time.to_bits());
+        words.extend(record.flight.map(f64::to_bits));
+        words.push(last_contact.to_bits());
+        words.push(record.time.to_bits());
+        words.push(if kind.is_contact() {
+            pair(kind as u32 | partner << 4, record.partner_version)
+        } else {
+            kind as u64
+        });
+        if kind == Kind::MultiCell {
+            words.extend(state.multi_cell.pending(body).to_words());
+        }
+        if let Some(motion) = state.molecules.motion(body) {
+            let Motion { position, velocity, orientation, angular_velocity, time } = *motion;
+            let numbers = [position.x, position.y, velocity.x, velocity.y, orientation.turns()];
+            words.extend(numbers.into_iter().chain([angular_velocity, time]).map(f64::to_bits));
+        }
+        Self(words)
     }
 }
 
-/// The changes of the cells near the border of a tile, in order, by the neighbour that compares
-/// them.
+/// The changes of the cells near the border of a tile, in order and as bits, by the neighbour that
+/// compares them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct BorderLog {
     /// In cells of each neighbour.
-    outside: [Vec<Change>; DIRECTIONS.len()],
+    outside: [Vec<u64>; DIRECTIONS.len()],
     /// In cells of the tile, near each neighbour.
-    inside: [Vec<Change>; DIRECTIONS.len()],
+    inside: [Vec<u64>; DIRECTIONS.len()],
 }
 
 impl BorderLog {
@@ -113,25 +142,30 @@ impl BorderLog {
 
     /// Logs a change of a cell, if the cell is near the border.
     #[inline(always)]
-    pub fn note(&mut self, places: &Places, window: &TileFrame, cell: [u16; 2], change: Change) {
-        let [across, up] = places.bands(window, cell);
-        if (across, up) != (Band::Middle, Band::Middle) {
-            self.note_near_border([across, up], change);
+    pub fn note(
+        &mut self,
+        places: &Places,
+        window: &TileFrame,
+        cell: [u16; 2],
+        change: impl FnOnce() -> Change,
+    ) {
+        let bands = places.bands(window, cell);
+        let [across, up] = bands;
+        let is_far_inside = (across, up) == (Band::Middle, Band::Middle);
+        if !(is_far_inside | (across == Band::Far) | (up == Band::Far)) {
+            self.note_near_border(bands, &change().0);
         }
     }
 
     #[inline(never)]
-    fn note_near_border(&mut self, bands: [Band; 2], change: Change) {
-        if bands.contains(&Band::Far) {
-            return;
-        }
+    fn note_near_border(&mut self, bands: [Band; 2], change: &[u64]) {
         let outside = bands.map(|band| match band {
             Band::OutsideBelow => -1,
             Band::OutsideAbove => 1,
             _ => 0,
         });
         if outside != [0, 0] {
-            self.outside[direction_index(outside)].push(change);
+            self.outside[direction_index(outside)].extend_from_slice(change);
             return;
         }
         let [across, up] = bands.map(|band| match band {
@@ -140,23 +174,23 @@ impl BorderLog {
             _ => 0,
         });
         if across != 0 {
-            self.inside[direction_index([across, 0])].push(change);
+            self.inside[direction_index([across, 0])].extend_from_slice(change);
         }
         if up != 0 {
-            self.inside[direction_index([0, up])].push(change);
+            self.inside[direction_index([0, up])].extend_from_slice(change);
         }
         if across != 0 && up != 0 {
-            self.inside[direction_index([across, up])].push(change);
+            self.inside[direction_index([across, up])].extend_from_slice(change);
         }
     }
 
     /// Size of the logs (bytes).
     pub fn bytes(&self) -> usize {
-        self.outside.iter().chain(&self.inside).map(Vec::len).sum::<usize>() * size_of::<Change>()
+        self.outside.iter().chain(&self.inside).map(Vec::len).sum::<usize>() * size_of::<u64>()
     }
 
     pub fn heap_bytes(&self) -> usize {
         let logs = self.outside.iter().chain(&self.inside);
-        logs.map(|log| log.capacity() * size_of::<Change>()).sum()
+        logs.map(|log| log.capacity() * size_of::<u64>()).sum()
     }
 }

@@ -105,7 +105,7 @@ impl TileMap {
             (own.first[axis] + self.counts[axis] - (border + 1) % self.counts[axis]) % self.counts[axis]
         };
         let size = own.size.map(|size| size + 2 * (border + 1));
-        TileFrame { first: [first(0), first(1)], size, counts: self.counts }
+        TileFrame { first: [first(0), first(1)], size, counts: self.counts, border: border + 1 }
     }
 
     /// Calls `visit` with the runs of cells of one row of tiles that make up a tile and a border of

@@ -53,6 +53,7 @@
 //! partner beyond it, and more contacts than have an end for certain.
 
 mod border_log;
+mod fixed_bodies;
 mod map;
 mod resting;
 #[cfg(test)]
@@ -69,8 +70,9 @@ use carom_response::Response;
 
 use self::{
     border_log::MOST_RINGS,
+    fixed_bodies::FixedBodies,
     map::{DIRECTIONS, TileMap, opposite},
-    resting::{RestingDisc, TileDiscs},
+    resting::{Rest, RestingBody, TileBodies},
     workspace::{Outcome, Span, Task, Workspace},
 };
 use super::{
@@ -82,6 +84,7 @@ use super::{
 use crate::{
     SchedulerCounters, TileCounters, TileWork, Tiling, World,
     limits::Limits,
+    resolution::Encounter,
     scheduler::StoredMotions,
     window::{ContactEnergy, InelasticContacts, LoggedContact, Window, WindowJob},
 };
@@ -91,6 +94,15 @@ const MOST_ATTEMPTS: usize = 4;
 
 /// Cells by which the border of a tile is widened when it is run again.
 const WIDENING: u32 = 6;
+
+/// Factor on the speed of influences after a window in which tiles disagreed, and after any other.
+/// About one window in eleven is then run twice in part. Closer to 1: more are. Farther: borders are
+/// wider than they must be for longer.
+const FASTER: f64 = 1.25;
+const SLOWER: f64 = 0.98;
+
+/// Most cells that an influence is taken to travel in a mean free time.
+const MOST_FRONT: f64 = 64.0;
 
 /// Largest log of contacts in a window (bytes). Larger: more memory. Smaller: shorter windows, in
 /// which discs are copied more often.
@@ -107,21 +119,25 @@ const SHARE_OF_EPOCH: f64 = 0.99;
 /// more than tiles save.
 const SHORTEST: f64 = 0.3;
 
-/// All discs of the box in tiles, between two windows.
+/// All bodies of the box in tiles, between two windows.
 #[derive(Debug, Clone)]
 pub(super) struct Tiles {
     map: TileMap,
     tiling: Tiling,
-    discs: Vec<TileDiscs>,
+    bodies: Vec<TileBodies>,
+    fixed: Option<FixedBodies>,
     outcomes: Vec<Outcome>,
     workspaces: Vec<Workspace>,
     epoch: EpochConstants,
-    /// Whether the discs have no events yet.
+    /// Whether the bodies have no events yet.
     is_fresh: bool,
-    /// Measured in the last window: contacts of all discs, and events of all discs, per time.
+    /// Measured in the last window: contacts of all bodies, and events of all bodies, per time.
     contact_rate: f64,
     event_rate: f64,
-    /// Number of discs.
+    /// Cells that an influence travels in a mean free time: [`Tiling::front`], or more after tiles
+    /// have disagreed.
+    front: f64,
+    /// Number of bodies that move.
     count: usize,
     /// Whether the rest of the epoch is run event by event.
     is_refused: bool,
@@ -130,9 +146,14 @@ pub(super) struct Tiles {
     pub(super) done: SchedulerCounters,
 }
 
-/// The tiles do not agree, or need a wider border than the box has room for: the global order must
-/// run the window.
-struct Refused;
+/// Why a window is not accepted.
+enum Refused {
+    /// The tiles do not agree, with the widest border for which the box has room: a shorter window
+    /// needs less.
+    TooLong,
+    /// The global order must run it.
+    NeedsOrder,
+}
 
 impl Tiles {
     /// The division of a grid; none if there are too few cells.
@@ -146,14 +167,15 @@ impl Tiles {
         Self::map(tiling, grid).map(|map| map.tiles())
     }
 
-    /// Tiles for the discs of a grid; none if there are too few cells.
+    /// Tiles for the bodies of a grid; none if there are too few cells.
     pub fn new(tiling: &Tiling, instructions: Available, grid: &CellGrid) -> Option<Self> {
         let map = Self::map(tiling, grid)?;
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = tiling.threads.clamp(1, map.tiles().min(MOST_THREADS_PER_PROCESSOR * processors));
         Some(Self {
             tiling: tiling.within_bounds(),
-            discs: vec![TileDiscs::default(); map.tiles()],
+            bodies: vec![TileBodies::default(); map.tiles()],
+            fixed: None,
             outcomes: vec![Outcome::default(); map.tiles()],
             workspaces: vec![Workspace::new(instructions, grid.clone()); threads],
             map,
@@ -161,6 +183,7 @@ impl Tiles {
             is_fresh: true,
             contact_rate: 0.0,
             event_rate: 0.0,
+            front: tiling.within_bounds().front,
             count: 0,
             is_refused: false,
             counters: TileCounters::default(),
@@ -169,7 +192,8 @@ impl Tiles {
     }
 
     pub fn heap_bytes(&self) -> usize {
-        self.discs.iter().map(TileDiscs::heap_bytes).sum::<usize>()
+        self.bodies.iter().map(TileBodies::heap_bytes).sum::<usize>()
+            + self.fixed.as_ref().map_or(0, FixedBodies::heap_bytes)
             + self.outcomes.iter().map(Outcome::heap_bytes).sum::<usize>()
             + self.workspaces.iter().map(Workspace::heap_bytes).sum::<usize>()
     }
@@ -179,16 +203,20 @@ impl Tiles {
     pub fn begin_epoch(&mut self, world: &World, grid: &CellGrid, limit: f64) {
         self.begin(world, grid, limit);
         self.is_fresh = true;
-        let discs = world.motions().iter().zip(world.windings()).zip(0..).map(|((motion, winding), body)| {
+        let moving = (0..world.bodies.len()).filter(|&body| !world.bodies[body].is_fixed());
+        let bodies = moving.map(|body| {
+            let motion = &world.motions[body];
             let mut record = BodyRecord::new(motion, 0.0);
             record.set_cell(grid.cell_of(motion.position));
-            RestingDisc::new(&record, body, winding.map(|boxes| boxes as i16))
+            RestingBody::new(&record, body as u32, world.windings[body].map(|boxes| boxes as i16))
         });
-        self.distribute(discs);
+        let motions = if grid.holds_molecules() { world.motions() } else { &[] };
+        self.distribute(bodies, Rest { motions, pending: &[] });
     }
 
     fn begin(&mut self, world: &World, grid: &CellGrid, limit: f64) {
         self.epoch = EpochConstants::new(world, grid, limit);
+        self.fixed = FixedBodies::new(world, grid, &self.map);
         if self.contact_rate == 0.0 {
             self.contact_rate = expected_contact_rate(world);
             self.event_rate = 4.0 * self.contact_rate;
@@ -201,50 +229,56 @@ impl Tiles {
     pub fn take_over(&mut self, world: &World, state: &State) {
         self.begin(world, &state.grid, state.limit);
         self.is_fresh = false;
-        self.distribute((0..state.windings.len()).map(|body| {
+        let moving = (0..state.windings.len()).filter(|&body| !world.bodies[body].is_fixed());
+        let bodies = moving.map(|body| {
             let record = &state.records[body];
-            let mut disc = RestingDisc::new(record, body as u32, state.windings[body]);
-            disc.set_event(record.kind(), record.partner());
-            disc
-        }));
+            let mut resting = RestingBody::new(record, body as u32, state.windings[body]);
+            resting.set_event(record.kind(), record.partner());
+            resting
+        });
+        let rest = Rest { motions: &state.molecules.motions, pending: state.multi_cell.all_pending() };
+        self.distribute(bodies, rest);
     }
 
     /// Hands over to the global order, in the middle of an epoch, at `now` (offset in it, time).
     pub fn hand_over(&self, world: &World, state: &mut State, now: f64) {
         state.lay_out(world, self.epoch.limit);
-        for disc in self.discs() {
-            let body = disc.body as usize;
-            let mut record = disc.record(state.records[body].radius());
-            record.set_event(disc.time, disc.kind(), disc.partner(), disc.partner_version);
-            state.records[body] = record;
-            state.windings[body] = disc.winding;
+        for tile in &self.bodies {
+            for (place, resting) in tile.list.iter().enumerate() {
+                let body = resting.body as usize;
+                let mut record = resting.record(state.records[body].radius());
+                record.set_event(resting.time, resting.kind(), resting.partner(), resting.partner_version);
+                state.records[body] = record;
+                state.windings[body] = resting.winding;
+                if let Some(motion) = tile.motions.get(place) {
+                    state.molecules.set_motion(resting.body, motion);
+                }
+                if let Some(pending) = tile.pending.get(place) {
+                    state.multi_cell.set_pending(resting.body, *pending);
+                }
+            }
         }
-        state.resume(1.0 / self.event_rate, now);
+        state.resume(world, 1.0 / self.event_rate, now);
     }
 
-    /// Distributes discs among the tiles.
-    fn distribute(&mut self, discs: impl Iterator<Item = RestingDisc>) {
-        self.outcomes.iter_mut().for_each(|outcome| outcome.discs.discs.clear());
+    /// Distributes bodies among the tiles; `rest` is by their indices among all.
+    fn distribute(&mut self, bodies: impl Iterator<Item = RestingBody>, rest: Rest<'_>) {
+        self.outcomes.iter_mut().for_each(|outcome| outcome.bodies.list.clear());
         self.count = 0;
-        for disc in discs {
-            self.outcomes[self.map.tile_of(disc.cell)].discs.discs.push(disc);
+        for body in bodies {
+            self.outcomes[self.map.tile_of(body.cell)].bodies.list.push(body);
             self.count += 1;
         }
-        for (tile, (discs, outcome)) in self.discs.iter_mut().zip(&mut self.outcomes).enumerate() {
+        for (tile, (bodies, outcome)) in self.bodies.iter_mut().zip(&mut self.outcomes).enumerate() {
             let own = self.map.own(tile);
-            let unsorted = outcome.discs.discs.iter().copied();
-            discs.fill((own.size[0] * own.size[1]) as usize, unsorted, |disc| {
-                let place = |axis: usize| u32::from(disc.cell[axis]) - own.first[axis];
+            let unsorted = outcome.bodies.list.iter().map(|body| (*body, body.body));
+            bodies.fill((own.size[0] * own.size[1]) as usize, unsorted, rest, |body| {
+                let place = |axis: usize| u32::from(body.cell[axis]) - own.first[axis];
                 (place(1) * own.size[0] + place(0)) as usize
             });
-            outcome.discs.discs.clear();
-            outcome.discs.discs.shrink_to(discs.discs.len() + discs.discs.len() / 32);
+            outcome.bodies.list.clear();
+            outcome.bodies.list.shrink_to(bodies.list.len() + bodies.list.len() / 32);
         }
-    }
-
-    /// All discs, tile by tile.
-    fn discs(&self) -> impl Iterator<Item = &RestingDisc> + Clone {
-        self.discs.iter().flat_map(|tile| &tile.discs)
     }
 
     pub fn is_fresh(&self) -> bool {
@@ -255,11 +289,13 @@ impl Tiles {
         self.epoch.limit
     }
 
-    /// Stores the motions of all discs.
+    /// Stores the motions of all bodies.
     pub fn store(&self, state: &mut StoredMotions<'_>) {
-        for disc in self.discs() {
-            let motion = disc.record(0.0).motion();
-            state.set_wrapped(disc.body, motion, disc.winding);
+        for tile in &self.bodies {
+            for (place, body) in tile.list.iter().enumerate() {
+                let motion = tile.motions.get(place).copied().unwrap_or_else(|| body.record(0.0).motion());
+                state.set_wrapped(body.body, motion, body.winding);
+            }
         }
     }
 
@@ -282,9 +318,7 @@ impl Tiles {
     pub fn run<D: Detection, R: Response>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
         if job.stop <= job.from && !self.is_fresh {
             // All events up to this time have been processed.
-            let (end, limits) = (job.from, job.limits);
-            let (log, inelastic) = (Vec::new(), InelasticContacts::default());
-            return Some(Window { end, contacts: 0, last: None, limits, ends_epoch: false, log, inelastic });
+            return Some(Window::without_contacts(job.from, job.limits));
         }
         let mut end = self.end_of_window(job);
         if end <= job.from && job.stop > job.from {
@@ -292,8 +326,14 @@ impl Tiles {
             return None;
         }
         for _ in 0..MOST_ATTEMPTS {
-            if self.run_to(job, end).is_err() {
-                break;
+            match self.run_to(job, end) {
+                Ok(()) => {}
+                Err(Refused::NeedsOrder) => break,
+                Err(Refused::TooLong) => {
+                    end = 0.5 * (job.from + end);
+                    self.counters.cut += 1;
+                    continue;
+                }
             }
             match self.end_of_epoch(job, end) {
                 EndOfEpoch::After(limits) => return Some(self.accept(job, end, limits, false)),
@@ -323,9 +363,10 @@ impl Tiles {
         let free_time = 0.5 * discs / self.contact_rate;
         // The border of a window must fit between the tiles.
         let widest = f64::from(self.widest_border().saturating_sub(self.tiling.margin + 2));
-        let mut length = free_time * self.tiling.window.min(widest / self.tiling.front);
+        let mut length = free_time * self.tiling.window.min(widest / self.front);
         let logged_bytes = match (job.wants_log, job.all_elastic) {
-            (true, _) => size_of::<LoggedContact>(),
+            (true, false) => size_of::<Encounter>(),
+            (true, true) => size_of::<LoggedContact>(),
             (false, false) => size_of::<ContactEnergy>(),
             (false, true) => 0,
         };
@@ -338,7 +379,7 @@ impl Tiles {
             length = length.min(share * left + 10.0 / self.contact_rate);
         }
         // No short window before the stop, if the border of a longer one fits.
-        let longest = ((1.0 + SHORTEST) * length).min(free_time * widest / self.tiling.front);
+        let longest = ((1.0 + SHORTEST) * length).min(free_time * widest / self.front);
         if job.from + longest < job.stop { job.from + length } else { job.stop }
     }
 
@@ -354,17 +395,17 @@ impl Tiles {
         let span = Span {
             from: job.from,
             end,
-            time_per_cell: free_time / self.tiling.front,
+            time_per_cell: free_time / self.front,
             event_interval: discs / self.event_rate,
             keeps_times: self.contact_rate * (end - job.from) > 0.9 * left,
         };
-        let reach = (self.tiling.front * (end - job.from) / free_time).ceil() as u32;
+        let reach = (self.front * (end - job.from) / free_time).ceil() as u32;
         let mut selected: Vec<usize> = (0..self.map.tiles()).collect();
         let mut margin = self.tiling.margin;
         for attempt in 0..MOST_ATTEMPTS {
             let border = margin.saturating_add(reach).saturating_add(1);
             if border > self.widest_border() {
-                return Err(Refused);
+                return Err(Refused::TooLong);
             }
             self.run_tiles(job, &selected, (margin, border), span);
             self.counters.tiles += selected.len() as u64;
@@ -372,15 +413,16 @@ impl Tiles {
             self.counters.computed += computed.sum::<u64>();
             self.counters.repeated += if attempt > 0 { selected.len() as u64 } else { 0 };
             if self.outcomes.iter().any(|outcome| outcome.needs_order) {
-                return Err(Refused);
+                return Err(Refused::NeedsOrder);
             }
             selected = self.tiles_that_disagree();
             if selected.is_empty() {
                 return Ok(());
             }
             margin += WIDENING;
+            self.front = (self.front * FASTER).min(MOST_FRONT);
         }
-        Err(Refused)
+        Err(Refused::TooLong)
     }
 
     /// Runs some tiles, each on one of the threads.
@@ -391,7 +433,8 @@ impl Tiles {
         (margin, border): (u32, u32),
         span: Span,
     ) {
-        let (map, discs, epoch, is_fresh) = (&self.map, &self.discs, &self.epoch, self.is_fresh);
+        let (map, bodies, fixed) = (&self.map, &self.bodies, self.fixed.as_ref());
+        let (epoch, is_fresh) = (&self.epoch, self.is_fresh);
         let mut wanted = selected.iter().peekable();
         let tasks: Vec<(usize, &mut Outcome)> = self
             .outcomes
@@ -403,7 +446,7 @@ impl Tiles {
         let next = || tasks.lock().unwrap_or_else(PoisonError::into_inner).next();
         let work = |workspace: &mut Workspace| {
             while let Some((tile, outcome)) = next() {
-                let task = Task { map, discs, tile, margin, border, epoch, is_fresh, span };
+                let task = Task { map, bodies, fixed, tile, margin, border, epoch, is_fresh, span };
                 workspace.run(job, task, outcome);
             }
         };
@@ -457,6 +500,9 @@ impl Tiles {
             // Their bodies must be kept for contacts at the same time after the window.
             return EndOfEpoch::Unclear;
         }
+        if self.touch_fixed_bodies_at_once() {
+            return EndOfEpoch::Unclear;
+        }
         let mut limits = job.limits;
         let mut fast: Vec<_> = self.outcomes.iter().flat_map(|outcome| &outcome.fast).collect();
         fast.sort_by(|a, b| a.places.time.total_cmp(&b.places.time));
@@ -464,7 +510,8 @@ impl Tiles {
             if contact.places.time > limits.time() {
                 break;
             }
-            let accepted = limits.accept(job.world, job.names, contact.places, contact.velocities, 0.0);
+            let accepted =
+                limits.accept(job.world, job.names, contact.places, contact.velocities, contact.spin);
             if accepted.is_err() || limits.stale_contact().is_some() {
                 return EndOfEpoch::Unclear;
             }
@@ -493,6 +540,14 @@ impl Tiles {
         if time < end { EndOfEpoch::At(time) } else { EndOfEpoch::Unclear }
     }
 
+    /// Whether bodies of two tiles touch one fixed body at the same instant.
+    fn touch_fixed_bodies_at_once(&self) -> bool {
+        let contacts = self.outcomes.iter().flat_map(|outcome| &outcome.shared);
+        let mut contacts: Vec<(u32, f64)> = contacts.map(|&(time, body)| (body, time)).collect();
+        contacts.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        contacts.windows(2).any(|pair| pair[0] == pair[1])
+    }
+
     /// Makes the outcomes the state.
     fn accept<D, R>(
         &mut self,
@@ -503,18 +558,19 @@ impl Tiles {
     ) -> Window {
         let sum = |of: fn(&Outcome) -> u64| self.outcomes.iter().map(of).sum::<u64>();
         let contacts = sum(|outcome| outcome.contacts);
-        let (crossings, stale) = (sum(|outcome| outcome.crossings), sum(|outcome| outcome.stale));
-        self.done.crossings += crossings;
-        self.done.stale += stale;
+        let with_fixed = sum(|outcome| outcome.with_fixed);
+        let done = self.outcomes.iter().map(|outcome| outcome.done);
+        let done = done.fold(SchedulerCounters::default(), std::ops::Add::add);
+        self.done = self.done + done;
+        let events = 2 * contacts + done.crossings + done.stale + done.rechecks;
         let length = end - job.from;
-        if contacts > 0 && length > 0.0 {
-            self.contact_rate = contacts as f64 / length;
-            self.event_rate = (2 * contacts + crossings + stale) as f64 / length;
-        } else {
-            // Longer windows; and none, if they do not help.
-            self.contact_rate *= 0.5;
-            self.event_rate *= 0.5;
+        if length > 0.0 {
+            // A window from a lattice has few contacts, and says little about the next one. Without
+            // contacts, longer windows; and none, if they do not help.
+            self.contact_rate = (contacts as f64 / length).max(0.5 * self.contact_rate);
+            self.event_rate = (events as f64 / length).max(0.5 * self.event_rate);
         }
+        self.front = (self.front * SLOWER).max(self.tiling.front);
         let last = self.outcomes.iter().filter_map(|outcome| outcome.last).max_by(|a, b| a.0.total_cmp(&b.0));
         let mut log: Vec<LoggedContact> = Vec::new();
         if job.wants_log {
@@ -522,15 +578,19 @@ impl Tiles {
             self.outcomes.iter().for_each(|outcome| log.extend_from_slice(&outcome.log));
             log.sort_unstable_by(|a, b| a.time.total_cmp(&b.time).then(a.bodies.cmp(&b.bodies)));
         }
+        let mut encounters: Vec<Encounter> = Vec::new();
+        self.outcomes.iter().for_each(|outcome| encounters.extend_from_slice(&outcome.encounters));
+        encounters.sort_unstable_by(|a, b| a.contact.in_order(&b.contact));
         let inelastic = self.inelastic_contacts();
-        for (discs, outcome) in self.discs.iter_mut().zip(&mut self.outcomes) {
-            std::mem::swap(discs, &mut outcome.discs);
+        for (bodies, outcome) in self.bodies.iter_mut().zip(&mut self.outcomes) {
+            std::mem::swap(bodies, &mut outcome.bodies);
         }
-        debug_assert_eq!(self.discs().count(), self.count, "a disc is in no tile, or in two");
+        let count = self.bodies.iter().map(|tile| tile.list.len()).sum::<usize>();
+        debug_assert_eq!(count, self.count, "a body is in no tile, or in two");
         self.is_fresh = false;
         self.counters.windows += 1;
         self.counters.contacts += contacts;
-        Window { end, contacts, last, limits, ends_epoch, log, inelastic }
+        Window { end, contacts, last, limits, ends_epoch, log, encounters, with_fixed, inelastic }
     }
 
     /// The inelastic contacts of all tiles, their energies in order of time.

@@ -1,16 +1,23 @@
-//! The discs of a tile between two windows.
+//! The moving bodies of a tile between two windows.
+
+use std::ops::Range;
+
+use carom_kinematics::Motion;
+use glam::DVec2;
 
 use crate::cells::{
     body_record::{BodyRecord, Kind},
     frame::TileFrame,
+    multi_cell::Pending,
     slot::{INDEX_BITS, INDEX_MASK},
     state::State,
 };
 
-/// A disc between two windows, in one cache line.
+/// A body between two windows, in one cache line. It describes a disc completely; of molecules see
+/// [`Rest`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(64))]
-pub(super) struct RestingDisc {
+pub(super) struct RestingBody {
     /// Its flight: see [`BodyRecord::flight`].
     pub flight: [f64; 4],
     /// Time of its event (offset in the epoch).
@@ -27,22 +34,22 @@ pub(super) struct RestingDisc {
     pub winding: [i16; 2],
 }
 
-/// A disc fills one cache line.
-const _: () = assert!(size_of::<RestingDisc>() == 64);
+/// It fills one cache line.
+const _: () = assert!(size_of::<RestingBody>() == 64);
 
-impl RestingDisc {
-    /// A disc without an event, at the start of an epoch or before its event is copied.
+impl RestingBody {
+    /// A body without an event, at the start of an epoch or before its event is copied.
     pub fn new(record: &BodyRecord, body: u32, winding: [i16; 2]) -> Self {
         let &BodyRecord { flight, time, partner_version, version, .. } = record;
         let event = (Kind::Nothing as u32) << INDEX_BITS;
         Self { flight, time, event, partner_version, version, cell: record.cell(), body, winding }
     }
 
-    /// A disc of a workspace. Its bodies have the indices `bodies` among all, and the partners of
-    /// their events at the start of the window are `partners`.
+    /// A body of a workspace. The partners of the events at the start of the window are `partners`.
     #[inline]
-    pub fn of(state: &State<TileFrame>, index: u32, bodies: &[u32], partners: &[u32]) -> Self {
+    pub fn of(state: &State<TileFrame>, index: u32, partners: &[u32]) -> Self {
         let record = &state.records[index as usize];
+        let bodies = &state.bodies.0;
         let body = bodies[index as usize];
         let mut disc = Self::new(record, body, state.windings[index as usize]);
         let partner = if record.kind().is_contact() {
@@ -70,8 +77,7 @@ impl RestingDisc {
         self.event & INDEX_MASK
     }
 
-    /// The record of the disc in a workspace, without its event, for a disc of this radius
-    /// (length).
+    /// Its record in a workspace, without its event, for this radius (length).
     #[inline]
     pub fn record(&self, radius: f64) -> BodyRecord {
         let mut record = BodyRecord::at(self.flight, radius);
@@ -81,55 +87,85 @@ impl RestingDisc {
     }
 }
 
-/// The discs of a tile between two windows, in the order of its cells.
-#[derive(Debug, Clone, Default)]
-pub(super) struct TileDiscs {
-    pub discs: Vec<RestingDisc>,
-    /// For each cell of the tile, row by row, its first disc; and the number of all.
-    pub starts: Vec<u32>,
+/// What the records of bodies do not hold, by body.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rest<'a> {
+    /// The motions of molecules; empty if all are discs.
+    pub motions: &'a [Motion],
+    /// The contacts that the events stand for; empty if all are contacts of two discs in cells.
+    pub pending: &'a [Pending],
 }
 
-impl TileDiscs {
+/// The moving bodies of a tile between two windows, in the order of its cells.
+#[derive(Debug, Clone, Default)]
+pub(super) struct TileBodies {
+    pub list: Vec<RestingBody>,
+    /// By place in `list`, or empty: see [`Rest`].
+    pub motions: Vec<Motion>,
+    pub pending: Vec<Pending>,
+    /// For each cell of the tile, row by row, its first body; and the number of all.
+    starts: Vec<u32>,
+}
+
+impl TileBodies {
     pub fn heap_bytes(&self) -> usize {
-        self.discs.capacity() * size_of::<RestingDisc>() + self.starts.capacity() * size_of::<u32>()
+        self.list.capacity() * size_of::<RestingBody>()
+            + self.motions.capacity() * size_of::<Motion>()
+            + self.pending.capacity() * size_of::<Pending>()
+            + self.starts.capacity() * size_of::<u32>()
     }
 
-    /// The discs in a run of cells.
-    pub fn in_cells(&self, first: usize, count: usize) -> &[RestingDisc] {
-        &self.discs[self.starts[first] as usize..self.starts[first + count] as usize]
+    /// The bodies in a run of cells, as places in the list.
+    pub fn in_cells(&self, first: usize, count: usize) -> Range<usize> {
+        self.starts[first] as usize..self.starts[first + count] as usize
     }
 
-    /// Replaces all discs: those of `discs`, in `cells` cells, whose place in the tile is
-    /// `cell_of`.
+    /// Replaces all bodies: those of `bodies`, each with its index in `rest`, in `cells` cells,
+    /// whose place in the tile is `cell_of`.
     pub fn fill(
         &mut self,
         cells: usize,
-        discs: impl Iterator<Item = RestingDisc> + Clone,
-        cell_of: impl Fn(&RestingDisc) -> usize,
+        bodies: impl Iterator<Item = (RestingBody, u32)> + Clone,
+        rest: Rest<'_>,
+        cell_of: impl Fn(&RestingBody) -> usize,
     ) {
         self.starts.clear();
         self.starts.resize(cells + 1, 0);
-        for disc in discs.clone() {
-            self.starts[cell_of(&disc)] += 1;
+        for (body, _) in bodies.clone() {
+            self.starts[cell_of(&body)] += 1;
         }
         let mut first = 0;
         for start in &mut self.starts {
             first += std::mem::replace(start, first);
         }
-        let empty = RestingDisc::new(&BodyRecord::dummy(), 0, [0; 2]);
-        self.discs.clear();
-        if self.discs.capacity() < first as usize {
-            // A little room for more, instead of twice as much.
-            self.discs.reserve_exact(first as usize + first as usize / 32);
-        }
-        self.discs.resize(first as usize, empty);
-        for disc in discs {
-            let place = &mut self.starts[cell_of(&disc)];
-            self.discs[*place as usize] = disc;
-            *place += 1;
+        let count = first as usize;
+        let if_any = |is_empty: bool| if is_empty { 0 } else { count };
+        resize(&mut self.list, count, RestingBody::new(&BodyRecord::dummy(), 0, [0; 2]));
+        resize(&mut self.motions, if_any(rest.motions.is_empty()), Motion::at_rest(DVec2::ZERO));
+        resize(&mut self.pending, if_any(rest.pending.is_empty()), Pending::NOTHING);
+        for (body, index) in bodies {
+            let start = &mut self.starts[cell_of(&body)];
+            let place = *start as usize;
+            *start += 1;
+            self.list[place] = body;
+            if let Some(motion) = rest.motions.get(index as usize) {
+                self.motions[place] = *motion;
+            }
+            if let Some(pending) = rest.pending.get(index as usize) {
+                self.pending[place] = *pending;
+            }
         }
         // Each start is now that of the next cell.
         self.starts.copy_within(..cells, 1);
         self.starts[0] = 0;
     }
+}
+
+/// Makes a list of so many entries, with room for a few more, instead of twice as many.
+fn resize<T: Clone>(list: &mut Vec<T>, count: usize, entry: T) {
+    list.clear();
+    if list.capacity() < count {
+        list.reserve_exact(count + count / 32);
+    }
+    list.resize(count, entry);
 }

@@ -1,6 +1,8 @@
 //! Tiles give the bits of the global order, for any division of the box, any window, any margin and
 //! any number of threads.
 
+mod other_bodies;
+
 use glam::DVec2;
 
 use crate::{
@@ -53,6 +55,8 @@ impl Observer for Contacts {
         {
             self.0.extend(vector.to_array().map(f64::to_bits));
         }
+        self.0.extend(report.sides.each_ref().map(|side| side.after.angular_velocity.to_bits()));
+        self.0.extend(report.image.map(|boxes| boxes as u64));
     }
 }
 
@@ -60,6 +64,7 @@ fn add_motions(simulation: &Simulation, bits: &mut Vec<u64>) {
     for body in simulation.view().bodies() {
         let vectors = [body.motion.position, body.motion.velocity];
         bits.extend(vectors.iter().flat_map(DVec2::to_array).map(f64::to_bits));
+        bits.extend([body.motion.orientation.turns(), body.motion.angular_velocity].map(f64::to_bits));
         bits.extend(body.winding.map(|boxes| boxes as u64));
     }
 }

@@ -1,31 +1,43 @@
-//! The run of one tile through a window: its discs and those of a border are copied into a
+//! The run of one tile through a window: its bodies and those of a border are copied into a
 //! workspace, run, and copied back.
 
-use std::time::Instant;
+use std::{ops::Range, time::Instant};
 
 use carom_detection::Detection;
+use carom_kinematics::Motion;
 use carom_response::Response;
 use glam::DVec2;
 
 use super::{
     border_log::{BorderLog, Change, Places},
+    fixed_bodies::FixedBodies,
     map::TileMap,
-    resting::{RestingDisc, TileDiscs},
+    resting::{Rest, RestingBody, TileBodies},
 };
 use crate::{
-    TileWork, World,
+    SchedulerCounters, TileWork, World,
     cells::{
-        body_record::Kind,
-        frame::TileFrame,
+        body_record::{BodyRecord, Kind},
+        frame::{Numbering, TileFrame},
         grid::CellGrid,
+        multi_cell::{Listed, Pending},
         simd::{Available, Kernel, Work, dispatch},
         state::{EpochConstants, State},
     },
-    limits::Limits,
-    scheduler::ContactEvent,
+    limits::{ContactPlaces, Limits},
+    resolution::{Encounter, Resolved},
+    scheduler::{ContactEvent, Parts},
     simultaneous_contacts::MOST_CONTACTS_AT_ONCE,
     window::{ContactEnergy, FastContact, InelasticContacts, LoggedContact, WindowJob},
 };
+
+/// Cell of the record of a fixed body, which lives in none.
+const NO_CELL: [u16; 2] = [u16::MAX; 2];
+
+/// Events of a window for each body of a workspace, after which the global order runs it: bodies of
+/// the border may overlap, and then have any number of events. More: it takes longer until this is
+/// found. Fewer: windows are refused without need.
+const MOST_EVENTS_PER_BODY: u64 = 1000;
 
 /// The window that is run.
 #[derive(Debug, Clone, Copy)]
@@ -35,7 +47,7 @@ pub(super) struct Span {
     pub end: f64,
     /// Time in which an influence travels one cell (time).
     pub time_per_cell: f64,
-    /// Mean time between two events of a disc (time).
+    /// Mean time between two events of a body (time).
     pub event_interval: f64,
     /// Whether the times of all contacts are kept.
     pub keeps_times: bool,
@@ -44,29 +56,35 @@ pub(super) struct Span {
 /// The result of the run of a tile. Counts are those of events in its own cells.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outcome {
-    pub discs: TileDiscs,
+    pub bodies: TileBodies,
     pub border: BorderLog,
     pub contacts: u64,
+    /// Contacts with a fixed body.
+    pub with_fixed: u64,
     /// Contacts in the border as well.
     pub computed: u64,
-    pub crossings: u64,
-    pub stale: u64,
+    pub done: SchedulerCounters,
     /// Events at exactly the end of the window.
     pub at_end: u64,
     /// Time of the last contact (offset in the epoch), its bodies, and the number of contacts then.
     pub last: Option<(f64, [u32; 2])>,
     pub at_last: u64,
-    /// Contacts after which a disc is faster than all were at the start of the window, and than
-    /// those of this tile have been since.
+    /// Contacts after which a body moves or turns faster than all did at the start of the window,
+    /// and than those of this tile have since.
     pub fast: Vec<FastContact>,
     pub times: Vec<f64>,
+    /// Times of contacts with fixed bodies that other tiles may touch at the same time, with these.
+    pub shared: Vec<(f64, u32)>,
+    /// The contacts of discs for their reports, and all other contacts.
     pub log: Vec<LoggedContact>,
+    pub encounters: Vec<Encounter>,
     /// Energies, times of last contacts and number of guarded contacts, if not all are elastic.
     pub inelastic: InelasticContacts,
-    /// Whether the global order must decide what happens: two contacts of a disc at one instant, or
-    /// a contact after which the surfaces separate by rounding alone.
+    /// Whether the global order must decide what happens: two contacts of a body at one instant, or
+    /// a contact after which the surfaces separate by rounding alone; or whether bodies in the
+    /// border, which may overlap, have more events than can be expected.
     pub needs_order: bool,
-    /// Wall time of the run (seconds), and discs copied from other tiles.
+    /// Wall time of the run (seconds), and bodies copied from other tiles.
     pub seconds: f64,
     pub copied: usize,
 }
@@ -78,59 +96,66 @@ impl Outcome {
             seconds: self.seconds,
             contacts: self.contacts,
             computed: self.computed,
-            copied_bytes: self.copied * size_of::<RestingDisc>(),
+            copied_bytes: self.copied * size_of::<RestingBody>(),
             log_bytes: self.border.bytes(),
         }
     }
 
     fn clear(&mut self) {
         self.border.clear();
-        (self.contacts, self.computed) = (0, 0);
-        (self.crossings, self.stale, self.at_end) = (0, 0, 0);
+        (self.contacts, self.with_fixed, self.computed) = (0, 0, 0);
+        self.done = SchedulerCounters::default();
+        self.at_end = 0;
         (self.last, self.at_last) = (None, 0);
         self.fast.clear();
         self.times.clear();
+        self.shared.clear();
         self.log.clear();
+        self.encounters.clear();
         self.inelastic.clear();
         self.needs_order = false;
     }
 
     /// Adds a contact in the tile's own cells.
     #[inline(always)]
-    fn add<D, R>(
-        &mut self,
-        job: &WindowJob<'_, D, R>,
-        span: &Span,
-        past: &mut PastContacts,
-        contact: &ContactEvent,
-        flights: [[DVec2; 2]; 2],
-        impact: &Impact,
-    ) {
-        let ContactEvent { time, bodies, .. } = *contact;
+    fn add(&mut self, span: &Span, past: &mut PastContacts, impact: &Impact) {
+        let Impact { time, bodies, places, after, spin, met_fixed } = *impact;
         self.contacts += 1;
+        self.with_fixed += u64::from(met_fixed);
         self.at_end += u64::from(time == span.end);
         self.at_last = if self.last.is_some_and(|(last, _)| last == time) { self.at_last + 1 } else { 1 };
         self.last = Some((time, bodies));
-        if !past.limits.within(impact.after) {
-            past.limits.raise(impact.after);
-            self.fast.push(FastContact::new(contact, [flights[0][0], flights[1][0]], impact.after));
+        if !past.limits.permit(after, spin) {
+            past.limits.raise(after, spin);
+            let places = ContactPlaces { bodies, time, places };
+            self.fast.push(FastContact { places, velocities: after, spin });
         }
         if span.keeps_times {
             self.times.push(time);
         }
+    }
+
+    /// Adds the report or the energies of a contact in the tile's own cells that is not one of two
+    /// discs in cells where all contacts are elastic.
+    fn add_resolved<D, R>(&mut self, job: &WindowJob<'_, D, R>, encounter: &Encounter, resolved: &Resolved) {
+        let ContactEvent { time, bodies, .. } = encounter.contact;
         if job.wants_log {
-            self.log.push(LoggedContact::new(contact, flights));
-        } else if let Some(energy) = impact.energy {
-            self.inelastic.guarded += u64::from(impact.is_guarded);
-            self.inelastic.energies.push(energy);
+            self.encounters.push(*encounter);
+            return;
+        }
+        self.inelastic.guarded += u64::from(resolved.spared.is_some());
+        if resolved.lost.is_some() || resolved.spared.is_some() {
+            let [lost, spared] = [resolved.lost, resolved.spared].map(|energy| energy.unwrap_or(0.0));
+            self.inelastic.energies.push(ContactEnergy { time, bodies, lost, spared });
         }
     }
 
     pub fn heap_bytes(&self) -> usize {
-        self.discs.heap_bytes()
+        self.bodies.heap_bytes()
             + self.border.heap_bytes()
             + self.times.capacity() * size_of::<f64>()
             + self.log.capacity() * size_of::<LoggedContact>()
+            + self.encounters.capacity() * size_of::<Encounter>()
             + self.inelastic.energies.capacity() * size_of::<ContactEnergy>()
             + self.inelastic.last_contacts.capacity() * size_of::<(u32, f64)>()
     }
@@ -140,34 +165,65 @@ impl Outcome {
 #[derive(Debug, Clone)]
 pub(super) struct Workspace {
     state: State<TileFrame>,
-    /// Index of each disc of the workspace among all bodies, ascending: ties between events are
-    /// decided as among all bodies.
-    bodies: Vec<u32>,
-    /// For each disc the partner of its event at the start of the window, among all bodies.
+    /// For each body the partner of its event at the start of the window, among all bodies.
     partners: Vec<u32>,
-    /// The time of the last contact of each disc, where there is a guard against inelastic collapse
+    /// The time of the last contact of each body, where there is a guard against inelastic collapse
     /// (offset in the epoch).
     last_contacts: Vec<f64>,
     places: Places,
     /// By the distance of a cell from the tile: the time after which its events have no influence
     /// on the tile.
     useful_until: Vec<f64>,
-    loaded: Vec<RestingDisc>,
+    loaded: Loaded,
+    /// The fixed bodies that those of the workspace may touch, by their indices among all.
+    fixed: Vec<u32>,
+    /// Each body of the workspace in order: its index among all, and its place in `loaded`; of a
+    /// fixed body that in `fixed`, counted on.
     order: Vec<u64>,
+}
+
+/// The moving bodies of a tile and its border, as they are copied.
+#[derive(Debug, Clone, Default)]
+struct Loaded {
+    list: Vec<RestingBody>,
+    motions: Vec<Motion>,
+    pending: Vec<Pending>,
+}
+
+impl Loaded {
+    fn clear(&mut self) {
+        self.list.clear();
+        self.motions.clear();
+        self.pending.clear();
+    }
+
+    /// Adds the bodies in these places of a tile.
+    fn add(&mut self, from: &TileBodies, places: Range<usize>) {
+        self.list.extend_from_slice(&from.list[places.clone()]);
+        self.motions.extend_from_slice(from.motions.get(places.clone()).unwrap_or_default());
+        self.pending.extend_from_slice(from.pending.get(places).unwrap_or_default());
+    }
+
+    fn heap_bytes(&self) -> usize {
+        self.list.capacity() * size_of::<RestingBody>()
+            + self.motions.capacity() * size_of::<Motion>()
+            + self.pending.capacity() * size_of::<Pending>()
+    }
 }
 
 /// The tile that a workspace runs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Task<'a> {
     pub map: &'a TileMap,
-    pub discs: &'a [TileDiscs],
+    pub bodies: &'a [TileBodies],
+    pub fixed: Option<&'a FixedBodies>,
     pub tile: usize,
     /// Cells by which a wrong event must be farther from the tile than its influence travels, and
     /// cells of the border.
     pub margin: u32,
     pub border: u32,
     pub epoch: &'a EpochConstants,
-    /// Whether the discs have no events yet.
+    /// Whether the bodies have no events yet.
     pub is_fresh: bool,
     pub span: Span,
 }
@@ -176,21 +232,21 @@ impl Workspace {
     pub fn new(instructions: Available, grid: CellGrid) -> Self {
         Self {
             state: State::new(instructions, grid, TileFrame::default()),
-            bodies: Vec::new(),
             partners: Vec::new(),
             last_contacts: Vec::new(),
             places: Places::default(),
             useful_until: Vec::new(),
-            loaded: Vec::new(),
+            loaded: Loaded::default(),
+            fixed: Vec::new(),
             order: Vec::new(),
         }
     }
 
     pub fn heap_bytes(&self) -> usize {
         self.state.heap_bytes()
-            + (self.bodies.capacity() + self.partners.capacity()) * size_of::<u32>()
+            + (self.state.bodies.0.capacity() + self.partners.capacity()) * size_of::<u32>()
             + self.last_contacts.capacity() * size_of::<f64>()
-            + self.loaded.capacity() * size_of::<RestingDisc>()
+            + self.loaded.heap_bytes()
             + self.order.capacity() * size_of::<u64>()
     }
 
@@ -203,84 +259,151 @@ impl Workspace {
     ) {
         let begun = Instant::now();
         outcome.clear();
-        self.load(job, &task);
-        outcome.copied = self.bodies.len() - task.discs[task.tile].discs.len();
+        self.load(job.world, &task);
+        outcome.copied = self.loaded.list.len() - task.bodies[task.tile].list.len();
         dispatch(self.state.instructions, Run(self, job, task, outcome));
-        self.store(&task, &mut outcome.discs);
+        outcome.done = self.state.done;
+        self.store(&task, &mut outcome.bodies);
         if !self.last_contacts.is_empty() && !job.wants_log {
             self.store_last_contacts(job.world, outcome);
         }
         outcome.seconds = begun.elapsed().as_secs_f64();
     }
 
-    /// Copies the discs of the tile and of its border.
-    fn load<D, R>(&mut self, job: &WindowJob<'_, D, R>, task: &Task<'_>) {
-        let Task { map, discs, tile, margin, border, epoch, span, .. } = *task;
+    /// Copies the bodies of the tile and of its border.
+    fn load(&mut self, world: &World, task: &Task<'_>) {
+        let Task { map, bodies, tile, margin, border, epoch, span, .. } = *task;
         debug_assert!(margin >= 1 && border >= 3, "lemma 2 of the module");
         self.places.lay_out(map.own(tile), border);
         self.useful_until.clear();
         self.useful_until.extend((0..=border + 1).map(|ring| match ring {
             0 => span.end,
-            // Events of the outermost ring would carry a disc out of the window.
+            // Events of the outermost ring would carry a body out of the window.
             _ if ring >= border => f64::NEG_INFINITY,
             _ => span.end - f64::from(ring.saturating_sub(margin)) * span.time_per_cell,
         }));
         self.loaded.clear();
         map.for_each_run(tile, border, |owner, first, count| {
-            self.loaded.extend_from_slice(discs[owner].in_cells(first, count));
+            let places = bodies[owner].in_cells(first, count);
+            self.loaded.add(&bodies[owner], places);
         });
+        self.state.neighbour_lists.set_frame(map.window(tile, border));
+        self.find_fixed_bodies(task.fixed);
         self.order.clear();
-        let keyed = self.loaded.iter().zip(0_u64..).map(|(disc, place)| u64::from(disc.body) << 32 | place);
-        self.order.extend(keyed);
+        let moving = self.loaded.list.iter().map(|body| body.body);
+        let keyed = moving.chain(self.fixed.iter().copied()).zip(0_u64..);
+        self.order.extend(keyed.map(|(body, place)| u64::from(body) << 32 | place));
         self.order.sort_unstable();
         let state = &mut self.state;
         state.set_constants(epoch);
+        state.done = SchedulerCounters::default();
         state.records.clear();
         state.windings.clear();
         state.wrapped.begin(0);
-        self.bodies.clear();
+        state.molecules.clear();
+        state.bodies.0.clear();
         self.partners.clear();
+        let holds_molecules = state.grid.holds_molecules();
+        // Of discs that meet only each other, the constants of a pair hold the radius.
+        let needs_radius = epoch.pair_constants.is_none() || task.fixed.is_some() || holds_molecules;
         for &key in &self.order {
-            let disc = &self.loaded[key as u32 as usize];
-            self.partners.push(disc.partner());
-            let radius = match epoch.pair_constants {
-                Some(_) => 0.0,
-                None => job.world.bodies[disc.body as usize].kind.molecule.bounding_radius(),
-            };
-            state.records.push(disc.record(radius));
-            state.windings.push(disc.winding);
-            self.bodies.push(disc.body);
+            let (body, place) = ((key >> 32) as u32, key as u32 as usize);
+            let radius =
+                if needs_radius { world.bodies[body as usize].molecule().bounding_radius() } else { 0.0 };
+            state.bodies.0.push(body);
+            if let Some(moving) = self.loaded.list.get(place) {
+                self.partners.push(moving.partner());
+                state.records.push(moving.record(radius));
+                state.windings.push(moving.winding);
+                state.molecules.motions.extend(self.loaded.motions.get(place));
+            } else {
+                let motion = world.motions[body as usize];
+                self.partners.push(0);
+                let mut record = BodyRecord::new(&motion, radius);
+                record.set_cell(NO_CELL);
+                state.records.push(record);
+                state.windings.push(world.windings[body as usize].map(|boxes| boxes as i16));
+                state.molecules.motions.extend(holds_molecules.then_some(motion));
+            }
         }
-        let last_contacts = &job.world.last_contacts;
+        let last_contacts = &world.last_contacts;
         self.last_contacts.clear();
         if !last_contacts.is_empty() {
-            self.last_contacts.extend(self.bodies.iter().map(|&body| last_contacts[body as usize]));
+            self.last_contacts.extend(state.bodies.0.iter().map(|&body| last_contacts[body as usize]));
         }
         state.push_dummy();
-        state.neighbour_lists.set_frame(map.window(tile, border));
-        state.list_discs(|_| true);
+        let count = self.loaded.list.len() as u64;
+        let is_moving = |index: usize| self.order[index] & u64::from(u32::MAX) < count;
+        state.list_discs(is_moving);
+        self.list_fixed_bodies(world, task.fixed);
         if !task.is_fresh {
             self.copy_events();
         }
     }
 
-    /// Copies the events of the discs. A partner that is in no cell around a disc has changed
-    /// since.
+    /// Finds the fixed bodies that those of the workspace may touch.
+    fn find_fixed_bodies(&mut self, fixed: Option<&FixedBodies>) {
+        self.fixed.clear();
+        let Some(fixed) = fixed else { return };
+        let window = *self.state.neighbour_lists.frame();
+        for (_, cell) in window.cells() {
+            self.fixed.extend(fixed.in_cell(cell).map(|listed| listed.index));
+        }
+        self.fixed.sort_unstable();
+        self.fixed.dedup();
+    }
+
+    /// Lists these in the cells of the workspace.
+    fn list_fixed_bodies(&mut self, world: &World, fixed: Option<&FixedBodies>) {
+        let Self { state, fixed: here, .. } = self;
+        let bodies = state.bodies.0.len();
+        let holds_molecules = state.grid.holds_molecules();
+        state.multi_cell.clear();
+        if holds_molecules || fixed.is_some() {
+            state.multi_cell.expect_contacts(bodies);
+        }
+        let Some(fixed) = fixed else { return };
+        let index_of = |bodies: &[u32], body: u32| bodies.binary_search(&body).unwrap_or(0) as u32;
+        for &body in &*here {
+            let index = index_of(&state.bodies.0, body);
+            let (body, motion) = (&world.bodies[body as usize], &world.motions[body as usize]);
+            state.multi_cell.add(index, body, motion, bodies, holds_molecules);
+        }
+        let window = *state.neighbour_lists.frame();
+        state.multi_cell.covered.lay_out((window.size[0] * window.size[1]) as usize);
+        for (list, cell) in window.cells() {
+            for Listed { index: body, image } in fixed.in_cell(cell) {
+                let index = index_of(&state.bodies.0, body);
+                state.multi_cell.covered.enter(list, Listed { index, image });
+                state.neighbour_lists.set_covered(list, true);
+            }
+        }
+    }
+
+    /// Copies the events of the bodies. A moving partner that is in no cell around a body has
+    /// changed since.
     fn copy_events(&mut self) {
-        for (place, &key) in self.order.iter().enumerate() {
-            let disc = &self.loaded[key as u32 as usize];
-            let kind = disc.kind();
+        let Self { state, loaded, order, .. } = self;
+        for (index, &key) in order.iter().enumerate() {
+            let Some(body) = loaded.list.get(key as u32 as usize) else { continue };
+            let kind = body.kind();
             let (mut partner, mut version) = (0, 0);
-            if kind == Kind::Discs {
+            if kind.is_contact() {
                 // No version of the dummy: the prediction is stale.
-                (partner, version) = (self.state.dummy(), 1);
-                let cell = self.state.neighbour_lists.index(disc.cell);
-                let mut around = self.state.neighbour_lists.seen_from(cell).map(|(index, _)| index);
-                if let Some(index) = around.find(|&index| self.bodies[index as usize] == disc.partner()) {
-                    (partner, version) = (index, disc.partner_version);
+                (partner, version) = (state.dummy(), 1);
+                let cell = state.neighbour_lists.index(body.cell);
+                let around = state.neighbour_lists.seen_from(cell).map(|(index, _)| index);
+                let fixed = (0..state.multi_cell.covered_count(cell))
+                    .map(|place| state.multi_cell.covered.get(cell, place).index);
+                let is_partner = |index: &u32| state.bodies.0.get(*index as usize) == Some(&body.partner());
+                if let Some(index) = around.chain(fixed).find(is_partner) {
+                    (partner, version) = (index, body.partner_version);
                 }
             }
-            self.state.records[place].set_event(disc.time, kind, partner, version);
+            state.records[index].set_event(body.time, kind, partner, version);
+            if let Some(pending) = loaded.pending.get(key as u32 as usize) {
+                state.multi_cell.set_pending(index as u32, *pending);
+            }
         }
     }
 
@@ -294,189 +417,206 @@ impl Workspace {
         outcome: &mut Outcome,
     ) {
         let Task { span, is_fresh, .. } = *task;
-        let Self { state, bodies, .. } = self;
-        let window = *state.neighbour_lists.frame();
-        let discs = bodies.len() as u32;
+        let window = *self.state.neighbour_lists.frame();
+        let bodies = self.state.dummy();
         if is_fresh {
-            for disc in 0..discs {
-                let events = state.query_neighbours(kernel, disc, span.from);
-                state.write_disc_event(job.detection, disc, span.from, &events);
-            }
+            self.state.predict_all(kernel, job.world, job.detection, span.from);
         }
-        state.schedule_all(span.event_interval / f64::from(discs.max(1)), span.from);
+        self.state.schedule_all(span.event_interval / f64::from(bodies.max(1)), span.from);
         let mut past = PastContacts { limits: job.limits, time: f64::NAN, bodies: Vec::new(), at_once: 0 };
         let mut ties = Ties::default();
-        while let Some((now, disc)) = self.state.calendar.take_soonest(&self.state.records, span.end, |_| ())
+        let mut events_left = MOST_EVENTS_PER_BODY * (u64::from(bodies) + 100);
+        while let Some((now, body)) = self.state.calendar.take_soonest(&self.state.records, span.end, |_| ())
         {
-            let record = &self.state.records[disc as usize];
+            let record = &self.state.records[body as usize];
             let (kind, cell) = (record.kind(), record.cell());
             let ring = self.places.ring(&window, cell);
             if now > self.useful_until[ring] {
                 continue;
             }
-            outcome.needs_order |= ties.are_undecided(now, disc, record.partner() == discs);
+            events_left -= 1;
+            outcome.needs_order |=
+                ties.are_undecided(now, body, record.partner() == bodies) | (events_left == 0);
             if outcome.needs_order {
                 // The global order runs the window.
                 return;
             }
-            if kind == Kind::Discs {
+            if kind.is_contact() {
                 let partner = record.partner();
                 if self.state.records[partner as usize].version == record.partner_version {
                     self.state.calendar.remove_if_next(partner);
-                    let pair = if disc < partner { [disc, partner] } else { [partner, disc] };
-                    self.run_contact(kernel, job, &span, outcome, &mut past, (now, pair));
+                    let pair = if body < partner { [body, partner] } else { [partner, body] };
+                    let contact = if kind == Kind::Discs {
+                        self.state.contact_of_discs(pair, now)
+                    } else {
+                        self.state.contact_of_multi_cell_body(body, pair, now)
+                    };
+                    self.run_contact(kernel, job, task, outcome, &mut past, &contact);
                     continue;
                 }
-                outcome.stale += u64::from(ring == 0);
+                self.state.count_stale(body);
             } else if kind.is_crossing() {
-                outcome.crossings += u64::from(ring == 0);
-                self.state.cross(kernel, disc, kind);
+                self.state.cross(kernel, body, kind);
+            } else if kind == Kind::Recheck {
+                self.state.count_recheck(body);
             }
             outcome.at_end += u64::from(ring == 0 && now == span.end);
             let state = &mut self.state;
-            let events = state.query_neighbours(kernel, disc, now);
-            let next = state.write_disc_event(job.detection, disc, now, &events);
-            state.calendar.schedule(&state.records, disc, next);
-            let record = &state.records[disc as usize];
-            let last_contact = last_contact(&self.last_contacts, disc);
-            let change = Change::new(self.bodies[disc as usize], now, record, last_contact);
+            state.predict_and_schedule(kernel, job.world, job.detection, body, now);
+            let change = || Change::new(state, body, now, last_contact(&self.last_contacts, body));
             outcome.border.note(&self.places, &window, cell, change);
-            if record.cell() != cell {
-                outcome.border.note(&self.places, &window, record.cell(), change);
+            let cell_after = state.records[body as usize].cell();
+            if cell_after != cell {
+                outcome.border.note(&self.places, &window, cell_after, change);
             }
         }
     }
 
-    /// The contact of a pair of discs.
+    /// The contact of a pair of bodies, which it names by their indices in the workspace.
     #[inline(always)]
     fn run_contact<D: Detection, R: Response, K: Kernel>(
         &mut self,
         kernel: K,
         job: &WindowJob<'_, D, R>,
-        span: &Span,
+        task: &Task<'_>,
         outcome: &mut Outcome,
         past: &mut PastContacts,
-        (now, pair): (f64, [u32; 2]),
+        contact: &ContactEvent,
     ) {
-        let cells = pair.map(|disc| self.state.records[disc as usize].cell());
-        let indices = pair.map(|disc| self.bodies[disc as usize]);
-        let contact = self.state.contact_of_discs(pair, now);
-        let contact = ContactEvent { bodies: indices, ..contact };
-        let (a, b) = (self.state.flight(pair[0], now), self.state.flight(pair[1], now));
-        let impact = if job.all_elastic {
-            let inverse_masses = self
-                .state
-                .inverse_mass
-                .map_or_else(|| job.world.inverse_masses(indices), |inverse_mass| [inverse_mass; 2]);
-            let resolved = job.rules.resolve_discs(contact.image, [a, b], inverse_masses);
-            Impact::elastic([a[0], b[0]], resolved.after)
-        } else {
-            self.resolve_inelastic(job, &contact, pair, [a, b])
-        };
-        let Self { state, places, last_contacts, .. } = self;
-        let window = *state.neighbour_lists.frame();
+        let ContactEvent { time: now, bodies: pair, .. } = *contact;
+        let contact = ContactEvent { bodies: pair.map(|body| self.state.bodies.among_all(body)), ..*contact };
+        let window = *self.state.neighbour_lists.frame();
+        let is_fixed = pair.map(|body| self.state.multi_cell.is_fixed(body));
+        let cells = pair.map(|body| self.state.records[body as usize].cell());
+        let is_own = [0, 1].map(|n| !is_fixed[n] && self.places.ring(&window, cells[n]) == 0);
+        // The owner of the first body that moves counts the contact.
+        let counts = is_own[usize::from(is_fixed[0])];
         outcome.computed += 1;
         outcome.needs_order |= past.advance_to(now);
-        let is_own = cells.map(|cell| places.ring(&window, cell) == 0);
         if is_own[0] | is_own[1] {
-            // The tile that owns a disc sees all of its contacts.
-            outcome.needs_order |= now <= job.instant || past.repeats(indices) || impact.needs_order;
+            // The tile that owns a body sees all of its contacts.
+            outcome.needs_order |= now <= job.instant || past.repeats(contact.bodies);
         }
-        if is_own[0] {
-            outcome.add(job, span, past, &contact, [a, b], &impact);
+        if contact.parts == Parts::Discs && job.all_elastic {
+            let state = &mut self.state;
+            let inverse_masses = state.inverse_masses(job.world, pair);
+            let flights = [state.flight(pair[0], now), state.flight(pair[1], now)];
+            let resolved = job.rules.resolve_discs(contact.image, flights, inverse_masses);
+            let (places, after) = ([flights[0][0], flights[1][0]], resolved.after);
+            if counts {
+                let met_fixed = resolved.met_fixed;
+                let impact =
+                    Impact { time: now, bodies: contact.bodies, places, after, spin: 0.0, met_fixed };
+                outcome.add(&task.span, past, &impact);
+                if job.wants_log {
+                    outcome.log.push(LoggedContact::new(&contact, flights));
+                }
+            }
+            state.flights_changed(kernel, job.world, job.detection, pair, now, [places, after]);
+        } else {
+            let encounter = self.encounter(&contact, pair, [is_own[1], is_own[0]]);
+            let resolved = job.rules.resolve(&encounter);
+            outcome.needs_order |= (is_own[0] | is_own[1]) && resolved.is_unresolved;
+            if counts {
+                outcome.add(&task.span, past, &Impact::of(&encounter, &resolved));
+                outcome.add_resolved(job, &encounter, &resolved);
+            }
+            self.state.motions_changed(kernel, job.world, job.detection, pair, resolved.onwards);
         }
-        state.set_motion(kernel, pair[0], impact.places[0], impact.after[0], now);
-        state.set_motion(kernel, pair[1], impact.places[1], impact.after[1], now);
-        // Both queries come before both writes: see `State::predict_two_discs`. Not in a closure,
-        // which would be compiled without the kernel's instructions.
-        let events =
-            [state.query_neighbours(kernel, pair[0], now), state.query_neighbours(kernel, pair[1], now)];
         for n in 0..2 {
-            let next = state.write_disc_event(job.detection, pair[n], now, &events[n]);
-            state.calendar.schedule(&state.records, pair[n], next);
-        }
-        for n in 0..2 {
-            let record = &state.records[pair[n] as usize];
-            let change = Change::new(indices[n], now, record, last_contact(last_contacts, pair[n]));
-            outcome.border.note(places, &window, cells[n], change);
+            if is_fixed[n] {
+                if counts && task.fixed.is_some_and(|fixed| fixed.is_shared(contact.bodies[n])) {
+                    outcome.shared.push((now, contact.bodies[n]));
+                }
+            } else {
+                let last_contact = last_contact(&self.last_contacts, pair[n]);
+                let change = || Change::new(&self.state, pair[n], now, last_contact);
+                outcome.border.note(&self.places, &window, cells[n], change);
+            }
         }
     }
 
-    /// Resolves a contact where not all are elastic.
+    /// The motions just before a contact of a pair of bodies, and the times of their last contacts,
+    /// which become this one. A fixed body remembers only those with bodies of this tile:
+    /// `with_own` tells for each of the two whether its partner is one.
     #[inline(never)]
-    fn resolve_inelastic<D, R: Response>(
-        &mut self,
-        job: &WindowJob<'_, D, R>,
-        contact: &ContactEvent,
-        pair: [u32; 2],
-        flights: [[DVec2; 2]; 2],
-    ) -> Impact {
+    fn encounter(&mut self, contact: &ContactEvent, pair: [u32; 2], with_own: [bool; 2]) -> Encounter {
+        let before = pair.map(|body| self.state.motion(body).at(contact.time));
         let last_contacts = (!self.last_contacts.is_empty()).then(|| {
-            pair.map(|disc| std::mem::replace(&mut self.last_contacts[disc as usize], contact.time))
+            [0, 1].map(|n| {
+                let last = &mut self.last_contacts[pair[n] as usize];
+                let remembers = with_own[n] || !self.state.multi_cell.is_fixed(pair[n]);
+                std::mem::replace(last, if remembers { contact.time } else { *last })
+            })
         });
-        let resolved = job.rules.resolve(&LoggedContact::new(contact, flights).encounter(last_contacts));
-        let ContactEvent { time, bodies, .. } = *contact;
-        let [lost, spared] = [resolved.lost, resolved.spared].map(|energy| energy.unwrap_or(0.0));
-        Impact {
-            places: resolved.onwards.map(|motion| motion.position),
-            after: resolved.onwards.map(|motion| motion.velocity),
-            energy: Some(ContactEnergy { time, bodies, lost, spared }),
-            is_guarded: resolved.spared.is_some(),
-            needs_order: resolved.is_unresolved,
-        }
+        Encounter { contact: *contact, before, last_contacts, repeats: false }
     }
 
-    /// Stores the time of the last contact of each disc of the tile that had one in this window.
+    /// Stores the time of the last contact of each body of the tile, and of each fixed body, that
+    /// had one in this window.
     fn store_last_contacts(&self, world: &World, outcome: &mut Outcome) {
         let window = self.state.neighbour_lists.frame();
-        let of_discs = self.bodies.iter().zip(&self.last_contacts).zip(&self.state.records);
-        let changed = of_discs.filter(|&((&body, &last), record)| {
-            last != world.last_contacts[body as usize] && self.places.ring(window, record.cell()) == 0
+        let of_bodies = self.state.bodies.0.iter().zip(&self.last_contacts).zip(&self.state.records);
+        let changed = of_bodies.filter(|&((&body, &last), record)| {
+            last != world.last_contacts[body as usize]
+                && (record.cell() == NO_CELL || self.places.ring(window, record.cell()) == 0)
         });
         outcome.inelastic.last_contacts.extend(changed.map(|((&body, &last), _)| (body, last)));
     }
 
-    /// Copies the discs that are in the cells of the tile.
-    fn store(&self, task: &Task<'_>, discs: &mut TileDiscs) {
+    /// Copies the bodies that are in the cells of the tile.
+    fn store(&self, task: &Task<'_>, bodies: &mut TileBodies) {
         let own = task.map.own(task.tile);
         let window = self.state.neighbour_lists.frame();
         let columns = own.size[0];
         let border = task.border + 1;
-        let in_tile = (0..self.bodies.len() as u32)
-            .filter(|&disc| self.places.ring(window, self.state.records[disc as usize].cell()) == 0)
-            .map(|disc| RestingDisc::of(&self.state, disc, &self.bodies, &self.partners));
-        discs.fill((columns * own.size[1]) as usize, in_tile, |disc| {
-            let [column, row] = window.place(disc.cell);
+        let in_tile = (0..self.state.dummy())
+            .filter(|&body| {
+                let cell = self.state.records[body as usize].cell();
+                cell != NO_CELL && self.places.ring(window, cell) == 0
+            })
+            .map(|body| (RestingBody::of(&self.state, body, &self.partners), body));
+        let rest =
+            Rest { motions: &self.state.molecules.motions, pending: self.state.multi_cell.all_pending() };
+        bodies.fill((columns * own.size[1]) as usize, in_tile, rest, |body| {
+            let [column, row] = window.place(body.cell);
             ((row - border) * columns + column - border) as usize
         });
     }
 }
 
-/// The outcome of a contact of two discs.
+/// A contact, as far as the limits of the epoch depend on it.
 #[derive(Debug, Clone, Copy)]
 struct Impact {
-    /// Positions and velocities with which the run goes on.
+    time: f64,
+    bodies: [u32; 2],
+    /// Positions of the two, and velocities after it.
     places: [DVec2; 2],
     after: [DVec2; 2],
-    /// Its energies, where not all contacts are elastic.
-    energy: Option<ContactEnergy>,
-    /// Whether the guard against inelastic collapse has changed it.
-    is_guarded: bool,
-    /// Whether the surfaces separate by rounding alone.
-    needs_order: bool,
+    /// Magnitude of the faster angular velocity after it (1/time).
+    spin: f64,
+    met_fixed: bool,
 }
 
 impl Impact {
-    #[inline(always)]
-    fn elastic(places: [DVec2; 2], after: [DVec2; 2]) -> Self {
-        Self { places, after, energy: None, is_guarded: false, needs_order: false }
+    fn of(encounter: &Encounter, resolved: &Resolved) -> Self {
+        let ContactEvent { time, bodies, .. } = encounter.contact;
+        let after = &resolved.after;
+        Self {
+            time,
+            bodies,
+            places: encounter.before.map(|motion| motion.position),
+            after: [after[0].velocity, after[1].velocity],
+            spin: after[0].angular_velocity.abs().max(after[1].angular_velocity.abs()),
+            met_fixed: resolved.met_fixed,
+        }
     }
 }
 
-/// The time of the last contact of a disc; 0 without a guard, where no outcome depends on it.
+/// The time of the last contact of a body; 0 without a guard, where no outcome depends on it.
 #[inline(always)]
-fn last_contact(last_contacts: &[f64], disc: u32) -> f64 {
-    last_contacts.get(disc as usize).copied().unwrap_or(0.0)
+fn last_contact(last_contacts: &[f64], body: u32) -> f64 {
+    last_contacts.get(body as usize).copied().unwrap_or(0.0)
 }
 
 /// The run of a tile, in the build for an instruction set.

@@ -1,0 +1,215 @@
+//! Molecules, walls and fixed bodies in tiles.
+
+use super::{Computed, Contacts, SMALL, add_motions, assert_same, run};
+use crate::{Scene, Simulation, TileCounters, TileUse, Tiling};
+
+/// Scenes of all kinds of bodies that tiles can run, with a time in which each body has some
+/// contacts.
+fn scenes() -> Vec<(&'static str, Scene, f64)> {
+    let mut scenes = Vec::new();
+    let mut add = |name, until, toml: &str| {
+        let scene = Scene::from_toml(toml).unwrap_or_else(|error| panic!("{name}: {error}"));
+        scenes.push((name, scene, until));
+    };
+    let dumbbells = "
+        [[gas]]
+        shape = \"dumbbell\"
+        atom_radius = 0.004
+        atom_mass = 0.5
+        energy = 1.0
+        area_fraction = 0.3
+    ";
+    add("dumbbells", 0.08, dumbbells);
+    add("locked", 0.08, &format!("{dumbbells}rotation = \"locked\""));
+    add(
+        "molecules of three kinds",
+        0.08,
+        "
+        [[gas]]
+        shape = \"tee\"
+        atom_radius = 0.002
+        atom_mass = 1.0
+        energy = 2.0
+        count = 1500
+        [[gas]]
+        shape = \"ring:5\"
+        atom_radius = 0.002
+        atom_mass = 0.2
+        energy = 0.5
+        count = 1500
+        [[gas]]
+        radius = 0.004
+        mass = 0.1
+        energy = 1.0
+        count = 1000
+        ",
+    );
+    let guarded = "
+        [elasticity]
+        default = 0.8
+    ";
+    add("dumbbells that lose energy", 0.2, &format!("{dumbbells}{guarded}"));
+    let discs = "
+        [[gas]]
+        radius = 0.004
+        mass = 1.0
+        energy = 1.0
+        area_fraction = 0.3
+    ";
+    let walls = "
+        [[wall]]
+        x = 0.0
+        [[wall]]
+        y = 0.5
+        [[wall]]
+        from = [0.2, 0.1]
+        to = [0.9, 0.45]
+        radius = 0.002
+        [[wall]]
+        from = [0.9, 0.9]
+        to = [1.2, 0.7]
+    ";
+    add("discs between walls", 0.1, &format!("{walls}{discs}"));
+    add("dumbbells between walls", 0.1, &format!("{walls}{dumbbells}"));
+    add("discs that lose energy between walls", 0.2, &format!("{walls}{discs}{guarded}"));
+    let mut bumpers = String::new();
+    for column in 0..20 {
+        for row in 0..20 {
+            // Radii from below that of the gas to twenty times.
+            let radius = [0.002, 0.01, 0.005, 0.008][(column + 3 * row) % 4];
+            let [x, y] = [column, row].map(|number| 0.05 * number as f64 + 0.013);
+            bumpers += &format!("[[bumper]]\nat = [{x}, {y}]\nradius = {radius}\n");
+        }
+    }
+    let fixed = "
+        [[molecule]]
+        shape = \"tee\"
+        atom_radius = 0.015
+        atom_mass = 1.0
+        at = [0.5, 0.99]
+        orientation = 0.7
+        fixed = true
+    ";
+    let thin = discs.replace("0.3", "0.12");
+    add("discs among bumpers", 0.2, &format!("{bumpers}{thin}"));
+    add("discs around fixed bodies", 0.1, &format!("{fixed}{walls}{discs}"));
+    add("dumbbells among fixed bodies", 0.1, &format!("{bumpers}{}", dumbbells.replace("0.3", "0.1")));
+    add("discs that lose energy among bumpers", 0.3, &format!("{bumpers}{thin}{guarded}"));
+    scenes
+}
+
+#[test]
+fn molecules_walls_and_fixed_bodies_keep_their_bits() {
+    for (name, scene, until) in scenes() {
+        let times = [0.2, 0.21, 1.0].map(|share| share * until);
+        let (expected, _) = run(&scene, &Tiling::NONE, &times);
+        assert!(expected.counters.collisions > 4000, "{name}: {:?}", expected.counters);
+        assert!(!name.contains("lose energy") || expected.ledger.lost > 0.0, "{name}");
+        let is_among_fixed = name.contains("walls") || name.contains("bumpers") || name.contains("fixed");
+        assert_eq!(expected.counters.fixed_collisions > 100, is_among_fixed, "{name}");
+        for (threads, side, window, margin, front) in
+            [(1, 25, 1.0, 6, 4.0), (2, 20, 0.5, 1, 3.0), (3, 25, 1.0, 2, 1.0)]
+        {
+            let tiling = Tiling { threads, side, window, margin, front, ..SMALL };
+            let (found, tiles) = run(&scene, &tiling, &times);
+            assert_same(&format!("{name}, {tiling:?}"), &expected, &found, &tiles);
+            assert!(tiles.windows > 0, "{name}: {tiles:?}");
+            let in_tiles = tiles.contacts as f64 / found.counters.collisions as f64;
+            assert!(front < 4.0 || in_tiles > 0.9, "{name}: {in_tiles}, {tiles:?}");
+        }
+    }
+}
+
+#[test]
+fn their_contacts_are_reported_in_order_with_the_same_bits() {
+    for (name, scene, until) in scenes() {
+        let [expected, found] = [Tiling::NONE, Tiling { threads: 2, side: 25, ..SMALL }].map(|tiling| {
+            let mut simulation = Simulation::new(&scene).unwrap();
+            simulation.set_tiling(&tiling);
+            let mut contacts = Contacts::default();
+            simulation.observe_until(until, &mut contacts).unwrap();
+            add_motions(&simulation, &mut contacts.0);
+            contacts.0.extend(simulation.view().world.last_contacts().iter().map(|time| time.to_bits()));
+            assert_eq!(simulation.tile_counters().windows > 0, tiling != Tiling::NONE, "{name}");
+            (contacts.0, *simulation.view().ledger(), *simulation.view().counters())
+        });
+        assert!(expected == found, "{name}: reports differ");
+    }
+}
+
+#[test]
+fn their_runs_in_pieces_and_single_steps_change_no_bit() {
+    for (name, scene, until) in scenes().into_iter().filter(|(name, ..)| !name.contains("three kinds")) {
+        let (expected, _) = run(&scene, &Tiling::NONE, &[until]);
+        let mut simulation = Simulation::new(&scene).unwrap();
+        simulation.set_tiling(&Tiling { threads: 2, side: 25, ..SMALL });
+        let mut time = 0.0;
+        for (number, share) in [0.001, 0.2, 0.002, 0.001, 0.4, 0.01, 0.01].into_iter().enumerate() {
+            time += share * until;
+            simulation.run_until(time).unwrap();
+            for _ in 0..number % 3 {
+                simulation.step(1e9, &mut ()).unwrap();
+                time = time.max(simulation.time().to_f64());
+            }
+        }
+        simulation.run_until(until).unwrap();
+        let tiles = simulation.tile_counters();
+        assert!(tiles.windows > 1, "{name}: {tiles:?}");
+        let mut bits = Vec::new();
+        add_motions(&simulation, &mut bits);
+        bits.extend(simulation.view().world.last_contacts().iter().map(|time| time.to_bits()));
+        let (counters, ledger) = (*simulation.view().counters(), *simulation.view().ledger());
+        assert_same(name, &expected, &Computed { bits, counters, ledger }, &tiles);
+    }
+}
+
+#[test]
+fn two_bodies_that_touch_one_wall_at_the_same_instant_are_left_to_the_global_order() {
+    // All numbers are dyadic; the two are in tiles of their own.
+    let scene = Scene::from_toml(
+        "
+        [[wall]]
+        y = 0.5
+        [[molecule]]
+        shape = \"disc\"
+        atom_radius = 0.0078125
+        atom_mass = 1.0
+        at = [0.25, 0.4912109375]
+        velocity = [0.0, 1.0]
+        [[molecule]]
+        shape = \"disc\"
+        atom_radius = 0.0078125
+        atom_mass = 1.0
+        at = [0.75, 0.4912109375]
+        velocity = [0.0, 1.0]
+        [[gas]]
+        radius = 0.0078125
+        mass = 1.0
+        energy = 0.0
+        count = 1000
+        region = { y = [0.55, 0.95] }
+        ",
+    )
+    .unwrap();
+    let (expected, _) = run(&scene, &Tiling::NONE, &[0.3]);
+    assert_eq!(expected.counters.fixed_collisions, 2);
+    let (found, tiles) = run(&scene, &Tiling { side: 20, ..SMALL }, &[0.3]);
+    assert_same("two at a wall", &expected, &found, &tiles);
+    assert_eq!((tiles.windows, tiles.refused), (0, 1), "{tiles:?}");
+}
+
+#[test]
+fn large_moving_bodies_and_warm_walls_are_refused_by_name() {
+    let gas = "[[gas]]\nradius = 0.004\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.2\n";
+    let large = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.03\natom_mass = 1.0\nat = [0.5, 0.5]\n";
+    let warm = "[[wall]]\nx = 0.0\ntemperature = 1.0\n";
+    for (other, expected) in [(large, TileUse::LargeBodies), (warm, TileUse::ThermalWalls)] {
+        let scene = Scene::from_toml(&format!("{other}{gas}")).unwrap();
+        let tiling = Tiling { side: 20, ..SMALL };
+        let mut simulation = Simulation::new(&scene).unwrap();
+        simulation.set_tiling(&tiling);
+        assert_eq!(simulation.tile_use(), expected);
+        let (_, tiles) = run(&scene, &tiling, &[0.05]);
+        assert_eq!(tiles, TileCounters::default());
+    }
+}
