@@ -31,7 +31,7 @@ pub enum Bench {
     Setup(setup::Options),
     /// Growth of gases of many shapes to high densities
     Growth(growth::Options),
-    /// A large gas of discs in order, in tiles and on several threads, and the scaling to many
+    /// A large gas in order, in tiles and on several threads, and the scaling to many
     Tiles(tiles::Options),
 }
 

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use carom::engine::{AtomSpec, BumperSpec, GasSpec, MoleculeSpec, Scene};
+use carom::engine::{AtomSpec, BumperSpec, GasSpec, MoleculeSpec, Scene, WallSpec};
+use clap::ValueEnum;
 
 type Build = Box<dyn Fn() -> Scene>;
 
@@ -61,9 +62,46 @@ fn among(discs: f64, large: f64) -> f64 {
     discs / (1.0 - large)
 }
 
-/// So many equal discs at an area fraction.
-pub fn equal_discs(count: usize, area_fraction: f64) -> Scene {
-    gas_only(filling(count, area_fraction))
+/// A large gas of equal molecules.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LargeGas {
+    /// Discs.
+    Discs,
+    /// Dumbbells.
+    Dumbbells,
+    /// Discs between three walls.
+    BetweenWalls,
+    /// Discs among fixed discs of twice their radius, one for 16 of them.
+    AmongBumpers,
+}
+
+impl LargeGas {
+    /// So many molecules at an area fraction.
+    pub fn scene(self, count: usize, area_fraction: f64) -> Scene {
+        let discs = filling(count, area_fraction);
+        match self {
+            Self::Discs => gas_only(discs),
+            Self::Dumbbells => {
+                let atom_radius = (area_fraction / (2.0 * PI * count as f64)).sqrt();
+                gas_only(molecules("dumbbell", atom_radius, 0.5, count))
+            }
+            Self::BetweenWalls => {
+                let wall = |x, y| WallSpec { x, y, ..WallSpec::default() };
+                let wall = vec![wall(Some(0.0), None), wall(None, Some(0.0)), wall(None, Some(0.5))];
+                Scene { wall, ..gas_only(discs) }
+            }
+            Self::AmongBumpers => {
+                let (side, radius) = ((count as f64 / 16.0).sqrt().round(), discs.radius.unwrap_or(0.0));
+                let places = 0..(side * side) as usize;
+                let bumper = places.map(|place| BumperSpec {
+                    tags: Vec::new(),
+                    at: [(place as f64 % side + 0.5) / side, ((place as f64 / side).floor() + 0.5) / side],
+                    radius: 2.0 * radius,
+                });
+                Scene { bumper: bumper.collect(), ..gas_only(discs) }
+            }
+        }
+    }
 }
 
 fn gas_only(gas: GasSpec) -> Scene {

@@ -1,4 +1,4 @@
-//! `cargo xtask bench tiles`: a large gas of discs in order, in tiles, and on several threads; and
+//! `cargo xtask bench tiles`: a large gas in order, in tiles, and on several threads; and
 //! the time on many cores that follows from the times of single tiles.
 //!
 //! The variants run the same stretch in turn, in one process. Processor time is that of all
@@ -6,19 +6,16 @@
 
 use std::time::Instant;
 
-use anyhow::{Context, Result, ensure};
-use carom::{
-    Scene,
-    engine::{RunSpec, TileWork, Tiling},
-};
+use anyhow::{Result, bail, ensure};
+use carom::engine::{TileWork, Tiling};
 use carom_methods::AnySimulation;
-use carom_runs::{check::expected_collisions, console::put, print_line};
+use carom_runs::{console::put, print_line};
 use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ProcessTime;
 use serde::Serialize;
 
-use super::scenes::equal_discs;
+use super::scenes::LargeGas;
 
 /// Numbers of cores of the scaling, with the side of tiles in cells. Smaller tiles for many cores:
 /// each should have a few.
@@ -28,19 +25,25 @@ const SCALING: [(usize, u32); 4] = [(1, 200), (8, 200), (64, 62), (512, 40)];
 /// lattice.
 const WINDOWS: u32 = 6;
 
+/// Times that the stretch in which the mean free time is measured is doubled.
+const LONGEST_TRIAL: u32 = 30;
+
 /// Options of `cargo xtask bench tiles`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Number of discs
+    /// Number of bodies that move
     #[arg(long, default_value_t = 1_000_000)]
-    discs: usize,
+    bodies: usize,
+    /// Kind of gas
+    #[arg(long, value_enum, default_value_t = LargeGas::Discs)]
+    gas: LargeGas,
     /// Area fraction
     #[arg(long, default_value_t = 0.5)]
     area_fraction: f64,
     /// Elasticity of all contacts; below 1 the gas cools
     #[arg(long, default_value_t = 1.0)]
     elasticity: f64,
-    /// Contacts of each disc in a turn
+    /// Contacts of each body in a turn
     #[arg(long, default_value_t = 8.0)]
     contacts: f64,
     /// Number of rounds; each variant has one turn in a round
@@ -77,7 +80,7 @@ struct Variant {
 /// One row of the table.
 #[derive(Debug, Serialize)]
 struct Row {
-    discs: usize,
+    bodies: usize,
     variant: String,
     wall_ns: f64,
     cpu_ns: f64,
@@ -88,7 +91,7 @@ struct Row {
     /// Contacts computed for each contact.
     work: f64,
     tiles_repeated: f64,
-    bytes_per_disc: f64,
+    bytes_per_body: f64,
 }
 
 /// The expected time on a number of cores.
@@ -108,11 +111,11 @@ struct Scaling {
 /// # Errors
 /// The gas cannot be built or run, or two variants differ.
 pub fn run(options: &Options) -> Result<Verdict> {
-    ensure!(options.discs > 0 && options.contacts > 0.0, "the discs and their contacts must be positive");
-    let mut scene = equal_discs(options.discs, options.area_fraction);
+    ensure!(options.bodies > 0 && options.contacts > 0.0, "the bodies and their contacts must be positive");
+    let mut scene = options.gas.scene(options.bodies, options.area_fraction);
     scene.elasticity.default = options.elasticity;
     let base = AnySimulation::new(&scene)?;
-    let free_time = free_time(options, &scene, &base)?;
+    let free_time = free_time(options, &base)?;
     let mut variants = variants(options, &base);
     let unit = options.contacts * free_time;
     // The first turn melts the initial lattice.
@@ -153,11 +156,21 @@ fn variants(options: &Options, base: &AnySimulation) -> Vec<Variant> {
     variants
 }
 
-/// The mean free time that theory expects (time).
-fn free_time(options: &Options, scene: &Scene, simulation: &AnySimulation) -> Result<f64> {
-    let one = Scene { run: RunSpec { until: 1.0, ..scene.run.clone() }, ..scene.clone() };
-    let collisions = expected_collisions(&one, &simulation.view()).context("no theory for this gas")?;
-    Ok(0.5 * options.discs as f64 / collisions)
+/// The mean time between two contacts of a body, measured on a copy (time).
+fn free_time(options: &Options, base: &AnySimulation) -> Result<f64> {
+    let bodies = options.bodies as f64;
+    let mut copy = base.clone();
+    // Bodies of unit speed pass their mean distance in this time.
+    let (mut from, mut until) = ((0.0, 0), 0.1 / bodies.sqrt());
+    for _ in 0..LONGEST_TRIAL {
+        copy.run_until(until)?;
+        let collisions = copy.view().counters().collisions;
+        if collisions > options.bodies as u64 {
+            return Ok(0.5 * bodies * (until - from.0) / (collisions - from.1) as f64);
+        }
+        (from, until) = ((until, collisions), 2.0 * until);
+    }
+    bail!("the bodies have hardly any contacts")
 }
 
 /// Runs to a time; returns the nanoseconds of a contact, of wall and of processor time.
@@ -178,6 +191,7 @@ fn same(one: &Variant, other: &Variant) -> bool {
     motions.into_iter().all(|(one, other)| {
         bits(one.motion.position) == bits(other.motion.position)
             && bits(one.motion.velocity) == bits(other.motion.velocity)
+            && one.motion.orientation.turns().to_bits() == other.motion.orientation.turns().to_bits()
     })
 }
 
@@ -192,7 +206,7 @@ fn rows(options: &Options, variants: &[Variant]) -> Vec<Row> {
         let counters = variant.simulation.tile_counters();
         let (wall_ns, cpu_ns) = (median(variant, 0), median(variant, 1));
         Row {
-            discs: options.discs,
+            bodies: options.bodies,
             variant: variant.name.clone(),
             wall_ns,
             cpu_ns,
@@ -200,19 +214,19 @@ fn rows(options: &Options, variants: &[Variant]) -> Vec<Row> {
             wall_ratio: one_thread_wall / wall_ns,
             work: counters.computed as f64 / counters.contacts.max(1) as f64,
             tiles_repeated: counters.repeated as f64 / counters.tiles.max(1) as f64,
-            bytes_per_disc: variant.simulation.heap_bytes() as f64 / options.discs as f64,
+            bytes_per_body: variant.simulation.heap_bytes() as f64 / options.bodies as f64,
         }
     };
     variants.iter().map(row).collect()
 }
 
 fn print(row: &Row) {
-    let Row { discs, variant, wall_ns, cpu_ns, cpu_ratio, wall_ratio, work, tiles_repeated, bytes_per_disc } =
+    let Row { bodies, variant, wall_ns, cpu_ns, cpu_ratio, wall_ratio, work, tiles_repeated, bytes_per_body } =
         row;
     print_line(&format!(
-        "{discs:>9} discs  {variant:<18} {wall_ns:>7.1} ns wall {cpu_ns:>7.1} ns cpu  \
+        "{bodies:>9} bodies  {variant:<18} {wall_ns:>7.1} ns wall {cpu_ns:>7.1} ns cpu  \
          {cpu_ratio:>5.2} x in order (cpu) {wall_ratio:>5.2} x one thread (wall)  \
-         work {work:.2}  repeated {:.2} %  {bytes_per_disc:.0} B/disc",
+         work {work:.2}  repeated {:.2} %  {bytes_per_body:.0} B/body",
         1e2 * tiles_repeated,
     ));
 }

@@ -95,6 +95,15 @@ const MOST_ATTEMPTS: usize = 4;
 /// Cells by which the border of a tile is widened when it is run again.
 const WIDENING: u32 = 6;
 
+/// Share of [`Tiling::front`] and [`Tiling::margin`] for molecules, which touch at less than the
+/// length of a cell. Smaller: more tiles are repeated. Larger: wider borders.
+const OF_MOLECULES: f64 = 0.72;
+
+/// Free paths that an influence travels at least in a mean free time, at the root mean square of the
+/// speed: in a thin gas it travels with the fastest bodies. Smaller: more tiles are repeated.
+/// Larger: wider borders.
+const PATHS: f64 = 3.5;
+
 /// Factor on the speed of influences after a window in which tiles disagreed, and after any other.
 /// About one window in eleven is then run twice in part. Closer to 1: more are. Farther: borders are
 /// wider than they must be for longer.
@@ -134,9 +143,12 @@ pub(super) struct Tiles {
     /// Measured in the last window: contacts of all bodies, and events of all bodies, per time.
     contact_rate: f64,
     event_rate: f64,
-    /// Cells that an influence travels in a mean free time: [`Tiling::front`], or more after tiles
-    /// have disagreed.
+    /// Cells that an influence travels in a mean free time, and cells by which a border is wider:
+    /// see [`Tiling::front`] and [`Tiling::margin`]. More after tiles have disagreed.
     front: f64,
+    margin: u32,
+    /// The least front in this epoch.
+    least_front: f64,
     /// Number of bodies that move.
     count: usize,
     /// Whether the rest of the epoch is run event by event.
@@ -183,7 +195,9 @@ impl Tiles {
             is_fresh: true,
             contact_rate: 0.0,
             event_rate: 0.0,
-            front: tiling.within_bounds().front,
+            front: 0.0,
+            margin: tiling.within_bounds().margin,
+            least_front: 0.0,
             count: 0,
             is_refused: false,
             counters: TileCounters::default(),
@@ -223,6 +237,13 @@ impl Tiles {
         }
         // Nothing moves.
         self.is_refused = self.contact_rate == 0.0;
+        let share = if grid.holds_molecules() { OF_MOLECULES } else { 1.0 };
+        self.margin = (share * f64::from(self.tiling.margin)).ceil() as u32;
+        let bodies = world.bodies.len() as f64;
+        let free_path = (0.5 * bodies / self.contact_rate) * mean_square_speed(world).sqrt();
+        let in_free_paths = PATHS * free_path / grid.side().min_element();
+        self.least_front = (share * self.tiling.front).max(in_free_paths).min(MOST_FRONT);
+        self.front = self.front.max(self.least_front);
     }
 
     /// Takes over from the global order, in the middle of an epoch.
@@ -362,7 +383,7 @@ impl Tiles {
         let discs = self.count as f64;
         let free_time = 0.5 * discs / self.contact_rate;
         // The border of a window must fit between the tiles.
-        let widest = f64::from(self.widest_border().saturating_sub(self.tiling.margin + 2));
+        let widest = f64::from(self.widest_border().saturating_sub(self.margin + 2));
         let mut length = free_time * self.tiling.window.min(widest / self.front);
         let logged_bytes = match (job.wants_log, job.all_elastic) {
             (true, false) => size_of::<Encounter>(),
@@ -401,7 +422,7 @@ impl Tiles {
         };
         let reach = (self.front * (end - job.from) / free_time).ceil() as u32;
         let mut selected: Vec<usize> = (0..self.map.tiles()).collect();
-        let mut margin = self.tiling.margin;
+        let mut margin = self.margin;
         for attempt in 0..MOST_ATTEMPTS {
             let border = margin.saturating_add(reach).saturating_add(1);
             if border > self.widest_border() {
@@ -570,7 +591,7 @@ impl Tiles {
             self.contact_rate = (contacts as f64 / length).max(0.5 * self.contact_rate);
             self.event_rate = (events as f64 / length).max(0.5 * self.event_rate);
         }
-        self.front = (self.front * SLOWER).max(self.tiling.front);
+        self.front = (self.front * SLOWER).max(self.least_front);
         let last = self.outcomes.iter().filter_map(|outcome| outcome.last).max_by(|a, b| a.0.total_cmp(&b.0));
         let mut log: Vec<LoggedContact> = Vec::new();
         if job.wants_log {
@@ -631,9 +652,13 @@ fn expected_contact_rate(world: &World) -> f64 {
     let diameter = 2.0 * sum(|body| body.kind.molecule.bounding_radius());
     let filled = (bodies / area * 0.25 * std::f64::consts::PI * diameter * diameter).min(0.9);
     let contact_value = (1.0 - 7.0 / 16.0 * filled) / (1.0 - filled).powi(2);
-    let speed_squared =
-        world.motions().iter().map(|motion| motion.velocity.length_squared()).sum::<f64>() / bodies;
-    let thermal = (0.5 * speed_squared).sqrt();
+    let thermal = (0.5 * mean_square_speed(world)).sqrt();
     let rate = std::f64::consts::PI.sqrt() * bodies / area * diameter * contact_value * thermal * bodies;
     if rate.is_finite() { rate } else { 0.0 }
+}
+
+/// Mean of the squared speeds of all bodies (length² / time²).
+fn mean_square_speed(world: &World) -> f64 {
+    let squares = world.motions().iter().map(|motion| motion.velocity.length_squared());
+    squares.sum::<f64>() / world.bodies().len() as f64
 }
