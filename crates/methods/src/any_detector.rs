@@ -1,15 +1,17 @@
 //! All detectors as one type, so that a run can use any of them.
 
+#![allow(clippy::inline_always, reason = "compiled with the instructions of the loop over the events")]
+
 use carom_detection::{
-    Answer, BoundingCircles, DISC_LANES, Detection, DiscLanes, Exact, FixedStep, GoldenSecant,
+    Answer, BoundingCircles, DISC_LANES, Detection, DiscLanes, Exact, FixedStep, GoldenSecant, QueryBody,
 };
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 /// A detector, chosen at run time.
 ///
-/// [`Self::Exact`] finds the same contacts as [`Exact`] but has no SIMD broad phase for molecules;
-/// [`AnySimulation`](crate::AnySimulation) therefore runs [`Exact`] itself.
+/// Each finds the contacts of the detector of its name, with the same broad phase. The choice costs
+/// a branch that is always predicted, and all loops over events are compiled once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AnyDetector {
     /// The certified detector.
@@ -40,32 +42,61 @@ impl AnyDetector {
     }
 }
 
-impl Detection for AnyDetector {
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
-        match self {
-            Self::Exact(detector) => detector.first_contact(a, b, motion, horizon),
-            Self::GoldenSecant(detector) => detector.first_contact(a, b, motion, horizon),
-            Self::FixedStep(detector) => detector.first_contact(a, b, motion, horizon),
-            Self::BoundingCircles => BoundingCircles.first_contact(a, b, motion, horizon),
+/// Calls a method of the detector that this is.
+macro_rules! delegate {
+    ($self:ident, $detector:ident => $call:expr) => {
+        match $self {
+            Self::Exact($detector) => $call,
+            Self::GoldenSecant($detector) => $call,
+            Self::FixedStep($detector) => $call,
+            Self::BoundingCircles => {
+                let $detector = &BoundingCircles;
+                $call
+            }
         }
+    };
+}
+
+impl Detection for AnyDetector {
+    #[inline]
+    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        delegate!(self, detector => detector.first_contact(a, b, motion, horizon))
     }
 
     #[inline]
-    fn decides_discs_in_closed_form(&self) -> bool {
-        match self {
-            Self::Exact(detector) => detector.decides_discs_in_closed_form(),
-            Self::GoldenSecant(detector) => detector.decides_discs_in_closed_form(),
-            Self::FixedStep(detector) => detector.decides_discs_in_closed_form(),
-            Self::BoundingCircles => BoundingCircles.decides_discs_in_closed_form(),
-        }
+    fn first_contact_after(
+        &self,
+        begin: f64,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
+        delegate!(self, detector => detector.first_contact_after(begin, a, b, motion, horizon))
     }
 
+    #[inline(always)]
+    fn contact_time_lower_bounds<const N: usize>(
+        &self,
+        query: &QueryBody<'_>,
+        lanes: &DiscLanes<N>,
+        horizon: f64,
+    ) -> [f64; N] {
+        delegate!(self, detector => detector.contact_time_lower_bounds(query, lanes, horizon))
+    }
+
+    #[inline(always)]
+    fn contact_time_lower_bound(&self, query: &QueryBody<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
+        delegate!(self, detector => detector.contact_time_lower_bound(query, lanes, horizon))
+    }
+
+    #[inline(always)]
+    fn decides_discs_in_closed_form(&self) -> bool {
+        delegate!(self, detector => detector.decides_discs_in_closed_form())
+    }
+
+    #[inline]
     fn disc_contacts(&self, lanes: &DiscLanes) -> [f64; DISC_LANES] {
-        match self {
-            Self::Exact(detector) => detector.disc_contacts(lanes),
-            Self::GoldenSecant(detector) => detector.disc_contacts(lanes),
-            Self::FixedStep(detector) => detector.disc_contacts(lanes),
-            Self::BoundingCircles => BoundingCircles.disc_contacts(lanes),
-        }
+        delegate!(self, detector => detector.disc_contacts(lanes))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::{fmt, ops::ControlFlow};
 
-use carom_detection::{Detection, Exact};
+use carom_detection::Detection;
 use carom_engine::{
     Batch, BodyKey, CellScheduler, Checkpoint, CheckpointError, EditError, ElasticitySpec, Growth,
     HeapScheduler, MoleculeSpec, Observer, Rotation, RunError, Scene, SceneError, Scheduler, Simulation, Tag,
@@ -12,6 +12,9 @@ use carom_kinematics::EpochTime;
 use carom_response::{Impact, Response};
 
 use crate::{AnyDetector, Method, Order};
+
+type Cells = Simulation<AnyDetector, Impact, CellScheduler>;
+type Heap = Simulation<AnyDetector, Impact, HeapScheduler>;
 
 /// A [`Simulation`] with any detector, response and scheduler.
 ///
@@ -64,21 +67,10 @@ impl AnySimulation {
         method: &Method,
         progress: &mut dyn FnMut(&Growth) -> ControlFlow<()>,
     ) -> Result<Self, SceneError> {
-        type Cells<D> = Simulation<D, Impact, CellScheduler>;
-        type Heap<D> = Simulation<D, Impact, HeapScheduler>;
-        let simulation: Self = match (method.detector, method.order) {
-            (AnyDetector::Exact(exact), Order::Cells(options)) => {
-                Cells::with_progress(scene, exact, Impact, options, progress)?.into()
-            }
-            (AnyDetector::Exact(exact), Order::Heap(options)) => {
-                Heap::with_progress(scene, exact, Impact, options, progress)?.into()
-            }
-            (detector, Order::Cells(options)) => {
-                Cells::with_progress(scene, detector, Impact, options, progress)?.into()
-            }
-            (detector, Order::Heap(options)) => {
-                Heap::with_progress(scene, detector, Impact, options, progress)?.into()
-            }
+        let detector = method.detector;
+        let simulation: Self = match method.order {
+            Order::Cells(options) => Cells::with_progress(scene, detector, Impact, options, progress)?.into(),
+            Order::Heap(options) => Heap::with_progress(scene, detector, Impact, options, progress)?.into(),
         };
         Ok(simulation.in_tiles(method))
     }
@@ -89,17 +81,12 @@ impl AnySimulation {
     /// # Errors
     /// Those of [`Growth::step`] and of [`Self::with`].
     pub fn grown(growth: Growth, method: &Method) -> Result<Self, SceneError> {
-        let simulation: Self = match (method.detector, method.order) {
-            (AnyDetector::Exact(exact), Order::Cells(options)) => {
-                growth.finish_with::<_, _, CellScheduler>(exact, Impact, options)?.into()
-            }
-            (AnyDetector::Exact(exact), Order::Heap(options)) => {
-                growth.finish_with::<_, _, HeapScheduler>(exact, Impact, options)?.into()
-            }
-            (detector, Order::Cells(options)) => {
+        let detector = method.detector;
+        let simulation: Self = match method.order {
+            Order::Cells(options) => {
                 growth.finish_with::<_, _, CellScheduler>(detector, Impact, options)?.into()
             }
-            (detector, Order::Heap(options)) => {
+            Order::Heap(options) => {
                 growth.finish_with::<_, _, HeapScheduler>(detector, Impact, options)?.into()
             }
         };
@@ -113,21 +100,10 @@ impl AnySimulation {
     /// [`CheckpointError`] if no simulation can have written it, or if the grid of the method does
     /// not suit its bodies.
     pub fn resume(checkpoint: &Checkpoint, method: &Method) -> Result<Self, CheckpointError> {
-        type Cells<D> = Simulation<D, Impact, CellScheduler>;
-        type Heap<D> = Simulation<D, Impact, HeapScheduler>;
-        let simulation = match (method.detector, method.order) {
-            (AnyDetector::Exact(exact), Order::Cells(options)) => {
-                Self::from(Cells::<Exact>::resume_with(checkpoint, exact, Impact, options)?)
-            }
-            (AnyDetector::Exact(exact), Order::Heap(options)) => {
-                Self::from(Heap::<Exact>::resume_with(checkpoint, exact, Impact, options)?)
-            }
-            (detector, Order::Cells(options)) => {
-                Self::from(Cells::<AnyDetector>::resume_with(checkpoint, detector, Impact, options)?)
-            }
-            (detector, Order::Heap(options)) => {
-                Self::from(Heap::<AnyDetector>::resume_with(checkpoint, detector, Impact, options)?)
-            }
+        let detector = method.detector;
+        let simulation: Self = match method.order {
+            Order::Cells(options) => Cells::resume_with(checkpoint, detector, Impact, options)?.into(),
+            Order::Heap(options) => Heap::resume_with(checkpoint, detector, Impact, options)?.into(),
         };
         Ok(simulation.in_tiles(method))
     }

@@ -99,13 +99,12 @@ impl State {
         let mut cells = std::mem::take(&mut multi_cell_body.cells);
         let mut tiles = std::mem::take(&mut multi_cell_body.tiles);
         tiles.clear();
-        match &multi_cell_body.wall {
-            Some(wall) => cells_of_wall(&self.grid, wall, &mut cells),
-            None => {
-                let reach = Reach::of(&self.grid, multi_cell_body);
-                reach.add_cells(&mut cells);
-                reach.add_tiles(&mut tiles);
-            }
+        if let Some(wall) = &multi_cell_body.wall {
+            cells_of_wall(&self.grid, wall, &mut cells);
+        } else {
+            let reach = Reach::of(&self.grid, multi_cell_body);
+            reach.add_cells(&mut cells);
+            reach.add_tiles(&mut tiles);
         }
         multi_cell_body.tiles = tiles;
         self.enter_cells(index, cells);
