@@ -142,16 +142,23 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         flights: [[DVec2; 2]; 2],
         resolved: ResolvedDiscs,
     ) -> Result<(), RunError> {
-        let ContactEvent { time, bodies, .. } = contact;
-        let ResolvedDiscs { after, met_fixed, .. } = resolved;
-        if !self.limits.within(after) {
-            let places = ContactPlaces { bodies, time, places: [flights[0][0], flights[1][0]] };
-            self.limits.accept(self.world, self.names, places, after, 0.0)?;
+        // All parts by themselves, and put together where they are needed: an array or a struct whose
+        // address is passed on stays in memory for each contact, and is read as a whole before its
+        // parts have reached the cache.
+        let ContactEvent { time, bodies: [a, b], image: [across, up], parts } = contact;
+        let ResolvedDiscs { line_of_centres, impulse, after: [after_a, after_b], met_fixed } = resolved;
+        let [[place_a, velocity_a], [place_b, velocity_b]] = flights;
+        if !self.limits.within(after_a, after_b) {
+            let places = ContactPlaces { bodies: [a, b], time, places: [place_a, place_b] };
+            self.limits.accept(self.world, self.names, places, [after_a, after_b], 0.0)?;
         }
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(met_fixed);
-        if self.watches(bodies) {
-            self.report_discs(contact, flights, resolved);
+        if self.watches([a, b]) {
+            let contact = ContactEvent { time, bodies: [a, b], image: [across, up], parts };
+            let flights = [[place_a, velocity_a], [place_b, velocity_b]];
+            let after = [after_a, after_b];
+            self.report_discs(contact, flights, ResolvedDiscs { line_of_centres, impulse, after, met_fixed });
         }
         Ok(())
     }

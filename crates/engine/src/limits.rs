@@ -101,7 +101,7 @@ impl Limits {
 
     /// Whether neither velocity exceeds the speed for which the limits were set.
     #[inline(always)]
-    pub fn within(&self, [a, b]: [DVec2; 2]) -> bool {
+    pub fn within(&self, a: DVec2, b: DVec2) -> bool {
         // False for NaN.
         (a.length_squared() <= self.fastest_squared) & (b.length_squared() <= self.fastest_squared)
     }
@@ -109,12 +109,13 @@ impl Limits {
     /// Whether neither velocity exceeds the speed for which the limits were set, nor the magnitude
     /// `spin` of the faster rotation the angular velocity (1/time).
     #[inline(always)]
-    pub fn permit(&self, velocities: [DVec2; 2], spin: f64) -> bool {
-        self.within(velocities) & (spin <= self.fastest_spin)
+    pub fn permit(&self, [a, b]: [DVec2; 2], spin: f64) -> bool {
+        self.within(a, b) & (spin <= self.fastest_spin)
     }
 
     /// Raises the speed and the angular velocity for which the limits are set to those of two
     /// bodies.
+    #[inline(always)]
     pub fn raise(&mut self, [a, b]: [DVec2; 2], spin: f64) {
         self.fastest_squared = self.fastest_squared.max(a.length_squared()).max(b.length_squared());
         self.fastest_spin = self.fastest_spin.max(spin);

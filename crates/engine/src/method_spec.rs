@@ -61,7 +61,7 @@ pub struct MethodSpec {
     /// Of `cells`: the instruction set. All give the same bits. Default: `widest`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instructions: Option<InstructionsName>,
-    /// Of `cells`: whether large gases of discs are divided into tiles, which several threads can
+    /// Of `cells`: whether large gases are divided into tiles, which several threads can
     /// run. It changes no bit of the results. Default: `automatic`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tiles: Option<TilesName>,

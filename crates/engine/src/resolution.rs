@@ -94,13 +94,15 @@ impl<R: Response> Rules<'_, R> {
         }
         let velocities = [velocity_a, velocity_b];
         let impulse = self.response.impulse_of_discs(d, velocities, inverse_masses, Elasticity::ELASTIC);
-        let mut after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];
+        // By value: a velocity whose address is taken is copied through memory for each contact.
+        let mut after_a = velocity_a - impulse * inverse_masses[0];
+        let mut after_b = velocity_b + impulse * inverse_masses[1];
         let met_fixed = (inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0);
         if met_fixed {
-            self.reflect(d, velocity_a, inverse_masses[0], &mut after[0]);
-            self.reflect(-d, velocity_b, inverse_masses[1], &mut after[1]);
+            after_a = self.reflected(d, velocity_a, inverse_masses[0], after_a);
+            after_b = self.reflected(-d, velocity_b, inverse_masses[1], after_b);
         }
-        ResolvedDiscs { line_of_centres: d, impulse, after, met_fixed }
+        ResolvedDiscs { line_of_centres: d, impulse, after: [after_a, after_b], met_fixed }
     }
 
     /// Resolves any contact.
@@ -199,22 +201,18 @@ impl<R: Response> Rules<'_, R> {
         let turns = |n: usize| inertias[n].inverse_moment > 0.0 && frame.arms[n].perp_dot(d) != 0.0;
         if met_fixed && elasticity == Elasticity::ELASTIC && !turns(0) && !turns(1) {
             let [a, b] = &mut after;
-            self.reflect(d, before[0].velocity, inertias[0].inverse_mass, &mut a.velocity);
-            self.reflect(-d, before[1].velocity, inertias[1].inverse_mass, &mut b.velocity);
+            a.velocity = self.reflected(d, before[0].velocity, inertias[0].inverse_mass, a.velocity);
+            b.velocity = self.reflected(-d, before[1].velocity, inertias[1].inverse_mass, b.velocity);
         }
         after
     }
 
-    /// Replaces the velocity of a body after an elastic contact with a fixed body by one that is
-    /// rounded less, if the response provides it; a fixed body keeps its velocity.
+    /// The velocity of a body after an elastic contact with a fixed body: one that is rounded less
+    /// than `after`, if the response provides it; a fixed body keeps its velocity.
     #[cold]
     #[inline(never)]
-    fn reflect(&self, to_other: DVec2, before: DVec2, inverse_mass: f64, after: &mut DVec2) {
-        if inverse_mass == 0.0 {
-            *after = before;
-        } else if let Some(reflected) = self.response.reflected(to_other, before) {
-            *after = reflected;
-        }
+    fn reflected(&self, to_other: DVec2, before: DVec2, inverse_mass: f64, after: DVec2) -> DVec2 {
+        if inverse_mass == 0.0 { before } else { self.response.reflected(to_other, before).unwrap_or(after) }
     }
 }
 

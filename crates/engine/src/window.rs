@@ -1,6 +1,8 @@
 //! Windows: parts of an epoch whose contacts a scheduler finds and resolves at once, on any number
 //! of threads, before the engine records them in order of time.
 
+#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+
 use carom_kinematics::Motion;
 use glam::DVec2;
 
@@ -127,6 +129,7 @@ pub(crate) struct LoggedContact {
 }
 
 impl LoggedContact {
+    #[inline(always)]
     pub fn new(contact: &ContactEvent, flights: [[DVec2; 2]; 2]) -> Self {
         let ContactEvent { time, bodies, image, .. } = *contact;
         Self { time, bodies, image: image.map(|boxes| boxes as i32), flights }

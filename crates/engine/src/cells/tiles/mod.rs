@@ -2,25 +2,32 @@
 //! on any number of threads, with the bits of the global order.
 //!
 //! Each tile is run from the common state at the start of the window, together with a border of its
-//! neighbours' discs. Far out, these are soon wrong: the discs beyond the border are missing.
-//! So events of the border are left out once they can no longer influence the tile, and tile and
+//! neighbours' bodies. Far out, these are soon wrong: the bodies beyond the border are missing. So
+//! events of the border are left out once they can no longer influence the tile, and tile and
 //! neighbours log all changes in the two rings of cells on each side of their common border. If the
 //! logs agree everywhere, every tile is right. If two disagree, both are run again with a wider
 //! border, from the old state, which is still there. If this does not help, the window is run event
 //! by event.
 //!
+//! Bodies that move live in cells, as discs or as molecules. Walls and fixed bodies are listed in
+//! the cells from which they can be touched, and never change: each tile reads them where it needs
+//! them.
+//!
 //! # Lemmas
 //!
-//! An event *changes* the cells of its discs: those of both discs of a contact; that of the disc of
-//! a stale prediction, whose next event alone changes; the cells that a crossing leaves and enters.
-//! It *reads* the cells adjacent to these, with the flights, versions and next events of their
-//! discs. The *neighbourhood* of a tile is its own cells and the two rings around them, the
-//! *history* of a cell the sequence of changes in it. H is the run in the global order.
+//! An event *changes* the cells of its moving bodies: those of both bodies of a contact, or that of
+//! the one that touches a fixed body; that of the body of a stale prediction or of a re-check, whose
+//! next event alone changes; the cells that a crossing leaves and enters. It *reads* the cells
+//! adjacent to these, with the motions, versions and next events of their bodies, and the fixed
+//! bodies listed there. The *neighbourhood* of a tile is its own cells and the two rings around
+//! them, the *history* of a cell the sequence of changes in it. H is the run in the global order.
 //!
 //! 1. **An event that changes a cell of a tile reads only the neighbourhood.** *Proof.* An event
 //!    changes one cell, or two adjacent ones, so all of them lie within one ring. It reads the
-//!    cells adjacent to these.
-//! 2. **No event that changes a cell of a tile is left out.** *Proof.* It is the event of a disc in
+//!    cells adjacent to these. This holds for a contact of two discs or molecules (they live in
+//!    adjacent cells: a cell is as long as two bounding circles reach), for a contact with a wall or
+//!    a fixed body, a stale prediction, a re-check, and a crossing.
+//! 2. **No event that changes a cell of a tile is left out.** *Proof.* It is the event of a body in
 //!    the tile or in the ring around it. Both have the end of the window as their limit, since the
 //!    margin is at least one cell and the border at least three (`Workspace::load`). An event that
 //!    is left out farther away is a difference like any other: the comparison finds it.
@@ -30,14 +37,20 @@
 //!    only, or has another outcome. If c is in the rings, it belongs to a neighbour B, which has
 //!    the same history of c by comparison, so B differs from H in its own cell. So let c be a cell
 //!    of A itself. By lemma 1 the event reads the neighbourhood of A only, which agrees with H up
-//!    to then: the same discs with the same flights, versions, next events and times of last
-//!    contacts, since these are the outcomes of earlier changes, or were given at the start. By
-//!    lemma 2 it is not left out. So it happens in both, with the same outcome: a contradiction.
-//! 4. **The order of discs is that of all bodies.** A workspace numbers its discs in the order of
-//!    their indices among all bodies, so ties are decided alike. A tie that depends on a partner
-//!    outside the workspace is left to the global order.
-//! 5. **Roundings are those of the whole box.** Flights and cells are kept relative to the box, and
-//!    the image in which a disc is seen depends on its cell alone, never on the tile.
+//!    to then: the same bodies with the same motions, versions, next events with their partners,
+//!    and times of last contacts, since these are the outcomes of earlier changes (`Change`), or
+//!    were given at the start. By lemma 2 it is not left out. So it happens in both, with the same
+//!    outcome: a contradiction.
+//! 4. **The order of bodies is that of all.** A workspace numbers its bodies in the order of their
+//!    indices among all, so ties are decided alike. A tie that depends on a partner outside the
+//!    workspace is left to the global order, as are contacts of two tiles with one fixed body at the
+//!    same instant.
+//! 5. **Roundings are those of the whole box.** Motions and cells are kept relative to the box, and
+//!    the image in which a body is seen depends on its cell alone, never on the tile.
+//! 6. **A partner that is in no cell around a body has changed since.** *Proof.* The next event of a
+//!    body is a contact only if the body is in its present cell until then. Without a change, the
+//!    centre of the partner moves on a straight line from one cell of the 3 × 3 around it to
+//!    another, so it is in one of them all the time.
 //!
 //! Nothing is assumed of speeds, distances or equilibrium: they decide how often a tile is run
 //! again, never the result. A log holds the changes themselves, not a digest.
@@ -45,12 +58,13 @@
 //! # Ends of a window
 //!
 //! A window ends with the epoch, as in the global order. If there are more contacts than the epoch
-//! has left, or if a disc becomes so fast that the epoch ends earlier, the window is run again up
-//! to that time. Contacts of a disc with two others at one instant, contacts after which the
+//! has left, or if a body becomes so fast that the epoch ends earlier, the window is run again up
+//! to that time. Contacts of a body with two others at one instant, contacts after which the
 //! surfaces separate by rounding alone, and errors are left to the global order, which begins from
 //! the state at the start of the window. Only events in a tile's own cells count for this: those in
 //! its border may be wrong. Of the border count only events at one instant: ties that depend on a
-//! partner beyond it, and more contacts than have an end for certain.
+//! partner beyond it, and more contacts than have an end for certain; and more events of all bodies
+//! than can be expected.
 
 mod border_log;
 mod fixed_bodies;

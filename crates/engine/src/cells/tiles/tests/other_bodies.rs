@@ -72,15 +72,14 @@ fn scenes() -> Vec<(&'static str, Scene, f64)> {
     add("discs between walls", 0.1, &format!("{walls}{discs}"));
     add("dumbbells between walls", 0.1, &format!("{walls}{dumbbells}"));
     add("discs that lose energy between walls", 0.2, &format!("{walls}{discs}{guarded}"));
-    let mut bumpers = String::new();
-    for column in 0..20 {
-        for row in 0..20 {
-            // Radii from below that of the gas to twenty times.
-            let radius = [0.002, 0.01, 0.005, 0.008][(column + 3 * row) % 4];
-            let [x, y] = [column, row].map(|number| 0.05 * number as f64 + 0.013);
-            bumpers += &format!("[[bumper]]\nat = [{x}, {y}]\nradius = {radius}\n");
-        }
-    }
+    let bumper = |place: usize| {
+        let (column, row) = (place % 20, place / 20);
+        // Radii from half that of the gas to two and a half times it.
+        let radius = [0.002, 0.01, 0.005, 0.008][(column + 3 * row) % 4];
+        let [x, y] = [column, row].map(|number| 0.05 * number as f64 + 0.013);
+        format!("[[bumper]]\nat = [{x}, {y}]\nradius = {radius}\n")
+    };
+    let bumpers: String = (0..400).map(bumper).collect();
     let fixed = "
         [[molecule]]
         shape = \"tee\"
