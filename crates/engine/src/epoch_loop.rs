@@ -142,9 +142,9 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         flights: [[DVec2; 2]; 2],
         resolved: ResolvedDiscs,
     ) -> Result<(), RunError> {
-        // All parts by themselves, and put together where they are needed: an array or a struct whose
-        // address is passed on stays in memory for each contact, and is read as a whole before its
-        // parts have reached the cache.
+        // All parts by themselves, and put together where they are needed: an array or a struct
+        // whose address is passed on stays in memory for each contact, and is read as a whole
+        // before its parts have reached the cache.
         let ContactEvent { time, bodies: [a, b], image: [across, up], parts } = contact;
         let ResolvedDiscs { line_of_centres, impulse, after: [after_a, after_b], met_fixed } = resolved;
         let [[place_a, velocity_a], [place_b, velocity_b]] = flights;

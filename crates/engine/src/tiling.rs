@@ -6,7 +6,8 @@ use std::fmt;
 ///
 /// No choice changes a bit of the results, and a number out of its range counts as the nearest in
 /// it. Tiles are used for discs or molecules of similar size, also among walls and fixed bodies;
-/// other scenes, and parts of a run in which tiles do not pay, are run event by event on one thread. See [`TileCounters`] for what was done.
+/// other scenes, and parts of a run in which tiles do not pay, are run event by event on one
+/// thread. See [`TileCounters`] for what was done.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation, Tiling};

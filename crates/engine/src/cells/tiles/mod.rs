@@ -16,17 +16,18 @@
 //! # Lemmas
 //!
 //! An event *changes* the cells of its moving bodies: those of both bodies of a contact, or that of
-//! the one that touches a fixed body; that of the body of a stale prediction or of a re-check, whose
-//! next event alone changes; the cells that a crossing leaves and enters. It *reads* the cells
-//! adjacent to these, with the motions, versions and next events of their bodies, and the fixed
-//! bodies listed there. The *neighbourhood* of a tile is its own cells and the two rings around
-//! them, the *history* of a cell the sequence of changes in it. H is the run in the global order.
+//! the one that touches a fixed body; that of the body of a stale prediction or of a re-check,
+//! whose next event alone changes; the cells that a crossing leaves and enters. It *reads* the
+//! cells adjacent to these, with the motions, versions and next events of their bodies, and the
+//! fixed bodies listed there. The *neighbourhood* of a tile is its own cells and the two rings
+//! around them, the *history* of a cell the sequence of changes in it. H is the run in the global
+//! order.
 //!
 //! 1. **An event that changes a cell of a tile reads only the neighbourhood.** *Proof.* An event
 //!    changes one cell, or two adjacent ones, so all of them lie within one ring. It reads the
 //!    cells adjacent to these. This holds for a contact of two discs or molecules (they live in
-//!    adjacent cells: a cell is as long as two bounding circles reach), for a contact with a wall or
-//!    a fixed body, a stale prediction, a re-check, and a crossing.
+//!    adjacent cells: a cell is as long as two bounding circles reach), for a contact with a wall
+//!    or a fixed body, a stale prediction, a re-check, and a crossing.
 //! 2. **No event that changes a cell of a tile is left out.** *Proof.* It is the event of a body in
 //!    the tile or in the ring around it. Both have the end of the window as their limit, since the
 //!    margin is at least one cell and the border at least three (`Workspace::load`). An event that
@@ -43,12 +44,12 @@
 //!    outcome: a contradiction.
 //! 4. **The order of bodies is that of all.** A workspace numbers its bodies in the order of their
 //!    indices among all, so ties are decided alike. A tie that depends on a partner outside the
-//!    workspace is left to the global order, as are contacts of two tiles with one fixed body at the
-//!    same instant.
+//!    workspace is left to the global order, as are contacts of two tiles with one fixed body at
+//!    the same instant.
 //! 5. **Roundings are those of the whole box.** Motions and cells are kept relative to the box, and
 //!    the image in which a body is seen depends on its cell alone, never on the tile.
-//! 6. **A partner that is in no cell around a body has changed since.** *Proof.* The next event of a
-//!    body is a contact only if the body is in its present cell until then. Without a change, the
+//! 6. **A partner that is in no cell around a body has changed since.** *Proof.* The next event of
+//!    a body is a contact only if the body is in its present cell until then. Without a change, the
 //!    centre of the partner moves on a straight line from one cell of the 3 × 3 around it to
 //!    another, so it is in one of them all the time.
 //!
@@ -113,14 +114,14 @@ const WIDENING: u32 = 6;
 /// length of a cell. Smaller: more tiles are repeated. Larger: wider borders.
 const OF_MOLECULES: f64 = 0.72;
 
-/// Free paths that an influence travels at least in a mean free time, at the root mean square of the
-/// speed: in a thin gas it travels with the fastest bodies. Smaller: more tiles are repeated.
+/// Free paths that an influence travels at least in a mean free time, at the root mean square of
+/// the speed: in a thin gas it travels with the fastest bodies. Smaller: more tiles are repeated.
 /// Larger: wider borders.
 const PATHS: f64 = 3.5;
 
 /// Factor on the speed of influences after a window in which tiles disagreed, and after any other.
-/// About one window in eleven is then run twice in part. Closer to 1: more are. Farther: borders are
-/// wider than they must be for longer.
+/// About one window in eleven is then run twice in part. Closer to 1: more are. Farther: borders
+/// are wider than they must be for longer.
 const FASTER: f64 = 1.25;
 const SLOWER: f64 = 0.98;
 
