@@ -34,6 +34,9 @@ use crate::{
 /// Cell of the record of a fixed body, which lives in none.
 const NO_CELL: [u16; 2] = [u16::MAX; 2];
 
+/// Version of the dummy, which stands for partners outside the workspace: none that a body has.
+const VERSION_OF_DUMMY: u32 = u32::MAX;
+
 /// Events of a window for each body of a workspace, after which the global order runs it: bodies of
 /// the border may overlap, and then have any number of events. More: it takes longer until this is
 /// found. Fewer: windows are refused without need.
@@ -332,6 +335,7 @@ impl Workspace {
             self.last_contacts.extend(state.bodies.0.iter().map(|&body| last_contacts[body as usize]));
         }
         state.push_dummy();
+        state.records[self.order.len()].version = VERSION_OF_DUMMY;
         let count = self.loaded.list.len() as u64;
         let is_moving = |index: usize| self.order[index] & u64::from(u32::MAX) < count;
         state.list_discs(is_moving);
@@ -389,15 +393,16 @@ impl Workspace {
             let kind = body.kind();
             let (mut partner, mut version) = (0, 0);
             if kind.is_contact() {
-                // No version of the dummy: the prediction is stale.
-                (partner, version) = (state.dummy(), 1);
+                // The dummy has another version: the prediction is stale. It keeps its own, for a
+                // later window in which the partner may be here.
+                (partner, version) = (state.dummy(), body.partner_version);
                 let cell = state.neighbour_lists.index(body.cell);
                 let around = state.neighbour_lists.seen_from(cell).map(|(index, _)| index);
                 let fixed = (0..state.multi_cell.covered_count(cell))
                     .map(|place| state.multi_cell.covered.get(cell, place).index);
                 let is_partner = |index: &u32| state.bodies.0.get(*index as usize) == Some(&body.partner());
                 if let Some(index) = around.chain(fixed).find(is_partner) {
-                    (partner, version) = (index, body.partner_version);
+                    partner = index;
                 }
             }
             state.records[index].set_event(body.time, kind, partner, version);

@@ -198,6 +198,38 @@ fn two_bodies_that_touch_one_wall_at_the_same_instant_are_left_to_the_global_ord
 }
 
 #[test]
+fn a_partner_that_leaves_and_comes_back_has_changed_all_the_same() {
+    // A disc is predicted to touch another of version 0, which then has one contact, is not among
+    // its neighbours when a window begins, and is again when the next one does. A window that
+    // forgot the version of the prediction took the pair for one in contact.
+    let scene = Scene::from_toml(
+        "
+        [box]
+        seed = 11
+        [[wall]]
+        x = 0.0
+        [[wall]]
+        y = 0.3
+        [[wall]]
+        from = [0.1, 0.5]
+        to = [0.8, 0.9]
+        [[gas]]
+        radius = 0.004
+        mass = 1.0
+        energy = 1.0
+        area_fraction = 0.3
+        ",
+    )
+    .unwrap();
+    let times = [18.0 * 0.0005];
+    let (expected, _) = run(&scene, &Tiling::NONE, &times);
+    let tiling = Tiling { side: 18, window: 0.7, margin: 3, front: 2.0, ..SMALL };
+    let (found, tiles) = run(&scene, &tiling, &times);
+    assert_same("a partner that comes back", &expected, &found, &tiles);
+    assert!(tiles.windows > 1, "{tiles:?}");
+}
+
+#[test]
 fn large_moving_bodies_and_warm_walls_are_refused_by_name() {
     let gas = "[[gas]]\nradius = 0.004\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.2\n";
     let large = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.03\natom_mass = 1.0\nat = [0.5, 0.5]\n";
