@@ -33,14 +33,16 @@ pub struct Tiling {
     pub threads: usize,
     /// Fewest bodies for which tiles are used, on any number of threads.
     pub least_bodies: usize,
-    /// Cells along a side of a tile, at least 8; a cell is about as long as the diameter of a disc.
-    /// Fewer: more discs are run twice, in the borders of tiles. More: a tile outgrows the cache.
+    /// Cells along a side of a tile, at least 8; a cell is about as long as two bodies
+    /// reach.
+    /// Fewer: more bodies are run twice, in the borders of tiles. More: a tile outgrows the cache.
     pub side: u32,
-    /// Length of a window in mean free times, from 0.1 to 64. Shorter: discs are copied more often.
+    /// Length of a window in mean free times, from 0.1 to 64. Shorter: bodies are copied more
+    /// often.
     /// Longer: wider borders.
     pub window: f64,
     /// Cells by which the border of a tile is wider than an influence travels in a window, from 1
-    /// to 64. Fewer: more tiles are repeated. More: more discs are run twice.
+    /// to 64. Fewer: more tiles are repeated. More: more bodies are run twice.
     pub margin: u32,
     /// Cells that an influence travels in a mean free time, from 0.1 to 64. Fewer: more tiles are
     /// repeated. More: wider borders.
@@ -129,7 +131,7 @@ pub struct TileWork {
     pub contacts: u64,
     /// Contacts computed, including those in its border.
     pub computed: u64,
-    /// Size of the discs that were copied from other tiles (bytes).
+    /// Size of the bodies that were copied from other tiles (bytes).
     pub copied_bytes: usize,
     /// Size of the logs that are compared with those of other tiles (bytes).
     pub log_bytes: usize,

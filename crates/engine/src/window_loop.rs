@@ -96,7 +96,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
             self.ledger.lost += energy.lost;
         }
         for &(body, time) in &window.inelastic.last_contacts {
-            // Several tiles may know of contacts of a fixed body.
+            // Several tiles may have contacts of one fixed body; the latest counts.
             let last = &mut self.world.last_contacts[body as usize];
             *last = last.max(time);
         }

@@ -7,8 +7,8 @@ use std::fmt::Debug;
 /// Cells keep their column and row in the box in every workspace, so that all roundings are the
 /// same; only the place of their lists differs.
 pub(super) trait Frame: Debug + Clone + Default {
-    /// Whether it is the whole box. Only then do large bodies move, and are cells those of a dilute
-    /// gas.
+    /// Whether it is the whole box. Large bodies that move, and cells of a dilute gas, exist only
+    /// there.
     const IS_WHOLE: bool;
 
     /// The bodies of a workspace.

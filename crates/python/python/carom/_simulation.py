@@ -146,7 +146,7 @@ class Simulation:
         How events are ordered, instead of the scene's ``[method]``.
     threads : int, optional
         Threads of a run. Used where the box is divided into tiles, as a gas of more than some
-        30 000 discs is; results do not depend on it to the bit. Default: 1, since
+        30 000 bodies is; results do not depend on it to the bit. Default: 1, since
         :func:`replicas` runs one system on each core.
 
     Raises

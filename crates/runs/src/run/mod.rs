@@ -48,7 +48,7 @@ pub struct Options {
     #[command(flatten)]
     pub choices: Choices,
     /// Number of threads; default: one for each processor. Used where the box is divided into
-    /// tiles, as large gases of discs are; results do not depend on it
+    /// tiles, as large gases are; results do not depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
     /// Do not measure at the end what a `[method]` other than the default saves and gets wrong

@@ -10,8 +10,9 @@
 //! by event.
 //!
 //! Bodies that move live in cells, as discs or as molecules. Walls and fixed bodies are listed in
-//! the cells from which they can be touched, and never change: each tile reads them where it needs
-//! them.
+//! the cells from which they can be touched, and never move: each tile reads them where it needs
+//! them. The time of their last contact does change, but no outcome depends on it (`Guard::raise`);
+//! the latest of all tiles is kept.
 //!
 //! # Lemmas
 //!
@@ -51,7 +52,8 @@
 //! 6. **A partner that is in no cell around a body has changed since.** *Proof.* The next event of
 //!    a body is a contact only if the body is in its present cell until then. Without a change, the
 //!    centre of the partner moves on a straight line from one cell of the 3 × 3 around it to
-//!    another, so it is in one of them all the time.
+//!    another, so it is in one of them all the time. The version of the prediction is kept while
+//!    the partner is away, so the prediction stays stale.
 //!
 //! Nothing is assumed of speeds, distances or equilibrium: they decide how often a tile is run
 //! again, never the result. A log holds the changes themselves, not a digest.
@@ -129,7 +131,7 @@ const SLOWER: f64 = 0.98;
 const MOST_FRONT: f64 = 64.0;
 
 /// Largest log of contacts in a window (bytes). Larger: more memory. Smaller: shorter windows, in
-/// which discs are copied more often.
+/// which bodies are copied more often.
 const MOST_LOG_BYTES: f64 = 64.0 * 1024.0 * 1024.0;
 
 /// Most threads for each processor. More: more memory, and no more speed.
@@ -139,7 +141,7 @@ const MOST_THREADS_PER_PROCESSOR: usize = 8;
 /// which is run twice. Larger: more often the long one is run twice.
 const SHARE_OF_EPOCH: f64 = 0.99;
 
-/// Shortest stretch that is run in a window, in mean free times. Shorter: copying the discs costs
+/// Shortest stretch that is run in a window, in mean free times. Shorter: copying the bodies costs
 /// more than tiles save.
 const SHORTEST: f64 = 0.3;
 
@@ -150,6 +152,7 @@ pub(super) struct Tiles {
     tiling: Tiling,
     bodies: Vec<TileBodies>,
     fixed: Option<FixedBodies>,
+    holds_molecules: bool,
     outcomes: Vec<Outcome>,
     workspaces: Vec<Workspace>,
     epoch: EpochConstants,
@@ -203,6 +206,7 @@ impl Tiles {
             tiling: tiling.within_bounds(),
             bodies: vec![TileBodies::default(); map.tiles()],
             fixed: None,
+            holds_molecules: grid.holds_molecules(),
             outcomes: vec![Outcome::default(); map.tiles()],
             workspaces: vec![Workspace::new(instructions, grid.clone()); threads],
             map,
@@ -252,10 +256,10 @@ impl Tiles {
         }
         // Nothing moves.
         self.is_refused = self.contact_rate == 0.0;
-        let share = if grid.holds_molecules() { OF_MOLECULES } else { 1.0 };
+        let share = if self.holds_molecules { OF_MOLECULES } else { 1.0 };
         self.margin = (share * f64::from(self.tiling.margin)).ceil() as u32;
-        let bodies = world.bodies.len() as f64;
-        let free_path = (0.5 * bodies / self.contact_rate) * mean_square_speed(world).sqrt();
+        let (count, mean_square_speed) = moving(world);
+        let free_path = (0.5 * count / self.contact_rate) * mean_square_speed.sqrt();
         let in_free_paths = PATHS * free_path / grid.side().min_element();
         self.least_front = (share * self.tiling.front).max(in_free_paths).min(MOST_FRONT);
         self.front = self.front.max(self.least_front);
@@ -395,14 +399,14 @@ impl Tiles {
 
     /// End of the next window (offset in the epoch, time).
     fn end_of_window<D, R>(&self, job: &WindowJob<'_, D, R>) -> f64 {
-        let discs = self.count as f64;
-        let free_time = 0.5 * discs / self.contact_rate;
+        let bodies = self.count as f64;
+        let free_time = 0.5 * bodies / self.contact_rate;
         // The border of a window must fit between the tiles.
         let widest = f64::from(self.widest_border().saturating_sub(self.margin + 2));
         let mut length = free_time * self.tiling.window.min(widest / self.front);
         let logged_bytes = match (job.wants_log, job.all_elastic) {
-            (true, false) => size_of::<Encounter>(),
-            (true, true) => size_of::<LoggedContact>(),
+            (true, true) if self.fixed.is_none() && !self.holds_molecules => size_of::<LoggedContact>(),
+            (true, _) => size_of::<Encounter>(),
             (false, false) => size_of::<ContactEnergy>(),
             (false, true) => 0,
         };
@@ -425,14 +429,14 @@ impl Tiles {
         job: &WindowJob<'_, D, R>,
         end: f64,
     ) -> Result<(), Refused> {
-        let discs = self.count as f64;
-        let free_time = 0.5 * discs / self.contact_rate;
+        let bodies = self.count as f64;
+        let free_time = 0.5 * bodies / self.contact_rate;
         let left = job.limits.contacts_left() as f64;
         let span = Span {
             from: job.from,
             end,
             time_per_cell: free_time / self.front,
-            event_interval: discs / self.event_rate,
+            event_interval: bodies / self.event_rate,
             keeps_times: self.contact_rate * (end - job.from) > 0.9 * left,
         };
         let reach = (self.front * (end - job.from) / free_time).ceil() as u32;
@@ -536,7 +540,7 @@ impl Tiles {
             // Their bodies must be kept for contacts at the same time after the window.
             return EndOfEpoch::Unclear;
         }
-        if self.touch_fixed_bodies_at_once() {
+        if self.touch_fixed_bodies_at_once() || self.outcomes.iter().any(|outcome| outcome.is_found_late) {
             return EndOfEpoch::Unclear;
         }
         let mut limits = job.limits;
@@ -610,11 +614,12 @@ impl Tiles {
         let last = self.outcomes.iter().filter_map(|outcome| outcome.last).max_by(|a, b| a.0.total_cmp(&b.0));
         let mut log: Vec<LoggedContact> = Vec::new();
         if job.wants_log {
-            log.reserve_exact(contacts as usize);
+            log.reserve_exact(self.outcomes.iter().map(|outcome| outcome.log.len()).sum());
             self.outcomes.iter().for_each(|outcome| log.extend_from_slice(&outcome.log));
             log.sort_unstable_by(|a, b| a.time.total_cmp(&b.time).then(a.bodies.cmp(&b.bodies)));
         }
         let mut encounters: Vec<Encounter> = Vec::new();
+        encounters.reserve_exact(self.outcomes.iter().map(|outcome| outcome.encounters.len()).sum());
         self.outcomes.iter().for_each(|outcome| encounters.extend_from_slice(&outcome.encounters));
         encounters.sort_unstable_by(|a, b| a.contact.in_order(&b.contact));
         let inelastic = self.inelastic_contacts();
@@ -657,23 +662,27 @@ enum EndOfEpoch {
     Unclear,
 }
 
-/// The rate of contacts of a gas of these bodies in equilibrium (1/time): √π n σ χ √(kT/m) for each
-/// body, with χ of D. Henderson, Mol. Phys. 30, 971 (1975). Only for the length of the first
-/// window; 0 at rest.
+/// The rate of contacts of the bodies that move, as a gas in equilibrium (1/time): √π n σ χ √(kT/m)
+/// for each body, with χ of D. Henderson, Mol. Phys. 30, 971 (1975). Only for the length of the
+/// first window; 0 at rest.
 fn expected_contact_rate(world: &World) -> f64 {
-    let bodies = world.bodies().len() as f64;
+    let (count, mean_square_speed) = moving(world);
     let area = world.bounds().area();
-    let sum = |of: fn(&crate::Body) -> f64| world.bodies().iter().map(of).sum::<f64>() / bodies;
-    let diameter = 2.0 * sum(|body| body.kind.molecule.bounding_radius());
-    let filled = (bodies / area * 0.25 * std::f64::consts::PI * diameter * diameter).min(0.9);
+    let radii = world.bodies().iter().filter(|body| !body.is_fixed());
+    let diameter = 2.0 * radii.map(|body| body.kind.molecule.bounding_radius()).sum::<f64>() / count;
+    let filled = (count / area * 0.25 * std::f64::consts::PI * diameter * diameter).min(0.9);
     let contact_value = (1.0 - 7.0 / 16.0 * filled) / (1.0 - filled).powi(2);
-    let thermal = (0.5 * mean_square_speed(world)).sqrt();
-    let rate = std::f64::consts::PI.sqrt() * bodies / area * diameter * contact_value * thermal * bodies;
+    let thermal = (0.5 * mean_square_speed).sqrt();
+    let rate = std::f64::consts::PI.sqrt() * count / area * diameter * contact_value * thermal * count;
     if rate.is_finite() { rate } else { 0.0 }
 }
 
-/// Mean of the squared speeds of all bodies (length² / time²).
-fn mean_square_speed(world: &World) -> f64 {
-    let squares = world.motions().iter().map(|motion| motion.velocity.length_squared());
-    squares.sum::<f64>() / world.bodies().len() as f64
+/// Number of the bodies that are not fixed, and the mean of their squared speeds
+/// (length² / time²).
+fn moving(world: &World) -> (f64, f64) {
+    let moving = world.bodies().iter().zip(world.motions()).filter(|(body, _)| !body.is_fixed());
+    let (count, squares) = moving.fold((0.0, 0.0), |(count, squares), (_, motion)| {
+        (count + 1.0, squares + motion.velocity.length_squared())
+    });
+    (count, squares / count)
 }

@@ -51,15 +51,15 @@ impl RestingBody {
         let record = &state.records[index as usize];
         let bodies = &state.bodies.0;
         let body = bodies[index as usize];
-        let mut disc = Self::new(record, body, state.windings[index as usize]);
+        let mut resting = Self::new(record, body, state.windings[index as usize]);
         let partner = if record.kind().is_contact() {
             // The dummy stands for a partner that had changed before the window.
             bodies.get(record.partner() as usize).copied().unwrap_or(partners[index as usize])
         } else {
             0
         };
-        disc.set_event(record.kind(), partner);
-        disc
+        resting.set_event(record.kind(), partner);
+        resting
     }
 
     pub fn set_event(&mut self, kind: Kind, partner: u32) {
@@ -113,6 +113,11 @@ impl TileBodies {
             + self.motions.capacity() * size_of::<Motion>()
             + self.pending.capacity() * size_of::<Pending>()
             + self.starts.capacity() * size_of::<u32>()
+    }
+
+    /// Size of the bodies (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.list) + size_of_val(&*self.motions) + size_of_val(&*self.pending)
     }
 
     /// The bodies in a run of cells, as places in the list.

@@ -87,9 +87,12 @@ pub(super) struct Outcome {
     /// a contact after which the surfaces separate by rounding alone; or whether bodies in the
     /// border, which may overlap, have more events than can be expected.
     pub needs_order: bool,
-    /// Wall time of the run (seconds), and bodies copied from other tiles.
+    /// Whether a contact was found at its own instant: it then comes after others of this instant,
+    /// whatever their bodies.
+    pub is_found_late: bool,
+    /// Wall time of the run (seconds), and size of the bodies copied from other tiles (bytes).
     pub seconds: f64,
-    pub copied: usize,
+    pub copied_bytes: usize,
 }
 
 impl Outcome {
@@ -99,7 +102,7 @@ impl Outcome {
             seconds: self.seconds,
             contacts: self.contacts,
             computed: self.computed,
-            copied_bytes: self.copied * size_of::<RestingBody>(),
+            copied_bytes: self.copied_bytes,
             log_bytes: self.border.bytes(),
         }
     }
@@ -117,6 +120,7 @@ impl Outcome {
         self.encounters.clear();
         self.inelastic.clear();
         self.needs_order = false;
+        self.is_found_late = false;
     }
 
     /// Adds a contact in the tile's own cells.
@@ -159,6 +163,8 @@ impl Outcome {
             + self.times.capacity() * size_of::<f64>()
             + self.log.capacity() * size_of::<LoggedContact>()
             + self.encounters.capacity() * size_of::<Encounter>()
+            + self.shared.capacity() * size_of::<(f64, u32)>()
+            + self.fast.capacity() * size_of::<FastContact>()
             + self.inelastic.energies.capacity() * size_of::<ContactEnergy>()
             + self.inelastic.last_contacts.capacity() * size_of::<(u32, f64)>()
     }
@@ -180,8 +186,8 @@ pub(super) struct Workspace {
     loaded: Loaded,
     /// The fixed bodies that those of the workspace may touch, by their indices among all.
     fixed: Vec<u32>,
-    /// Each body of the workspace in order: its index among all, and its place in `loaded`; of a
-    /// fixed body that in `fixed`, counted on.
+    /// Each body of the workspace in order: its index among all, and its place in `loaded`; for a
+    /// fixed body, its place in `fixed` plus the length of `loaded`.
     order: Vec<u64>,
 }
 
@@ -205,6 +211,10 @@ impl Loaded {
         self.list.extend_from_slice(&from.list[places.clone()]);
         self.motions.extend_from_slice(from.motions.get(places.clone()).unwrap_or_default());
         self.pending.extend_from_slice(from.pending.get(places).unwrap_or_default());
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&*self.list) + size_of_val(&*self.motions) + size_of_val(&*self.pending)
     }
 
     fn heap_bytes(&self) -> usize {
@@ -250,6 +260,7 @@ impl Workspace {
             + (self.state.bodies.0.capacity() + self.partners.capacity()) * size_of::<u32>()
             + self.last_contacts.capacity() * size_of::<f64>()
             + self.loaded.heap_bytes()
+            + self.fixed.capacity() * size_of::<u32>()
             + self.order.capacity() * size_of::<u64>()
     }
 
@@ -263,7 +274,7 @@ impl Workspace {
         let begun = Instant::now();
         outcome.clear();
         self.load(job.world, &task);
-        outcome.copied = self.loaded.list.len() - task.bodies[task.tile].list.len();
+        outcome.copied_bytes = self.loaded.bytes() - task.bodies[task.tile].bytes();
         dispatch(self.state.instructions, Run(self, job, task, outcome));
         outcome.done = self.state.done;
         self.store(&task, &mut outcome.bodies);
@@ -468,6 +479,8 @@ impl Workspace {
             outcome.at_end += u64::from(ring == 0 && now == span.end);
             let state = &mut self.state;
             state.predict_and_schedule(kernel, job.world, job.detection, body, now);
+            let record = &state.records[body as usize];
+            outcome.is_found_late |= (ring == 0) & (record.time == now) & record.kind().is_contact();
             let change = || Change::new(state, body, now, last_contact(&self.last_contacts, body));
             outcome.border.note(&self.places, &window, cell, change);
             let cell_after = state.records[body as usize].cell();
@@ -542,16 +555,16 @@ impl Workspace {
     }
 
     /// The motions just before a contact of a pair of bodies, and the times of their last contacts,
-    /// which become this one. A fixed body remembers only those with bodies of this tile:
-    /// `with_own` tells for each of the two whether its partner is one.
+    /// which become this one. The time of a fixed body is updated only if its partner is in the
+    /// tile's own cells (`with_own`, for each of the two).
     #[inline(never)]
     fn encounter(&mut self, contact: &ContactEvent, pair: [u32; 2], with_own: [bool; 2]) -> Encounter {
         let before = pair.map(|body| self.state.motion(body).at(contact.time));
         let last_contacts = (!self.last_contacts.is_empty()).then(|| {
             [0, 1].map(|n| {
                 let last = &mut self.last_contacts[pair[n] as usize];
-                let remembers = with_own[n] || !self.state.multi_cell.is_fixed(pair[n]);
-                std::mem::replace(last, if remembers { contact.time } else { *last })
+                let is_updated = with_own[n] || !self.state.multi_cell.is_fixed(pair[n]);
+                std::mem::replace(last, if is_updated { contact.time } else { *last })
             })
         });
         Encounter { contact: *contact, before, last_contacts, repeats: false }
@@ -640,7 +653,7 @@ impl<D: Detection, R: Response> Work for Run<'_, '_, D, R> {
 /// The contacts of a tile so far, as far as later ones depend on them.
 #[derive(Debug)]
 struct PastContacts {
-    /// The limits of the epoch, with the speed of the fastest disc.
+    /// The limits of the epoch, with the speed of the fastest body.
     limits: Limits,
     /// The time of the last contact, and the bodies of all contacts of the tile at that time.
     time: f64,
@@ -651,7 +664,7 @@ struct PastContacts {
 
 impl PastContacts {
     /// Goes on to a contact at `now`. Returns whether the tile has had so many contacts at this
-    /// instant that there may be no end of them: in the border, discs may overlap.
+    /// instant that there may be no end of them: in the border, bodies may overlap.
     #[inline(always)]
     fn advance_to(&mut self, now: f64) -> bool {
         if now == self.time {
@@ -676,17 +689,17 @@ impl PastContacts {
 #[derive(Debug, Default)]
 struct Ties {
     time: f64,
-    disc: u32,
+    body: u32,
     is_lost: bool,
 }
 
 impl Ties {
-    /// Whether the event of a disc is at the time of the one before, and the partner of one of them
+    /// Whether the event of a body is at the time of the one before, and the partner of one of them
     /// is not in the workspace.
     #[inline(always)]
-    fn are_undecided(&mut self, now: f64, disc: u32, is_lost: bool) -> bool {
-        let is_tie = (now == self.time) & (disc != self.disc) & (is_lost | self.is_lost);
-        *self = Self { time: now, disc, is_lost };
+    fn are_undecided(&mut self, now: f64, body: u32, is_lost: bool) -> bool {
+        let is_tie = (now == self.time) & (body != self.body) & (is_lost | self.is_lost);
+        *self = Self { time: now, body, is_lost };
         is_tie
     }
 }
