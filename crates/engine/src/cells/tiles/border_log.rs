@@ -88,9 +88,9 @@ pub(super) struct Change(SmallVec<[u64; 20]>);
 
 impl Change {
     /// The change of a body at `time` (offset in the epoch): the body and its version, its new
-    /// flight and event, and all else that its later events depend on. `last_contact` is 0 where no
-    /// outcome depends on it.
-    pub fn new(state: &State<TileFrame>, body: u32, time: f64, last_contact: f64) -> Self {
+    /// flight and event, and all else that its later events depend on. `last_contact` is none where
+    /// no outcome depends on it.
+    pub fn new(state: &State<TileFrame>, body: u32, time: f64, last_contact: Option<f64>) -> Self {
         let record = &state.records[body as usize];
         let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
         let (kind, partner) = (record.kind(), record.partner());
@@ -100,7 +100,7 @@ impl Change {
         words.push(pair(state.bodies.among_all(body), record.version));
         words.push(time.to_bits());
         words.extend(record.flight.map(f64::to_bits));
-        words.push(last_contact.to_bits());
+        words.extend(last_contact.map(f64::to_bits));
         words.push(record.time.to_bits());
         words.push(if kind.is_contact() {
             pair(kind as u32 | partner << 4, record.partner_version)

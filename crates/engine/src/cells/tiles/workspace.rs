@@ -286,7 +286,7 @@ impl Workspace {
 
     /// Copies the bodies of the tile and of its border.
     fn load(&mut self, world: &World, task: &Task<'_>) {
-        let Task { map, bodies, tile, margin, border, epoch, span, .. } = *task;
+        let Task { map, bodies, tile, margin, border, span, .. } = *task;
         debug_assert!(margin >= 1 && border >= 3, "lemma 2 of the module");
         self.places.lay_out(map.own(tile), border);
         self.useful_until.clear();
@@ -308,8 +308,20 @@ impl Workspace {
         let keyed = moving.chain(self.fixed.iter().copied()).zip(0_u64..);
         self.order.extend(keyed.map(|(body, place)| u64::from(body) << 32 | place));
         self.order.sort_unstable();
+        self.copy_bodies(world, task);
+        let count = self.loaded.list.len() as u64;
+        let is_moving = |index: usize| self.order[index] & u64::from(u32::MAX) < count;
+        self.state.list_discs(is_moving);
+        self.list_fixed_bodies(world, task.fixed);
+        if !task.is_fresh {
+            self.copy_events();
+        }
+    }
+
+    /// Copies the bodies in their order, without their events.
+    fn copy_bodies(&mut self, world: &World, task: &Task<'_>) {
         let state = &mut self.state;
-        state.set_constants(epoch);
+        state.set_constants(task.epoch);
         state.done = SchedulerCounters::default();
         state.records.clear();
         state.windings.clear();
@@ -319,7 +331,7 @@ impl Workspace {
         self.partners.clear();
         let holds_molecules = state.grid.holds_molecules();
         // Of discs that meet only each other, the constants of a pair hold the radius.
-        let needs_radius = epoch.pair_constants.is_none() || task.fixed.is_some() || holds_molecules;
+        let needs_radius = task.epoch.pair_constants.is_none() || task.fixed.is_some() || holds_molecules;
         for &key in &self.order {
             let (body, place) = ((key >> 32) as u32, key as u32 as usize);
             let radius =
@@ -347,13 +359,6 @@ impl Workspace {
         }
         state.push_dummy();
         state.records[self.order.len()].version = VERSION_OF_DUMMY;
-        let count = self.loaded.list.len() as u64;
-        let is_moving = |index: usize| self.order[index] & u64::from(u32::MAX) < count;
-        state.list_discs(is_moving);
-        self.list_fixed_bodies(world, task.fixed);
-        if !task.is_fresh {
-            self.copy_events();
-        }
     }
 
     /// Finds the fixed bodies that those of the workspace may touch.
@@ -481,7 +486,7 @@ impl Workspace {
             state.predict_and_schedule(kernel, job.world, job.detection, body, now);
             let record = &state.records[body as usize];
             outcome.is_found_late |= (ring == 0) & (record.time == now) & record.kind().is_contact();
-            let change = || Change::new(state, body, now, last_contact(&self.last_contacts, body));
+            let change = || Change::new(state, body, now, self.last_contacts.get(body as usize).copied());
             outcome.border.note(&self.places, &window, cell, change);
             let cell_after = state.records[body as usize].cell();
             if cell_after != cell {
@@ -547,7 +552,7 @@ impl Workspace {
                     outcome.shared.push((now, contact.bodies[n]));
                 }
             } else {
-                let last_contact = last_contact(&self.last_contacts, pair[n]);
+                let last_contact = self.last_contacts.get(pair[n] as usize).copied();
                 let change = || Change::new(&self.state, pair[n], now, last_contact);
                 outcome.border.note(&self.places, &window, cells[n], change);
             }
@@ -629,12 +634,6 @@ impl Impact {
             met_fixed: resolved.met_fixed,
         }
     }
-}
-
-/// The time of the last contact of a body; 0 without a guard, where no outcome depends on it.
-#[inline(always)]
-fn last_contact(last_contacts: &[f64], body: u32) -> f64 {
-    last_contacts.get(body as usize).copied().unwrap_or(0.0)
 }
 
 /// The run of a tile, in the build for an instruction set.
