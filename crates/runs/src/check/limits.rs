@@ -159,37 +159,7 @@ pub(super) fn limits(scene: &Scene, view: &View<'_>) -> Vec<Limit> {
             "engine/src/rounding_bound.rs",
         ),
     ];
-    let fastest = all.speeds[1].max(all.rim);
-    if fastest > 0.0 {
-        let age = scene.run.until * 2.0 * fastest / contact;
-        rows.push(limit(
-            "age in natural times",
-            age,
-            tested::AGE,
-            DIGITS_OF_TIME,
-            "kinematics/src/epoch_time.rs",
-        ));
-    }
-    if all.speeds[1] > 0.0 {
-        let ratio = all.speeds[1] / all.speeds[0];
-        rows.push(limit(
-            "speed ratio",
-            ratio,
-            tested::SPEED_RATIO,
-            LARGEST_SPEED_RATIO,
-            "engine/src/limits.rs",
-        ));
-        if all.spin > 0.0 {
-            let turns = all.spin / TAU * shorter / all.speeds[0];
-            rows.push(limit(
-                "turns while the slowest crosses the box",
-                turns,
-                tested::TURNS,
-                MOST_TURNS,
-                "engine/src/limits.rs",
-            ));
-        }
-    }
+    rows.extend(of_motions(&all, scene.run.until, shorter));
     if all.masses[1] > all.masses[0] {
         let ratio = all.masses[1] / all.masses[0];
         rows.push(limit(
@@ -214,6 +184,44 @@ pub(super) fn limits(scene: &Scene, view: &View<'_>) -> Vec<Limit> {
             None,
             "engine/src/guard.rs",
         ));
+    }
+    rows
+}
+
+/// The limits that follow from the motions, up to the end of the run (time), in a box whose shorter
+/// side is this (length).
+fn of_motions(all: &Extremes, until: f64, shorter: f64) -> Vec<Limit> {
+    let mut rows = Vec::new();
+    let fastest = all.speeds[1].max(all.rim);
+    if fastest > 0.0 {
+        let natural_times = until * fastest / all.radii[0];
+        rows.push(limit(
+            "age in natural times",
+            natural_times,
+            tested::AGE,
+            DIGITS_OF_TIME,
+            "kinematics/src/epoch_time.rs",
+        ));
+    }
+    if all.speeds[1] > 0.0 {
+        let ratio = all.speeds[1] / all.speeds[0];
+        rows.push(limit(
+            "speed ratio",
+            ratio,
+            tested::SPEED_RATIO,
+            LARGEST_SPEED_RATIO,
+            "engine/src/limits.rs",
+        ));
+        if all.spin > 0.0 {
+            let turns = all.spin / TAU * shorter / all.speeds[0];
+            rows.push(limit(
+                "turns while the slowest crosses the box",
+                turns,
+                tested::TURNS,
+                MOST_TURNS,
+                "engine/src/limits.rs",
+            ));
+        }
     }
     rows
 }
