@@ -506,37 +506,39 @@ impl Workspace {
         past: &mut PastContacts,
         contact: &ContactEvent,
     ) {
-        let ContactEvent { time: now, bodies: pair, .. } = *contact;
-        let contact = ContactEvent { bodies: pair.map(|body| self.state.bodies.among_all(body)), ..*contact };
+        // All parts by themselves: see `EpochLoop::record_discs`.
+        let ContactEvent { time: now, bodies: pair, image: [across, up], parts } = *contact;
+        let indices = pair.map(|body| self.state.bodies.among_all(body));
         let window = *self.state.neighbour_lists.frame();
         let is_fixed = pair.map(|body| self.state.multi_cell.is_fixed(body));
         let cells = pair.map(|body| self.state.records[body as usize].cell());
         let is_own = [0, 1].map(|n| !is_fixed[n] && self.places.ring(&window, cells[n]) == 0);
         // The owner of the first body that moves counts the contact.
-        let counts = is_own[usize::from(is_fixed[0])];
+        let counts = if is_fixed[0] { is_own[1] } else { is_own[0] };
         outcome.computed += 1;
         outcome.needs_order |= past.advance_to(now);
         if is_own[0] | is_own[1] {
             // The tile that owns a body sees all of its contacts.
-            outcome.needs_order |= now <= job.instant || past.repeats(contact.bodies);
+            outcome.needs_order |= now <= job.instant || past.repeats(indices);
         }
-        if contact.parts == Parts::Discs && job.all_elastic {
+        if parts == Parts::Discs && job.all_elastic {
             let state = &mut self.state;
             let inverse_masses = state.inverse_masses(job.world, pair);
             let flights = [state.flight(pair[0], now), state.flight(pair[1], now)];
-            let resolved = job.rules.resolve_discs(contact.image, flights, inverse_masses);
+            let resolved = job.rules.resolve_discs([across, up], flights, inverse_masses);
             let (places, after) = ([flights[0][0], flights[1][0]], resolved.after);
             if counts {
                 let met_fixed = resolved.met_fixed;
-                let impact =
-                    Impact { time: now, bodies: contact.bodies, places, after, spin: 0.0, met_fixed };
+                let impact = Impact { time: now, bodies: indices, places, after, spin: 0.0, met_fixed };
                 outcome.add(&task.span, past, &impact);
                 if job.wants_log {
+                    let contact = ContactEvent { time: now, bodies: indices, image: [across, up], parts };
                     outcome.log.push(LoggedContact::new(&contact, flights));
                 }
             }
             state.flights_changed(kernel, job.world, job.detection, pair, now, [places, after]);
         } else {
+            let contact = ContactEvent { time: now, bodies: indices, image: [across, up], parts };
             let encounter = self.encounter(&contact, pair, [is_own[1], is_own[0]]);
             let resolved = job.rules.resolve(&encounter);
             outcome.needs_order |= (is_own[0] | is_own[1]) && resolved.is_unresolved;
@@ -548,8 +550,8 @@ impl Workspace {
         }
         for n in 0..2 {
             if is_fixed[n] {
-                if counts && task.fixed.is_some_and(|fixed| fixed.is_shared(contact.bodies[n])) {
-                    outcome.shared.push((now, contact.bodies[n]));
+                if counts && task.fixed.is_some_and(|fixed| fixed.is_shared(indices[n])) {
+                    outcome.shared.push((now, indices[n]));
                 }
             } else {
                 let last_contact = self.last_contacts.get(pair[n] as usize).copied();
