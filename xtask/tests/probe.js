@@ -34,7 +34,7 @@ addEventListener("load", async () => {
     const play = document.querySelector(".controls button");
     play.click();
     // A busy machine draws the first frame late.
-    for (let tries = 0; tries < 40 && Number(slider.value) === 0; tries += 1) await later(200);
+    for (let tries = 0; tries < 80 && Number(slider.value) === 0; tries += 1) await later(200);
     seen.played = Number(slider.value);
     play.click();
     const stopped = slider.value;
