@@ -3,7 +3,6 @@
 
 #![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
-use carom_kinematics::Motion;
 use glam::DVec2;
 
 use crate::{
@@ -48,7 +47,8 @@ pub struct Window {
     pub(crate) limits: Limits,
     /// Whether the epoch ends with the last contact.
     pub(crate) ends_epoch: bool,
-    /// The contacts of discs in order, if they were wanted, and all others.
+    /// If the contacts were wanted: those of two discs where all are elastic, in order, and all
+    /// others, in order.
     pub(crate) log: Vec<LoggedContact>,
     pub(crate) encounters: Vec<Encounter>,
     /// Number of contacts with a fixed body, unless the contacts are logged.
@@ -118,7 +118,7 @@ pub(crate) struct FastContact {
     pub spin: f64,
 }
 
-/// A contact of two discs, for its report.
+/// A contact of two discs where all contacts are elastic, for its report.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LoggedContact {
     pub time: f64,
@@ -133,14 +133,6 @@ impl LoggedContact {
     pub fn new(contact: &ContactEvent, flights: [[DVec2; 2]; 2]) -> Self {
         let ContactEvent { time, bodies, image, .. } = *contact;
         Self { time, bodies, image: image.map(|boxes| boxes as i32), flights }
-    }
-
-    /// The contact with the motions just before it; `last_contacts` are the times of the last
-    /// contacts of its bodies (offset in the epoch), where there is a guard.
-    pub fn encounter(&self, last_contacts: Option<[f64; 2]>) -> Encounter {
-        let at =
-            |[place, velocity]: [DVec2; 2]| Motion { velocity, time: self.time, ..Motion::at_rest(place) };
-        Encounter { contact: self.event(), before: self.flights.map(at), last_contacts, repeats: false }
     }
 
     /// Whether this contact comes before another: see [`ContactEvent::in_order`].

@@ -35,7 +35,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
             });
             let Some(window) = window else { return Ok(None) };
             if wants_log {
-                self.record_all(&window, all_elastic)?;
+                self.record_all(&window)?;
             } else {
                 self.count(&window);
             }
@@ -59,31 +59,26 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
     }
 
     /// Records all contacts of a window in order.
-    fn record_all(&mut self, window: &Window, all_elastic: bool) -> Result<(), RunError> {
+    fn record_all(&mut self, window: &Window) -> Result<(), RunError> {
         let mut discs = window.log.iter().peekable();
         for encounter in &window.encounters {
             while let Some(logged) = discs.next_if(|logged| logged.precedes(&encounter.contact)) {
-                self.record_logged(logged, all_elastic)?;
+                self.record_logged(logged)?;
             }
             let last_contacts = self.last_contacts(encounter.contact.bodies);
             let encounter = Encounter { last_contacts, ..*encounter };
             let resolved = self.rules().resolve(&encounter);
             self.record(&encounter, &resolved)?;
         }
-        discs.try_for_each(|logged| self.record_logged(logged, all_elastic))
+        discs.try_for_each(|logged| self.record_logged(logged))
     }
 
-    /// Resolves a contact of two discs once more, and records it.
-    fn record_logged(&mut self, logged: &LoggedContact, all_elastic: bool) -> Result<(), RunError> {
+    /// Resolves an elastic contact of two discs once more, and records it.
+    fn record_logged(&mut self, logged: &LoggedContact) -> Result<(), RunError> {
         let contact = logged.event();
-        if all_elastic {
-            let inverse_masses = self.world.inverse_masses(contact.bodies);
-            let resolved = self.rules().resolve_discs(contact.image, logged.flights, inverse_masses);
-            return self.record_discs(contact, logged.flights, resolved);
-        }
-        let encounter = logged.encounter(self.last_contacts(contact.bodies));
-        let resolved = self.rules().resolve(&encounter);
-        self.record(&encounter, &resolved)
+        let inverse_masses = self.world.inverse_masses(contact.bodies);
+        let resolved = self.rules().resolve_discs(contact.image, logged.flights, inverse_masses);
+        self.record_discs(contact, logged.flights, resolved)
     }
 
     /// Counts the contacts of a window, and enters their energies into the ledger.

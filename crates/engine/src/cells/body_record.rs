@@ -98,6 +98,9 @@ pub(super) struct BodyRecord {
     cell: u32,
 }
 
+/// Cell of a body that lives in none.
+pub(super) const NO_CELL: [u16; 2] = [u16::MAX; 2];
+
 /// A number for which a record has one place: the radius of a body (length), or in a dilute gas,
 /// where all radii are equal and not stored for each disc, the time of the disc's earliest contact
 /// (offset in the epoch). Which of them it is, is the same for all bodies of an epoch.

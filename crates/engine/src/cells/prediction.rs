@@ -56,11 +56,12 @@ impl<F: Frame> State<F> {
         now: f64,
         except: Option<u32>,
     ) -> f64 {
+        if self.multi_cell.is_fixed(body) {
+            // Its record has no event from the start of the epoch on.
+            return f64::INFINITY;
+        }
         if F::IS_WHOLE && self.multi_cell.is_multi_cell(body) {
             predict_multi_cell(self, world, detection, body, now, except);
-        } else if self.multi_cell.is_multi_cell(body) {
-            // A fixed body has no events.
-            return f64::INFINITY;
         } else {
             predict_molecule(self, world, detection, body, now, except);
         }

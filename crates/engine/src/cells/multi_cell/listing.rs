@@ -7,14 +7,12 @@ use super::{Listed, MultiCellBody};
 use crate::{
     World,
     cells::{
+        body_record::NO_CELL,
         grid::CellGrid,
         state::State,
         walls::{cells_of_wall, near_wall},
     },
 };
-
-/// Column of the record of a body that lives in no cell.
-const NO_CELL: u16 = u16::MAX;
 
 /// Least radius of a shell, as a share of the shorter side of a cell. Smaller: a body among discs
 /// far smaller than a cell leaves its shell so often that a run does not end. Larger: no gain.
@@ -34,7 +32,7 @@ impl State {
         self.multi_cell.covered.lay_out((columns * rows) as usize);
         for index in 0..count {
             let body = self.multi_cell.list[index].body;
-            self.records[body as usize].set_cell([NO_CELL; 2]);
+            self.records[body as usize].set_cell(NO_CELL);
             self.list_body(world, index, 0.0);
         }
     }
@@ -99,12 +97,9 @@ impl State {
         let mut cells = std::mem::take(&mut multi_cell_body.cells);
         let mut tiles = std::mem::take(&mut multi_cell_body.tiles);
         tiles.clear();
-        if let Some(wall) = &multi_cell_body.wall {
-            cells_of_wall(&self.grid, wall, &mut cells);
-        } else {
-            let reach = Reach::of(&self.grid, multi_cell_body);
-            reach.add_cells(&mut cells);
-            reach.add_tiles(&mut tiles);
+        add_cells(&self.grid, multi_cell_body, &mut cells);
+        if multi_cell_body.wall.is_none() {
+            Reach::of(&self.grid, multi_cell_body).add_tiles(&mut tiles);
         }
         multi_cell_body.tiles = tiles;
         self.enter_cells(index, cells);
@@ -173,11 +168,16 @@ pub(in crate::cells) fn cells_of_fixed_body(grid: &CellGrid, world: &World, body
     let mut fixed = MultiCellBody::new(body as u32, &world.bodies()[body], motion, grid.holds_molecules());
     fixed.centre = world.bounds().wrap(motion.position).0;
     let mut cells = Vec::new();
-    match &fixed.wall {
-        Some(wall) => cells_of_wall(grid, wall, &mut cells),
-        None => Reach::of(grid, &fixed).add_cells(&mut cells),
-    }
+    add_cells(grid, &fixed, &mut cells);
     cells
+}
+
+/// Adds the cells that list a body.
+fn add_cells(grid: &CellGrid, multi_cell_body: &MultiCellBody, cells: &mut Vec<Listed>) {
+    match &multi_cell_body.wall {
+        Some(wall) => cells_of_wall(grid, wall, cells),
+        None => Reach::of(grid, multi_cell_body).add_cells(cells),
+    }
 }
 
 /// The cells within R + r_max + h of the centre of a body's shell; of a disc not the cells that are

@@ -35,10 +35,6 @@ impl<F: Frame> State<F> {
         except: Option<u32>,
     ) {
         let Some(index) = self.multi_cell.get(body) else { return };
-        if self.multi_cell.list[index].fixed {
-            self.records[body as usize].set_event(f64::INFINITY, Kind::Nothing, 0, 0);
-            return;
-        }
         let multi_cell_body = &self.multi_cell.list[index];
         let mut best = EarliestEvent::before(leaves_shell(multi_cell_body, now), Kind::Shell);
         if multi_cell_body.is_disc_among_discs {

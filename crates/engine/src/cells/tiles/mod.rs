@@ -284,16 +284,16 @@ impl Tiles {
     pub fn hand_over(&self, world: &World, state: &mut State, now: f64) {
         state.lay_out(world, self.epoch.limit);
         for tile in &self.bodies {
-            for (place, resting) in tile.list.iter().enumerate() {
+            for (place, resting) in tile.moving.list.iter().enumerate() {
                 let body = resting.body as usize;
                 let mut record = resting.record(state.records[body].radius());
                 record.set_event(resting.time, resting.kind(), resting.partner(), resting.partner_version);
                 state.records[body] = record;
                 state.windings[body] = resting.winding;
-                if let Some(motion) = tile.motions.get(place) {
+                if let Some(motion) = tile.moving.motions.get(place) {
                     state.molecules.set_motion(resting.body, motion);
                 }
-                if let Some(pending) = tile.pending.get(place) {
+                if let Some(pending) = tile.moving.pending.get(place) {
                     state.multi_cell.set_pending(resting.body, *pending);
                 }
             }
@@ -303,21 +303,21 @@ impl Tiles {
 
     /// Distributes bodies among the tiles; `rest` is by their indices among all.
     fn distribute(&mut self, bodies: impl Iterator<Item = RestingBody>, rest: Rest<'_>) {
-        self.outcomes.iter_mut().for_each(|outcome| outcome.bodies.list.clear());
+        self.outcomes.iter_mut().for_each(|outcome| outcome.bodies.moving.list.clear());
         self.count = 0;
         for body in bodies {
-            self.outcomes[self.map.tile_of(body.cell)].bodies.list.push(body);
+            self.outcomes[self.map.tile_of(body.cell)].bodies.moving.list.push(body);
             self.count += 1;
         }
         for (tile, (bodies, outcome)) in self.bodies.iter_mut().zip(&mut self.outcomes).enumerate() {
             let own = self.map.own(tile);
-            let unsorted = outcome.bodies.list.iter().map(|body| (*body, body.body));
+            let unsorted = outcome.bodies.moving.list.iter().map(|body| (*body, body.body));
             bodies.fill((own.size[0] * own.size[1]) as usize, unsorted, rest, |body| {
                 let place = |axis: usize| u32::from(body.cell[axis]) - own.first[axis];
                 (place(1) * own.size[0] + place(0)) as usize
             });
-            outcome.bodies.list.clear();
-            outcome.bodies.list.shrink_to(bodies.list.len() + bodies.list.len() / 32);
+            outcome.bodies.moving.list.clear();
+            outcome.bodies.moving.list.shrink_to(bodies.moving.list.len() + bodies.moving.list.len() / 32);
         }
     }
 
@@ -332,8 +332,9 @@ impl Tiles {
     /// Stores the motions of all bodies.
     pub fn store(&self, state: &mut StoredMotions<'_>) {
         for tile in &self.bodies {
-            for (place, body) in tile.list.iter().enumerate() {
-                let motion = tile.motions.get(place).copied().unwrap_or_else(|| body.record(0.0).motion());
+            for (place, body) in tile.moving.list.iter().enumerate() {
+                let motion =
+                    tile.moving.motions.get(place).copied().unwrap_or_else(|| body.record(0.0).motion());
                 state.set_wrapped(body.body, motion, body.winding);
             }
         }
@@ -626,7 +627,7 @@ impl Tiles {
         for (bodies, outcome) in self.bodies.iter_mut().zip(&mut self.outcomes) {
             std::mem::swap(bodies, &mut outcome.bodies);
         }
-        let count = self.bodies.iter().map(|tile| tile.list.len()).sum::<usize>();
+        let count = self.bodies.iter().map(|tile| tile.moving.list.len()).sum::<usize>();
         debug_assert_eq!(count, self.count, "a body is in no tile, or in two");
         self.is_fresh = false;
         self.counters.windows += 1;

@@ -96,28 +96,52 @@ pub(super) struct Rest<'a> {
     pub pending: &'a [Pending],
 }
 
-/// The moving bodies of a tile between two windows, in the order of its cells.
+/// Moving bodies, with what their records do not hold.
 #[derive(Debug, Clone, Default)]
-pub(super) struct TileBodies {
+pub(super) struct MovingBodies {
     pub list: Vec<RestingBody>,
     /// By place in `list`, or empty: see [`Rest`].
     pub motions: Vec<Motion>,
     pub pending: Vec<Pending>,
+}
+
+impl MovingBodies {
+    pub fn clear(&mut self) {
+        self.list.clear();
+        self.motions.clear();
+        self.pending.clear();
+    }
+
+    /// Adds the bodies in these places of another list.
+    pub fn add(&mut self, from: &Self, places: Range<usize>) {
+        self.list.extend_from_slice(&from.list[places.clone()]);
+        self.motions.extend_from_slice(from.motions.get(places.clone()).unwrap_or_default());
+        self.pending.extend_from_slice(from.pending.get(places).unwrap_or_default());
+    }
+
+    /// Size of the bodies (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.list) + size_of_val(&*self.motions) + size_of_val(&*self.pending)
+    }
+
+    pub fn heap_bytes(&self) -> usize {
+        self.list.capacity() * size_of::<RestingBody>()
+            + self.motions.capacity() * size_of::<Motion>()
+            + self.pending.capacity() * size_of::<Pending>()
+    }
+}
+
+/// The moving bodies of a tile between two windows, in the order of its cells.
+#[derive(Debug, Clone, Default)]
+pub(super) struct TileBodies {
+    pub moving: MovingBodies,
     /// For each cell of the tile, row by row, its first body; and the number of all.
     starts: Vec<u32>,
 }
 
 impl TileBodies {
     pub fn heap_bytes(&self) -> usize {
-        self.list.capacity() * size_of::<RestingBody>()
-            + self.motions.capacity() * size_of::<Motion>()
-            + self.pending.capacity() * size_of::<Pending>()
-            + self.starts.capacity() * size_of::<u32>()
-    }
-
-    /// Size of the bodies (bytes).
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.list) + size_of_val(&*self.motions) + size_of_val(&*self.pending)
+        self.moving.heap_bytes() + self.starts.capacity() * size_of::<u32>()
     }
 
     /// The bodies in a run of cells, as places in the list.
@@ -145,19 +169,19 @@ impl TileBodies {
         }
         let count = first as usize;
         let if_any = |is_empty: bool| if is_empty { 0 } else { count };
-        resize(&mut self.list, count, RestingBody::new(&BodyRecord::dummy(), 0, [0; 2]));
-        resize(&mut self.motions, if_any(rest.motions.is_empty()), Motion::at_rest(DVec2::ZERO));
-        resize(&mut self.pending, if_any(rest.pending.is_empty()), Pending::NOTHING);
+        resize(&mut self.moving.list, count, RestingBody::new(&BodyRecord::dummy(), 0, [0; 2]));
+        resize(&mut self.moving.motions, if_any(rest.motions.is_empty()), Motion::at_rest(DVec2::ZERO));
+        resize(&mut self.moving.pending, if_any(rest.pending.is_empty()), Pending::NOTHING);
         for (body, index) in bodies {
             let start = &mut self.starts[cell_of(&body)];
             let place = *start as usize;
             *start += 1;
-            self.list[place] = body;
+            self.moving.list[place] = body;
             if let Some(motion) = rest.motions.get(index as usize) {
-                self.motions[place] = *motion;
+                self.moving.motions[place] = *motion;
             }
             if let Some(pending) = rest.pending.get(index as usize) {
-                self.pending[place] = *pending;
+                self.moving.pending[place] = *pending;
             }
         }
         // Each start is now that of the next cell.

@@ -1,10 +1,9 @@
 //! The run of one tile through a window: its bodies and those of a border are copied into a
 //! workspace, run, and copied back.
 
-use std::{ops::Range, time::Instant};
+use std::time::Instant;
 
 use carom_detection::Detection;
-use carom_kinematics::Motion;
 use carom_response::Response;
 use glam::DVec2;
 
@@ -12,15 +11,15 @@ use super::{
     border_log::{BorderLog, Change, Places},
     fixed_bodies::FixedBodies,
     map::TileMap,
-    resting::{Rest, RestingBody, TileBodies},
+    resting::{MovingBodies, Rest, RestingBody, TileBodies},
 };
 use crate::{
     SchedulerCounters, TileWork, World,
     cells::{
-        body_record::{BodyRecord, Kind},
+        body_record::{BodyRecord, Kind, NO_CELL},
         frame::{Numbering, TileFrame},
         grid::CellGrid,
-        multi_cell::{Listed, Pending},
+        multi_cell::Listed,
         simd::{Available, Kernel, Work, dispatch},
         state::{EpochConstants, State},
     },
@@ -30,9 +29,6 @@ use crate::{
     simultaneous_contacts::MOST_CONTACTS_AT_ONCE,
     window::{ContactEnergy, FastContact, InelasticContacts, LoggedContact, WindowJob},
 };
-
-/// Cell of the record of a fixed body, which lives in none.
-const NO_CELL: [u16; 2] = [u16::MAX; 2];
 
 /// Version of the dummy, which stands for partners outside the workspace: none that a body has.
 const VERSION_OF_DUMMY: u32 = u32::MAX;
@@ -183,45 +179,15 @@ pub(super) struct Workspace {
     /// By the distance of a cell from the tile: the time after which its events have no influence
     /// on the tile.
     useful_until: Vec<f64>,
-    loaded: Loaded,
+    /// The moving bodies of the tile and its border, as they are copied.
+    loaded: MovingBodies,
     /// The fixed bodies that those of the workspace may touch, by their indices among all.
     fixed: Vec<u32>,
+    /// The lists of the workspace in which they are, and their images there.
+    covered: Vec<(u32, Listed)>,
     /// Each body of the workspace in order: its index among all, and its place in `loaded`; for a
     /// fixed body, its place in `fixed` plus the length of `loaded`.
     order: Vec<u64>,
-}
-
-/// The moving bodies of a tile and its border, as they are copied.
-#[derive(Debug, Clone, Default)]
-struct Loaded {
-    list: Vec<RestingBody>,
-    motions: Vec<Motion>,
-    pending: Vec<Pending>,
-}
-
-impl Loaded {
-    fn clear(&mut self) {
-        self.list.clear();
-        self.motions.clear();
-        self.pending.clear();
-    }
-
-    /// Adds the bodies in these places of a tile.
-    fn add(&mut self, from: &TileBodies, places: Range<usize>) {
-        self.list.extend_from_slice(&from.list[places.clone()]);
-        self.motions.extend_from_slice(from.motions.get(places.clone()).unwrap_or_default());
-        self.pending.extend_from_slice(from.pending.get(places).unwrap_or_default());
-    }
-
-    fn bytes(&self) -> usize {
-        size_of_val(&*self.list) + size_of_val(&*self.motions) + size_of_val(&*self.pending)
-    }
-
-    fn heap_bytes(&self) -> usize {
-        self.list.capacity() * size_of::<RestingBody>()
-            + self.motions.capacity() * size_of::<Motion>()
-            + self.pending.capacity() * size_of::<Pending>()
-    }
 }
 
 /// The tile that a workspace runs.
@@ -249,8 +215,9 @@ impl Workspace {
             last_contacts: Vec::new(),
             places: Places::default(),
             useful_until: Vec::new(),
-            loaded: Loaded::default(),
+            loaded: MovingBodies::default(),
             fixed: Vec::new(),
+            covered: Vec::new(),
             order: Vec::new(),
         }
     }
@@ -261,6 +228,7 @@ impl Workspace {
             + self.last_contacts.capacity() * size_of::<f64>()
             + self.loaded.heap_bytes()
             + self.fixed.capacity() * size_of::<u32>()
+            + self.covered.capacity() * size_of::<(u32, Listed)>()
             + self.order.capacity() * size_of::<u64>()
     }
 
@@ -274,7 +242,7 @@ impl Workspace {
         let begun = Instant::now();
         outcome.clear();
         self.load(job.world, &task);
-        outcome.copied_bytes = self.loaded.bytes() - task.bodies[task.tile].bytes();
+        outcome.copied_bytes = self.loaded.bytes() - task.bodies[task.tile].moving.bytes();
         dispatch(self.state.instructions, Run(self, job, task, outcome));
         outcome.done = self.state.done;
         self.store(&task, &mut outcome.bodies);
@@ -299,7 +267,7 @@ impl Workspace {
         self.loaded.clear();
         map.for_each_run(tile, border, |owner, first, count| {
             let places = bodies[owner].in_cells(first, count);
-            self.loaded.add(&bodies[owner], places);
+            self.loaded.add(&bodies[owner].moving, places);
         });
         self.state.neighbour_lists.set_frame(map.window(tile, border));
         self.find_fixed_bodies(task.fixed);
@@ -312,7 +280,7 @@ impl Workspace {
         let count = self.loaded.list.len() as u64;
         let is_moving = |index: usize| self.order[index] & u64::from(u32::MAX) < count;
         self.state.list_discs(is_moving);
-        self.list_fixed_bodies(world, task.fixed);
+        self.list_fixed_bodies(world, task.fixed.is_some());
         if !task.is_fresh {
             self.copy_events();
         }
@@ -364,39 +332,40 @@ impl Workspace {
     /// Finds the fixed bodies that those of the workspace may touch.
     fn find_fixed_bodies(&mut self, fixed: Option<&FixedBodies>) {
         self.fixed.clear();
+        self.covered.clear();
         let Some(fixed) = fixed else { return };
-        let window = *self.state.neighbour_lists.frame();
-        for (_, cell) in window.cells() {
-            self.fixed.extend(fixed.in_cell(cell).map(|listed| listed.index));
+        for (list, cell) in self.state.neighbour_lists.frame().cells() {
+            self.covered.extend(fixed.in_cell(cell).map(|listed| (list, listed)));
         }
+        self.fixed.extend(self.covered.iter().map(|(_, listed)| listed.index));
         self.fixed.sort_unstable();
         self.fixed.dedup();
     }
 
     /// Lists these in the cells of the workspace.
-    fn list_fixed_bodies(&mut self, world: &World, fixed: Option<&FixedBodies>) {
-        let Self { state, fixed: here, .. } = self;
+    fn list_fixed_bodies(&mut self, world: &World, has_fixed: bool) {
+        let Self { state, fixed, covered, .. } = self;
         let bodies = state.bodies.0.len();
         let holds_molecules = state.grid.holds_molecules();
         state.multi_cell.clear();
-        if holds_molecules || fixed.is_some() {
+        if holds_molecules || has_fixed {
             state.multi_cell.expect_contacts(bodies);
         }
-        let Some(fixed) = fixed else { return };
+        if fixed.is_empty() {
+            return;
+        }
         let index_of = |bodies: &[u32], body: u32| bodies.binary_search(&body).unwrap_or(0) as u32;
-        for &body in &*here {
+        for &body in &*fixed {
             let index = index_of(&state.bodies.0, body);
             let (body, motion) = (&world.bodies[body as usize], &world.motions[body as usize]);
             state.multi_cell.add(index, body, motion, bodies, holds_molecules);
         }
         let window = *state.neighbour_lists.frame();
         state.multi_cell.covered.lay_out((window.size[0] * window.size[1]) as usize);
-        for (list, cell) in window.cells() {
-            for Listed { index: body, image } in fixed.in_cell(cell) {
-                let index = index_of(&state.bodies.0, body);
-                state.multi_cell.covered.enter(list, Listed { index, image });
-                state.neighbour_lists.set_covered(list, true);
-            }
+        for &(list, Listed { index: body, image }) in &*covered {
+            let index = index_of(&state.bodies.0, body);
+            state.multi_cell.covered.enter(list, Listed { index, image });
+            state.neighbour_lists.set_covered(list, true);
         }
     }
 

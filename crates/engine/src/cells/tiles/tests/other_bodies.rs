@@ -1,6 +1,6 @@
 //! Molecules, walls and fixed bodies in tiles.
 
-use super::{Computed, Contacts, SMALL, add_motions, assert_same, run};
+use super::{Computed, SMALL, add_motions, assert_same, assert_same_reports, run};
 use crate::{Scene, Simulation, TileCounters, TileUse, Tiling};
 
 /// Scenes of all kinds of bodies that tiles can run, with a time in which each body has some
@@ -122,17 +122,7 @@ fn molecules_walls_and_fixed_bodies_keep_their_bits() {
 #[test]
 fn their_contacts_are_reported_in_order_with_the_same_bits() {
     for (name, scene, until) in scenes() {
-        let [expected, found] = [Tiling::NONE, Tiling { threads: 2, side: 25, ..SMALL }].map(|tiling| {
-            let mut simulation = Simulation::new(&scene).unwrap();
-            simulation.set_tiling(&tiling);
-            let mut contacts = Contacts::default();
-            simulation.observe_until(until, &mut contacts).unwrap();
-            add_motions(&simulation, &mut contacts.0);
-            contacts.0.extend(simulation.view().world.last_contacts().iter().map(|time| time.to_bits()));
-            assert_eq!(simulation.tile_counters().windows > 0, tiling != Tiling::NONE, "{name}");
-            (contacts.0, *simulation.view().ledger(), *simulation.view().counters())
-        });
-        assert!(expected == found, "{name}: reports differ");
+        assert_same_reports(name, &scene, until);
     }
 }
 
