@@ -5,11 +5,13 @@
 //!   written later are removed and written again.
 //! - A file that is missing or shorter than at the checkpoint is an error.
 //! - File contents are on disk before the checkpoint that records their lengths.
+//! - A file that another thread has truncated because the program ends is not written any more.
 
 use std::{
     fs::{File, OpenOptions},
-    io::{self, BufWriter, Seek as _, SeekFrom, Write as _},
+    io::{self, BufWriter, Seek as _, SeekFrom, Write},
     path::Path,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 use anyhow::{Context, Result, ensure};
@@ -25,7 +27,7 @@ pub struct SeriesFormat<T> {
     /// Names of the columns.
     pub header: &'static [&'static str],
     /// Writes one point.
-    pub row: fn(&mut csv::Writer<&mut BufWriter<File>>, &T) -> csv::Result<()>,
+    pub row: fn(&mut csv::Writer<&mut Appender>, &T) -> csv::Result<()>,
 }
 
 /// Length of one file at a checkpoint.
@@ -37,18 +39,43 @@ pub struct Length {
     records: usize,
 }
 
+/// Held during each write to a file of a run, and while its files are truncated.
+type Writing = Arc<Mutex<()>>;
+
+/// Writes to a file while nothing truncates it.
+pub type Appender = BufWriter<SharedFile>;
+
+/// A file that another thread may truncate between two writes.
+#[derive(Debug)]
+pub struct SharedFile {
+    file: File,
+    writing: Writing,
+}
+
+impl Write for SharedFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let _writing = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
 /// Lengths of the files of one run at its last checkpoint.
 #[derive(Debug)]
 pub struct CheckpointLengths {
     folder: Folder,
+    writing: Writing,
     /// `None` before the first checkpoint and after the end of the run.
     lengths: Option<Vec<Length>>,
 }
 
 impl CheckpointLengths {
-    /// State before the first checkpoint of a run in this folder.
-    pub fn new(folder: &Folder) -> Self {
-        Self { folder: folder.clone(), lengths: None }
+    /// State before the first checkpoint of a run with these files.
+    pub fn new(files: &AppendFiles) -> Self {
+        Self { folder: files.folder.clone(), writing: Arc::clone(&files.writing), lengths: None }
     }
 
     /// Records the file lengths of a checkpoint; `None` after the end of the run, when files are no
@@ -58,8 +85,10 @@ impl CheckpointLengths {
     }
 
     /// Truncates the files to their lengths at the checkpoint. A file that cannot be truncated is
-    /// left; resuming truncates it.
-    pub fn cut_back(&self) {
+    /// left; resuming truncates it. While the returned guard lives, threads that write to the files
+    /// wait. `None`, and nothing is truncated, if a file is being written.
+    pub fn cut_back(&self) -> Option<MutexGuard<'_, ()>> {
+        let guard = self.writing.try_lock().ok()?;
         for length in self.lengths.iter().flatten() {
             let path = self.folder.path().join(&length.name);
             if let Ok(file) = OpenOptions::new().write(true).open(path)
@@ -68,6 +97,7 @@ impl CheckpointLengths {
                 let _ = file.set_len(length.bytes);
             }
         }
+        Some(guard)
     }
 }
 
@@ -76,19 +106,20 @@ impl CheckpointLengths {
 pub struct AppendFiles {
     folder: Folder,
     files: Vec<AppendFile>,
+    writing: Writing,
 }
 
 #[derive(Debug)]
 struct AppendFile {
     name: String,
-    out: BufWriter<File>,
+    out: Appender,
     records: usize,
 }
 
 impl AppendFiles {
     /// An empty set of files.
     pub fn begin(folder: &Folder) -> Self {
-        Self { folder: folder.clone(), files: Vec::new() }
+        Self { folder: folder.clone(), files: Vec::new(), writing: Writing::default() }
     }
 
     /// Opens the files of a checkpoint and truncates them to their lengths there.
@@ -96,8 +127,13 @@ impl AppendFiles {
     /// # Errors
     /// A file is missing or shorter than at the checkpoint.
     pub fn resume(folder: &Folder, lengths: &[Length]) -> Result<Self> {
-        let files = lengths.iter().map(|length| cut_back(&folder.path().join(&length.name), length));
-        Ok(Self { folder: folder.clone(), files: files.collect::<Result<_>>()? })
+        let mut resumed = Self::begin(folder);
+        for length in lengths {
+            let file = cut_back(&folder.path().join(&length.name), length)?;
+            let (name, out) = (length.name.clone(), resumed.appender(file));
+            resumed.files.push(AppendFile { name, out, records: length.records });
+        }
+        Ok(resumed)
     }
 
     /// Writes the points of a series that are not yet in its table. The first call creates the
@@ -152,7 +188,7 @@ impl AppendFiles {
     pub fn append_frame(
         &mut self,
         name: &str,
-        write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+        write: impl FnOnce(&mut Appender) -> io::Result<()>,
     ) -> Result<()> {
         let file = self.file(name, |_| Ok(()))?;
         file.records += 1;
@@ -166,8 +202,9 @@ impl AppendFiles {
     pub fn lengths(&mut self) -> Result<Vec<Length>> {
         let length = |file: &mut AppendFile| -> io::Result<Length> {
             file.out.flush()?;
-            file.out.get_ref().sync_data()?;
-            let bytes = file.out.stream_position()?;
+            let file_itself = &mut file.out.get_mut().file;
+            file_itself.sync_data()?;
+            let bytes = file_itself.stream_position()?;
             Ok(Length { name: file.name.clone(), bytes, records: file.records })
         };
         self.files
@@ -180,13 +217,13 @@ impl AppendFiles {
     fn file(
         &mut self,
         name: &str,
-        begin: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+        begin: impl FnOnce(&mut Appender) -> io::Result<()>,
     ) -> Result<&mut AppendFile> {
         let place = self.files.iter().position(|file| file.name == name);
         let place = place.unwrap_or(self.files.len());
         if place == self.files.len() {
             let path = self.folder.path().join(name);
-            let made = File::create(&path).map(BufWriter::new).and_then(|mut out| {
+            let made = File::create(&path).map(|file| self.appender(file)).and_then(|mut out| {
                 begin(&mut out)?;
                 Ok(out)
             });
@@ -195,11 +232,15 @@ impl AppendFiles {
         }
         Ok(&mut self.files[place])
     }
+
+    fn appender(&self, file: File) -> Appender {
+        BufWriter::new(SharedFile { file, writing: Arc::clone(&self.writing) })
+    }
 }
 
 fn write_csv(
-    out: &mut BufWriter<File>,
-    write: impl FnOnce(&mut csv::Writer<&mut BufWriter<File>>) -> csv::Result<()>,
+    out: &mut Appender,
+    write: impl FnOnce(&mut csv::Writer<&mut Appender>) -> csv::Result<()>,
 ) -> io::Result<()> {
     let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(out);
     write(&mut csv)?;
@@ -207,7 +248,7 @@ fn write_csv(
 }
 
 /// Opens a file, truncates it to its length at the checkpoint, and moves to its end.
-fn cut_back(path: &Path, length: &Length) -> Result<AppendFile> {
+fn cut_back(path: &Path, length: &Length) -> Result<File> {
     let cannot = || format!("cannot continue {}", path.display());
     let mut file = OpenOptions::new().read(true).write(true).open(path).with_context(cannot)?;
     let found = file.metadata().with_context(cannot)?.len();
@@ -218,14 +259,14 @@ fn cut_back(path: &Path, length: &Length) -> Result<AppendFile> {
         length.bytes
     );
     file.set_len(length.bytes).and_then(|()| file.seek(SeekFrom::End(0))).with_context(cannot)?;
-    Ok(AppendFile { name: length.name.clone(), out: BufWriter::new(file), records: length.records })
+    Ok(file)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::output::Existing;
-    use std::fs;
+    use std::{fs, sync::mpsc, thread, time::Duration};
 
     const SQUARES: SeriesFormat<f64> = SeriesFormat {
         name: "squares.csv",
@@ -251,15 +292,15 @@ mod tests {
         let lengths = files.lengths().unwrap();
         files.append(&SQUARES, &[1.0, 2.0, 3.0]).unwrap();
         files.append_frame("frames", |out| out.write_all(b"two")).unwrap();
-        drop(files);
         // Without a checkpoint, or after the end of the run, files keep their full length.
-        let mut lengths_kept = CheckpointLengths::new(&folder);
-        lengths_kept.cut_back();
+        let mut lengths_kept = CheckpointLengths::new(&files);
+        drop(files);
+        drop(lengths_kept.cut_back().unwrap());
         let read = |name| fs::read_to_string(root.path().join(name)).unwrap();
         let (table, frames) = (read("squares.csv"), read("frames"));
         assert_eq!(table, "x,square\n1.0,1.0\n2.0,4.0\n3.0,9.0\n");
         lengths_kept.set(Some(lengths.clone()));
-        lengths_kept.cut_back();
+        drop(lengths_kept.cut_back().unwrap());
         assert_eq!(
             (read("squares.csv"), read("frames")),
             ("x,square\n1.0,1.0\n2.0,4.0\n".into(), "one".into())
@@ -279,5 +320,33 @@ mod tests {
         assert!(refused.contains("frames") && refused.contains("2 bytes, but had 3"), "{refused}");
         fs::remove_file(root.path().join("frames")).unwrap();
         assert!(AppendFiles::resume(&folder, &lengths).unwrap_err().to_string().contains("frames"));
+    }
+    /// Without the guard the next row would be written at the old position, after a gap of zeros.
+    #[test]
+    fn truncated_files_are_not_written_while_the_guard_lives() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        let mut files = AppendFiles::begin(&folder);
+        files.append_new(&SQUARES, &[1.0]).unwrap();
+        let mut checkpoint = CheckpointLengths::new(&files);
+        checkpoint.set(Some(files.lengths().unwrap()));
+        files.append_new(&SQUARES, &[2.0]).unwrap();
+        let read = || fs::read_to_string(root.path().join("squares.csv")).unwrap();
+        thread::scope(|scope| {
+            let guard = checkpoint.cut_back().unwrap();
+            let (begun, begins) = mpsc::channel();
+            let writer = scope.spawn(move || {
+                begun.send(()).unwrap();
+                files.append_new(&SQUARES, &[3.0]).unwrap();
+            });
+            begins.recv().unwrap();
+            thread::sleep(Duration::from_millis(50));
+            assert!(!writer.is_finished());
+            assert_eq!(read(), "x,square\n1.0,1.0\n");
+            // The program would have ended here.
+            drop(guard);
+            writer.join().unwrap();
+            assert_ne!(read(), "x,square\n1.0,1.0\n");
+        });
     }
 }

@@ -107,21 +107,12 @@ impl Signals {
         thread::sleep(GRACE);
         let deadline = Instant::now() + LAST_WRITES;
         let runs = self.runs.lock().unwrap_or_else(PoisonError::into_inner);
-        // The locks are held until the process exits, so no later checkpoint is written.
-        let mut cut = Vec::new();
-        for run in runs.iter() {
-            loop {
-                if let Ok(kept) = run.try_lock() {
-                    kept.cut_back();
-                    cut.push(kept);
-                    break;
-                }
-                if Instant::now() >= deadline {
-                    break;
-                }
-                thread::sleep(PAUSE);
-            }
-        }
+        // The guards are held until the process exits: no later checkpoint is written, and nothing
+        // is written to a file that has been truncated.
+        let checkpoints: Vec<_> =
+            runs.iter().filter_map(|run| try_until(deadline, || run.try_lock().ok())).collect();
+        let _cut: Vec<_> =
+            checkpoints.iter().filter_map(|kept| try_until(deadline, || kept.cut_back())).collect();
         let words = format!(
             "interrupted by {} before the next checkpoint; the last checkpoint is kept. Resume with\n  {} --resume",
             name(signal),
@@ -181,6 +172,17 @@ impl OnlyAtEnd {
     /// program.
     pub fn write(&self) {
         *self.is_writing.lock().unwrap_or_else(PoisonError::into_inner) = true;
+    }
+}
+
+/// Tries to get a lock until the deadline.
+fn try_until<T>(deadline: Instant, lock: impl Fn() -> Option<T>) -> Option<T> {
+    loop {
+        let locked = lock();
+        if locked.is_some() || Instant::now() >= deadline {
+            return locked;
+        }
+        thread::sleep(PAUSE);
     }
 }
 

@@ -358,11 +358,12 @@ impl Task<'_> {
             // reset.
             self.write(head.progress, &state)?;
         }
-        let lengths = self.share(Some(state.files.clone()));
+        let files = AppendFiles::resume(self.folder, &state.files)?;
+        let lengths = self.share(&files, Some(state.files));
         Ok(Start::From(Box::new(Resumable {
             simulation,
             observers: state.observers,
-            files: AppendFiles::resume(self.folder, &state.files)?,
+            files,
             actions: head.progress.actions,
             samples: head.progress.samples,
             steps: head.progress.steps,
@@ -376,8 +377,8 @@ impl Task<'_> {
 
     /// Shares the file lengths of the last checkpoint with the signal handler, which truncates the
     /// files to them if the program must end between two checkpoints.
-    fn share(&self, lengths: Option<Vec<Length>>) -> SharedLengths {
-        let mut shared = CheckpointLengths::new(self.folder);
+    fn share(&self, files: &AppendFiles, lengths: Option<Vec<Length>>) -> SharedLengths {
+        let mut shared = CheckpointLengths::new(files);
         shared.set(lengths);
         let shared = Arc::new(Mutex::new(shared));
         self.signals.register(Arc::clone(&shared));
@@ -408,10 +409,12 @@ impl<O: Observer + Serialize> Resumable<O> {
     /// A run at its beginning.
     pub fn begin(task: &Task<'_>, mut simulation: AnySimulation, observers: O) -> Self {
         simulation.set_tiling(&task.method.tiling(task.threads));
+        let files = AppendFiles::begin(task.folder);
+        let lengths = task.share(&files, None);
         Self {
             simulation,
             observers,
-            files: AppendFiles::begin(task.folder),
+            files,
             actions: 0,
             samples: 0,
             steps: 0,
@@ -419,7 +422,7 @@ impl<O: Observer + Serialize> Resumable<O> {
             seconds_before: 0.0,
             saved: None,
             saved_near_end: false,
-            lengths: task.share(None),
+            lengths,
         }
     }
 
