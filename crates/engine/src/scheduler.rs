@@ -61,7 +61,7 @@ pub use crate::{
     contact_event::{ContactEvent, Parts},
     separation_error::separation_error,
     wall::StandingWall,
-    window::{Window, WindowJob},
+    window::{Earlier, Window, WindowJob},
 };
 
 /// A pair ordered so that the body inserted first is first, with the image of the second relative
@@ -230,6 +230,14 @@ pub trait Scheduler: Sized {
         None
     }
 
+    /// After [`Self::run_window`] has returned `None`: an earlier time, if the scheduler holds the
+    /// state of that time. The engine then runs the contacts since that time once more, without
+    /// recording them.
+    #[doc(hidden)]
+    fn take_earlier(&mut self) -> Option<Earlier> {
+        None
+    }
+
     /// Sets how the box is divided into tiles that are run on their own. It changes the speed, and
     /// no bit of the results. The engine calls this before each call of [`Self::begin_epoch`]. By
     /// default it has no effect.
@@ -257,6 +265,13 @@ pub trait Scheduler: Sized {
 
     /// Writes the present motions and windings into the state of the system.
     fn store(&self, state: &mut StoredMotions<'_>);
+
+    /// Variant of [`Self::store`] after [`Self::run_window`]. The state holds what the last call
+    /// of this has stored, unless another epoch has begun.
+    #[doc(hidden)]
+    fn store_after_window(&mut self, state: &mut StoredMotions<'_>) {
+        self.store(state);
+    }
 
     /// Stores the changes since the last call of this or of [`Self::store`], at most one contact:
     /// the motions of its bodies (`contact`, empty if there was none), and of all bodies whose

@@ -273,11 +273,17 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             contacts,
             most,
         };
-        let ended = match pass.run_windows(&mut self.scheduler)? {
+        let ended_in_windows = pass.run_windows(&mut self.scheduler)?;
+        let in_windows = ended_in_windows.is_some();
+        let ended = match ended_in_windows {
             Some(ended) => ended,
-            None => self.scheduler.run(pass)?,
+            None => pass.run_in_order(&mut self.scheduler)?,
         };
         match ended {
+            Ended::TargetReached if in_windows => {
+                self.scheduler.store_after_window(&mut StoredMotions::new(&mut self.world));
+                return Ok(true);
+            }
             Ended::TargetReached if is_stored && *contacts == 0 => {
                 self.scheduler.store_changes(&mut StoredMotions::new(&mut self.world), &[]);
                 return Ok(true);

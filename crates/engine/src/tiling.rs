@@ -18,7 +18,7 @@ use std::fmt;
 /// serial.set_tiling(&Tiling::NONE);
 /// serial.run_until(0.02)?;
 /// let mut parallel = Simulation::new(&scene)?;
-/// parallel.set_tiling(&Tiling { threads: 2, least_bodies: 1, side: 50, ..Tiling::default() });
+/// parallel.set_tiling(&Tiling { threads: 2, least_bodies: 1, side: 50, ..Tiling::NONE });
 /// parallel.run_until(0.02)?;
 /// assert!(parallel.tile_counters().windows > 0);
 /// let motions = |simulation: &Simulation| -> Vec<_> {
@@ -31,8 +31,10 @@ use std::fmt;
 pub struct Tiling {
     /// Threads. 0 counts as 1.
     pub threads: usize,
-    /// Fewest bodies for which tiles are used, on any number of threads.
+    /// Fewest bodies for which tiles are used, on any number of threads, if all that move are discs.
     pub least_bodies: usize,
+    /// The same if molecules move: each of their contacts takes longer.
+    pub least_molecules: usize,
     /// Cells along a side of a tile, at least 8; a cell is about as long as two bodies
     /// reach.
     /// Fewer: more bodies are run twice, in the borders of tiles. More: a tile outgrows the cache.
@@ -51,20 +53,27 @@ pub struct Tiling {
 
 impl Tiling {
     /// No tiles: every contact in order, on one thread.
-    pub const NONE: Self =
-        Self { threads: 1, least_bodies: usize::MAX, side: 200, window: 4.0, margin: 7, front: 2.5 };
+    pub const NONE: Self = Self {
+        threads: 1,
+        least_bodies: usize::MAX,
+        least_molecules: usize::MAX,
+        side: 200,
+        window: 4.0,
+        margin: 7,
+        front: 2.5,
+    };
 
     /// The best division that is known for a number of threads.
     ///
     /// On one thread, tiles pay from the size on at which the bodies outgrow the caches. On more,
     /// they pay earlier: two threads make up for the work that is done twice.
     pub fn with_threads(threads: usize) -> Self {
-        let least_bodies = match threads {
-            0 | 1 => 300_000,
-            2 | 3 => 150_000,
-            _ => 30_000,
+        let (least_bodies, least_molecules) = match threads {
+            0 | 1 => (300_000, 300_000),
+            2 | 3 => (150_000, 20_000),
+            _ => (30_000, 20_000),
         };
-        Self { threads, least_bodies, ..Self::NONE }
+        Self { threads, least_bodies, least_molecules, ..Self::NONE }
     }
 
     /// The nearest division that can be used.
@@ -159,7 +168,8 @@ impl std::ops::Add for TileCounters {
 pub enum TileUse {
     /// It is, into so many.
     Tiles(usize),
-    /// [`Tiling::NONE`] or fewer bodies than [`Tiling::least_bodies`].
+    /// [`Tiling::NONE`], or fewer bodies than [`Tiling::least_bodies`] or
+    /// [`Tiling::least_molecules`].
     FewBodies(usize),
     /// Fewer than two tiles with their borders fit along a side.
     SmallBox,

@@ -34,8 +34,17 @@ pub struct WindowJob<'a, D, R> {
     pub(crate) wants_log: bool,
 }
 
+/// The state from which a scheduler must run contacts that have been recorded once more.
+#[derive(Debug, Clone, Copy)]
+pub struct Earlier {
+    /// Its time (offset in the epoch).
+    pub(crate) from: f64,
+    /// The limits of the epoch then.
+    pub(crate) limits: Limits,
+}
+
 /// A stretch that has been run.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Window {
     /// Its end (offset in the epoch, time).
     pub(crate) end: f64,
@@ -75,6 +84,12 @@ impl Window {
             inelastic,
         }
     }
+
+    pub(crate) fn heap_bytes(&self) -> usize {
+        self.log.capacity() * size_of::<LoggedContact>()
+            + self.encounters.capacity() * size_of::<Encounter>()
+            + self.inelastic.heap_bytes()
+    }
 }
 
 /// Energies, times of last contacts and number of guarded contacts of a window with inelastic
@@ -95,6 +110,11 @@ impl InelasticContacts {
         self.energies.clear();
         self.last_contacts.clear();
         self.guarded = 0;
+    }
+
+    pub fn heap_bytes(&self) -> usize {
+        self.energies.capacity() * size_of::<ContactEnergy>()
+            + self.last_contacts.capacity() * size_of::<(u32, f64)>()
     }
 }
 

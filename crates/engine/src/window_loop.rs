@@ -5,10 +5,12 @@ use carom_detection::Detection;
 use carom_response::Response;
 
 use crate::{
-    RunError, Scheduler,
+    Counters, Ledger, RunError, Scheduler,
     epoch_loop::{Ended, EpochLoop},
     resolution::Encounter,
-    window::{LoggedContact, Window, WindowJob},
+    simultaneous_contacts::SimultaneousContacts,
+    unresolved::Unresolved,
+    window::{Earlier, LoggedContact, Window, WindowJob},
 };
 
 impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
@@ -33,7 +35,12 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
                 all_elastic,
                 wants_log,
             });
-            let Some(window) = window else { return Ok(None) };
+            let Some(window) = window else {
+                if let Some(earlier) = scheduler.take_earlier() {
+                    self.run_again(scheduler, earlier)?;
+                }
+                return Ok(None);
+            };
             if wants_log {
                 self.record_all(&window)?;
             } else {
@@ -56,6 +63,37 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
                 return Ok(Some(Ended::TargetReached));
             }
         }
+    }
+
+    /// Runs contact by contact.
+    #[inline(never)]
+    pub(crate) fn run_in_order<S: Scheduler>(self, scheduler: &mut S) -> Result<Ended, RunError> {
+        scheduler.run(self)
+    }
+
+    /// Runs the contacts from an earlier time to the present once more, without recording them.
+    #[cold]
+    fn run_again<S: Scheduler>(&mut self, scheduler: &mut S, earlier: Earlier) -> Result<(), RunError> {
+        let mut limits = earlier.limits;
+        let (mut now, mut contacts) = (earlier.from, 0);
+        let again = EpochLoop {
+            world: self.world,
+            detection: self.detection,
+            response: self.response,
+            elasticity: self.elasticity,
+            names: self.names,
+            counters: &mut Counters::default(),
+            ledger: &mut Ledger::default(),
+            simultaneous: &mut SimultaneousContacts::default(),
+            unresolved: &mut Unresolved::default(),
+            limits: &mut limits,
+            now: &mut now,
+            observer: None,
+            target: *self.now,
+            contacts: &mut contacts,
+            most: u64::MAX,
+        };
+        again.run_in_order(scheduler).map(drop)
     }
 
     /// Records all contacts of a window in order.

@@ -46,6 +46,9 @@ pub struct Options {
     /// Contacts of each body in a turn
     #[arg(long, default_value_t = 8.0)]
     contacts: f64,
+    /// Stops in each mean free time, at which samples could be taken
+    #[arg(long, default_value_t = 0)]
+    stops: u32,
     /// Number of rounds; each variant has one turn in a round
     #[arg(long, default_value_t = 3)]
     rounds: usize,
@@ -118,10 +121,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let free_time = free_time(options, &base)?;
     let mut variants = variants(options, &base);
     let unit = options.contacts * free_time;
+    let pieces = ((options.contacts * f64::from(options.stops)).ceil() as u32).max(1);
     // The first turn melts the initial lattice.
     for round in 0..=options.rounds {
         for variant in &mut variants {
-            let turn = turn(&mut variant.simulation, (round + 1) as f64 * unit)?;
+            let turn = turn(&mut variant.simulation, round as f64 * unit, unit, pieces)?;
             if round > 0 {
                 variant.turns.push(turn);
             }
@@ -147,7 +151,8 @@ fn variants(options: &Options, base: &AnySimulation) -> Vec<Variant> {
     };
     let in_tiles = |threads| {
         let Options { side, window, margin, front, .. } = *options;
-        let tiling = Tiling { threads, least_bodies: 1, side, window, margin, front };
+        let (least_bodies, least_molecules) = (1, 1);
+        let tiling = Tiling { threads, least_bodies, least_molecules, side, window, margin, front };
         variant(format!("tiles, {threads} threads"), tiling)
     };
     let mut variants = vec![variant("in order".to_owned(), Tiling::NONE), in_tiles(1)];
@@ -173,11 +178,14 @@ fn free_time(options: &Options, base: &AnySimulation) -> Result<f64> {
     bail!("the bodies have hardly any contacts")
 }
 
-/// Runs to a time; returns the nanoseconds of a contact, of wall and of processor time.
-fn turn(simulation: &mut AnySimulation, until: f64) -> Result<[f64; 2]> {
+/// Runs from a time on for a duration, with stops at the end of equal pieces; returns the
+/// nanoseconds of a contact, of wall and of processor time.
+fn turn(simulation: &mut AnySimulation, from: f64, duration: f64, pieces: u32) -> Result<[f64; 2]> {
     let before = simulation.view().counters().collisions;
     let (wall, cpu) = (Instant::now(), ProcessTime::now());
-    simulation.run_until(until)?;
+    for piece in 1..=pieces {
+        simulation.run_until(from + duration * f64::from(piece) / f64::from(pieces))?;
+    }
     let (wall, cpu) = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
     let contacts = (simulation.view().counters().collisions - before).max(1) as f64;
     Ok([wall, cpu].map(|seconds| 1e9 * seconds / contacts))
@@ -274,7 +282,7 @@ fn timed(simulation: &mut AnySimulation, until: f64) -> Result<f64> {
 fn scaling(base: &AnySimulation, free_time: f64, order_ns: f64) -> Result<()> {
     let mut table = Vec::new();
     for (cores, side) in SCALING {
-        let tiling = Tiling { least_bodies: 1, side, ..Tiling::with_threads(1) };
+        let tiling = Tiling { least_bodies: 1, least_molecules: 1, side, ..Tiling::NONE };
         let Some(Measured { work, between }) = measure(base, &tiling, tiling.window * free_time)? else {
             print_line(&format!("{cores} cores: the box has no room for tiles of {side} cells"));
             continue;

@@ -119,7 +119,7 @@ use crate::{
     TileWork, Tiling, World,
     grid::Grid,
     scheduler::{EventLoop, StoredMotions},
-    window::{Window, WindowJob},
+    window::{Earlier, Window, WindowJob},
 };
 
 /// The default scheduler: cell lists, one event a body, and a calendar queue.
@@ -147,6 +147,8 @@ struct Cells {
     tiling: Tiling,
     /// Whether the tiles hold the present motions, or the whole box does.
     in_tiles: bool,
+    /// If the whole box holds the state of an earlier time.
+    earlier: Option<Earlier>,
     /// Work in tiles of earlier divisions.
     tiles_before: (TileCounters, SchedulerCounters),
     /// Why these bodies cannot be run in tiles.
@@ -168,6 +170,7 @@ impl Cells {
             tiles: None,
             tiling: Tiling::NONE,
             in_tiles: false,
+            earlier: None,
             tiles_before: Default::default(),
             refusal,
             bodies: world.bodies().len(),
@@ -194,9 +197,11 @@ impl Cells {
     }
 
     fn tile_use(&self, tiling: &Tiling) -> TileUse {
+        let holds_molecules = self.whole.grid.holds_molecules();
+        let least = if holds_molecules { tiling.least_molecules } else { tiling.least_bodies };
         match self.refusal {
             Some(refusal) => refusal,
-            None if self.bodies < tiling.least_bodies => TileUse::FewBodies(tiling.least_bodies),
+            None if self.bodies < least => TileUse::FewBodies(least),
             None => Tiles::count(tiling, &self.whole.grid).map_or(TileUse::SmallBox, TileUse::Tiles),
         }
     }
@@ -210,26 +215,34 @@ impl Cells {
     }
 
     fn run_window<D: Detection, R: Response>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
+        self.earlier = None;
         let tiles = self.tiles.as_mut()?;
-        let is_worthwhile = job.may_use_windows
-            && job.detection.decides_discs_in_closed_form()
-            && tiles.is_worthwhile(job.stop - job.from, self.in_tiles);
-        if is_worthwhile {
-            if !self.in_tiles {
-                tiles.take_over(job.world, &self.whole);
-                self.whole.release();
-                self.in_tiles = true;
-            }
-            if let Some(window) = tiles.run(job) {
-                return Some(window);
+        if let Some(window) = tiles.go_on(job) {
+            return Some(window);
+        }
+        let may_run = job.may_use_windows && job.detection.decides_discs_in_closed_form();
+        if may_run && !tiles.is_ahead() {
+            let runs_ahead = tiles.should_run_ahead(job);
+            if runs_ahead || tiles.is_worthwhile(job.stop - job.from, self.in_tiles) {
+                if !self.in_tiles {
+                    tiles.take_over(job.world, &self.whole);
+                    self.whole.release();
+                    self.in_tiles = true;
+                }
+                if let Some(window) = tiles.run(job, runs_ahead) {
+                    return Some(window);
+                }
             }
         }
         if self.in_tiles {
             self.in_tiles = false;
+            // The tiles hold an earlier state if they have been run ahead.
+            self.earlier = tiles.give_up_ahead().filter(|earlier| earlier.from < job.from);
             if tiles.is_fresh() {
                 self.whole.begin_epoch(job.world, job.detection, tiles.limit());
             } else {
-                tiles.hand_over(job.world, &mut self.whole, job.from);
+                let now = self.earlier.map_or(job.from, |earlier| earlier.from);
+                tiles.hand_over(job.world, &mut self.whole, now);
             }
         }
         None
@@ -289,6 +302,13 @@ impl Scheduler for CellScheduler {
         }
     }
 
+    fn take_earlier(&mut self) -> Option<Earlier> {
+        match &mut self.0 {
+            Layout::Grid(cells) => cells.earlier.take(),
+            Layout::Fallback(_) => None,
+        }
+    }
+
     fn set_tiling(&mut self, tiling: &Tiling) {
         if let Layout::Grid(cells) = &mut self.0 {
             cells.set_tiling(tiling);
@@ -326,6 +346,16 @@ impl Scheduler for CellScheduler {
     fn store(&self, state: &mut StoredMotions<'_>) {
         match &self.0 {
             Layout::Grid(cells) => cells.store(state),
+            Layout::Fallback(fallback) => fallback.store(state),
+        }
+    }
+
+    fn store_after_window(&mut self, state: &mut StoredMotions<'_>) {
+        match &mut self.0 {
+            Layout::Grid(cells) => match &mut cells.tiles {
+                Some(tiles) if cells.in_tiles => tiles.store_changes(state),
+                _ => cells.store(state),
+            },
             Layout::Fallback(fallback) => fallback.store(state),
         }
     }

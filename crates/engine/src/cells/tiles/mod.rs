@@ -68,7 +68,16 @@
 //! its border may be wrong. Of the border count only events at one instant: ties that depend on a
 //! partner beyond it, and more contacts than have an end for certain; and more events of all bodies
 //! than can be expected.
+//!
+//! # Stops within a window
+//!
+//! Samples often follow one another more closely than windows should be. Then the window is run
+//! ahead (`ahead`), with all changes of motions in it, and each stop gets its part of the contacts
+//! and changes. This needs the trajectory alone, so no bit depends on it. If the rest of the window
+//! is not wanted, because of an edit, a single step or another observer, the contacts since its
+//! start, which have been recorded already, are run once more in the global order.
 
+mod ahead;
 mod border_log;
 mod fixed_bodies;
 mod map;
@@ -86,6 +95,7 @@ use carom_detection::Detection;
 use carom_response::Response;
 
 use self::{
+    ahead::{Ahead, Course, Manner},
     border_log::MOST_RINGS,
     fixed_bodies::FixedBodies,
     map::{DIRECTIONS, TileMap, opposite},
@@ -103,7 +113,7 @@ use crate::{
     limits::Limits,
     resolution::Encounter,
     scheduler::StoredMotions,
-    window::{ContactEnergy, InelasticContacts, LoggedContact, Window, WindowJob},
+    window::{ContactEnergy, Earlier, FastContact, InelasticContacts, LoggedContact, Window, WindowJob},
 };
 
 /// Runs of a window, or of a tile in it, before the window is run event by event.
@@ -145,6 +155,15 @@ const SHARE_OF_EPOCH: f64 = 0.99;
 /// more than tiles save.
 const SHORTEST: f64 = 0.3;
 
+/// Stops that follow each other closely, after which a window is run ahead: at least so many, and
+/// more after such windows have been given up. Fewer: more of them are run for nothing. More: more
+/// stretches are run event by event.
+const LEAST_PATIENCE: u32 = 1;
+
+/// Stops that cut a window into at least so many stretches are close. Fewer: the log of a window
+/// costs more than is gained. More: more windows are cut.
+const OFTEN: f64 = 2.0;
+
 /// All bodies of the box in tiles, between two windows.
 #[derive(Debug, Clone)]
 pub(super) struct Tiles {
@@ -154,6 +173,11 @@ pub(super) struct Tiles {
     fixed: Option<FixedBodies>,
     holds_molecules: bool,
     outcomes: Vec<Outcome>,
+    /// The outcomes, if they are later than the present.
+    ahead: Option<Box<Ahead>>,
+    /// Stops in succession that cut a window, and the number after which one is run ahead.
+    short_stops: u32,
+    patience: u32,
     workspaces: Vec<Workspace>,
     epoch: EpochConstants,
     /// Whether the bodies have no events yet.
@@ -208,6 +232,9 @@ impl Tiles {
             fixed: None,
             holds_molecules: grid.holds_molecules(),
             outcomes: vec![Outcome::default(); map.tiles()],
+            ahead: None,
+            short_stops: 0,
+            patience: LEAST_PATIENCE,
             workspaces: vec![Workspace::new(instructions, grid.clone()); threads],
             map,
             epoch: EpochConstants::default(),
@@ -228,12 +255,14 @@ impl Tiles {
         self.bodies.iter().map(TileBodies::heap_bytes).sum::<usize>()
             + self.fixed.as_ref().map_or(0, FixedBodies::heap_bytes)
             + self.outcomes.iter().map(Outcome::heap_bytes).sum::<usize>()
+            + self.ahead.as_ref().map_or(0, |ahead| ahead.heap_bytes())
             + self.workspaces.iter().map(Workspace::heap_bytes).sum::<usize>()
     }
 
     /// Begins an epoch of at most `limit` (time): reads the motions. Events are predicted by the
     /// first window.
     pub fn begin_epoch(&mut self, world: &World, grid: &CellGrid, limit: f64) {
+        self.give_up_ahead();
         self.begin(world, grid, limit);
         self.is_fresh = true;
         let moving = (0..world.bodies.len()).filter(|&body| !world.bodies[body].is_fixed());
@@ -329,7 +358,7 @@ impl Tiles {
         self.epoch.limit
     }
 
-    /// Stores the motions of all bodies.
+    /// Stores the present motions of all bodies.
     pub fn store(&self, state: &mut StoredMotions<'_>) {
         for tile in &self.bodies {
             for (place, body) in tile.moving.list.iter().enumerate() {
@@ -337,6 +366,23 @@ impl Tiles {
                     tile.moving.motions.get(place).copied().unwrap_or_else(|| body.record(0.0).motion());
                 state.set_wrapped(body.body, motion, body.winding);
             }
+        }
+        if let Some(ahead) = &self.ahead {
+            ahead.store_all(state, |tile| &self.outcomes[tile].course);
+        }
+    }
+
+    /// Stores the present motions of all bodies, or only those that have changed since the last
+    /// call, if the world still holds these.
+    pub fn store_changes(&mut self, state: &mut StoredMotions<'_>) {
+        match &mut self.ahead {
+            Some(ahead) if ahead.is_stored() => {
+                ahead.store_changes(state, |tile| &self.outcomes[tile].course);
+            }
+            _ => self.store(state),
+        }
+        if let Some(ahead) = &mut self.ahead {
+            ahead.note_stored();
         }
     }
 
@@ -355,19 +401,79 @@ impl Tiles {
         !self.is_refused && stretch * self.contact_rate >= 0.5 * least * self.count as f64
     }
 
-    /// Runs a window; none if it must be run event by event.
-    pub fn run<D: Detection, R: Response>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
+    /// Notes a stop; returns whether stops have been so frequent that a window should be run ahead
+    /// of this one.
+    pub fn should_run_ahead<D, R>(&mut self, job: &WindowJob<'_, D, R>) -> bool {
+        let stretch = job.stop - job.from;
+        let is_short = stretch > 0.0
+            && job.stop < job.limits.time()
+            && stretch * OFTEN <= self.end_of_window(job, job.limits.time(), true) - job.from;
+        self.short_stops = if is_short { self.short_stops.saturating_add(1) } else { 0 };
+        // The guard against inelastic collapse needs the times of last contacts at each moment.
+        self.short_stops > self.patience
+            && !self.is_refused
+            && job.all_elastic
+            && job.world.last_contacts.is_empty()
+    }
+
+    /// Whether the outcomes are later than the present.
+    pub fn is_ahead(&self) -> bool {
+        self.ahead.is_some()
+    }
+
+    /// Gives up a window that has been run ahead; returns the state that the tiles hold, which is
+    /// that at its start.
+    pub fn give_up_ahead(&mut self) -> Option<Earlier> {
+        let ahead = self.ahead.take()?;
+        if ahead.reached() < 0.5 * (ahead.start().from + ahead.end()) {
+            self.patience = self.patience.saturating_mul(4);
+            self.short_stops = 0;
+        }
+        Some(ahead.start())
+    }
+
+    /// Goes on in a window that has been run ahead; none if it cannot serve this job.
+    pub fn go_on<D, R>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
+        let manner = Manner { wants_log: job.wants_log, all_elastic: job.all_elastic };
+        let mut ahead = self.ahead.take_if(|ahead| job.may_use_windows && ahead.suits(manner, job.from))?;
+        if job.stop >= ahead.end() {
+            self.patience = LEAST_PATIENCE;
+            self.make_state();
+            return Some(ahead.rest());
+        }
+        let mut limits = job.limits;
+        let limits = self.accept_fast(job, &mut limits, job.from, job.stop).map(|()| limits);
+        let is_fixed = |body: u32| job.world.bodies[body as usize].is_fixed();
+        let course_of = |tile: usize| &self.outcomes[tile].course;
+        let part = limits.and_then(|limits| ahead.part(job.stop, limits, is_fixed, course_of));
+        self.ahead = Some(ahead);
+        if part.is_none() {
+            // The order of changes at one instant is left to the global order.
+            self.counters.refused += 1;
+            self.is_refused = true;
+        }
+        part
+    }
+
+    /// Runs a window; none if it must be run event by event. If it `runs_ahead`, it may end later
+    /// than the stop, and is kept.
+    pub fn run<D: Detection, R: Response>(
+        &mut self,
+        job: &WindowJob<'_, D, R>,
+        runs_ahead: bool,
+    ) -> Option<Window> {
         if job.stop <= job.from && !self.is_fresh {
             // All events up to this time have been processed.
             return Some(Window::without_contacts(job.from, job.limits));
         }
-        let mut end = self.end_of_window(job);
+        let stop = if runs_ahead { job.limits.time() } else { job.stop };
+        let mut end = self.end_of_window(job, stop, runs_ahead);
         if end <= job.from && job.stop > job.from {
             self.is_refused = true;
             return None;
         }
         for _ in 0..MOST_ATTEMPTS {
-            match self.run_to(job, end) {
+            match self.run_to(job, end, runs_ahead) {
                 Ok(()) => {}
                 Err(Refused::NeedsOrder) => break,
                 Err(Refused::TooLong) => {
@@ -377,8 +483,8 @@ impl Tiles {
                 }
             }
             match self.end_of_epoch(job, end) {
-                EndOfEpoch::After(limits) => return Some(self.accept(job, end, limits, false)),
-                EndOfEpoch::With(limits) => return Some(self.accept(job, end, limits, true)),
+                EndOfEpoch::After(limits) => return self.accept(job, end, limits, false),
+                EndOfEpoch::With(limits) => return self.accept(job, end, limits, true),
                 EndOfEpoch::At(earlier) => end = earlier,
                 EndOfEpoch::Unclear => break,
             }
@@ -387,6 +493,25 @@ impl Tiles {
         self.counters.refused += 1;
         self.is_refused = true;
         None
+    }
+
+    /// Accepts the outcomes of a window: as the state, or as one that is ahead of the stop.
+    fn accept<D, R>(
+        &mut self,
+        job: &WindowJob<'_, D, R>,
+        end: f64,
+        limits: Limits,
+        ends_epoch: bool,
+    ) -> Option<Window> {
+        let window = self.collect(job, end, limits, ends_epoch);
+        if end <= job.stop {
+            self.make_state();
+            return Some(window);
+        }
+        let manner = Manner { wants_log: job.wants_log, all_elastic: job.all_elastic };
+        let start = Earlier { from: job.from, limits: job.limits };
+        self.ahead = Some(Box::new(Ahead::new(manner, start, window, self.map.tiles())));
+        self.go_on(job)
     }
 
     /// The length of a window that ends neither with the epoch nor with the run (time).
@@ -398,8 +523,8 @@ impl Tiles {
         self.map.widest_border().min(MOST_RINGS - 1)
     }
 
-    /// End of the next window (offset in the epoch, time).
-    fn end_of_window<D, R>(&self, job: &WindowJob<'_, D, R>) -> f64 {
+    /// End of the next window (offset in the epoch, time), no later than `stop`.
+    fn end_of_window<D, R>(&self, job: &WindowJob<'_, D, R>, stop: f64, keeps_course: bool) -> f64 {
         let bodies = self.count as f64;
         let free_time = 0.5 * bodies / self.contact_rate;
         // The border of a window must fit between the tiles.
@@ -410,7 +535,7 @@ impl Tiles {
             (true, _) => size_of::<Encounter>(),
             (false, false) => size_of::<ContactEnergy>(),
             (false, true) => 0,
-        };
+        } + if keeps_course { Course::bytes_for_contact(self.holds_molecules) } else { 0 };
         if logged_bytes > 0 {
             length = length.min(MOST_LOG_BYTES / logged_bytes as f64 / self.contact_rate);
         }
@@ -421,7 +546,7 @@ impl Tiles {
         }
         // No short window before the stop, if the border of a longer one fits.
         let longest = ((1.0 + SHORTEST) * length).min(free_time * widest / self.front);
-        if job.from + longest < job.stop { job.from + length } else { job.stop }
+        if job.from + longest < stop { job.from + length } else { stop }
     }
 
     /// Runs all tiles up to `end` (offset in the epoch, time), until they agree.
@@ -429,6 +554,7 @@ impl Tiles {
         &mut self,
         job: &WindowJob<'_, D, R>,
         end: f64,
+        keeps_course: bool,
     ) -> Result<(), Refused> {
         let bodies = self.count as f64;
         let free_time = 0.5 * bodies / self.contact_rate;
@@ -439,6 +565,7 @@ impl Tiles {
             time_per_cell: free_time / self.front,
             event_interval: bodies / self.event_rate,
             keeps_times: self.contact_rate * (end - job.from) > 0.9 * left,
+            keeps_course,
         };
         let reach = (self.front * (end - job.from) / free_time).ceil() as u32;
         let mut selected: Vec<usize> = (0..self.map.tiles()).collect();
@@ -545,17 +672,8 @@ impl Tiles {
             return EndOfEpoch::Unclear;
         }
         let mut limits = job.limits;
-        let mut fast: Vec<_> = self.outcomes.iter().flat_map(|outcome| &outcome.fast).collect();
-        fast.sort_by(|a, b| a.places.time.total_cmp(&b.places.time));
-        for contact in fast {
-            if contact.places.time > limits.time() {
-                break;
-            }
-            let accepted =
-                limits.accept(job.world, job.names, contact.places, contact.velocities, contact.spin);
-            if accepted.is_err() || limits.stale_contact().is_some() {
-                return EndOfEpoch::Unclear;
-            }
+        if self.accept_fast(job, &mut limits, f64::NEG_INFINITY, f64::INFINITY).is_none() {
+            return EndOfEpoch::Unclear;
         }
         if limits.time() < end {
             return EndOfEpoch::At(limits.time());
@@ -581,6 +699,32 @@ impl Tiles {
         if time < end { EndOfEpoch::At(time) } else { EndOfEpoch::Unclear }
     }
 
+    /// Accepts the contacts after which a body is faster than all before, of those later than
+    /// `after` and up to `until` and the end of the epoch; none if the global order must do it.
+    fn accept_fast<D, R>(
+        &self,
+        job: &WindowJob<'_, D, R>,
+        limits: &mut Limits,
+        after: f64,
+        until: f64,
+    ) -> Option<()> {
+        let fast = self.outcomes.iter().flat_map(|outcome| &outcome.fast);
+        let is_asked = |time: f64| time > after && time <= until;
+        let mut fast: Vec<_> = fast.filter(|contact| is_asked(contact.places.time)).collect();
+        fast.sort_by(|a, b| a.places.time.total_cmp(&b.places.time));
+        for contact in fast {
+            if contact.places.time > limits.time() {
+                break;
+            }
+            let FastContact { places, velocities, spin } = *contact;
+            limits.accept(job.world, job.names, places, velocities, spin).ok()?;
+            if limits.stale_contact().is_some() {
+                return None;
+            }
+        }
+        Some(())
+    }
+
     /// Whether bodies of two tiles touch one fixed body at the same instant.
     fn touch_fixed_bodies_at_once(&self) -> bool {
         let contacts = self.outcomes.iter().flat_map(|outcome| &outcome.shared);
@@ -589,8 +733,8 @@ impl Tiles {
         contacts.windows(2).any(|pair| pair[0] == pair[1])
     }
 
-    /// Makes the outcomes the state.
-    fn accept<D, R>(
+    /// The window of the outcomes.
+    fn collect<D, R>(
         &mut self,
         job: &WindowJob<'_, D, R>,
         end: f64,
@@ -600,9 +744,7 @@ impl Tiles {
         let sum = |of: fn(&Outcome) -> u64| self.outcomes.iter().map(of).sum::<u64>();
         let contacts = sum(|outcome| outcome.contacts);
         let with_fixed = sum(|outcome| outcome.with_fixed);
-        let done = self.outcomes.iter().map(|outcome| outcome.done);
-        let done = done.fold(SchedulerCounters::default(), std::ops::Add::add);
-        self.done = self.done + done;
+        let done = self.done_in_outcomes();
         let events = 2 * contacts + done.crossings + done.stale + done.rechecks;
         let length = end - job.from;
         if length > 0.0 {
@@ -624,15 +766,26 @@ impl Tiles {
         self.outcomes.iter().for_each(|outcome| encounters.extend_from_slice(&outcome.encounters));
         encounters.sort_unstable_by(|a, b| a.contact.in_order(&b.contact));
         let inelastic = self.inelastic_contacts();
+        Window { end, contacts, last, limits, ends_epoch, log, encounters, with_fixed, inelastic }
+    }
+
+    /// The work of all tiles in their own cells.
+    fn done_in_outcomes(&self) -> SchedulerCounters {
+        let done = self.outcomes.iter().map(|outcome| outcome.done);
+        done.fold(SchedulerCounters::default(), std::ops::Add::add)
+    }
+
+    /// Makes the outcomes the state.
+    fn make_state(&mut self) {
+        self.done = self.done + self.done_in_outcomes();
+        self.counters.windows += 1;
+        self.counters.contacts += self.outcomes.iter().map(|outcome| outcome.contacts).sum::<u64>();
         for (bodies, outcome) in self.bodies.iter_mut().zip(&mut self.outcomes) {
             std::mem::swap(bodies, &mut outcome.bodies);
         }
         let count = self.bodies.iter().map(|tile| tile.moving.list.len()).sum::<usize>();
         debug_assert_eq!(count, self.count, "a body is in no tile, or in two");
         self.is_fresh = false;
-        self.counters.windows += 1;
-        self.counters.contacts += contacts;
-        Window { end, contacts, last, limits, ends_epoch, log, encounters, with_fixed, inelastic }
     }
 
     /// The inelastic contacts of all tiles, their energies in order of time.

@@ -1,6 +1,7 @@
 //! Tiles give the bits of the global order, for any division of the box, any window, any margin and
 //! any number of threads.
 
+mod frequent_stops;
 mod other_bodies;
 
 use glam::DVec2;
@@ -108,7 +109,8 @@ fn assert_same_reports(name: &str, scene: &Scene, until: f64) {
 }
 
 /// Small tiles, for small systems.
-const SMALL: Tiling = Tiling { threads: 1, least_bodies: 1, side: 40, window: 1.0, margin: 6, front: 3.0 };
+const SMALL: Tiling =
+    Tiling { threads: 1, least_bodies: 1, least_molecules: 1, side: 40, window: 1.0, margin: 6, front: 3.0 };
 
 #[test]
 fn tiles_give_the_bits_of_the_global_order() {
@@ -323,6 +325,7 @@ fn any_division_is_accepted() {
             let tiling = Tiling {
                 threads: whole as usize % 7,
                 least_bodies: 0,
+                least_molecules: 0,
                 side: whole,
                 window: number,
                 margin: whole,

@@ -8,6 +8,7 @@ use carom_response::Response;
 use glam::DVec2;
 
 use super::{
+    ahead::Course,
     border_log::{BorderLog, Change, Places},
     fixed_bodies::FixedBodies,
     map::TileMap,
@@ -50,6 +51,8 @@ pub(super) struct Span {
     pub event_interval: f64,
     /// Whether the times of all contacts are kept.
     pub keeps_times: bool,
+    /// Whether the courses of the tiles are kept.
+    pub keeps_course: bool,
 }
 
 /// The result of the run of a tile. Counts are those of events in its own cells.
@@ -77,6 +80,7 @@ pub(super) struct Outcome {
     /// The contacts of discs for their reports, and all other contacts.
     pub log: Vec<LoggedContact>,
     pub encounters: Vec<Encounter>,
+    pub course: Course,
     /// Energies, times of last contacts and number of guarded contacts, if not all are elastic.
     pub inelastic: InelasticContacts,
     /// Whether the global order must decide what happens: two contacts of a body at one instant, or
@@ -114,6 +118,7 @@ impl Outcome {
         self.shared.clear();
         self.log.clear();
         self.encounters.clear();
+        self.course.clear();
         self.inelastic.clear();
         self.needs_order = false;
         self.is_found_late = false;
@@ -161,8 +166,8 @@ impl Outcome {
             + self.encounters.capacity() * size_of::<Encounter>()
             + self.shared.capacity() * size_of::<(f64, u32)>()
             + self.fast.capacity() * size_of::<FastContact>()
-            + self.inelastic.energies.capacity() * size_of::<ContactEnergy>()
-            + self.inelastic.last_contacts.capacity() * size_of::<(u32, f64)>()
+            + self.course.heap_bytes()
+            + self.inelastic.heap_bytes()
     }
 }
 
@@ -460,6 +465,9 @@ impl Workspace {
             let cell_after = state.records[body as usize].cell();
             if cell_after != cell {
                 outcome.border.note(&self.places, &window, cell_after, change);
+                if span.keeps_course && ring == 0 && is_across_border(cell, cell_after) {
+                    outcome.course.add_border(state, now, body, state.bodies.among_all(body));
+                }
             }
         }
     }
@@ -516,6 +524,9 @@ impl Workspace {
                 outcome.add_resolved(job, &encounter, &resolved);
             }
             self.state.motions_changed(kernel, job.world, job.detection, pair, resolved.onwards);
+        }
+        if counts && task.span.keeps_course {
+            outcome.course.add_contact(&self.state, now, pair, indices);
         }
         for n in 0..2 {
             if is_fixed[n] {
@@ -577,6 +588,12 @@ impl Workspace {
             ((row - border) * columns + column - border) as usize
         });
     }
+}
+
+/// Whether a body that crosses from a cell into the next also crosses the border of the box.
+#[inline(always)]
+fn is_across_border(from: [u16; 2], to: [u16; 2]) -> bool {
+    from[0].abs_diff(to[0]) > 1 || from[1].abs_diff(to[1]) > 1
 }
 
 /// A contact, as far as the limits of the epoch depend on it.

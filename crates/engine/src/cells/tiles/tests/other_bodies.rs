@@ -5,7 +5,7 @@ use crate::{Scene, Simulation, TileCounters, TileUse, Tiling};
 
 /// Scenes of all kinds of bodies that tiles can run, with a time in which each body has some
 /// contacts.
-fn scenes() -> Vec<(&'static str, Scene, f64)> {
+pub(super) fn scenes() -> Vec<(&'static str, Scene, f64)> {
     let mut scenes = Vec::new();
     let mut add = |name, until, toml: &str| {
         let scene = Scene::from_toml(toml).unwrap_or_else(|error| panic!("{name}: {error}"));

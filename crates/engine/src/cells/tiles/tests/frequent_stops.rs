@@ -1,0 +1,137 @@
+//! Stops that are closer than a window: the window is run ahead, and no bit changes.
+
+use super::{Computed, Contacts, SMALL, add_motions, assert_same, gas, other_bodies, time_of};
+use crate::{AtomSpec, MoleculeSpec, Scene, SchedulerCounters, Simulation, TileCounters, Tiling};
+
+/// Runs a scene to `stops` equally spaced times; `between` is called after each.
+fn run(
+    scene: &Scene,
+    tiling: &Tiling,
+    until: f64,
+    stops: u32,
+    mut between: impl FnMut(u32, &mut Simulation, &mut Contacts),
+) -> (Computed, TileCounters) {
+    let mut simulation = Simulation::new(scene).unwrap();
+    simulation.set_tiling(tiling);
+    let (mut bits, mut reports) = (Vec::new(), Contacts::default());
+    for stop in 1..=stops {
+        let time = until * f64::from(stop) / f64::from(stops);
+        between(stop, &mut simulation, &mut reports);
+        if time > simulation.time().to_f64() {
+            simulation.run_until(time).unwrap();
+        }
+        add_motions(&simulation, &mut bits);
+        bits.push(simulation.view().counters().collisions);
+    }
+    bits.append(&mut reports.0);
+    bits.extend(simulation.view().world.last_contacts().iter().map(|time| time.to_bits()));
+    let mut counters = *simulation.view().counters();
+    // Of a window that has been run ahead of the present, they are not yet added.
+    counters.scheduler = SchedulerCounters::default();
+    (Computed { bits, counters, ledger: *simulation.view().ledger() }, simulation.tile_counters())
+}
+
+fn nothing(_: u32, _: &mut Simulation, _: &mut Contacts) {}
+
+/// All elastic scenes, with a time.
+fn elastic_scenes() -> Vec<(&'static str, Scene, f64)> {
+    let discs = gas(8000, 0.4, 51);
+    let until = time_of(&discs, 12.0);
+    let mut scenes = vec![("discs", discs, until)];
+    let others = other_bodies::scenes().into_iter().filter(|(name, ..)| !name.contains("lose energy"));
+    scenes.extend(others.map(|(name, scene, until)| {
+        // Few molecules have few contacts.
+        let share = if name == "dumbbells among fixed bodies" { 1.0 } else { 0.4 };
+        (name, scene, share * until)
+    }));
+    scenes
+}
+
+#[test]
+fn frequent_stops_change_no_bit_and_cut_no_window() {
+    for (name, scene, until) in elastic_scenes() {
+        let (expected, _) = run(&scene, &Tiling::NONE, until, 60, nothing);
+        for (threads, margin, front) in [(1, 6, 4.0), (2, 2, 1.0)] {
+            let tiling = Tiling { threads, side: 25, margin, front, ..SMALL };
+            let (found, tiles) = run(&scene, &tiling, until, 60, nothing);
+            assert_same(&format!("{name}, {tiling:?}"), &expected, &found, &tiles);
+            let in_tiles = tiles.contacts as f64 / found.counters.collisions as f64;
+            assert!(tiles.windows > 0 && tiles.windows < 40, "{name}: {tiles:?}");
+            assert!(front < 4.0 || in_tiles > 0.75, "{name}: {in_tiles}, {tiles:?}");
+        }
+    }
+}
+
+#[test]
+fn contacts_between_frequent_stops_are_reported_in_order() {
+    for (name, scene, until) in elastic_scenes() {
+        let observe = |stop: u32, simulation: &mut Simulation, reports: &mut Contacts| {
+            simulation.observe_until(until * f64::from(stop) / 50.0, reports).unwrap();
+        };
+        let (expected, _) = run(&scene, &Tiling::NONE, until, 50, observe);
+        let (found, tiles) = run(&scene, &Tiling { threads: 2, side: 25, ..SMALL }, until, 50, observe);
+        assert_same(name, &expected, &found, &tiles);
+        assert!(tiles.windows > 0 && tiles.windows < 40, "{name}: {tiles:?}");
+        assert!(tiles.contacts * 4 > found.counters.collisions * 3, "{name}: {tiles:?}");
+    }
+}
+
+#[test]
+fn a_window_that_is_given_up_changes_no_bit() {
+    for (name, scene, until) in elastic_scenes() {
+        // Single steps, an observer for one stretch only, and an edit, after different stops.
+        let disturb = |stop: u32, simulation: &mut Simulation, reports: &mut Contacts| match stop {
+            7 | 23 => {
+                simulation.step(1e9, &mut ()).unwrap();
+            }
+            13 | 31 | 32 => {
+                let time = until * f64::from(stop) / 60.0;
+                simulation.observe_until(time, reports).unwrap();
+            }
+            41 => simulation.reverse(),
+            _ => {}
+        };
+        let (expected, _) = run(&scene, &Tiling::NONE, until, 60, disturb);
+        let (found, tiles) = run(&scene, &Tiling { threads: 2, side: 25, ..SMALL }, until, 60, disturb);
+        assert_same(name, &expected, &found, &tiles);
+        assert!(tiles.windows > 0, "{name}: {tiles:?}");
+    }
+}
+
+#[test]
+fn edits_at_each_stop_end_the_running_ahead() {
+    let scene = gas(8000, 0.4, 52);
+    let until = time_of(&scene, 20.0);
+    let edit = |_: u32, simulation: &mut Simulation, _: &mut Contacts| {
+        simulation.reset_energy_of_all(1.0).unwrap();
+    };
+    let (expected, _) = run(&scene, &Tiling::NONE, until, 100, edit);
+    let (found, tiles) = run(&scene, &Tiling { side: 25, ..SMALL }, until, 100, edit);
+    assert_same("edits", &expected, &found, &tiles);
+    // After 2, 5, 17 and 65 stops.
+    let window = gas(8000, 0.4, 52).gas[0].count.unwrap() as u64;
+    assert!(tiles.computed < 6 * window, "{tiles:?}");
+}
+
+#[test]
+fn two_last_contacts_at_one_instant_before_a_stop_are_left_to_the_global_order() {
+    // Two pairs far from each other, which touch at 8/4096. All numbers are dyadic, so both
+    // contacts are at the same time to the bit.
+    const UNIT: f64 = 1.0 / 4096.0;
+    let radius = 23.0 * UNIT;
+    let mut scene = gas(3000, 0.3, 6);
+    (scene.gas[0].radius, scene.gas[0].energy) = (Some(radius), 0.0);
+    let disc = |x: f64, y: f64, speed: f64| MoleculeSpec {
+        atoms: vec![AtomSpec { at: [0.0; 2], radius, mass: 1.0 }],
+        at: [0.5 + x * UNIT, y],
+        velocity: [speed, 0.0],
+        ..MoleculeSpec::default()
+    };
+    scene.molecule =
+        [0.25, 0.75].into_iter().flat_map(|y| [disc(-31.0, y, 1.0), disc(31.0, y, -1.0)]).collect();
+    let (expected, _) = run(&scene, &Tiling::NONE, 0.01, 30, nothing);
+    let (found, tiles) = run(&scene, &Tiling { side: 20, ..SMALL }, 0.01, 30, nothing);
+    assert_same("two pairs", &expected, &found, &tiles);
+    assert!(expected.counters.collisions >= 2, "{:?}", expected.counters);
+    assert_eq!(tiles.refused, 1, "{tiles:?}");
+}
