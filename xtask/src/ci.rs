@@ -37,7 +37,7 @@ pub fn run() -> Result<Verdict> {
     lines.push("cargo xtask tidy".to_owned());
     let [brownian, fuzz] = ["brownian", "fuzz"].map(|name| folder.join(name).display().to_string());
     lines.push(format!("cargo xtask experiment brownian --quick --force --out '{brownian}'"));
-    for fuzzer in ["detection", "scenes", "files"] {
+    for fuzzer in ["detection", "scenes", "files", "tiles"] {
         // With debug assertions and overflow checks.
         lines.push(format!(
             "cargo run --quiet --package xtask -- fuzz {fuzzer} --minutes 1 --seed {FUZZ_SEED} --out '{fuzz}'"

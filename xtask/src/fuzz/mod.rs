@@ -1,9 +1,9 @@
-//! `cargo xtask fuzz`: tests detection, whole scenes and file readers with random input.
+//! `cargo xtask fuzz`: tests detection, whole scenes, tiles and file readers with random input.
 //!
 //! Each fuzzer compares the code under test with independent references: kinematics between
 //! reported events ([`scenes::kinematics`]), a search in extended precision
-//! ([`carom_testkit::oracle`]), and the rule that no input causes a panic, a hang, a NaN or an
-//! overlap.
+//! ([`carom_testkit::oracle`]), the run in the global order, and the rule that no input causes a
+//! panic, a hang, a NaN or an overlap.
 //!
 //! A run has a seed. Each of its cases has its own seed, derived from the seed of the run and its
 //! number, and is a pure function of it. Cases run in a separate process, so that a hang, an abort
@@ -18,6 +18,7 @@ pub mod planted;
 pub mod random;
 pub mod scenes;
 pub mod subject;
+pub mod tiles;
 pub mod worker;
 
 use std::{env, path::PathBuf, time::Duration};
@@ -35,6 +36,7 @@ use self::{
     planted::Planted,
     scenes::{Scenes, Sound},
     subject::Subject,
+    tiles::Tiles,
     worker::Worker,
 };
 
@@ -47,6 +49,8 @@ pub enum Fuzz {
     Detection(Options),
     /// Mutated scene files, encounter files and checkpoints
     Files(Options),
+    /// Random gases in tiles with narrow borders, compared with the run in order to the bit
+    Tiles(Options),
 }
 
 /// Options of a fuzzer.
@@ -87,6 +91,7 @@ pub fn run(fuzz: &Fuzz) -> Result<Verdict> {
         Fuzz::Scenes(options) => run_subject(&Scenes::<Sound>::default(), options),
         Fuzz::Detection(options) => run_subject(&Queries::<Exact>::default(), options),
         Fuzz::Files(options) => run_subject(&Mutations, options),
+        Fuzz::Tiles(options) => run_subject(&Tiles, options),
     }
 }
 
@@ -99,6 +104,7 @@ pub fn work(name: &str) -> Result<()> {
         Scenes::<Sound>::NAME => worker::work(&Scenes::<Sound>::default()),
         Queries::<Exact>::NAME => worker::work(&Queries::<Exact>::default()),
         Mutations::NAME => worker::work(&Mutations),
+        Tiles::NAME => worker::work(&Tiles),
         Planted::NAME => worker::work(&Planted),
         _ => bail!("there is no fuzzer '{name}'"),
     }

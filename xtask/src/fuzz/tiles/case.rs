@@ -1,0 +1,161 @@
+//! A gas, a division of its box into tiles, and the stops of a run.
+
+use carom::{Scene, engine::Tiling};
+use serde::{Deserialize, Serialize};
+
+use crate::fuzz::random::Draw;
+
+/// What moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Gas {
+    /// Equal discs.
+    Discs,
+    /// Discs of two sizes and masses.
+    Mixture,
+    /// Dumbbells.
+    Dumbbells,
+    /// Molecules of the shape of a T, and as many discs.
+    TeesAndDiscs,
+}
+
+/// A run in tiles.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Case {
+    /// What moves.
+    pub gas: Gas,
+    /// Number of discs of the same area.
+    pub count: u32,
+    /// Covered share of the box.
+    pub area_fraction: f64,
+    /// Seed of the scene.
+    pub seed: u64,
+    /// Elasticity of all contacts.
+    pub elasticity: f64,
+    /// Number of walls, at most three.
+    pub walls: u32,
+    /// Number of bumpers along a side of the box.
+    pub bumpers: u32,
+    /// Numbers of the division: see [`Tiling`].
+    pub threads: u32,
+    /// Cells along a side.
+    pub side: u32,
+    /// Length of a window (mean free times).
+    pub window: f64,
+    /// Cells by which a border is wider than an influence travels.
+    pub margin: u32,
+    /// Cells that an influence travels in a mean free time.
+    pub front: f64,
+    /// Length of the run (mean free times of discs).
+    pub length: f64,
+    /// Number of stops.
+    pub stops: u32,
+    /// Whether contacts are reported.
+    pub reports: bool,
+    /// Single steps after each stop.
+    pub steps: u32,
+}
+
+impl Case {
+    /// The case of a seed.
+    pub fn draw(seed: u64) -> Self {
+        let draw = &mut Draw::new(seed);
+        let gas = draw.one_of(&[Gas::Discs, Gas::Discs, Gas::Mixture, Gas::Dumbbells, Gas::TeesAndDiscs]);
+        let densest = if matches!(gas, Gas::Discs | Gas::Mixture) { 0.65 } else { 0.3 };
+        let rarely = |draw: &mut Draw, number: u32| if draw.happens(0.3) { number } else { 0 };
+        // Of few stops, some are closer than a window; of many, all.
+        let stops = if draw.happens(0.5) { draw.integer(1, 5) } else { draw.integer(20, 200) };
+        Self {
+            gas,
+            count: draw.scale(1500.0, 8000.0) as u32,
+            area_fraction: draw.between(0.1, densest),
+            seed: draw.bits() >> 32,
+            elasticity: if draw.happens(0.7) { 1.0 } else { draw.between(0.6, 1.003) },
+            walls: rarely(draw, 3),
+            bumpers: rarely(draw, 12),
+            threads: draw.integer(1, 3) as u32,
+            side: draw.integer(8, 30) as u32,
+            window: draw.scale(0.2, 4.0),
+            // Margins and fronts too small on purpose.
+            margin: draw.integer(1, 5) as u32,
+            front: draw.scale(0.3, 4.0),
+            length: draw.scale(2.0, 20.0),
+            stops: stops as u32,
+            reports: draw.happens(0.5),
+            steps: rarely(draw, 2),
+        }
+    }
+
+    /// Simpler cases, the simplest first.
+    pub fn simpler(&self) -> Vec<Self> {
+        let half = |number: u32| number / 2;
+        let all = [
+            Self { length: 0.5 * self.length, ..self.clone() },
+            Self { count: half(self.count).max(500), ..self.clone() },
+            Self { stops: half(self.stops).max(1), ..self.clone() },
+            Self { gas: Gas::Discs, ..self.clone() },
+            Self { elasticity: 1.0, ..self.clone() },
+            Self { walls: half(self.walls), ..self.clone() },
+            Self { bumpers: half(self.bumpers), ..self.clone() },
+            Self { threads: 1, ..self.clone() },
+            Self { reports: false, ..self.clone() },
+            Self { steps: 0, ..self.clone() },
+        ];
+        all.into_iter().filter(|case| case != self && case.length > 0.1).collect()
+    }
+
+    /// Radius of a disc (length).
+    fn radius(&self) -> f64 {
+        (self.area_fraction / (std::f64::consts::PI * f64::from(self.count))).sqrt()
+    }
+
+    /// The length of the run (time): a disc of energy 1 and mass 1 flies about 0.35 diameters over
+    /// the covered share between two contacts.
+    pub fn until(&self) -> f64 {
+        self.length * 0.5 * self.radius() / self.area_fraction
+    }
+
+    /// The division.
+    pub fn tiling(&self) -> Tiling {
+        let &Self { side, window, margin, front, .. } = self;
+        let threads = self.threads as usize;
+        Tiling { threads, least_bodies: 1, least_molecules: 1, side, window, margin, front }
+    }
+
+    /// The scene.
+    ///
+    /// # Errors
+    /// Numbers out of range, from a file.
+    pub fn scene(&self) -> Result<Scene, carom::SceneError> {
+        let Self { area_fraction, seed, elasticity, .. } = self;
+        let radius = self.radius();
+        let gas = |shape: &str, size: f64, share: f64, mass: f64| {
+            let shape = if shape.is_empty() {
+                format!("radius = {}\nmass = {mass:?}", radius * size)
+            } else {
+                format!("shape = \"{shape}\"\natom_radius = {}\natom_mass = {mass:?}", radius * size)
+            };
+            format!("[[gas]]\n{shape}\nenergy = 1.0\narea_fraction = {:?}\n", share * area_fraction)
+        };
+        let gases = match self.gas {
+            Gas::Discs => gas("", 1.0, 1.0, 1.0),
+            Gas::Mixture => gas("", 1.0, 0.6, 1.0) + &gas("", 0.7, 0.4, 0.2),
+            Gas::Dumbbells => gas("dumbbell", 0.7, 1.0, 0.5),
+            Gas::TeesAndDiscs => gas("tee", 0.5, 0.7, 0.3) + &gas("", 0.5, 0.1, 1.0),
+        };
+        let walls = ["x = 0.0", "y = 0.51", "from = [0.2, 0.1]\nto = [0.9, 0.4]\nradius = 0.003"];
+        let walls = walls.iter().take(self.walls as usize).map(|wall| format!("[[wall]]\n{wall}\n"));
+        let places = (0..self.bumpers).flat_map(|row| (0..self.bumpers).map(move |column| [column, row]));
+        let bumpers = places.map(|place| {
+            let [x, y] = place.map(|number| (f64::from(number) + 0.31) / f64::from(self.bumpers));
+            format!(
+                "[[bumper]]\nat = [{x:?}, {y:?}]\nradius = {:?}\n",
+                radius * (0.5 + f64::from(place[0] % 4))
+            )
+        });
+        let solid: String = walls.chain(bumpers).collect();
+        Scene::from_toml(&format!(
+            "[box]\nseed = {seed}\n[elasticity]\ndefault = {elasticity:?}\n{solid}{gases}"
+        ))
+    }
+}
