@@ -35,12 +35,15 @@ pub struct WindowJob<'a, D, R> {
 }
 
 /// The state from which a scheduler must run contacts that have been recorded once more.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Earlier {
     /// Its time (offset in the epoch).
     pub(crate) from: f64,
     /// The limits of the epoch then.
     pub(crate) limits: Limits,
+    /// The times of the last contacts of all bodies then, where there is a guard against inelastic
+    /// collapse: see [`World::last_contacts`].
+    pub(crate) last_contacts: Vec<f64>,
 }
 
 /// A stretch that has been run.
@@ -125,8 +128,8 @@ pub(crate) struct ContactEnergy {
     pub bodies: [u32; 2],
     /// Energy lost in the contact.
     pub lost: f64,
-    /// Energy that it would have lost in addition without the guard.
-    pub spared: f64,
+    /// Energy that it would have lost in addition without the guard; none if that changes nothing.
+    pub spared: Option<f64>,
 }
 
 /// A contact after which a body moves or turns faster than all bodies before.

@@ -75,6 +75,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
     #[cold]
     fn run_again<S: Scheduler>(&mut self, scheduler: &mut S, earlier: Earlier) -> Result<(), RunError> {
         let mut limits = earlier.limits;
+        self.world.last_contacts = earlier.last_contacts;
         let (mut now, mut contacts) = (earlier.from, 0);
         let again = EpochLoop {
             world: self.world,
@@ -125,7 +126,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
         self.counters.fixed_collisions += window.with_fixed;
         self.counters.guarded_collisions += window.inelastic.guarded;
         for energy in &window.inelastic.energies {
-            self.ledger.spared += energy.spared;
+            self.ledger.spared += energy.spared.unwrap_or(0.0);
             self.ledger.lost += energy.lost;
         }
         for &(body, time) in &window.inelastic.last_contacts {

@@ -241,7 +241,7 @@ impl Cells {
             if tiles.is_fresh() {
                 self.whole.begin_epoch(job.world, job.detection, tiles.limit());
             } else {
-                let now = self.earlier.map_or(job.from, |earlier| earlier.from);
+                let now = self.earlier.as_ref().map_or(job.from, |earlier| earlier.from);
                 tiles.hand_over(job.world, &mut self.whole, now);
             }
         }

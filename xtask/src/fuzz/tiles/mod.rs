@@ -27,16 +27,13 @@ impl Subject for Tiles {
 
     fn check(&self, case: &Case) -> Report {
         let mut report = Report::default();
-        let scene = match case.scene().map(|scene| (Simulation::new(&scene), scene)) {
-            Ok((Ok(_), scene)) => scene,
+        let Ok(Ok(base)) = case.scene().map(|scene| Simulation::new(&scene)) else {
             // Molecules that find no place.
-            _ => {
-                report.count("not built", 1);
-                return report;
-            }
+            report.count("not built", 1);
+            return report;
         };
         let [(expected, _), (found, tiles)] = [Tiling::NONE, case.tiling()].map(|tiling| {
-            let mut simulation = Simulation::new(&scene).expect("it was built just before");
+            let mut simulation = base.clone();
             simulation.set_tiling(&tiling);
             let computed = run(case, &mut simulation);
             (computed, simulation.tile_counters())

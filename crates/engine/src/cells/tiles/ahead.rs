@@ -8,11 +8,13 @@
 
 use carom_kinematics::Motion;
 
+use super::trim;
 use crate::{
+    World,
     cells::{body_record::BodyRecord, frame::TileFrame, state::State},
     limits::Limits,
     scheduler::StoredMotions,
-    window::{Earlier, Window},
+    window::{Earlier, InelasticContacts, Window},
 };
 
 /// A body as it moves on: what [`StoredMotions`] needs of a disc.
@@ -75,6 +77,12 @@ impl Course {
         self.borders.clear();
         self.motions.clear();
         self.motions_at_border.clear();
+    }
+
+    /// Gives back memory that later windows of the same length will hardly need.
+    pub fn trim(&mut self) {
+        trim(&mut self.contacts);
+        trim(&mut self.motions);
     }
 
     pub fn heap_bytes(&self) -> usize {
@@ -189,12 +197,14 @@ pub(super) struct Ahead {
     /// The whole window.
     window: Window,
     /// The present (offset in the epoch, time), and what has passed: contacts of all tiles, and
-    /// places in `window.log`, in `window.encounters` and in each course.
+    /// places in the lists of `window` and in each course.
     reached: f64,
     contacts: u64,
     with_fixed: u64,
     logged: usize,
     encounters: usize,
+    energies: usize,
+    guarded: u64,
     places: Vec<Place>,
     /// Changes that have passed and are not yet in the world, in order; those before are there if
     /// `is_stored`.
@@ -206,13 +216,15 @@ impl Ahead {
     pub fn new(manner: Manner, start: Earlier, window: Window, tiles: usize) -> Self {
         Self {
             manner,
+            reached: start.from,
             start,
             window,
-            reached: start.from,
             contacts: 0,
             with_fixed: 0,
             logged: 0,
             encounters: 0,
+            energies: 0,
+            guarded: 0,
             places: vec![Place::default(); tiles],
             unstored: Vec::new(),
             is_stored: false,
@@ -228,25 +240,27 @@ impl Ahead {
         manner == self.manner && now == self.reached
     }
 
-    pub fn start(&self) -> Earlier {
+    /// The state at its start.
+    pub fn into_start(self) -> Earlier {
         self.start
+    }
+
+    /// Whether less than half of it has passed.
+    pub fn is_in_first_half(&self) -> bool {
+        self.reached < 0.5 * (self.start.from + self.window.end)
     }
 
     pub fn end(&self) -> f64 {
         self.window.end
     }
 
-    pub fn reached(&self) -> f64 {
-        self.reached
-    }
-
     /// The part of the window from the present up to `until`, with the limits at its start; none if
     /// the order of its changes depends on more than their times.
     pub fn part<'a>(
         &mut self,
+        world: &World,
         until: f64,
         mut limits: Limits,
-        is_fixed: impl Fn(u32) -> bool,
         course_of: impl Fn(usize) -> &'a Course,
     ) -> Option<Window> {
         let first = self.unstored.len();
@@ -260,7 +274,8 @@ impl Ahead {
         let contacts = changes.iter().filter(|change| matches!(change.what, What::Contact(_)));
         let pairs = contacts.clone().map(|contact| course_of(contact.tile as usize).bodies(contact.what));
         let (count, with_fixed) = pairs.fold((0, 0), |(count, with_fixed), pair| {
-            (count + 1, with_fixed + u64::from(pair.into_iter().any(&is_fixed)))
+            let meets_fixed = pair.into_iter().any(|body| world.bodies[body as usize].is_fixed());
+            (count + 1, with_fixed + u64::from(meets_fixed))
         });
         let last = contacts.clone().next_back();
         let at_last = contacts.rev().take_while(|contact| last.is_some_and(|last| last.time == contact.time));
@@ -269,24 +284,30 @@ impl Ahead {
             return None;
         }
         let last = last.map(|last| (last.time, course_of(last.tile as usize).bodies(last.what)));
-        let log = &self.window.log[self.logged..];
-        let log = log[..log.partition_point(|contact| contact.time <= until)].to_vec();
+        let has_guard = !world.last_contacts.is_empty() && !self.manner.wants_log;
+        let last_contacts = if has_guard { last_contacts(changes, &course_of) } else { Vec::new() };
+        let log = part_of(&self.window.log[self.logged..], |contact| contact.time <= until);
         let encounters = &self.window.encounters[self.encounters..];
-        let passed = encounters.partition_point(|encounter| encounter.contact.time <= until);
-        let encounters = encounters[..passed].to_vec();
+        let encounters = part_of(encounters, |encounter| encounter.contact.time <= until);
+        let energies = &self.window.inelastic.energies[self.energies..];
+        let energies = part_of(energies, |energy| energy.time <= until);
+        let guarded = energies.iter().filter(|energy| energy.spared.is_some()).count() as u64;
         self.reached = until;
         self.contacts += count;
         self.with_fixed += with_fixed;
         self.logged += log.len();
         self.encounters += encounters.len();
+        self.energies += energies.len();
+        self.guarded += guarded;
+        let inelastic = InelasticContacts { energies, last_contacts, guarded };
         limits.count_contacts(count);
-        let contacts = count;
         Some(Window {
-            contacts,
+            contacts: count,
             last,
             log,
             encounters,
             with_fixed,
+            inelastic,
             ..Window::without_contacts(until, limits)
         })
     }
@@ -328,6 +349,9 @@ impl Ahead {
     /// The rest of the window.
     pub fn rest(mut self) -> Window {
         let reached = self.reached;
+        let inelastic = &mut self.window.inelastic;
+        inelastic.energies.drain(..self.energies);
+        inelastic.guarded -= self.guarded;
         Window {
             contacts: self.window.contacts - self.contacts,
             last: self.window.last.filter(|(time, _)| *time > reached),
@@ -337,6 +361,19 @@ impl Ahead {
             ..self.window
         }
     }
+}
+
+/// The first elements of a list, for which a condition holds.
+fn part_of<T: Copy>(list: &[T], is_in: impl Fn(&T) -> bool) -> Vec<T> {
+    list[..list.partition_point(is_in)].to_vec()
+}
+
+/// The times of the last contacts of the bodies in these changes, each perhaps after earlier ones.
+fn last_contacts<'a>(changes: &[Change], course_of: &impl Fn(usize) -> &'a Course) -> Vec<(u32, f64)> {
+    let contacts = changes.iter().filter(|change| matches!(change.what, What::Contact(_)));
+    let of =
+        |change: &Change| course_of(change.tile as usize).bodies(change.what).map(|body| (body, change.time));
+    contacts.flat_map(of).collect()
 }
 
 /// Whether a body has changed in two tiles, in one of them perhaps twice, at one time: that of all

@@ -3,7 +3,10 @@
 use carom_kinematics::Motion;
 use smallvec::SmallVec;
 
-use super::map::{DIRECTIONS, Rectangle, direction_index};
+use super::{
+    map::{DIRECTIONS, Rectangle, direction_index},
+    trim,
+};
 use crate::cells::{
     body_record::Kind,
     frame::{Numbering, TileFrame},
@@ -132,6 +135,11 @@ pub(super) struct BorderLog {
 impl BorderLog {
     pub fn clear(&mut self) {
         self.outside.iter_mut().chain(&mut self.inside).for_each(Vec::clear);
+    }
+
+    /// Gives back memory that later windows of the same length will hardly need.
+    pub fn trim(&mut self) {
+        self.outside.iter_mut().chain(&mut self.inside).for_each(trim);
     }
 
     /// Whether this tile and its neighbour in a direction have computed the same changes in the

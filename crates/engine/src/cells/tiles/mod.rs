@@ -409,11 +409,7 @@ impl Tiles {
             && job.stop < job.limits.time()
             && stretch * OFTEN <= self.end_of_window(job, job.limits.time(), true) - job.from;
         self.short_stops = if is_short { self.short_stops.saturating_add(1) } else { 0 };
-        // The guard against inelastic collapse needs the times of last contacts at each moment.
-        self.short_stops > self.patience
-            && !self.is_refused
-            && job.all_elastic
-            && job.world.last_contacts.is_empty()
+        self.short_stops > self.patience && !self.is_refused
     }
 
     /// Whether the outcomes are later than the present.
@@ -425,11 +421,11 @@ impl Tiles {
     /// that at its start.
     pub fn give_up_ahead(&mut self) -> Option<Earlier> {
         let ahead = self.ahead.take()?;
-        if ahead.reached() < 0.5 * (ahead.start().from + ahead.end()) {
+        if ahead.is_in_first_half() {
             self.patience = self.patience.saturating_mul(4);
             self.short_stops = 0;
         }
-        Some(ahead.start())
+        Some(ahead.into_start())
     }
 
     /// Goes on in a window that has been run ahead; none if it cannot serve this job.
@@ -443,9 +439,8 @@ impl Tiles {
         }
         let mut limits = job.limits;
         let limits = self.accept_fast(job, &mut limits, job.from, job.stop).map(|()| limits);
-        let is_fixed = |body: u32| job.world.bodies[body as usize].is_fixed();
         let course_of = |tile: usize| &self.outcomes[tile].course;
-        let part = limits.and_then(|limits| ahead.part(job.stop, limits, is_fixed, course_of));
+        let part = limits.and_then(|limits| ahead.part(job.world, job.stop, limits, course_of));
         self.ahead = Some(ahead);
         if part.is_none() {
             // The order of changes at one instant is left to the global order.
@@ -509,7 +504,8 @@ impl Tiles {
             return Some(window);
         }
         let manner = Manner { wants_log: job.wants_log, all_elastic: job.all_elastic };
-        let start = Earlier { from: job.from, limits: job.limits };
+        let last_contacts = job.world.last_contacts.clone();
+        let start = Earlier { from: job.from, limits: job.limits, last_contacts };
         self.ahead = Some(Box::new(Ahead::new(manner, start, window, self.map.tiles())));
         self.go_on(job)
     }
@@ -801,6 +797,13 @@ impl Tiles {
         // Stable: the energies of each tile are in order already.
         all.energies.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.bodies.cmp(&b.bodies)));
         all
+    }
+}
+
+/// Gives back most of the memory that a list has and does not use: it has grown by doubling.
+fn trim<T>(list: &mut Vec<T>) {
+    if list.capacity() > list.len() + list.len() / 4 {
+        list.shrink_to(list.len() + list.len() / 8);
     }
 }
 

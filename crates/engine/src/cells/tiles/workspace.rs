@@ -13,6 +13,7 @@ use super::{
     fixed_bodies::FixedBodies,
     map::TileMap,
     resting::{MovingBodies, Rest, RestingBody, TileBodies},
+    trim,
 };
 use crate::{
     SchedulerCounters, TileWork, World,
@@ -124,6 +125,13 @@ impl Outcome {
         self.is_found_late = false;
     }
 
+    fn trim(&mut self) {
+        self.border.trim();
+        self.course.trim();
+        trim(&mut self.log);
+        trim(&mut self.encounters);
+    }
+
     /// Adds a contact in the tile's own cells.
     #[inline(always)]
     fn add(&mut self, span: &Span, past: &mut PastContacts, impact: &Impact) {
@@ -153,7 +161,7 @@ impl Outcome {
         }
         self.inelastic.guarded += u64::from(resolved.spared.is_some());
         if resolved.lost.is_some() || resolved.spared.is_some() {
-            let [lost, spared] = [resolved.lost, resolved.spared].map(|energy| energy.unwrap_or(0.0));
+            let (lost, spared) = (resolved.lost.unwrap_or(0.0), resolved.spared);
             self.inelastic.energies.push(ContactEnergy { time, bodies, lost, spared });
         }
     }
@@ -249,6 +257,7 @@ impl Workspace {
         self.load(job.world, &task);
         outcome.copied_bytes = self.loaded.bytes() - task.bodies[task.tile].moving.bytes();
         dispatch(self.state.instructions, Run(self, job, task, outcome));
+        outcome.trim();
         outcome.done = self.state.done;
         self.store(&task, &mut outcome.bodies);
         if !self.last_contacts.is_empty() && !job.wants_log {

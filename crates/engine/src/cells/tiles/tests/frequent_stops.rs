@@ -1,6 +1,8 @@
 //! Stops that are closer than a window: the window is run ahead, and no bit changes.
 
-use super::{Computed, Contacts, SMALL, add_motions, assert_same, gas, other_bodies, time_of};
+use super::{
+    Computed, Contacts, SMALL, add_motions, assert_same, gas, inelastic_gases, other_bodies, time_of,
+};
 use crate::{AtomSpec, MoleculeSpec, Scene, SchedulerCounters, Simulation, TileCounters, Tiling};
 
 /// Runs a scene to `stops` equally spaced times; `between` is called after each.
@@ -33,13 +35,17 @@ fn run(
 
 fn nothing(_: u32, _: &mut Simulation, _: &mut Contacts) {}
 
-/// All elastic scenes, with a time.
-fn elastic_scenes() -> Vec<(&'static str, Scene, f64)> {
+/// Scenes of all kinds, with a time.
+fn scenes() -> Vec<(&'static str, Scene, f64)> {
     let discs = gas(8000, 0.4, 51);
     let until = time_of(&discs, 12.0);
     let mut scenes = vec![("discs", discs, until)];
-    let others = other_bodies::scenes().into_iter().filter(|(name, ..)| !name.contains("lose energy"));
-    scenes.extend(others.map(|(name, scene, until)| {
+    scenes.extend(inelastic_gases().into_iter().map(|(name, scene)| {
+        let until = time_of(&scene, 5.0);
+        (name, scene, until)
+    }));
+    let others = other_bodies::scenes();
+    scenes.extend(others.into_iter().map(|(name, scene, until)| {
         // Few molecules have few contacts.
         let share = if name == "dumbbells among fixed bodies" { 1.0 } else { 0.4 };
         (name, scene, share * until)
@@ -49,7 +55,7 @@ fn elastic_scenes() -> Vec<(&'static str, Scene, f64)> {
 
 #[test]
 fn frequent_stops_change_no_bit_and_cut_no_window() {
-    for (name, scene, until) in elastic_scenes() {
+    for (name, scene, until) in scenes() {
         let (expected, _) = run(&scene, &Tiling::NONE, until, 60, nothing);
         for (threads, margin, front) in [(1, 6, 4.0), (2, 2, 1.0)] {
             let tiling = Tiling { threads, side: 25, margin, front, ..SMALL };
@@ -64,7 +70,7 @@ fn frequent_stops_change_no_bit_and_cut_no_window() {
 
 #[test]
 fn contacts_between_frequent_stops_are_reported_in_order() {
-    for (name, scene, until) in elastic_scenes() {
+    for (name, scene, until) in scenes() {
         let observe = |stop: u32, simulation: &mut Simulation, reports: &mut Contacts| {
             simulation.observe_until(until * f64::from(stop) / 50.0, reports).unwrap();
         };
@@ -78,7 +84,7 @@ fn contacts_between_frequent_stops_are_reported_in_order() {
 
 #[test]
 fn a_window_that_is_given_up_changes_no_bit() {
-    for (name, scene, until) in elastic_scenes() {
+    for (name, scene, until) in scenes() {
         // Single steps, an observer for one stretch only, and an edit, after different stops.
         let disturb = |stop: u32, simulation: &mut Simulation, reports: &mut Contacts| match stop {
             7 | 23 => {
