@@ -25,6 +25,15 @@ impl View<'_> {
     }
 }
 
+/// A body in the cell list of the census: all that rules out most pairs.
+#[derive(Debug, Clone, Copy)]
+struct Listed {
+    place: DVec2,
+    bounding_radius: f64,
+    /// Its index among the bodies of the view.
+    index: u32,
+}
+
 /// Counts the overlapping pairs of a view with its own cell list.
 fn census(view: &View<'_>) -> OverlapCensus {
     let bodies: Vec<BodyView<'_>> = view.bodies().collect();
@@ -39,26 +48,22 @@ fn census(view: &View<'_>) -> OverlapCensus {
         let index = |x: f64, side: f64, n: i64| ((x / side * n as f64) as i64).clamp(0, n - 1);
         number([index(place.x, sides.x, columns), index(place.y, sides.y, rows)])
     };
-    // Bodies sorted by cell, and the first index of each cell.
-    let not_walls = bodies.iter().enumerate().filter(|(_, body)| !body.body.is_wall());
-    let mut listed: Vec<_> = not_walls.map(|(index, body)| (cell_of(body.motion.position), index)).collect();
-    listed.sort_unstable();
-    let starts: Vec<_> = (0..=number([0, rows]))
-        .scan(0, |start, cell| {
-            *start += listed[*start..].iter().take_while(|(other, _)| *other < cell).count();
-            Some(*start)
-        })
-        .collect();
-    let members = |cell| listed[starts[cell]..starts[cell + 1]].iter().map(|&(_, index)| index);
+    let (listed, starts) = list_by_cell(&bodies, number([0, rows]), cell_of);
+    let members = |cell: usize| &listed[starts[cell]..starts[cell + 1]];
     let mut census = OverlapCensus::default();
     for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
         for step in 0..9 {
-            let [to_column, to_row] = [column + step % 3 - 1, row + step / 3 - 1];
-            let there = number([to_column.rem_euclid(columns), to_row.rem_euclid(rows)]);
-            let shift = view.bounds().shift([to_column.div_euclid(columns), to_row.div_euclid(rows)]);
-            for i in members(number([column, row])) {
-                for j in members(there).filter(|&j| j > i) {
-                    look(&bodies[i], &bodies[j], shift, sides, &mut census);
+            let (to_column, boxes_across) = wrapped(column + step % 3 - 1, columns);
+            let (to_row, boxes_up) = wrapped(row + step / 3 - 1, rows);
+            let there = members(number([to_column, to_row]));
+            let shift = view.bounds().shift([boxes_across, boxes_up]);
+            for a in members(number([column, row])) {
+                for b in there.iter().filter(|b| b.index > a.index) {
+                    let bounding = a.bounding_radius + b.bounding_radius;
+                    if ((b.place - a.place) + shift).length_squared() <= bounding * bounding {
+                        let [a, b] = [a, b].map(|body| &bodies[body.index as usize]);
+                        look(a, b, shift, sides, &mut census);
+                    }
                 }
             }
         }
@@ -69,6 +74,45 @@ fn census(view: &View<'_>) -> OverlapCensus {
         }
     }
     census
+}
+
+/// A column or row of at most one beyond the first or last of `count`, in the box, and the number of
+/// boxes by which it has been moved. A division for each would take most of the time of the census.
+fn wrapped(place: i64, count: i64) -> (i64, i64) {
+    if place < 0 {
+        (place + count, -1)
+    } else if place >= count {
+        (place - count, 1)
+    } else {
+        (place, 0)
+    }
+}
+
+/// The bodies that are not walls, by cell in the order of their indices, and the first place of each
+/// of so many cells in this list.
+fn list_by_cell(
+    bodies: &[BodyView<'_>],
+    cells: usize,
+    cell_of: impl Fn(DVec2) -> usize,
+) -> (Vec<Listed>, Vec<usize>) {
+    let not_walls = bodies.iter().zip(0..).filter(|(body, _)| !body.body.is_wall());
+    let mut next = vec![0; cells + 1];
+    for (body, _) in not_walls.clone() {
+        next[cell_of(body.motion.position)] += 1;
+    }
+    let mut count = 0;
+    for start in &mut next {
+        count += std::mem::replace(start, count);
+    }
+    let starts = next.clone();
+    let mut listed = vec![Listed { place: DVec2::ZERO, bounding_radius: 0.0, index: 0 }; count];
+    for (body, index) in not_walls {
+        let (place, bounding_radius) = (body.motion.position, body.body.molecule().bounding_radius());
+        let next = &mut next[cell_of(place)];
+        listed[*next] = Listed { place, bounding_radius, index };
+        *next += 1;
+    }
+    (listed, starts)
 }
 
 /// Checks a body against each image of a wall that comes near its bounding circle.
