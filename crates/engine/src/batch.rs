@@ -400,6 +400,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             if relabels {
                 elasticity.classify(&mut world)?;
                 // Tags affect no motion and no prediction: the epoch continues.
+                self.come_back_to_present();
                 self.world.bodies = world.bodies;
                 self.world.keep_last_contacts(!world.last_contacts.is_empty());
                 (self.names, self.elasticity) = (names, elasticity);

@@ -52,7 +52,7 @@ const UNSEEN: f64 = 1.0 / (1u64 << 36) as f64;
 
 /// Centres of two bodies at their contact (length), their indices in [`World::bodies`] and the
 /// offset in the epoch (time).
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ContactPlaces {
     pub bodies: [u32; 2],
     pub time: f64,
@@ -60,7 +60,7 @@ pub(crate) struct ContactPlaces {
 }
 
 /// The end of an epoch, in time and in contacts.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Limits {
     /// Latest end of the epoch (offset in it, time); the fastest body travels [`sides_per_epoch`]
     /// until then.

@@ -27,7 +27,7 @@ impl View<'_> {
 
 /// A body in the cell list of the census: all that rules out most pairs.
 #[derive(Debug, Clone, Copy)]
-struct Listed {
+struct NearBody {
     place: DVec2,
     bounding_radius: f64,
     /// Its index among the bodies of the view.
@@ -88,13 +88,13 @@ fn wrapped(place: i64, count: i64) -> (i64, i64) {
     }
 }
 
-/// The bodies that are not walls, by cell in the order of their indices, and the first place of each
-/// of so many cells in this list.
+/// The bodies that are not walls, sorted by cell, and for each cell the place of its first body in
+/// this list.
 fn list_by_cell(
     bodies: &[BodyView<'_>],
     cells: usize,
     cell_of: impl Fn(DVec2) -> usize,
-) -> (Vec<Listed>, Vec<usize>) {
+) -> (Vec<NearBody>, Vec<usize>) {
     let not_walls = bodies.iter().zip(0..).filter(|(body, _)| !body.body.is_wall());
     let mut next = vec![0; cells + 1];
     for (body, _) in not_walls.clone() {
@@ -105,11 +105,11 @@ fn list_by_cell(
         count += std::mem::replace(start, count);
     }
     let starts = next.clone();
-    let mut listed = vec![Listed { place: DVec2::ZERO, bounding_radius: 0.0, index: 0 }; count];
+    let mut listed = vec![NearBody { place: DVec2::ZERO, bounding_radius: 0.0, index: 0 }; count];
     for (body, index) in not_walls {
         let (place, bounding_radius) = (body.motion.position, body.body.molecule().bounding_radius());
         let next = &mut next[cell_of(place)];
-        listed[*next] = Listed { place, bounding_radius, index };
+        listed[*next] = NearBody { place, bounding_radius, index };
         *next += 1;
     }
     (listed, starts)

@@ -61,7 +61,7 @@ pub use crate::{
     contact_event::{ContactEvent, Parts},
     separation_error::separation_error,
     wall::StandingWall,
-    window::{Earlier, Window, WindowJob},
+    window::{RestartState, Window, WindowJob},
 };
 
 /// A pair ordered so that the body inserted first is first, with the image of the second relative
@@ -223,18 +223,24 @@ pub trait Scheduler: Sized {
     fn run<L: EventLoop>(&mut self, events: L) -> L::End;
 
     /// Runs and resolves all contacts of a part of the epoch at once, if this scheduler can. If
-    /// not, it returns `None`, and [`Self::run`] must be able to go on from the present time. The
-    /// engine calls this before each call of [`Self::run`].
+    /// not, it returns `None`, and [`Self::run`] must be able to go on from the present time, or
+    /// from that of [`Self::take_restart`]. The engine calls this before each call of
+    /// [`Self::run`].
     #[doc(hidden)]
     fn run_window<D: Detection, R: Response>(&mut self, _job: &WindowJob<'_, D, R>) -> Option<Window> {
         None
     }
 
-    /// After [`Self::run_window`] has returned `None`: an earlier time, if the scheduler holds the
-    /// state of that time. The engine then runs the contacts since that time once more, without
-    /// recording them.
+    /// Whether the scheduler has run contacts later than the present.
     #[doc(hidden)]
-    fn take_earlier(&mut self) -> Option<Earlier> {
+    fn is_ahead(&self) -> bool {
+        false
+    }
+
+    /// After [`Self::run_window`] has returned `None`: an earlier state, if the scheduler holds
+    /// that. The engine then runs the contacts since that time once more, without recording them.
+    #[doc(hidden)]
+    fn take_restart(&mut self) -> Option<RestartState> {
         None
     }
 
@@ -266,8 +272,8 @@ pub trait Scheduler: Sized {
     /// Writes the present motions and windings into the state of the system.
     fn store(&self, state: &mut StoredMotions<'_>);
 
-    /// Variant of [`Self::store`] after [`Self::run_window`]. The state holds what the last call
-    /// of this has stored, unless another epoch has begun.
+    /// Variant of [`Self::store`] after [`Self::run_window`], which may leave out motions that have
+    /// not changed since the last call of any of the three methods in this epoch.
     #[doc(hidden)]
     fn store_after_window(&mut self, state: &mut StoredMotions<'_>) {
         self.store(state);

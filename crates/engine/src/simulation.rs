@@ -255,29 +255,16 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         // epoch.
         let is_stored = matches!(self.epoch, Epoch::Running(_));
         self.begin_epoch(target)?;
-        let Epoch::Running(limits) = &mut self.epoch else { return Ok(false) };
-        let mut pass = EpochLoop {
-            world: &mut self.world,
-            detection: &self.detection,
-            response: &self.response,
-            elasticity: &self.elasticity,
-            names: &self.names,
-            counters: &mut self.counters,
-            ledger: &mut self.ledger,
-            simultaneous: &mut self.simultaneous,
-            unresolved: &mut self.unresolved,
-            limits,
-            now: &mut self.offset,
-            observer: if observer.watches_any() { Some(observer) } else { None },
-            target,
-            contacts,
-            most,
+        let observer: Option<&mut dyn Observer> =
+            if observer.watches_any() { Some(&mut *observer) } else { None };
+        let Some((mut pass, scheduler)) = self.pass(observer, target, contacts, most) else {
+            return Ok(false);
         };
-        let ended_in_windows = pass.run_windows(&mut self.scheduler)?;
+        let ended_in_windows = pass.run_windows(scheduler)?;
         let in_windows = ended_in_windows.is_some();
         let ended = match ended_in_windows {
             Some(ended) => ended,
-            None => pass.run_in_order(&mut self.scheduler)?,
+            None => pass.run_in_order(scheduler)?,
         };
         match ended {
             Ended::TargetReached if in_windows => {
@@ -309,6 +296,47 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             }
         }
         Ok(false)
+    }
+
+    /// The loop over the contacts of the present epoch; none between two epochs.
+    fn pass<'a>(
+        &'a mut self,
+        observer: Option<&'a mut dyn Observer>,
+        target: f64,
+        contacts: &'a mut u64,
+        most: u64,
+    ) -> Option<(EpochLoop<'a, D, R>, &'a mut S)> {
+        let Epoch::Running(limits) = &mut self.epoch else { return None };
+        let pass = EpochLoop {
+            world: &mut self.world,
+            detection: &self.detection,
+            response: &self.response,
+            elasticity: &self.elasticity,
+            names: &self.names,
+            counters: &mut self.counters,
+            ledger: &mut self.ledger,
+            simultaneous: &mut self.simultaneous,
+            unresolved: &mut self.unresolved,
+            limits,
+            now: &mut self.offset,
+            observer,
+            target,
+            contacts,
+            most,
+        };
+        Some((pass, &mut self.scheduler))
+    }
+
+    /// Brings a scheduler that has run contacts later than the present back to it, before the rules
+    /// of contacts change within an epoch.
+    pub(crate) fn come_back_to_present(&mut self) {
+        if self.scheduler.is_ahead() {
+            let (offset, mut contacts) = (self.offset, 0);
+            if let Some((pass, scheduler)) = self.pass(None, offset, &mut contacts, u64::MAX) {
+                let ended = pass.come_back(scheduler);
+                debug_assert!(ended.is_ok(), "these contacts have been accepted before: {ended:?}");
+            }
+        }
     }
 
     /// Copies the motions and the counters of the scheduler into the world. Within an epoch, the

@@ -33,7 +33,7 @@ pub struct Tiling {
     pub threads: usize,
     /// Fewest bodies for which tiles are used, on any number of threads, if all that move are discs.
     pub least_bodies: usize,
-    /// The same if molecules move: each of their contacts takes longer.
+    /// Fewest bodies if molecules move. Each of their contacts takes longer than one of discs.
     pub least_molecules: usize,
     /// Cells along a side of a tile, at least 8; a cell is about as long as two bodies
     /// reach.
@@ -113,7 +113,7 @@ impl Default for Tiling {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct TileCounters {
-    /// Windows that were run in tiles.
+    /// Windows that were run in tiles; one that is run ahead of frequent stops counts at its end.
     pub windows: u64,
     /// Runs of a tile.
     pub tiles: u64,
@@ -125,6 +125,8 @@ pub struct TileCounters {
     pub contacts: u64,
     /// Windows that were run again up to the end of the epoch.
     pub cut: u64,
+    /// Windows that were run ahead of frequent stops, and were not wanted up to their end.
+    pub given_up: u64,
     /// Windows that were run event by event after all, because of contacts at one instant, tiles
     /// that disagreed repeatedly, or bodies that became too fast.
     pub refused: u64,
@@ -157,6 +159,7 @@ impl std::ops::Add for TileCounters {
             computed: self.computed + other.computed,
             contacts: self.contacts + other.contacts,
             cut: self.cut + other.cut,
+            given_up: self.given_up + other.given_up,
             refused: self.refused + other.refused,
         }
     }

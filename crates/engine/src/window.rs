@@ -36,7 +36,7 @@ pub struct WindowJob<'a, D, R> {
 
 /// The state from which a scheduler must run contacts that have been recorded once more.
 #[derive(Debug, Clone)]
-pub struct Earlier {
+pub struct RestartState {
     /// Its time (offset in the epoch).
     pub(crate) from: f64,
     /// The limits of the epoch then.

@@ -10,7 +10,7 @@ use crate::{
     resolution::Encounter,
     simultaneous_contacts::SimultaneousContacts,
     unresolved::Unresolved,
-    window::{Earlier, LoggedContact, Window, WindowJob},
+    window::{LoggedContact, RestartState, Window, WindowJob},
 };
 
 impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
@@ -36,8 +36,8 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
                 wants_log,
             });
             let Some(window) = window else {
-                if let Some(earlier) = scheduler.take_earlier() {
-                    self.run_again(scheduler, earlier)?;
+                if let Some(restart) = scheduler.take_restart() {
+                    self.replay(scheduler, restart)?;
                 }
                 return Ok(None);
             };
@@ -71,12 +71,12 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
         scheduler.run(self)
     }
 
-    /// Runs the contacts from an earlier time to the present once more, without recording them.
+    /// Runs the contacts since an earlier state once more, without recording them.
     #[cold]
-    fn run_again<S: Scheduler>(&mut self, scheduler: &mut S, earlier: Earlier) -> Result<(), RunError> {
-        let mut limits = earlier.limits;
-        self.world.last_contacts = earlier.last_contacts;
-        let (mut now, mut contacts) = (earlier.from, 0);
+    fn replay<S: Scheduler>(&mut self, scheduler: &mut S, restart: RestartState) -> Result<(), RunError> {
+        let mut limits = restart.limits;
+        self.world.last_contacts = restart.last_contacts;
+        let (mut now, mut contacts) = (restart.from, 0);
         let again = EpochLoop {
             world: self.world,
             detection: self.detection,
@@ -94,7 +94,17 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
             contacts: &mut contacts,
             most: u64::MAX,
         };
-        again.run_in_order(scheduler).map(drop)
+        let ended = again.run_in_order(scheduler)?;
+        debug_assert!(matches!(ended, Ended::TargetReached), "the epoch goes on after these contacts");
+        debug_assert!(limits == *self.limits, "the limits have been recorded");
+        Ok(())
+    }
+
+    /// Brings a scheduler that is ahead back to the present, under the present rules.
+    pub(crate) fn come_back<S: Scheduler>(mut self, scheduler: &mut S) -> Result<(), RunError> {
+        // A run to a number of contacts uses no windows.
+        self.most = 0;
+        self.run_windows(scheduler).map(drop)
     }
 
     /// Records all contacts of a window in order.

@@ -119,7 +119,7 @@ use crate::{
     TileWork, Tiling, World,
     grid::Grid,
     scheduler::{EventLoop, StoredMotions},
-    window::{Earlier, Window, WindowJob},
+    window::{RestartState, Window, WindowJob},
 };
 
 /// The default scheduler: cell lists, one event a body, and a calendar queue.
@@ -147,8 +147,9 @@ struct Cells {
     tiling: Tiling,
     /// Whether the tiles hold the present motions, or the whole box does.
     in_tiles: bool,
-    /// If the whole box holds the state of an earlier time.
-    earlier: Option<Earlier>,
+    /// After a window that was run ahead has been given up: its start, whose state the whole box
+    /// holds.
+    restart: Option<RestartState>,
     /// Work in tiles of earlier divisions.
     tiles_before: (TileCounters, SchedulerCounters),
     /// Why these bodies cannot be run in tiles.
@@ -170,7 +171,7 @@ impl Cells {
             tiles: None,
             tiling: Tiling::NONE,
             in_tiles: false,
-            earlier: None,
+            restart: None,
             tiles_before: Default::default(),
             refusal,
             bodies: world.bodies().len(),
@@ -215,20 +216,23 @@ impl Cells {
     }
 
     fn run_window<D: Detection, R: Response>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
-        self.earlier = None;
+        self.restart = None;
         let tiles = self.tiles.as_mut()?;
-        if let Some(window) = tiles.go_on(job) {
+        if let Some(window) = tiles.serve(job) {
             return Some(window);
         }
         let may_run = job.may_use_windows && job.detection.decides_discs_in_closed_form();
         if may_run && !tiles.is_ahead() {
-            let runs_ahead = tiles.should_run_ahead(job);
-            if runs_ahead || tiles.is_worthwhile(job.stop - job.from, self.in_tiles) {
+            let should_run_ahead = tiles.should_run_ahead(job);
+            if should_run_ahead || tiles.is_worthwhile(job.stop - job.from, self.in_tiles) {
                 if !self.in_tiles {
                     tiles.take_over(job.world, &self.whole);
                     self.whole.release();
                     self.in_tiles = true;
                 }
+                // Not the first window of an epoch: if it were given up, its start would be that of
+                // the world, which stops have overwritten.
+                let runs_ahead = should_run_ahead && !tiles.is_fresh();
                 if let Some(window) = tiles.run(job, runs_ahead) {
                     return Some(window);
                 }
@@ -237,11 +241,11 @@ impl Cells {
         if self.in_tiles {
             self.in_tiles = false;
             // The tiles hold an earlier state if they have been run ahead.
-            self.earlier = tiles.give_up_ahead().filter(|earlier| earlier.from < job.from);
+            self.restart = tiles.roll_back().filter(|restart| restart.from < job.from);
             if tiles.is_fresh() {
                 self.whole.begin_epoch(job.world, job.detection, tiles.limit());
             } else {
-                let now = self.earlier.as_ref().map_or(job.from, |earlier| earlier.from);
+                let now = self.restart.as_ref().map_or(job.from, |restart| restart.from);
                 tiles.hand_over(job.world, &mut self.whole, now);
             }
         }
@@ -302,9 +306,16 @@ impl Scheduler for CellScheduler {
         }
     }
 
-    fn take_earlier(&mut self) -> Option<Earlier> {
+    fn is_ahead(&self) -> bool {
+        match &self.0 {
+            Layout::Grid(cells) => cells.tiles.as_ref().is_some_and(|tiles| tiles.is_ahead()),
+            Layout::Fallback(_) => false,
+        }
+    }
+
+    fn take_restart(&mut self) -> Option<RestartState> {
         match &mut self.0 {
-            Layout::Grid(cells) => cells.earlier.take(),
+            Layout::Grid(cells) => cells.restart.take(),
             Layout::Fallback(_) => None,
         }
     }

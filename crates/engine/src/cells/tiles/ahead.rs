@@ -1,10 +1,9 @@
-//! A window that has been run beyond the present: frequent samples read their state from it, and do
-//! not cut it.
+//! A window that has been run beyond the present, so that frequent samples do not cut it.
 //!
 //! While such a window lasts, [`Tiles`](super::Tiles) holds the state at its start, and the
-//! outcomes of all tiles hold the state at its end. What happens in between is in the courses of
-//! the tiles: the two bodies of each contact, and each body that crosses the border of the box, as
-//! they move on. A sample needs no more, since motions change at no other times.
+//! outcomes of all tiles hold the state at its end. Each tile has logged the changes of motions in
+//! between: the two bodies of each contact, and each body that crosses the border of the box.
+//! Motions change at no other times, so the state at a sample follows from this log.
 
 use carom_kinematics::Motion;
 
@@ -14,17 +13,17 @@ use crate::{
     cells::{body_record::BodyRecord, frame::TileFrame, state::State},
     limits::Limits,
     scheduler::StoredMotions,
-    window::{Earlier, InelasticContacts, Window},
+    window::{InelasticContacts, RestartState, Window},
 };
 
-/// A body as it moves on: what [`StoredMotions`] needs of a disc.
+/// The flight of a body after a change, and the boxes that it has crossed.
 #[derive(Debug, Clone, Copy)]
-struct Onwards {
+struct FlightAfter {
     flight: [f64; 4],
     winding: [i16; 2],
 }
 
-impl Onwards {
+impl FlightAfter {
     fn of(state: &State<TileFrame>, body: u32) -> Self {
         let body = body as usize;
         Self { flight: state.records[body].flight, winding: state.windings[body] }
@@ -36,13 +35,13 @@ impl Onwards {
     }
 }
 
-/// A contact in a tile's own cells, and how its bodies move on.
+/// A contact in a tile's own cells, and the flights of its bodies after it.
 #[derive(Debug, Clone, Copy)]
 struct PassedContact {
     /// Offset in the epoch (time).
     time: f64,
     bodies: [u32; 2],
-    onwards: [Onwards; 2],
+    after: [FlightAfter; 2],
 }
 
 /// A body of a tile that crosses the border of the box.
@@ -53,12 +52,12 @@ struct PassedBorder {
     body: u32,
     /// Number of contacts of the tile before it in this window.
     contacts_before: u32,
-    onwards: Onwards,
+    after: FlightAfter,
 }
 
-/// The course of a tile in a window: all changes of motions in its own cells, in order.
+/// All changes of motions in a tile's own cells in a window, in order.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Course {
+pub(super) struct MotionLog {
     contacts: Vec<PassedContact>,
     borders: Vec<PassedBorder>,
     /// By contact and by crossing of the border; empty if all bodies are discs.
@@ -66,7 +65,7 @@ pub(super) struct Course {
     motions_at_border: Vec<Motion>,
 }
 
-impl Course {
+impl MotionLog {
     /// Bytes for each contact.
     pub const fn bytes_for_contact(holds_molecules: bool) -> usize {
         size_of::<PassedContact>() + if holds_molecules { size_of::<[Motion; 2]>() } else { 0 }
@@ -96,8 +95,8 @@ impl Course {
     /// indices among all.
     #[inline(never)]
     pub fn add_contact(&mut self, state: &State<TileFrame>, time: f64, pair: [u32; 2], bodies: [u32; 2]) {
-        let onwards = pair.map(|body| Onwards::of(state, body));
-        self.contacts.push(PassedContact { time, bodies, onwards });
+        let after = pair.map(|body| FlightAfter::of(state, body));
+        self.contacts.push(PassedContact { time, bodies, after });
         if let [Some(a), Some(b)] = pair.map(|body| state.molecules.motion(body)) {
             self.motions.push([*a, *b]);
         }
@@ -107,141 +106,162 @@ impl Course {
     /// index among all.
     #[inline(never)]
     pub fn add_border(&mut self, state: &State<TileFrame>, time: f64, index: u32, body: u32) {
-        let (onwards, contacts_before) = (Onwards::of(state, index), self.contacts.len() as u32);
-        self.borders.push(PassedBorder { time, body, contacts_before, onwards });
+        let (after, contacts_before) = (FlightAfter::of(state, index), self.contacts.len() as u32);
+        self.borders.push(PassedBorder { time, body, contacts_before, after });
         self.motions_at_border.extend(state.molecules.motion(index));
     }
 
     /// Adds the changes from a place on up to a time to a list, in order; returns the place after
     /// them.
-    fn list(&self, tile: u32, from: Place, until: f64, list: &mut Vec<Change>) -> Place {
+    fn list(&self, tile: u32, from: LogPlace, until: f64, list: &mut Vec<MotionChange>) -> LogPlace {
         let contacts = &self.contacts[from.contacts..];
         let borders = &self.borders[from.borders..];
         let contacts = &contacts[..contacts.partition_point(|contact| contact.time <= until)];
         let borders = &borders[..borders.partition_point(|border| border.time <= until)];
         let mut borders_left = borders.iter().zip(from.borders..).peekable();
-        let of_border = |(border, place): (&PassedBorder, usize)| Change {
+        let of_border = |(border, place): (&PassedBorder, usize)| MotionChange {
             time: border.time,
             tile,
-            what: What::Border(place as u32),
+            kind: ChangeKind::Border(place as u32),
         };
         for (contact, place) in contacts.iter().zip(from.contacts..) {
             while let Some(border) = borders_left.next_if(|(it, _)| it.contacts_before as usize <= place) {
                 list.push(of_border(border));
             }
-            list.push(Change { time: contact.time, tile, what: What::Contact(place as u32) });
+            list.push(MotionChange { time: contact.time, tile, kind: ChangeKind::Contact(place as u32) });
         }
         list.extend(borders_left.map(of_border));
-        Place { contacts: from.contacts + contacts.len(), borders: from.borders + borders.len() }
+        LogPlace { contacts: from.contacts + contacts.len(), borders: from.borders + borders.len() }
     }
 
     /// The bodies of a change, one of them twice where there is only one.
-    fn bodies(&self, what: What) -> [u32; 2] {
-        match what {
-            What::Contact(place) => self.contacts[place as usize].bodies,
-            What::Border(place) => [self.borders[place as usize].body; 2],
+    fn bodies(&self, kind: ChangeKind) -> [u32; 2] {
+        match kind {
+            ChangeKind::Contact(place) => self.contacts[place as usize].bodies,
+            ChangeKind::Border(place) => [self.borders[place as usize].body; 2],
         }
     }
 
-    fn store(&self, what: What, state: &mut StoredMotions<'_>) {
-        match what {
-            What::Contact(place) => {
-                let PassedContact { bodies, onwards, .. } = self.contacts[place as usize];
+    fn store(&self, kind: ChangeKind, state: &mut StoredMotions<'_>) {
+        match kind {
+            ChangeKind::Contact(place) => {
+                let PassedContact { bodies, after, .. } = self.contacts[place as usize];
                 let motions = self.motions.get(place as usize);
                 for n in 0..2 {
-                    onwards[n].store(state, bodies[n], motions.map(|motions| motions[n]));
+                    after[n].store(state, bodies[n], motions.map(|motions| motions[n]));
                 }
             }
-            What::Border(place) => {
-                let PassedBorder { body, onwards, .. } = self.borders[place as usize];
-                onwards.store(state, body, self.motions_at_border.get(place as usize).copied());
+            ChangeKind::Border(place) => {
+                let PassedBorder { body, after, .. } = self.borders[place as usize];
+                after.store(state, body, self.motions_at_border.get(place as usize).copied());
             }
         }
     }
 }
 
-/// A change of motions, by its place in the course of a tile.
+/// A change of motions, by its place in the log of a tile.
 #[derive(Debug, Clone, Copy)]
-struct Change {
+struct MotionChange {
     /// Offset in the epoch (time).
     time: f64,
     tile: u32,
-    what: What,
+    kind: ChangeKind,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum What {
+enum ChangeKind {
     Contact(u32),
     Border(u32),
 }
 
-/// Numbers of contacts and of crossings of the border of a tile that have passed.
+/// Numbers of contacts and of crossings of the border in the log of a tile that have passed.
 #[derive(Debug, Clone, Copy, Default)]
-struct Place {
+struct LogPlace {
     contacts: usize,
     borders: usize,
 }
 
-/// What all contacts of a job must have in common for a window to serve it.
+/// The kind of a job: a window that has been run for one serves only jobs of the same kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Manner {
+pub(super) struct JobKind {
     pub wants_log: bool,
     pub all_elastic: bool,
 }
 
-/// A window that has been run ahead.
-#[derive(Debug, Clone)]
-pub(super) struct Ahead {
-    manner: Manner,
-    start: Earlier,
-    /// The whole window.
-    window: Window,
-    /// The present (offset in the epoch, time), and what has passed: contacts of all tiles, and
-    /// places in the lists of `window` and in each course.
-    reached: f64,
+/// Counts of a window, and lengths of its lists, up to a time in it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Passed {
     contacts: u64,
     with_fixed: u64,
-    logged: usize,
+    guarded: u64,
+    log: usize,
     encounters: usize,
     energies: usize,
-    guarded: u64,
-    places: Vec<Place>,
+}
+
+impl Passed {
+    /// Goes on by a part of the window.
+    fn add(&mut self, part: &Window) {
+        self.contacts += part.contacts;
+        self.with_fixed += part.with_fixed;
+        self.guarded += part.inelastic.guarded;
+        self.log += part.log.len();
+        self.encounters += part.encounters.len();
+        self.energies += part.inelastic.energies.len();
+    }
+}
+
+/// A window that has been run ahead.
+#[derive(Debug, Clone)]
+pub(super) struct WindowAhead {
+    kind: JobKind,
+    start: RestartState,
+    /// The whole window.
+    window: Window,
+    /// The present (offset in the epoch, time).
+    reached: f64,
+    /// The parts of the window and of the log of each tile that have passed.
+    passed: Passed,
+    places: Vec<LogPlace>,
     /// Changes that have passed and are not yet in the world, in order; those before are there if
     /// `is_stored`.
-    unstored: Vec<Change>,
+    unstored: Vec<MotionChange>,
     is_stored: bool,
 }
 
-impl Ahead {
-    pub fn new(manner: Manner, start: Earlier, window: Window, tiles: usize) -> Self {
+impl WindowAhead {
+    pub fn new(kind: JobKind, start: RestartState, window: Window, tiles: usize) -> Self {
         Self {
-            manner,
+            kind,
             reached: start.from,
             start,
             window,
-            contacts: 0,
-            with_fixed: 0,
-            logged: 0,
-            encounters: 0,
-            energies: 0,
-            guarded: 0,
-            places: vec![Place::default(); tiles],
+            passed: Passed::default(),
+            places: vec![LogPlace::default(); tiles],
             unstored: Vec::new(),
             is_stored: false,
         }
     }
 
     pub fn heap_bytes(&self) -> usize {
-        self.unstored.capacity() * size_of::<Change>() + self.window.heap_bytes()
+        self.unstored.capacity() * size_of::<MotionChange>()
+            + self.window.heap_bytes()
+            + self.start.last_contacts.capacity() * size_of::<f64>()
+            + self.places.capacity() * size_of::<LogPlace>()
     }
 
-    /// Whether it serves a job of this manner at `now` (offset in the epoch, time).
-    pub fn suits(&self, manner: Manner, now: f64) -> bool {
-        manner == self.manner && now == self.reached
+    /// Whether it serves a job of this kind at `now` (offset in the epoch, time).
+    pub fn fits(&self, kind: JobKind, now: f64) -> bool {
+        kind == self.kind && now == self.reached
+    }
+
+    /// Its start (offset in the epoch, time).
+    pub fn from(&self) -> f64 {
+        self.start.from
     }
 
     /// The state at its start.
-    pub fn into_start(self) -> Earlier {
+    pub fn into_restart(self) -> RestartState {
         self.start
     }
 
@@ -254,62 +274,54 @@ impl Ahead {
         self.window.end
     }
 
-    /// The part of the window from the present up to `until`, with the limits at its start; none if
-    /// the order of its changes depends on more than their times.
+    /// The part of the window from the present up to `until`. `limits` are those of its start, with
+    /// the fast contacts of this part accepted. None if two changes at one time have no clear
+    /// order.
     pub fn part<'a>(
         &mut self,
         world: &World,
         until: f64,
         mut limits: Limits,
-        course_of: impl Fn(usize) -> &'a Course,
+        log_of: impl Fn(usize) -> &'a MotionLog,
     ) -> Option<Window> {
         let first = self.unstored.len();
-        let passed = |(tile, place): (usize, &Place)| {
-            course_of(tile).list(tile as u32, *place, until, &mut self.unstored)
+        let passed = |(tile, place): (usize, &LogPlace)| {
+            log_of(tile).list(tile as u32, *place, until, &mut self.unstored)
         };
         self.places = self.places.iter().enumerate().map(passed).collect();
         let changes = &mut self.unstored[first..];
         // Stable: changes of one tile at the same time stay in order.
         changes.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let contacts = changes.iter().filter(|change| matches!(change.what, What::Contact(_)));
-        let pairs = contacts.clone().map(|contact| course_of(contact.tile as usize).bodies(contact.what));
+        let contacts = changes.iter().filter(|change| matches!(change.kind, ChangeKind::Contact(_)));
+        let pairs = contacts.clone().map(|contact| log_of(contact.tile as usize).bodies(contact.kind));
         let (count, with_fixed) = pairs.fold((0, 0), |(count, with_fixed), pair| {
             let meets_fixed = pair.into_iter().any(|body| world.bodies[body as usize].is_fixed());
             (count + 1, with_fixed + u64::from(meets_fixed))
         });
         let last = contacts.clone().next_back();
         let at_last = contacts.rev().take_while(|contact| last.is_some_and(|last| last.time == contact.time));
-        if at_last.count() > 1 || changes.chunk_by(|a, b| a.time == b.time).any(|now| is_tie(now, &course_of))
-        {
+        if at_last.count() > 1 || changes.chunk_by(|a, b| a.time == b.time).any(|now| is_tie(now, &log_of)) {
             return None;
         }
-        let last = last.map(|last| (last.time, course_of(last.tile as usize).bodies(last.what)));
-        let has_guard = !world.last_contacts.is_empty() && !self.manner.wants_log;
-        let last_contacts = if has_guard { last_contacts(changes, &course_of) } else { Vec::new() };
-        let log = part_of(&self.window.log[self.logged..], |contact| contact.time <= until);
-        let encounters = &self.window.encounters[self.encounters..];
-        let encounters = part_of(encounters, |encounter| encounter.contact.time <= until);
-        let energies = &self.window.inelastic.energies[self.energies..];
-        let energies = part_of(energies, |energy| energy.time <= until);
+        let last = last.map(|last| (last.time, log_of(last.tile as usize).bodies(last.kind)));
+        let has_guard = !world.last_contacts.is_empty() && !self.kind.wants_log;
+        let last_contacts = if has_guard { last_contacts(changes, &log_of) } else { Vec::new() };
+        let Passed { log, encounters, energies, .. } = self.passed;
+        let energies = part_of(&self.window.inelastic.energies[energies..], |energy| energy.time <= until);
         let guarded = energies.iter().filter(|energy| energy.spared.is_some()).count() as u64;
-        self.reached = until;
-        self.contacts += count;
-        self.with_fixed += with_fixed;
-        self.logged += log.len();
-        self.encounters += encounters.len();
-        self.energies += energies.len();
-        self.guarded += guarded;
-        let inelastic = InelasticContacts { energies, last_contacts, guarded };
         limits.count_contacts(count);
-        Some(Window {
+        let part = Window {
             contacts: count,
             last,
-            log,
-            encounters,
+            log: part_of(&self.window.log[log..], |contact| contact.time <= until),
+            encounters: part_of(&self.window.encounters[encounters..], |it| it.contact.time <= until),
             with_fixed,
-            inelastic,
+            inelastic: InelasticContacts { energies, last_contacts, guarded },
             ..Window::without_contacts(until, limits)
-        })
+        };
+        self.reached = until;
+        self.passed.add(&part);
+        Some(part)
     }
 
     /// Whether the world holds the state at a moment of this window.
@@ -321,22 +333,22 @@ impl Ahead {
     pub fn store_changes<'a>(
         &mut self,
         state: &mut StoredMotions<'_>,
-        course_of: impl Fn(usize) -> &'a Course,
+        log_of: impl Fn(usize) -> &'a MotionLog,
     ) {
         for change in self.unstored.drain(..) {
-            course_of(change.tile as usize).store(change.what, state);
+            log_of(change.tile as usize).store(change.kind, state);
         }
     }
 
     /// Stores all changes that have passed, where the state holds that at the start of the window.
-    pub fn store_all<'a>(&self, state: &mut StoredMotions<'_>, course_of: impl Fn(usize) -> &'a Course) {
+    pub fn store_all<'a>(&self, state: &mut StoredMotions<'_>, log_of: impl Fn(usize) -> &'a MotionLog) {
         let mut changes = Vec::new();
         for tile in 0..self.places.len() {
-            course_of(tile).list(tile as u32, Place::default(), self.reached, &mut changes);
+            log_of(tile).list(tile as u32, LogPlace::default(), self.reached, &mut changes);
         }
         changes.sort_by(|a, b| a.time.total_cmp(&b.time));
         for change in changes {
-            course_of(change.tile as usize).store(change.what, state);
+            log_of(change.tile as usize).store(change.kind, state);
         }
     }
 
@@ -348,16 +360,16 @@ impl Ahead {
 
     /// The rest of the window.
     pub fn rest(mut self) -> Window {
-        let reached = self.reached;
+        let Passed { contacts, with_fixed, guarded, log, encounters, energies } = self.passed;
         let inelastic = &mut self.window.inelastic;
-        inelastic.energies.drain(..self.energies);
-        inelastic.guarded -= self.guarded;
+        inelastic.energies.drain(..energies);
+        inelastic.guarded -= guarded;
         Window {
-            contacts: self.window.contacts - self.contacts,
-            last: self.window.last.filter(|(time, _)| *time > reached),
-            log: self.window.log.split_off(self.logged),
-            encounters: self.window.encounters.split_off(self.encounters),
-            with_fixed: self.window.with_fixed - self.with_fixed,
+            contacts: self.window.contacts - contacts,
+            last: self.window.last.filter(|(time, _)| *time > self.reached),
+            log: self.window.log.split_off(log),
+            encounters: self.window.encounters.split_off(encounters),
+            with_fixed: self.window.with_fixed - with_fixed,
             ..self.window
         }
     }
@@ -368,22 +380,25 @@ fn part_of<T: Copy>(list: &[T], is_in: impl Fn(&T) -> bool) -> Vec<T> {
     list[..list.partition_point(is_in)].to_vec()
 }
 
-/// The times of the last contacts of the bodies in these changes, each perhaps after earlier ones.
-fn last_contacts<'a>(changes: &[Change], course_of: &impl Fn(usize) -> &'a Course) -> Vec<(u32, f64)> {
-    let contacts = changes.iter().filter(|change| matches!(change.what, What::Contact(_)));
-    let of =
-        |change: &Change| course_of(change.tile as usize).bodies(change.what).map(|body| (body, change.time));
+/// The bodies of the contacts among these changes, with their times, in order: of several times of a
+/// body, the last counts.
+fn last_contacts<'a>(changes: &[MotionChange], log_of: &impl Fn(usize) -> &'a MotionLog) -> Vec<(u32, f64)> {
+    let contacts = changes.iter().filter(|change| matches!(change.kind, ChangeKind::Contact(_)));
+    let of = |change: &MotionChange| {
+        log_of(change.tile as usize).bodies(change.kind).map(|body| (body, change.time))
+    };
     contacts.flat_map(of).collect()
 }
 
-/// Whether a body has changed in two tiles, in one of them perhaps twice, at one time: that of all
-/// these changes.
-fn is_tie<'a>(changes: &[Change], course_of: &impl Fn(usize) -> &'a Course) -> bool {
+/// Whether a body is in the logs of two tiles with changes at one time. All these changes are at that
+/// time.
+fn is_tie<'a>(changes: &[MotionChange], log_of: &impl Fn(usize) -> &'a MotionLog) -> bool {
     if changes.iter().all(|change| change.tile == changes[0].tile) {
         return false;
     }
-    let of =
-        |change: &Change| course_of(change.tile as usize).bodies(change.what).map(|body| (body, change.tile));
+    let of = |change: &MotionChange| {
+        log_of(change.tile as usize).bodies(change.kind).map(|body| (body, change.tile))
+    };
     let mut bodies: Vec<(u32, u32)> = changes.iter().flat_map(of).collect();
     bodies.sort_unstable();
     bodies.dedup();

@@ -95,7 +95,7 @@ use carom_detection::Detection;
 use carom_response::Response;
 
 use self::{
-    ahead::{Ahead, Course, Manner},
+    ahead::{JobKind, MotionLog, WindowAhead},
     border_log::MOST_RINGS,
     fixed_bodies::FixedBodies,
     map::{DIRECTIONS, TileMap, opposite},
@@ -113,7 +113,7 @@ use crate::{
     limits::Limits,
     resolution::Encounter,
     scheduler::StoredMotions,
-    window::{ContactEnergy, Earlier, FastContact, InelasticContacts, LoggedContact, Window, WindowJob},
+    window::{ContactEnergy, FastContact, InelasticContacts, LoggedContact, RestartState, Window, WindowJob},
 };
 
 /// Runs of a window, or of a tile in it, before the window is run event by event.
@@ -140,7 +140,7 @@ const SLOWER: f64 = 0.98;
 /// Most cells that an influence is taken to travel in a mean free time.
 const MOST_FRONT: f64 = 64.0;
 
-/// Largest log of contacts in a window (bytes). Larger: more memory. Smaller: shorter windows, in
+/// Largest log of contacts, and of motions if the window is run ahead (bytes). Larger: more memory. Smaller: shorter windows, in
 /// which bodies are copied more often.
 const MOST_LOG_BYTES: f64 = 64.0 * 1024.0 * 1024.0;
 
@@ -155,13 +155,13 @@ const SHARE_OF_EPOCH: f64 = 0.99;
 /// more than tiles save.
 const SHORTEST: f64 = 0.3;
 
-/// Stops that follow each other closely, after which a window is run ahead: at least so many, and
-/// more after such windows have been given up. Fewer: more of them are run for nothing. More: more
+/// Number of close stops in succession after which a window is run ahead; it is raised after such a
+/// window has been given up early. Fewer: more windows are run ahead for nothing. More: more
 /// stretches are run event by event.
 const LEAST_PATIENCE: u32 = 1;
 
-/// Stops that cut a window into at least so many stretches are close. Fewer: the log of a window
-/// costs more than is gained. More: more windows are cut.
+/// Stops are close if at least so many of them fall into a window. Fewer: the log of motions costs
+/// more than is gained. More: more windows are cut.
 const OFTEN: f64 = 2.0;
 
 /// All bodies of the box in tiles, between two windows.
@@ -173,8 +173,8 @@ pub(super) struct Tiles {
     fixed: Option<FixedBodies>,
     holds_molecules: bool,
     outcomes: Vec<Outcome>,
-    /// The outcomes, if they are later than the present.
-    ahead: Option<Box<Ahead>>,
+    /// The window of the outcomes, if these are later than the present.
+    ahead: Option<Box<WindowAhead>>,
     /// Stops in succession that cut a window, and the number after which one is run ahead.
     short_stops: u32,
     patience: u32,
@@ -262,7 +262,7 @@ impl Tiles {
     /// Begins an epoch of at most `limit` (time): reads the motions. Events are predicted by the
     /// first window.
     pub fn begin_epoch(&mut self, world: &World, grid: &CellGrid, limit: f64) {
-        self.give_up_ahead();
+        self.roll_back();
         self.begin(world, grid, limit);
         self.is_fresh = true;
         let moving = (0..world.bodies.len()).filter(|&body| !world.bodies[body].is_fixed());
@@ -368,7 +368,7 @@ impl Tiles {
             }
         }
         if let Some(ahead) = &self.ahead {
-            ahead.store_all(state, |tile| &self.outcomes[tile].course);
+            ahead.store_all(state, |tile| &self.outcomes[tile].motion_log);
         }
     }
 
@@ -377,7 +377,7 @@ impl Tiles {
     pub fn store_changes(&mut self, state: &mut StoredMotions<'_>) {
         match &mut self.ahead {
             Some(ahead) if ahead.is_stored() => {
-                ahead.store_changes(state, |tile| &self.outcomes[tile].course);
+                ahead.store_changes(state, |tile| &self.outcomes[tile].motion_log);
             }
             _ => self.store(state),
         }
@@ -417,30 +417,33 @@ impl Tiles {
         self.ahead.is_some()
     }
 
-    /// Gives up a window that has been run ahead; returns the state that the tiles hold, which is
-    /// that at its start.
-    pub fn give_up_ahead(&mut self) -> Option<Earlier> {
+    /// Gives up a window that has been run ahead; returns the state at its start, which the tiles
+    /// hold.
+    pub fn roll_back(&mut self) -> Option<RestartState> {
         let ahead = self.ahead.take()?;
+        self.counters.given_up += 1;
         if ahead.is_in_first_half() {
             self.patience = self.patience.saturating_mul(4);
             self.short_stops = 0;
         }
-        Some(ahead.into_start())
+        Some(ahead.into_restart())
     }
 
     /// Goes on in a window that has been run ahead; none if it cannot serve this job.
-    pub fn go_on<D, R>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
-        let manner = Manner { wants_log: job.wants_log, all_elastic: job.all_elastic };
-        let mut ahead = self.ahead.take_if(|ahead| job.may_use_windows && ahead.suits(manner, job.from))?;
+    pub fn serve<D, R>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
+        let kind = JobKind { wants_log: job.wants_log, all_elastic: job.all_elastic };
+        let mut ahead = self.ahead.take_if(|ahead| job.may_use_windows && ahead.fits(kind, job.from))?;
         if job.stop >= ahead.end() {
             self.patience = LEAST_PATIENCE;
             self.make_state();
             return Some(ahead.rest());
         }
         let mut limits = job.limits;
-        let limits = self.accept_fast(job, &mut limits, job.from, job.stop).map(|()| limits);
-        let course_of = |tile: usize| &self.outcomes[tile].course;
-        let part = limits.and_then(|limits| ahead.part(job.world, job.stop, limits, course_of));
+        // Also contacts at exactly the start of the window.
+        let after = if job.from == ahead.from() { f64::NEG_INFINITY } else { job.from };
+        let limits = self.accept_fast(job, &mut limits, after, job.stop).map(|()| limits);
+        let log_of = |tile: usize| &self.outcomes[tile].motion_log;
+        let part = limits.and_then(|limits| ahead.part(job.world, job.stop, limits, log_of));
         self.ahead = Some(ahead);
         if part.is_none() {
             // The order of changes at one instant is left to the global order.
@@ -503,11 +506,11 @@ impl Tiles {
             self.make_state();
             return Some(window);
         }
-        let manner = Manner { wants_log: job.wants_log, all_elastic: job.all_elastic };
+        let kind = JobKind { wants_log: job.wants_log, all_elastic: job.all_elastic };
         let last_contacts = job.world.last_contacts.clone();
-        let start = Earlier { from: job.from, limits: job.limits, last_contacts };
-        self.ahead = Some(Box::new(Ahead::new(manner, start, window, self.map.tiles())));
-        self.go_on(job)
+        let start = RestartState { from: job.from, limits: job.limits, last_contacts };
+        self.ahead = Some(Box::new(WindowAhead::new(kind, start, window, self.map.tiles())));
+        self.serve(job)
     }
 
     /// The length of a window that ends neither with the epoch nor with the run (time).
@@ -520,18 +523,19 @@ impl Tiles {
     }
 
     /// End of the next window (offset in the epoch, time), no later than `stop`.
-    fn end_of_window<D, R>(&self, job: &WindowJob<'_, D, R>, stop: f64, keeps_course: bool) -> f64 {
+    fn end_of_window<D, R>(&self, job: &WindowJob<'_, D, R>, stop: f64, logs_motions: bool) -> f64 {
         let bodies = self.count as f64;
         let free_time = 0.5 * bodies / self.contact_rate;
         // The border of a window must fit between the tiles.
         let widest = f64::from(self.widest_border().saturating_sub(self.margin + 2));
         let mut length = free_time * self.tiling.window.min(widest / self.front);
-        let logged_bytes = match (job.wants_log, job.all_elastic) {
-            (true, true) if self.fixed.is_none() && !self.holds_molecules => size_of::<LoggedContact>(),
-            (true, _) => size_of::<Encounter>(),
-            (false, false) => size_of::<ContactEnergy>(),
-            (false, true) => 0,
-        } + if keeps_course { Course::bytes_for_contact(self.holds_molecules) } else { 0 };
+        let logged_bytes =
+            match (job.wants_log, job.all_elastic) {
+                (true, true) if self.fixed.is_none() && !self.holds_molecules => size_of::<LoggedContact>(),
+                (true, _) => size_of::<Encounter>(),
+                (false, false) => size_of::<ContactEnergy>(),
+                (false, true) => 0,
+            } + if logs_motions { MotionLog::bytes_for_contact(self.holds_molecules) } else { 0 };
         if logged_bytes > 0 {
             length = length.min(MOST_LOG_BYTES / logged_bytes as f64 / self.contact_rate);
         }
@@ -550,7 +554,7 @@ impl Tiles {
         &mut self,
         job: &WindowJob<'_, D, R>,
         end: f64,
-        keeps_course: bool,
+        logs_motions: bool,
     ) -> Result<(), Refused> {
         let bodies = self.count as f64;
         let free_time = 0.5 * bodies / self.contact_rate;
@@ -561,7 +565,7 @@ impl Tiles {
             time_per_cell: free_time / self.front,
             event_interval: bodies / self.event_rate,
             keeps_times: self.contact_rate * (end - job.from) > 0.9 * left,
-            keeps_course,
+            logs_motions,
         };
         let reach = (self.front * (end - job.from) / free_time).ceil() as u32;
         let mut selected: Vec<usize> = (0..self.map.tiles()).collect();

@@ -8,7 +8,7 @@ use carom_response::Response;
 use glam::DVec2;
 
 use super::{
-    ahead::Course,
+    ahead::MotionLog,
     border_log::{BorderLog, Change, Places},
     fixed_bodies::FixedBodies,
     map::TileMap,
@@ -53,7 +53,7 @@ pub(super) struct Span {
     /// Whether the times of all contacts are kept.
     pub keeps_times: bool,
     /// Whether the courses of the tiles are kept.
-    pub keeps_course: bool,
+    pub logs_motions: bool,
 }
 
 /// The result of the run of a tile. Counts are those of events in its own cells.
@@ -81,7 +81,7 @@ pub(super) struct Outcome {
     /// The contacts of discs for their reports, and all other contacts.
     pub log: Vec<LoggedContact>,
     pub encounters: Vec<Encounter>,
-    pub course: Course,
+    pub motion_log: MotionLog,
     /// Energies, times of last contacts and number of guarded contacts, if not all are elastic.
     pub inelastic: InelasticContacts,
     /// Whether the global order must decide what happens: two contacts of a body at one instant, or
@@ -119,7 +119,7 @@ impl Outcome {
         self.shared.clear();
         self.log.clear();
         self.encounters.clear();
-        self.course.clear();
+        self.motion_log.clear();
         self.inelastic.clear();
         self.needs_order = false;
         self.is_found_late = false;
@@ -127,7 +127,7 @@ impl Outcome {
 
     fn trim(&mut self) {
         self.border.trim();
-        self.course.trim();
+        self.motion_log.trim();
         trim(&mut self.log);
         trim(&mut self.encounters);
     }
@@ -174,7 +174,7 @@ impl Outcome {
             + self.encounters.capacity() * size_of::<Encounter>()
             + self.shared.capacity() * size_of::<(f64, u32)>()
             + self.fast.capacity() * size_of::<FastContact>()
-            + self.course.heap_bytes()
+            + self.motion_log.heap_bytes()
             + self.inelastic.heap_bytes()
     }
 }
@@ -474,8 +474,8 @@ impl Workspace {
             let cell_after = state.records[body as usize].cell();
             if cell_after != cell {
                 outcome.border.note(&self.places, &window, cell_after, change);
-                if span.keeps_course && ring == 0 && is_across_border(cell, cell_after) {
-                    outcome.course.add_border(state, now, body, state.bodies.among_all(body));
+                if span.logs_motions && ring == 0 && is_across_border(cell, cell_after) {
+                    outcome.motion_log.add_border(state, now, body, state.bodies.among_all(body));
                 }
             }
         }
@@ -534,8 +534,8 @@ impl Workspace {
             }
             self.state.motions_changed(kernel, job.world, job.detection, pair, resolved.onwards);
         }
-        if counts && task.span.keeps_course {
-            outcome.course.add_contact(&self.state, now, pair, indices);
+        if counts && task.span.logs_motions {
+            outcome.motion_log.add_contact(&self.state, now, pair, indices);
         }
         for n in 0..2 {
             if is_fixed[n] {
