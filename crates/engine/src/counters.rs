@@ -30,8 +30,10 @@ pub struct Counters {
 ///
 /// These counts depend on the scheduler, not on the trajectory alone. They show the cause of high
 /// cost: with many crossings the cells are too small; with many stale predictions the gas is dense;
-/// with many re-checks molecules fly for long at a small gap. In tiles, the work of a window that is
-/// run ahead of frequent stops is added at its end; if an edit ends it, it is not counted.
+/// with many re-checks molecules fly for long at a small gap.
+///
+/// In tiles, the work of a window that is run ahead of frequent stops is added at its end; if an
+/// edit ends it, it is not counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SchedulerCounters {

@@ -76,8 +76,8 @@ fn census(view: &View<'_>) -> OverlapCensus {
     census
 }
 
-/// A column or row of at most one beyond the first or last of `count`, in the box, and the number of
-/// boxes by which it has been moved. A division for each would take most of the time of the census.
+/// The column or row in the box of one that is at most one beyond the first or last of `count`, and
+/// the number of boxes in between. Divisions would take most of the time of the census.
 fn wrapped(place: i64, count: i64) -> (i64, i64) {
     if place < 0 {
         (place + count, -1)

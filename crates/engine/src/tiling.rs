@@ -31,7 +31,7 @@ use std::fmt;
 pub struct Tiling {
     /// Threads. 0 counts as 1.
     pub threads: usize,
-    /// Fewest bodies for which tiles are used, on any number of threads, if all that move are discs.
+    /// Fewest bodies for which tiles are used, on any number of threads, if only discs move.
     pub least_bodies: usize,
     /// Fewest bodies if molecules move. Each of their contacts takes longer than one of discs.
     pub least_molecules: usize,

@@ -1,9 +1,9 @@
-//! A gas, a division of its box into tiles, and the stops of a run.
+//! A gas, a division of its box into tiles, and the stops of a run, with actions between them.
 
 use carom::{Scene, engine::Tiling};
 use serde::{Deserialize, Serialize};
 
-use crate::fuzz::random::Draw;
+use crate::fuzz::random::{Draw, case_seed};
 
 /// What moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,8 +52,29 @@ pub struct Case {
     pub stops: u32,
     /// Whether contacts are reported.
     pub reports: bool,
-    /// Single steps after each stop.
-    pub steps: u32,
+    /// Share of the stops after which something else is done: see [`Action`].
+    pub disturbed: f64,
+    /// Contacts of each body after which an epoch ends.
+    pub contacts_per_epoch: u64,
+}
+
+/// An action between two stops.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Action {
+    /// Nothing.
+    None,
+    /// One contact.
+    Step,
+    /// A stretch in which reports are wanted if they are not in others, and the reverse.
+    OtherObserver,
+    /// The run goes on with a copy of itself.
+    Clone,
+    /// The epoch ends.
+    EndEpoch,
+    /// All contacts get this elasticity, with a guard against inelastic collapse or without.
+    Elasticity(f64, f64),
+    /// All velocities are reversed.
+    Reverse,
 }
 
 impl Case {
@@ -82,7 +103,8 @@ impl Case {
             length: draw.scale(2.0, 20.0),
             stops: stops as u32,
             reports: draw.happens(0.5),
-            steps: rarely(draw, 2),
+            disturbed: if draw.happens(0.5) { draw.scale(0.01, 1.0) } else { 0.0 },
+            contacts_per_epoch: draw.one_of(&[1, 4, 64]),
         }
     }
 
@@ -99,9 +121,28 @@ impl Case {
             Self { bumpers: half(self.bumpers), ..self.clone() },
             Self { threads: 1, ..self.clone() },
             Self { reports: false, ..self.clone() },
-            Self { steps: 0, ..self.clone() },
+            Self { disturbed: 0.0, ..self.clone() },
         ];
         all.into_iter().filter(|case| case != self && case.length > 0.1).collect()
+    }
+
+    /// The action after a stop.
+    pub fn action(&self, stop: u32) -> Action {
+        let draw = &mut Draw::new(case_seed(self.seed, u64::from(stop)));
+        if !draw.happens(self.disturbed) {
+            return Action::None;
+        }
+        let elasticity = draw.one_of(&[0.5, 0.9, 1.0, 1.0]);
+        let contact_time = draw.one_of(&[0.0, 1e-4, 1e-2]);
+        draw.one_of(&[
+            Action::Step,
+            Action::Step,
+            Action::OtherObserver,
+            Action::Clone,
+            Action::EndEpoch,
+            Action::Elasticity(elasticity, contact_time),
+            Action::Reverse,
+        ])
     }
 
     /// Radius of a disc (length).

@@ -1,15 +1,16 @@
-//! Random gases in random tiles, with borders that are often too narrow: each run must have the
-//! bits of the run in the global order, at each stop and in each report.
+//! Random gases in random tiles, with borders that are often too narrow, and random actions between
+//! random stops: each run must have the bits of the run in the global order, at each stop and in
+//! each report.
 
 pub mod case;
 
 use anyhow::{Result, ensure};
 use carom::{
-    Observer, Simulation,
-    engine::{CollisionReport, TileCounters, Tiling},
+    Observer, RunError, Simulation,
+    engine::{CollisionReport, ElasticitySpec, TileCounters, Tiling},
 };
 
-use self::case::Case;
+use self::case::{Action, Case};
 use super::subject::{Report, Subject};
 
 /// The fuzzer of tiles.
@@ -27,7 +28,14 @@ impl Subject for Tiles {
 
     fn check(&self, case: &Case) -> Report {
         let mut report = Report::default();
-        let Ok(Ok(base)) = case.scene().map(|scene| Simulation::new(&scene)) else {
+        let scene = match case.scene() {
+            Ok(scene) => scene,
+            Err(error) => {
+                report.fail("scene", error.to_string());
+                return report;
+            }
+        };
+        let Ok(base) = Simulation::new(&scene) else {
             // Molecules that find no place.
             report.count("not built", 1);
             return report;
@@ -71,6 +79,7 @@ fn count(report: &mut Report, tiles: &TileCounters) {
         ("tiles", tiles.tiles),
         ("tiles repeated", tiles.repeated),
         ("windows cut", tiles.cut),
+        ("windows given up", tiles.given_up),
         ("windows refused", tiles.refused),
         ("cases without tiles", u64::from(tiles.tiles == 0)),
     ];
@@ -83,15 +92,17 @@ fn count(report: &mut Report, tiles: &TileCounters) {
 /// energies, and the error with which it ended.
 fn run(case: &Case, simulation: &mut Simulation) -> Vec<u64> {
     let mut bits = Bits::default();
+    simulation.set_contacts_per_epoch(case.contacts_per_epoch);
     for stop in 1..=case.stops {
         let until = case.until() * f64::from(stop) / f64::from(case.stops);
-        let ended = if case.reports {
+        let action = case.action(stop);
+        let reports = case.reports != (action == Action::OtherObserver);
+        let ended = if reports {
             simulation.observe_until(until, &mut bits).map(drop)
         } else {
             simulation.run_until(until).map(drop)
         };
-        let steps = |()| (0..case.steps).try_for_each(|_| simulation.step(until, &mut bits).map(drop));
-        let ended = ended.and_then(steps);
+        let ended = ended.and_then(|()| act(action, simulation, &mut bits));
         bits.add_state(simulation);
         if let Err(error) = ended {
             bits.0.extend(error.to_string().bytes().map(u64::from));
@@ -99,6 +110,21 @@ fn run(case: &Case, simulation: &mut Simulation) -> Vec<u64> {
         }
     }
     bits.0
+}
+
+fn act(action: Action, simulation: &mut Simulation, bits: &mut Bits) -> Result<(), RunError> {
+    match action {
+        Action::None | Action::OtherObserver => {}
+        Action::Step => drop(simulation.step(f64::MAX, bits)?),
+        Action::Clone => *simulation = simulation.clone(),
+        Action::EndEpoch => drop(simulation.end_epoch_here()),
+        Action::Elasticity(default, contact_time) => {
+            let rules = ElasticitySpec { default, contact_time, ..ElasticitySpec::default() };
+            simulation.set_elasticity(&rules).expect("it is in range");
+        }
+        Action::Reverse => simulation.reverse(),
+    }
+    Ok(())
 }
 
 /// Numbers as bits, in the order in which they were computed.

@@ -380,8 +380,8 @@ fn part_of<T: Copy>(list: &[T], is_in: impl Fn(&T) -> bool) -> Vec<T> {
     list[..list.partition_point(is_in)].to_vec()
 }
 
-/// The bodies of the contacts among these changes, with their times, in order: of several times of a
-/// body, the last counts.
+/// The bodies of the contacts among these changes, with their times, in order: of several times of
+/// a body, the last counts.
 fn last_contacts<'a>(changes: &[MotionChange], log_of: &impl Fn(usize) -> &'a MotionLog) -> Vec<(u32, f64)> {
     let contacts = changes.iter().filter(|change| matches!(change.kind, ChangeKind::Contact(_)));
     let of = |change: &MotionChange| {
@@ -390,8 +390,8 @@ fn last_contacts<'a>(changes: &[MotionChange], log_of: &impl Fn(usize) -> &'a Mo
     contacts.flat_map(of).collect()
 }
 
-/// Whether a body is in the logs of two tiles with changes at one time. All these changes are at that
-/// time.
+/// Whether a body has changes in the logs of two tiles at one time, which is that of all these
+/// changes.
 fn is_tie<'a>(changes: &[MotionChange], log_of: &impl Fn(usize) -> &'a MotionLog) -> bool {
     if changes.iter().all(|change| change.tile == changes[0].tile) {
         return false;

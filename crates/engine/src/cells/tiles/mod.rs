@@ -140,8 +140,8 @@ const SLOWER: f64 = 0.98;
 /// Most cells that an influence is taken to travel in a mean free time.
 const MOST_FRONT: f64 = 64.0;
 
-/// Largest log of contacts, and of motions if the window is run ahead (bytes). Larger: more memory. Smaller: shorter windows, in
-/// which bodies are copied more often.
+/// Largest log of contacts, and of motions if the window is run ahead (bytes). Larger: more memory.
+/// Smaller: shorter windows, in which bodies are copied more often.
 const MOST_LOG_BYTES: f64 = 64.0 * 1024.0 * 1024.0;
 
 /// Most threads for each processor. More: more memory, and no more speed.
