@@ -87,7 +87,7 @@ impl<F: Frame> State<F> {
     ) -> f64 {
         let DiscEvents { mut contact_time, mut partner, is_ambiguous, covered: _, crossing_time, crossing } =
             *events;
-        if is_ambiguous | !detection.decides_discs_in_closed_form() {
+        if is_ambiguous | self.asks_detector {
             let soonest;
             (soonest, partner) = self.resolve_with_detector(detection, disc, now);
             contact_time = now + soonest;

@@ -89,6 +89,7 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
 impl State {
     /// Begins an epoch that ends at `limit` (time).
     pub(super) fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
+        self.asks_detector = !detection.decides_discs_in_closed_form();
         self.lay_out(world, limit);
         self.list_multi_cell_bodies(world);
         // All bodies are predicted first: their waiting times give the mean interval between

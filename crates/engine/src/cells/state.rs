@@ -82,6 +82,8 @@ pub(super) struct State<F: Frame = WholeBox> {
     pub(super) pair_constants: Option<PairConstants>,
     /// Inverse mass of the bodies that live in cells, if all have the same (1/mass).
     pub(super) inverse_mass: Option<f64>,
+    /// Whether the detector decides all contacts of discs, not the closed form.
+    pub(super) asks_detector: bool,
     pub(super) done: SchedulerCounters,
 }
 
@@ -105,6 +107,7 @@ impl<F: Frame> State<F> {
             separation_error: 0.0,
             pair_constants: None,
             inverse_mass: None,
+            asks_detector: false,
             done: SchedulerCounters::default(),
         }
     }
@@ -261,7 +264,8 @@ impl<F: Frame> State<F> {
     /// Whether this workspace counts the events of a body.
     #[inline(always)]
     fn counts(&self, body: u32) -> bool {
-        self.neighbour_lists.frame().owns(self.records[body as usize].cell())
+        // Of the whole box, without a look at the record, whose index would be checked.
+        F::IS_WHOLE || self.neighbour_lists.frame().owns(self.records[body as usize].cell())
     }
 
     /// Counts searches of a body for its first contact with others.
