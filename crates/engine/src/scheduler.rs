@@ -272,19 +272,12 @@ pub trait Scheduler: Sized {
     /// Writes the present motions and windings into the state of the system.
     fn store(&self, state: &mut StoredMotions<'_>);
 
-    /// Variant of [`Self::store`] after [`Self::run_window`], which may leave out motions that have
-    /// not changed since the last call of any of the three methods in this epoch.
-    #[doc(hidden)]
-    fn store_after_window(&mut self, state: &mut StoredMotions<'_>) {
-        self.store(state);
-    }
-
     /// Stores the changes since the last call of this or of [`Self::store`], at most one contact:
     /// the motions of its bodies (`contact`, empty if there was none), and of all bodies whose
-    /// positions were wrapped.
+    /// positions were wrapped. After [`Self::run_window`], any number of contacts.
     ///
-    /// The engine calls this after a single step, which should not copy all bodies. The default
-    /// copies them.
+    /// The engine calls this after a single step and after a window, which should not copy all
+    /// bodies. The default copies them.
     fn store_changes(&mut self, state: &mut StoredMotions<'_>, contact: &[u32]) {
         let _ = contact;
         self.store(state);

@@ -267,11 +267,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             None => pass.run_in_order(scheduler)?,
         };
         match ended {
-            Ended::TargetReached if in_windows => {
-                self.scheduler.store_after_window(&mut StoredMotions::new(&mut self.world));
-                return Ok(true);
-            }
-            Ended::TargetReached if is_stored && *contacts == 0 => {
+            Ended::TargetReached if in_windows || is_stored && *contacts == 0 => {
                 self.scheduler.store_changes(&mut StoredMotions::new(&mut self.world), &[]);
                 return Ok(true);
             }

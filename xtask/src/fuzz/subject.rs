@@ -9,8 +9,8 @@ use std::{
     sync::Once,
 };
 
-use anyhow::Result;
-use serde::{Deserialize, Serialize};
+use anyhow::{Result, ensure};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// A fuzzer.
 pub trait Subject {
@@ -40,6 +40,24 @@ pub trait Subject {
     /// # Errors
     /// The content is no case of this fuzzer.
     fn read(&self, ending: &str, bytes: &[u8]) -> Result<Self::Case>;
+}
+
+/// Encodes a case as a file in TOML: see [`Subject::write`].
+///
+/// # Panics
+/// A case that TOML cannot represent.
+pub fn write_toml<T: Serialize>(case: &T) -> (String, Vec<u8>) {
+    let text = toml::to_string(case).expect("a case is plain data that TOML can represent");
+    ("toml".to_owned(), text.into_bytes())
+}
+
+/// Decodes a case from a file in TOML: see [`Subject::read`].
+///
+/// # Errors
+/// The file is not in TOML, or holds no case.
+pub fn read_toml<T: DeserializeOwned>(ending: &str, bytes: &[u8]) -> Result<T> {
+    ensure!(ending == "toml", "a case file must end with toml, not {ending:?}");
+    Ok(toml::from_str(std::str::from_utf8(bytes)?)?)
 }
 
 /// Result of a check.

@@ -361,20 +361,12 @@ impl Scheduler for CellScheduler {
         }
     }
 
-    fn store_after_window(&mut self, state: &mut StoredMotions<'_>) {
-        match &mut self.0 {
-            Layout::Grid(cells) => match &mut cells.tiles {
-                Some(tiles) if cells.in_tiles => tiles.store_changes(state),
-                _ => cells.store(state),
-            },
-            Layout::Fallback(fallback) => fallback.store(state),
-        }
-    }
-
     fn store_changes(&mut self, state: &mut StoredMotions<'_>, contact: &[u32]) {
         match &mut self.0 {
-            Layout::Grid(cells) if cells.in_tiles => cells.store(state),
             Layout::Grid(cells) => {
+                if let Some(tiles) = cells.tiles.as_mut().filter(|_| cells.in_tiles) {
+                    return tiles.store_changes(state);
+                }
                 let Some(wrapped) = cells.whole.wrapped.take() else { return cells.store(state) };
                 wrapped.iter().chain(contact).for_each(|&body| cells.whole.store_body(state, body));
             }

@@ -264,8 +264,7 @@ impl<F: Frame> State<F> {
     /// Whether this workspace counts the events of a body.
     #[inline(always)]
     fn counts(&self, body: u32) -> bool {
-        // Of the whole box, without a look at the record, whose index would be checked.
-        F::IS_WHOLE || self.neighbour_lists.frame().owns(self.records[body as usize].cell())
+        self.neighbour_lists.frame().owns(self.records[body as usize].cell())
     }
 
     /// Counts searches of a body for its first contact with others.

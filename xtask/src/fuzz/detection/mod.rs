@@ -6,14 +6,14 @@ pub mod case;
 pub mod classes;
 pub mod judge;
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use carom_detection::{Detection, Exact};
 use serde::{Deserialize, Serialize};
 
 use self::{bad_numbers::BadNumbers, case::Query};
 use super::{
     random::Draw,
-    subject::{Report, Subject},
+    subject::{Report, Subject, read_toml, write_toml},
 };
 
 /// The fuzzer of a detector.
@@ -62,13 +62,11 @@ impl<D: Detection> Subject for Queries<D> {
     }
 
     fn write(&self, case: &Case) -> (String, Vec<u8>) {
-        let text = toml::to_string(case).expect("a query is plain data that TOML can represent");
-        ("toml".to_owned(), text.into_bytes())
+        write_toml(case)
     }
 
     fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
-        ensure!(ending == "toml", "a query file must end with toml, not {ending:?}");
-        Ok(toml::from_str(std::str::from_utf8(bytes)?)?)
+        read_toml(ending, bytes)
     }
 }
 

@@ -8,12 +8,12 @@ pub mod run;
 pub mod schedulers;
 pub mod watcher;
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use carom::engine::{CellsPerSide, Checkpoint, CheckpointError, Instructions, Scene, SceneError};
 use carom_methods::{AnySimulation, Method, Order};
 
 use self::{case::Case, run::Seams, schedulers::Scales};
-use super::subject::{Report, Subject};
+use super::subject::{Report, Subject, read_toml, write_toml};
 
 /// The fuzzer of the engine.
 #[derive(Debug, Clone, Default)]
@@ -90,13 +90,11 @@ impl<P: Parts> Subject for Scenes<P> {
     }
 
     fn write(&self, case: &Case) -> (String, Vec<u8>) {
-        let text = toml::to_string(case).expect("a case is plain data that TOML can represent");
-        ("toml".to_owned(), text.into_bytes())
+        write_toml(case)
     }
 
     fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
-        ensure!(ending == "toml", "a case file must end with toml, not {ending:?}");
-        Ok(toml::from_str(std::str::from_utf8(bytes)?)?)
+        read_toml(ending, bytes)
     }
 }
 

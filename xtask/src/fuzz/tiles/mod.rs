@@ -4,14 +4,14 @@
 
 pub mod case;
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use carom::{
     Observer, RunError, Simulation,
     engine::{CollisionReport, ElasticitySpec, TileCounters, Tiling},
 };
 
 use self::case::{Action, Case};
-use super::subject::{Report, Subject};
+use super::subject::{Report, Subject, read_toml, write_toml};
 
 /// The fuzzer of tiles.
 #[derive(Debug, Clone, Copy, Default)]
@@ -62,13 +62,11 @@ impl Subject for Tiles {
     }
 
     fn write(&self, case: &Case) -> (String, Vec<u8>) {
-        let text = toml::to_string(case).expect("a case is plain data that TOML can represent");
-        ("toml".to_owned(), text.into_bytes())
+        write_toml(case)
     }
 
     fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
-        ensure!(ending == "toml", "a case of tiles must end with toml, not {ending:?}");
-        Ok(toml::from_str(std::str::from_utf8(bytes)?)?)
+        read_toml(ending, bytes)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::{
     cells::{body_record::BodyRecord, frame::TileFrame, state::State},
     limits::Limits,
     scheduler::StoredMotions,
-    window::{InelasticContacts, RestartState, Window},
+    window::{InelasticContacts, RestartState, Window, WindowJob},
 };
 
 /// The flight of a body after a change, and the boxes that it has crossed.
@@ -181,11 +181,23 @@ struct LogPlace {
     borders: usize,
 }
 
+impl MotionChange {
+    fn is_contact(&self) -> bool {
+        matches!(self.kind, ChangeKind::Contact(_))
+    }
+}
+
 /// The kind of a job: a window that has been run for one serves only jobs of the same kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct JobKind {
-    pub wants_log: bool,
-    pub all_elastic: bool,
+struct JobKind {
+    wants_log: bool,
+    all_elastic: bool,
+}
+
+impl JobKind {
+    fn of<D, R>(job: &WindowJob<'_, D, R>) -> Self {
+        Self { wants_log: job.wants_log, all_elastic: job.all_elastic }
+    }
 }
 
 /// Counts of a window, and lengths of its lists, up to a time in it.
@@ -230,11 +242,13 @@ pub(super) struct WindowAhead {
 }
 
 impl WindowAhead {
-    pub fn new(kind: JobKind, start: RestartState, window: Window, tiles: usize) -> Self {
+    /// A window that has been run for this job, later than its stop.
+    pub fn new<D, R>(job: &WindowJob<'_, D, R>, window: Window, tiles: usize) -> Self {
+        let last_contacts = job.world.last_contacts.clone();
         Self {
-            kind,
-            reached: start.from,
-            start,
+            kind: JobKind::of(job),
+            reached: job.from,
+            start: RestartState { from: job.from, limits: job.limits, last_contacts },
             window,
             passed: Passed::default(),
             places: vec![LogPlace::default(); tiles],
@@ -250,9 +264,9 @@ impl WindowAhead {
             + self.places.capacity() * size_of::<LogPlace>()
     }
 
-    /// Whether it serves a job of this kind at `now` (offset in the epoch, time).
-    pub fn fits(&self, kind: JobKind, now: f64) -> bool {
-        kind == self.kind && now == self.reached
+    /// Whether it can serve a job.
+    pub fn fits<D, R>(&self, job: &WindowJob<'_, D, R>) -> bool {
+        JobKind::of(job) == self.kind && job.from == self.reached
     }
 
     /// Its start (offset in the epoch, time).
@@ -284,16 +298,9 @@ impl WindowAhead {
         mut limits: Limits,
         log_of: impl Fn(usize) -> &'a MotionLog,
     ) -> Option<Window> {
-        let first = self.unstored.len();
-        let passed = |(tile, place): (usize, &LogPlace)| {
-            log_of(tile).list(tile as u32, *place, until, &mut self.unstored)
-        };
-        self.places = self.places.iter().enumerate().map(passed).collect();
-        let changes = &mut self.unstored[first..];
-        // Stable: changes of one tile at the same time stay in order.
-        changes.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let contacts = changes.iter().filter(|change| matches!(change.kind, ChangeKind::Contact(_)));
-        let pairs = contacts.clone().map(|contact| log_of(contact.tile as usize).bodies(contact.kind));
+        let changes = list_all(&mut self.places, until, &log_of);
+        let contacts = changes.iter().filter(|change| change.is_contact());
+        let pairs = contacts.clone().map(|contact| bodies(contact, &log_of));
         let (count, with_fixed) = pairs.fold((0, 0), |(count, with_fixed), pair| {
             let meets_fixed = pair.into_iter().any(|body| world.bodies[body as usize].is_fixed());
             (count + 1, with_fixed + u64::from(meets_fixed))
@@ -303,9 +310,9 @@ impl WindowAhead {
         if at_last.count() > 1 || changes.chunk_by(|a, b| a.time == b.time).any(|now| is_tie(now, &log_of)) {
             return None;
         }
-        let last = last.map(|last| (last.time, log_of(last.tile as usize).bodies(last.kind)));
+        let last = last.map(|last| (last.time, bodies(last, &log_of)));
         let has_guard = !world.last_contacts.is_empty() && !self.kind.wants_log;
-        let last_contacts = if has_guard { last_contacts(changes, &log_of) } else { Vec::new() };
+        let last_contacts = if has_guard { last_contacts(&changes, &log_of) } else { Vec::new() };
         let Passed { log, encounters, energies, .. } = self.passed;
         let energies = part_of(&self.window.inelastic.energies[energies..], |energy| energy.time <= until);
         let guarded = energies.iter().filter(|energy| energy.spared.is_some()).count() as u64;
@@ -321,6 +328,7 @@ impl WindowAhead {
         };
         self.reached = until;
         self.passed.add(&part);
+        self.unstored.extend(changes);
         Some(part)
     }
 
@@ -330,26 +338,14 @@ impl WindowAhead {
     }
 
     /// Stores the changes since the world was last brought up to date.
-    pub fn store_changes<'a>(
-        &mut self,
-        state: &mut StoredMotions<'_>,
-        log_of: impl Fn(usize) -> &'a MotionLog,
-    ) {
-        for change in self.unstored.drain(..) {
-            log_of(change.tile as usize).store(change.kind, state);
-        }
+    pub fn store_changes<'a>(&self, state: &mut StoredMotions<'_>, log_of: impl Fn(usize) -> &'a MotionLog) {
+        store(&self.unstored, state, &log_of);
     }
 
     /// Stores all changes that have passed, where the state holds that at the start of the window.
     pub fn store_all<'a>(&self, state: &mut StoredMotions<'_>, log_of: impl Fn(usize) -> &'a MotionLog) {
-        let mut changes = Vec::new();
-        for tile in 0..self.places.len() {
-            log_of(tile).list(tile as u32, LogPlace::default(), self.reached, &mut changes);
-        }
-        changes.sort_by(|a, b| a.time.total_cmp(&b.time));
-        for change in changes {
-            log_of(change.tile as usize).store(change.kind, state);
-        }
+        let mut places = vec![LogPlace::default(); self.places.len()];
+        store(&list_all(&mut places, self.reached, &log_of), state, &log_of);
     }
 
     /// Notes that the world holds the present state.
@@ -375,6 +371,37 @@ impl WindowAhead {
     }
 }
 
+/// The changes in the logs of all tiles from these places on up to a time, in order; moves the
+/// places behind them.
+fn list_all<'a>(
+    places: &mut [LogPlace],
+    until: f64,
+    log_of: &impl Fn(usize) -> &'a MotionLog,
+) -> Vec<MotionChange> {
+    let mut changes = Vec::new();
+    for (tile, place) in places.iter_mut().enumerate() {
+        *place = log_of(tile).list(tile as u32, *place, until, &mut changes);
+    }
+    // Stable: changes of one tile at the same time stay in order.
+    changes.sort_by(|a, b| a.time.total_cmp(&b.time));
+    changes
+}
+
+fn store<'a>(
+    changes: &[MotionChange],
+    state: &mut StoredMotions<'_>,
+    log_of: &impl Fn(usize) -> &'a MotionLog,
+) {
+    for change in changes {
+        log_of(change.tile as usize).store(change.kind, state);
+    }
+}
+
+/// The bodies of a change: see [`MotionLog::bodies`].
+fn bodies<'a>(change: &MotionChange, log_of: &impl Fn(usize) -> &'a MotionLog) -> [u32; 2] {
+    log_of(change.tile as usize).bodies(change.kind)
+}
+
 /// The first elements of a list, for which a condition holds.
 fn part_of<T: Copy>(list: &[T], is_in: impl Fn(&T) -> bool) -> Vec<T> {
     list[..list.partition_point(is_in)].to_vec()
@@ -383,11 +410,8 @@ fn part_of<T: Copy>(list: &[T], is_in: impl Fn(&T) -> bool) -> Vec<T> {
 /// The bodies of the contacts among these changes, with their times, in order: of several times of
 /// a body, the last counts.
 fn last_contacts<'a>(changes: &[MotionChange], log_of: &impl Fn(usize) -> &'a MotionLog) -> Vec<(u32, f64)> {
-    let contacts = changes.iter().filter(|change| matches!(change.kind, ChangeKind::Contact(_)));
-    let of = |change: &MotionChange| {
-        log_of(change.tile as usize).bodies(change.kind).map(|body| (body, change.time))
-    };
-    contacts.flat_map(of).collect()
+    let contacts = changes.iter().filter(|change| change.is_contact());
+    contacts.flat_map(|contact| bodies(contact, log_of).map(|body| (body, contact.time))).collect()
 }
 
 /// Whether a body has changes in the logs of two tiles at one time, which is that of all these
@@ -396,11 +420,9 @@ fn is_tie<'a>(changes: &[MotionChange], log_of: &impl Fn(usize) -> &'a MotionLog
     if changes.iter().all(|change| change.tile == changes[0].tile) {
         return false;
     }
-    let of = |change: &MotionChange| {
-        log_of(change.tile as usize).bodies(change.kind).map(|body| (body, change.tile))
-    };
-    let mut bodies: Vec<(u32, u32)> = changes.iter().flat_map(of).collect();
-    bodies.sort_unstable();
-    bodies.dedup();
-    bodies.windows(2).any(|pair| pair[0].0 == pair[1].0)
+    let of = |change: &MotionChange| bodies(change, log_of).map(|body| (body, change.tile));
+    let mut in_tiles: Vec<(u32, u32)> = changes.iter().flat_map(of).collect();
+    in_tiles.sort_unstable();
+    in_tiles.dedup();
+    in_tiles.windows(2).any(|pair| pair[0].0 == pair[1].0)
 }

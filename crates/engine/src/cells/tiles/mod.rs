@@ -95,7 +95,7 @@ use carom_detection::Detection;
 use carom_response::Response;
 
 use self::{
-    ahead::{JobKind, MotionLog, WindowAhead},
+    ahead::{MotionLog, WindowAhead},
     border_log::MOST_RINGS,
     fixed_bodies::FixedBodies,
     map::{DIRECTIONS, TileMap, opposite},
@@ -431,18 +431,16 @@ impl Tiles {
 
     /// Goes on in a window that has been run ahead; none if it cannot serve this job.
     pub fn serve<D, R>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
-        let kind = JobKind { wants_log: job.wants_log, all_elastic: job.all_elastic };
-        let mut ahead = self.ahead.take_if(|ahead| job.may_use_windows && ahead.fits(kind, job.from))?;
+        let mut ahead = self.ahead.take_if(|ahead| job.may_use_windows && ahead.fits(job))?;
         if job.stop >= ahead.end() {
             self.patience = LEAST_PATIENCE;
             self.make_state();
             return Some(ahead.rest());
         }
-        let mut limits = job.limits;
         // Also contacts at exactly the start of the window.
         let after = if job.from == ahead.from() { f64::NEG_INFINITY } else { job.from };
-        let limits = self.accept_fast(job, &mut limits, after, job.stop).map(|()| limits);
         let log_of = |tile: usize| &self.outcomes[tile].motion_log;
+        let limits = self.accept_fast(job, after, job.stop);
         let part = limits.and_then(|limits| ahead.part(job.world, job.stop, limits, log_of));
         self.ahead = Some(ahead);
         if part.is_none() {
@@ -506,10 +504,7 @@ impl Tiles {
             self.make_state();
             return Some(window);
         }
-        let kind = JobKind { wants_log: job.wants_log, all_elastic: job.all_elastic };
-        let last_contacts = job.world.last_contacts.clone();
-        let start = RestartState { from: job.from, limits: job.limits, last_contacts };
-        self.ahead = Some(Box::new(WindowAhead::new(kind, start, window, self.map.tiles())));
+        self.ahead = Some(Box::new(WindowAhead::new(job, window, self.map.tiles())));
         self.serve(job)
     }
 
@@ -671,10 +666,9 @@ impl Tiles {
         if self.touch_fixed_bodies_at_once() || self.outcomes.iter().any(|outcome| outcome.is_found_late) {
             return EndOfEpoch::Unclear;
         }
-        let mut limits = job.limits;
-        if self.accept_fast(job, &mut limits, f64::NEG_INFINITY, f64::INFINITY).is_none() {
+        let Some(mut limits) = self.accept_fast(job, f64::NEG_INFINITY, f64::INFINITY) else {
             return EndOfEpoch::Unclear;
-        }
+        };
         if limits.time() < end {
             return EndOfEpoch::At(limits.time());
         }
@@ -699,15 +693,11 @@ impl Tiles {
         if time < end { EndOfEpoch::At(time) } else { EndOfEpoch::Unclear }
     }
 
-    /// Accepts the contacts after which a body is faster than all before, of those later than
-    /// `after` and up to `until` and the end of the epoch; none if the global order must do it.
-    fn accept_fast<D, R>(
-        &self,
-        job: &WindowJob<'_, D, R>,
-        limits: &mut Limits,
-        after: f64,
-        until: f64,
-    ) -> Option<()> {
+    /// The limits of the epoch after the contacts later than `after` and up to `until` that make a
+    /// body faster than all before; none if the global order must decide them. Contacts are not
+    /// counted.
+    fn accept_fast<D, R>(&self, job: &WindowJob<'_, D, R>, after: f64, until: f64) -> Option<Limits> {
+        let mut limits = job.limits;
         let fast = self.outcomes.iter().flat_map(|outcome| &outcome.fast);
         let is_asked = |time: f64| time > after && time <= until;
         let mut fast: Vec<_> = fast.filter(|contact| is_asked(contact.places.time)).collect();
@@ -722,7 +712,7 @@ impl Tiles {
                 return None;
             }
         }
-        Some(())
+        Some(limits)
     }
 
     /// Whether bodies of two tiles touch one fixed body at the same instant.

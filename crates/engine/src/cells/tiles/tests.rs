@@ -352,26 +352,37 @@ fn a_gas_at_rest_and_a_single_moving_disc_keep_their_bits() {
     }
 }
 
+/// A unit of length in which numbers are dyadic, and the radius of discs in it.
+const UNIT: f64 = 1.0 / 4096.0;
+const RADIUS: f64 = 23.0 * UNIT;
+
+/// Discs of [`RADIUS`] at rest.
+fn at_rest() -> Scene {
+    let mut scene = gas(3000, 0.3, 6);
+    (scene.gas[0].radius, scene.gas[0].energy) = (Some(RADIUS), 0.0);
+    scene
+}
+
+/// A disc of [`RADIUS`] that moves along x, `x` units right of the middle of the box.
+fn disc(x: f64, y: f64, speed: f64) -> MoleculeSpec {
+    MoleculeSpec {
+        atoms: vec![AtomSpec { at: [0.0; 2], radius: RADIUS, mass: 1.0 }],
+        at: [0.5 + x * UNIT, y],
+        velocity: [speed, 0.0],
+        ..MoleculeSpec::default()
+    }
+}
+
 #[test]
 fn two_contacts_of_a_disc_at_one_instant_in_two_tiles_are_left_to_the_global_order() {
     // The middle disc is in the tile right of the border at column 38 of 77, the left one in
     // another tile. All numbers are dyadic, so both contacts are at the same time to the bit.
-    const UNIT: f64 = 1.0 / 4096.0;
-    let radius = 23.0 * UNIT;
-    let mut scene = gas(3000, 0.3, 6);
-    (scene.gas[0].radius, scene.gas[0].energy) = (Some(radius), 0.0);
-    let disc = |x: f64, speed: f64| MoleculeSpec {
-        atoms: vec![AtomSpec { at: [0.0; 2], radius, mass: 1.0 }],
-        at: [0.5 + x * UNIT, 0.25],
-        velocity: [speed, 0.0],
-        ..MoleculeSpec::default()
-    };
     for outer_first in [true, false] {
-        let mut three = vec![disc(-60.0, 1.0), disc(0.0, 0.0), disc(60.0, -1.0)];
+        let mut three = vec![disc(-60.0, 0.25, 1.0), disc(0.0, 0.25, 0.0), disc(60.0, 0.25, -1.0)];
         if !outer_first {
             three.swap(0, 1);
         }
-        scene.molecule = three;
+        let scene = Scene { molecule: three, ..at_rest() };
         let tiling = Tiling { side: 20, ..SMALL };
         let (expected, _) = run(&scene, &Tiling::NONE, &[0.2]);
         let (found, tiles) = run(&scene, &tiling, &[0.2]);

@@ -1,11 +1,10 @@
 //! Stops that are closer than a window: the window is run ahead, and no bit changes.
 
 use super::{
-    Computed, Contacts, SMALL, add_motions, assert_same, gas, inelastic_gases, other_bodies, time_of,
+    Computed, Contacts, SMALL, add_motions, assert_same, at_rest, disc, gas, inelastic_gases, other_bodies,
+    time_of,
 };
-use crate::{
-    AtomSpec, ElasticitySpec, MoleculeSpec, Scene, SchedulerCounters, Simulation, TileCounters, Tiling,
-};
+use crate::{ElasticitySpec, Scene, SchedulerCounters, Simulation, TileCounters, Tiling};
 
 /// Runs a scene to `stops` equally spaced times; `between` is called before each.
 fn run(
@@ -180,18 +179,8 @@ fn edits_at_each_stop_end_the_running_ahead() {
 fn two_last_contacts_at_one_instant_before_a_stop_are_left_to_the_global_order() {
     // Two pairs far from each other, which touch at 8/4096. All numbers are dyadic, so both
     // contacts are at the same time to the bit.
-    const UNIT: f64 = 1.0 / 4096.0;
-    let radius = 23.0 * UNIT;
-    let mut scene = gas(3000, 0.3, 6);
-    (scene.gas[0].radius, scene.gas[0].energy) = (Some(radius), 0.0);
-    let disc = |x: f64, y: f64, speed: f64| MoleculeSpec {
-        atoms: vec![AtomSpec { at: [0.0; 2], radius, mass: 1.0 }],
-        at: [0.5 + x * UNIT, y],
-        velocity: [speed, 0.0],
-        ..MoleculeSpec::default()
-    };
-    scene.molecule =
-        [0.25, 0.75].into_iter().flat_map(|y| [disc(-31.0, y, 1.0), disc(31.0, y, -1.0)]).collect();
+    let pairs = [0.25, 0.75].into_iter().flat_map(|y| [disc(-31.0, y, 1.0), disc(31.0, y, -1.0)]);
+    let scene = Scene { molecule: pairs.collect(), ..at_rest() };
     let (expected, _) = run(&scene, &Tiling::NONE, 0.01, 30, nothing);
     let (found, tiles) = run(&scene, &Tiling { side: 20, ..SMALL }, 0.01, 30, nothing);
     assert_same("two pairs", &expected, &found, &tiles);
