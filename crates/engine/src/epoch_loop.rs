@@ -110,7 +110,12 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
 
 impl<D, R: Response> EpochLoop<'_, D, R> {
     pub(crate) fn rules(&self) -> Rules<'_, R> {
-        Rules { world: self.world, response: self.response, elasticity: self.elasticity }
+        Rules {
+            world: self.world,
+            response: self.response,
+            elasticity: self.elasticity,
+            separation_error: self.limits.separation_error(),
+        }
     }
 
     /// Resolves and records any contact in a system with thermal walls.
@@ -118,7 +123,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     #[inline(never)]
     fn resolve_with_thermal_walls(&mut self, encounter: &Encounter) -> Result<Resolved, RunError> {
         let number = self.counters.thermal_collisions;
-        let Some((resolved, heat)) = thermal_wall::resolve(self.world, encounter, number) else {
+        let Some((resolved, heat)) = thermal_wall::resolve(&self.rules(), encounter, number) else {
             let resolved = self.rules().resolve(encounter);
             return self.record(encounter, &resolved).map(|()| resolved);
         };

@@ -72,6 +72,9 @@ pub(crate) struct Limits {
     fastest_spin: f64,
     /// The longest path of the fastest body in an epoch (length).
     way: f64,
+    /// Bound on the rounding of a separation in this epoch (length). It takes a look at all bodies,
+    /// so it is not computed for each contact.
+    separation_error: f64,
     /// The contact that makes the epoch stale. A scheduler may store a flight as its position
     /// x₀ = x − v t at the start of the epoch, which is rounded by u v t: for a body this fast that
     /// exceeds the permitted error of a position.
@@ -80,11 +83,23 @@ pub(crate) struct Limits {
 
 impl Limits {
     /// Limits for bodies of at most this speed and angular velocity, and for at most this many
-    /// contacts.
-    pub fn new(world: &World, fastest_squared: f64, fastest_spin: f64, contacts: u64) -> Self {
+    /// contacts, with this rounding of separations (length).
+    pub fn new(
+        world: &World,
+        separation_error: f64,
+        fastest_squared: f64,
+        fastest_spin: f64,
+        contacts: u64,
+    ) -> Self {
         let way = way_per_epoch(world);
         let time = stretch(way, fastest_squared, fastest_spin);
-        Self { time, contacts_left: contacts, fastest_squared, fastest_spin, way, stale: None }
+        let contacts_left = contacts;
+        Self { time, contacts_left, fastest_squared, fastest_spin, way, separation_error, stale: None }
+    }
+
+    /// Bound on the rounding of a separation in this epoch (length).
+    pub fn separation_error(&self) -> f64 {
+        self.separation_error
     }
 
     /// The contact with which the epoch ends, if it makes a body too fast for the rest of the

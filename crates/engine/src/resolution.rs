@@ -23,6 +23,8 @@ pub(crate) struct Rules<'a, R> {
     pub world: &'a World,
     pub response: &'a R,
     pub elasticity: &'a ElasticityTable,
+    /// Bound on the rounding of a separation in the epoch (length).
+    pub separation_error: f64,
 }
 
 /// A contact of any two bodies, just before it takes place.
@@ -133,7 +135,7 @@ impl<R: Response> Rules<'_, R> {
         let mut is_unresolved = false;
         if changes_energy
             && let Some(missing) = missing_impulse(
-                self.world,
+                self.separation_error,
                 &frame,
                 parts,
                 pair,

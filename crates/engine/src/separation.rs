@@ -29,7 +29,7 @@ use carom_kinematics::{Inertia, Motion, RelativeMotion};
 use carom_response::{ContactFrame, approach_speed, reduced_mass};
 use glam::DVec2;
 
-use crate::{Body, World, contact_event::Parts, separation_error::separation_error};
+use crate::{Body, World, contact_event::Parts};
 
 /// Least speed of separation of surfaces, in units of the speed that detection resolves. Smaller
 /// than 2: detection may not see that a pair separates. Larger: energy is put into contacts at
@@ -45,10 +45,10 @@ const MOST_OUTWARDS: f64 = 4.0;
 
 /// The additional impulse on B (mass × length / time) with which the surfaces separate fast enough
 /// to be resolved. `None` if they already do, or if the response leaves them closing at a resolved
-/// speed.
+/// speed. `separation_error` is that of the epoch (length).
 #[cold]
 pub(crate) fn missing_impulse(
-    world: &World,
+    separation_error: f64,
     frame: &ContactFrame,
     parts: Parts,
     bodies: [&Body; 2],
@@ -64,7 +64,7 @@ pub(crate) fn missing_impulse(
     } else {
         // The scheduler may use another image or store positions with a larger error; this bounds
         // all cases.
-        relative.separation_error = relative.separation_error.max(separation_error(world));
+        relative.separation_error = relative.separation_error.max(separation_error);
         let [a, b] = bodies.map(|body| body.kind.molecule.outline());
         LEAST_SEPARATION * resolved_speed(a, b, &relative, Touch::from(parts))
     };

@@ -9,7 +9,7 @@ use crate::{
     Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, TileWork, Tiling, View, World,
     epoch_loop::{Ended, EpochLoop},
     limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
-    scheduler::StoredMotions,
+    scheduler::{StoredMotions, separation_error},
     simultaneous_contacts::SimultaneousContacts,
     unresolved::Unresolved,
 };
@@ -362,7 +362,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         let moving = self.world.bodies.iter().filter(|body| !body.is_fixed()).count() as u64;
         let contacts = self.contacts_per_epoch.saturating_mul(moving).div_ceil(2).max(1);
-        let limits = Limits::new(&self.world, fastest_squared, fastest_spin, contacts);
+        let separation_error = separation_error(&self.world);
+        let limits = Limits::new(&self.world, separation_error, fastest_squared, fastest_spin, contacts);
         refuse_time_scales_too_far_apart(
             &self.world,
             &self.names,

@@ -10,9 +10,9 @@ use carom_response::{Elasticity, ThermalDraw, thermal_motion};
 use glam::DVec2;
 
 use crate::{
-    RandomStream, World,
+    RandomStream,
     random::{normal_pair, rayleigh},
-    resolution::{Encounter, Resolved, contact_geometry},
+    resolution::{Encounter, Resolved, Rules, contact_geometry},
     separation::{missing_impulse, round_outwards},
 };
 
@@ -23,7 +23,12 @@ const NUMBERS_PER_CONTACT: u128 = 8;
 /// length² / time²); `None` if no body of the contact is such a wall.
 #[cold]
 #[inline(never)]
-pub(crate) fn resolve(world: &World, encounter: &Encounter, number: u64) -> Option<(Resolved, f64)> {
+pub(crate) fn resolve<R>(
+    rules: &Rules<'_, R>,
+    encounter: &Encounter,
+    number: u64,
+) -> Option<(Resolved, f64)> {
+    let &Rules { world, separation_error, .. } = rules;
     let Encounter { contact, before, .. } = encounter;
     let pair = contact.bodies.map(|body| &world.bodies[body as usize]);
     let wall = pair.iter().position(|body| body.kind.temperature.is_some())?;
@@ -39,9 +44,14 @@ pub(crate) fn resolve(world: &World, encounter: &Encounter, number: u64) -> Opti
     after[moving] = thermal_motion(old, inertia, arm, away, temperature, &draw, body.can_turn());
     let [first, second] = after;
     // So slow a body, one among 10²⁰, gets the least speed of separation, like any other.
-    if let Some(missing) =
-        missing_impulse(world, &frame, contact.parts, pair, [&before[0], &before[1]], [&first, &second])
-    {
+    if let Some(missing) = missing_impulse(
+        separation_error,
+        &frame,
+        contact.parts,
+        pair,
+        [&before[0], &before[1]],
+        [&first, &second],
+    ) {
         let on_body = if moving == 1 { missing } else { -missing };
         after[moving] = carom_response::apply_impulse(&after[moving], inertia, arm, on_body);
     }
