@@ -15,7 +15,6 @@ use crate::{
     bench, ci,
     experiments::{
         all, billiard, brownian, capability_cost, encounters, errors, extremes, theory, thesis_tests,
-        tradeoff,
     },
     fuzz, tidy,
 };
@@ -124,8 +123,6 @@ pub enum Experiment {
     Errors(ParallelRuns<Destination>),
     /// Cost of each capability when it is absent, idle, or used
     CapabilityCost(capability_cost::Options),
-    /// Whole simulations with different settings: accuracy and speed
-    Tradeoff(tradeoff::Options),
     /// All experiments one after another, and one table of their verdicts
     All(all::Options),
 }
@@ -161,7 +158,6 @@ impl Program for Cli {
             Command::Experiment(Experiment::All(options)) => all::run(options),
             Command::Experiment(Experiment::Errors(options)) => errors::run(options),
             Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
-            Command::Experiment(Experiment::Tradeoff(options)) => tradeoff::run(options),
             Command::Run(options) => run::run(options),
             Command::Detect(options) => detect::run(options),
             Command::Bench(bench) => bench::run(bench),

@@ -30,7 +30,6 @@ const PLAN: Plan = Plan {
     reversal_seconds: 0.05,
     physics_seconds: 20.0,
     physics: 20.0,
-    finest_step: 1,
 };
 
 fn trade(text: &str) -> SceneResult {
@@ -42,13 +41,11 @@ fn trade(text: &str) -> SceneResult {
     let chaos = chaos(&scene, &states, Instant::now() + Duration::from_millis(200)).unwrap();
     let prepared = Prepared {
         name: "planted".to_owned(),
-        about: String::new(),
         scene: &scene,
         states,
         end: along.end,
         deadline: later,
         chaos,
-        more: Vec::new(),
         notes: along.notes,
     };
     of_scene(prepared, &PLAN, &Progress::new(1.0)).unwrap()
@@ -82,7 +79,7 @@ fn holds(result: &SceneResult) {
         let is_number = number.parse::<f64>().is_ok();
         assert!(!is_number || cells.iter().any(|cell| cell.contains(number)), "{number} is in no cell");
     }
-    let summary = page::summary("planted".to_owned(), String::new(), std::slice::from_ref(result));
+    let summary = page::summary("planted".to_owned(), String::new(), result);
     assert!(summary.checks.iter().all(|check| check.passed), "{:?}", summary.checks);
 }
 

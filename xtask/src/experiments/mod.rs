@@ -11,4 +11,3 @@ pub mod json_checks;
 pub mod theory;
 pub mod thesis_scene;
 pub mod thesis_tests;
-pub mod tradeoff;

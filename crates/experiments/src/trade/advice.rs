@@ -19,13 +19,6 @@ const AGAINST_ITSELF: f64 = 2.0;
 /// Effective errors within this factor count as equal, the resolution of a few starts.
 const COARSER: f64 = 30.0;
 
-/// Whether the exact run has no wrong contact and no setting without one is seen to be faster.
-pub fn keeps_exact(result: &SceneResult) -> bool {
-    let exact = &result.exact().tally;
-    let mut right = result.found[1..].iter().filter(|found| is_right(found));
-    exact.judged > 0 && exact.wrong() == 0.0 && !right.any(|found| is_faster(found, result.exact()))
-}
-
 /// Whether a setting is faster than the exact run by more than its time resolves.
 fn is_faster(found: &KnobResult, exact: &KnobResult) -> bool {
     found.time.is_some_and(|time| time.median < 1.0 - resolution(found, exact))
@@ -176,7 +169,6 @@ mod tests {
         let portable_knob = Knob { name: "portable".to_owned(), family: 4, ..knobs::exact() };
         SceneResult {
             name: "planted".to_owned(),
-            about: String::new(),
             moving: 10,
             nanoseconds: 100.0,
             rate: 1.0,
@@ -209,7 +201,6 @@ mod tests {
             let result = result(exact, portable);
             let advice = advice(&result);
             assert_eq!(advice.starts_with("Take ‘portable’"), is_advised, "{portable:?}: {advice}");
-            assert_eq!(keeps_exact(&result), !is_advised, "{portable:?}");
         }
     }
 

@@ -61,20 +61,22 @@ pub fn of_scene(method: Method) -> Option<Knob> {
 }
 
 /// A grid of the thesis's scheduler with this number of cells a side, safe or not.
-pub fn grid(name: String, cells: u32) -> Knob {
+fn grid(name: String, cells: u32) -> Knob {
     let method = Method { order: Order::Heap(CellsPerSide::Unchecked(cells)), ..Method::default() };
     Knob { family: ORDER, name, setting: method.into(), slower: None }
 }
 
-/// The knobs that apply to the bodies of a view, and those that do not. `finest_step` is the
-/// negative decimal exponent of the finest fixed step (natural times).
-pub fn knobs(view: &View<'_>, finest_step: i32) -> (Vec<Knob>, Vec<LeftOut>) {
+/// Negative decimal exponent of the finest fixed step (natural times).
+const FINEST_STEP: i32 = 4;
+
+/// The knobs that apply to the bodies of a view, and those that do not.
+pub fn knobs(view: &View<'_>) -> (Vec<Knob>, Vec<LeftOut>) {
     let mut moving = view.bodies().filter(|body| !body.body.is_fixed()).peekable();
     let turns = moving.any(|body| !body.body.molecule().is_round() && !body.body.is_locked());
     let has_shapes = view.bodies().any(|body| !body.body.molecule().is_disc() && !body.body.is_wall());
     let mut knobs = vec![exact()];
     let mut left_out = Vec::new();
-    detectors(turns || has_shapes, finest_step, &mut knobs);
+    detectors(turns || has_shapes, &mut knobs);
     if turns || has_shapes {
         knobs.push(Knob {
             family: MODEL,
@@ -101,7 +103,7 @@ pub fn knobs(view: &View<'_>, finest_step: i32) -> (Vec<Knob>, Vec<LeftOut>) {
 }
 
 /// The detectors with their parameters.
-fn detectors(has_shapes: bool, finest_step: i32, knobs: &mut Vec<Knob>) {
+fn detectors(has_shapes: bool, knobs: &mut Vec<Knob>) {
     let mut add = |family, name: String, detector: AnyDetector, slower| {
         let setting = Method { detector, ..Method::default() }.into();
         knobs.push(Knob { family, name, setting, slower });
@@ -123,7 +125,7 @@ fn detectors(has_shapes: bool, finest_step: i32, knobs: &mut Vec<Knob>) {
         let detector = GoldenSecant { tolerance: 10f64.powi(-exponent), ..golden };
         add(GOLDEN, format!("tol 1e-{exponent}"), AnyDetector::GoldenSecant(detector), None);
     }
-    for exponent in 1..=finest_step {
+    for exponent in 1..=FINEST_STEP {
         let most_steps = MOST_FIXED_STEPS.max(100 * 10u32.pow(exponent as u32));
         let fixed = FixedStep { step: 10f64.powi(-exponent), most_steps };
         add(STEP, format!("step 1e-{exponent}"), AnyDetector::FixedStep(fixed), Some(10.0));
@@ -230,7 +232,7 @@ mod tests {
         let scene =
             "[[gas]]\nshape = \"dumbbell\"\natom_radius = 0.01\natom_mass = 1.0\nenergy = 1.0\ncount = 20\n";
         let simulation: Simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
-        let (knobs, _) = knobs(&simulation.view(), 2);
+        let (knobs, _) = knobs(&simulation.view());
         let mut read = 0;
         for knob in knobs {
             let how = knob.how();

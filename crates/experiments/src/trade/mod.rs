@@ -76,7 +76,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         },
     )?;
     let (prepared, plan) = prepared;
-    let settings = prepared.knobs(plan.finest_step)?.0.len();
+    let settings = prepared.knobs()?.0.len();
     let result = of_scene(prepared, &plan, &Progress::items("steps", 2 * settings as u64))?;
     signals.write();
     let folder = &experiment.folder;
@@ -84,23 +84,22 @@ pub fn run(options: &Options) -> Result<Verdict> {
     if let Some(frame) = &scene.start.snapshot {
         folder.write(carom_runs::run::START, frame.as_bytes())?;
     }
-    let results = [result];
     let title = format!("What exactness costs in {}", options.name());
     let note = "Short replays from states of the exact run; --minutes gives them more time.";
-    let summary = page::summary(title, note.to_owned(), &results);
-    let charts = page::write(folder, &results, &summary)?;
+    let summary = page::summary(title, note.to_owned(), &result);
+    let charts = page::write(folder, &result, &summary)?;
     let mut page = Page::new(&summary.title, &summary.note);
-    page.verdict(&advice::advice(&results[0]));
-    page::show(&mut page, &results, &charts);
+    page.verdict(&advice::advice(&result));
+    page::show(&mut page, &result, &charts);
     page.checks(&summary.checks);
     page.links(page::files(&charts));
     page.code(&options.command());
     folder.write("report.html", page.html())?;
     if is_json() {
-        put("advice", &advice::advice(&results[0]));
-        put("settings", &results::rows(&results[0]));
+        put("advice", &advice::advice(&result));
+        put("settings", &results::rows(&result));
     } else {
-        print(&results[0]);
+        print(&result);
     }
     let path = experiment.complete()?;
     put_summary(&path, &summary);
@@ -140,20 +139,18 @@ fn begin<'a>(
     let chaos = chaos(scene, &few, plan::from_now(GROWN * left()))?;
     let mut prepared = Prepared {
         name: options.name(),
-        about: String::new(),
         scene,
         states: few,
         end: along.end,
         deadline: at(1.0 - RESERVE),
         chaos,
-        more: Vec::new(),
         notes: Vec::new(),
     };
     let cost = Cost {
         tau: along.seconds * 0.5 * moving as f64,
         resume,
         bodies,
-        settings: prepared.knobs(Plan::FINEST_STEP)?.0.len(),
+        settings: prepared.knobs()?.0.len(),
         stretch: prepared.chaos.stretch,
         threads: rayon::current_num_threads(),
     };

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::{
     advice, chart,
+    knobs::LeftOut,
     results::{Row, SceneResult, rows},
     table,
 };
@@ -21,36 +22,29 @@ const MEASURES: &str = "measures.csv";
 struct File<'a> {
     #[serde(flatten)]
     summary: &'a Summary,
-    /// The advice on each scene.
-    advice: Vec<String>,
+    /// The advice on the scene.
+    advice: String,
     /// The settings.
     settings: Vec<Row>,
     /// Knobs that do not apply, with the reason.
-    left_out: Vec<(&'a str, &'a str, &'a str)>,
+    left_out: &'a [LeftOut],
     /// What could not be measured in the time allowed.
     unresolved: Vec<String>,
 }
 
 /// Figures and checks of the results.
-pub fn summary(title: String, note: String, results: &[SceneResult]) -> Summary {
-    let exact = results.iter().map(SceneResult::exact);
-    let overlap = |pairs: &mut usize, own: usize| *pairs = (*pairs).max(own);
-    let mut totals = Totals::default();
-    for (found, result) in exact.zip(results) {
-        overlap(&mut totals.overlapping_pairs, found.tally.overlapping.max(found.physics.overlapping));
-        totals.max_overlap = totals.max_overlap.max(found.tally.deepest).max(found.physics.deepest);
-        totals.collisions += found.tally.judged;
-        totals.simulated_time += found.physics.span[1] - found.physics.span[0];
-        totals.collisions_per_second = 1e9 / result.nanoseconds;
-    }
-    Summary {
-        title,
-        note,
-        totals,
-        checks: results.iter().flat_map(checks).collect(),
-        figures: results.iter().flat_map(figures).collect(),
-        runs: Vec::new(),
-    }
+pub fn summary(title: String, note: String, result: &SceneResult) -> Summary {
+    let exact = result.exact();
+    let totals = Totals {
+        overlapping_pairs: exact.tally.overlapping.max(exact.physics.overlapping),
+        max_overlap: exact.tally.deepest.max(exact.physics.deepest),
+        collisions: exact.tally.judged,
+        simulated_time: exact.physics.span[1] - exact.physics.span[0],
+        collisions_per_second: 1e9 / result.nanoseconds,
+        ..Totals::default()
+    };
+    let (checks, figures) = (checks(result).to_vec(), figures(result));
+    Summary { title, note, totals, checks, figures, runs: Vec::new() }
 }
 
 /// Checks that the exact detector misses no contact and lets no bodies overlap, with every setting
@@ -83,35 +77,32 @@ fn figures(result: &SceneResult) -> Vec<Figure> {
     figures
 }
 
-/// Writes the charts, the tables and `summary.json`; returns the charts of each scene.
+/// Writes the charts, the tables and `summary.json`; returns the charts.
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write(folder: &Folder, results: &[SceneResult], summary: &Summary) -> Result<Vec<Charts>> {
-    let charts = results.iter().map(chart::draw).collect::<Result<Vec<_>>>()?;
-    for (name, svg) in charts.iter().flatten() {
+pub fn write(folder: &Folder, result: &SceneResult, summary: &Summary) -> Result<Charts> {
+    let charts = chart::draw(result)?;
+    for (name, svg) in &charts {
         folder.write(name, svg)?;
     }
-    folder.write_table(SETTINGS, &table::FULL, results.iter().flat_map(table::full))?;
-    folder.write_table(MEASURES, &table::MEASURES, results.iter().flat_map(table::measures))?;
-    let left_out = results.iter().flat_map(|result| {
-        result.left_out.iter().map(|(knob, reason)| (result.name.as_str(), knob.as_str(), reason.as_str()))
-    });
+    folder.write_table(SETTINGS, &table::FULL, table::full(result))?;
+    folder.write_table(MEASURES, &table::MEASURES, table::measures(result))?;
     let file = File {
         summary,
-        advice: results.iter().map(advice::advice).collect(),
-        settings: results.iter().flat_map(rows).collect(),
-        left_out: left_out.collect(),
-        unresolved: results.iter().flat_map(unresolved).collect(),
+        advice: advice::advice(result),
+        settings: rows(result),
+        left_out: &result.left_out,
+        unresolved: unresolved(result),
     };
     folder.write_json("summary.json", &file)?;
     Ok(charts)
 }
 
-/// The charts of a scene: file names and SVG.
+/// File names and SVG of the charts.
 pub type Charts = Vec<(String, String)>;
 
-/// What could not be measured, scene by scene and setting by setting.
+/// What could not be measured, setting by setting.
 pub fn unresolved(result: &SceneResult) -> Vec<String> {
     let of_settings = result.found.iter().filter(|found| !found.notes.is_empty());
     let of_settings = of_settings.map(|found| format!("{}: {}", found.knob.title(), found.notes.join("; ")));
@@ -130,28 +121,16 @@ pub fn unresolved(result: &SceneResult) -> Vec<String> {
     rare.into_iter().chain(irreversible).chain(result.notes.iter().cloned()).chain(of_settings).collect()
 }
 
-/// Adds picture and table of each scene, with the advice if there are several, then all details.
-pub fn show(page: &mut Page, results: &[SceneResult], charts: &[Charts]) {
+/// Adds picture and table of all settings, then the details.
+pub fn show(page: &mut Page, result: &SceneResult, charts: &Charts) {
     page.part(Part::Answer);
-    for (result, charts) in results.iter().zip(charts) {
-        if results.len() > 1 {
-            page.heading(&scene_title(result));
-            page.paragraph(&advice::advice(result));
-        }
-        if let Some((_, svg)) = charts.first() {
-            page.pictures(Layout::Full, &[(svg, chart::CAPTION)]);
-        }
-        page.table(&table::SHORT, &table::short(result));
+    if let Some((_, svg)) = charts.first() {
+        page.pictures(Layout::Full, &[(svg, chart::CAPTION)]);
     }
+    page.table(&table::SHORT, &table::short(result));
     page.part(Part::Results);
-    for (result, charts) in results.iter().zip(charts) {
-        details(page, result, charts);
-    }
+    details(page, result, charts);
     methods(page);
-}
-
-fn scene_title(result: &SceneResult) -> String {
-    if result.about.is_empty() { result.name.clone() } else { format!("{}: {}", result.name, result.about) }
 }
 
 fn details(page: &mut Page, result: &SceneResult, charts: &Charts) {
@@ -246,7 +225,7 @@ fn methods(page: &mut Page) {
 }
 
 /// Data files of the results.
-pub fn files(charts: &[Charts]) -> Vec<&str> {
+pub fn files(charts: &Charts) -> Vec<&str> {
     let fixed = [SETTINGS, MEASURES, "summary.json", "manifest.json", "config.toml"];
-    fixed.into_iter().chain(charts.iter().flatten().map(|(name, _)| name.as_str())).collect()
+    fixed.into_iter().chain(charts.iter().map(|(name, _)| name.as_str())).collect()
 }

@@ -49,8 +49,6 @@ pub struct Plan {
     pub physics_seconds: f64,
     /// Length of the measures, in mean times between two collisions of a body.
     pub physics: f64,
-    /// Negative decimal exponent of the finest fixed step (natural times).
-    pub finest_step: i32,
 }
 
 /// What a scene costs.
@@ -71,9 +69,6 @@ pub struct Cost {
 }
 
 impl Plan {
-    /// Negative decimal exponent of the finest fixed step (natural times).
-    pub const FINEST_STEP: i32 = 4;
-
     /// The work that fits into a time (seconds), estimated from the costs of the exact run.
     pub fn within(seconds: f64, cost: &Cost) -> Self {
         let settings = cost.settings as f64;
@@ -108,7 +103,6 @@ impl Plan {
             reversal_seconds: parallel(REVERSALS),
             physics_seconds,
             physics: (0.8 * physics_seconds / cost.tau).min(MOST_PHYSICS),
-            finest_step: Self::FINEST_STEP,
         }
     }
 

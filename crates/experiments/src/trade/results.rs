@@ -36,8 +36,6 @@ pub struct KnobResult {
 pub struct SceneResult {
     /// Name of the scene.
     pub name: String,
-    /// Its description, or an empty text.
-    pub about: String,
     /// Number of bodies that move.
     pub moving: usize,
     /// Processor time for each collision of the exact run (nanoseconds).

@@ -35,8 +35,6 @@ const SHORT_TURN: f64 = 32.0;
 pub struct Prepared<'a> {
     /// Name of the scene.
     pub name: String,
-    /// Its description, or an empty text.
-    pub about: String,
     /// The scene.
     pub scene: &'a Scene,
     /// States of the exact run.
@@ -47,8 +45,6 @@ pub struct Prepared<'a> {
     pub deadline: Instant,
     /// How errors grow.
     pub chaos: Chaos,
-    /// Settings besides those of every scene.
-    pub more: Vec<Knob>,
     /// What could not be reached in the time allowed.
     pub notes: Vec<String>,
 }
@@ -58,13 +54,12 @@ impl Prepared<'_> {
     ///
     /// # Errors
     /// The first state cannot be resumed.
-    pub fn knobs(&self, finest_step: i32) -> Result<(Vec<Knob>, Vec<LeftOut>)> {
+    pub fn knobs(&self) -> Result<(Vec<Knob>, Vec<LeftOut>)> {
         let first = self.states.first().context("the run has no state to start from")?;
         let simulation = Setting::default().resume(first.checkpoint())?;
-        let (mut knobs, left_out) = knobs::knobs(&simulation.view(), finest_step);
+        let (mut knobs, left_out) = knobs::knobs(&simulation.view());
         let own = Method::try_from(&self.scene.method).context("[method]")?;
         knobs.splice(1..1, knobs::of_scene(own));
-        knobs.extend(self.more.iter().cloned());
         Ok((knobs, left_out))
     }
 }
@@ -74,7 +69,7 @@ impl Prepared<'_> {
 /// # Errors
 /// The exact run fails.
 pub fn of_scene(given: Prepared<'_>, plan: &Plan, progress: &Progress) -> Result<SceneResult> {
-    let (knobs, left_out) = given.knobs(plan.finest_step)?;
+    let (knobs, left_out) = given.knobs()?;
     let first = &given.states[0];
     let simulation = Setting::default().resume(first.checkpoint())?;
     let moving = simulation.view().bodies().filter(|body| !body.body.is_fixed()).count();
@@ -114,7 +109,6 @@ pub fn of_scene(given: Prepared<'_>, plan: &Plan, progress: &Progress) -> Result
     let span = times.fold([f64::INFINITY, 0.0], |[low, high], time| [time.min(low), time.max(high)]);
     Ok(SceneResult {
         name: given.name,
-        about: given.about,
         moving,
         nanoseconds,
         rate: given.chaos.rate,
