@@ -88,7 +88,8 @@ fn signals_that_follow_on_one_another_do_not_lose_the_run() {
         signal(&child, "INT");
         sleep(Duration::from_millis(apart));
         // It may have ended by then.
-        let _ = Command::new("kill").args(["-s", "INT", &child.id().to_string()]).stderr(Stdio::null()).status();
+        let _ =
+            Command::new("kill").args(["-s", "INT", &child.id().to_string()]).stderr(Stdio::null()).status();
         let (code, said) = end(child);
         assert_eq!(code, Some(0), "{apart} ms: {said}");
         assert!(root.path().join("saved/1/checkpoint").exists(), "{apart} ms: {said}");

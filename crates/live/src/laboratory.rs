@@ -293,7 +293,10 @@ impl Bench {
         let (begun, last) = (Instant::now(), self.now() + self.run.until());
         let done = self.step(contacts, signals).inspect_err(|error| self.stop(error))?;
         let (now, seconds) = (self.now(), begun.elapsed().as_secs_f64());
-        ensure!(done > 0 || now >= last, "there was no contact until t = {now}, in {seconds:.1} s: try again");
+        ensure!(
+            done > 0 || now >= last,
+            "there was no contact until t = {now}, in {seconds:.1} s: try again"
+        );
         ensure!(done > 0, "there was no contact until t = {now}");
         Ok(json!({ "contacts": done, "time": self.now() }))
     }
@@ -414,7 +417,11 @@ impl Laboratory {
             let run = laboratory.bench.as_ref().map(|bench| &bench.run);
             let saved = laboratory.saved_runs.end(run)?;
             // A scene whose bodies were being placed when a signal came is no invalid one.
-            if laboratory.signals.check().is_ok() { opened.map(|()| Ended { saved }) } else { Ok(Ended { saved }) }
+            if laboratory.signals.check().is_ok() {
+                opened.map(|()| Ended { saved })
+            } else {
+                Ok(Ended { saved })
+            }
         })
     }
 

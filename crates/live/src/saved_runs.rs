@@ -5,7 +5,7 @@
 //! | --- | --- |
 //! | `1`, `2`, … | runs saved on request, and at the end of a session |
 //! | `auto-1`, `auto-2`, … | one for each session while it goes on |
-//! | `auto-1/1`, `auto-1/2`, … | the automatic saves of a session: the last, and the next while it is written |
+//! | `auto-1/1`, `auto-1/2`, … | its last save, and the next while that is written |
 //!
 //! A number is taken by creating its folder, which succeeds in one program alone. A run is written
 //! beside its folder and renamed, and the save before it is removed only then.
@@ -84,12 +84,12 @@ impl SavedRuns {
     /// The folder cannot be created or written into, or the system grants too few file descriptors.
     pub fn open(folder: &Path, interval: Duration) -> Result<Self> {
         let reserve = Reserve::new().context(
-            "too few files can be open at one time to save the run later: raise the limit, with `ulimit -n 1024`",
+            "too few files can be open to save the run later: raise the limit with `ulimit -n 1024`",
         )?;
         let is_new = !folder.exists();
         let session = begin_session(folder).with_context(|| {
             format!(
-                "runs cannot be saved in {}: choose another folder with --out, make it writable, or free space there",
+                "runs cannot be saved in {}: make it writable, free space there, or choose another with --out",
                 folder.display()
             )
         })?;

@@ -504,7 +504,8 @@ fn a_run_is_saved_by_itself_with_the_bits_of_a_save_on_request() {
     }
     let automatic = saves().pop().unwrap();
     for file in ["checkpoint", "config.toml", "start.svg"] {
-        let [one, other] = [&automatic, &root.path().join("1")].map(|folder| fs::read(folder.join(file)).unwrap());
+        let [one, other] =
+            [&automatic, &root.path().join("1")].map(|folder| fs::read(folder.join(file)).unwrap());
         assert!(one == other, "{file}");
     }
     // It goes on by `carom run`.

@@ -73,8 +73,8 @@ const NOTHING_MEASURED: &str =
     "all measures: less than a sample interval is left of the stages that are measured";
 
 /// Why a saved run is not the run of its scene from the beginning.
-const WITHIN_EPOCH: &str = "the bits of a run of the saved scene from its beginning: an epoch takes so long that the state \
-                            was saved within one; a resumed run goes on from that state";
+const WITHIN_EPOCH: &str = "the bits of a run of the saved scene from its beginning: the state was saved within an \
+                            epoch, which takes too long; a resumed run goes on from it";
 
 /// Largest number of looks for the end of an epoch, each twice as far ahead: enough for any speed
 /// in range.
