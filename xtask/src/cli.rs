@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// Commands for experiments and checks with carom. Exit codes: 0 success, 1 a check failed, 2
-/// invalid input, 130 or 143 interrupted by a signal.
+/// invalid input, 129, 130 or 143 interrupted by a signal.
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 pub struct Cli {

@@ -2,7 +2,7 @@
 //! them, and sends frames, the state of the run, and measures.
 
 use std::{
-    path::{Path, PathBuf},
+    panic::{AssertUnwindSafe, catch_unwind},
     sync::{
         Arc,
         mpsc::{Receiver, RecvTimeoutError},
@@ -19,7 +19,7 @@ use carom_methods::Method;
 use carom_runs::{
     interruption::Signals,
     measures::{SingleMeasure, Tracked},
-    run::interactive::{InteractiveRun, Saved},
+    run::interactive::{CallLimit, InteractiveRun, Saved},
 };
 use cpu_time::ThreadTime;
 use serde_json::{Value, json};
@@ -34,6 +34,7 @@ use crate::{
     protocol::{Answer, Command, Edit, MOST_CONTACTS, MOST_EDITS, MeasureRequest, Request, Window},
     report::{self, Measured, Watch},
     rules,
+    saved_runs::{RunState, SavedRuns},
     viewers::{Viewer, Viewers, json as text_of},
 };
 
@@ -54,14 +55,12 @@ const SHARE_OF_REPORTS: f64 = 0.015;
 const MOST_MEASURES: usize = 16;
 const MOST_SAMPLES: u64 = 200_000;
 
-/// Longest time that steps from contact to contact take.
-const LONGEST_STEPS: Duration = Duration::from_secs(2);
+/// Longest time of one call of the engine, of steps from contact to contact, and of the way to the
+/// time of an edit. Longer: pages stand still. Shorter: fewer steps at one time.
+const LONGEST_CALL: Duration = Duration::from_secs(2);
 
 /// Commands that are executed one after another without a frame.
 const MOST_COMMANDS: usize = 32;
-
-/// Largest number of saved runs in one folder.
-const MOST_SAVED: u32 = 100_000;
 
 /// A request, and the page that it came from.
 #[derive(Debug)]
@@ -173,8 +172,10 @@ struct Bench {
 }
 
 impl Bench {
-    fn begin(name: String, scene: &Scene, version: u32) -> Result<Self> {
-        let run = InteractiveRun::begin(scene).with_context(|| format!("the scene {name:?}"))?;
+    fn begin(name: String, scene: &Scene, version: u32, signals: Signals) -> Result<Self> {
+        let limit = CallLimit { signals, longest: LONGEST_CALL };
+        let run =
+            InteractiveRun::begin_within(scene, limit).with_context(|| format!("the scene {name:?}"))?;
         let view = run.view();
         let (pace, watch) = (Pace::new(&view, None), Watch::new(&view));
         let body_list = BodyList::new(version, &name, method(scene), &view);
@@ -195,6 +196,12 @@ impl Bench {
 
     fn now(&self) -> f64 {
         self.run.view().time().to_f64()
+    }
+
+    /// What distinguishes this state of the run from others.
+    fn state(&self) -> RunState {
+        let view = self.run.view();
+        (view.time(), view.counters().collisions, self.body_list.version)
     }
 
     /// The bodies, or the run itself, have changed.
@@ -233,12 +240,14 @@ impl Bench {
         false
     }
 
-    /// Runs to a time, or less far if samples take long.
+    /// Runs to a time, or less far if that takes long.
     fn run_to(&mut self, target: EpochTime) -> Result<()> {
         let begun = Instant::now();
         loop {
             let end = self.watching.next_sample(target);
-            self.run.advance(end, &mut self.watching)?;
+            if !self.run.advance(end, &mut self.watching)? {
+                return Ok(());
+            }
             self.watching.sample(&self.run.view());
             if end >= target || begun.elapsed() > LONGEST_SAMPLES {
                 return Ok(());
@@ -246,21 +255,27 @@ impl Bench {
         }
     }
 
-    /// Runs through so many contacts; returns how many there were.
-    fn step(&mut self, contacts: u32) -> Result<u32> {
+    /// Runs through so many contacts, or fewer if that takes long or a signal is received; returns
+    /// how many there were.
+    fn step(&mut self, contacts: u32, signals: &Signals) -> Result<u32> {
         let begun = Instant::now();
         let last = self.now() + self.run.until();
         for done in 0..contacts {
             loop {
                 let end = self.watching.next_sample(EpochTime::from(last));
                 let has_hit = self.run.step(end.to_f64(), &mut self.watching)?;
-                if has_hit {
+                let is_over = begun.elapsed() > LONGEST_CALL || signals.check().is_err();
+                if has_hit && !is_over {
                     break;
                 }
+                if is_over {
+                    return Ok(done + u32::from(has_hit));
+                }
                 // The time of a sample need not be one number.
-                self.run.advance(end, &mut self.watching)?;
-                self.watching.sample(&self.run.view());
-                if end >= EpochTime::from(last) || begun.elapsed() > LONGEST_STEPS {
+                if self.run.advance(end, &mut self.watching)? {
+                    self.watching.sample(&self.run.view());
+                }
+                if end >= EpochTime::from(last) {
                     return Ok(done);
                 }
             }
@@ -269,14 +284,20 @@ impl Bench {
     }
 
     /// Stops, and runs through so many contacts.
-    fn pass_contacts(&mut self, contacts: u32) -> Result<Value> {
+    fn pass_contacts(&mut self, contacts: u32, signals: &Signals) -> Result<Value> {
         ensure!(
             (1..=MOST_CONTACTS).contains(&contacts),
             "a step has from 1 to {MOST_CONTACTS} contacts, not {contacts}"
         );
         self.is_playing = false;
-        let done = self.step(contacts).inspect_err(|error| self.stop(error))?;
-        ensure!(done > 0, "there was no contact until t = {}", self.now());
+        let (begun, last) = (Instant::now(), self.now() + self.run.until());
+        let done = self.step(contacts, signals).inspect_err(|error| self.stop(error))?;
+        let (now, seconds) = (self.now(), begun.elapsed().as_secs_f64());
+        ensure!(
+            done > 0 || now >= last,
+            "there was no contact until t = {now}, in {seconds:.1} s: try again"
+        );
+        ensure!(done > 0, "there was no contact until t = {now}");
         Ok(json!({ "contacts": done, "time": self.now() }))
     }
 
@@ -342,7 +363,7 @@ struct Sent {
 pub struct Laboratory {
     viewers: Arc<Viewers>,
     signals: Signals,
-    folder: PathBuf,
+    saved_runs: SavedRuns,
     bench: Option<Bench>,
     /// Version of the last list of bodies of any scene.
     version: u32,
@@ -354,13 +375,13 @@ pub struct Laboratory {
 }
 
 impl Laboratory {
-    /// A laboratory for these pages, which saves runs in `folder`.
-    pub fn new(viewers: Arc<Viewers>, folder: &Path, signals: Signals) -> Self {
+    /// A laboratory for these pages.
+    pub fn new(viewers: Arc<Viewers>, saved_runs: SavedRuns, signals: Signals) -> Self {
         let now = Instant::now();
         Self {
             viewers,
             signals,
-            folder: folder.to_owned(),
+            saved_runs,
             bench: None,
             version: 0,
             measures_so_far: 0,
@@ -376,16 +397,47 @@ impl Laboratory {
     /// # Errors
     /// It is invalid.
     pub fn open(&mut self, name: String, scene: &Scene) -> Result<()> {
-        let bench = Bench::begin(name, scene, self.version + 1)?;
+        let bench = Bench::begin(name, scene, self.version + 1, self.signals.clone())?;
         self.bench = Some(bench);
         Ok(())
     }
 
-    /// Runs until a signal is received or no page can come any more; then the run is saved.
+    /// Opens the scene, if one is given, and runs until a signal is received or no page can come any
+    /// more; then the run is saved, also after a panic.
     ///
     /// # Errors
-    /// The run cannot be saved.
-    pub fn serve(&mut self, messages: &Receiver<Message>) -> Result<Ended> {
+    /// The scene is invalid, the run cannot be saved, or there was a panic; then the error names the
+    /// saved run.
+    pub fn run(&mut self, scene: Option<(String, Scene)>, messages: &Receiver<Message>) -> Result<Ended> {
+        self.guard(|laboratory| {
+            let opened = scene.map_or(Ok(()), |(name, scene)| laboratory.open(name, &scene));
+            if opened.is_ok() {
+                laboratory.serve(messages);
+            }
+            let run = laboratory.bench.as_ref().map(|bench| &bench.run);
+            let saved = laboratory.saved_runs.end(run)?;
+            // A scene whose bodies were being placed when a signal came is no invalid one.
+            if laboratory.signals.check().is_ok() {
+                opened.map(|()| Ended { saved })
+            } else {
+                Ok(Ended { saved })
+            }
+        })
+    }
+
+    /// Executes `serve`; if it panics, saves the run.
+    fn guard(&mut self, serve: impl FnOnce(&mut Self) -> Result<Ended>) -> Result<Ended> {
+        let served = catch_unwind(AssertUnwindSafe(|| serve(self)));
+        served.unwrap_or_else(|_| {
+            let rescued = catch_unwind(AssertUnwindSafe(|| {
+                self.bench.as_ref().map(|bench| self.saved_runs.rescue(&bench.run))
+            }));
+            Err(rescued.ok().flatten().unwrap_or_else(panicked))
+        })
+    }
+
+    /// Runs until a signal is received or no page can come any more.
+    fn serve(&mut self, messages: &Receiver<Message>) {
         loop {
             let runs = self.bench.as_ref().is_some_and(|bench| bench.is_playing);
             let mut is_ahead = !runs;
@@ -397,6 +449,9 @@ impl Laboratory {
                 Ok(message) => {
                     self.obey(message);
                     for message in messages.try_iter().take(MOST_COMMANDS) {
+                        if self.signals.check().is_err() {
+                            break;
+                        }
                         self.obey(message);
                     }
                 }
@@ -408,12 +463,13 @@ impl Laboratory {
                 bench.has_changed();
             }
             self.publish();
+            if let Some(bench) = &self.bench {
+                self.saved_runs.save_if_due(&bench.run, bench.state());
+            }
             if self.signals.check().is_err() {
                 break;
             }
         }
-        let saved = self.bench.as_ref().map(|bench| self.save(bench)).transpose()?;
-        Ok(Ended { saved })
     }
 
     /// Time until there is something to do besides commands.
@@ -478,7 +534,10 @@ impl Laboratory {
                 bench.pace.set_speed(speed, now);
                 Ok(Value::Null)
             }
-            Command::Step(contacts) => self.bench()?.pass_contacts(contacts),
+            Command::Step(contacts) => {
+                let signals = self.signals.clone();
+                self.bench()?.pass_contacts(contacts, &signals)
+            }
             Command::Edit(edits) => self.edit(&edits),
             Command::Choose(id) => self.bench()?.choose(viewer, id),
             Command::Bookmark(_) => {
@@ -498,7 +557,7 @@ impl Laboratory {
             }
             Command::Save(_) => {
                 let bench = self.bench.as_ref().context("no scene is open")?;
-                let Saved { time, command, left_out } = self.save(bench)?;
+                let Saved { time, command, left_out } = self.saved_runs.save(&bench.run)?;
                 Ok(json!({ "time": time, "command": command, "left_out": left_out }))
             }
         }
@@ -551,14 +610,6 @@ impl Laboratory {
         Ok(json!({ "id": id, "name": name, "interval": interval }))
     }
 
-    /// Saves the run in the next free folder.
-    fn save(&self, bench: &Bench) -> Result<Saved> {
-        let numbers = (1..=MOST_SAVED).map(|number| self.folder.join(number.to_string()));
-        let free = numbers.into_iter().find(|path| !path.exists());
-        let path = free.with_context(|| format!("{} has {MOST_SAVED} saved runs", self.folder.display()))?;
-        bench.run.save(&path).context("the run cannot be saved")
-    }
-
     /// Sends what is due to all pages.
     fn publish(&mut self) {
         let now = Instant::now();
@@ -594,6 +645,7 @@ impl Laboratory {
             status["speed"] = bench.pace.speed().into();
             status["bookmark"] = bench.bookmark.as_ref().map(|run| run.view().time().to_f64()).into();
             status["error"] = bench.error.clone().into();
+            status["saved"] = self.saved_runs.status();
         }
         let mut message = json!({ "status": status });
         for viewer in self.viewers.all() {
@@ -679,6 +731,14 @@ mod tests {
     use super::*;
     use crate::protocol::Colour;
 
+    /// A laboratory with its folder.
+    fn laboratory() -> (tempfile::TempDir, Laboratory) {
+        let root = tempfile::tempdir().unwrap();
+        let saved_runs = SavedRuns::open(&root.path().join("saved"), Duration::from_secs(30)).unwrap();
+        let laboratory = Laboratory::new(Arc::default(), saved_runs, Signals::default());
+        (root, laboratory)
+    }
+
     /// Interval of frames after some rounds with so many pages.
     fn interval_with(pages: usize, run: &mut Laboratory) -> Duration {
         let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
@@ -706,10 +766,23 @@ mod tests {
     #[test]
     fn frames_of_several_pages_take_no_larger_share_than_those_of_one() {
         let gas = "[[gas]]\nradius = 1e-4\nmass = 1.0\nenergy = 1.0\ncount = 100000";
-        let mut laboratory = Laboratory::new(Arc::default(), Path::new("unused"), Signals::default());
+        let (_root, mut laboratory) = laboratory();
         laboratory.open("gas".to_owned(), &Scene::from_toml(gas).unwrap()).unwrap();
         let one = interval_with(1, &mut laboratory);
         let eight = interval_with(8, &mut laboratory);
         assert!(one > FRAME && eight > 3 * one, "{one:?} {eight:?}");
+    }
+
+    #[test]
+    fn a_panic_of_the_engine_leaves_a_saved_run_that_the_error_names() {
+        let (root, mut laboratory) = laboratory();
+        let gas = "[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 20";
+        let ended = laboratory.guard(|laboratory| {
+            laboratory.open("gas".to_owned(), &Scene::from_toml(gas)?)?;
+            panic!("a fault of the engine");
+        });
+        let words = ended.unwrap_err().to_string();
+        assert!(words.contains("internal error") && words.contains("--resume"), "{words}");
+        assert!(root.path().join("saved/1/checkpoint").exists());
     }
 }

@@ -5,6 +5,7 @@
 //! bounded queue, and frames go through a slot of one, whose content is replaced.
 
 mod body_list;
+mod connections;
 mod follower;
 mod frame;
 mod gallery;
@@ -13,27 +14,33 @@ mod laboratory;
 mod pace;
 mod protocol;
 mod report;
+mod reserve;
 mod rules;
+mod saved_runs;
 mod server;
 mod viewers;
 
 pub use laboratory::Ended;
-pub use server::Server;
+pub use server::{SAVE_INTERVAL, Server};
 
 use std::{
     env,
+    io::{Write as _, stderr},
     net::{IpAddr, Ipv4Addr, SocketAddr},
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    time::Duration,
 };
 
 use anyhow::{Context, Result, ensure};
 use carom::Scene;
 use carom_runs::{
-    console::{note, print_line},
+    console::{is_json, note, print_line, put},
     interruption::Signals,
     overrides::Override,
+    progress::suspend,
     run::SceneFile,
+    shell_word::shell_word,
 };
 use carom_tables::Verdict;
 use clap::Args;
@@ -60,27 +67,40 @@ pub struct Options {
     /// needed to edit the run and to write files into the folder of the saved runs
     #[arg(long, value_name = "ADDRESS")]
     pub listen: Option<IpAddr>,
+    /// Seconds between two automatic saves: the most that is lost if the program is killed
+    #[arg(long, value_name = "SECONDS", default_value_t = SAVE_INTERVAL.as_secs_f64())]
+    pub save_every: f64,
     /// Do not open a browser
     #[arg(long)]
     pub no_open: bool,
 }
 
-/// Serves the laboratory until SIGINT or SIGTERM; then the run is saved.
+/// Serves the laboratory until SIGINT, SIGTERM or SIGHUP; then the run is saved.
 ///
 /// # Errors
 /// The scene is invalid, the address cannot be used, or the run cannot be saved.
 pub fn run(options: &Options) -> Result<Verdict> {
-    let signals = Signals::registered()?;
+    let folder = folder(options);
+    let interval = Duration::try_from_secs_f64(options.save_every)
+        .with_context(|| format!("--save-every must be from 0 seconds on, but is {}", options.save_every))?;
+    let shown = shell_word(folder.as_os_str());
+    let signals = Signals::while_saving(format!("automatic saves, if there are any, remain in {shown}"))?;
     let scene = options.path.as_deref().map(|path| read(path, options)).transpose()?;
     let address = options.listen.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
-    let server = Server::bind(SocketAddr::new(address, options.port), &folder(options), signals)?;
-    print_line(server.address());
+    let server = Server::bind(SocketAddr::new(address, options.port), &folder, signals)?;
+    let server = server.saving_every(interval);
+    announce(server.address());
     if !address.is_loopback() {
-        note(
+        print_error_line(
             "Warning: other machines can reach this address, without encryption. With it, a page can edit the \
              run and save it here. `ssh -L` to the loopback address is safer.",
         );
     }
+    note(&format!(
+        "The run is saved every {} s into {}, and at the end.",
+        options.save_every,
+        shell_word(server.automatic_folder().as_os_str())
+    ));
     if !options.no_open {
         open_browser(&server.address_for_once()?);
     }
@@ -92,6 +112,25 @@ pub fn run(options: &Options) -> Result<Verdict> {
         }
     }
     Ok(Verdict::Passed)
+}
+
+/// Writes the address of the page: a JSON object is written at the end only, so with `--json` it is
+/// the first line of standard error, and in the object under `address`.
+fn announce(address: &str) {
+    if is_json() {
+        put("address", &address);
+        print_error_line(address);
+    } else {
+        print_line(address);
+    }
+}
+
+/// Writes a line to standard error that the user needs with `--quiet` too.
+fn print_error_line(text: &str) {
+    suspend(|| {
+        // A closed standard error is no reason to end.
+        let _ = writeln!(stderr(), "{text}");
+    });
 }
 
 /// The scene of the command line, with its name.

@@ -6,7 +6,7 @@
 
 use std::{
     net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, UdpSocket},
-    path::{Path, PathBuf},
+    path::Path,
     sync::{
         Arc, Mutex, PoisonError,
         mpsc::{SyncSender, TrySendError, sync_channel},
@@ -35,10 +35,12 @@ use serde_json::json;
 use tokio::sync::Notify;
 
 use crate::{
+    connections,
     gallery::EXHIBITS,
     laboratory::{Ended, Laboratory, Message, panicked},
     protocol::{self, Command, Request},
     random_word,
+    saved_runs::SavedRuns,
     viewers::{MOST_VIEWERS, Outgoing, Viewer, Viewers, refuse},
 };
 
@@ -57,6 +59,9 @@ const TICKET: Duration = Duration::from_mins(1);
 /// Largest message of a page (bytes).
 const LARGEST_REQUEST: usize = 1 << 18;
 
+/// Interval of automatic saves, the most that is lost if the program is killed.
+pub const SAVE_INTERVAL: Duration = Duration::from_secs(30);
+
 /// Requests that wait for the engine. More are refused.
 const MOST_WAITING: usize = 256;
 
@@ -70,7 +75,7 @@ pub struct Server {
     listener: TcpListener,
     address: String,
     door: Arc<Door>,
-    folder: PathBuf,
+    saved_runs: SavedRuns,
     signals: Signals,
 }
 
@@ -170,10 +175,12 @@ fn is_same(one: &str, other: &str) -> bool {
 }
 
 impl Server {
-    /// Binds a server to an address; saved runs go into `folder`.
+    /// Binds a server to an address; saved runs go into `folder`, into which it tries to write. The
+    /// run is saved automatically every [`SAVE_INTERVAL`].
     ///
     /// # Errors
-    /// The address cannot be used, or there are no random bytes for the token.
+    /// The address cannot be used, runs cannot be saved in `folder`, or there are no random bytes
+    /// for the token.
     pub fn bind(address: SocketAddr, folder: &Path, signals: Signals) -> Result<Self> {
         let listener = TcpListener::bind(address).with_context(|| format!("cannot listen on {address}"))?;
         listener.set_nonblocking(true).context("cannot listen")?;
@@ -183,7 +190,20 @@ impl Server {
         let address = format!("http://{named}/{token}/");
         let door = Door { token, is_open: !shown.ip().is_loopback(), ticket: Mutex::new(None) };
         let door = Arc::new(door);
-        Ok(Self { listener, address, door, folder: folder.to_owned(), signals })
+        let saved_runs = SavedRuns::open(folder, SAVE_INTERVAL)?;
+        Ok(Self { listener, address, door, saved_runs, signals })
+    }
+
+    /// The server with another interval of automatic saves.
+    #[must_use]
+    pub fn saving_every(mut self, interval: Duration) -> Self {
+        self.saved_runs.set_interval(interval);
+        self
+    }
+
+    /// The folder of the automatic saves of this session.
+    pub fn automatic_folder(&self) -> &Path {
+        self.saved_runs.automatic_folder()
     }
 
     /// The address of the page, with its token.
@@ -211,23 +231,21 @@ impl Server {
     /// Serves until a signal is received. The scene is opened first, and waits for its first page.
     ///
     /// # Errors
-    /// The scene is invalid, the server fails, or the run cannot be saved.
+    /// The scene is invalid, the server fails, or the run cannot be saved. A panic of the engine is
+    /// an error too; it names the saved run.
     pub fn serve(self, scene: Option<(String, Scene)>) -> Result<Ended> {
         let viewers = Arc::new(Viewers::default());
         let (messages, received) = sync_channel(MOST_WAITING);
         let shared = Arc::new(Shared { door: self.door, viewers: Arc::clone(&viewers), messages });
         let ended = Arc::new(Notify::new());
         let has_ended = Arc::clone(&ended);
-        let (folder, signals) = (self.folder, self.signals);
+        let (saved_runs, signals) = (self.saved_runs, self.signals);
+        let reserve = saved_runs.reserve();
         let engine = thread::Builder::new().name("engine".to_owned());
         let engine = engine.spawn(move || {
             // A panic ends the server as well.
             let _ends = Ends { ended: has_ended, viewers: Arc::clone(&viewers) };
-            let mut laboratory = Laboratory::new(viewers, &folder, signals);
-            if let Some((name, scene)) = scene {
-                laboratory.open(name, &scene)?;
-            }
-            laboratory.serve(&received)
+            Laboratory::new(viewers, saved_runs, signals).run(scene, &received)
         });
         let engine = engine.context("the system has no thread for the engine")?;
         let runtime =
@@ -235,7 +253,7 @@ impl Server {
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
             let router = Router::new().fallback(answer).with_state(shared);
-            let server = tokio::spawn(async move { axum::serve(listener, router).await });
+            let server = tokio::spawn(connections::serve(listener, router, reserve));
             ended.notified().await;
             server.abort();
             Ok::<(), std::io::Error>(())

@@ -1,6 +1,7 @@
 //! The server as a page sees it: what it refuses, and what the commands do to the running gas.
 
 use std::{
+    fs,
     io::{Read as _, Write as _},
     net::{Ipv4Addr, SocketAddr, TcpStream},
     path::Path,
@@ -10,7 +11,7 @@ use std::{
 
 use anyhow::Result;
 use carom::Scene;
-use carom_live::{Ended, Server};
+use carom_live::{Ended, SAVE_INTERVAL, Server};
 use carom_runs::{
     interruption::Signals,
     resumable::{CHECKPOINT, last_state},
@@ -43,6 +44,11 @@ struct Run {
     options: run::Options,
 }
 
+/// A server on a free port.
+fn bind(folder: &Path, signals: Signals) -> Result<Server> {
+    Server::bind(SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0), folder, signals)
+}
+
 /// A running server.
 struct Running {
     address: String,
@@ -53,9 +59,12 @@ struct Running {
 
 impl Running {
     fn begin(folder: &Path, scene: Option<&str>) -> Self {
+        Self::saving_every(folder, scene, SAVE_INTERVAL)
+    }
+
+    fn saving_every(folder: &Path, scene: Option<&str>, interval: Duration) -> Self {
         let signals = Signals::default();
-        let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
-        let server = Server::bind(any, folder, signals.clone()).unwrap();
+        let server = bind(folder, signals.clone()).unwrap().saving_every(interval);
         let (address, once) = (server.address().to_owned(), server.address_for_once().unwrap());
         let scene = scene.map(|text| ("gas".to_owned(), Scene::from_toml(text).unwrap()));
         let thread = thread::spawn(move || server.serve(scene));
@@ -468,4 +477,153 @@ fn a_gallery_scene_opens_and_a_page_that_leaves_passes_its_rights_on() {
     thread::sleep(Duration::from_millis(300));
     assert!(second.fresh()["time"].as_f64().unwrap() > time);
     assert!(server.end().saved.is_some());
+}
+
+#[test]
+fn a_run_is_saved_by_itself_with_the_bits_of_a_save_on_request() {
+    let root = tempfile::tempdir().unwrap();
+    let server = Running::saving_every(root.path(), Some(GAS), Duration::from_millis(50));
+    let mut page = Page::open(&server);
+    page.request(&json!({ "play": true })).unwrap();
+    // Several, each of which replaces the one before.
+    for _ in 0..3 {
+        let last = page.status["saved"]["time"].as_f64().unwrap_or(-1.0);
+        page.until(|page| page.status["saved"]["time"].as_f64().is_some_and(|time| time > last));
+        assert!(page.status["saved"]["error"].is_null());
+    }
+    page.request(&json!({ "play": false })).unwrap();
+    let now = page.fresh()["time"].as_f64().unwrap();
+    page.until(|page| page.status["saved"]["time"].as_f64().is_some_and(|time| time >= now));
+    page.request(&json!({ "save": true })).unwrap();
+    let session = root.path().join("auto-1");
+    let begun = Instant::now();
+    let saves = || fs::read_dir(&session).unwrap().map(|entry| entry.unwrap().path()).collect::<Vec<_>>();
+    while saves().len() > 1 {
+        assert!(begun.elapsed() < PATIENCE, "{:?}", saves());
+        thread::sleep(Duration::from_millis(20));
+    }
+    let automatic = saves().pop().unwrap();
+    for file in ["checkpoint", "config.toml", "start.svg"] {
+        let [one, other] =
+            [&automatic, &root.path().join("1")].map(|folder| fs::read(folder.join(file)).unwrap());
+        assert!(one == other, "{file}");
+    }
+    // It goes on by `carom run`.
+    let copy = root.path().join("copy");
+    fs::rename(&automatic, &copy).unwrap();
+    let text = copy.join("config.toml");
+    let words = ["run", text.to_str().unwrap(), "--out", copy.to_str().unwrap(), "--resume"];
+    run::run(&Run::parse_from(words).options).unwrap();
+    assert!(last_state(&copy.join(CHECKPOINT)).unwrap().is_end);
+    assert!(server.end().saved.is_some());
+    assert!(!session.exists(), "a session that ends well leaves its numbered runs alone");
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_refused_before_the_first_frame() {
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("file"), "").unwrap();
+    let refused = bind(&root.path().join("file/inner"), Signals::default()).unwrap_err();
+    let words = format!("{refused:#}");
+    assert!(words.contains("runs cannot be saved in") && words.contains("--out"), "{words}");
+    // Without a scene nothing remains.
+    let folder = root.path().join("new");
+    assert!(Running::begin(&folder, None).end().saved.is_none() && !folder.exists());
+}
+
+#[test]
+fn laboratories_with_one_folder_take_different_numbers_and_skip_what_is_there() {
+    let root = tempfile::tempdir().unwrap();
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("nowhere", root.path().join("1")).unwrap();
+    #[cfg(not(unix))]
+    fs::write(root.path().join("1"), "").unwrap();
+    let servers: Vec<_> = (0..2).map(|_| Running::begin(root.path(), Some(GAS))).collect();
+    let save = |server: &Running| {
+        let mut page = Page::open(server);
+        (0..5).for_each(|_| drop(page.request(&json!({ "save": true })).unwrap()));
+    };
+    thread::scope(|scope| servers.iter().for_each(|server| drop(scope.spawn(|| save(server)))));
+    for server in servers {
+        assert!(server.end().saved.is_some());
+    }
+    for number in 2..=13 {
+        assert!(root.path().join(format!("{number}/checkpoint")).exists(), "{number}");
+    }
+    assert_eq!(fs::read_dir(root.path()).unwrap().count(), 13);
+}
+
+#[test]
+fn connections_that_send_half_a_request_neither_keep_pages_out_nor_stop_a_save() {
+    let root = tempfile::tempdir().unwrap();
+    let server = Running::begin(root.path(), Some(GAS));
+    let mut page = Page::open(&server);
+    let (host, _) = server.parts();
+    let silent: Vec<TcpStream> = (0..400)
+        .map(|_| {
+            let mut stream = TcpStream::connect(host).unwrap();
+            stream.write_all(b"GET / HTTP/1.1\r\nHost: ").unwrap();
+            stream
+        })
+        .collect();
+    let mut other = Page::open(&server);
+    assert_eq!(other.hello["writer"], false);
+    other.fresh();
+    page.request(&json!({ "save": true })).unwrap();
+    // All but those of the limit have been ended, the oldest first.
+    let mut first = &silent[0];
+    first.set_read_timeout(Some(PATIENCE)).unwrap();
+    assert!(matches!(first.read(&mut [0]), Ok(0) | Err(_)));
+    // The others are ended by the time limit of their headers.
+    let mut last = &silent[399];
+    last.set_read_timeout(Some(PATIENCE)).unwrap();
+    let mut answer = Vec::new();
+    let _ = last.read_to_end(&mut answer);
+    assert!(server.end().saved.is_some());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_whose_name_is_not_utf_8_takes_runs() {
+    use std::{ffi::OsStr, os::unix::ffi::OsStrExt as _};
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join(OsStr::from_bytes(b"sv\xff"));
+    let saved = Running::begin(&folder, Some(GAS)).end().saved.expect("a run was open");
+    assert!(saved.command.contains("/sv\\377/1'"), "{}", saved.command);
+    assert!(folder.join("1/checkpoint").exists());
+}
+
+#[test]
+fn an_engine_far_from_its_next_stop_answers_and_saves() {
+    const PARALLEL: &str = r#"
+        [[molecule]]
+        tags = ["gas"]
+        shape = "disc"
+        atom_radius = 0.1
+        atom_mass = 1.0
+        at = [0.5, 0.25]
+        velocity = [1.0, 0.0]
+        [[molecule]]
+        tags = ["gas"]
+        shape = "disc"
+        atom_radius = 0.1
+        atom_mass = 1.0
+        at = [0.5, 0.75]
+        velocity = [1.0, 0.0]
+        [run]
+        until = 1e12
+        sample_interval = 1e11
+    "#;
+    let root = tempfile::tempdir().unwrap();
+    let server = Running::begin(root.path(), Some(PARALLEL));
+    let mut page = Page::open(&server);
+    let refused = page.request(&json!({ "step": 1 })).unwrap_err();
+    assert!(refused.contains("no contact until"), "{refused}");
+    let hold = json!({ "tag": "gas", "every": 1e12, "energy": 1.0 });
+    page.request(&json!({ "edit": [{ "hold": [hold] }] })).unwrap();
+    page.request(&json!({ "edit": [{ "elasticity": 0.5 }] })).unwrap();
+    assert!(page.fresh()["time"].as_f64().unwrap() < 1e11);
+    // A signal ends the steps at once.
+    page.send(1000, &json!({ "step": 1000 }));
+    assert!(server.end().saved.unwrap().time < 1e12);
 }

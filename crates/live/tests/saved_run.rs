@@ -1,7 +1,7 @@
 //! A run that is edited while it goes on, saved, and resumed by `carom run`, against `carom run`
 //! throughout: the same state to the bit.
 
-use std::path::Path;
+use std::{fs, path::Path, time::Duration};
 
 use carom::{
     EpochTime, Scene,
@@ -12,8 +12,12 @@ use carom::{
 };
 use carom_runs::{
     checkpoint_file,
+    interruption::Signals,
     resumable::{CHECKPOINT, last_state},
-    run::{self, interactive::InteractiveRun},
+    run::{
+        self,
+        interactive::{CallLimit, InteractiveRun},
+    },
 };
 use clap::Parser;
 
@@ -303,4 +307,101 @@ fn an_edit_at_the_end_of_the_measured_stages_is_made_and_saved() {
     std::fs::copy(folder.join("config.toml"), &copy).unwrap();
     let resumed = end_of(&folder.join("config.toml"), &folder, &["--resume"]);
     assert!(resumed == end_of(&copy, &root.path().join("throughout"), &[]));
+}
+
+/// Two discs on parallel paths that never meet, and the end of the run.
+fn parallel_discs(until: f64) -> Scene {
+    let disc = |y: f64| {
+        format!(
+            "[[molecule]]\ntags = [\"gas\"]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.5, {y}]\n\
+             velocity = [1.0, 0.0]\n"
+        )
+    };
+    let run = format!("[run]\nuntil = {until:e}\nsample_interval = {:e}\n", 0.1 * until);
+    Scene::from_toml(&format!("{}{}{run}", disc(0.25), disc(0.75))).unwrap()
+}
+
+#[test]
+fn a_call_far_from_its_end_returns_within_its_limit_and_goes_on_later() {
+    let limit = |longest| CallLimit { signals: Signals::default(), longest };
+    let short = limit(Duration::from_millis(20));
+    let mut run = InteractiveRun::begin_within(&parallel_discs(1e12), short).unwrap();
+    assert!(!run.advance(EpochTime::from(1e12), &mut ()).unwrap());
+    assert!(!run.step(1e12, &mut ()).unwrap());
+    let time = run.view().time().to_f64();
+    assert!(time > 0.0 && time < 1e12, "{time}");
+    // A run in such calls has the bits of a run in one.
+    let gas = Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 400").unwrap();
+    let mut cut = InteractiveRun::begin_within(&gas, limit(Duration::ZERO)).unwrap();
+    let mut whole = InteractiveRun::begin(&gas).unwrap();
+    let until = EpochTime::from(0.7);
+    let mut calls = 1;
+    while !cut.advance(until, &mut ()).unwrap() {
+        calls += 1;
+    }
+    assert!(whole.advance(until, &mut ()).unwrap() && calls > 5, "{calls}");
+    assert_eq!(whole.view().counters().collisions, cut.view().counters().collisions);
+    let places = |run: &InteractiveRun| -> Vec<u64> {
+        run.view().bodies().map(|body| body.motion.position.x.to_bits()).collect()
+    };
+    assert!(places(&whole) == places(&cut));
+}
+
+#[test]
+fn a_signal_ends_a_call_and_the_run_is_saved_where_it_is() {
+    let signals = Signals::default();
+    let limit = CallLimit { signals: signals.clone(), longest: Duration::MAX };
+    let mut run = InteractiveRun::begin_within(&parallel_discs(1e12), limit).unwrap();
+    signals.interrupt();
+    assert!(!run.advance(EpochTime::from(1e12), &mut ()).unwrap());
+    assert!(!run.step(1e12, &mut ()).unwrap());
+    let root = tempfile::tempdir().unwrap();
+    let saved = run.save(&root.path().join("saved")).unwrap();
+    assert!(saved.time < 1e12);
+    assert_eq!(fs::read_dir(root.path()).unwrap().count(), 1, "no partial folder is left");
+}
+
+#[test]
+fn an_edit_after_an_action_of_a_rare_thermostat_is_made_at_once_and_replayed_to_the_bit() {
+    let scene = Scene::from_toml(
+        "[box]\nseed = 6\n[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 60\n\
+         [run]\nuntil = 3.0\nsample_interval = 0.5\nobserve = [\"energy\"]\n",
+    )
+    .unwrap();
+    let rare = ThermostatSpec {
+        tag: "gas".to_owned(),
+        every: 1e12,
+        kind: ThermostatKind::Maxwell,
+        energy: None,
+        temperature: Some(2.0),
+    };
+    let mut run = InteractiveRun::begin(&scene).unwrap();
+    run.advance(EpochTime::from(0.4), &mut ()).unwrap();
+    run.edit(&StageSpec::default(), Some(&[rare]), &mut ()).unwrap();
+    // It has acted at 0.4, and next acts at 10¹².
+    let energy = run.view().energy();
+    let elasticity = ElasticitySpec { default: 0.9, ..ElasticitySpec::default() };
+    for _ in 0..3 {
+        let edit = StageSpec { elasticity: Some(elasticity.clone()), ..StageSpec::default() };
+        let start = run.edit(&edit, None, &mut ()).unwrap();
+        assert!(start > 0.4 && start < 0.4 + 1e-12, "{start}");
+    }
+    assert!(run.view().energy() != energy, "it acts at the start of each stage");
+    run.advance(EpochTime::from(1.1), &mut ()).unwrap();
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("saved");
+    run.save(&folder).unwrap();
+    let copy = root.path().join("copy.toml");
+    fs::copy(folder.join("config.toml"), &copy).unwrap();
+    let resumed = end_of(&folder.join("config.toml"), &folder, &["--resume"]);
+    assert!(resumed == end_of(&copy, &root.path().join("throughout"), &[]));
+}
+
+#[test]
+fn the_command_of_a_saved_run_is_quoted_for_a_shell() {
+    let root = tempfile::tempdir().unwrap();
+    let run = InteractiveRun::begin(&parallel_discs(1.0)).unwrap();
+    let folder = root.path().join("it's $(here)");
+    let saved = run.save(&folder).unwrap();
+    assert!(saved.command.contains("it'\\''s $(here)/config.toml' --out '"), "{}", saved.command);
 }

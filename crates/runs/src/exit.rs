@@ -1,4 +1,4 @@
-//! Exit codes: 0 passed, 1 a check or the run failed, 2 invalid input, 130 or 143 a signal.
+//! Exit codes: 0 passed, 1 a check or the run failed, 2 invalid input, 129, 130 or 143 a signal.
 
 use anyhow::{Error, Result};
 use carom::RunError;

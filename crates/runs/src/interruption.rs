@@ -1,13 +1,18 @@
-//! Interruption by SIGINT (Ctrl-C) and SIGTERM: the program ends within a second and loses as
-//! little work as possible.
+//! Interruption by SIGINT (Ctrl-C), SIGTERM and SIGHUP (a terminal that closes): the program ends
+//! within a second and loses as little work as possible.
 //!
 //! Guarantees:
 //! - After the first signal each run has 0.8 s to reach the end of its epoch, where it writes a
 //!   checkpoint and ends.
 //! - The length of an epoch depends on the scene. After 0.8 s a separate thread truncates the files
 //!   to the last checkpoint and ends the program.
-//! - A second signal ends the program at once.
+//! - A second signal ends the program at once, with a message. A program that holds its results in
+//!   memory ([`Signals::while_saving`]) has some seconds to save them first.
 //! - A command that keeps nothing until its end ([`OnlyAtEnd`]) ends at the first signal.
+//! - SIGHUP is left alone where it is ignored, as under `nohup`.
+//!
+//! Signals that arrive within 20 ms count as one: some programs (`timeout`) send each signal to the
+//! process and to its group.
 
 use std::{
     env,
@@ -15,24 +20,30 @@ use std::{
     process,
     sync::{
         Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, AtomicUsize, Ordering},
+        atomic::{AtomicUsize, Ordering},
     },
     thread,
     time::{Duration, Instant},
 };
 
 use anyhow::{Context, Result};
+#[cfg(unix)]
+use signal_hook::consts::SIGHUP;
 use signal_hook::{
     consts::{SIGINT, SIGTERM},
     flag,
 };
 use thiserror::Error;
 
-use crate::{append_file::CheckpointLengths, json_object, manifest::program};
+use crate::{append_file::CheckpointLengths, json_object, manifest::program, shell_word::shell_word};
 
 /// Time that runs have to reach a checkpoint after a signal. Longer: the program does not end
 /// within a second. Shorter: more work is repeated.
 const GRACE: Duration = Duration::from_millis(800);
+
+/// Time after the first signal in which further ones do not end a program that saves its results.
+/// Longer: a program whose disk does not answer cannot be ended. Shorter: impatience loses a run.
+const TIME_TO_SAVE: Duration = Duration::from_secs(10);
 
 /// Further time until files can be truncated, while they are still written.
 const LAST_WRITES: Duration = Duration::from_millis(100);
@@ -43,16 +54,19 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// File lengths of one run at its last checkpoint. Locked while a checkpoint is written.
 pub type SharedLengths = Arc<Mutex<CheckpointLengths>>;
 
-/// Registers SIGINT and SIGTERM and returns whether one has been received.
+/// Registers the signals that end a program and returns whether one has been received.
 #[derive(Debug, Clone, Default)]
 pub struct Signals {
+    /// Number of the last signal; 0 before the first.
     received: Arc<AtomicUsize>,
+    /// Number of the last signal that [`Self::take`] has not returned; 0 if there is none.
+    pending: Arc<AtomicUsize>,
     runs: Arc<Mutex<Vec<SharedLengths>>>,
 }
 
 impl Signals {
-    /// Installs the signal handlers. The first SIGINT or SIGTERM makes [`Self::check`] fail and
-    /// ends the program within a second; a second signal ends it at once.
+    /// Installs the signal handlers. The first signal makes [`Self::check`] fail and ends the
+    /// program within a second; a second signal ends it at once.
     ///
     /// # Errors
     /// The system refuses the handlers.
@@ -63,31 +77,60 @@ impl Signals {
         Ok(signals)
     }
 
-    /// Installs the signal handlers: the first SIGINT or SIGTERM makes [`Self::check`] fail and
-    /// does nothing else, for a program that looks often and ends by itself; a second signal ends
-    /// it at once.
+    /// Installs the signal handlers for a program that checks often, saves its results after the
+    /// first signal, and ends by itself. A further signal in the next ten seconds is answered with
+    /// a message; a later one ends the program. `remains` is the part of the last message that says
+    /// what has been saved before.
     ///
     /// # Errors
     /// The system refuses the handlers.
-    pub fn registered() -> Result<Self> {
+    pub fn while_saving(remains: String) -> Result<Self> {
+        let signals = Self::registered()?;
+        let watching = signals.clone();
+        in_background(move || {
+            watching.next();
+            let begun = Instant::now();
+            loop {
+                let signal = watching.next();
+                let left = TIME_TO_SAVE.saturating_sub(begun.elapsed());
+                if left.is_zero() {
+                    let name = name(signal);
+                    end_now(format!("ended by a further {name} before the run was saved; {remains}"), signal);
+                }
+                let left = left.as_secs_f64().ceil();
+                let _ = writeln!(
+                    stderr(),
+                    "The run is being saved. A signal after {left} more seconds ends the program without that."
+                );
+            }
+        })?;
+        Ok(signals)
+    }
+
+    /// Installs the signal handlers: each signal makes [`Self::check`] fail and [`Self::take`]
+    /// return it once.
+    fn registered() -> Result<Self> {
         let signals = Self::default();
-        let impatient = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM] {
-            // The order matters: the second signal finds the flag that the first one sets.
-            flag::register_conditional_shutdown(signal, exit_code(signal).into(), Arc::clone(&impatient))
-                .and_then(|_| flag::register(signal, Arc::clone(&impatient)))
-                .and_then(|_| flag::register_usize(signal, Arc::clone(&signals.received), signal as usize))
-                .context("cannot watch for signals")?;
+        for signal in watched() {
+            for number in [&signals.received, &signals.pending] {
+                flag::register_usize(signal, Arc::clone(number), signal as usize)
+                    .context("cannot watch for signals")?;
+            }
         }
         Ok(signals)
     }
 
-    /// Waits for a signal and returns its number.
-    fn wait(&self) -> i32 {
+    /// A signal since the last call, if there was one.
+    fn take(&self) -> Option<i32> {
+        Some(self.pending.swap(0, Ordering::Relaxed) as i32).filter(|&signal| signal != 0)
+    }
+
+    /// Waits for the next signal and returns its number.
+    fn next(&self) -> i32 {
         loop {
-            match self.check() {
-                Ok(()) => thread::sleep(PAUSE),
-                Err(Interrupted { signal }) => return signal,
+            match self.take() {
+                Some(signal) => return signal,
+                None => thread::sleep(PAUSE),
             }
         }
     }
@@ -101,10 +144,14 @@ impl Signals {
         runs.push(run);
     }
 
-    /// Waits for a signal, then for [`GRACE`], and ends the program.
+    /// Waits for a signal, then for [`GRACE`] or a second signal, and ends the program.
     fn end_in_time(&self) {
-        let signal = self.wait();
-        thread::sleep(GRACE);
+        let first = self.next();
+        // Sent twice at once: one request, not impatience.
+        thread::sleep(PAUSE);
+        self.take();
+        let second = try_until(Instant::now() + GRACE, || self.take());
+        let signal = second.unwrap_or(first);
         let deadline = Instant::now() + LAST_WRITES;
         let runs = self.runs.lock().unwrap_or_else(PoisonError::into_inner);
         // The guards are held until the process exits: no later checkpoint is written, and nothing
@@ -114,7 +161,8 @@ impl Signals {
         let _cut: Vec<_> =
             checkpoints.iter().filter_map(|kept| try_until(deadline, || kept.cut_back())).collect();
         let words = format!(
-            "interrupted by {} before the next checkpoint; the last checkpoint is kept. Resume with\n  {} --resume",
+            "interrupted by {}{} before the next checkpoint; the last checkpoint is kept. Resume with\n  {} --resume",
+            if second.is_some() { "a second " } else { "" },
             name(signal),
             command()
         );
@@ -138,6 +186,32 @@ impl Signals {
     }
 }
 
+/// The signals that end a program.
+fn watched() -> Vec<i32> {
+    let mut signals = vec![SIGINT, SIGTERM];
+    #[cfg(unix)]
+    if !ignores_hangup() {
+        signals.push(SIGHUP);
+    }
+    signals
+}
+
+/// Whether the program was started so that SIGHUP does not end it, as by `nohup`.
+#[cfg(unix)]
+fn ignores_hangup() -> bool {
+    use std::{fs, io::IsTerminal as _};
+    let status = fs::read_to_string("/proc/self/status").ok();
+    let ignored = status.as_deref().and_then(|text| {
+        let mask = text.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
+        u64::from_str_radix(mask.trim(), 16).ok()
+    });
+    match ignored {
+        Some(mask) => mask & (1 << (SIGHUP - 1)) != 0,
+        // `nohup` redirects standard error if it is a terminal.
+        None => !stderr().is_terminal(),
+    }
+}
+
 /// Signals of a command that writes nothing until its end, and cannot be resumed.
 #[derive(Debug)]
 pub struct OnlyAtEnd {
@@ -145,8 +219,8 @@ pub struct OnlyAtEnd {
 }
 
 impl OnlyAtEnd {
-    /// Installs the signal handlers. SIGINT or SIGTERM ends the program at once until
-    /// [`Self::write`] is called.
+    /// Installs the signal handlers. A signal ends the program at once until [`Self::write`] is
+    /// called; from then on a second one does.
     ///
     /// # Errors
     /// The system refuses the handlers.
@@ -155,7 +229,7 @@ impl OnlyAtEnd {
         let is_writing = Arc::new(Mutex::new(false));
         let watched = Arc::clone(&is_writing);
         in_background(move || {
-            let signal = signals.wait();
+            let signal = signals.next();
             // Held until the process exits, so that no file is written meanwhile.
             let is_writing = watched.lock().unwrap_or_else(PoisonError::into_inner);
             if !*is_writing {
@@ -164,6 +238,14 @@ impl OnlyAtEnd {
                     format!("interrupted by {name}; nothing is kept. Start again with\n  {}", command());
                 end_now(words, signal);
             }
+            drop(is_writing);
+            let signal = signals.next();
+            let name = name(signal);
+            let words = format!(
+                "interrupted by a second {name} while the results were written; start again with\n  {}",
+                command()
+            );
+            end_now(words, signal);
         })?;
         Ok(Self { is_writing })
     }
@@ -218,17 +300,16 @@ fn exit_code(signal: i32) -> u8 {
 }
 
 fn name(signal: i32) -> &'static str {
-    if signal == SIGINT { "SIGINT" } else { "SIGTERM" }
+    match signal {
+        SIGINT => "SIGINT",
+        SIGTERM => "SIGTERM",
+        _ => "SIGHUP",
+    }
 }
 
 /// The command line without `--force` and `--resume`.
 fn command() -> String {
-    let given = env::args().skip(1).filter(|word| word != "--force" && word != "--resume");
-    let quoted = |word: String| {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+".contains(c);
-        let is_plain = !word.is_empty() && word.chars().all(plain);
-        if is_plain { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
-    };
-    let words: Vec<String> = given.map(quoted).collect();
+    let given = env::args_os().skip(1).filter(|word| word != "--force" && word != "--resume");
+    let words: Vec<String> = given.map(|word| shell_word(&word)).collect();
     format!("{} {}", program(), words.join(" "))
 }

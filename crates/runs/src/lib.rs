@@ -37,6 +37,7 @@ pub mod run_totals;
 pub mod sampling_times;
 pub mod schema;
 pub mod series;
+pub mod shell_word;
 mod visible_region;
 mod whole_box;
 pub mod work_items;

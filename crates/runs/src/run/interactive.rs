@@ -6,11 +6,19 @@
 //! DIR/config.toml --out DIR --resume` goes on from it. The measures of that run begin at the
 //! checkpoint.
 
-use std::{iter::Peekable, path::Path};
+use std::{
+    ffi::OsString,
+    fs::{self, File},
+    io,
+    iter::Peekable,
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
 
 use anyhow::{Context, Result, bail, ensure};
 use carom::{
-    EpochTime, Observer, Scene, View,
+    Checkpoint, EpochTime, Observer, Scene, View,
     engine::{ElasticitySpec, RunSpec, StageSpec, ThermostatSpec},
     geometry::LARGEST,
 };
@@ -26,12 +34,14 @@ use super::{
     stages::{self, MOST_ACTIONS},
 };
 use crate::{
+    interruption::Signals,
     manifest::Manifest,
     measures::Measures,
     memory::{self, Demand},
     output::{Existing, Folder},
     picture_of,
     resumable::{self, CHECKPOINT, Done},
+    shell_word::shell_word,
 };
 
 /// End of the last stage while the run goes on (time).
@@ -62,9 +72,48 @@ const NO_STOP: &str = "run.stop: a run that is edited while it goes on does not 
 const NOTHING_MEASURED: &str =
     "all measures: less than a sample interval is left of the stages that are measured";
 
+/// Why a saved run is not the run of its scene from the beginning.
+const WITHIN_EPOCH: &str = "the bits of a run of the saved scene from its beginning: the state was saved within an \
+                            epoch, which takes too long; a resumed run goes on from it";
+
 /// Largest number of looks for the end of an epoch, each twice as far ahead: enough for any speed
 /// in range.
 const MOST_LOOKS: u32 = 400;
+
+/// Longest search for the end of an epoch (by the clock). Longer: an interrupted program does not
+/// end within seconds. Shorter: fewer saved runs of large systems have the bits of their scenes.
+const LONGEST_SEARCH: Duration = Duration::from_secs(5);
+
+/// Duration of a piece of a run between two checks of its limit. Longer: the run ends later after a
+/// signal. Shorter: large systems are slower, because each piece stores all motions at its end.
+const PIECE: Duration = Duration::from_millis(100);
+
+/// The first piece lasts this share of the time in which the fastest body crosses the box.
+const FIRST_PIECE: f64 = 1e-4;
+
+/// How long one call of a method of [`InteractiveRun`] may run. A call that is cut short has run
+/// part of its way, and the next one goes on from there with the bits of an uncut call.
+#[derive(Debug, Clone)]
+pub struct CallLimit {
+    /// A signal cuts the call short.
+    pub signals: Signals,
+    /// Longest duration by the clock, exceeded by one piece at most.
+    pub longest: Duration,
+}
+
+impl Default for CallLimit {
+    /// No limit.
+    fn default() -> Self {
+        Self { signals: Signals::default(), longest: Duration::MAX }
+    }
+}
+
+impl CallLimit {
+    /// Whether a call that began then must end.
+    fn is_over(&self, begun: Instant) -> bool {
+        begun.elapsed() >= self.longest || self.signals.check().is_err()
+    }
+}
 
 /// A simulation with the scene that describes it up to the present.
 ///
@@ -83,6 +132,9 @@ pub struct InteractiveRun {
     done: u64,
     /// Number of draws of random numbers by thermostats so far.
     actions: u64,
+    limit: CallLimit,
+    /// Length of the next piece (time).
+    piece: f64,
 }
 
 /// A run that has been saved.
@@ -103,17 +155,31 @@ impl InteractiveRun {
     /// # Errors
     /// The scene is invalid, or does not fit into the memory.
     pub fn begin(scene: &Scene) -> Result<Self> {
+        Self::begin_within(scene, CallLimit::default())
+    }
+
+    /// Builds the simulation of a scene and makes the edits of its first stage. The limit holds for
+    /// each later call.
+    ///
+    /// # Errors
+    /// Those of [`Self::begin`]; a signal has been received.
+    pub fn begin_within(scene: &Scene, limit: CallLimit) -> Result<Self> {
         scene_file::validate(scene)?;
         Demand::of(scene)?.refuse_unless_fits(memory::available())?;
         let method = Method::try_from(&scene.method).context("[method]")?;
-        let mut simulation = AnySimulation::with(scene, &method)?;
+        let mut simulation =
+            AnySimulation::with_progress(scene, &method, &mut |_| match limit.signals.check() {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(_) => ControlFlow::Break(()),
+            })?;
         let actions = stage_edits::prepare(&mut simulation, scene, 0)?;
         let (until, mut scene) = (scene.run.until, scene.clone());
         end_at(&mut scene, ENDLESS);
         let schedule = Schedule::changes(&scene, 0).peekable();
-        let mut run = Self { simulation, scene, until, schedule, stage: 0, done: 0, actions };
+        let piece = first_piece(&simulation.view());
+        let mut run = Self { simulation, scene, until, schedule, stage: 0, done: 0, actions, limit, piece };
         // Thermostats of the first stage act at time 0.
-        run.advance(EpochTime::ZERO, &mut ())?;
+        ensure!(run.advance(EpochTime::ZERO, &mut ())?, "the run was interrupted at its start");
         Ok(run)
     }
 
@@ -148,19 +214,50 @@ impl InteractiveRun {
         self.scene.stage.get(self.stage).map_or(&[], |stage| &stage.thermostat)
     }
 
-    /// Runs to `until`, with the starts of stages and the actions of thermostats on the way.
+    /// Runs to `until`, with the starts of stages and the actions of thermostats on the way; returns
+    /// whether `until` has been reached within the limit of a call.
     ///
     /// # Errors
     /// The run cannot go on, `until` is later than a run can be saved, or an edit of the scene is
     /// refused.
-    pub fn advance(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<()> {
+    pub fn advance(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool> {
+        let begun = Instant::now();
         let latest = self.latest();
         ensure!(until.to_f64() <= latest, "the run has reached its latest time, {latest:e}");
-        while let Some(step) = self.due(until) {
-            self.simulation.observe_until_epoch_time(EpochTime::from(step.time), observer)?;
+        loop {
+            let step = self.due(until);
+            let target = step.map_or(until, |step| EpochTime::from(step.time));
+            while !self.run_piece(target, observer)? {
+                if self.limit.is_over(begun) {
+                    return Ok(false);
+                }
+            }
+            let Some(step) = step else { return Ok(true) };
             self.take(step, observer)?;
+            if self.limit.is_over(begun) {
+                return Ok(false);
+            }
         }
-        Ok(self.simulation.observe_until_epoch_time(until, observer)?)
+    }
+
+    /// Runs towards `until`, to the end of the epoch at most, and for about [`PIECE`]; returns
+    /// whether `until` has been reached.
+    fn run_piece(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool> {
+        let begun = Instant::now();
+        let end = self.simulation.time().after(self.piece);
+        let target = if end < until { end } else { until };
+        let reached = self.simulation.observe_epoch(target, observer)?;
+        self.adapt_piece(begun.elapsed());
+        Ok(reached && target == until)
+    }
+
+    /// Changes the length of pieces by the duration of the last one.
+    fn adapt_piece(&mut self, last: Duration) {
+        if last > 2 * PIECE {
+            self.piece *= 0.5;
+        } else if last < PIECE / 4 {
+            self.piece = (2.0 * self.piece).min(ENDLESS);
+        }
     }
 
     /// The latest time of the run.
@@ -168,19 +265,36 @@ impl InteractiveRun {
         (LATEST * self.until).min(LATEST_SHARE * ENDLESS).max(self.until)
     }
 
-    /// Runs through the next contact, if it happens no later than `until`, else to `until`; returns
-    /// whether there was a contact.
+    /// Runs through the next contact, if it happens no later than `until`; returns whether there was
+    /// a contact. Without one the run is at `until`, or where the limit of a call ended it.
     ///
     /// # Errors
     /// Those of [`Self::advance`].
     pub fn step(&mut self, until: f64, observer: &mut dyn Observer) -> Result<bool> {
-        while let Some(step) = self.due(EpochTime::from(until)) {
-            if self.simulation.step(step.time, observer)? {
-                return Ok(true);
+        let begun = Instant::now();
+        loop {
+            let step = self.due(EpochTime::from(until));
+            let target = step.map_or(until, |step| step.time);
+            loop {
+                let (now, clock) = (self.simulation.time().to_f64(), Instant::now());
+                let end = (now + self.piece).max(now.next_up()).min(target);
+                if self.simulation.step(end, observer)? {
+                    return Ok(true);
+                }
+                self.adapt_piece(clock.elapsed());
+                if end >= target {
+                    break;
+                }
+                if self.limit.is_over(begun) {
+                    return Ok(false);
+                }
             }
+            let Some(step) = step else { return Ok(false) };
             self.take(step, observer)?;
+            if self.limit.is_over(begun) {
+                return Ok(false);
+            }
         }
-        Ok(self.simulation.step(until, observer)?)
     }
 
     /// The next step of the schedule, if it is not after `until`.
@@ -208,6 +322,8 @@ impl InteractiveRun {
     ///
     /// # Errors
     /// The edit that is refused, with its entry; then neither the system nor the scene is changed.
+    /// The run to the time of the edit exceeds the limit of a call; it has then gone part of the
+    /// way.
     pub fn edit(
         &mut self,
         edit: &StageSpec,
@@ -232,7 +348,10 @@ impl InteractiveRun {
         debug_assert_eq!(begun.map(|step| step.what), Some(What::Stage(present)));
         edited.done = self.done + 1;
         // No contact happens: the thermostats act at the start of the stage.
+        edited.limit = CallLimit::default();
         edited.advance(EpochTime::from(start), &mut ())?;
+        edited.limit = self.limit.clone();
+        edited.piece = first_piece(&edited.simulation.view());
         observer.pause(&self.simulation.view());
         observer.start(&edited.simulation.view());
         *self = edited;
@@ -267,8 +386,16 @@ impl InteractiveRun {
         if EpochTime::from(time) < now {
             time = time.next_up();
         }
+        let begun = Instant::now();
         for _ in 0..MOST_MOVES {
-            self.advance(EpochTime::from(time), observer)?;
+            let reached = self.advance(EpochTime::from(time), observer)?;
+            ensure!(
+                reached && !self.limit.is_over(begun),
+                "an edit can be made at t = {time:e}, but the run has come only to t = {:e} in {:.1} s: let it run \
+                 on, and try again",
+                self.simulation.time().to_f64(),
+                begun.elapsed().as_secs_f64()
+            );
             // Which may have begun a stage of the scene.
             match self.next_free(time) {
                 free if free == time => return Ok(time),
@@ -287,7 +414,8 @@ impl InteractiveRun {
         }
         for thermostat in self.thermostats() {
             let steps = (time - start) / thermostat.every;
-            if (steps - steps.round()).abs() < APART {
+            // The action at the start of the stage is before any later edit without rounding.
+            if steps.round() >= 1.0 && (steps - steps.round()).abs() < APART {
                 return time.next_up().max(start + (steps.round() + 2.0 * APART) * thermostat.every);
             }
         }
@@ -309,61 +437,89 @@ impl InteractiveRun {
         self.stage + 1
     }
 
-    /// Writes the run into an empty folder, as `carom run` would have left it at the end of the
-    /// present epoch. The run itself does not change.
+    /// Writes the run into an empty folder or a new one, as `carom run` would have left it at the
+    /// end of the present epoch. The run itself does not change. The files are written into a
+    /// folder beside it, `path` with the ending `.part`, which is then renamed: `path` never holds
+    /// a part of a run.
     ///
     /// # Errors
-    /// A file cannot be written; a thermostat has acted more often than a scene file allows (see
-    /// [`Self::renew`]); the run cannot go on.
+    /// A file cannot be written, or `path` holds files; a thermostat has acted more often than a
+    /// scene file allows (see [`Self::renew`]); the run cannot go on.
     pub fn save(&self, path: &Path) -> Result<Saved> {
         let mut ahead = self.clone();
-        let state = ahead.run_to_end_of_epoch()?;
+        let (state, mut left_out) = match ahead.run_to_end_of_epoch()? {
+            Some(state) => (state, Vec::new()),
+            None => (ahead.simulation.end_epoch_here(), vec![WITHIN_EPOCH.to_owned()]),
+        };
         let time = state.time();
         let mut scene = ahead.ending_after(time.to_f64())?;
-        let view = ahead.simulation.view();
-        let mut left_out = leave_out_measures(&mut scene, &view);
+        left_out.extend(leave_out_measures(&mut scene, &ahead.simulation.view()));
         left_out.extend(self.scene.run.stop.as_ref().map(|_| NO_STOP.to_owned()));
         let is_measured = |scene: &Scene| scene.stage.iter().any(|stage| stage.measure);
         if is_measured(&self.scene) && !is_measured(&scene) {
             left_out.push(NOTHING_MEASURED.to_owned());
         }
         scene_file::validate(&scene)?;
-        let mut measures = Measures::begin(&scene, &view)?;
+        let config = shell_word(path.join("config.toml").as_os_str());
+        let command = format!("carom run {config} --out {} --resume", shell_word(path.as_os_str()));
+        claim(path)?;
+        let aside = beside(path);
+        let written = ahead
+            .write(&aside, &scene, &state, &command)
+            .and_then(|()| publish(&aside, path).with_context(|| format!("cannot write {}", path.display())));
+        if written.is_err() {
+            // A partial run is useless; failures to remove it are ignored, and files of others stay.
+            let _ = fs::remove_dir_all(&aside);
+            let _ = fs::remove_dir(path);
+        }
+        written?;
+        Ok(Saved { time: time.to_f64(), command, left_out })
+    }
+
+    /// Writes the files of the run of `scene` with a checkpoint of this state into a new folder.
+    fn write(&self, path: &Path, scene: &Scene, state: &Checkpoint, command: &str) -> Result<()> {
+        let view = self.simulation.view();
+        let mut measures = Measures::begin(scene, &view)?;
         measures.start(&view);
-        let done = ahead.done_of(&scene, time);
+        let done = self.done_of(scene, state.time());
         let folder = Folder::create(path, Existing::Refuse)?;
-        let shown = path.display();
-        let command = format!("carom run {shown}/config.toml --out {shown} --resume");
-        Manifest::begin(&folder, &command, &[&scene])?;
+        Manifest::begin(&folder, command, &[scene])?;
         if let Some(frame) = &scene.start.snapshot {
             folder.write_lasting(START, frame.as_bytes())?;
         }
         folder.write_lasting("config.toml", scene.to_toml())?;
         folder.write_lasting(PICTURES[0], picture_of(&view, PICTURE))?;
-        let what = describe(&scene, None);
-        resumable::write_going(&path.join(CHECKPOINT), &what, scene.run.until, done, &state, &measures)?;
-        Ok(Saved { time: time.to_f64(), command, left_out })
+        let what = describe(scene, None);
+        resumable::write_going(&path.join(CHECKPOINT), &what, scene.run.until, done, state, &measures)
     }
 
-    /// Runs to the end of the epoch, or through the edit that ends it.
-    fn run_to_end_of_epoch(&mut self) -> Result<carom::Checkpoint> {
+    /// Runs to the end of the epoch, or through the edit that ends it, and returns the state; `None`
+    /// if that takes too long.
+    fn run_to_end_of_epoch(&mut self) -> Result<Option<Checkpoint>> {
+        let begun = Instant::now();
         let mut span = self.until;
         for _ in 0..MOST_LOOKS {
-            if let Some(state) = self.simulation.checkpoint() {
-                return Ok(state);
-            }
             let far = self.simulation.time().after(span);
             let step = self.due(far);
             let target = step.map_or(far, |step| EpochTime::from(step.time));
-            if self.simulation.observe_epoch(target, &mut ())?
-                && let Some(step) = step
-            {
+            loop {
+                if let Some(state) = self.simulation.checkpoint() {
+                    return Ok(Some(state));
+                }
+                if begun.elapsed() > LONGEST_SEARCH {
+                    return Ok(None);
+                }
+                if self.run_piece(target, &mut ())? {
+                    break;
+                }
+            }
+            if let Some(step) = step {
                 self.take(step, &mut ())?;
             }
             span = (2.0 * span).min(ENDLESS);
         }
         // Nothing moves: the end of an epoch changes no bit.
-        Ok(self.simulation.end_epoch_here())
+        Ok(Some(self.simulation.end_epoch_here()))
     }
 
     /// The scene with an end after `time`, as a file describes it. Only what follows the present is
@@ -430,6 +586,55 @@ impl InteractiveRun {
         }
         done
     }
+}
+
+/// A first length of pieces (time): a small share of the time in which the fastest body crosses the
+/// box; it is adapted at once.
+fn first_piece(view: &View<'_>) -> f64 {
+    let fastest = view.bodies().map(|body| body.motion.velocity.length()).fold(0.0, f64::max);
+    let piece = FIRST_PIECE * view.bounds().sides().min_element() / fastest;
+    if piece > 0.0 { piece.min(ENDLESS) } else { FIRST_PIECE }
+}
+
+/// Creates a folder, or takes an empty one.
+fn claim(path: &Path) -> Result<()> {
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent)
+            .with_context(|| format!("cannot create the folder {}", parent.display()))?;
+    }
+    match fs::create_dir(path) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            let is_empty = fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
+            ensure!(is_empty, "{} holds files already: nothing is overwritten", path.display());
+            Ok(())
+        }
+        created => created.with_context(|| format!("cannot create the folder {}", path.display())),
+    }
+}
+
+/// The folder in which a run is written before it is complete; one that a killed program has left
+/// there is removed.
+fn beside(path: &Path) -> PathBuf {
+    let mut name = OsString::from(path);
+    name.push(".part");
+    let aside = PathBuf::from(name);
+    // If it cannot be removed, the run cannot be written there, which is reported.
+    let _ = fs::remove_dir_all(&aside);
+    aside
+}
+
+/// Renames a complete folder to an empty one.
+fn publish(aside: &Path, path: &Path) -> io::Result<()> {
+    if cfg!(windows) {
+        // Only POSIX systems replace an empty folder.
+        fs::remove_dir(path)?;
+    }
+    fs::rename(aside, path)?;
+    // Flushes the folder entry too, where folders can be opened.
+    if let Some(Ok(folder)) = path.parent().map(File::open) {
+        folder.sync_all()?;
+    }
+    Ok(())
 }
 
 /// Removes the measures that cannot begin with these bodies; returns each with the reason.

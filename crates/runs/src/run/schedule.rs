@@ -96,7 +96,7 @@ impl Series {
 
     /// Actions from `begin` on, before `end`.
     fn actions(what: What, begin: f64, end: f64, interval: f64) -> Self {
-        Self { what, begin, end, interval, next: 0, count: sampling_count(begin, end, interval) }
+        Self { what, begin, end, interval, next: 0, count: actions((begin, end), interval) }
     }
 
     fn time(&self) -> Option<f64> {
@@ -145,9 +145,10 @@ pub fn spans(stages: &[StageSpec]) -> impl Iterator<Item = (f64, f64)> {
     starts.zip(stages.iter().map(|stage| stage.until))
 }
 
-/// Number of actions of a thermostat in a stage of this span.
+/// Number of actions of a thermostat in a stage of this span: the first is at its start, however
+/// short the stage is.
 pub fn actions((start, end): (f64, f64), every: f64) -> u64 {
-    sampling_count(start, end, every)
+    sampling_count(start, end, every).max(u64::from(end > start))
 }
 
 impl Schedule {
