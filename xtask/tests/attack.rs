@@ -19,10 +19,12 @@ fn text(output: &Output) -> String {
 fn check(kind: &str, times: &str) {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().to_str().unwrap();
-    let arguments = ["attack", "--kinds", kind, "--seed", "7", "--times", times, "--threads", "1", "--out", folder];
+    let arguments =
+        ["attack", "--kinds", kind, "--seed", "7", "--times", times, "--threads", "1", "--out", folder];
     let output = xtask(&arguments);
     let said = text(&output);
-    let kept = fs::read_dir(out.path()).unwrap().map(|entry| fs::read_to_string(entry.unwrap().path()).unwrap());
+    let kept =
+        fs::read_dir(out.path()).unwrap().map(|entry| fs::read_to_string(entry.unwrap().path()).unwrap());
     let kept: Vec<String> = kept.collect();
     assert_eq!(output.status.code(), Some(0), "{said}{}", kept.join("\n"));
     // On other systems than Linux some kinds are skipped, and counted as such.

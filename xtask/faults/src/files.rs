@@ -67,7 +67,7 @@ fn exists(path: &Path) -> bool {
     found == 0
 }
 
-/// Counts a call on an open file, makes it, and records it. `make` is passed true for a short write.
+/// Counts a call on an open file, makes it, and records it. `make` gets true for a short write.
 fn on_file(descriptor: c_int, kind: Kind, name: &str, make: impl FnOnce(bool) -> c_long) -> c_long {
     let Some(path) = watched_file(descriptor) else { return make(false) };
     let (number, is_short) = match fate(kind) {
@@ -90,9 +90,8 @@ fn shortened(count: size_t, is_short: bool) -> size_t {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn write(descriptor: c_int, bytes: *const c_void, count: size_t) -> ssize_t {
     // SAFETY: the arguments of the caller, with at most its count.
-    let make = |is_short| unsafe {
-        libc::syscall(libc::SYS_write, descriptor, bytes, shortened(count, is_short))
-    };
+    let make =
+        |is_short| unsafe { libc::syscall(libc::SYS_write, descriptor, bytes, shortened(count, is_short)) };
     on_file(descriptor, Kind::NeedsSpace, "write", make) as ssize_t
 }
 

@@ -11,11 +11,7 @@
 //! | number, `mkdir`, path | the folder was made |
 //! | 0, `remove`, path | the file was removed; these calls have no numbers |
 
-use std::{
-    os::unix::ffi::OsStrExt as _,
-    path::Path,
-    sync::OnceLock,
-};
+use std::{os::unix::ffi::OsStrExt as _, path::Path, sync::OnceLock};
 
 use libc::{c_int, c_void};
 
@@ -33,7 +29,8 @@ pub fn note(number: u64, kind: &str, fields: &[&[u8]]) {
         line.extend_from_slice(field);
     }
     line.push(b'\n');
-    // A record that cannot be written is noticed by its reader. SAFETY: the line is as long as said.
+    // A record that cannot be written is noticed by its reader.
+    // SAFETY: the line has the length that is passed.
     unsafe { libc::syscall(libc::SYS_write, descriptor, line.as_ptr().cast::<c_void>(), line.len()) };
 }
 

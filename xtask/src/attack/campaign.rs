@@ -126,7 +126,9 @@ pub const BROKEN: &str = "broken attack";
 pub fn report(found: Result<Option<Failure>>) -> Report {
     match found {
         Ok(failure) => Report { failure, ..Report::default() },
-        Err(error) => Report { failure: Some(Failure::new(BROKEN, format!("{error:#}"))), ..Report::default() },
+        Err(error) => {
+            Report { failure: Some(Failure::new(BROKEN, format!("{error:#}"))), ..Report::default() }
+        }
     }
 }
 

@@ -73,33 +73,43 @@ pub struct Case {
     bytes: Option<String>,
 }
 
-/// Files, and the commands that read them. A `*` in the path stands for any file of this ending, and
-/// `POINT` in a command for the folder of a point.
+/// Files, and the commands that read them. A `*` in the path stands for any characters, and `POINT`
+/// in a command for the folder of a point.
 const READERS: [(World, &str, &[&str]); 15] = [
     (World::Runs, "scene.toml", &["check scene.toml", "run scene.toml --out new"]),
     (World::Runs, "study.toml", &["sweep study.toml --slurm --out new", "sweep study.toml --out new"]),
-    (World::Runs, "from.extxyz", &["run from.toml --out new", "check from.toml", "convert from.extxyz a.gsd"]),
-    (World::Runs, "out/trajectory.extxyz", &[
-        "convert out/trajectory.extxyz a.gsd",
-        "convert out/trajectory.extxyz a.lammpstrj",
-    ]),
-    (World::Runs, "encounters.csv", &[
-        "detect encounters.csv --out answers.csv",
-        "detect encounters.csv --explain generic/0 --out a.svg",
-    ]),
-    (World::Runs, "out/checkpoint", &[
-        "run scene.toml --out out --resume",
-        "run start.toml --from out --out new",
-        "report out",
-    ]),
+    (
+        World::Runs,
+        "from.extxyz",
+        &["run from.toml --out new", "check from.toml", "convert from.extxyz a.gsd"],
+    ),
+    (
+        World::Runs,
+        "out/trajectory.extxyz",
+        &["convert out/trajectory.extxyz a.gsd", "convert out/trajectory.extxyz a.lammpstrj"],
+    ),
+    (
+        World::Runs,
+        "encounters.csv",
+        &["detect encounters.csv --out answers.csv", "detect encounters.csv --explain generic/0 --out a.svg"],
+    ),
+    (
+        World::Runs,
+        "out/checkpoint",
+        &["run scene.toml --out out --resume", "run start.toml --from out --out new", "report out"],
+    ),
     (World::Runs, "out/sums", &["merge out out-2 --out new", "report out"]),
     (World::Runs, "out-2/sums", &["merge out out-2 --out new"]),
-    (World::Runs, "out/*", &[
-        "report out",
-        "run scene.toml --out out --resume",
-        "merge out out-2 --out new",
-        "run start.toml --from out --out new",
-    ]),
+    (
+        World::Runs,
+        "out/*",
+        &[
+            "report out",
+            "run scene.toml --out out --resume",
+            "merge out out-2 --out new",
+            "run start.toml --from out --out new",
+        ],
+    ),
     (World::Runs, "molecule.toml", &["billiard molecule.toml --hits 10000 --out new"]),
     (World::Sweeps, "out/points/*.record", &["sweep study.toml --out out", "merge out --out new"]),
     (World::Sweeps, "out/points/*", &["sweep study.toml --out out", "report POINT", "merge out --out new"]),
@@ -124,7 +134,8 @@ impl World {
             Self::Runs => {
                 place.write("molecule.toml", MOLECULE.as_bytes())?;
                 place.write("start.toml", START.as_bytes())?;
-                let snapshots = FROM.replace("[start]\nfrom = \"from.extxyz\"\n", "") + "snapshots = \"extxyz\"\n";
+                let snapshots =
+                    FROM.replace("[start]\nfrom = \"from.extxyz\"\n", "") + "snapshots = \"extxyz\"\n";
                 place.write("from.toml", snapshots.as_bytes())?;
                 place.complete("run from.toml --out first --no-price")?;
                 fs::copy(place.path("first/trajectory.extxyz"), place.path("from.extxyz"))
@@ -296,7 +307,10 @@ fn tables(place: &Place) -> Result<BTreeMap<String, Vec<u8>>> {
             for path in folder::files(&folder)? {
                 if path.extension().is_some_and(|ending| ending == "csv") {
                     let table = fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
-                    tables.insert(path.strip_prefix(place.path("")).unwrap_or(&path).display().to_string(), table);
+                    tables.insert(
+                        path.strip_prefix(place.path("")).unwrap_or(&path).display().to_string(),
+                        table,
+                    );
                 }
             }
         }

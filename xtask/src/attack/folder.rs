@@ -15,8 +15,7 @@ use serde_json::Value;
 const WITHOUT_RESULTS: [&str; 2] = ["manifest.json", "checkpoint"];
 
 /// Parts of the lines that hold times.
-const CLOCKS: [&str; 4] =
-    ["collisions_per_second", "per processor second", "cpu_seconds", "class=\"speed\""];
+const CLOCKS: [&str; 4] = ["collisions_per_second", "per processor second", "cpu_seconds", "class=\"speed\""];
 
 /// The content of each file with results in a folder and below, by path; without times.
 pub type Contents = BTreeMap<String, Vec<u8>>;
@@ -168,7 +167,8 @@ mod tests {
         let folders = ["a", "b"].map(|name| root.path().join(name));
         for (folder, speed) in folders.iter().zip([1, 2]) {
             fs::create_dir(folder).unwrap();
-            fs::write(folder.join("s.json"), format!("{{\n\"cpu_seconds\": {speed},\n\"a\": 1\n}}\n")).unwrap();
+            fs::write(folder.join("s.json"), format!("{{\n\"cpu_seconds\": {speed},\n\"a\": 1\n}}\n"))
+                .unwrap();
         }
         let [a, b] = folders.each_ref().map(|folder| contents(folder).unwrap());
         assert_eq!(difference(&a, &b), None);

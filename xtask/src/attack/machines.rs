@@ -1,5 +1,5 @@
-//! Two processes in one folder: on one machine, where one of them is refused, and as on two machines
-//! without a common lock, where neither ends with success beside wrong bytes.
+//! Two processes in one folder: on one machine, where one of them is refused, and as on two
+//! machines without a common lock, where neither ends with success beside wrong bytes.
 
 use std::{fs, time::Duration};
 
@@ -34,7 +34,8 @@ pub struct Case {
     locks: Locks,
     /// Time between the starts of both, as a share of the duration of an undisturbed run.
     offset: f64,
-    /// Moment at which an earlier process was killed, as a share of that duration; for a resumed run.
+    /// Moment at which an earlier process was killed, as a share of that duration; for a resumed
+    /// run.
     killed: f64,
 }
 
@@ -84,9 +85,12 @@ impl Locks {
 }
 
 impl Scenario {
-    const ALL: [Self; 7] = [
+    /// What is drawn from. Runs append to their files, which suffers most.
+    const DRAWN: [Self; 9] = [
+        Self::Run,
         Self::Run,
         Self::Seeds,
+        Self::Resume,
         Self::Resume,
         Self::Sweep,
         Self::Shard,
@@ -141,7 +145,13 @@ impl Machines {
     }
 
     /// Runs both processes to their ends.
-    fn both(&self, case: &Case, place: &Place, words: &[String; 2], duration: Duration) -> Result<[Ended; 2]> {
+    fn both(
+        &self,
+        case: &Case,
+        place: &Place,
+        words: &[String; 2],
+        duration: Duration,
+    ) -> Result<[Ended; 2]> {
         let start = |words: &str, said: &str| {
             let mut command = place.command(words);
             if case.locks != Locks::Real {
@@ -167,7 +177,13 @@ impl Machines {
 
     /// Success beside wrong bytes is a failure, and so are two successes where one process must be
     /// refused, and a folder that cannot be finished.
-    fn judge(&self, case: &Case, place: &Place, goal: &Target, ended: &[Ended; 2]) -> Result<Option<Failure>> {
+    fn judge(
+        &self,
+        case: &Case,
+        place: &Place,
+        goal: &Target,
+        ended: &[Ended; 2],
+    ) -> Result<Option<Failure>> {
         let failure = |kind: &str, words: String| Ok(Some(Failure::new(kind, words)));
         let ends = format!("{}; {}", ended[0], ended[1]);
         if ended.iter().any(|ended| !ended.is_orderly()) {
@@ -223,15 +239,17 @@ impl Subject for Machines {
 
     fn draw(&self, seed: u64) -> Case {
         let draw = &mut Draw::new(seed);
-        let scenario = draw.one_of(&Scenario::ALL);
+        let scenario = draw.one_of(&Scenario::DRAWN);
         let locks = match scenario {
             // Without locks the second may well replace the first.
             Scenario::Seeds | Scenario::Merge => Locks::Real,
             _ => draw.one_of(&[Locks::Real, Locks::Enolck, Locks::Enosys, Locks::Granted]),
         };
+        let killed = draw.between(0.1, 0.7);
+        let left = if scenario == Scenario::Resume { 1.0 - killed } else { 1.0 };
         // The first moments decide in a new folder.
-        let offset = if draw.happens(0.4) { draw.between(0.0, 0.05) } else { draw.between(0.0, 1.0) };
-        Case { scenario, locks, offset, killed: draw.between(0.1, 0.9) }
+        let offset = if draw.happens(0.4) { draw.between(0.0, 0.05) } else { draw.between(0.0, left) };
+        Case { scenario, locks, offset, killed }
     }
 
     fn check(&self, case: &Case) -> Report {

@@ -9,8 +9,8 @@
 //! | [`machines`] | two processes in one folder, with and without locks |
 //! | [`files`] | mutated files in front of every command |
 //!
-//! A run has a seed, from which all cases follow. A case that fails is reduced and written to a file
-//! with the command that replays it.
+//! A run has a seed, from which all cases follow. A case that fails is reduced and written to a
+//! file with the command that replays it.
 
 pub mod campaign;
 pub mod faults;

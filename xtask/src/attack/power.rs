@@ -164,6 +164,22 @@ fn undo(from: &Path, to: &Path, replaced: Option<&Path>) -> Result<()> {
     Ok(())
 }
 
+impl Case {
+    /// A case of one of several targets, each with its number of calls.
+    fn draw(draw: &mut Draw, targets: &[(&str, u64)]) -> Self {
+        let (name, calls) = draw.one_of(targets);
+        let loss = |draw: &mut Draw| Loss {
+            // Also after the end, when pages and tables may still be in memory only.
+            call: if draw.happens(0.15) { calls + 1000 } else { draw.integer(1, calls as i64) as u64 },
+            what: draw.one_of(&[Lost::Nothing, Lost::Bytes, Lost::Bytes, Lost::Tails, Lost::BytesAndNames]),
+            seed: draw.bits() >> 1,
+        };
+        let number = if draw.happens(0.7) { 1 } else { 2 };
+        let losses = (0..number).map(|_| loss(draw)).collect();
+        Self { target: name.to_owned(), losses }
+    }
+}
+
 impl Power {
     fn attack(&self, case: &Case) -> Result<Option<Failure>> {
         let target = target(&case.target)?;
@@ -179,7 +195,7 @@ impl Power {
                 Some(0 | 137) => {}
                 // What was ended before it had written anything is started anew.
                 Some(2) => break,
-                _ => return failure(format!("after {} losses it ends with {ended}", index)),
+                _ => return failure(format!("after {index} losses it ends with {ended}")),
             }
         }
         match self.references.finish(target, &place)? {
@@ -196,7 +212,7 @@ impl Subject for Power {
     const TIME_LIMIT: u64 = 600;
 
     fn draw(&self, seed: u64) -> Case {
-        self.draw_case(&mut Draw::new(seed), &[("page", 40)])
+        Case::draw(&mut Draw::new(seed), &[("page", 100)])
     }
 
     fn check(&self, case: &Case) -> Report {
@@ -221,21 +237,6 @@ impl Subject for Power {
     }
 }
 
-impl Power {
-    fn draw_case(&self, draw: &mut Draw, targets: &[(&str, u64)]) -> Case {
-        let (name, calls) = draw.one_of(targets);
-        let loss = |draw: &mut Draw| Loss {
-            // Also after the end, when pages and tables may still be in memory only.
-            call: if draw.happens(0.15) { calls + 1000 } else { draw.integer(1, calls as i64) as u64 },
-            what: draw.one_of(&[Lost::Nothing, Lost::Bytes, Lost::Bytes, Lost::Tails, Lost::BytesAndNames]),
-            seed: draw.bits() >> 1,
-        };
-        let number = if draw.happens(0.7) { 1 } else { 2 };
-        let losses = (0..number).map(|_| loss(draw)).collect();
-        Case { target: name.to_owned(), losses }
-    }
-}
-
 impl Attack for Power {
     const FULL: u64 = 1000;
 
@@ -244,7 +245,7 @@ impl Attack for Power {
         for name in TARGETS {
             targets.push((name, calls(&self.library, &self.references, target(name)?)?));
         }
-        let case = |index| self.draw_case(&mut Draw::new(case_seed(seed, index)), &targets);
+        let case = |index| Case::draw(&mut Draw::new(case_seed(seed, index)), &targets);
         Ok((0..count).map(case).collect())
     }
 
@@ -296,7 +297,7 @@ mod tests {
         let read = |name: &str| fs::read_to_string(path(name)).unwrap();
         assert_eq!((read("a"), read("a.part")), ("old".to_owned(), "new".to_owned()));
         let rename = Step::Rename { from: path("b.part"), to: path("b"), replaced: None };
-        assert_eq!(Disk::after(&[rename.clone()]).renames.len(), 1);
+        assert_eq!(Disk::after(std::slice::from_ref(&rename)).renames.len(), 1);
         let flush = Step::SyncFolder(root.path().to_owned());
         assert!(Disk::after(&[rename, flush]).renames.is_empty());
     }

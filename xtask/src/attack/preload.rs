@@ -22,7 +22,7 @@ pub struct Library {
     path: PathBuf,
 }
 
-/// What a process has done to the files below its folder, in order: see `xtask/faults/src/journal.rs`.
+/// What a process has done to the files below its folder: see `xtask/faults/src/journal.rs`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Step {
     /// A file was created or emptied.
@@ -87,8 +87,8 @@ impl Library {
         Ok(Self { path })
     }
 
-    /// Lets a command of `carom` that runs in `folder` fail in its call number `call`, by the name of
-    /// a fault; 0 for no fault.
+    /// Lets a command of `carom` that runs in `folder` fail in its call number `call`, by the name
+    /// of a fault; 0 for no fault.
     pub fn disturb(&self, command: &mut Command, folder: &Path, call: u64, fault: &str) {
         // A record is of one process.
         let _ = fs::remove_file(folder.join(JOURNAL));

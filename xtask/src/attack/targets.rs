@@ -70,10 +70,7 @@ pub const TARGETS: [Target; 11] = [
         "sweep study.toml --shard 1/2 --out out --threads 1 --checkpoint-every 0.01",
     ),
     Target {
-        before: &[
-            "sweep study.toml --shard 1/2 --out shard-1",
-            "sweep study.toml --shard 2/2 --out shard-2",
-        ],
+        before: &["sweep study.toml --shard 1/2 --out shard-1", "sweep study.toml --shard 2/2 --out shard-2"],
         ..Target::new(
             "merge of sweeps",
             "merge shard-1 shard-2 --out out",
@@ -86,8 +83,8 @@ pub const TARGETS: [Target; 11] = [
     },
     Target::new(
         "billiard",
-        "billiard dumbbell --atom-radius 0.02 --hits 500000 --out out",
-        "billiard dumbbell --atom-radius 0.02 --hits 500000 --out out --resume",
+        "billiard dumbbell --atom-radius 0.02 --hits 40000 --out out",
+        "billiard dumbbell --atom-radius 0.02 --hits 40000 --out out --resume",
     ),
     Target::new(
         "brownian",
