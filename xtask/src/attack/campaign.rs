@@ -5,7 +5,10 @@ use std::{
     collections::BTreeMap,
     fs,
     path::Path,
-    sync::atomic::{AtomicBool, AtomicUsize, Ordering},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
     thread,
     time::Duration,
 };
@@ -79,14 +82,11 @@ pub fn run<A: Attack>(attack: &A, cases: &[A::Case], threads: usize, out: &Path)
         let (name, number) = attack.row(case);
         rows.entry(format!("{}: {name}", A::NAME)).or_default().tried += number;
     }
-    let mut written: BTreeMap<String, usize> = BTreeMap::new();
+    let mut written = Counts::new();
     for (index, failure) in failures {
         let case = &cases[index];
         rows.entry(format!("{}: {}", A::NAME, attack.row(case).0)).or_default().failed += 1;
-        print_line(&format!("FAILED: {} {}: {}", A::NAME, failure.kind, failure.detail));
-        let number = written.entry(failure.kind.clone()).or_default();
-        if *number < MOST_WRITTEN_PER_KIND {
-            *number += 1;
+        if is_among_first(&mut written, &failure) {
             let name = format!("{}-{index}", A::NAME);
             let (case, failure) = minimise(attack, &mut Here(attack), case.clone(), failure, MINIMISING);
             keep(attack, &case, &failure, &name, out)?;
@@ -95,28 +95,42 @@ pub fn run<A: Attack>(attack: &A, cases: &[A::Case], threads: usize, out: &Path)
     Ok(rows)
 }
 
-/// The failures, by the index of the case.
+/// Numbers of failures by kind.
+type Counts = BTreeMap<String, usize>;
+
+/// Counts a failure, and returns whether it is one of the first of its kind.
+fn is_among_first(counts: &mut Counts, failure: &Failure) -> bool {
+    let number = counts.entry(failure.kind.clone()).or_default();
+    *number += 1;
+    *number <= MOST_WRITTEN_PER_KIND
+}
+
+/// The failures, by the index of the case. The first of each kind are printed at once.
 fn failures<A: Attack>(attack: &A, cases: &[A::Case], threads: usize) -> BTreeMap<usize, Failure> {
     let next = AtomicUsize::new(0);
-    let is_broken = AtomicBool::new(false);
+    let failures = Mutex::new((BTreeMap::new(), Counts::new()));
     let work = || {
-        let mut failures = Vec::new();
-        while !is_broken.load(Ordering::Relaxed)
-            && let index = next.fetch_add(1, Ordering::Relaxed)
+        while let index = next.fetch_add(1, Ordering::Relaxed)
             && let Some(case) = cases.get(index)
         {
-            if let Some(failure) = check_and_catch(|| attack.check(case)).failure {
-                // Without a machine for the attack every case fails in the same way.
-                is_broken.fetch_or(failure.kind == BROKEN, Ordering::Relaxed);
-                failures.push((index, failure));
+            let Some(failure) = check_and_catch(|| attack.check(case)).failure else { continue };
+            let mut found = failures.lock().unwrap_or_else(PoisonError::into_inner);
+            if is_among_first(&mut found.1, &failure) {
+                print_line(&format!("FAILED: {} {}: {}", A::NAME, failure.kind, failure.detail));
             }
+            // Without a machine for the attack every case fails in the same way.
+            if failure.kind == BROKEN {
+                next.store(cases.len(), Ordering::Relaxed);
+            }
+            found.0.insert(index, failure);
         }
-        failures
     };
     thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.max(1)).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().flat_map(|worker| worker.join().unwrap_or_default()).collect()
-    })
+        for _ in 0..threads.max(1) {
+            scope.spawn(work);
+        }
+    });
+    failures.into_inner().unwrap_or_else(PoisonError::into_inner).0
 }
 
 /// Kind of failures of the attack itself.
