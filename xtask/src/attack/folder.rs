@@ -14,13 +14,16 @@ use serde_json::Value;
 /// Files without results: the manifest describes processes, the checkpoint depends on their times.
 const WITHOUT_RESULTS: [&str; 2] = ["manifest.json", "checkpoint"];
 
+/// Beginning of the names of files that processes leave for others, such as locks.
+const OF_PROCESSES: &str = ".carom-";
+
 /// Parts of the lines that hold times.
 const CLOCKS: [&str; 4] = ["collisions_per_second", "per processor second", "cpu_seconds", "class=\"speed\""];
 
 /// The content of each file with results in a folder and below, by path; without times.
 pub type Contents = BTreeMap<String, Vec<u8>>;
 
-/// All files in a folder and below.
+/// All files in a folder and below, except those of processes.
 ///
 /// # Errors
 /// A folder cannot be read.
@@ -31,7 +34,12 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
         let context = || format!("cannot read the folder {}", next.display());
         for entry in fs::read_dir(&next).with_context(context)? {
             let path = entry.with_context(context)?.path();
-            if path.is_dir() { folders.push(path) } else { files.push(path) }
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if path.is_dir() {
+                folders.push(path);
+            } else if !name.starts_with(OF_PROCESSES) {
+                files.push(path);
+            }
         }
     }
     files.sort();
