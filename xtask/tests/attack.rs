@@ -38,12 +38,12 @@ fn signals_at_any_moment_lose_nothing() {
 
 #[test]
 fn failing_calls_end_a_command_with_an_error_and_a_repeat_gives_the_same_bytes() {
-    check("faults", "0.05");
+    check("faults", "0.02");
 }
 
 #[test]
 fn losses_of_power_lose_no_finished_work() {
-    check("power", "0.1");
+    check("power", "0.07");
 }
 
 #[test]

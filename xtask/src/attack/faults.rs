@@ -116,25 +116,23 @@ impl Subject for Faults {
 impl Attack for Faults {
     const FULL: u64 = 6000;
 
-    /// Each call with each fault if there are not more, or else a part of them at equal distances.
+    /// Each call of each target with each fault; of a smaller number, the same number for each
+    /// target, at equal distances.
     fn cases(&self, seed: u64, count: u64) -> Result<Vec<Case>> {
-        let mut all = Vec::new();
+        let draw = &mut Draw::new(case_seed(seed, 0));
+        let mut cases = Vec::new();
         for name in TARGETS {
             let calls = calls(&self.library, &self.references, target(name)?)
                 .with_context(|| format!("the target '{name}'"))?;
-            for call in 1..=calls {
-                for fault in FAULTS {
-                    all.push(Case { target: name.to_owned(), call, fault: fault.to_owned() });
-                }
+            let all = calls * FAULTS.len() as u64;
+            let number = if count < Self::FULL { all.min(count / TARGETS.len() as u64) } else { all };
+            let (step, offset) = (all as f64 / number as f64, draw.between(0.0, 1.0));
+            for place in (0..number).map(|index| ((index as f64 + offset) * step) as u64) {
+                let fault = FAULTS[(place % FAULTS.len() as u64) as usize].to_owned();
+                cases.push(Case { target: name.to_owned(), call: 1 + place / FAULTS.len() as u64, fault });
             }
         }
-        let share = (count as f64 / all.len() as f64).min(1.0);
-        let offset = Draw::new(case_seed(seed, 0)).between(0.0, 1.0);
-        let chosen = |index: usize| {
-            let part = |index: usize| (share * index as f64 + offset).floor();
-            part(index + 1) > part(index)
-        };
-        Ok(all.into_iter().enumerate().filter(|(index, _)| chosen(*index)).map(|(_, case)| case).collect())
+        Ok(cases)
     }
 
     fn row(&self, case: &Case) -> (String, u64) {

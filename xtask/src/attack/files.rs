@@ -271,8 +271,22 @@ fn mutated(draw: &mut Draw, sound: &[u8]) -> Vec<u8> {
     match std::str::from_utf8(sound) {
         _ if draw.happens(0.03) => vec![],
         Ok(text) if !text.is_empty() => mutate::text(draw, text),
+        _ if draw.happens(0.5) => with_forged_number(draw, sound),
         _ => (0..draw.integer(1, 3)).fold(sound.to_vec(), |bytes, _| mutate::bytes(draw, &bytes)),
     }
+}
+
+/// The next ordinary number from a random place on becomes an extraordinary one.
+fn with_forged_number(draw: &mut Draw, sound: &[u8]) -> Vec<u8> {
+    let mut bytes = sound.to_vec();
+    let begin = draw.index(bytes.len().max(1));
+    let number = |bytes: &[u8]| <[u8; 8]>::try_from(bytes).map_or(0.0, f64::from_le_bytes);
+    let ordinary = |bytes: &[u8]| (1e-9..1e9).contains(&number(bytes).abs());
+    if let Some(place) = bytes[begin..].windows(8).position(ordinary) {
+        let forged = draw.one_of(&[f64::NAN, f64::INFINITY, -1.0, 0.0, 1e-300, 1e300]);
+        bytes[begin + place..begin + place + 8].copy_from_slice(&forged.to_le_bytes());
+    }
+    bytes
 }
 
 /// Runs the command. `None` as its exit code is a hang.
@@ -393,6 +407,14 @@ mod tests {
             assert_eq!(read, case);
             assert_eq!(read.content().unwrap(), content);
         }
+    }
+
+    #[test]
+    fn a_number_among_bytes_is_forged() {
+        let sound = [&[0; 5][..], &0.1f64.to_le_bytes(), &[0; 3]].concat();
+        let is_forged = |seed| with_forged_number(&mut Draw::new(seed), &sound) != sound;
+        assert!((0..20).any(is_forged));
+        assert_eq!(with_forged_number(&mut Draw::new(1), &[]), Vec::<u8>::new());
     }
 
     #[test]
