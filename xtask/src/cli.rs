@@ -12,7 +12,7 @@ use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
 use crate::{
-    bench, ci,
+    attack, bench, ci,
     experiments::{
         all, billiard, brownian, capability_cost, encounters, errors, extremes, theory, thesis_tests,
     },
@@ -48,6 +48,12 @@ pub enum Command {
     /// Test detection, scenes and files with random input
     #[command(subcommand)]
     Fuzz(fuzz::Fuzz),
+    /// Disturb the program by signals, failing files, losses of power, second processes and mutated
+    /// files, and compare with undisturbed runs
+    Attack(attack::Options),
+    /// Run a command of `carom`: a part of `attack`
+    #[command(hide = true, name = attack::process::COMMAND)]
+    Carom(carom_cli::Cli),
     /// Run cases from standard input: a part of `fuzz`
     #[command(hide = true, name = fuzz::worker::COMMAND)]
     FuzzWorker {
@@ -134,7 +140,11 @@ impl Program for Cli {
 
     /// Chores of the repository print what they do, and workers are parts of other commands.
     fn shows_progress(&self) -> bool {
-        matches!(self.command, Command::Experiment(_) | Command::Run(_) | Command::Detect(_))
+        match &self.command {
+            Command::Experiment(_) | Command::Run(_) | Command::Detect(_) => true,
+            Command::Carom(carom) => carom.shows_progress(),
+            _ => false,
+        }
     }
 
     fn run(&self) -> Result<Verdict> {
@@ -162,6 +172,8 @@ impl Program for Cli {
             Command::Detect(options) => detect::run(options),
             Command::Bench(bench) => bench::run(bench),
             Command::Fuzz(fuzz) => fuzz::run(fuzz),
+            Command::Attack(options) => attack::run(options),
+            Command::Carom(carom) => carom.run(),
             Command::FuzzWorker { name } => fuzz::work(name).map(|()| Verdict::Passed),
             Command::ParryWorker => encounters::parry::work().map(|()| Verdict::Passed),
             Command::CapabilityWorker { variant, intervals } => capability_cost::work(variant, *intervals),

@@ -1,5 +1,6 @@
 //! Experiments on top of carom, and checks of the repository itself.
 
+pub mod attack;
 pub mod bench;
 pub mod ci;
 pub mod cli;

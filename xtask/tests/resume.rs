@@ -11,6 +11,7 @@ use std::{
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use tempfile::TempDir;
+use xtask::attack::folder::{Contents, contents, difference};
 
 /// Discs, a rotating tee, a locked cross, a bumper, inelastic contacts by tags; the last sample is
 /// off the grid of the others.
@@ -137,34 +138,8 @@ impl Place {
 
     /// All output files except the manifests, which describe processes, and the checkpoints;
     /// without speeds.
-    fn results(&self) -> Vec<(String, String)> {
-        let mut files = Vec::new();
-        let mut folders = vec![self.path("out")];
-        while let Some(folder) = folders.pop() {
-            for entry in fs::read_dir(&folder).unwrap() {
-                let path = entry.unwrap().path();
-                let name = path.file_name().unwrap().to_string_lossy().into_owned();
-                if path.is_dir() {
-                    folders.push(path);
-                } else if !["manifest.json", "checkpoint"].contains(&name.as_str()) {
-                    // The sums are not text.
-                    let bytes = fs::read(&path).unwrap();
-                    let text = String::from_utf8_lossy(&bytes);
-                    let speed = |line: &&str| {
-                        !["collisions_per_second", "per processor second", "cpu_seconds", "class=\"speed\""]
-                            .iter()
-                            .any(|clock| line.contains(clock))
-                    };
-                    let text: Vec<&str> = text.lines().filter(speed).collect();
-                    files.push((
-                        path.display().to_string().replace(&*self.0.path().to_string_lossy(), ""),
-                        text.join("\n"),
-                    ));
-                }
-            }
-        }
-        files.sort();
-        files
+    fn results(&self) -> Contents {
+        contents(&self.path("out")).unwrap()
     }
 }
 
@@ -174,12 +149,7 @@ fn said(output: &Output) -> (Option<i32>, String) {
 }
 
 fn assert_same(found: &Place, expected: &Place) {
-    let (found, expected) = (found.results(), expected.results());
-    let names = |files: &[(String, String)]| files.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
-    assert_eq!(names(&found), names(&expected));
-    for ((name, found), (_, expected)) in found.iter().zip(&expected) {
-        assert!(found == expected, "{name} differs");
-    }
+    assert_eq!(difference(&found.results(), &expected.results()), None);
 }
 
 /// Ends the program repeatedly, each time after a random part of a tenth of the duration of the

@@ -104,15 +104,24 @@ pub fn run_only<S: Subject>(
 /// # Errors
 /// See [`run`]; also a file that cannot be read or holds no case.
 pub fn replay<S: Subject>(runner: &mut impl Runner, file: &Path) -> Result<Findings> {
+    let report = run_file(runner, file)?;
+    let findings = one(&report, 0);
+    print_line(&summary(S::NAME, &findings));
+    Ok(findings)
+}
+
+/// Runs the case in a file, prints its failure, and returns its report.
+///
+/// # Errors
+/// See [`replay`].
+pub fn run_file(runner: &mut impl Runner, file: &Path) -> Result<Report> {
     let bytes = fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
     let ending = file.extension().map(|ending| ending.to_string_lossy().into_owned()).unwrap_or_default();
     let report = runner.run_file(&ending, &bytes)?;
     if let Some(failure) = &report.failure {
         print_line(&format!("FAILED: {}: {}", failure.kind, failure.detail));
     }
-    let findings = one(&report, 0);
-    print_line(&summary(S::NAME, &findings));
-    Ok(findings)
+    Ok(report)
 }
 
 fn one(report: &Report, seed: u64) -> Findings {
@@ -129,14 +138,29 @@ fn note<S: Subject>(
     out: &Path,
 ) -> Result<()> {
     print_line(&format!("FAILED: {}: {}", failure.kind, failure.detail));
-    print_line(&format!("  cargo xtask fuzz {} --only {seed}", S::NAME));
+    print_line(&format!("  cargo xtask {} {} --only {seed}", S::COMMAND, S::NAME));
     let (case, left) = minimise(subject, runner, subject.draw(seed), failure.clone(), MINIMISING);
-    let (ending, bytes) = subject.write(&case);
+    keep(subject, &case, &left, &format!("{}-{seed}", S::NAME), out)
+}
+
+/// Writes a minimised case to a file called `name` in the folder `out`, and prints the command to
+/// replay it.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn keep<S: Subject>(
+    subject: &S,
+    case: &S::Case,
+    failure: &Failure,
+    name: &str,
+    out: &Path,
+) -> Result<()> {
+    let (ending, bytes) = subject.write(case);
     fs::create_dir_all(out).with_context(|| format!("cannot create the folder {}", out.display()))?;
-    let path = out.join(format!("{}-{seed}.{ending}", S::NAME));
+    let path = out.join(format!("{name}.{ending}"));
     write_whole(&path, &bytes)?;
-    print_line(&format!("  minimised: {}", left.detail));
-    print_line(&format!("  cargo xtask fuzz {} --replay {}", S::NAME, path.display()));
+    print_line(&format!("  minimised: {}", failure.detail));
+    print_line(&format!("  cargo xtask {} {} --replay {}", S::COMMAND, S::NAME, path.display()));
     Ok(())
 }
 

@@ -17,6 +17,9 @@ pub trait Subject {
     /// One input for the code under test.
     type Case: Clone;
 
+    /// The words before its name on the command line.
+    const COMMAND: &'static str = "fuzz";
+
     /// Its name on the command line.
     const NAME: &'static str;
 

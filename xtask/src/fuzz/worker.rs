@@ -190,7 +190,7 @@ fn start(program: &Path, name: &str) -> Result<Process> {
 }
 
 /// Processor time of a process (user and system), where the system has `/proc`.
-fn processor_time(process: &Child) -> Option<Duration> {
+pub(crate) fn processor_time(process: &Child) -> Option<Duration> {
     // Fields 14 and 15, in hundredths of a second; field 2 may contain spaces.
     let text = std::fs::read_to_string(format!("/proc/{}/stat", process.id())).ok()?;
     let (_, fields) = text.rsplit_once(')')?;

@@ -26,7 +26,7 @@
 //!
 //! # Unsafe code
 //!
-//! This folder is the only place of the project with unsafe code. Safe code cannot misuse it:
+//! This folder is the only place of the program with unsafe code. Safe code cannot misuse it:
 //!
 //! 1. *Instructions that not every processor has.* A kernel is a value. That of a SIMD kernel
 //!    contains a token that only feature detection makes (`instruction_sets.rs`), and every call of
