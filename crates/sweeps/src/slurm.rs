@@ -230,8 +230,7 @@ fn quoted(path: &Path) -> Result<String> {
 /// The text of a path that both the shell and the directives of sbatch read as it is. sbatch has no
 /// escape for the characters that are refused.
 fn quotable(path: &Path) -> Result<&str> {
-    let text =
-        path.to_str().with_context(|| format!("the path {} is not valid UTF-8", path.display()))?;
+    let text = path.to_str().with_context(|| format!("the path {} is not valid UTF-8", path.display()))?;
     match text.chars().find(|&c| matches!(c, '"' | '\\') || c.is_control()) {
         None => Ok(text),
         Some(refused) => bail!(
@@ -323,7 +322,10 @@ mod tests {
         };
         let options = Options { slurm: true, array_size: 3, ..Options::default() };
         let array = job.array_script(&options).unwrap();
-        assert!(array.contains("'/opt/@study@' --quiet sweep '/home/@options@/@count@/input.toml'"), "{array}");
+        assert!(
+            array.contains("'/opt/@study@' --quiet sweep '/home/@options@/@count@/input.toml'"),
+            "{array}"
+        );
         assert!(array.contains("#SBATCH --output=\"/home/@options@/@count@/logs/shard-%a.log\""), "{array}");
         assert!(job.submit_script().unwrap().contains("'/home/@options@/@count@/array.sh'"));
     }

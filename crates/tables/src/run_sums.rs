@@ -255,10 +255,7 @@ mod tests {
     fn sums_that_are_no_sums_are_refused() {
         let sums = |total: Sums, block: Sums| RunSums { total, blocks: vec![block] }.check();
         assert_eq!(sums(vec![[-1.0, 0.0], [2.0, 3.0]], vec![[1.0, 1.0]]), Ok(()));
-        assert_eq!(
-            sums(vec![[1.0, -0.5]], Vec::new()),
-            Err(SumsError::Weight { quantity: 0, weight: -0.5 })
-        );
+        assert_eq!(sums(vec![[1.0, -0.5]], Vec::new()), Err(SumsError::Weight { quantity: 0, weight: -0.5 }));
         let infinite = sums(vec![[1.0, 1.0]], vec![[f64::INFINITY, 1.0]]);
         assert_eq!(infinite, Err(SumsError::Sum { quantity: 0, sum: f64::INFINITY }));
         assert!(sums(vec![[1.0, f64::NAN]], Vec::new()).is_err());

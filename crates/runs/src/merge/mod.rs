@@ -17,8 +17,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::{
-    manifest::{Manifest, program},
     left_out::{LeftOut, announce},
+    manifest::{Manifest, program},
     measures::Results,
     output::{Destination, Folder},
     record::{Record, RunRecord},
