@@ -1,5 +1,5 @@
-//! Exit codes: 0 passed, 1 a check or the run failed, 2 invalid input, 3 parts of the data are missing,
-//! 130 or 143 a signal.
+//! Exit codes: 0 passed, 1 a check or the run failed, 2 invalid input, 3 parts of the data are
+//! missing, 130 or 143 a signal.
 
 use anyhow::{Error, Result};
 use carom::RunError;

@@ -32,9 +32,10 @@ Exit codes of `carom sweep` and `carom merge`:
 | 3 | results are written, but replicas are missing or damaged; the page names them |
 | 130, 143 | a signal ended the program; the same command continues |
 
-With `--json` the object lists `missing`, `damaged` and `notes`. Partial results while shards still run
-are no error: `carom merge … --force` writes what is there and ends with code 3. The merge job that
-`carom sweep --slurm` writes then counts as failed in Slurm; `bash submit.sh` continues the shards.
+With `--json` the object lists `missing`, `damaged` and `notes`. Partial results while shards still
+run are no error: `carom merge … --force` writes what is there and ends with code 3. The merge job
+that `carom sweep --slurm` writes then counts as failed in Slurm; `bash submit.sh` continues the
+shards.
 ";
 
 /// Options of `carom schema`.
