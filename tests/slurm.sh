@@ -21,7 +21,7 @@ if (($# == 0)); then
     cargo build --release --quiet --package carom-cli
 fi
 carom=$(realpath "${1:-${CARGO_TARGET_DIR:-target}/release/carom}")
-place=$(mktemp -d)
+place=$(realpath "$(mktemp -d)")
 chmod 755 "$place"
 mkdir "$place"/{munge,spool,state}
 export SLURM_CONF=$place/slurm.conf
@@ -29,9 +29,9 @@ export SLURM_CONF=$place/slurm.conf
 end() {
     code=$?
     ((code == 0)) || tail -n 15 "$place"/out/slurm/logs/*.log "$place"/*.log 2>/dev/null || true
-    pkill -F "$place/slurmd.pid" 2>/dev/null || true
-    pkill -F "$place/slurmctld.pid" 2>/dev/null || true
-    pkill -F "$place/munge/pid" 2>/dev/null || true
+    for file in "$place"/{slurmd.pid,slurmctld.pid,munge/pid}; do
+        [[ ! -s $file ]] || kill "$(cat "$file")" 2>/dev/null || true
+    done
     wait
     sleep 1
     rm -rf "$place"
@@ -129,6 +129,18 @@ submit() {
 }
 state() { squeue -h -j "$1" -t all -r -o "%i %T %r"; }
 task_is() { state "${array}_$1" | grep -q "$2"; }
+# The process of a shard of this test: its command line holds the temporary folder of this test.
+shard_process() {
+    local entry
+    for entry in /proc/[0-9]*; do
+        if [[ $(readlink "$entry/exe") == "$carom" ]] &&
+            tr '\0' ' ' <"$entry/cmdline" | grep -qF -- "--shard $1/4 --out $place/out/slurm/shards/"; then
+            echo "${entry#/proc/}"
+            return
+        fi
+    done 2>/dev/null
+    return 1
+}
 ended() { ! squeue -h -j "$1" 2>/dev/null | grep -q .; }
 
 submit
@@ -136,7 +148,7 @@ until_true 60 task_is 1 RUNNING
 until_true 60 task_is 2 RUNNING
 sleep 1
 # One program is killed, as for want of memory; another receives the signal before its time limit.
-pkill -KILL -f "sweep .*--shard 1/4" && echo "killed shard 1"
+kill -KILL "$(shard_process 1)" && echo "killed shard 1"
 # scancel asks again while the task is put back, so nothing waits for it.
 scancel --batch --signal=USR1 "${array}_2" 2>/dev/null &
 echo "sent shard 2 the signal before its time limit"
@@ -147,6 +159,8 @@ until_true 300 ended "$array"
 until_true 120 ended "$merge"
 state "$array,$merge"
 grep -q Incomplete slurm/logs/merge.log
+# A merge that lacks replicas ends with exit code 3, which Slurm shows as a failure.
+state "$merge" | grep -q FAILED
 # The killed shard is missing; the same command continues it.
 submit
 until_true 300 ended "$array"

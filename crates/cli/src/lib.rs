@@ -14,8 +14,8 @@ use clap::{Parser, Subcommand};
 
 /// Exact event-driven simulation of two-dimensional gases of rigid molecules.
 ///
-/// Exit codes: 0 success, 1 a check or the run failed, 2 invalid input, 129, 130 or 143 interrupted
-/// by a signal.
+/// Exit codes: 0 success, 1 a check or the run failed, 2 invalid input, 3 a sweep or merge has
+/// written its results but runs or replicas are missing, 129, 130 or 143 interrupted by a signal.
 #[derive(Debug, Parser)]
 #[command(name = "carom", version)]
 pub struct Cli {

@@ -157,7 +157,7 @@ fn nothing_is_cut_empty_or_broken_on_any_screen() {
     fs::write(folder.join("study.toml"), STUDY).unwrap();
     run(carom, folder, &["sweep", "study.toml", "--out", "sweep"], 0);
     run(carom, folder, &["sweep", "study.toml", "--shard", "1/3", "--out", "shard"], 0);
-    run(carom, folder, &["merge", "shard", "--out", "incomplete"], 0);
+    run(carom, folder, &["merge", "shard", "--out", "incomplete"], 3);
     let gas = ["--gas-radius", "0.02", "--side", "0.5", "--area-fraction", "0.3"];
     let brownian =
         ["brownian", "tee", "--atom-radius", "0.01", "--from", "0.5", "--until", "3", "--out", "brownian"];

@@ -159,6 +159,57 @@ fn a_full_disk_ends_a_sweep_with_an_error_and_loses_nothing() {
     assert_eq!(again.unwrap(), whole.unwrap());
 }
 
+/// Exit code and JSON object of a quiet command.
+fn incomplete(folder: &Path, words: &str) -> serde_json::Value {
+    let output = carom(folder, &format!("{words} --quiet --json"));
+    assert_eq!(output.status.code(), Some(3), "{words}: {}", String::from_utf8_lossy(&output.stderr));
+    let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&object["verdict"], &object["exit_code"]), (&"incomplete".into(), &3.into()));
+    assert!(!object["notes"].as_array().unwrap().is_empty(), "{object}");
+    object
+}
+
+fn page(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join(name).join("report.html")).unwrap()
+}
+
+#[test]
+fn scripts_see_what_a_merge_lacks() {
+    let root = place();
+    let path = root.path();
+    fs::write(path.join("study.toml"), STUDY.replace("until = 6.0", "until = 0.5")).unwrap();
+    success(path, "sweep study.toml --shard 1/2 --out shard --quiet");
+    let object = incomplete(path, "merge shard --out part");
+    let missing = object["missing"].as_array().unwrap();
+    assert!(!missing.is_empty() && missing[0]["replicas"].is_array(), "{object}");
+    assert_eq!(object["damaged"], serde_json::json!([]));
+    // Among the results, which --quiet keeps.
+    let output = carom(path, "merge shard --out part --force --quiet");
+    assert_eq!(output.status.code(), Some(3));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("Incomplete: "));
+
+    let scene = "[[gas]]\nradius = 0.03\nmass = 1.0\nenergy = 1.0\ncount = 20\n[run]\nuntil = 0.5\n\
+                 sample_interval = 0.05\nobserve = [\"pressure\"]\n";
+    fs::write(path.join("scene.toml"), scene).unwrap();
+    for replica in 0..3 {
+        success(path, &format!("run scene.toml --set box.replica={replica} --out r{replica} --quiet"));
+    }
+    success(path, "merge r0 r1 r2 --out all --quiet");
+    let sums = fs::read(path.join("r1/sums")).unwrap();
+    fs::write(path.join("r1/sums"), &sums[..sums.len() / 2]).unwrap();
+    fs::remove_file(path.join("r2/sums")).unwrap();
+    let object = incomplete(path, "merge r0 r1 r2 --out some");
+    assert_eq!(object["damaged"][0]["file"], "r1/sums");
+    assert_eq!(object["missing"][0]["folder"], "r2");
+    let head = page(path, "some");
+    assert!(head.contains("r1/sums: it is truncated") && head.contains("Missing is the run in r2"), "{head}");
+    success(path, "report some --quiet");
+    assert_eq!(page(path, "some"), head);
+    let output = carom(path, "merge r1 r2 --out none");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("nothing to merge"));
+}
+
 #[test]
 fn a_run_ends_by_its_own_rule_and_its_page_says_so() {
     let root = place();

@@ -78,7 +78,7 @@ pub fn record_of_folder(py: Python<'_>, folder: PathBuf) -> PyResult<Bound<'_, P
     let path = folder.join(SUMS);
     let read = || -> anyhow::Result<Record> {
         ensure!(path.exists(), "it has no file '{SUMS}', which `carom run` and `carom merge` write");
-        Ok(Body::read(&path)?.take()?)
+        Record::take(&mut Body::read(&path)?)
     };
     let record = read().with_context(|| format!("{}: no run that has ended", folder.display()));
     encoded(py, &record.map_err(errors::checkpoint)?)

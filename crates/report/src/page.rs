@@ -4,8 +4,10 @@
 //! A page consists of [parts](Part), which it shows in one order whatever the order of writing: the
 //! verdict with what carries it, the moving picture, results, data, the command, and checks.
 
+mod inert_svg;
 mod numbers;
 mod parts;
+mod sha256;
 
 use std::fmt::Write as _;
 
@@ -164,9 +166,8 @@ impl Page {
         let html = format!(
             "<figure class=\"animation\">\n<div class=\"views\"></div>\n<div class=\"controls\"></div>\n\
              <figcaption>{}</figcaption>\n<script type=\"application/json\">{animation}</script>\n</figure>\n\
-             <script>\n{}</script>\n",
+             <script>\n{PLAYER}</script>\n",
             escape(caption),
-            include_str!("animation.js")
         );
         self.parts.push(Part::Motion, &html);
     }
@@ -290,12 +291,30 @@ impl Layout {
 /// errors break. More: text makes the table wider than the page.
 const LONGEST_NUMBER: usize = 24;
 
+/// The scripts of a page.
+const THEME: &str = include_str!("theme.js");
+const PLAYER: &str = include_str!("animation.js");
+
 /// The page with this title and these elements.
 fn laid_out(title: &str, body: &str) -> String {
+    // The body comes last: its text is not searched for further names.
     include_str!("page.html")
-        .replace("{{title}}", title)
+        .replace("{{policy}}", &policy())
         .replace("{{version}}", env!("CARGO_PKG_VERSION"))
+        .replace("{{theme}}", THEME)
+        .replace("{{title}}", &title.replace("{{", "{ {"))
         .replace("{{body}}", body)
+}
+
+/// The Content-Security-Policy of a page: no script but its own runs, whatever the files hold from
+/// which it is made, and nothing is loaded. Scripts are named by their hashes, so that a page made
+/// again has the same bytes. The hash is that of the whole text of the element.
+fn policy() -> String {
+    let [theme, player] = [THEME, PLAYER].map(|script| sha256::source(&format!("\n{script}")));
+    format!(
+        "default-src 'none'; script-src {theme} {player}; style-src 'unsafe-inline'; img-src data:; \
+         base-uri 'none'; form-action 'none'"
+    )
 }
 
 /// Sets the content of a page, which this or an earlier version wrote, in the present layout;
@@ -306,7 +325,19 @@ pub fn relaid(html: &str) -> Option<String> {
     let (_, main) = html.split_once("<main>")?;
     let (main, _) = main.rsplit_once("<footer>")?;
     let (_, body) = main.split_once("</button>")?;
-    Some(laid_out(title, &format!("{}\n", body.trim())))
+    Some(laid_out(title, &format!("{}\n", with_present_player(body.trim()))))
+}
+
+/// Elements of a page with the player of this version: the policy of the page allows no other.
+fn with_present_player(body: &str) -> String {
+    const BEGIN: &str = "<script>";
+    let mut pieces = body.split(BEGIN);
+    let mut all = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let after = piece.split_once("</script>").map_or("", |(_, after)| after);
+        all.push_str(&format!("{BEGIN}\n{PLAYER}</script>{after}"));
+    }
+    all
 }
 
 /// The result of all checks in a sentence, which names those that failed.
@@ -341,6 +372,12 @@ fn link(path: &str) -> String {
 /// A picture with a caption in HTML.
 fn figure(svg: &str, caption: &str) -> String {
     let svg = &svg[svg.find("<svg").unwrap_or(0)..];
+    let svg = match inert_svg::fault(svg) {
+        None => svg.to_owned(),
+        Some(fault) => {
+            format!("<p class=\"note error\">This picture is not shown: {}.</p>", escape(&fault))
+        }
+    };
     let caption =
         if caption.is_empty() { String::new() } else { format!("<figcaption>{caption}</figcaption>\n") };
     format!("<figure>\n<div class=\"picture\">{svg}</div>\n{caption}</figure>\n")
@@ -467,6 +504,49 @@ mod tests {
         let places: Vec<usize> =
             order.iter().map(|text| html.find(text).unwrap_or_else(|| panic!("no {text}"))).collect();
         assert!(places.is_sorted(), "{places:?}");
+    }
+
+    #[test]
+    fn the_policy_allows_the_scripts_of_the_page_and_no_other() {
+        let mut page = Page::new("Title", "Lead");
+        page.animation("{}", "moving");
+        let html = page.html();
+        let (_, policy) = html.split_once("Content-Security-Policy\" content=\"").unwrap();
+        let policy = policy.split_once('"').unwrap().0;
+        assert!(policy.contains("default-src 'none'") && !policy.contains("script-src 'unsafe"), "{policy}");
+        let scripts: Vec<&str> =
+            html.split("<script>").skip(1).filter_map(|rest| Some(rest.split_once("</script>")?.0)).collect();
+        assert_eq!(scripts.len(), 2);
+        for script in scripts {
+            assert!(policy.contains(&sha256::source(script)), "{script}");
+        }
+        assert_eq!(policy.matches("sha256-").count(), 2);
+        // Before everything that comes from files.
+        assert!(html.find("Content-Security-Policy") < html.find("<title>"));
+    }
+
+    #[test]
+    fn a_picture_with_a_script_is_not_shown() {
+        let mut page = Page::new("Title", "Lead");
+        let evil = "<?xml?><svg><script>alert(1)</script></svg>";
+        page.charts(&[DataChart { svg: evil.to_owned(), caption: String::new(), file: "a.svg".to_owned() }]);
+        page.pictures(Layout::Full, &[("<svg onload=\"alert(1)\"></svg>", "")]);
+        let html = page.html();
+        assert!(!html.contains("alert(1)"), "{html}");
+        assert!(html.contains("not shown: it has the element &lt;script&gt;"), "{html}");
+        assert!(html.contains("not shown: it has the attribute onload"), "{html}");
+    }
+
+    #[test]
+    fn a_page_laid_out_again_gets_the_player_of_this_version() {
+        let mut page = Page::new("Title", "Lead");
+        page.animation("{}", "moving");
+        let html = page.html();
+        let old = html.replace(PLAYER, "// An older player.\n");
+        assert!(old.contains("older player"));
+        assert_eq!(relaid(&old), Some(html.clone()));
+        let evil = html.replacen("<h1>", "<script>alert(1)</script><h1>", 1);
+        assert!(!relaid(&evil).unwrap().contains("alert(1)"));
     }
 
     #[test]

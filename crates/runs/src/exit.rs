@@ -1,4 +1,5 @@
-//! Exit codes: 0 passed, 1 a check or the run failed, 2 invalid input, 129, 130 or 143 a signal.
+//! Exit codes: 0 passed, 1 a check or the run failed, 2 invalid input, 3 parts of the data are
+//! missing, 129, 130 or 143 a signal.
 
 use anyhow::{Error, Result};
 use carom::RunError;
@@ -12,6 +13,7 @@ pub fn code(end: &Result<Verdict>) -> u8 {
     match end {
         Ok(Verdict::Passed) => 0,
         Ok(Verdict::Failed) => 1,
+        Ok(Verdict::Incomplete) => 3,
         Err(error) => match interruption(error) {
             Some(interrupted) => interrupted.exit_code(),
             // A run that fails is a failed check; every other error is invalid input.

@@ -61,7 +61,11 @@ pub(crate) fn end(end: Result<Verdict, String>, exit_code: u8) {
     let Some(mut all) = object().take() else { return };
     match end {
         Ok(verdict) => {
-            let word = if verdict == Verdict::Passed { "passed" } else { "failed" };
+            let word = match verdict {
+                Verdict::Passed => "passed",
+                Verdict::Failed => "failed",
+                Verdict::Incomplete => "incomplete",
+            };
             all.insert("verdict".to_owned(), word.into());
             for (key, default) in [("folder", Value::Null), ("totals", Value::Null), ("checks", json!([]))] {
                 all.entry(key).or_insert(default);

@@ -43,6 +43,7 @@ pub mod point;
 pub mod reference;
 mod report;
 mod results;
+mod seal;
 pub mod shard;
 pub mod slurm;
 pub mod stored;

@@ -12,6 +12,7 @@ use std::{
 use anyhow::{Context, Result, bail, ensure};
 use carom_runs::{
     experiment::threads,
+    left_out::{Damaged, command_of},
     manifest::{Manifest, program},
     merge,
     output::{self, Destination},
@@ -24,7 +25,6 @@ use crate::{
     layout::{Shards, SweepFolder, is_sweep, refuse_other_text},
     point::Point,
     report::{self, Remarks},
-    results::damaged,
     shard::Work,
     stored::{Found, Stored},
     study::Study,
@@ -93,7 +93,7 @@ fn common(sources: &[SweepFolder]) -> Result<(Study, Shards)> {
 fn copy(study: &Study, sources: &[SweepFolder], target: &SweepFolder, pool: &ThreadPool) -> Result<Remarks> {
     let holders = pool.install(|| holders(sources))?;
     let progress = Progress::items("points", study.points.len() as u64);
-    let of_point = |point: &Point| -> Result<(usize, Vec<String>)> {
+    let of_point = |point: &Point| -> Result<(usize, Vec<Damaged>)> {
         let mut found = (0, Vec::new());
         for replica in 1..=study.replicas {
             let own = holders.get(&Work { key: point.key, replica }).map_or(&[][..], Vec::as_slice);
@@ -103,16 +103,17 @@ fn copy(study: &Study, sources: &[SweepFolder], target: &SweepFolder, pool: &Thr
         progress.count(1);
         Ok(found)
     };
-    let found: Vec<(usize, Vec<String>)> =
+    let found: Vec<(usize, Vec<Damaged>)> =
         pool.install(|| study.points.par_iter().map(of_point).collect::<Result<_>>())?;
     let twice: usize = found.iter().map(|(twice, _)| twice).sum();
-    let mut notes: Vec<String> = found.into_iter().flat_map(|(_, notes)| notes).collect();
+    let damaged = found.into_iter().flat_map(|(_, damaged)| damaged).collect();
+    let mut notes = Vec::new();
     if twice > 0 {
         notes.push(format!(
             "{twice} replicas are in several folders, with the same content: they count once."
         ));
     }
-    Ok(Remarks { failures: Vec::new(), notes })
+    Ok(Remarks { notes, damaged, ..Remarks::default() })
 }
 
 /// The sources of each replica, by their indices in ascending order. Each folder is listed once: a
@@ -129,23 +130,25 @@ fn holders(sources: &[SweepFolder]) -> Result<BTreeMap<Work, Vec<usize>>> {
 }
 
 /// Copies a replica from the first of the folders that have it. Counts further equal ones, and
-/// notes damaged files.
+/// lists damaged files.
 fn copy_replica(
     point: &Point,
     replica: u64,
     sources: &[&SweepFolder],
     target: &SweepFolder,
-    (twice, notes): &mut (usize, Vec<String>),
+    (twice, damaged): &mut (usize, Vec<Damaged>),
 ) -> Result<()> {
     let work = Work { key: point.key, replica };
     let mut first: Option<(Box<Stored>, &SweepFolder)> = None;
     for &source in sources {
         match source.find(point, replica)? {
             Found::Nothing => (),
-            Found::Damaged(reason) => {
-                let path = source.folder.path().display();
-                notes.push(format!("{path}: {}", damaged(point, replica, &reason)));
-            }
+            Found::Damaged(reason) | Found::Newer(reason) => damaged.push(Damaged {
+                file: source.record(work),
+                content: format!("Replica {replica} of point {}", point.label),
+                reason,
+                again: command_of(source.folder.path()),
+            }),
             Found::Finished(stored) => match &first {
                 None => first = Some((stored, source)),
                 Some((other, before)) => {

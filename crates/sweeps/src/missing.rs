@@ -2,6 +2,8 @@
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
+use serde::Serialize;
+
 use crate::{layout::Shards, point::Key, results::PointResults, shard::Shard, study::Study};
 
 /// Most points that are listed by their values.
@@ -16,6 +18,14 @@ pub struct Missing {
     absent: Vec<Shard>,
     /// Shards that have not done all of their work.
     unfinished: Vec<Shard>,
+}
+
+/// What one point lacks, for programs.
+#[derive(Debug, Serialize)]
+pub struct MissingOfPoint<'a> {
+    point: Key,
+    label: &'a str,
+    replicas: &'a [u64],
 }
 
 impl Missing {
@@ -47,6 +57,15 @@ impl Missing {
     /// Whether nothing is missing.
     pub fn is_empty(&self) -> bool {
         self.replicas.is_empty()
+    }
+
+    /// The replicas that are missing, by point.
+    pub fn by_point<'a>(&'a self, study: &'a Study) -> Vec<MissingOfPoint<'a>> {
+        let of_point = |point: &'a crate::point::Point| {
+            let replicas = self.replicas.get(&point.key)?;
+            Some(MissingOfPoint { point: point.key, label: &point.label, replicas })
+        };
+        study.points.iter().filter_map(of_point).collect()
     }
 
     /// Number of points that have all their replicas.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use carom_report::page::{Page, Part, checks_in_words, named, with_error};
-use carom_runs::{output::Folder, report::PAGE};
+use carom_runs::{left_out::Damaged, output::Folder, report::PAGE};
 use carom_tables::Summary;
 
 use crate::{
@@ -30,6 +30,8 @@ pub struct Frame<'a> {
     pub missing: &'a Missing,
     /// Replicas that ended with an error, in words.
     pub failures: &'a [String],
+    /// Files of replicas that cannot be used.
+    pub damaged: &'a [Damaged],
     /// Remarks, such as replicas that were there twice.
     pub notes: &'a [String],
     /// The command that continues or repeats the sweep.
@@ -47,6 +49,7 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     if !frame.missing.is_empty() {
         page.error(&frame.missing.words(study));
     }
+    frame.damaged.iter().for_each(|damaged| page.error(&damaged.words()));
     if !frame.summary.note.is_empty() {
         page.note(&frame.summary.note);
     }
@@ -80,7 +83,7 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     page.folded("The study, study.toml", &study.text());
     page.checks(&results::checks(points));
     page.totals(&frame.summary.totals);
-    folder.write(PAGE, page.html())
+    folder.write_lasting(PAGE, page.html())
 }
 
 /// The quantities that are not as expected.

@@ -21,6 +21,21 @@ program. To change it, change their documentation, and run
 the JSON Schema.
 
 A study file is TOML. The keys of its scene are those of a scene file, see [SCENE.md](SCENE.md).
+
+Exit codes of `carom sweep` and `carom merge`:
+
+| code | meaning |
+| --- | --- |
+| 0 | all replicas are there, and all checks passed |
+| 1 | a check failed, or a replica ended with an error |
+| 2 | invalid input; a file cannot be read or written |
+| 3 | results are written, but replicas are missing or damaged; the page names them |
+| 130, 143 | a signal ended the program; the same command continues |
+
+With `--json` the object lists `missing`, `damaged` and `notes`. Partial results while shards still
+run are no error: `carom merge … --force` writes what is there and ends with code 3. The merge job
+that `carom sweep --slurm` writes then counts as failed in Slurm; `bash submit.sh` continues the
+shards.
 ";
 
 /// Options of `carom schema`.

@@ -3,7 +3,8 @@
 use anyhow::Result;
 use carom_runs::{
     conclude,
-    console::{is_json, note},
+    console::is_json,
+    left_out::{Damaged, announce},
     manifest::Manifest,
     print_line,
 };
@@ -13,7 +14,7 @@ use serde::Serialize;
 
 use crate::{
     layout::{Shards, SweepFolder},
-    missing::Missing,
+    missing::{Missing, MissingOfPoint},
     page::{self, Frame},
     results::{self, PointResults},
     study::Study,
@@ -30,6 +31,8 @@ pub struct Remarks {
     pub failures: Vec<String>,
     /// Remarks for the reader.
     pub notes: Vec<String>,
+    /// Files of replicas that cannot be used.
+    pub damaged: Vec<Damaged>,
 }
 
 /// `summary.json`.
@@ -41,10 +44,14 @@ struct File<'a> {
     points_wanted: usize,
     points_complete: usize,
     replicas_wanted: u64,
+    missing: &'a [MissingOfPoint<'a>],
+    damaged: &'a [Damaged],
     points: &'a [PointResults],
 }
 
-/// Merges the replicas of each point, writes pages, table and summary, and prints the totals.
+/// Merges the replicas of each point, writes pages, table and summary, and prints the totals. The
+/// manifest says that the folder is complete only after table, summary and page are on disk.
+/// Returns [`Verdict::Incomplete`] if replicas are missing.
 ///
 /// # Errors
 /// A file cannot be read or written.
@@ -72,19 +79,21 @@ pub fn write(
         points_wanted: points.len(),
         points_complete,
         replicas_wanted: study.replicas,
+        missing: &missing.by_point(study),
+        damaged: &remarks.damaged,
         points: &points,
     };
-    folder.write_json("summary.json", &file)?;
-    let Remarks { failures, notes } = &remarks;
-    let frame = Frame { summary: &summary, missing: &missing, failures, notes, again };
+    folder.write_lasting("summary.json", serde_json::to_string_pretty(&file)? + "\n")?;
+    let Remarks { failures, notes, damaged } = &remarks;
+    let frame = Frame { summary: &summary, missing: &missing, failures, damaged, notes, again };
     page::write(folder, study, &points, &frame)?;
     manifest.complete(folder, summary.totals.cpu_seconds())?;
-    if !missing.is_empty() {
-        note(&format!("Incomplete: {points_complete} of {} points. {}", points.len(), missing.words(study)));
-    }
-    for remark in notes {
-        note(remark);
-    }
+    let lacking = (!missing.is_empty()).then(|| {
+        format!("Incomplete: {points_complete} of {} points. {}", points.len(), missing.words(study))
+    });
+    let words: Vec<String> =
+        lacking.into_iter().chain(damaged.iter().map(Damaged::words)).chain(notes.iter().cloned()).collect();
+    announce(&missing.by_point(study), damaged, &words);
     let answers = || points.iter().flat_map(|point| &point.answers);
     let judged = study.expected_answers() - answers().filter(|answer| answer.show_only).count();
     if !is_json() && judged > 0 {
@@ -92,7 +101,8 @@ pub fn write(
         print_line(&format!("{met} of {judged} expectations are met"));
     }
     conclude(folder, &summary);
-    Ok(summary.verdict())
+    let verdict = summary.verdict();
+    Ok(if missing.is_empty() { verdict } else { verdict.of_incomplete() })
 }
 
 fn summary(study: &Study, points: &[PointResults]) -> Summary {

@@ -1,17 +1,7 @@
 //! The results of a sweep: the merged replicas of each point, one point at a time.
 
-use std::{fs, io, path::Path};
-
 use anyhow::{Context, Result};
-use carom_runs::{
-    console::note,
-    manifest::Manifest,
-    merge::{MergedRuns, run_rows},
-    output::Folder,
-    progress::Progress,
-    record::Record,
-    report::{PAGE, RUNS},
-};
+use carom_runs::{console::note, manifest::Manifest, merge::MergedRuns, progress::Progress, record::Record};
 use carom_tables::{Check, Figure, Totals};
 use rayon::{ThreadPool, prelude::*};
 use serde::Serialize;
@@ -20,6 +10,7 @@ use crate::{
     expect::Answer,
     layout::SweepFolder,
     point::{Key, Point},
+    seal::Seal,
     stored::Found,
     study::Study,
 };
@@ -78,7 +69,7 @@ fn of_point(
     for replica in 1..=study.replicas {
         let stored = match sweep.find(point, replica)? {
             Found::Finished(stored) => stored,
-            Found::Damaged(reason) => {
+            Found::Damaged(reason) | Found::Newer(reason) => {
                 note(&damaged(point, replica, &reason));
                 continue;
             }
@@ -108,12 +99,14 @@ fn of_point(
     let title = format!("{label}: {} replica{plural}", replicas.len());
     let merged = MergedRuns::of(&record, title, seconds);
     let folder = sweep.point(key)?;
-    if !is_current(&folder, &record) {
-        // Removed first: a page without its data is never taken for a current one.
-        remove_file(&folder.path().join(PAGE))?;
+    let source = Seal::of_source(&merged.summary.title, &record)?;
+    if !Seal::is_intact(&folder, source) {
+        // Removed first: what is half written is never taken for current.
+        Seal::remove(&folder)?;
         let manifest = manifest.begin_part(&folder, again)?;
         merged.write(&record, &folder)?;
         manifest.complete(&folder, seconds)?;
+        Seal::write(&folder, source)?;
     }
     let answers = study.answers(index, &merged.summary.figures, merged.tables());
     let summary = merged.summary;
@@ -124,23 +117,6 @@ fn of_point(
 /// The message about a damaged file.
 pub(crate) fn damaged(point: &Point, replica: u64, reason: &str) -> String {
     format!("point {}, replica {replica}: the file of its sums is left out: {reason}", point.label)
-}
-
-/// Whether the page of a point shows these replicas.
-fn is_current(folder: &Folder, record: &Record) -> bool {
-    let Ok(text) = folder.read(RUNS) else { return false };
-    let written = text.lines().skip(1).map(|line| line.split(',').nth(1).and_then(|n| n.parse().ok()));
-    let rows = run_rows(record);
-    folder.path().join(PAGE).is_file() && written.eq(rows.iter().map(|row| Some(row.1)))
-}
-
-fn remove_file(path: &Path) -> Result<()> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => {
-            Err(error).with_context(|| format!("cannot replace {}", path.display()))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// A check of each expectation.

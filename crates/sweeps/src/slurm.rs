@@ -12,7 +12,7 @@ use std::{
     time::Duration,
 };
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use carom_runs::{
     output::{Existing, Folder},
     print_line,
@@ -124,10 +124,13 @@ struct Job {
 /// file: shards that start later are of the same study, whatever becomes of its file.
 ///
 /// # Errors
-/// The folder holds another study, a file cannot be written, or a path is not valid UTF-8.
+/// The folder holds another study, a file cannot be written, or a path has a character that a
+/// script cannot quote: a double quote, a backslash, a control character, or one that is not UTF-8.
 pub fn write(study: &Study, name: &str, choices: &Choices, options: &Options) -> Result<()> {
     let resumption = &choices.resumption;
     let path = resumption.folder(&format!("out/slurm-{name}"));
+    // Before anything is written.
+    quotable(&std::path::absolute(&path).with_context(|| path.display().to_string())?)?;
     let there = path.join(INPUT);
     let is_begun = there.is_file();
     if is_begun && resumption.existing() != Existing::Replace {
@@ -190,7 +193,7 @@ impl Job {
             ("cpus", options.cpus.to_string()),
             ("time", options.time.0.clone()),
             // Slurm replaces what follows a per cent sign.
-            ("logs", utf8(&self.folder.join(LOGS))?.replace('%', "%%")),
+            ("logs", quotable(&self.folder.join(LOGS))?.replace('%', "%%")),
             ("shards", quoted(&self.folder.join(SHARDS))?),
             ("program", quoted(&self.program)?),
             ("options", more.join("\n")),
@@ -198,18 +201,43 @@ impl Job {
     }
 }
 
-/// A script with a value in the place of each `@name@`.
+/// A script with a value in the place of each `@name@`. Values are not searched for further names.
 fn filled(script: &str, values: &[(&str, String)]) -> String {
-    values.iter().fold(script.to_owned(), |script, (name, value)| script.replace(&format!("@{name}@"), value))
+    let mut filled = String::with_capacity(script.len());
+    let mut rest = script;
+    while let Some((before, after)) = rest.split_once('@') {
+        filled.push_str(before);
+        let found = values.iter().find_map(|(name, value)| {
+            let after = after.strip_prefix(name)?.strip_prefix('@')?;
+            Some((value, after))
+        });
+        rest = if let Some((value, after)) = found {
+            filled.push_str(value);
+            after
+        } else {
+            filled.push('@');
+            after
+        };
+    }
+    filled + rest
 }
 
 /// A path as one word of the shell.
 fn quoted(path: &Path) -> Result<String> {
-    Ok(format!("'{}'", utf8(path)?.replace('\'', r"'\''")))
+    Ok(format!("'{}'", quotable(path)?.replace('\'', r"'\''")))
 }
 
-fn utf8(path: &Path) -> Result<&str> {
-    path.to_str().with_context(|| format!("the path {} is not valid UTF-8", path.display()))
+/// The text of a path that both the shell and the directives of sbatch read as it is. sbatch has no
+/// escape for the characters that are refused.
+fn quotable(path: &Path) -> Result<&str> {
+    let text = path.to_str().with_context(|| format!("the path {} is not valid UTF-8", path.display()))?;
+    match text.chars().find(|&c| matches!(c, '"' | '\\') || c.is_control()) {
+        None => Ok(text),
+        Some(refused) => bail!(
+            "the path {text:?} has the character {refused:?}, which a Slurm script cannot quote: choose \
+             another folder with --out, without double quotes, backslashes and control characters"
+        ),
+    }
 }
 
 #[cfg(test)]
@@ -263,5 +291,42 @@ mod tests {
     fn paths_are_one_word_of_the_shell() {
         let word = quoted(Path::new("/a b/it's $HOME")).unwrap();
         assert_eq!(word, r"'/a b/it'\''s $HOME'");
+        for safe in ["/a;b", "/`c`", "/100%", "/é", "/a@b"] {
+            assert_eq!(quoted(Path::new(safe)).unwrap(), format!("'{safe}'"));
+        }
+    }
+
+    #[test]
+    fn paths_that_no_script_can_quote_are_refused_with_the_character() {
+        for (path, character) in [
+            ("/a\"b", r#"'"'"#),
+            ("/a\\b", r"'\\'"),
+            ("/a\n#SBATCH --wrap=true", r"'\n'"),
+            ("/a\rb", r"'\r'"),
+            ("/a\tb", r"'\t'"),
+            ("/a\u{1b}b", r"'\u{1b}'"),
+        ] {
+            let error = quoted(Path::new(path)).unwrap_err().to_string();
+            assert!(error.contains(&format!("the character {character},")), "{path:?}: {error}");
+            assert!(!error.contains('\n') && error.contains("--out"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_folder_with_the_name_of_a_place_of_the_script_is_kept() {
+        let job = Job {
+            program: "/opt/@study@".into(),
+            name: "gas".to_owned(),
+            folder: "/home/@options@/@count@".into(),
+            checkpoint_every: Duration::from_secs(30),
+        };
+        let options = Options { slurm: true, array_size: 3, ..Options::default() };
+        let array = job.array_script(&options).unwrap();
+        assert!(
+            array.contains("'/opt/@study@' --quiet sweep '/home/@options@/@count@/input.toml'"),
+            "{array}"
+        );
+        assert!(array.contains("#SBATCH --output=\"/home/@options@/@count@/logs/shard-%a.log\""), "{array}");
+        assert!(job.submit_script().unwrap().contains("'/home/@options@/@count@/array.sh'"));
     }
 }

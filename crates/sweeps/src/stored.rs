@@ -37,8 +37,10 @@ struct Head {
 pub enum Found {
     /// No file.
     Nothing,
-    /// A file that is no finished replica, with the reason.
+    /// A file that is no finished replica of this program, with the reason.
     Damaged(String),
+    /// A file that a newer program wrote, with the reason. It must not be replaced.
+    Newer(String),
     /// A finished replica.
     Finished(Box<Stored>),
 }
@@ -66,25 +68,29 @@ impl Stored {
 /// [`description`](carom_runs::record::description).
 ///
 /// # Errors
-/// The file is there, but the system cannot read it, or another version of the program wrote it.
+/// The file is there, but the system cannot read it.
 pub fn read(path: &Path, work: Work, what: &str) -> Result<Found> {
     let mut body = match Body::read(path) {
         Ok(body) => body,
         Err(FileError::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => {
             return Ok(Found::Nothing);
         }
-        Err(error @ (FileError::Foreign | FileError::Truncated { .. } | FileError::Damaged)) => {
-            return Ok(Found::Damaged(error.to_string()));
+        Err(error @ FileError::Unreadable(_)) => {
+            return Err(anyhow::Error::from(error).context(path.display().to_string()));
         }
-        Err(error) => return Err(anyhow::Error::from(error).context(path.display().to_string())),
+        Err(error @ FileError::Newer { .. }) => return Ok(Found::Newer(error.to_string())),
+        Err(error) => return Ok(Found::Damaged(error.to_string())),
     };
     let mut take = || -> Result<Stored> {
         let Head { work: there, seconds } = body.take()?;
-        let record: Record = body.take()?;
+        let record = Record::take(&mut body)?;
+        ensure!(seconds.is_finite() && seconds >= 0.0, "its processor time is {seconds} s");
         ensure!(there == work, "it is replica {} of point {}", there.replica, there.key);
         ensure!(record.what == what && record.runs.len() == 1, "it is of another scene");
         Ok(Stored { work, record, seconds })
     };
-    Ok(take()
-        .map_or_else(|error| Found::Damaged(error.to_string()), |stored| Found::Finished(Box::new(stored))))
+    Ok(take().map_or_else(
+        |error| Found::Damaged(format!("{error:#}")),
+        |stored| Found::Finished(Box::new(stored)),
+    ))
 }

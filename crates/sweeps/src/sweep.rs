@@ -94,7 +94,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let again = command(options, &path);
     let manifest = Manifest::begin(&sweep.folder, &again, &[])?;
     let failures = execute(&sweep, &study, &work, options, (&signals, &pool))?;
-    let remarks = Remarks { failures: failures.iter().map(words).collect(), notes: Vec::new() };
+    let remarks = Remarks { failures: failures.iter().map(words).collect(), ..Remarks::default() };
     let verdict = if shard == Shard::WHOLE {
         report::write(&sweep, &study, &shards, (manifest, &again), remarks, &pool)?
     } else {
@@ -198,6 +198,10 @@ fn execute(
                 note(&format!("{}; it is run again", damaged(point, work.replica, &reason)));
                 Ok(Some((work, cost)))
             }
+            Found::Newer(reason) => bail!(
+                "{}: {reason}. Continue the sweep with the newer program, or choose another folder with --out",
+                sweep.record(work).display()
+            ),
         }
     };
     let left: Vec<Option<(Work, u64)>> =

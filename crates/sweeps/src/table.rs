@@ -99,7 +99,7 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<
         row
     };
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    folder.write_table(TABLE, &header, points.iter().enumerate().map(row))
+    folder.write_lasting_table(TABLE, &header, points.iter().enumerate().map(row))
 }
 
 /// The settings of a point, by its index.

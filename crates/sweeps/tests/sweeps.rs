@@ -63,7 +63,8 @@ impl Place {
     /// Runs the sweep into a folder, with further options.
     fn sweep(&self, out: &str, more: &str) -> Result<()> {
         let (study, out) = (self.path("study.toml"), self.path(out));
-        let words = format!("{} --out {} --threads 2 {more}", study.display(), out.display());
+        let threads = if more.contains("--slurm") { "" } else { "--threads 2" };
+        let words = format!("{} --out {} {threads} {more}", study.display(), out.display());
         sweep::run(&options(&words)).map(drop)
     }
 
@@ -71,6 +72,13 @@ impl Place {
         let folders: Vec<String> = folders.iter().map(|name| self.path(name).display().to_string()).collect();
         let words = format!("{} --out {}", folders.join(" "), self.path(out).display());
         merge::run(&options(&words)).map(drop)
+    }
+
+    /// The verdict of a merge.
+    fn merged(&self, folders: &[&str], out: &str) -> Verdict {
+        let folders: Vec<String> = folders.iter().map(|name| self.path(name).display().to_string()).collect();
+        let words = format!("{} --out {}", folders.join(" "), self.path(out).display());
+        merge::run(&options(&words)).unwrap()
     }
 
     fn read(&self, name: &str) -> String {
@@ -240,6 +248,109 @@ fn a_damaged_file_is_recognised_at_every_length_and_its_replica_run_again() {
     assert!(page.contains("it is truncated") && page.contains("Missing are 1 of 3 replicas"), "{page}");
     place.merge(&["out".to_owned(), "copy".to_owned()], "both").unwrap();
     assert_eq!(place.read("both/table.csv"), table);
+}
+
+/// A loss of power leaves files that were not flushed empty, or without their name.
+#[test]
+fn results_of_a_point_that_a_loss_of_power_has_spoilt_are_written_again() {
+    let place = Place::new(&STUDY.replace("[10, 20, 30]", "[10]"));
+    place.sweep("out", "").unwrap();
+    place.merge(&["out".to_owned()], "merged").unwrap();
+    for out in ["out", "merged"] {
+        let record = place.records(out).into_keys().next().unwrap();
+        let point = record.parent().unwrap();
+        let names = ["report.html", "pressure.csv", "summary.json", "runs.csv", "tables.json", "config.toml"];
+        for name in names {
+            let whole = fs::read(point.join(name)).unwrap();
+            let mut changed = whole.clone();
+            changed[whole.len() / 2] ^= 1;
+            for content in [Some(Vec::new()), Some(changed), None] {
+                match &content {
+                    Some(bytes) => fs::write(point.join(name), bytes).unwrap(),
+                    None => fs::remove_file(point.join(name)).unwrap(),
+                }
+                place.sweep(out, "").unwrap();
+                let now = fs::read(point.join(name)).unwrap();
+                // Times differ.
+                assert!(name == "summary.json" || name == "report.html" || now == whole, "{out} {name}");
+                assert!(now.len().abs_diff(whole.len()) < 100, "{out} {name}: {} bytes", now.len());
+            }
+        }
+        // The process has ended between the page and the manifest.
+        let manifest = fs::read_to_string(point.join("manifest.json")).unwrap();
+        let open = manifest.replace("\"complete\": true", "\"complete\": false");
+        assert_ne!(open, manifest);
+        fs::write(point.join("manifest.json"), open).unwrap();
+        place.sweep(out, "").unwrap();
+        assert!(fs::read_to_string(point.join("manifest.json")).unwrap().contains("\"complete\": true"));
+        // What is intact stays as it is.
+        let time = |name: &str| fs::metadata(point.join(name)).unwrap().modified().unwrap();
+        let before = time("report.html");
+        place.sweep(out, "").unwrap();
+        assert_eq!(time("report.html"), before);
+    }
+}
+
+#[test]
+fn records_of_other_formats_are_named_with_the_remedy_and_stop_no_merge() {
+    let place = Place::new(STUDY);
+    place.sweep("out", "").unwrap();
+    let table = place.read("out/table.csv");
+    let path = place.records("out").into_keys().next().unwrap();
+    let whole = fs::read(&path).unwrap();
+    let with_format = |change: i8| {
+        let mut bytes = whole.clone();
+        bytes[16] = bytes[16].checked_add_signed(change).unwrap();
+        fs::write(&path, bytes).unwrap();
+    };
+    for (change, words) in [(-1, "an older program"), (1, "a newer program")] {
+        with_format(change);
+        let out = format!("merged{change}");
+        assert_eq!(place.merged(&["out"], &out), Verdict::Incomplete);
+        let page = place.read(&format!("{out}/report.html"));
+        assert!(page.contains(words) && page.contains("To run it again: carom sweep"), "{page}");
+        assert!(page.contains("Missing are 1 of 9 replicas"), "{page}");
+        let summary: serde_json::Value =
+            serde_json::from_str(&place.read(&format!("{out}/summary.json"))).unwrap();
+        assert_eq!(summary["damaged"][0]["file"], path.display().to_string());
+        assert_eq!(summary["missing"][0]["replicas"].as_array().unwrap().len(), 1);
+    }
+    // The record of a newer program is not replaced by an older one.
+    assert!(place.refused("out", "").contains("Continue the sweep with the newer program"));
+    with_format(-1);
+    place.sweep("out", "").unwrap();
+    assert_eq!(place.read("out/table.csv"), table);
+}
+
+#[test]
+fn forged_numbers_in_a_record_are_counted_as_damaged() {
+    let place = Place::new(STUDY);
+    place.sweep("out", "").unwrap();
+    let table = place.read("out/table.csv");
+    let path = place.records("out").into_keys().next().unwrap();
+    let mut stored = read(&place, &path);
+    let run = stored.record.runs.values_mut().next().unwrap();
+    let measure = run.measures.iter_mut().find(|measure| !measure.sums.total.is_empty()).unwrap();
+    measure.sums.total[0][0] = f64::NAN;
+    stored.write(&path).unwrap();
+    assert_eq!(place.merged(&["out"], "merged"), Verdict::Incomplete);
+    let page = place.read("merged/report.html");
+    assert!(page.contains("sums.total[0][0] must be finite, but is NaN"), "{page}");
+    assert!(!place.read("merged/table.csv").contains("NaN"));
+    place.sweep("out", "").unwrap();
+    assert_eq!(place.read("out/table.csv"), table);
+}
+
+#[test]
+fn job_scripts_are_not_written_into_folders_that_they_cannot_name() {
+    let place = Place::new(STUDY);
+    for name in ["a\"b", "a\\b"] {
+        let error = place.refused(name, "--slurm --array-size 2");
+        assert!(error.contains("which a Slurm script cannot quote"), "{error}");
+        assert!(!place.path(name).exists(), "{name}");
+    }
+    place.sweep("@options@", "--slurm --array-size 2").unwrap();
+    assert!(place.read("@options@/array.sh").contains("/@options@/logs/shard-%a.log"));
 }
 
 /// No clock of the day has an effect: durations are those of a clock that never jumps, and times of

@@ -22,6 +22,6 @@ pub mod table;
 pub use block_sums::{BlockMean, BlockSums, Sums};
 pub use blocking::Blocking;
 pub use estimate::Estimate;
-pub use run_sums::{MergeError, MergedSums, Replica, RunSums};
+pub use run_sums::{MergeError, MergedSums, Replica, RunSums, SumsError};
 pub use summary::*;
 pub use table::{Column, Level, Role, Spacing, Table};

@@ -19,6 +19,83 @@ pub struct RunSums {
     pub blocks: Vec<Sums>,
 }
 
+impl RunSums {
+    /// Verifies that all sums are finite, that no weight is negative, and that no block has more
+    /// quantities than the whole.
+    ///
+    /// # Errors
+    /// The first sum that is invalid.
+    pub fn check(&self) -> Result<(), SumsError> {
+        check(&self.total)?;
+        let all = self.total.len();
+        for (index, block) in self.blocks.iter().enumerate() {
+            if block.len() > all {
+                return Err(SumsError::Quantities { block: index + 1, found: block.len(), all });
+            }
+            check(block)?;
+        }
+        Ok(())
+    }
+}
+
+fn check(sums: &[[f64; 2]]) -> Result<(), SumsError> {
+    for (quantity, &[sum, weight]) in sums.iter().enumerate() {
+        if !sum.is_finite() {
+            return Err(SumsError::Sum { quantity, sum });
+        }
+        if !(weight >= 0.0 && weight.is_finite()) {
+            return Err(SumsError::Weight { quantity, weight });
+        }
+    }
+    Ok(())
+}
+
+/// Why sums are invalid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SumsError {
+    /// A sum is not finite.
+    Sum {
+        /// The number of its quantity.
+        quantity: usize,
+        /// The sum.
+        sum: f64,
+    },
+    /// A weight is negative or not finite.
+    Weight {
+        /// The number of its quantity.
+        quantity: usize,
+        /// The weight.
+        weight: f64,
+    },
+    /// A block has more quantities than the whole run.
+    Quantities {
+        /// The number of the block, from 1.
+        block: usize,
+        /// Its quantities.
+        found: usize,
+        /// The quantities of the whole run.
+        all: usize,
+    },
+}
+
+impl std::fmt::Display for SumsError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Sum { quantity, sum } => {
+                write!(f, "the sum of quantity {quantity} must be finite, but is {sum}")
+            }
+            Self::Weight { quantity, weight } => {
+                write!(f, "the weight of quantity {quantity} must be finite and at least 0, but is {weight}")
+            }
+            Self::Quantities { block, found, all } => {
+                write!(f, "block {block} has {found} quantities, but the run has {all}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for SumsError {}
+
 /// What distinguishes the runs of one scene: the seed and the number of the replica.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Replica {
@@ -172,6 +249,18 @@ mod tests {
         }
         let pairs = [[4, 1], [0, 5], [3, 2]].map(|pair| merged(pair.map(part).to_vec()));
         assert_eq!(merged(pairs.to_vec()).means(), means);
+    }
+
+    #[test]
+    fn sums_that_are_no_sums_are_refused() {
+        let sums = |total: Sums, block: Sums| RunSums { total, blocks: vec![block] }.check();
+        assert_eq!(sums(vec![[-1.0, 0.0], [2.0, 3.0]], vec![[1.0, 1.0]]), Ok(()));
+        assert_eq!(sums(vec![[1.0, -0.5]], Vec::new()), Err(SumsError::Weight { quantity: 0, weight: -0.5 }));
+        let infinite = sums(vec![[1.0, 1.0]], vec![[f64::INFINITY, 1.0]]);
+        assert_eq!(infinite, Err(SumsError::Sum { quantity: 0, sum: f64::INFINITY }));
+        assert!(sums(vec![[1.0, f64::NAN]], Vec::new()).is_err());
+        let longer = sums(vec![[1.0, 1.0]], vec![[1.0, 1.0]; 2]);
+        assert_eq!(longer, Err(SumsError::Quantities { block: 1, found: 2, all: 1 }));
     }
 
     #[test]

@@ -181,6 +181,16 @@ pub enum Verdict {
     Passed,
     /// Exit code 1.
     Failed,
+    /// Exit code 3: all checks passed, but parts of the data are missing.
+    Incomplete,
+}
+
+impl Verdict {
+    /// The verdict on data of which parts are missing: a failed check counts more.
+    #[must_use]
+    pub fn of_incomplete(self) -> Self {
+        if self == Self::Passed { Self::Incomplete } else { self }
+    }
 }
 
 #[cfg(test)]
@@ -228,6 +238,8 @@ mod tests {
         assert_eq!(json["collisions"], 7);
         assert_eq!(json["overlapping_pairs"], 0);
         assert_eq!(json["figures"][0]["standard_error"], 0.5);
+        assert_eq!(Verdict::Passed.of_incomplete(), Verdict::Incomplete);
+        assert_eq!(Verdict::Failed.of_incomplete(), Verdict::Failed);
         assert_eq!(summary.verdict(), Verdict::Passed);
     }
 }

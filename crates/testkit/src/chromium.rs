@@ -30,9 +30,11 @@ pub fn browser(test: &str) -> Option<&'static str> {
 }
 
 /// Adds a script at the end of a page, and at its beginning a list `faults` of errors and warnings.
+/// The Content-Security-Policy of the page is taken out: it forbids added scripts.
 pub fn with_probe(html: &str, script: &str) -> String {
     // The last end of a body: a script of the page may hold another.
     let (start, end) = html.rsplit_once("</body>").unwrap_or((html, ""));
+    let start = start.replacen("http-equiv=\"Content-Security-Policy\"", "name=\"policy\"", 1);
     let start = start.replacen("<head>", &format!("<head>{FAULTS}"), 1);
     format!("{start}<script>{script}</script></body>{end}")
 }

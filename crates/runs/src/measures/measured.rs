@@ -9,6 +9,7 @@ use super::HardDiscs;
 use crate::{
     append_file::AppendFiles,
     checkpoint_file::{decode, encode},
+    finite::require_finite,
     output::Folder,
     record::MeasureRecord,
 };
@@ -216,8 +217,13 @@ pub(super) fn in_blocks<M: Measured>(measured: M) -> Box<dyn Measure> {
 }
 
 /// Restores a measure from a checkpoint.
+///
+/// # Errors
+/// The state has another type, or a number in it is not finite.
 pub(super) fn resumed<M: Measured>(bytes: &[u8]) -> Result<Box<dyn Measure>> {
-    Ok(Box::new(decode::<InBlocks<M>>(bytes)?))
+    let measure = decode::<InBlocks<M>>(bytes)?;
+    require_finite(&measure)?;
+    Ok(Box::new(measure))
 }
 
 impl<M: Measured> Observer for InBlocks<M> {

@@ -1,23 +1,26 @@
 //! `carom merge`: the results of several replicas of a scene as those of one long run.
 
 mod average;
+mod parts;
 
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 pub use average::results as merged;
 use carom_tables::{Replica, Summary, Table, Totals, Verdict};
 use clap::Args;
+use parts::Parts;
+use serde::Serialize;
 use serde_json::Value;
 
 use crate::{
+    left_out::{LeftOut, announce},
     manifest::{Manifest, program},
     measures::Results,
     output::{Destination, Folder},
-    progress::Progress,
     record::{Record, RunRecord},
     report::{self, RUNS, State},
 };
@@ -33,35 +36,29 @@ pub struct Options {
     pub destination: Destination,
 }
 
-/// Merges the runs and writes a folder with their tables, figures and page.
+/// Merges the runs and writes a folder with their tables, figures and page. Runs that have not ended
+/// and damaged sums are left out; the verdict is then [`Verdict::Incomplete`].
 ///
 /// # Errors
-/// A folder has no sums, the scenes differ, a run is there twice, or a file cannot be written.
+/// A folder holds no run, no run is left, the scenes differ, a run is there twice, or a file cannot
+/// be written.
 pub fn run(options: &Options) -> Result<Verdict> {
-    let mut record: Option<Record> = None;
-    let progress = Progress::items("runs", options.folders.len() as u64);
-    for folder in &options.folders {
-        let part = Record::read(folder)?;
-        match &mut record {
-            None => record = Some(part),
-            Some(all) => all.merge(part).with_context(|| format!("cannot merge {}", folder.display()))?,
-        }
-        progress.count(1);
-    }
-    drop(progress);
-    let record = record.context("there are no folders")?;
+    let Parts { record, folders: kept, left_out } = parts::read(&options.folders)?;
     let folder = Folder::create(&options.destination.folder("out/merge"), options.destination.existing())?;
     let folders: Vec<String> = options.folders.iter().map(|folder| folder.display().to_string()).collect();
     let command = format!("{} merge {}", program(), folders.join(" "));
     let manifest = Manifest::begin(&folder, &command, &[])?;
-    let seconds = options.folders.iter().map(|folder| seconds_of(folder)).sum();
+    let seconds = kept.into_iter().map(seconds_of).sum();
     record.write(&folder)?;
-    let merged = MergedRuns::of(&record, format!("{} merged runs", record.runs.len()), seconds);
+    let mut merged = MergedRuns::of(&record, format!("{} merged runs", record.runs.len()), seconds);
+    merged.left_out = left_out;
     merged.write(&record, &folder)?;
-    let summary = merged.summary;
+    let MergedRuns { summary, left_out, .. } = merged;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
+    announce(&left_out.missing, &left_out.damaged, &left_out.words());
     crate::conclude(&folder, &summary);
-    Ok(summary.verdict())
+    let verdict = summary.verdict();
+    Ok(if left_out.is_empty() { verdict } else { verdict.of_incomplete() })
 }
 
 /// Processor time of the runs in a folder, from its summary; 0 without one (seconds).
@@ -80,6 +77,17 @@ pub struct MergedRuns {
     results: Results,
     /// Figures, totals and checks.
     pub summary: Summary,
+    /// What the folders of the runs lack.
+    pub left_out: LeftOut,
+}
+
+/// `summary.json`.
+#[derive(Debug, Serialize)]
+struct SummaryFile<'a> {
+    #[serde(flatten)]
+    summary: &'a Summary,
+    #[serde(flatten)]
+    left_out: &'a LeftOut,
 }
 
 impl MergedRuns {
@@ -98,7 +106,7 @@ impl MergedRuns {
             figures: results.figures.clone(),
             runs: Vec::new(),
         };
-        Self { results, summary }
+        Self { results, summary, left_out: LeftOut::default() }
     }
 
     /// The tables.
@@ -114,7 +122,8 @@ impl MergedRuns {
         folder.write_table(RUNS, &COLUMNS, run_rows(record))?;
         self.results.write(folder, |_| false)?;
         report::write_tables(&self.results, folder)?;
-        folder.write_json("summary.json", &self.summary)?;
+        let Self { summary, left_out, .. } = self;
+        folder.write_json("summary.json", &SummaryFile { summary, left_out })?;
         folder.write("config.toml", &record.what)?;
         report::write(folder, State::Ended)
     }

@@ -6,6 +6,7 @@ use std::fs;
 use anyhow::{Context, Result};
 use carom::Scene;
 use carom_tables::{Check, Figure, OneRun, Summary, Table, Totals};
+use serde::Deserialize as _;
 use serde_json::Value;
 
 use super::{
@@ -14,6 +15,7 @@ use super::{
 };
 use crate::{
     animation::ANIMATION,
+    left_out::LeftOut,
     output::{Folder, MANIFEST},
     price::{PRICE, Price},
     run::files::PICTURES,
@@ -56,6 +58,8 @@ pub(super) struct Contents {
     /// The scene in it.
     pub scene: Option<Scene>,
     pub summary: Option<Summary>,
+    /// What merged runs lack.
+    pub left_out: LeftOut,
     pub tables: Vec<Table>,
     /// Pictures of the first and the last state.
     pub pictures: [Option<String>; 2],
@@ -92,7 +96,10 @@ impl Contents {
         let configuration = text(folder, "config.toml")?.unwrap_or_default();
         let is_scene = matches!(kind, Kind::Run | Kind::Merge);
         let scene = Scene::from_toml(&configuration).ok().filter(|_| is_scene);
-        let summary = json(folder, "summary.json")?.map(|value| summary_of(&value));
+        let summary_file = json(folder, "summary.json")?;
+        let summary = summary_file.as_ref().map(summary_of);
+        // A sweep has other entries of these names.
+        let left_out = summary_file.filter(|_| kind == Kind::Merge).map(LeftOut::deserialize);
         let animation = match &scene {
             Some(scene) if kind == Kind::Run && scene.run.animation => text(folder, ANIMATION)?,
             _ => None,
@@ -106,6 +113,7 @@ impl Contents {
             configuration,
             scene,
             summary,
+            left_out: left_out.and_then(Result::ok).unwrap_or_default(),
             tables: tables_file::tables(folder)?,
             pictures: [start?, end?],
             maps: [density?, order?],

@@ -75,6 +75,7 @@ fn notes(contents: &Contents, page: &mut Page) {
             contents.again
         )),
     }
+    contents.left_out.words().iter().for_each(|words| page.error(words));
     if !missing.is_empty() {
         page.note(&format!("Missing from the folder: {missing}."));
     }
