@@ -14,11 +14,11 @@ use crate::{
     body::BodyKind,
     body_builder::inertia,
     heat::exact_sum,
+    separation::refuse_unresolved,
     simulation::Epoch,
     simultaneous_contacts::SimultaneousContacts,
     single_bodies::{add_molecule, add_wall, deepest_overlap},
     sites::Sites,
-    separation::refuse_unresolved,
     unresolved::Unresolved,
 };
 

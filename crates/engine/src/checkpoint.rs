@@ -20,10 +20,10 @@ use crate::{
     body::BodyKind,
     body_builder::inertia,
     limits::too_slow,
+    separation::refuse_unresolved,
     simulation::Epoch,
     simultaneous_contacts::SimultaneousContacts,
     single_bodies::{is_open_wall, is_wall_temperature, refuse_large_wall},
-    separation::refuse_unresolved,
     unresolved::Unresolved,
 };
 

@@ -9,8 +9,8 @@ use carom_response::{ContactFrame, Elasticity, Response};
 use glam::DVec2;
 
 use crate::{
-    BodyName, CollisionReport, Counters, ElasticityTable, Ledger, Observer, RunError, Side, StallCause, TagNames,
-    World,
+    BodyName, CollisionReport, Counters, ElasticityTable, Ledger, Observer, RunError, Side, StallCause,
+    TagNames, World,
     limits::{ContactPlaces, Limits},
     resolution::{Encounter, Resolved, ResolvedDiscs, Rules},
     scheduler::{ContactEvent, EventLoop, EventQueue, Parts},

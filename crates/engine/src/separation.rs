@@ -37,7 +37,9 @@ use carom_kinematics::{Inertia, Motion, RelativeMotion};
 use carom_response::{ContactFrame, approach_speed, reduced_mass};
 use glam::DVec2;
 
-use crate::{Body, ElasticityTable, GridError, World, contact_event::Parts, separation_error::separation_error};
+use crate::{
+    Body, ElasticityTable, GridError, World, contact_event::Parts, separation_error::separation_error,
+};
 
 /// Least speed of separation of surfaces, in units of the speed that detection resolves. Smaller
 /// than 2: detection may not see that a pair separates. Larger: energy is put into contacts at
