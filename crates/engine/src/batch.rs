@@ -14,6 +14,7 @@ use crate::{
     body::BodyKind,
     body_builder::inertia,
     heat::exact_sum,
+    separation::refuse_unresolved,
     simulation::Epoch,
     simultaneous_contacts::SimultaneousContacts,
     single_bodies::{add_molecule, add_wall, deepest_overlap},
@@ -396,9 +397,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Takes over an edited world if it fits the elasticity and the grid.
     fn accept(&mut self, batch: Batch) -> Result<(), EditError> {
         let Batch { mut world, names, mut elasticity, removed, moves, relabels, heat, .. } = batch;
+        let resolves = |world: &World, elasticity: &ElasticityTable| {
+            refuse_unresolved(world, elasticity)
+                .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))
+        };
         if !moves {
             if relabels {
                 elasticity.classify(&mut world)?;
+                resolves(&world, &elasticity)?;
                 // Tags affect no motion and no prediction: the epoch continues.
                 self.come_back_to_present();
                 self.world.bodies = world.bodies;
@@ -409,6 +415,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         world.keep_bodies(|index| !removed[index]);
         elasticity.classify(&mut world)?;
+        resolves(&world, &elasticity)?;
         let scheduler = S::new(&self.scheduler_options, &world)
             .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
         self.ledger.put_in += exact_sum(world.energies().chain(self.world.energies().map(|energy| -energy)));

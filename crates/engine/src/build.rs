@@ -7,7 +7,7 @@ use carom_response::{Impact, Response};
 
 use crate::{
     CellScheduler, ElasticityTable, Growth, Placement, Scene, SceneError, Scheduler, Simulation, World,
-    contents::Contents, placement, start_from,
+    contents::Contents, placement, separation::refuse_unresolved, start_from,
 };
 
 impl Simulation {
@@ -74,6 +74,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let mut singles = contents.singles;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut singles.names)?;
         elasticity.classify(&mut world)?;
+        refuse_unresolved(&world, &elasticity)
+            .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
         let scheduler = S::new(&options, &world)

@@ -20,6 +20,7 @@ use crate::{
     body::BodyKind,
     body_builder::inertia,
     limits::too_slow,
+    separation::refuse_unresolved,
     simulation::Epoch,
     simultaneous_contacts::SimultaneousContacts,
     single_bodies::{is_open_wall, is_wall_temperature, refuse_large_wall},
@@ -257,6 +258,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let mut names = checkpoint.names.clone();
         let mut elasticity = ElasticityTable::new(&checkpoint.elasticity, &mut names)?;
         elasticity.classify(&mut world)?;
+        refuse_unresolved(&world, &elasticity)
+            .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
         if checkpoint.last_contacts.len() != world.last_contacts.len() {
             return Err(CheckpointError::LastContacts(checkpoint.last_contacts.len()));
         }

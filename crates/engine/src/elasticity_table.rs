@@ -52,6 +52,11 @@ impl ElasticityTable {
         self.by_class[a.kind.elasticity_class as usize * self.classes + b.kind.elasticity_class as usize]
     }
 
+    /// The class of a body: bodies of one class have the same elasticity with each other body.
+    pub(crate) fn class_of(&self, body: &Body) -> u32 {
+        if self.by_class.is_empty() { 0 } else { body.kind.elasticity_class }
+    }
+
     pub(crate) fn new(spec: &ElasticitySpec, names: &mut TagNames) -> Result<Self, SceneError> {
         let coefficient = |entry: String, value: f64| {
             Elasticity::new(value).map_err(|reason| SceneError::Elasticity { entry, reason })
@@ -101,9 +106,13 @@ impl ElasticityTable {
     /// Whether the table has elasticities below 1, which a guard raises. A guarded contact has
     /// elasticity 1, which a response cannot distinguish from elasticity 1 in the table.
     fn is_guarded(&self) -> bool {
+        self.loses_energy() && self.guard.contact_time > 0.0
+    }
+
+    /// Whether the table has elasticities below 1.
+    pub(crate) fn loses_energy(&self) -> bool {
         let loses = |elasticity: Elasticity| elasticity.coefficient() < 1.0;
-        let any = loses(self.default) || self.rules.iter().any(|rule| loses(rule.elasticity));
-        any && self.guard.contact_time > 0.0
+        loses(self.default) || self.rules.iter().any(|rule| loses(rule.elasticity))
     }
 
     /// The rules as in a scene.

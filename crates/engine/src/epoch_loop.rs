@@ -9,7 +9,8 @@ use carom_response::{ContactFrame, Elasticity, Response};
 use glam::DVec2;
 
 use crate::{
-    BodyName, CollisionReport, Counters, ElasticityTable, Ledger, Observer, RunError, Side, TagNames, World,
+    BodyName, CollisionReport, Counters, ElasticityTable, Ledger, Observer, RunError, Side, StallCause,
+    TagNames, World,
     limits::{ContactPlaces, Limits},
     resolution::{Encounter, Resolved, ResolvedDiscs, Rules},
     scheduler::{ContactEvent, EventLoop, EventQueue, Parts},
@@ -274,6 +275,15 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
 
     fn stalled(&self, body: u32, time: f64, contacts: u32) -> RunError {
         let body = BodyName::new(&self.world.bodies[body as usize], self.names);
-        RunError::Stalled { time: self.world.epoch.after(time), body, contacts }
+        RunError::Stalled { time: self.world.epoch.after(time), body, contacts, cause: self.stall_cause() }
+    }
+
+    fn stall_cause(&self) -> StallCause {
+        let loses = self.elasticity.loses_energy() || !self.response.conserves_energy(Elasticity::ELASTIC);
+        match (loses, self.elasticity.guard.contact_time > 0.0) {
+            (false, _) => StallCause::NoFreeSpace,
+            (true, false) => StallCause::InelasticCollapse,
+            (true, true) => StallCause::GuardedCollapse,
+        }
     }
 }

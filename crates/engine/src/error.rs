@@ -184,6 +184,23 @@ pub enum GridError {
         /// Indices of the two bodies in [`World::bodies`](crate::World::bodies).
         bodies: [usize; 2],
     },
+    /// Atoms whose contacts change energy, and so small in this box that detection resolves their
+    /// speed of separation only to more than a thousandth of their speed.
+    #[error(
+        "with elasticity {coefficient} the radii of touching parts must add up to at least {least:e} in this box, \
+         but add up to {reach:e}: the rounding of positions would decide how fast they separate; enlarge them, \
+         shrink the box, or use elasticity 1"
+    )]
+    UnresolvedElasticity {
+        /// Smallest sum of the radii of two parts that may touch (length).
+        reach: f64,
+        /// Least allowed sum (length).
+        least: f64,
+        /// Coefficient of restitution of the pair.
+        coefficient: f64,
+        /// Indices of the two bodies in [`World::bodies`](crate::World::bodies).
+        bodies: [usize; 2],
+    },
 }
 
 impl GridError {
@@ -192,7 +209,8 @@ impl GridError {
         let entry = match self {
             Self::TooFine { bodies: [a, b], .. }
             | Self::BoxTooSmall { bodies: [a, b], .. }
-            | Self::BoxTooLarge { bodies: [a, b], .. } => {
+            | Self::BoxTooLarge { bodies: [a, b], .. }
+            | Self::UnresolvedElasticity { bodies: [a, b], .. } => {
                 let (a, b) = (name(a), name(b));
                 if a == b { a } else { format!("{a} and {b}") }
             }
@@ -223,6 +241,31 @@ pub enum EditError {
     Scene(#[from] SceneError),
 }
 
+/// The reason why contacts follow each other in almost no time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum StallCause {
+    /// Contacts of elasticity below 1, without a guard, lose ever more of the speed of separation.
+    #[error(
+        "inelastic collapse, infinitely many contacts in a finite time; set `elasticity.contact_time` (from 1e-5 to \
+         1, for example 1e-4), below which contacts are elastic"
+    )]
+    InelasticCollapse,
+    /// Contacts of elasticity below 1, although a guard makes contacts elastic that follow others
+    /// within its contact time.
+    #[error(
+        "inelastic collapse, which the present `elasticity.contact_time` does not prevent; increase it (at most 1), \
+         or give the bodies more free space"
+    )]
+    GuardedCollapse,
+    /// No contact loses energy: the bodies touch on several sides and cannot move.
+    #[error(
+        "no contact loses energy, so the bodies have no free space to move; place them farther apart, or reduce \
+         their size or number"
+    )]
+    NoFreeSpace,
+}
+
 /// The reason why a run ended before its target time. The system remains at the time at which it
 /// stopped.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -237,12 +280,8 @@ pub enum RunError {
     )]
     Interval(f64),
     /// A body has had too many contacts at one instant, or very many contacts in a short time that
-    /// lose all energy: an inelastic collapse. A guard prevents it
-    /// ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)).
-    #[error(
-        "at time {time} {body} has had {contacts} contacts in almost no time; a guard against inelastic collapse \
-         (`elasticity.contact_time` from 1e-5 to 1) may prevent this"
-    )]
+    /// lose all energy.
+    #[error("at time {time} {body} has had {contacts} contacts in almost no time: {cause}")]
     Stalled {
         /// Time of the stall.
         time: EpochTime,
@@ -250,6 +289,8 @@ pub enum RunError {
         body: BodyName,
         /// Number of contacts.
         contacts: u32,
+        /// What lets the contacts follow each other without time between them.
+        cause: StallCause,
     },
     /// A body is so fast that the time in which it crosses the box a few times is lost in the
     /// rounding of the clock.

@@ -121,7 +121,7 @@ pub use checkpoint::{Checkpoint, CheckpointError};
 pub use counters::{Counters, Ledger, SchedulerCounters};
 pub use distribution::Distribution;
 pub(crate) use elasticity_table::ElasticityTable;
-pub use error::{EditError, GridError, RunError, SceneError};
+pub use error::{EditError, GridError, RunError, SceneError, StallCause};
 pub use gas_spec::{GasSpec, StartVelocities};
 pub use grid::{CellsPerSide, LEAST_CONTACT_SHARE};
 pub use growth::{Growth, GrowthProgress};

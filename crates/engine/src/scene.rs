@@ -194,7 +194,9 @@ pub struct WallSpec {
     /// distribution is Maxwell's weighted by the speed at which the point of contact leaves, for
     /// molecules including their rotation ([`thermal_motion`](carom_response::thermal_motion)).
     /// Elasticities have no effect on such contacts. [`Ledger::heat`](crate::Ledger::heat) is the
-    /// energy received. Without a temperature the wall is smooth and reflects.
+    /// energy received. Without a temperature the wall is smooth and reflects. A body that turns
+    /// leaves with a spin that is not the effect of its impulse: the change of its angular momentum
+    /// is not r × J.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[doc(alias = "thermostat")]
     #[doc(alias = "diffuse reflection")]
@@ -291,6 +293,17 @@ impl StartSpec {
 }
 
 /// Elasticity of contacts.
+///
+/// After a contact that changes energy, surfaces separate at least at four times the speed that
+/// rounding lets the search for contacts resolve. For atoms and the ends of walls this is a share
+/// of 4·10⁻¹⁴ to 4·10⁻¹³ sides / s of their relative speed, with s the sum of the radii of the two
+/// touching parts. A scene in which the share could exceed a thousandth is refused: s must be at
+/// least 6·10⁻¹¹ sides, and up to 5·10⁻¹⁰ in a dilute scene or one with a single moving body. Two
+/// discs, and the faces of walls, keep their coefficient to rounding at any size.
+///
+/// A body that meets the common end of two walls has its contact with one of them, and the last
+/// digit of the two times decides with which. This matters only where the two walls differ in
+/// elasticity, tags or temperature.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]

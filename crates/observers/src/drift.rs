@@ -7,7 +7,8 @@
 //! any density, for a free or locked body, since the free energy does not depend on its position
 //! and orientation, and the mean of v does not depend on θ. For a body that does not turn, Σ J is
 //! the change of its momentum; for a body that turns, Σ r × J is the change of its angular
-//! momentum. These sums are bounded. The other sums diffuse.
+//! momentum, except at walls that have a temperature: these draw the spin anew, and the body leaves
+//! with a spin that is not the effect of r × J. These sums are bounded. The other sums diffuse.
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
 use carom_kinematics::{EpochTime, Motion};

@@ -5,7 +5,7 @@
 //! ```
 //! use carom_tables::Check;
 //!
-//! let check = Check::at_most("energy drift", 1e-13, 1e-12);
+//! let check = Check::at_most("energy drift", 1e-13, carom_tables::allowed_drift(1000));
 //! assert!(check.passed);
 //! ```
 
