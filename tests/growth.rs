@@ -263,7 +263,7 @@ fn a_scene_grows_to_the_same_bits_in_any_thread_scheduler_and_pieces() {
 fn jammed_gases_end_with_an_error_that_names_the_density() {
     let scene = grown(vec![covering("tee", 25, 0.85)], 0.0);
     let error = Simulation::new(&scene).unwrap_err();
-    let SceneError::Jammed { reached, wanted } = error else { panic!("{error}") };
+    let SceneError::Jammed { reached, wanted, .. } = error else { panic!("{error}") };
     // Jammed states of tees: 0.70 at N = 1000.
     assert!((0.62..0.76).contains(&reached) && (wanted - 0.85).abs() < 1e-12, "{reached} {wanted}");
     assert!(error.to_string().contains(&format!("{reached:.4}")), "{error}");

@@ -75,15 +75,27 @@ pub enum SceneError {
     },
     /// The gases jam before they have grown to their size: at this density they cannot be placed.
     #[error(
-        "the gases jam at an area fraction of {}, below the {} that they would cover; reduce their number",
+        "the gases jam at an area fraction of {}, below the {} that they would cover: {smaller} of {molecules} \
+         molecules, with a share of {} of the area of the gases, are still smaller than in the scene, the smallest \
+         by a factor of {smallest_scale:.4}, and no longer grow; reduce their number or their size",
         share(*reached),
-        share(*wanted)
+        share(*wanted),
+        share(*area_share)
     )]
     Jammed {
         /// Area of the gases where they jam, as a share of the box.
         reached: f64,
         /// Area of the gases of the scene, as a share of the box.
         wanted: f64,
+        /// Number of molecules that have not reached their size.
+        smaller: usize,
+        /// Number of molecules of the gases.
+        molecules: usize,
+        /// Area of the molecules that have not reached their size, as a share of `wanted`, from 0
+        /// to 1.
+        area_share: f64,
+        /// Scale of the smallest molecule, from 0 to 1, the size in the scene.
+        smallest_scale: f64,
     },
     /// A run in which the gases grow or relax has ended early.
     #[error("the gases cannot be grown and relaxed: {0}")]

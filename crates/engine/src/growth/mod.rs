@@ -19,6 +19,8 @@ mod dilute;
 mod packing;
 mod relaxation;
 mod saved;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -57,6 +59,15 @@ const PATIENCE: u64 = 200;
 
 /// Least rise of the smallest scale in [`PATIENCE`] steps.
 const LEAST_RISE: f64 = 1e-4;
+
+/// The front slows down for large molecules behind it if the smallest scale rises at less than this
+/// multiple of the least rate, after [`FIRST_LOOK`] steps of a period. Larger: the growth of
+/// mixtures slows down although it goes on. Smaller: it takes longer, or is given up.
+const SLOW_RISE: f64 = 10.0;
+
+/// Steps of a period before the rate of growth is judged. Smaller: by chance. Larger: the front
+/// cannot slow down by much before growth is given up.
+const FIRST_LOOK: u64 = 20;
 
 /// Events of the scheduler for each collision wanted, after which a run ends with fewer collisions;
 /// at the start of an epoch each body has one. Gases of a usual scene need fewer than ten;
@@ -319,11 +330,12 @@ impl Growth {
         let mut random = self.random();
         let before = self.scales.clone();
         let packing = Packing { world: &self.world, first, species };
-        let state = &mut self.state;
-        let behind = packing.grow(&mut self.scales, state.lead, &mut random);
+        let behind = packing.grow(&mut self.scales, self.state.lead, &mut random);
         let molecules = self.scales.len();
-        state.lead = packing::next_lead(state.lead, behind, molecules);
-        state.at_front = 1.0 - behind as f64 / molecules as f64;
+        let is_slow = self.is_slow();
+        let state = &mut self.state;
+        state.lead = packing::next_lead(state.lead, behind, molecules, is_slow);
+        state.at_front = 1.0 - behind.molecules as f64 / molecules as f64;
         packing::resize(&mut self.world, first, species, &before, &self.scales)
     }
 
@@ -336,6 +348,15 @@ impl Growth {
         random
     }
 
+    /// Whether the smallest scale has risen so little in the present period that growth would take
+    /// very long or be given up.
+    fn is_slow(&self) -> bool {
+        let (begun, scale) = self.state.period;
+        let steps = self.state.steps - begun;
+        let least = SLOW_RISE * LEAST_RISE * steps as f64 / PATIENCE as f64;
+        steps >= FIRST_LOOK && self.smallest() - scale < least
+    }
+
     fn refuse_jam(&mut self) -> Result<(), SceneError> {
         let (begun, scale) = self.state.period;
         if self.state.steps - begun < PATIENCE {
@@ -343,12 +364,28 @@ impl Growth {
         }
         let smallest = self.smallest();
         if smallest - scale < LEAST_RISE && smallest < 1.0 {
-            let wanted = self.contents.species.iter().map(Species::area).sum::<f64>();
-            let wanted = wanted / self.world.bounds.area();
-            return Err(SceneError::Jammed { reached: self.area_fraction(), wanted });
+            return Err(self.jam());
         }
         self.state.period = (self.state.steps, smallest);
         Ok(())
+    }
+
+    fn jam(&self) -> SceneError {
+        let wanted = self.contents.species.iter().map(Species::area).sum::<f64>();
+        let molecules = self.contents.species.iter().flat_map(|kind| {
+            let equal = kind.is_equal().then(|| kind.molecule(0).area());
+            (0..kind.count).map(move |index| equal.unwrap_or_else(|| kind.molecule(index).area()))
+        });
+        let smaller = molecules.zip(&self.scales).filter(|&(_, &scale)| scale < 1.0);
+        let (count, area) = smaller.fold((0, 0.0), |(count, sum), (area, _)| (count + 1, sum + area));
+        SceneError::Jammed {
+            reached: self.area_fraction(),
+            wanted: wanted / self.world.bounds.area(),
+            smaller: count,
+            molecules: self.scales.len(),
+            area_share: (area / wanted).min(1.0),
+            smallest_scale: self.smallest(),
+        }
     }
 
     /// Runs for so many collisions a molecule, with elastic contacts, but at most for the time in

@@ -38,6 +38,14 @@ const ROUNDINGS: f64 = 1e5;
 /// take all the collisions of a run, and never let go. Larger: growth takes longer.
 const CLEARANCE: f64 = 0.1;
 
+/// A molecule keeps the whole clearance from those that are at most this many times smaller. Many
+/// small molecules leave a large one little room: among molecules of radius r that cover a share φ
+/// of the area, the gap between a disc of radius R and the nearest of them is r²/(2 φ R) on
+/// average. The clearance from still smaller molecules decreases in proportion to r²/R², so that
+/// the large one grows at any ratio. Smaller: less room in mixtures of usual sizes. Larger: slower
+/// growth among small molecules.
+const UNLIKE: f64 = 12.0;
+
 /// Largest lead of the front over the smallest molecule, as a share of its scale.
 pub(super) const LARGEST_LEAD: f64 = 0.05;
 
@@ -55,6 +63,14 @@ const FOLLOWERS: f64 = 0.95;
 /// down the growth of a few others.
 const STRAGGLERS: usize = 2;
 
+/// The molecules that are behind the front after a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Behind {
+    pub molecules: usize,
+    /// Area of their bounding circles, as a share of that of all molecules at full size.
+    pub area: f64,
+}
+
 /// Molecules that grow among the other bodies of a world.
 pub(super) struct Packing<'a> {
     /// Single bodies, and from `first` on the molecules of the gases.
@@ -64,9 +80,9 @@ pub(super) struct Packing<'a> {
 }
 
 impl<'a> Packing<'a> {
-    /// Increases the scales of the molecules, in random order; returns the number of them that are
-    /// then still behind the front.
-    pub fn grow(&self, scales: &mut [f64], lead: f64, random: &mut Pcg64) -> usize {
+    /// Increases the scales of the molecules, in random order; returns those that are then still
+    /// behind the front.
+    pub fn grow(&self, scales: &mut [f64], lead: f64, random: &mut Pcg64) -> Behind {
         let smallest = scales.iter().copied().fold(1.0, f64::min);
         let front = (smallest * (1.0 + lead)).min(1.0);
         let clearance = CLEARANCE * (front - smallest);
@@ -89,8 +105,8 @@ impl<'a> Packing<'a> {
                 }
             };
             let (own, place) = (scaled(body), motions[body].position);
-            let mut most = front + clearance;
-            let reach = most * own.molecule.bounding_radius() + margin;
+            let mut room_left = Room { least: f64::INFINITY, kept: f64::INFINITY, is_free: true };
+            let reach = (front + clearance) * own.molecule.bounding_radius() + margin;
             sites.for_each_body_near(self.world, place, reach, |other, separation| {
                 if other == body {
                     return;
@@ -100,17 +116,15 @@ impl<'a> Packing<'a> {
                 let is_near =
                     there.molecule.face().is_some() || separation.length_squared() <= distance * distance;
                 if is_near {
-                    most = most.min(room(there, own, -separation, margin));
+                    // Single bodies are held at their places: collisions do not make room there.
+                    let is_held = other < self.first;
+                    let share = if is_held { 1.0 } else { clearance_share(there.molecule, own.molecule) };
+                    room_left.reduce(room(there, own, -separation, margin), share * clearance, front);
                 }
             });
-            let scale = own.scale;
-            scales[index] = if most >= front + clearance {
-                front
-            } else {
-                (scale + SHARE * (most - scale)).min(most - clearance).max(scale)
-            };
+            scales[index] = room_left.scale_after(own.scale, front);
         }
-        scales.iter().filter(|&&scale| scale < front).count()
+        behind(scales, &molecules, front)
     }
 
     /// All bodies, listed with the radii that they may have at the end of the step.
@@ -125,10 +139,59 @@ impl<'a> Packing<'a> {
     }
 }
 
-/// The lead of the front in the next step, if this number of the molecules are behind the front.
-pub(super) fn next_lead(lead: f64, behind: usize, molecules: usize) -> f64 {
-    let is_followed = behind <= STRAGGLERS || (behind as f64) < (1.0 - FOLLOWERS) * molecules as f64;
-    if is_followed {
+/// The scales to which a molecule can grow.
+struct Room {
+    /// The smallest scale at which it touches a neighbour.
+    least: f64,
+    /// The largest scale at which it keeps its clearance from all neighbours.
+    kept: f64,
+    /// Whether it can grow to the front and keep its clearance there.
+    is_free: bool,
+}
+
+impl Room {
+    /// Adds a neighbour that is touched at the scale `touching`.
+    fn reduce(&mut self, touching: f64, clearance: f64, front: f64) {
+        self.least = self.least.min(touching);
+        self.kept = self.kept.min(touching - clearance);
+        self.is_free &= touching >= front + clearance;
+    }
+
+    /// The scale after the step of a molecule of this scale.
+    fn scale_after(&self, scale: f64, front: f64) -> f64 {
+        if self.is_free { front } else { (scale + SHARE * (self.least - scale)).min(self.kept).max(scale) }
+    }
+}
+
+/// The share of the clearance that a molecule keeps from another; see [`UNLIKE`].
+fn clearance_share(other: &Molecule, own: &Molecule) -> f64 {
+    let ratio = UNLIKE * other.bounding_radius() / own.bounding_radius();
+    if ratio < 1.0 { ratio * ratio } else { 1.0 }
+}
+
+/// The molecules whose scales are below the front.
+fn behind(scales: &[f64], molecules: &[&Molecule], front: f64) -> Behind {
+    let (mut count, mut area, mut all) = (0, 0.0, 0.0);
+    for (molecule, &scale) in molecules.iter().zip(scales) {
+        let circle = molecule.bounding_radius().powi(2);
+        all += circle;
+        if scale < front {
+            count += 1;
+            area += circle;
+        }
+    }
+    Behind { molecules: count, area: if count == 0 { 0.0 } else { area / all } }
+}
+
+/// The lead of the front in the next step. Few large molecules among many small ones slow it down
+/// only if they hardly grow (`is_slow`): otherwise they catch up when the small ones have their
+/// size.
+pub(super) fn next_lead(lead: f64, behind: Behind, molecules: usize, is_slow: bool) -> f64 {
+    let (count, allowed) = (behind.molecules, 1.0 - FOLLOWERS);
+    let are_few = count <= STRAGGLERS || (count as f64) < allowed * molecules as f64;
+    // Rounding decides nothing for equal molecules.
+    let are_large = behind.area > 1.000_001 * allowed.max(STRAGGLERS as f64 / molecules as f64);
+    if are_few && !(is_slow && are_large) {
         (lead * CHANGE_OF_LEAD).min(LARGEST_LEAD)
     } else {
         (lead / CHANGE_OF_LEAD).max(SMALLEST_LEAD)
