@@ -7,11 +7,12 @@
 mod inert_svg;
 mod numbers;
 mod parts;
-mod sha256;
 
 use std::fmt::Write as _;
 
+use base64::{Engine as _, prelude::BASE64_STANDARD};
 use carom_tables::{Check, Figure, OneRun, Totals};
+use sha2::{Digest as _, Sha256};
 
 pub(crate) use numbers::in_parentheses;
 use numbers::predicted;
@@ -310,11 +311,16 @@ fn laid_out(title: &str, body: &str) -> String {
 /// which it is made, and nothing is loaded. Scripts are named by their hashes, so that a page made
 /// again has the same bytes. The hash is that of the whole text of the element.
 fn policy() -> String {
-    let [theme, player] = [THEME, PLAYER].map(|script| sha256::source(&format!("\n{script}")));
+    let [theme, player] = [THEME, PLAYER].map(|script| hash_source(&format!("\n{script}")));
     format!(
         "default-src 'none'; script-src {theme} {player}; style-src 'unsafe-inline'; img-src data:; \
          base-uri 'none'; form-action 'none'"
     )
+}
+
+/// The hash of a script as a source of a Content-Security-Policy: `'sha256-…'`.
+fn hash_source(script: &str) -> String {
+    format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(script)))
 }
 
 /// Sets the content of a page, which this or an earlier version wrote, in the present layout;
@@ -509,6 +515,13 @@ mod tests {
     }
 
     #[test]
+    fn hashes_of_scripts_are_those_of_the_standard() {
+        // Content Security Policy Level 2, section 7.17.
+        let source = "'sha256-qznLcsROx4GACP2dm0UCKCzCG+HiZ1guq6ZZDob/Tng='";
+        assert_eq!(hash_source("alert('Hello, world.');"), source);
+    }
+
+    #[test]
     fn the_policy_allows_the_scripts_of_the_page_and_no_other() {
         let mut page = Page::new("Title", "Lead");
         page.animation("{}", "moving");
@@ -520,7 +533,7 @@ mod tests {
             html.split("<script>").skip(1).filter_map(|rest| Some(rest.split_once("</script>")?.0)).collect();
         assert_eq!(scripts.len(), 2);
         for script in scripts {
-            assert!(policy.contains(&sha256::source(script)), "{script}");
+            assert!(policy.contains(&hash_source(script)), "{script}");
         }
         assert_eq!(policy.matches("sha256-").count(), 2);
         // Before everything that comes from files.
