@@ -17,7 +17,8 @@ use tokio::{
 
 use crate::reserve::Reserve;
 
-/// Largest number of connections that have not become sockets; a further one ends the oldest. Sockets of pages are not among them: [`MOST_VIEWERS`](crate::viewers::MOST_VIEWERS).
+/// Largest number of connections that have not become sockets; a further one ends the oldest.
+/// Sockets are bounded by [`MOST_VIEWERS`](crate::viewers::MOST_VIEWERS).
 const MAX_CONNECTIONS: usize = 64;
 
 /// Longest time until the headers of a request have arrived.
