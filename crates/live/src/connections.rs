@@ -17,15 +17,15 @@ use tokio::{
 
 use crate::reserve::Reserve;
 
-/// Largest number of connections whose request has not been answered; a further one ends the
-/// oldest. Sockets of pages are not among them: [`MOST_VIEWERS`](crate::viewers::MOST_VIEWERS).
+/// Largest number of connections that have not become sockets; a further one ends the oldest.
+/// Sockets are bounded by [`MOST_VIEWERS`](crate::viewers::MOST_VIEWERS).
 const MAX_CONNECTIONS: usize = 64;
 
 /// Longest time until the headers of a request have arrived.
 const HEADER_TIME: Duration = Duration::from_secs(10);
 
-/// Longest time until a request has been answered, for a page on a slow line.
-const ANSWER_TIME: Duration = Duration::from_mins(1);
+/// Longest time of a connection that does not become a socket, for a page on a slow line.
+const CONNECTION_TIME: Duration = Duration::from_mins(1);
 
 /// Pause until a connection can be accepted again: while a run is saved, and where no file
 /// descriptor is left.
@@ -65,12 +65,12 @@ fn end_oldest(open: &mut VecDeque<JoinHandle<()>>) {
     }
 }
 
-/// Answers the one request of a connection. The connection of a page goes on as a socket.
+/// Answers the requests of a connection. That of a page goes on as a socket, without these limits.
 async fn answer(stream: TcpStream, router: Router) {
     let mut server = http1::Builder::new();
-    server.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME).keep_alive(false);
+    server.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME);
     let service = TowerToHyperService::new(router.into_service::<hyper::body::Incoming>());
     let connection = server.serve_connection(TokioIo::new(stream), service).with_upgrades();
     // A connection that fails concerns its own page alone, which connects again.
-    let _ = timeout(ANSWER_TIME, connection).await;
+    let _ = timeout(CONNECTION_TIME, connection).await;
 }

@@ -180,7 +180,7 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
     assert!(saved.time >= 1.777 && saved.command.contains("--resume"));
     let config = folder.join("config.toml");
     let copy = root.path().join("copy.toml");
-    std::fs::copy(&config, &copy).unwrap();
+    fs::copy(&config, &copy).unwrap();
     let resumed = end_of(&config, &folder, &["--resume"]);
     let throughout = end_of(&copy, &root.path().join("throughout"), &[]);
     assert!(resumed == throughout, "a resumed run and the run of its scene have the same bits");
@@ -214,17 +214,17 @@ fn a_run_without_edits_is_saved_as_the_run_of_its_scene() {
     let folder = root.path().join("saved");
     run.save(&folder).unwrap();
     assert!(run.save(&folder).is_err(), "nothing is overwritten");
-    let text = std::fs::read_to_string(folder.join("config.toml")).unwrap();
+    let text = fs::read_to_string(folder.join("config.toml")).unwrap();
     let stored = Scene::from_toml(&text).unwrap();
     assert!(stored.stage.is_empty() && stored.run.until == 2.0);
     let original = root.path().join("original.toml");
-    std::fs::write(&original, scene.to_toml()).unwrap();
+    fs::write(&original, scene.to_toml()).unwrap();
     let resumed = end_of(&folder.join("config.toml"), &folder, &["--resume"]);
     assert!(resumed == end_of(&original, &root.path().join("original"), &[]));
     // Longer than the scene foresaw.
     run.advance(EpochTime::from(5.0), &mut ()).unwrap();
     run.save(&root.path().join("later")).unwrap();
-    let text = std::fs::read_to_string(root.path().join("later/config.toml")).unwrap();
+    let text = fs::read_to_string(root.path().join("later/config.toml")).unwrap();
     assert_eq!(Scene::from_toml(&text).unwrap().run.until.floor(), 7.0);
 }
 
@@ -257,7 +257,7 @@ fn measures_of_bodies_that_are_gone_are_left_out_of_a_saved_run() {
     let folder = root.path().join("saved");
     let saved = run.save(&folder).unwrap();
     assert!(saved.left_out.len() == 1 && saved.left_out[0].contains("hot"), "{:?}", saved.left_out);
-    let stored = Scene::from_toml(&std::fs::read_to_string(folder.join("config.toml")).unwrap()).unwrap();
+    let stored = Scene::from_toml(&fs::read_to_string(folder.join("config.toml")).unwrap()).unwrap();
     assert_eq!(stored.run.observe, ["energy"]);
     end_of(&folder.join("config.toml"), &folder, &["--resume"]);
 }
@@ -304,7 +304,7 @@ fn an_edit_at_the_end_of_the_measured_stages_is_made_and_saved() {
     assert!(words.contains("run.stop") && words.contains("all measures"), "{words}");
     // Neither ends after five contacts, as the scene says of a run that no one edits.
     let copy = root.path().join("copy.toml");
-    std::fs::copy(folder.join("config.toml"), &copy).unwrap();
+    fs::copy(folder.join("config.toml"), &copy).unwrap();
     let resumed = end_of(&folder.join("config.toml"), &folder, &["--resume"]);
     assert!(resumed == end_of(&copy, &root.path().join("throughout"), &[]));
 }

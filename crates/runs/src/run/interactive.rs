@@ -247,7 +247,11 @@ impl InteractiveRun {
         let end = self.simulation.time().after(self.piece);
         let target = if end < until { end } else { until };
         let reached = self.simulation.observe_epoch(target, observer)?;
-        self.adapt_piece(begun.elapsed());
+        let last = begun.elapsed();
+        // The end of an epoch cuts a piece short: then its duration is no reason for longer ones.
+        if reached || last > PIECE {
+            self.adapt_piece(last);
+        }
         Ok(reached && target == until)
     }
 
