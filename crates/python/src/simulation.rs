@@ -20,6 +20,7 @@ use carom_report::page::Page;
 use carom_runs::{
     animation,
     measures::{SingleMeasure, Tracked},
+    memory::{self, Demand},
     picture_of, resumable,
 };
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -130,6 +131,9 @@ impl Core {
     #[new]
     fn new(py: Python<'_>, text: &str, snapshot: Option<String>) -> PyResult<Self> {
         let scene = scene::parsed(text, snapshot)?;
+        Demand::of(&scene)
+            .and_then(|demand| demand.refuse_unless_fits(memory::available()))
+            .map_err(errors::scene)?;
         let method =
             Method::try_from(&scene.method).map_err(carom::SceneError::from).map_err(errors::scene)?;
         let mut interrupted = None;
