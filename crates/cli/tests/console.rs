@@ -239,7 +239,10 @@ fn output_that_cannot_be_written_is_an_error() {
         let output = command(root.path(), arguments).stdout(full).output().unwrap();
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
-        assert!(said.contains("error: cannot write to standard output: No space left"), "{arguments:?}: {said}");
+        assert!(
+            said.contains("error: cannot write to standard output: No space left"),
+            "{arguments:?}: {said}"
+        );
     }
 }
 

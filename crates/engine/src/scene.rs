@@ -258,7 +258,8 @@ pub struct StartSpec {
     /// `carom run` writes such files as snapshots, and other programs do. The atoms are those of
     /// the single molecules, the bumpers and the gases, in order; fixed bodies may be left out. A
     /// box, a radius or a place of a fixed body other than in the scene is refused, as are overlaps
-    /// and molecules with displaced atoms. Atoms may lie outside the box by up to one side.
+    /// and molecules with displaced atoms. Vectors have two components, or a third that is 0. Atoms
+    /// may lie outside the box by up to one side.
     /// Orientations and velocities that the file lacks are drawn as for a gas on a lattice; a
     /// `[[molecule]]` then keeps its own. The run starts at time 0.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -307,7 +307,11 @@ mod tests {
             ("H 0 0 0 1 1 0", "H 0 0 0 1 1", "line 3: there must be 7 columns, but there are 6"),
             ("H 0 0 0 1 1 0", "H nan 0 0 1 1 0", "line 3: a finite number is expected, not \"nan\""),
             ("H 0 0 0 1 1 0", "H 0 0 0 1 inf 0", "line 3: a finite number is expected"),
-            ("H 0 0 0 1 1 0", "H 0 0 0.5 1 1 0", "line 3: there must be two numbers [x, y], or a third that is 0"),
+            (
+                "H 0 0 0 1 1 0",
+                "H 0 0 0.5 1 1 0",
+                "line 3: there must be two numbers [x, y], or a third that is 0",
+            ),
             ("H 0 0 0 1 1 0", "H 0 0 -0.0 1 1 1e-9", "but there is [1, 1, 1e-9]"),
             ("H 0 0 0 1 1 0", "H 0 0 nan 1 1 0", "line 3: a finite number is expected"),
         ] {

@@ -39,7 +39,10 @@ impl<'de> Visitor<'de> for TwoNumbers {
         }
         let words: Vec<String> = repeated.iter().map(|number| format!("{number:?}")).collect();
         let rest = if count > MOST_REPEATED { ", …" } else { "" };
-        Err(A::Error::custom(format!("there must be {self}, but there are {count}: [{}{rest}]", words.join(", "))))
+        Err(A::Error::custom(format!(
+            "there must be {self}, but there are {count}: [{}{rest}]",
+            words.join(", ")
+        )))
     }
 }
 

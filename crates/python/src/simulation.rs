@@ -111,7 +111,6 @@ impl Core {
 /// Largest side of a picture (pixels).
 const MAX_PICTURE: u32 = 16_384;
 
-
 fn filter(state: &State, between: &[String]) -> PyResult<TagFilter> {
     let view = state.simulation.view();
     let tag = |name: &String| {

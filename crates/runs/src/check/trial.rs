@@ -66,6 +66,8 @@ pub(super) struct Estimate {
     pub(super) memory: u64,
     /// A checkpoint at the start of the run (bytes).
     pub(super) checkpoint: u64,
+    /// Series of the measures at the end of the run, in memory and in the checkpoint (bytes).
+    pub(super) series: u64,
     /// All snapshots (bytes); 0 without.
     pub(super) snapshots: u64,
     /// The actions of thermostats.
@@ -92,8 +94,7 @@ impl Trial {
         let clock = ProcessTime::now();
         let mut is_whole = step(simulation, measures)?;
         let first = clock.elapsed().as_secs_f64();
-        let (clock, start, before) =
-            (ProcessTime::now(), simulation.time(), *simulation.view().counters());
+        let (clock, start, before) = (ProcessTime::now(), simulation.time(), *simulation.view().counters());
         let contacts =
             |simulation: &AnySimulation| simulation.view().counters().collisions - before.collisions;
         let goes_on = |simulation: &AnySimulation| {
@@ -192,6 +193,7 @@ impl Trial {
             is_epoch_measured,
             memory,
             checkpoint: state as u64,
+            series: measures.bytes_at_end(&scene.run),
             snapshots,
             actions,
         })

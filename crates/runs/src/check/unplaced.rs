@@ -98,7 +98,10 @@ mod tests {
             (Some(16_000_000_000), Some("this machine"), false);
         let text = large.text();
         assert!(text.contains("more than 4000000") && text.contains("100000000"), "{text}");
-        assert!(text.contains("at least 20 GB") && text.contains("this machine has 16 GB available"), "{text}");
+        assert!(
+            text.contains("at least 20 GB") && text.contains("this machine has 16 GB available"),
+            "{text}"
+        );
         assert!(text.contains("carom run refuses it"), "{text}");
     }
 }

@@ -130,15 +130,7 @@ fn a_dump_keeps_every_digit() {
     assert!(text.starts_with("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n3\n"), "{text}");
     assert_eq!(
         lines[..7],
-        [
-            "1",
-            "ITEM: NUMBER OF ATOMS",
-            "3",
-            "ITEM: BOX BOUNDS pp pp pp",
-            "0.0 2.0",
-            "0.0 1.0",
-            "-0.1 0.1"
-        ]
+        ["1", "ITEM: NUMBER OF ATOMS", "3", "ITEM: BOX BOUNDS pp pp pp", "0.0 2.0", "0.0 1.0", "-0.1 0.1"]
     );
     assert_eq!(lines[7], "ITEM: ATOMS id mol type x y z vx vy vz radius mass angle omegaz v_time");
     assert_eq!(lines[8], "1 7 1 0.1 0.3333333333333333 0.0 0.1 -0.2 0.0 0.1 1.5 1.5707963267948966 0.5 0.1");

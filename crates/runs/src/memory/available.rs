@@ -43,10 +43,7 @@ pub fn available() -> Option<Available> {
 #[cfg(unix)]
 fn process_limits() -> ProcessLimits {
     use rustix::process::{Resource, getrlimit};
-    ProcessLimits {
-        address_space: getrlimit(Resource::As).current,
-        data: getrlimit(Resource::Data).current,
-    }
+    ProcessLimits { address_space: getrlimit(Resource::As).current, data: getrlimit(Resource::Data).current }
 }
 
 #[cfg(not(unix))]
@@ -204,14 +201,14 @@ mod tests {
     fn limits_of_the_process_count_what_it_has() {
         let files = [("proc/self/status", "Name:\tcarom\nVmSize:\t  100000 kB\nVmData:\t   50000 kB\n")];
         let of = |address_space, data| found(&files, ProcessLimits { address_space, data });
-        assert_eq!(of(Some(1 << 30), None), Available {
-            bytes: (1 << 30) - 100_000 * 1024,
-            of: ADDRESS_SPACE
-        });
-        assert_eq!(of(Some(1 << 30), Some(1 << 29)), Available {
-            bytes: (1 << 29) - 50_000 * 1024,
-            of: DATA_SEGMENT
-        });
+        assert_eq!(
+            of(Some(1 << 30), None),
+            Available { bytes: (1 << 30) - 100_000 * 1024, of: ADDRESS_SPACE }
+        );
+        assert_eq!(
+            of(Some(1 << 30), Some(1 << 29)),
+            Available { bytes: (1 << 29) - 50_000 * 1024, of: DATA_SEGMENT }
+        );
         assert_eq!(of(Some(1000), None).bytes, 0);
         assert_eq!(of(None, None).of, MACHINE);
     }

@@ -52,6 +52,21 @@ impl Demand {
     }
 }
 
+/// Refuses series of measures that do not fit into this memory at the end of a run.
+///
+/// # Errors
+/// They do not fit; the message has both memories.
+pub fn refuse_long_series(bytes: u64, available: Option<Available>) -> Result<()> {
+    let Some(limit) = available.filter(|available| bytes > available.bytes) else { return Ok(()) };
+    bail!(
+        "the samples of its measures need at least {bytes} bytes of memory ({}) at the end of the run, but {} has {} \
+         available: take a larger `run.sample_interval`",
+        gigabytes(bytes),
+        limit.of,
+        gigabytes(limit.bytes)
+    );
+}
+
 fn gigabytes(bytes: u64) -> String {
     format!("{:.3} GB", bytes as f64 / 1e9)
 }
@@ -77,6 +92,15 @@ mod tests {
         let expected = "its 100000000 bodies need at least 20000000000 bytes of memory (20.000 GB), but this machine \
                         has 16.000 GB available";
         assert!(said.starts_with(expected), "{said}");
+    }
+
+    #[test]
+    fn series_that_do_not_fit_are_refused() {
+        let machine = |bytes: u64| Some(Available { bytes, of: "this machine" });
+        assert!(refuse_long_series(1000, machine(1000)).is_ok());
+        assert!(refuse_long_series(u64::MAX, None).is_ok());
+        let said = refuse_long_series(2_000_000_000, machine(1_500_000_000)).unwrap_err().to_string();
+        assert!(said.contains("(2.000 GB) at the end of the run, but this machine has 1.500 GB"), "{said}");
     }
 
     /// What is refused must not be more than a simulation takes.
