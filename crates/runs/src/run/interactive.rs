@@ -175,12 +175,19 @@ impl InteractiveRun {
     /// Those of [`Self::advance`].
     pub fn step(&mut self, until: f64, observer: &mut dyn Observer) -> Result<bool> {
         while let Some(step) = self.due(EpochTime::from(until)) {
-            if self.simulation.step(step.time, observer)? {
+            // Instants of one time differ by the rounding of the schedule.
+            if self.simulation.step(self.not_past(step.time), observer)? {
                 return Ok(true);
             }
             self.take(step, observer)?;
         }
-        Ok(self.simulation.step(until, observer)?)
+        Ok(self.simulation.step(self.not_past(until), observer)?)
+    }
+
+    /// This time, or the present if it is past.
+    fn not_past(&self, time: f64) -> f64 {
+        let now = self.simulation.time().to_f64();
+        if time < now { now } else { time }
     }
 
     /// The next step of the schedule, if it is not after `until`.
