@@ -59,10 +59,18 @@ fn check_times<S: Scheduler>(options: &S::Options) {
     let mut simulation = simulate::<S>(&reference_scene(12), options);
     simulation.run_until(0.5).unwrap();
     let (now, counters) = (bits(&simulation.view()), *simulation.view().counters());
-    for past in [0.5, 0.499, 0.0, -1.0, -1e300] {
-        simulation.run_until(past).unwrap();
-        assert!(!simulation.step(past, &mut ()).unwrap());
+    for present in [0.5, 0.5 - 1e-16] {
+        simulation.run_until(present).unwrap();
+        assert!(!simulation.step(present, &mut ()).unwrap());
     }
+    for past in [0.499, 0.5 - 1e-14, 0.0, -1.0, -1e300] {
+        let expected = RunError::Past { until: past, now: simulation.time() };
+        assert_eq!(simulation.run_until(past), Err(expected.clone()));
+        assert_eq!(simulation.step(past, &mut ()), Err(expected.clone()));
+        assert_eq!(simulation.sample_every(0.1, past, &mut ()), Err(expected));
+    }
+    assert_eq!(simulation.run_until(1e301), Err(RunError::Time(1e301)));
+    assert_eq!(simulation.sample_every(1e290, 1e301, &mut ()), Err(RunError::Time(1e301)));
     for never in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         assert!(matches!(simulation.run_until(never), Err(RunError::Time(_))));
         assert!(matches!(simulation.step(never, &mut ()), Err(RunError::Time(_))));

@@ -141,6 +141,34 @@ fn ase_reads_a_trajectory_back_to_the_bit() {
 }
 
 #[test]
+fn mdanalysis_reads_a_converted_dump() {
+    let test = "mdanalysis_reads_a_converted_dump";
+    let Some(python) = python(test, "numpy, MDAnalysis") else { return };
+    let root = tempfile::tempdir().unwrap();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/mixture.toml");
+    xtask(root.path(), &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
+    let (trajectory, dump) = (root.path().join("out/trajectory.extxyz"), root.path().join("out.lammpstrj"));
+    assert_eq!(carom_runs::convert::convert(&trajectory, &dump).unwrap(), 6);
+    let program = r"
+import MDAnalysis, numpy as np
+universe = MDAnalysis.Universe('out.lammpstrj', format='LAMMPSDUMP', topology_format='LAMMPSDUMP',
+                               additional_columns=True)
+lines = open('out/trajectory.extxyz').read().splitlines()
+atoms = int(lines[0])
+assert len(universe.trajectory) == 6 and len(universe.atoms) == atoms
+for frame, step in enumerate(universe.trajectory):
+    rows = [line.split() for line in lines[frame * (atoms + 2) + 2:][:atoms]]
+    places = np.array([[float(word) for word in row[1:3]] for row in rows])
+    assert np.allclose(step.positions[:, :2], places, atol=1e-6) and np.ptp(step.positions[:, 2]) == 0
+    assert np.allclose(step.dimensions[[0, 1, 3, 4, 5]], [1, 1, 90, 90, 90])
+    time = float(lines[frame * (atoms + 2) + 1].rsplit('Time=')[1])
+    assert (step.data['v_time'] == time).all()
+";
+    let output = Command::new(python).current_dir(root.path()).args(["-c", program]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
 fn hoomd_and_ase_read_converted_trajectories() {
     let test = "hoomd_and_ase_read_converted_trajectories";
     let Some(python) = python(test, "numpy, ase.io, gsd.hoomd") else { return };

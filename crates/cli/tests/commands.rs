@@ -116,6 +116,17 @@ fn bad_input_has_exit_code_2_and_names_the_entry() {
         (&["check", "scene.toml", "--set", "gas.0.radius=-1"], "gas[0]"),
         (&["check", "scene.toml", "--set", "run.observe=[\"warmth\"]"], "warmth"),
         (&["run", "scene.toml", "--set", "run.until=0"], "run.until"),
+        (&["run", "scene.toml", "--until", "inf"], "run.until must be positive and finite, but is inf"),
+        (&["run", "scene.toml", "--until=-1"], "run.until must be positive and finite, but is -1"),
+        (
+            &["run", "scene.toml", "--until", "1e308", "--set", "run.sample_interval=1e307"],
+            "run.until must be at most 1e300, but is 1e308",
+        ),
+        (&["live", "scene.toml", "--until", "nan"], "run.until must be positive and finite, but is NaN"),
+        (
+            &["check", "scene.toml", "--set", "box.sides=[1, 2, 3]"],
+            "sides = [1, 2, 3]\n  |         ^^^^^^^^^\nthere must be two numbers [x, y], but there are 3: [1.0, 2.0, 3.0]",
+        ),
         (&["detect", "missing.csv", "--out", "answers.csv"], "missing.csv"),
         (&["fly"], "fly"),
     ] {

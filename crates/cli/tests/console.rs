@@ -219,3 +219,41 @@ fn no_color_is_heeded() {
     let said = text(&output.stdout);
     assert!(said.contains("--quiet") && said.contains("--json") && !said.contains('\u{1b}'), "{said}");
 }
+
+/// Standard output on a full disk.
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_cannot_be_written_is_an_error() {
+    let root = folder();
+    for arguments in [
+        &["schema"][..],
+        &["measures"],
+        &["check", "scene.toml"],
+        &["run", "scene.toml", "--out", "text"],
+        &["run", "scene.toml", "--out", "object", "--json"],
+        &["check", "scene.toml", "--json"],
+        &["--version"],
+        &["--help"],
+    ] {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = command(root.path(), arguments).stdout(full).output().unwrap();
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(
+            said.contains("error: cannot write to standard output: No space left"),
+            "{arguments:?}: {said}"
+        );
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let root = folder();
+    for arguments in [&["schema"][..], &["measures"], &["check", "scene.toml", "--json"], &["--help"]] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = command(root.path(), arguments).stdout(writer).output().unwrap();
+        assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()), "{arguments:?}");
+    }
+}

@@ -233,3 +233,26 @@ fn a_run_ends_by_its_own_rule_and_its_page_says_so() {
     let again: serde_json::Value = serde_json::from_str(&again).unwrap();
     assert_eq!(again["collisions"], summary["collisions"]);
 }
+
+#[test]
+fn a_study_with_vectors_of_three_numbers_is_refused() {
+    let root = place();
+    for (from, to) in [
+        (
+            "key = \"gas.0.count\"\nvalues = [200, 300, 400, 500]",
+            "key = \"box.sides\"\nvalues = [[1, 1], [1, 2, 3]]",
+        ),
+        ("[scene.box]\n", "[scene.box]\nsides = [1, 2, 3]\n"),
+    ] {
+        fs::write(root.path().join("study.toml"), STUDY.replace(from, to)).unwrap();
+        let refused = carom(root.path(), "sweep study.toml --out out");
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(2), "{said}");
+        assert!(said.contains("sides = [1, 2, 3]"), "{said}");
+        assert!(
+            said.contains("there must be two numbers [x, y], but there are 3: [1.0, 2.0, 3.0]"),
+            "{said}"
+        );
+        assert!(!root.path().join("out").exists());
+    }
+}

@@ -4,12 +4,15 @@
 use carom_geometry::{LARGEST, SMALLEST};
 use serde::{Deserialize, Serialize};
 
+use crate::two_numbers::vector;
+
 /// One atom of a molecule given by a list of atoms.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct AtomSpec {
     /// Centre of the atom, in any frame of the molecule (length).
+    #[serde(deserialize_with = "vector")]
     pub at: [f64; 2],
     /// Radius (length).
     #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]

@@ -14,7 +14,7 @@ use serde::{
     ser::SerializeMap,
 };
 
-use crate::random::normal_pair;
+use crate::{random::normal_pair, two_numbers::TwoNumbers};
 
 /// Numbers farther than this many standard deviations from the mean of a normal distribution are
 /// drawn again: one such number among 10⁴ molecules would set the size of all cells. The standard
@@ -280,8 +280,14 @@ impl<'de> Visitor<'de> for GivenVisitor {
         let (mut simple, mut values, mut weights) = (None, None, None);
         while let Some(key) = map.next_key::<String>()? {
             match key.as_str() {
-                "uniform" if simple.is_none() => simple = Some(Distribution::Uniform(map.next_value()?)),
-                "normal" if simple.is_none() => simple = Some(Distribution::Normal(map.next_value()?)),
+                "uniform" if simple.is_none() => {
+                    let ends = map.next_value_seed(TwoNumbers("[from, to]"))?;
+                    simple = Some(Distribution::Uniform(ends));
+                }
+                "normal" if simple.is_none() => {
+                    let moments = map.next_value_seed(TwoNumbers("[mean, deviation]"))?;
+                    simple = Some(Distribution::Normal(moments));
+                }
                 "values" => values = Some(map.next_value()?),
                 "weights" => weights = Some(map.next_value()?),
                 _ => return Err(M::Error::custom(format!("unexpected key `{key}`: give {FORMS}"))),

@@ -5,7 +5,7 @@ use carom_kinematics::EpochTime;
 use carom_response::ElasticityError;
 use thiserror::Error;
 
-use crate::{BodyKey, BodyName, LEAST_SPEED, did_you_mean};
+use crate::{BodyKey, BodyName, LEAST_SPEED, MAX_TIME, did_you_mean};
 
 /// A scene that cannot be built. The message names the entry.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -283,9 +283,17 @@ pub enum StallCause {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// A time that is NaN or infinite.
-    #[error("a run must end at a finite time, not at {0}")]
+    /// A time that is NaN, infinite, or beyond [`MAX_TIME`].
+    #[error("a run must end at a finite time of at most {MAX_TIME:e}, not at {0:?}")]
     Time(f64),
+    /// A time before the present, by more than its rounding.
+    #[error("a run cannot end at {until:?}, before its present time {now}: time only advances")]
+    Past {
+        /// The time requested.
+        until: f64,
+        /// The present time.
+        now: EpochTime,
+    },
     /// An interval between samples that is not positive and finite, or too short for the run.
     #[error(
         "the interval between samples must be positive, finite and at least 2^-53 of the run, but is {0:e}"

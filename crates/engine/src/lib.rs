@@ -103,6 +103,7 @@ mod thermal_wall;
 mod thermostat;
 mod thermostat_target;
 mod tiling;
+mod two_numbers;
 mod unresolved;
 mod velocities;
 mod view;
@@ -141,7 +142,7 @@ pub use scene::{
     StartSpec, WallSpec,
 };
 pub use scheduler::Scheduler;
-pub use simulation::Simulation;
+pub use simulation::{MAX_TIME, Simulation};
 pub use snapshot::frame_of;
 pub use stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec};
 pub use stop_spec::StopSpec;

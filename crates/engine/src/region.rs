@@ -4,6 +4,8 @@ use carom_geometry::PeriodicBox;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
+use crate::two_numbers::optional_range;
+
 /// A rectangle along the axes, in which the centres of mass of a gas are placed.
 ///
 /// It says where the molecules start, not where they stay: enclose a gas by walls to keep it. Walls
@@ -35,10 +37,10 @@ use serde::{Deserialize, Serialize};
 pub struct Region {
     /// First and last x (length), the last at most a side of the box beyond the first; beyond the
     /// box the region goes on at its other side. Default: the whole side.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_range", skip_serializing_if = "Option::is_none")]
     pub x: Option<[f64; 2]>,
     /// First and last y (length), as `x`. Default: the whole side.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_range", skip_serializing_if = "Option::is_none")]
     pub y: Option<[f64; 2]>,
 }
 

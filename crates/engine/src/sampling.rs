@@ -20,7 +20,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// [`Observer::start`] is called first, [`Observer::collision`] at each collision that the
     /// observer watches, and [`Observer::sample`] after each full interval from now on. A last
     /// interval that ends after `until` by rounding alone counts as full: its sample is taken at
-    /// `until`. Samples change no bit of the trajectory. A time before the present changes nothing.
+    /// `until`. Samples change no bit of the trajectory.
     ///
     /// ```
     /// use carom_engine::{CollisionReport, Observer, Scene, Simulation, View};
@@ -56,10 +56,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if !(interval > 0.0 && interval.is_finite()) {
             return Err(RunError::Interval(interval));
         }
-        if !until.is_finite() {
-            return Err(RunError::Time(until));
-        }
-        let (start, end) = (self.time(), EpochTime::from(until));
+        let (start, end) = (self.time(), self.end_of_run(until)?);
         let samples = samples_between(start, end, interval);
         if samples > MOST_SAMPLES {
             return Err(RunError::Interval(interval));

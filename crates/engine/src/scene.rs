@@ -14,6 +14,7 @@ use crate::{
     ThermostatSpec,
     gas_spec::{energy_or_temperature, serialize_gases},
     spelling::suggestion,
+    two_numbers::{optional_vector, vector},
 };
 
 /// A scene, read from a file or built in code.
@@ -72,6 +73,7 @@ pub struct Scene {
 pub struct BoxSpec {
     /// Sides (length).
     #[cfg_attr(feature = "schema", schemars(inner(range(min = SMALLEST, max = LARGEST))))]
+    #[serde(deserialize_with = "vector")]
     pub sides: [f64; 2],
     /// Seed; the streams for placement and velocities are derived from it.
     pub seed: u64,
@@ -108,6 +110,7 @@ pub struct MoleculeSpec {
     #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub atom_mass: Option<f64>,
     /// Position of the centre of mass (length).
+    #[serde(deserialize_with = "vector")]
     pub at: [f64; 2],
     /// Orientation (radians), counter-clockwise. Excludes `orientation_turns`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -116,6 +119,7 @@ pub struct MoleculeSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation_turns: Option<f64>,
     /// Velocity (length / time).
+    #[serde(deserialize_with = "vector")]
     pub velocity: [f64; 2],
     /// Angular velocity (radians per time); must be 0 for a disc, a locked and a fixed molecule.
     pub angular_velocity: f64,
@@ -137,6 +141,7 @@ pub struct BumperSpec {
     #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub radius: f64,
     /// Position of the centre (length).
+    #[serde(deserialize_with = "vector")]
     pub at: [f64; 2],
 }
 
@@ -174,10 +179,10 @@ pub struct WallSpec {
     /// Tags of the wall.
     pub tags: Vec<String>,
     /// One end (length). With `to`; excludes `x` and `y`.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_vector", skip_serializing_if = "Option::is_none")]
     pub from: Option<[f64; 2]>,
     /// The other end (length); it may lie outside the box.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_vector", skip_serializing_if = "Option::is_none")]
     pub to: Option<[f64; 2]>,
     /// The wall is the line of all points with this x (length).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -255,7 +260,8 @@ pub struct StartSpec {
     /// `carom run` writes such files as snapshots, and other programs do. The atoms are those of
     /// the single molecules, the bumpers and the gases, in order; fixed bodies may be left out. A
     /// box, a radius or a place of a fixed body other than in the scene is refused, as are overlaps
-    /// and molecules with displaced atoms. Atoms may lie outside the box by up to one side.
+    /// and molecules with displaced atoms. Vectors have two components, or a third that is 0. Atoms
+    /// may lie outside the box by up to one side.
     /// Orientations and velocities that the file lacks are drawn as for a gas on a lattice; a
     /// `[[molecule]]` then keeps its own. The run starts at time 0.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -14,6 +14,12 @@ use crate::{
     unresolved::Unresolved,
 };
 
+/// Latest end of a run (time). Sums of such times remain finite.
+pub const MAX_TIME: f64 = 1e300;
+
+/// Largest difference between two equal times, relative to them: each is rounded a few times.
+const SAME_TIME: f64 = 4.0 * f64::EPSILON;
+
 /// A system of rigid molecules in a periodic box, at some time.
 ///
 /// Generic over how contacts are found (`D`), how they change the motions (`R`), and how events are
@@ -141,12 +147,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.scheduler.tile_counters()
     }
 
-    /// Runs to `time`, including events at exactly `time`. A time before the present changes
-    /// nothing.
+    /// Runs to `time`, including events at exactly `time`.
     ///
     /// # Errors
-    /// [`RunError`] if `time` is not finite, or if the run cannot continue; the system then remains
-    /// at the event at which the run stopped.
+    /// [`RunError::Time`] if `time` is not finite or above [`MAX_TIME`](crate::MAX_TIME),
+    /// [`RunError::Past`] if it is before the present, or another [`RunError`] if the run cannot
+    /// continue; the system then remains at the event at which the run stopped.
     pub fn run_until(&mut self, time: f64) -> Result<(), RunError> {
         self.observe_until(time, &mut ())
     }
@@ -156,10 +162,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// # Errors
     /// Those of [`Self::run_until`].
     pub fn observe_until(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), RunError> {
-        if !time.is_finite() {
-            return Err(RunError::Time(time));
-        }
-        self.observe_until_epoch_time(EpochTime::from(time), observer)
+        let end = self.end_of_run(time)?;
+        self.observe_until_epoch_time(end, observer)
     }
 
     /// Runs to `until`, without the rounding of a single `f64`, and reports each collision to
@@ -175,8 +179,29 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.advance(until, u64::MAX, observer).map(|_| ())
     }
 
-    /// Runs through the next contact, if it happens no later than `time`, else to `time`; returns
-    /// whether there was a contact.
+    /// Returns the end of a run at `time`, for [`Self::observe_until_epoch_time`].
+    ///
+    /// # Errors
+    /// [`RunError::Time`] if it is not finite or above [`MAX_TIME`], and [`RunError::Past`] if it is
+    /// before the present by more than rounding.
+    pub fn end_of_run(&self, time: f64) -> Result<EpochTime, RunError> {
+        if time > MAX_TIME { Err(RunError::Time(time)) } else { self.end_of_step(time) }
+    }
+
+    /// The latest end of a step, at any finite `time` from the present on.
+    fn end_of_step(&self, time: f64) -> Result<EpochTime, RunError> {
+        let now = self.time().to_f64();
+        if !time.is_finite() {
+            Err(RunError::Time(time))
+        } else if time < now - SAME_TIME * now.abs() {
+            Err(RunError::Past { until: time, now: self.time() })
+        } else {
+            Ok(EpochTime::from(time))
+        }
+    }
+
+    /// Runs through the next contact, if it happens no later than `time`, which may be any finite
+    /// time from the present on, else to `time`; returns whether there was a contact.
     ///
     /// The cost is O(log N) for N bodies, averaged over many steps: only the start of an epoch
     /// processes all bodies.
@@ -184,10 +209,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// # Errors
     /// Those of [`Self::run_until`].
     pub fn step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<bool, RunError> {
-        if !time.is_finite() {
-            return Err(RunError::Time(time));
-        }
-        self.advance(EpochTime::from(time), 1, observer).map(|contacts| contacts == 1)
+        let end = self.end_of_step(time)?;
+        self.advance(end, 1, observer).map(|contacts| contacts == 1)
     }
 
     /// Runs to `until`, but through at most `most` contacts; returns the number of contacts.
@@ -213,6 +236,25 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Those of [`Self::run_until`].
     pub fn observe_epoch(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool, RunError> {
         self.advance_one_epoch(until, u64::MAX, &mut 0, observer)
+    }
+
+    /// Runs through at most `most` contacts, but not past `until` or the end of the present epoch;
+    /// returns the number of contacts.
+    ///
+    /// The work is bounded whatever the speeds and `until`: in an epoch, no body crosses the box
+    /// more than a few times.
+    ///
+    /// # Errors
+    /// Those of [`Self::run_until`].
+    pub fn observe_contacts(
+        &mut self,
+        until: EpochTime,
+        most: u64,
+        observer: &mut dyn Observer,
+    ) -> Result<u64, RunError> {
+        let mut contacts = 0;
+        self.advance_one_epoch(until, most, &mut contacts, observer)?;
+        Ok(contacts)
     }
 
     /// Runs to the end of the epoch at most; returns whether `until` or the number of contacts

@@ -8,14 +8,15 @@
 //!
 //! | column | meaning |
 //! | --- | --- |
-//! | `pos` | place (length); a third component is ignored |
+//! | `pos` | place (length) |
 //! | `velo`, `vel`, `velocities`, `velocity` | velocity (length / time) |
 //! | `momenta`, `momentum` | momentum (mass × length / time), with the masses of the scene |
 //! | `angle` | orientation of the molecule (radians) |
 //! | `angular_velocity` | of the molecule (radians / time) |
 //! | `radius` | radius of the atom (length), which must be that of the scene |
 //!
-//! Every problem names the line within the frame, from 1.
+//! Places, velocities and momenta have two components, or three of which the third is 0. Every
+//! problem names the line within the frame, from 1.
 
 use std::ops::Range;
 
@@ -170,6 +171,18 @@ fn number(word: &str) -> Result<f64, String> {
     }
 }
 
+/// The vector of two numbers, or of three if the third is 0.
+fn planar(words: &[&str]) -> Result<DVec2, String> {
+    let numbers: Vec<f64> = words.iter().map(|word| number(word)).collect::<Result<_, _>>()?;
+    match numbers[..] {
+        [x, y] | [x, y, 0.0] => Ok(DVec2::new(x, y)),
+        _ => Err(format!(
+            "there must be two numbers [x, y], or a third that is 0, but there is [{}]",
+            words.join(", ")
+        )),
+    }
+}
+
 /// At most 40 characters of a text, for a message.
 fn shortened(text: &str) -> String {
     text.chars().take(40).collect()
@@ -242,9 +255,7 @@ impl Columns {
         if words.len() != self.all {
             return Err(format!("there must be {} columns, but there are {}", self.all, words.len()));
         }
-        let vector = |range: &Range<usize>| -> Result<DVec2, String> {
-            Ok(DVec2::new(number(words[range.start])?, number(words[range.start + 1])?))
-        };
+        let vector = |range: &Range<usize>| planar(&words[range.clone()]);
         let scalar =
             |range: &Option<Range<usize>>| range.as_ref().map(|range| number(words[range.start])).transpose();
         Ok(AtomRow {
@@ -296,6 +307,13 @@ mod tests {
             ("H 0 0 0 1 1 0", "H 0 0 0 1 1", "line 3: there must be 7 columns, but there are 6"),
             ("H 0 0 0 1 1 0", "H nan 0 0 1 1 0", "line 3: a finite number is expected, not \"nan\""),
             ("H 0 0 0 1 1 0", "H 0 0 0 1 inf 0", "line 3: a finite number is expected"),
+            (
+                "H 0 0 0 1 1 0",
+                "H 0 0 0.5 1 1 0",
+                "line 3: there must be two numbers [x, y], or a third that is 0",
+            ),
+            ("H 0 0 0 1 1 0", "H 0 0 -0.0 1 1 1e-9", "but there is [1, 1, 1e-9]"),
+            ("H 0 0 0 1 1 0", "H 0 0 nan 1 1 0", "line 3: a finite number is expected"),
         ] {
             let problem = read_frame(&good.replacen(from, to, 1)).unwrap_err();
             assert!(problem.contains(expected), "{to}: {problem}");

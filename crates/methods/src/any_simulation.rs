@@ -222,12 +222,28 @@ dynamic! {
         until: EpochTime,
         observer: &mut dyn Observer
     ) -> Result<(), RunError>;
+    /// Returns the end of a run at `time`. See [`Simulation::end_of_run`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::end_of_run`].
+    fn end_of_run([&] self, time: f64) -> Result<EpochTime, RunError>;
     /// Runs to `until`, but not past the end of the present epoch; returns whether `until` has been
     /// reached. See [`Simulation::observe_epoch`].
     ///
     /// # Errors
     /// Those of [`Simulation::run_until`].
     fn observe_epoch([&mut] self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool, RunError>;
+    /// Runs through at most `most` contacts, but not past `until` or the end of the present epoch;
+    /// returns the number of contacts. See [`Simulation::observe_contacts`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::run_until`].
+    fn observe_contacts(
+        [&mut] self,
+        until: EpochTime,
+        most: u64,
+        observer: &mut dyn Observer
+    ) -> Result<u64, RunError>;
     /// Runs through the next contact, if it happens no later than `time`, else to `time`; returns
     /// whether there was a contact. See [`Simulation::step`].
     ///

@@ -1,4 +1,5 @@
-//! Quantities of all bodies as NumPy arrays: owned copies at the present time.
+//! Quantities of all bodies as NumPy arrays: owned copies at the present time, which cannot be
+//! written to, since assignments would not change the simulation.
 
 use std::collections::HashMap;
 
@@ -19,8 +20,18 @@ pub fn rows<'py, T: Element>(
     PyArray1::from_vec(py, numbers).reshape([count, width])
 }
 
-/// The array with this name.
+/// The read-only array with this name.
 pub fn named<'py>(py: Python<'py>, view: &View<'_>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    read_only(owned(py, view, name)?)
+}
+
+/// The array, which can then no longer be written to.
+pub fn read_only<'py>(array: Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    array.call_method1("setflags", (false,))?;
+    Ok(array)
+}
+
+fn owned<'py>(py: Python<'py>, view: &View<'_>, name: &str) -> PyResult<Bound<'py, PyAny>> {
     let pairs = |pair: &dyn Fn(BodyView<'_>) -> [f64; 2]| -> PyResult<_> {
         let mut numbers = Vec::with_capacity(2 * view.len());
         view.bodies().for_each(|body| numbers.extend(pair(body)));

@@ -6,7 +6,10 @@ use glam::DVec2;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
-use crate::{arrays::rows, errors};
+use crate::{
+    arrays::{read_only, rows},
+    errors,
+};
 
 /// A molecule.
 #[pyclass(frozen, module = "carom._carom")]
@@ -43,10 +46,10 @@ impl MoleculeCore {
     }
 
     /// x, y, radius and mass of each atom, about the centre of mass.
-    fn atoms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn atoms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let atoms = self.0.atoms().iter();
         let row = |atom: &Atom| [atom.offset().x, atom.offset().y, atom.radius(), atom.mass()];
-        rows(py, atoms.flat_map(row).collect(), 4)
+        read_only(rows(py, atoms.flat_map(row).collect(), 4)?.into_any())
     }
 
     fn mass(&self) -> f64 {

@@ -2,7 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use carom::{CollisionReport, EpochTime, Observer, RunError, Scene, View, engine::Body};
+use carom::{
+    CollisionReport, EpochTime, Observer, RunError, Scene, View,
+    engine::{Body, MAX_TIME},
+};
 use carom_methods::AnySimulation;
 use carom_runs::measures::Tracked;
 
@@ -107,7 +110,7 @@ impl State {
         if wall > limit {
             self.piece = Some(0.5 * piece);
         } else if !is_whole && 4 * wall < limit {
-            self.piece = Some((2.0 * piece).min(f64::MAX));
+            self.piece = Some((2.0 * piece).min(MAX_TIME));
         }
         if is_whole {
             self.watching.sample(end, &self.simulation.view());

@@ -20,6 +20,7 @@ use carom_report::page::Page;
 use carom_runs::{
     animation,
     measures::{SingleMeasure, Tracked},
+    memory::{self, Demand},
     picture_of, resumable,
 };
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -80,6 +81,11 @@ impl Core {
         Ok(Running(&self.is_running))
     }
 
+    /// The end of a run: refused if it is past, too late, or not finite.
+    fn end_of_run(&self, until: f64) -> PyResult<EpochTime> {
+        self.lock()?.simulation.end_of_run(until).map_err(errors::run)
+    }
+
     /// Makes an edit, and informs the measures.
     fn edit<T: Send>(
         &self,
@@ -102,14 +108,8 @@ impl Core {
     }
 }
 
-/// A finite end of a run.
-fn finite(until: f64) -> PyResult<EpochTime> {
-    if until.is_finite() {
-        Ok(EpochTime::from(until))
-    } else {
-        Err(errors::run(carom::RunError::Time(until)))
-    }
-}
+/// Largest side of a picture (pixels).
+const MAX_PICTURE: u32 = 16_384;
 
 fn filter(state: &State, between: &[String]) -> PyResult<TagFilter> {
     let view = state.simulation.view();
@@ -130,6 +130,9 @@ impl Core {
     #[new]
     fn new(py: Python<'_>, text: &str, snapshot: Option<String>) -> PyResult<Self> {
         let scene = scene::parsed(text, snapshot)?;
+        Demand::of(&scene)
+            .and_then(|demand| demand.refuse_unless_fits(memory::available()))
+            .map_err(errors::scene)?;
         let method =
             Method::try_from(&scene.method).map_err(carom::SceneError::from).map_err(errors::scene)?;
         let mut interrupted = None;
@@ -243,6 +246,10 @@ impl Core {
     }
 
     fn picture(&self, size: u32) -> PyResult<String> {
+        if !(1..=MAX_PICTURE).contains(&size) {
+            let words = format!("a picture has a side from 1 to {MAX_PICTURE} pixels, but not {size}");
+            return Err(PyValueError::new_err(words));
+        }
         Ok(picture_of(&self.lock()?.simulation.view(), size))
     }
 
@@ -267,8 +274,8 @@ impl Core {
         progress: Option<Bound<'_, PyAny>>,
         callbacks: Vec<(Vec<String>, Bound<'_, PyAny>)>,
     ) -> PyResult<()> {
-        let until = finite(until)?;
         let running = self.begin_run()?;
+        let until = self.end_of_run(until)?;
         if !callbacks.is_empty() {
             return self.run_with_callbacks(py, until, progress, &callbacks);
         }
@@ -291,8 +298,8 @@ impl Core {
     /// Runs through the next collision, if it happens no later than `until`, and returns its
     /// report.
     fn step<'py>(&self, py: Python<'py>, until: f64) -> PyResult<Option<Bound<'py, PyBytes>>> {
-        let until = finite(until)?;
         let _running = self.begin_run()?;
+        let until = self.end_of_run(until)?;
         let mut guard = self.lock()?;
         let state: &mut State = &mut guard;
         state.watching.rows = Rows { filters: vec![TagFilter::Any], ..Rows::default() };
@@ -315,8 +322,8 @@ impl Core {
         until: f64,
         between: Vec<String>,
     ) -> PyResult<Bound<'py, PyArray1<u8>>> {
-        let until = finite(until)?;
         let _running = self.begin_run()?;
+        let until = self.end_of_run(until)?;
         let mut guard = self.lock()?;
         let state: &mut State = &mut guard;
         let filters = vec![filter(state, &between)?];

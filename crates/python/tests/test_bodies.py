@@ -367,3 +367,82 @@ def test_scenes_molecules_and_results_pickle():
     table = pickle.loads(pickle.dumps(results["velocities-gas"]))
     for column in table:
         assert np.array_equal(table[column], results["velocities-gas"][column], equal_nan=True)
+
+
+@pytest.mark.parametrize("vector", [(0.25, 0.5, 0.75), [0.25, 0.5, 0.75], np.array([0.25, 0.5, 0.75]), [0.25]],
+                         ids=["tuple", "list", "array", "one"])
+def test_other_than_two_numbers_are_no_vector(vector):
+    tee, words = carom.Molecule.tee(0.01), r"two numbers \[x, y\]"
+    disc = {"shape": "disc", "atom_radius": 0.1, "atom_mass": 1}
+    for scene in [
+        {"box": {"sides": vector}},
+        {"molecule": [{**disc, "at": vector}]},
+        {"molecule": [{**disc, "at": (0.5, 0.5), "velocity": vector}]},
+        {"bumper": [{"radius": 0.1, "at": vector}]},
+        {"wall": [{"from": vector, "to": (1, 1)}]},
+    ]:
+        with pytest.raises(carom.SceneError, match=words + rf", but there are {len(vector)}: \[0.25"):
+            carom.Scene(scene)
+    with pytest.raises(carom.SceneError, match=words):
+        carom.Scene(box=vector)
+    sim = carom.Simulation(carom.Scene())
+    for refused in [
+        lambda: sim.add(tee, vector),
+        lambda: sim.add(tee, [vector, vector]),
+        lambda: sim.add(tee, [0.5, 0.5], velocity=vector),
+        lambda: sim.add_wall(ends=[vector, vector]),
+        lambda: tee.at(0.5, 0.5, velocity=vector),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            refused()
+    assert len(sim) == 0
+    with pytest.raises(carom.MoleculeError, match="an atom is"):
+        carom.Molecule([{"at": vector, "radius": 0.1, "mass": 1}])
+
+
+STATE = ("positions", "unwrapped_positions", "velocities", "angles", "angular_velocities", "radii", "masses",
+         "energies", "fixed", "locked", "ids", "momentum")
+
+
+@pytest.mark.parametrize("name", STATE)
+def test_arrays_of_the_state_cannot_be_written_to(name):
+    sim = gas()
+    values = getattr(sim, name)
+    with pytest.raises(ValueError, match="read-only"):
+        values[0] = 0
+    copied = np.array(values)
+    copied[0] = 0
+    with pytest.raises(ValueError, match="read-only"):
+        carom.Molecule.tee(0.01).atoms[0] = 0
+
+
+@pytest.mark.parametrize("call", ["run", "step", "collisions"])
+def test_a_run_neither_goes_back_nor_to_infinity(call):
+    sim = gas()
+    sim.run(until=0.5)
+    for until in (-1, 0.0, 0.499):
+        with pytest.raises(carom.RunError, match=f"a run cannot end at {float(until)}, before its present time 0.5"):
+            getattr(sim, call)(until)
+    for until in (1e308, np.inf, -np.inf, np.nan):
+        with pytest.raises(carom.RunError, match="a run must end at a finite time of at most 1e300, not at"):
+            getattr(sim, call)(until)
+    for until in (0.0, -1.0, np.nan, np.inf, 1e308):
+        with pytest.raises(carom.CaromError, match="run.until must be"):
+            carom.run(carom.Scene(gas=GAS), until=until)
+    assert sim.time == 0.5
+    sim.run(sim.time)
+    assert sim.time == 0.5
+
+
+def test_a_scene_that_does_not_fit_into_the_memory_is_refused():
+    # 200 gases of 2^27 discs need 5 terabytes.
+    scene = carom.Scene(gas=[{"radius": 1e-12, "mass": 1, "energy": 1, "count": 2**27}] * 200)
+    for refused in (carom.Simulation, carom.run):
+        with pytest.raises(carom.CaromError, match=r"bodies need at least \d+ bytes of memory .* available: take fewer"):
+            refused(scene)
+
+
+def test_the_size_of_a_picture_is_bounded():
+    for size in (0, 16385, 2**32 - 1):
+        with pytest.raises(ValueError, match="from 1 to 16384 pixels"):
+            gas()._core.picture(size)

@@ -11,17 +11,21 @@
 //! | `--quiet` | results | errors |
 //! | `--json` | one JSON object | progress, notes, errors |
 //!
-//! A closed pipe is no error: the files hold all results. Nothing is coloured except by the parser
-//! of the command line, which heeds `NO_COLOR`.
+//! Everything on standard output is written by one function. A closed pipe is no error: the files
+//! hold all results. Any other failure, such as a full disk, ends the command with an error. Nothing
+//! is coloured except by the parser of the command line, which heeds `NO_COLOR`.
 
 use std::{
     env,
-    io::{Write as _, stderr, stdout},
+    io::{self, ErrorKind, Write as _, stderr, stdout},
     process::ExitCode,
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 use carom_tables::Verdict;
 use clap::{ArgMatches, Args, Command, Parser};
 
@@ -60,6 +64,12 @@ pub trait Program: Parser {
 /// Whether notes are left out.
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
 
+/// The first failure to write to standard output.
+static LOST_OUTPUT: Mutex<Option<io::Error>> = Mutex::new(None);
+
+/// What a failure to write to standard output is called.
+const STANDARD_OUTPUT: &str = "cannot write to standard output";
+
 /// Parses the command line, runs the command, and writes what it ends with. Returns the exit code,
 /// see [`exit::code`].
 pub fn main<P: Program>() -> ExitCode {
@@ -77,14 +87,28 @@ pub fn main<P: Program>() -> ExitCode {
         json_object::begin(&name);
     }
     let shown = if quiet || !program.shows_progress() { None } else { progress::show(&name) };
-    let end = program.run();
+    let end = program.run().and_then(|verdict| lost_output().map(|()| verdict));
     drop(shown);
     if let Err(error) = &end {
-        let _ = writeln!(stderr(), "{}", exit::words(error));
+        complain(&exit::words(error));
     }
     let code = exit::code(&end);
-    json_object::end(end.map_err(|error| exit::words(&error)), code);
-    ExitCode::from(code)
+    let has_failed = end.is_err();
+    if let Some(object) = json_object::end(end.map_err(|error| exit::words(&error)), code) {
+        write_line(&object);
+    }
+    match lost_output() {
+        Err(error) if !has_failed => {
+            complain(&exit::words(&error));
+            ExitCode::from(exit::code(&Err(error)))
+        }
+        _ => ExitCode::from(code),
+    }
+}
+
+/// Writes a line to standard error; a failure is ignored, since there is no other place for it.
+fn complain(text: &str) {
+    let _ = writeln!(stderr(), "{text}");
 }
 
 /// Lets the values of all options be negative numbers, so that a command refuses them by its own
@@ -110,13 +134,45 @@ fn name(matches: &ArgMatches) -> String {
 
 /// Ends a program whose command line is invalid, or requests help or the version.
 fn refuse(error: &clap::Error) -> ExitCode {
-    let _ = error.print();
-    let code = u8::try_from(error.exit_code()).unwrap_or(2);
+    let printed = error.print().and_then(|()| stdout().flush());
+    let mut code = u8::try_from(error.exit_code()).unwrap_or(2);
     if code != 0 && env::args_os().any(|word| word == "--json") {
         json_object::begin("");
-        json_object::end(Err(error.to_string().trim_end().to_owned()), code);
+        let words = error.to_string().trim_end().to_owned();
+        json_object::end(Err(words), code).iter().for_each(|object| write_line(object));
+    }
+    if code == 0 {
+        keep_failure(printed);
+    }
+    if let Err(error) = lost_output() {
+        complain(&exit::words(&error));
+        code = code.max(exit::code(&Err(error)));
     }
     ExitCode::from(code)
+}
+
+/// Writes a line to standard output, and flushes it. The first failure is kept for the end of the
+/// program.
+fn write_line(text: &str) {
+    let mut out = stdout().lock();
+    keep_failure(writeln!(out, "{text}").and_then(|()| out.flush()));
+}
+
+/// Keeps the first failure to write to standard output; a closed pipe is none.
+fn keep_failure(written: io::Result<()>) {
+    if let Err(error) = written
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        LOST_OUTPUT.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+}
+
+/// Takes the first failure to write to standard output.
+fn lost_output() -> Result<()> {
+    match LOST_OUTPUT.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        None => Ok(()),
+        Some(error) => Err(Error::new(error).context(STANDARD_OUTPUT)),
+    }
 }
 
 /// Writes a line of results to standard output; into the array `text` of the JSON object, where one
@@ -125,16 +181,12 @@ pub fn print_line(text: &str) {
     if json_object::takes_line(text) {
         return;
     }
-    progress::suspend(|| {
-        let _ = writeln!(stdout(), "{text}");
-    });
+    progress::suspend(|| write_line(text));
 }
 
 /// Writes a remark for the user to standard error, unless the program is quiet.
 pub fn note(text: &str) {
     if !IS_QUIET.load(Ordering::Relaxed) {
-        progress::suspend(|| {
-            let _ = writeln!(stderr(), "{text}");
-        });
+        progress::suspend(|| complain(text));
     }
 }

@@ -1,10 +1,7 @@
 //! The JSON object that a program writes instead of text if it is called with `--json`: what the
 //! command was, and how it ended.
 
-use std::{
-    io::{Write as _, stdout},
-    sync::{Mutex, MutexGuard, PoisonError},
-};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use carom_tables::{Summary, Verdict};
 use serde::Serialize;
@@ -55,10 +52,10 @@ pub(crate) fn takes_line(text: &str) -> bool {
     true
 }
 
-/// Completes the object with the verdict, or with the words of an error, and writes it, if one is
-/// written.
-pub(crate) fn end(end: Result<Verdict, String>, exit_code: u8) {
-    let Some(mut all) = object().take() else { return };
+/// Completes the object with the verdict, or with the words of an error. Returns its text; `None`
+/// where no object is written.
+pub(crate) fn end(end: Result<Verdict, String>, exit_code: u8) -> Option<String> {
+    let mut all = object().take()?;
     match end {
         Ok(verdict) => {
             let word = match verdict {
@@ -76,8 +73,7 @@ pub(crate) fn end(end: Result<Verdict, String>, exit_code: u8) {
         }
     }
     all.insert("exit_code".to_owned(), exit_code.into());
-    // A closed pipe is ignored: the files hold all results.
-    let _ = writeln!(stdout(), "{}", Value::Object(all));
+    Some(Value::Object(all).to_string())
 }
 
 fn object() -> MutexGuard<'static, Option<Map<String, Value>>> {

@@ -12,7 +12,7 @@ import numpy as np
 
 from . import _carom
 from ._errors import MoleculeError
-from ._plain import array, number, plain
+from ._plain import number, plain, vectors
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -390,7 +390,7 @@ class Molecule:
             "tags": [tags] if isinstance(tags, str) else list(tags),
             "at": [number("x", x), number("y", y)],
             "orientation": number("angle", angle),
-            "velocity": array("velocity", velocity).tolist(),
+            "velocity": vectors("velocity", velocity).tolist(),
             "angular_velocity": number("angular_velocity", angular_velocity),
             "fixed": bool(fixed),
         }

@@ -11,7 +11,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["array", "ids", "is_mask", "masked", "number", "pixels", "plain", "whole", "word"]
+__all__ = ["array", "ids", "is_mask", "masked", "number", "pixels", "plain", "read_only", "vectors", "whole",
+           "word"]
 
 
 def number(name: str, value: object) -> float:
@@ -60,6 +61,23 @@ def array(
         raise ValueError(f"`{name}` must be an array of real numbers: {error}") from None
     if finite and not np.isfinite(floats).all():
         raise ValueError(f"`{name}` must be finite, but has NaN or infinite numbers")
+    return floats
+
+
+def vectors(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """``value`` as a vector [x, y] or rows of them; a ``ValueError`` names the argument."""
+    floats = array(name, value)
+    if floats.ndim not in (1, 2) or floats.shape[-1] != 2:
+        raise ValueError(
+            f"`{name}` must be two numbers [x, y] or rows of them, but is {floats.tolist()!r:.60}"
+        )
+    return floats
+
+
+def read_only(value: ArrayLike) -> NDArray[np.float64]:
+    """``value`` as an array of floats that cannot be written to."""
+    floats = np.array(value, dtype=np.float64)
+    floats.setflags(write=False)
     return floats
 
 

@@ -14,7 +14,7 @@ from ._collisions import Collision, of_bytes
 from ._errors import MeasureError
 from ._html import Html, frame
 from ._molecule import Molecule
-from ._plain import array, ids, is_mask, masked, number, pixels, plain, word
+from ._plain import array, ids, is_mask, masked, number, pixels, plain, read_only, vectors, word
 from ._progress import Progress
 from ._results import Figure, Results, Table
 from ._scene import Scene
@@ -134,7 +134,9 @@ class Simulation:
 
     Bodies are in the order of their insertion in all arrays: single molecules, bumpers and walls
     of the scene, then its gases, then bodies added later. Arrays are new copies at the present
-    time. A body keeps its number (``ids``) when others are removed.
+    time, which cannot be written to: assigning to them would not change the simulation
+    (``np.array(sim.positions)`` is a copy that can). A body keeps its number (``ids``) when others
+    are removed.
 
     Parameters
     ----------
@@ -412,7 +414,7 @@ class Simulation:
         >>> sim.momentum.shape
         (2,)
         """
-        return np.array(self._core.totals()[1])
+        return read_only(self._core.totals()[1])
 
     @property
     def temperature(self) -> float | None:
@@ -462,14 +464,15 @@ class Simulation:
         Parameters
         ----------
         until : float
-            End of the run (time); a time before the present changes nothing.
+            End of the run (time), from the present to 1e300.
         progress : bool
             Whether to draw a bar, in a terminal or notebook.
 
         Raises
         ------
         RunError
-            The run cannot continue; the simulation remains at the time at which it stopped.
+            ``until`` is past or not finite, or the run cannot continue; the simulation remains at
+            the time at which it stopped.
         BusyError
             The simulation is already running, in another thread or below a callback.
 
@@ -725,15 +728,12 @@ class Simulation:
         """
         if not isinstance(molecule, Molecule):
             raise TypeError(f"`molecule` must be a Molecule, but is {molecule!r:.60}")
-        places = array("at", at)
-        if places.ndim not in (1, 2) or places.shape[-1] != 2:
-            raise ValueError(f"`at` must have the shape (2,) or (n, 2), but has {places.shape}")
-        places = places.reshape(-1, 2)
+        places = vectors("at", at).reshape(-1, 2)
         count = len(places)
         rows = np.empty((count, 6))
         rows[:, :2] = places
         rows[:, 2] = _spread("angle", angle, (count,))
-        rows[:, 3:5] = _spread("velocity", velocity, (count, 2))
+        rows[:, 3:5] = _spread("velocity", vectors("velocity", velocity), (count, 2))
         rows[:, 5] = _spread("angular_velocity", angular_velocity, (count,))
         entry = molecule.at(0.0, 0.0, tags=tags, locked=locked, fixed=fixed)
         text = _carom.scene_of({"molecule": [plain(entry)]})
@@ -784,9 +784,9 @@ class Simulation:
             "tags": _between(tags),
         }
         if ends is not None:
-            points = array("ends", ends)
+            points = vectors("ends", ends)
             if points.shape != (2, 2):
-                raise ValueError(f"`ends` must have the shape (2, 2), but has {points.shape}")
+                raise ValueError(f"`ends` must be two points [x, y], but is {points.tolist()!r:.60}")
             entry["from"], entry["to"] = points.tolist()
         return self._core.add_wall(_carom.scene_of({"wall": [entry]}))
 

@@ -207,8 +207,16 @@ impl Report {
                 format!("{at_most}{}", duration(estimate.epoch_seconds)),
                 "checkpoints are written at its end".to_owned(),
             ],
-            ["memory".to_owned(), bytes(estimate.memory), "bodies and their events".to_owned()],
-            ["checkpoint".to_owned(), bytes(estimate.checkpoint), String::new()],
+            [
+                "memory".to_owned(),
+                bytes(estimate.memory),
+                format!("bodies and their events; at the end {} more for samples", bytes(estimate.series)),
+            ],
+            [
+                "checkpoint".to_owned(),
+                bytes(estimate.checkpoint),
+                format!("at the end {} more for samples", bytes(estimate.series)),
+            ],
         ];
         if estimate.snapshots > 0 {
             rows.push(["snapshots".to_owned(), bytes(estimate.snapshots), String::new()]);

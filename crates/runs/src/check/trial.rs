@@ -1,7 +1,7 @@
 //! A trial run of about a second, and the estimate of the whole run from it.
 
 use anyhow::Result;
-use carom::{Observer as _, Scene, observers::write_extended_xyz};
+use carom::{EpochTime, Observer as _, Scene, observers::write_extended_xyz};
 use carom_methods::AnySimulation;
 use cpu_time::ProcessTime;
 use serde::Serialize;
@@ -15,10 +15,10 @@ const TRIAL_SECONDS: f64 = 1.0;
 /// Contacts of the trial if measures watch them: some keep every contact in memory.
 const MOST_WATCHED: u64 = 300_000;
 
-/// Contacts one by one at the start of the trial, which give the length of its first stretch.
+/// Contacts one by one at the start of the trial, which give the length of its first stretch (time).
 const FIRST_CONTACTS: u64 = 64;
 
-/// A stretch of the trial that takes longer is not lengthened (seconds).
+/// A stretch of the trial that takes longer is not lengthened (seconds of processor time).
 const STRETCH_SECONDS: f64 = 0.05;
 
 /// Epochs after which their mean time is measured.
@@ -66,6 +66,8 @@ pub(super) struct Estimate {
     pub(super) memory: u64,
     /// A checkpoint at the start of the run (bytes).
     pub(super) checkpoint: u64,
+    /// Series of the measures at the end of the run, in memory and in the checkpoint (bytes).
+    pub(super) series: u64,
     /// All snapshots (bytes); 0 without.
     pub(super) snapshots: u64,
     /// The actions of thermostats.
@@ -83,20 +85,16 @@ impl Trial {
         measures.sample(&simulation.view());
         measures.check(&simulation.view());
         let most = if measures.watching().is_empty() { u64::MAX } else { MOST_WATCHED };
-        // A step without a contact doubles the time of the next, so that rare contacts take no
-        // longer than twice the limit.
-        let mut stretch = until / f64::from(1 << 20);
-        let mut step = |simulation: &mut AnySimulation, measures: &mut Measures| -> Result<bool> {
-            let limit = until.min(simulation.time().to_f64() + stretch);
-            let has_contact = simulation.step(limit, measures)?;
-            stretch *= if has_contact { 1.0 } else { 2.0 };
-            Ok(!has_contact && limit >= until)
+        let end = EpochTime::from(until);
+        // At most one epoch, so that the clock is read again soon at any speed.
+        let step = |simulation: &mut AnySimulation, measures: &mut Measures| -> Result<bool> {
+            let contacts = simulation.observe_contacts(end, 1, measures)?;
+            Ok(contacts == 0 && simulation.time() >= end)
         };
         let clock = ProcessTime::now();
         let mut is_whole = step(simulation, measures)?;
         let first = clock.elapsed().as_secs_f64();
-        let (clock, start, before) =
-            (ProcessTime::now(), simulation.time().to_f64(), *simulation.view().counters());
+        let (clock, start, before) = (ProcessTime::now(), simulation.time(), *simulation.view().counters());
         let contacts =
             |simulation: &AnySimulation| simulation.view().counters().collisions - before.collisions;
         let goes_on = |simulation: &AnySimulation| {
@@ -109,19 +107,21 @@ impl Trial {
         let mut seconds = clock.elapsed().as_secs_f64();
         simulation.observe_until(simulation.time().to_f64(), measures)?;
         let stop = clock.elapsed().as_secs_f64() - seconds;
-        let mut stretch = (simulation.time().to_f64() - start).max(until / f64::from(1 << 30));
+        // It doubles, so that a stretch takes at most about twice as long as all before it. If all
+        // contacts so far are at one instant, it begins at the least number.
+        let mut stretch = simulation.time().since(start).max(f64::MIN_POSITIVE);
         while !is_whole && goes_on(simulation) {
             let now = clock.elapsed().as_secs_f64();
-            let limit = until.min(simulation.time().to_f64() + stretch);
-            simulation.observe_until(limit, measures)?;
-            is_whole = limit >= until;
+            let limit = simulation.time().after(stretch);
+            is_whole = limit >= end;
+            simulation.observe_until_epoch_time(if is_whole { end } else { limit }, measures)?;
             let taken = (clock.elapsed().as_secs_f64() - now - stop).max(0.0);
             seconds += taken;
             if taken < STRETCH_SECONDS {
                 stretch *= 2.0;
             }
         }
-        let simulated = simulation.time().to_f64() - start;
+        let simulated = simulation.time().since(start);
         let contacts = contacts(simulation);
         let epochs = simulation.view().counters().epochs - before.epochs;
         let clock = ProcessTime::now();
@@ -193,6 +193,7 @@ impl Trial {
             is_epoch_measured,
             memory,
             checkpoint: state as u64,
+            series: measures.bytes_at_end(&scene.run),
             snapshots,
             actions,
         })
@@ -238,6 +239,25 @@ mod tests {
         assert_eq!(short.collisions(&simulation), Some(run.view().counters().collisions as f64));
         let long = trial(&scene, 1e9);
         assert!(!long.is_whole && long.simulated < 1e9 && long.epochs > 0, "{long:?}");
+    }
+
+    /// The fastest gases that a scene can have, and a body that meets no other.
+    #[test]
+    fn the_trial_of_a_fast_system_is_bounded() {
+        let gas = |entries: &str| {
+            format!(
+                "[box]\nseed = 5\n[[gas]]\nradius = 0.01\n{entries}\n[run]\nuntil = 1000.0\nobserve = [\"pressure\"]\n"
+            )
+        };
+        for entries in [
+            "mass = 1e-26\nenergy = 1.0\ncount = 200",
+            "mass = 1.0\ntemperature = 1e60\ncount = 200",
+            "mass = 1e-30\nenergy = 1.0\ncount = 1",
+        ] {
+            let scene = scene(&gas(entries));
+            let trial = trial(&scene, scene.run.until);
+            assert!(!trial.is_whole && trial.contacts < 3 * MOST_WATCHED, "{entries}: {trial:?}");
+        }
     }
 
     #[test]

@@ -23,8 +23,10 @@ pub(super) struct Unplaced {
     most_placed: usize,
     /// Least memory that they need (bytes).
     memory: u64,
-    /// Memory of the machine (bytes); `None` where the system does not say.
+    /// Memory that is available (bytes); `None` where the system does not say.
     memory_available: Option<u64>,
+    /// What has this memory: the machine, or a limit.
+    memory_of: Option<&'static str>,
     /// Whether `carom run` begins.
     fits: bool,
 }
@@ -47,16 +49,17 @@ impl Unplaced {
             bodies: demand.bodies,
             most_placed: MOST_PLACED,
             memory: demand.bytes,
-            memory_available: available,
+            memory_available: available.map(|available| available.bytes),
+            memory_of: available.map(|available| available.of),
             fits: demand.fits(available),
         }))
     }
 
     /// The lines for a terminal.
     pub(super) fn text(&self) -> String {
-        let room = match self.memory_available {
-            Some(available) => format!("of {} available on this machine", bytes(available)),
-            None => String::new(),
+        let room = match (self.memory_available, self.memory_of) {
+            (Some(available), Some(of)) => format!("{of} has {} available", bytes(available)),
+            _ => String::new(),
         };
         let end = if self.fits { "" } else { "; carom run refuses it" };
         let rows = [
@@ -91,10 +94,14 @@ mod tests {
         };
         assert_eq!(of(MOST_PLACED), None);
         let mut large = of(100_000_000).unwrap();
-        (large.memory_available, large.fits) = (Some(16_000_000_000), false);
+        (large.memory_available, large.memory_of, large.fits) =
+            (Some(16_000_000_000), Some("this machine"), false);
         let text = large.text();
         assert!(text.contains("more than 4000000") && text.contains("100000000"), "{text}");
-        assert!(text.contains("at least 20 GB") && text.contains("of 16 GB available"), "{text}");
+        assert!(
+            text.contains("at least 20 GB") && text.contains("this machine has 16 GB available"),
+            "{text}"
+        );
         assert!(text.contains("carom run refuses it"), "{text}");
     }
 }

@@ -134,6 +134,15 @@ impl<R: BufRead> Frames<R> {
         let real = |column: usize, offset: usize| {
             number(word(column, offset)?).with_context(|| format!("column {}", COLUMNS[column].0))
         };
+        let planar = |column: usize| -> Result<[f64; 2]> {
+            let [x, y, z] = [real(column, 0)?, real(column, 1)?, real(column, 2)?];
+            let name = COLUMNS[column].0;
+            ensure!(
+                z == 0.0,
+                "column {name}: there must be two numbers [x, y] and a third that is 0, but there is [{x:?}, {y:?}, {z:?}]"
+            );
+            Ok([x, y])
+        };
         let whole = |column: usize| -> Result<u64> {
             let text = word(column, 0)?;
             text.parse()
@@ -147,8 +156,8 @@ impl<R: BufRead> Frames<R> {
         let kind = whole(9)?;
         Ok(AtomLine {
             is_fixed: *word(0, 0)? == "X",
-            position: [real(1, 0)?, real(1, 1)?],
-            velocity: [real(2, 0)?, real(2, 1)?],
+            position: planar(1)?,
+            velocity: planar(2)?,
             molecule: whole(3)?,
             index: whole(4)?,
             radius: positive(5)?,

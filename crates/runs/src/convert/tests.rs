@@ -125,26 +125,17 @@ fn a_frame_of_another_number_of_atoms_is_whole() {
 #[test]
 fn a_dump_keeps_every_digit() {
     let text = String::from_utf8(converted(&two_frames(), "out.lammpstrj").unwrap()).unwrap();
-    let frames: Vec<&str> = text.split("ITEM: TIME\n").skip(1).collect();
+    let frames: Vec<&str> = text.split_inclusive("ITEM: TIMESTEP\n").skip(1).collect();
     let lines: Vec<&str> = frames[1].lines().collect();
+    assert!(text.starts_with("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n3\n"), "{text}");
     assert_eq!(
-        lines[..9],
-        [
-            "0.1",
-            "ITEM: TIMESTEP",
-            "1",
-            "ITEM: NUMBER OF ATOMS",
-            "3",
-            "ITEM: BOX BOUNDS pp pp pp",
-            "0.0 2.0",
-            "0.0 1.0",
-            "-0.1 0.1"
-        ]
+        lines[..7],
+        ["1", "ITEM: NUMBER OF ATOMS", "3", "ITEM: BOX BOUNDS pp pp pp", "0.0 2.0", "0.0 1.0", "-0.1 0.1"]
     );
-    assert_eq!(lines[9], "ITEM: ATOMS id mol type x y z vx vy vz radius mass angle omegaz");
-    assert_eq!(lines[10], "1 7 1 0.1 0.3333333333333333 0.0 0.1 -0.2 0.0 0.1 1.5 1.5707963267948966 0.5");
-    assert_eq!(lines[12], "3 9 2 0.5 -0.125 0.0 0.0 0.0 0.0 0.05 1.0 0.0 0.0");
-    assert_eq!((frames.len(), lines.len()), (2, 13));
+    assert_eq!(lines[7], "ITEM: ATOMS id mol type x y z vx vy vz radius mass angle omegaz v_time");
+    assert_eq!(lines[8], "1 7 1 0.1 0.3333333333333333 0.0 0.1 -0.2 0.0 0.1 1.5 1.5707963267948966 0.5 0.1");
+    assert_eq!(lines[10], "3 9 2 0.5 -0.125 0.0 0.0 0.0 0.0 0.05 1.0 0.0 0.0 0.1");
+    assert_eq!((frames.len(), lines.len()), (2, 11));
 }
 
 #[test]
@@ -159,6 +150,11 @@ fn bad_input_is_refused_by_line_and_column() {
         (with(" 0.5 1.5 0\n", " 0.5 1.5\n"), "line 3: the column kind is missing"),
         (with(" Time=0.0", ""), "line 2: the entry Time=… is missing"),
         (with("pos:R:3", "pos:R:2"), "line 2: Properties: pos"),
+        (
+            with("2.05 0.25 0.0", "2.05 0.25 0.5"),
+            "line 4: column pos: there must be two numbers [x, y] and a third that is 0, but there is [2.05, 0.25, 0.5]",
+        ),
+        (with("0.1 -0.2 0.0", "0.1 -0.2 -3"), "line 3: column velo: there must be two numbers [x, y]"),
         (with("mass:R:1:", ""), "line 2: Properties: the column mass is missing"),
         (with("2.0 0.0", "2.0 0.5"), "line 2: Lattice"),
         (with("Lattice=\"2.0", "Lattice=\"0.0"), "line 2: Lattice: the side 0 is not positive"),

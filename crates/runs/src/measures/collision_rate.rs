@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Context, HardDiscs, Kind, Label, Measured, Of, Results, Span, hard_discs::ENSKOG, in_blocks,
-    intervals::IntervalSums, resumed,
+    intervals::IntervalSums, point_bytes, resumed,
 };
 use crate::{append_file::AppendFiles, series::RATES};
 
@@ -58,6 +58,10 @@ impl Measured for Rate {
     /// The rate, weighted with the lengths of the intervals.
     fn sums(&self) -> Sums {
         self.sums.sums()
+    }
+
+    fn bytes_per_sample(&self) -> usize {
+        point_bytes(self.observer.series())
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {

@@ -4,7 +4,7 @@ use anyhow::Result;
 use carom::{EnergyLedger, observers::LedgerPoint};
 use carom_tables::{BlockMean, Table, Totals};
 
-use super::{Context, Kind, Label, Measured, Of, Results, Span, in_blocks, resumed};
+use super::{Context, Kind, Label, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 use crate::{append_file::AppendFiles, series::ENERGY};
 
 pub(super) const KIND: Kind = Kind {
@@ -18,6 +18,10 @@ pub(super) const KIND: Kind = Kind {
 };
 
 impl Measured for EnergyLedger {
+    fn bytes_per_sample(&self) -> usize {
+        point_bytes(self.series())
+    }
+
     fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.series();
         let of = |part: fn(&LedgerPoint) -> f64| -> Vec<f64> { points.iter().map(part).collect() };

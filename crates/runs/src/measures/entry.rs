@@ -1,11 +1,14 @@
 //! One measure of a run: when it begins, and which samples it receives.
 
 use anyhow::{Context as _, Result, bail};
-use carom::{CollisionReport, Observer, Scene, View, engine::Body};
+use carom::{
+    CollisionReport, Observer, Scene, View,
+    engine::{Body, RunSpec},
+};
 use carom_tables::{Estimate, Figure, Sums};
 use serde::{Deserialize, Serialize};
 
-use crate::{record::MeasureRecord, run::stages};
+use crate::{record::MeasureRecord, run::stages, sampling_times::sampling_count};
 
 use super::{
     Context, HardDiscs, Kind, Label, Measure, Request, Results, Selection, Span, overlap, request::find,
@@ -84,6 +87,13 @@ impl Entry {
         let Some(kind) = find(&head.kind) else { bail!("the measure '{}' is unknown", head.kind) };
         let measure = (kind.resume)(bytes)?;
         Ok(Self { head, kind, measure })
+    }
+
+    /// Memory that its series takes at the end of the run (bytes).
+    pub(super) fn bytes_at_end(&self, run: &RunSpec) -> u64 {
+        let Head { from, until, every, .. } = self.head;
+        let samples = sampling_count(from, until.min(run.until), run.sample_interval) / every.max(1) + 1;
+        samples.saturating_mul(self.measure.bytes_per_sample() as u64)
     }
 
     /// Gives the measure its last sample, if it lies between two of its own.

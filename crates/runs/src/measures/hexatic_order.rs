@@ -3,7 +3,7 @@
 use carom::{HexaticOrder, observers::HexaticPoint};
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "hexatic-order",
@@ -19,6 +19,10 @@ impl Measured for HexaticOrder {
     /// Local order, its mean square, global order.
     fn sums(&self) -> Vec<[f64; 2]> {
         self.sums()
+    }
+
+    fn bytes_per_sample(&self) -> usize {
+        point_bytes(self.series())
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {

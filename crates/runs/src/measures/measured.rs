@@ -26,6 +26,12 @@ pub trait Measured: Observer + Serialize + DeserializeOwned + Send + 'static {
         Vec::new()
     }
 
+    /// Memory that one more sample takes until the end of the run (bytes), in a checkpoint about as
+    /// much; 0 if the state has a bounded size.
+    fn bytes_per_sample(&self) -> usize {
+        0
+    }
+
     /// Tables and figures. `means` belong to [`Self::sums`].
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results;
 
@@ -187,11 +193,17 @@ pub fn file_name(table: &Table) -> String {
     format!("{}.csv", table.name)
 }
 
+/// Size of one point of a series (bytes).
+pub(super) fn point_bytes<P>(_: &[P]) -> usize {
+    size_of::<P>()
+}
+
 /// A measure in progress, whatever it measures.
 pub(super) trait Measure: Observer + Send {
     fn save(&self) -> Result<Vec<u8>>;
     fn results(&self, context: &Context<'_>) -> Results;
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()>;
+    fn bytes_per_sample(&self) -> usize;
     fn records_per_block(&self) -> u64;
     /// Number of complete blocks.
     fn blocks(&self) -> usize;
@@ -267,6 +279,10 @@ impl<M: Measured> Measure for InBlocks<M> {
 
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
         self.measured.append(files, label)
+    }
+
+    fn bytes_per_sample(&self) -> usize {
+        self.measured.bytes_per_sample()
     }
 
     fn records_per_block(&self) -> u64 {

@@ -41,7 +41,10 @@ mod wall_heat;
 mod wall_pressure;
 
 use anyhow::Result;
-use carom::{CollisionReport, Observer, Scene, View, engine::Body};
+use carom::{
+    CollisionReport, Observer, Scene, View,
+    engine::{Body, RunSpec},
+};
 use carom_tables::{Figure, Verdict};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _, ser::Error as _};
 use serde_json::json;
@@ -50,7 +53,7 @@ pub(crate) use self::collision_rate::FIGURE as COLLISION_RATE;
 use self::entry::{Entry, Head};
 pub(crate) use self::impulses::NAME as IMPULSES;
 use self::kind::{Default, LONGEST_LAG};
-use self::measured::{Measure, in_blocks, resumed};
+use self::measured::{Measure, in_blocks, point_bytes, resumed};
 pub use self::{
     hard_discs::{ENSKOG, HardDiscs, LIU},
     kind::{Kind, Of, Parameter, Span},
@@ -130,6 +133,12 @@ impl Measures {
     /// Their number.
     pub(crate) fn len(&self) -> usize {
         self.0.len()
+    }
+
+    /// Memory that the series of all measures take at the end of the run (bytes), in a checkpoint
+    /// about as much; logs of contacts go to files.
+    pub(crate) fn bytes_at_end(&self, run: &RunSpec) -> u64 {
+        self.0.iter().map(|entry| entry.bytes_at_end(run)).fold(0, u64::saturating_add)
     }
 
     /// The measures that the scene asks for and that watch contacts, by name and label.

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Context, HardDiscs, Kind, Label, Measured, Of, Results, Span, hard_discs::LIU, in_blocks,
-    intervals::IntervalSums, resumed,
+    intervals::IntervalSums, point_bytes, resumed,
 };
 use crate::{append_file::AppendFiles, series::PRESSURE};
 
@@ -79,6 +79,10 @@ impl Measured for Virial {
     fn sums(&self) -> Sums {
         let of = |sums: &IntervalSums| sums.sums().first().copied().unwrap_or_default();
         vec![of(&self.pressure), if self.lacks_factor { [0.0; 2] } else { of(&self.factor) }]
+    }
+
+    fn bytes_per_sample(&self) -> usize {
+        point_bytes(self.observer.series())
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {

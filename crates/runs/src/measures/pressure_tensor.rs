@@ -3,7 +3,7 @@
 use carom::PressureTensor;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, hard_discs::LIU, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, hard_discs::LIU, in_blocks, point_bytes, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "pressure-tensor",
@@ -22,6 +22,10 @@ impl Measured for PressureTensor {
     /// p_xx, p_xy, p_yx, p_yy.
     fn sums(&self) -> Vec<[f64; 2]> {
         self.sums()
+    }
+
+    fn bytes_per_sample(&self) -> usize {
+        point_bytes(self.series())
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {

@@ -3,7 +3,7 @@
 use carom::{RunningAverage, observers::RunningPoint};
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "running-average",
@@ -16,6 +16,10 @@ pub(super) const KIND: Kind = Kind {
 };
 
 impl Measured for RunningAverage {
+    fn bytes_per_sample(&self) -> usize {
+        point_bytes(self.series())
+    }
+
     fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.series();
         let of = |part: fn(&RunningPoint) -> f64| points.iter().map(|point| Some(part(point))).collect();

@@ -3,7 +3,7 @@
 use carom::TemperatureByTag;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "temperature",
@@ -22,6 +22,10 @@ impl Measured for TemperatureByTag {
     /// Translation, then rotation, then the velocity of the centre of mass.
     fn sums(&self) -> Vec<[f64; 2]> {
         [self.sums(), self.flow().to_vec()].concat()
+    }
+
+    fn bytes_per_sample(&self) -> usize {
+        point_bytes(self.series())
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {

@@ -4,7 +4,7 @@
 use carom::ThermostatLedger;
 use carom_tables::{BlockMean, Figure, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "thermostat",
@@ -24,6 +24,10 @@ impl Measured for ThermostatLedger {
         let time = self.duration();
         let heats = self.heats().iter().map(|heat| [heat.total(), time]);
         std::iter::once([self.total_lost(), time]).chain(heats).collect()
+    }
+
+    fn bytes_per_sample(&self) -> usize {
+        point_bytes(self.series()) + self.heats().len() * size_of::<f64>()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {

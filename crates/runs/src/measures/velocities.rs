@@ -7,7 +7,10 @@ use carom::{
 use carom_tables::{BlockMean, Figure, Table, chi_square::ChiSquare};
 use serde::{Deserialize, Serialize};
 
-use super::{Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, resumed};
+use super::{
+    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, point_bytes,
+    resumed,
+};
 
 const MAXWELL: &str = "Maxwell's distribution";
 
@@ -88,6 +91,10 @@ impl Measured for Velocities {
             histogram.counts().iter().map(|&count| [count as f64 / width, total]).collect::<Vec<_>>()
         };
         [vec![self.kurtosis], of(x), of(y), of(speeds)].concat()
+    }
+
+    fn bytes_per_sample(&self) -> usize {
+        point_bytes(self.distribution.series())
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {

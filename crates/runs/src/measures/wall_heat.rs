@@ -4,7 +4,7 @@ use anyhow::ensure;
 use carom::observers::WallHeat;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "wall-heat",
@@ -31,6 +31,10 @@ impl Measured for WallHeat {
     /// Heat and contacts, both per time.
     fn sums(&self) -> Vec<[f64; 2]> {
         vec![[self.heat(), self.duration()], [self.contacts() as f64, self.duration()]]
+    }
+
+    fn bytes_per_sample(&self) -> usize {
+        point_bytes(self.series())
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {

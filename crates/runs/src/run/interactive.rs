@@ -278,7 +278,7 @@ impl InteractiveRun {
         let begun = Instant::now();
         loop {
             let step = self.due(EpochTime::from(until));
-            let target = step.map_or(until, |step| step.time);
+            let target = self.not_past(step.map_or(until, |step| step.time));
             loop {
                 let (now, clock) = (self.simulation.time().to_f64(), Instant::now());
                 let end = (now + self.piece).max(now.next_up()).min(target);
@@ -299,6 +299,13 @@ impl InteractiveRun {
                 return Ok(false);
             }
         }
+    }
+
+    /// This time, or the present if it is past: instants of one time differ by the rounding of the
+    /// schedule.
+    fn not_past(&self, time: f64) -> f64 {
+        let now = self.simulation.time().to_f64();
+        if time < now { now } else { time }
     }
 
     /// The next step of the schedule, if it is not after `until`.

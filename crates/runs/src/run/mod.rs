@@ -188,6 +188,7 @@ fn describe(scene: &Scene, parent: Option<&Parent>) -> String {
 pub(crate) fn begin(mut simulation: AnySimulation, scene: &Scene, before: u64) -> Result<Begun> {
     let actions = before + stage_edits::prepare(&mut simulation, scene, before)?;
     let measures = Measures::begin(scene, &simulation.view())?;
+    memory::refuse_long_series(measures.bytes_at_end(&scene.run), memory::available())?;
     Ok((simulation, measures, actions))
 }
 

@@ -19,6 +19,7 @@ use crate::{
     animation,
     interruption::{Interrupted, Signals},
     measures::{HardDiscs, Measures, Results},
+    memory::{self, Demand},
     price::{self, Price},
     progress::Progress,
     record::{Record, RunRecord},
@@ -142,10 +143,12 @@ fn write_results(going: &mut Resumable<Measures>, task: &Task<'_>, scene: &Scene
 /// Runs a scene in memory and writes nothing.
 ///
 /// # Errors
-/// The scene is invalid, the run fails, or a signal has been received.
+/// The scene is invalid or does not fit into the memory, the run fails, or a signal has been
+/// received.
 pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
     let clock = ThreadTime::now();
     stages::check(scene)?;
+    Demand::of(scene)?.refuse_unless_fits(memory::available())?;
     let mut simulation = AnySimulation::new(scene)?;
     let actions = stage_edits::prepare(&mut simulation, scene, 0)?;
     let mut measures = Measures::begin(scene, &simulation.view())?;

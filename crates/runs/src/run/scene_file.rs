@@ -8,7 +8,7 @@ use std::{
 use anyhow::{Context, Error, Result, bail, ensure};
 use carom::{
     Scene,
-    engine::{RunSpec, StartSpec, frame_of},
+    engine::{MAX_TIME, RunSpec, StartSpec, frame_of},
 };
 use clap::Args;
 
@@ -152,6 +152,7 @@ pub fn check(run: &RunSpec) -> Result<()> {
         let time = time.unwrap_or(1.0);
         ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time:?}");
     }
+    ensure!(run.until <= MAX_TIME, "run.until must be at most {MAX_TIME:e}, but is {:?}", run.until);
     for (entry, interval) in intervals {
         let interval = interval.unwrap_or(run.sample_interval);
         ensure!(
@@ -197,6 +198,12 @@ mod tests {
         let cases = [
             (RunSpec { until: 0.0, ..good.clone() }, "run.until"),
             (RunSpec { until: f64::NAN, ..good.clone() }, "run.until"),
+            (RunSpec { until: f64::INFINITY, ..good.clone() }, "run.until must be positive and finite"),
+            (RunSpec { until: -1.0, ..good.clone() }, "run.until must be positive"),
+            (
+                RunSpec { until: 1e308, sample_interval: 1e307, ..good.clone() },
+                "run.until must be at most 1e300, but is 1e308",
+            ),
             (RunSpec { sample_interval: -1.0, ..good.clone() }, "run.sample_interval"),
             (RunSpec { sample_interval: 1e-9, ..good.clone() }, "samples"),
             (RunSpec { snapshots: Some("gsd".to_owned()), ..good.clone() }, "extxyz"),

@@ -1,8 +1,10 @@
-//! Memory that the bodies of a scene need, and that of the machine.
+//! Memory that the bodies of a scene need, and that which is available.
 
-use std::fs;
+mod available;
 
-use anyhow::{Result, ensure};
+pub use available::{Available, available};
+
+use anyhow::{Result, bail};
 use carom::Scene;
 
 /// Bytes of a body with its events: 209 to 234 for each of 10⁵ to 10⁶ equal discs in the default
@@ -29,42 +31,40 @@ impl Demand {
         Ok(Self { bodies, bytes: BYTES_PER_BODY.saturating_mul(bodies as u64) })
     }
 
-    /// Whether the bodies fit into this memory (bytes), as far as that is known.
-    pub fn fits(&self, available: Option<u64>) -> bool {
-        available.is_none_or(|available| self.bytes <= available)
+    /// Whether the bodies fit into this memory, as far as that is known.
+    pub fn fits(&self, available: Option<Available>) -> bool {
+        available.is_none_or(|available| self.bytes <= available.bytes)
     }
 
-    /// Refuses bodies that do not fit into this memory (bytes).
+    /// Refuses bodies that do not fit into this memory.
     ///
     /// # Errors
     /// They do not fit; the message has their number and both memories.
-    pub fn refuse_unless_fits(&self, available: Option<u64>) -> Result<()> {
+    pub fn refuse_unless_fits(&self, available: Option<Available>) -> Result<()> {
         let Self { bodies, bytes } = self;
-        ensure!(
-            self.fits(available),
-            "its {bodies} bodies need at least {bytes} bytes of memory ({}), but this machine has {} available: take \
-             fewer bodies",
+        let Some(limit) = available.filter(|_| !self.fits(available)) else { return Ok(()) };
+        bail!(
+            "its {bodies} bodies need at least {bytes} bytes of memory ({}), but {} has {} available: take fewer bodies",
             gigabytes(*bytes),
-            gigabytes(available.unwrap_or(0))
+            limit.of,
+            gigabytes(limit.bytes)
         );
-        Ok(())
     }
 }
 
-/// The memory that this machine can still give (bytes), swap space included; `None` where the
-/// system does not say.
-pub fn available() -> Option<u64> {
-    available_in(&fs::read_to_string("/proc/meminfo").ok()?)
-}
-
-/// Reads `/proc/meminfo` of Linux.
-fn available_in(text: &str) -> Option<u64> {
-    let entry = |name: &str| {
-        let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;
-        line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()
-    };
-    let kibibytes = entry("MemAvailable")?.saturating_add(entry("SwapFree").unwrap_or(0));
-    Some(kibibytes.saturating_mul(1024))
+/// Refuses series of measures that do not fit into this memory at the end of a run.
+///
+/// # Errors
+/// They do not fit; the message has both memories.
+pub fn refuse_long_series(bytes: u64, available: Option<Available>) -> Result<()> {
+    let Some(limit) = available.filter(|available| bytes > available.bytes) else { return Ok(()) };
+    bail!(
+        "the samples of its measures need at least {bytes} bytes of memory ({}) at the end of the run, but {} has {} \
+         available: take a larger `run.sample_interval`",
+        gigabytes(bytes),
+        limit.of,
+        gigabytes(limit.bytes)
+    );
 }
 
 fn gigabytes(bytes: u64) -> String {
@@ -85,12 +85,22 @@ mod tests {
     fn bodies_that_do_not_fit_are_refused_with_their_number() {
         let demand = Demand::of(&gas(100_000_000)).unwrap();
         assert_eq!((demand.bodies, demand.bytes), (100_000_000, 20_000_000_000));
-        assert!(demand.refuse_unless_fits(Some(20_000_000_000)).is_ok());
+        let machine = |bytes: u64| Some(Available { bytes, of: "this machine" });
+        assert!(demand.refuse_unless_fits(machine(20_000_000_000)).is_ok());
         assert!(demand.refuse_unless_fits(None).is_ok());
-        let said = demand.refuse_unless_fits(Some(16_000_000_000)).unwrap_err().to_string();
+        let said = demand.refuse_unless_fits(machine(16_000_000_000)).unwrap_err().to_string();
         let expected = "its 100000000 bodies need at least 20000000000 bytes of memory (20.000 GB), but this machine \
                         has 16.000 GB available";
         assert!(said.starts_with(expected), "{said}");
+    }
+
+    #[test]
+    fn series_that_do_not_fit_are_refused() {
+        let machine = |bytes: u64| Some(Available { bytes, of: "this machine" });
+        assert!(refuse_long_series(1000, machine(1000)).is_ok());
+        assert!(refuse_long_series(u64::MAX, None).is_ok());
+        let said = refuse_long_series(2_000_000_000, machine(1_500_000_000)).unwrap_err().to_string();
+        assert!(said.contains("(2.000 GB) at the end of the run, but this machine has 1.500 GB"), "{said}");
     }
 
     /// What is refused must not be more than a simulation takes.
@@ -101,15 +111,5 @@ mod tests {
         simulation.step(1e-6, &mut ()).unwrap();
         let (demand, heap) = (Demand::of(&scene).unwrap().bytes as f64, simulation.heap_bytes() as f64);
         assert!((0.7..1.0).contains(&(demand / heap)), "{demand} {heap}");
-    }
-
-    #[test]
-    fn the_text_of_linux_is_read() {
-        let text = "MemTotal:       24000000 kB\nMemFree:         1000000 kB\nMemAvailable:    2000000 kB\n\
-                    SwapTotal:        500000 kB\nSwapFree:         400000 kB\n";
-        assert_eq!(available_in(text), Some(2_400_000 * 1024));
-        assert_eq!(available_in(&text.replace("SwapFree", "Other")), Some(2_000_000 * 1024));
-        assert_eq!(available_in("MemTotal: 1 kB\n"), None);
-        assert_eq!(available_in(&text.replace("2000000", "many")), None);
     }
 }
