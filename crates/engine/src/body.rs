@@ -126,11 +126,14 @@ impl Body {
     /// The radius of the smallest part that can be touched (length): an atom, or the face of a
     /// wall.
     pub(crate) fn smallest_reach(&self) -> f64 {
-        let atoms = || self.kind.molecule.atoms().iter().map(carom_geometry::Atom::radius);
-        self.kind
-            .molecule
-            .face()
-            .map_or_else(|| atoms().fold(f64::INFINITY, f64::min), carom_geometry::Face::radius)
+        let face = self.kind.molecule.face();
+        face.map_or_else(|| self.smallest_atom(), carom_geometry::Face::radius)
+    }
+
+    /// The radius of the smallest atom (length); infinite for a wall across the box, which has none.
+    pub(crate) fn smallest_atom(&self) -> f64 {
+        let radii = self.kind.molecule.atoms().iter().map(carom_geometry::Atom::radius);
+        radii.fold(f64::INFINITY, f64::min)
     }
 
     /// Inverse mass and inverse moment, 0 where fixed or locked.

@@ -140,14 +140,14 @@ struct Group {
     is_disc: bool,
 }
 
-/// The two bodies with the smallest parts of each group: radius (length) and index.
+/// The two bodies with the smallest atoms of each group: radius (length) and index.
 fn smallest_of_groups(world: &World, table: &ElasticityTable) -> Vec<(Group, Vec<(f64, usize)>)> {
     let mut groups: BTreeMap<Group, Vec<(f64, usize)>> = BTreeMap::new();
     for (index, body) in world.bodies.iter().enumerate() {
         let is_disc = !body.is_wall() && body.kind.molecule.is_disc();
         let group = Group { class: table.class_of(body), moves: !body.is_fixed(), is_disc };
         let smallest = groups.entry(group).or_default();
-        let radius = body.smallest_reach();
+        let radius = body.smallest_atom();
         let place = smallest.partition_point(|&(other, _)| other <= radius);
         if place < 2 {
             smallest.insert(place, (radius, index));
