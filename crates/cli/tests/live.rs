@@ -99,7 +99,8 @@ fn signals_that_follow_on_one_another_do_not_lose_the_run() {
 #[test]
 fn a_terminal_that_closes_ends_programs_in_order_and_not_under_nohup() {
     // Also where these tests run under `nohup`, if `env` can undo that.
-    let by_default = "env --default-signal=HUP true 2>&- && exec env --default-signal=HUP \"$@\"; exec \"$@\"";
+    let by_default =
+        "env --default-signal=HUP true 2>&- && exec env --default-signal=HUP \"$@\"; exec \"$@\"";
     let root = folder();
     let (child, _) = live(root.path(), by_default);
     signal(&child, "HUP");

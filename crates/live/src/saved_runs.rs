@@ -263,7 +263,7 @@ fn begin_session(folder: &Path) -> Result<PathBuf> {
 
 fn write_trial(path: &Path) -> io::Result<()> {
     let mut file = File::create(path)?;
-    file.write_all(&[0; TRIAL])?;
+    file.write_all(&vec![0; TRIAL])?;
     file.sync_all()
 }
 
