@@ -112,7 +112,8 @@ fn measured(text: &str) -> (Results, Result<HardDiscs, String>) {
     (measures.results(&scene, &gas), gas)
 }
 
-/// The bytes that each measure declares for a sample are those by which a checkpoint grows.
+/// The bytes that each measure declares for a sample are those by which a checkpoint grows, apart
+/// from small integers and absent values, which are shorter there.
 #[test]
 fn checkpoints_grow_by_the_declared_bytes_of_a_sample() {
     let gas = "[box]\nseed = 3\n[[wall]]\nx = 0.0\ntags = [\"wall\"]\ntemperature = 1.0\n[[molecule]]\nshape = \"tee\"\n\
@@ -140,7 +141,7 @@ fn checkpoints_grow_by_the_declared_bytes_of_a_sample() {
         }
         let declared = measures.bytes_at_end(&scene.run) as f64 / 4001.0;
         let grown = (lengths[1] - lengths[0]) / 2000.0;
-        assert!((declared - grown).abs() < 0.2 * declared, "{}: {declared} {grown}", kind.name);
+        assert!((0.5..1.05).contains(&(grown / declared)), "{}: {declared} {grown}", kind.name);
     }
 }
 
