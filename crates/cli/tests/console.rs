@@ -201,7 +201,9 @@ fn a_scene_that_cannot_run_is_refused_with_the_words_of_a_run() {
 #[test]
 fn a_closed_pipe_ends_no_command() {
     let root = folder();
-    for arguments in [&["measures"][..], &["schema", "--page"], &["--help"], &["run", "scene.toml", "--out", "run"]] {
+    for arguments in
+        [&["measures"][..], &["schema", "--page"], &["--help"], &["run", "scene.toml", "--out", "run"]]
+    {
         let mut child =
             command(root.path(), arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
