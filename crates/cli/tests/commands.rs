@@ -111,6 +111,7 @@ fn a_method_that_is_not_exact_is_named_everywhere_and_is_part_of_the_run() {
 fn bad_input_has_exit_code_2_and_names_the_entry() {
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("scene.toml"), SCENE).unwrap();
+    fs::write(root.path().join("endless.toml"), SCENE.replace("until = 0.5", "until = inf")).unwrap();
     for (arguments, word) in [
         (&["check", "missing.toml"][..], "missing.toml"),
         (&["check", "scene.toml", "--set", "gas.0.radius=-1"], "gas[0]"),
@@ -122,7 +123,7 @@ fn bad_input_has_exit_code_2_and_names_the_entry() {
             &["run", "scene.toml", "--until", "1e308", "--set", "run.sample_interval=1e307"],
             "run.until must be at most 1e300, but is 1e308",
         ),
-        (&["live", "scene.toml", "--until", "nan"], "run.until must be positive and finite, but is NaN"),
+        (&["live", "endless.toml"], "run.until must be positive and finite, but is inf"),
         (
             &["check", "scene.toml", "--set", "box.sides=[1, 2, 3]"],
             "sides = [1, 2, 3]\n  |         ^^^^^^^^^\nthere must be two numbers [x, y], but there are 3: [1.0, 2.0, 3.0]",

@@ -12,7 +12,7 @@ use serde::{
 };
 
 /// Most numbers of a list that a message repeats.
-const MOST_REPEATED: usize = 8;
+const MAX_REPEATED: usize = 8;
 
 /// A list of exactly two numbers, with its form for messages, such as `[x, y]`.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +30,7 @@ impl<'de> Visitor<'de> for TwoNumbers {
         let mut count = 0_usize;
         while let Some(number) = list.next_element::<f64>()? {
             count += 1;
-            if count <= MOST_REPEATED {
+            if count <= MAX_REPEATED {
                 repeated.push(number);
             }
         }
@@ -38,7 +38,7 @@ impl<'de> Visitor<'de> for TwoNumbers {
             return Ok([*first, *second]);
         }
         let words: Vec<String> = repeated.iter().map(|number| format!("{number:?}")).collect();
-        let rest = if count > MOST_REPEATED { ", …" } else { "" };
+        let rest = if count > MAX_REPEATED { ", …" } else { "" };
         Err(A::Error::custom(format!(
             "there must be {self}, but there are {count}: [{}{rest}]",
             words.join(", ")

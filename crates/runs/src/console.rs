@@ -139,7 +139,9 @@ fn refuse(error: &clap::Error) -> ExitCode {
     if code != 0 && env::args_os().any(|word| word == "--json") {
         json_object::begin("");
         let words = error.to_string().trim_end().to_owned();
-        json_object::end(Err(words), code).iter().for_each(|object| write_line(object));
+        if let Some(object) = json_object::end(Err(words), code) {
+            write_line(&object);
+        }
     }
     if code == 0 {
         keep_failure(printed);

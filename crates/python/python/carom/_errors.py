@@ -121,7 +121,7 @@ class RunError(CaromError, RuntimeError):
     >>> sim.run(until=float("inf"))
     Traceback (most recent call last):
         ...
-    carom.RunError: a run must end at a finite time, not at inf
+    carom.RunError: a run must end at a finite time of at most 1e300, not at inf
     """
 
     __module__ = "carom"

@@ -112,22 +112,19 @@ fn measured(text: &str) -> (Results, Result<HardDiscs, String>) {
     (measures.results(&scene, &gas), gas)
 }
 
-/// The bytes that each measure declares for a sample are those by which a checkpoint grows.
+/// The bytes that each measure declares for a sample are those by which a checkpoint grows, apart
+/// from small integers and absent values, which are shorter there.
 #[test]
 fn checkpoints_grow_by_the_declared_bytes_of_a_sample() {
     let gas = "[box]\nseed = 3\n[[wall]]\nx = 0.0\ntags = [\"wall\"]\ntemperature = 1.0\n[[molecule]]\nshape = \"tee\"\n\
                atom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\ntags = [\"tee\"]\n[[gas]]\nradius = 0.02\nmass = 1.0\n\
                energy = 1.0\ncount = 20\ntags = [\"gas\"]\n[run]\nuntil = 40.0\nsample_interval = 0.01\n";
-    let of_tee = ["contact-density", "directions", "friction", "drift", "running-average"];
     let left_out = ["impulses", "events"];
     for kind in KINDS.iter().filter(|kind| !left_out.contains(&kind.name)) {
-        let tag = if of_tee.contains(&kind.name) { ":tee" } else { "" };
+        let tag = if kind.of == Of::OneBody { ":tee" } else { "" };
         let scene = Scene::from_toml(&format!("{gas}observe = [\"{}{tag}\"]\n", kind.name)).unwrap();
         let mut simulation = AnySimulation::new(&scene).unwrap();
-        let Ok(mut measures) = Measures::begin(&scene, &simulation.view()) else {
-            assert!(["wall-pressure", "hexatic-order"].contains(&kind.name), "{}", kind.name);
-            continue;
-        };
+        let mut measures = Measures::begin(&scene, &simulation.view()).unwrap();
         measures.start(&simulation.view());
         measures.sample(&simulation.view());
         let mut lengths = Vec::new();
@@ -140,7 +137,7 @@ fn checkpoints_grow_by_the_declared_bytes_of_a_sample() {
         }
         let declared = measures.bytes_at_end(&scene.run) as f64 / 4001.0;
         let grown = (lengths[1] - lengths[0]) / 2000.0;
-        assert!((declared - grown).abs() < 0.2 * declared, "{}: {declared} {grown}", kind.name);
+        assert!((0.5..1.05).contains(&(grown / declared)), "{}: {declared} {grown}", kind.name);
     }
 }
 

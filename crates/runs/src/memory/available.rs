@@ -1,10 +1,7 @@
 //! Memory that a process can still take: the least of what the machine has, what its control groups
 //! (Linux cgroups, as of Slurm and of containers) allow, and what the limits of the process allow.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::{fs, path::Path};
 
 /// Memory that is available, and what limits it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,7 +115,7 @@ fn of_group_and_parents(mount: &Path, path: &Path, files: &GroupFiles) -> Option
 }
 
 /// The memory of one group; `None` if it has no limit.
-fn of_group(group: &PathBuf, files: &GroupFiles) -> Option<u64> {
+fn of_group(group: &Path, files: &GroupFiles) -> Option<u64> {
     let read = |name: &str| fs::read_to_string(group.join(name)).ok();
     let number = |name: &str| read(name)?.trim().parse::<u64>().ok();
     let limit = number(files.limit)?;
