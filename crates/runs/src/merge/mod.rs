@@ -1,6 +1,7 @@
 //! `carom merge`: the results of several replicas of a scene as those of one long run.
 
 mod average;
+mod rebin;
 
 use std::{
     fs,
