@@ -39,7 +39,10 @@ fn equal_speeds_relax_according_to_the_boltzmann_equation() {
     }
     let first = velocities.series()[0];
     assert_eq!((first.time, first.bodies), (0.0, count));
-    assert!((first.mean_square - 2.0).abs() < 1e-12 && (first.kurtosis.unwrap() - 1.0).abs() < 1e-12, "{first:?}");
+    assert!(
+        (first.mean_square - 2.0).abs() < 1e-12 && (first.kurtosis.unwrap() - 1.0).abs() < 1e-12,
+        "{first:?}"
+    );
     let points: Vec<_> = taus.into_iter().zip(velocities.series().iter().copied()).collect();
     let excess = |point: &VelocityPoint| 0.5 * point.h.unwrap().element_sum() - point.h_at_equilibrium();
     for (tau, kurtosis, h) in [(0.5, 1.1368, 0.226), (1.0, 1.2614, 0.122), (2.0, 1.4714, 0.040)] {

@@ -103,7 +103,15 @@ impl FreePaths {
     /// Free paths in at least `bins` bins whose range follows their lengths, so that none is lost.
     pub fn adaptive(group: Group, bins: usize) -> Self {
         let lengths = Distribution::of_magnitudes(bins);
-        Self { group, open: BTreeMap::new(), lengths, ended: 0.0, in_progress: 0.0, contacts: 0, interrupted: 0 }
+        Self {
+            group,
+            open: BTreeMap::new(),
+            lengths,
+            ended: 0.0,
+            in_progress: 0.0,
+            contacts: 0,
+            interrupted: 0,
+        }
     }
 
     /// Distribution of the lengths of the complete flights (length).
@@ -232,7 +240,8 @@ mod tests {
         assert_eq!((paths.flights(), paths.interrupted()), (9, 0));
         assert_eq!(paths.lengths().counts().iter().sum::<u64>(), 9);
         assert!((paths.mean().unwrap() - 0.7).abs() < 1e-12);
-        let density: f64 = paths.lengths().sums_in(&paths.lengths().bins()).iter().map(|[x, w]| x / w * 0.1).sum();
+        let density: f64 =
+            paths.lengths().sums_in(&paths.lengths().bins()).iter().map(|[x, w]| x / w * 0.1).sum();
         assert!((density - 1.0).abs() < 1e-12);
     }
 

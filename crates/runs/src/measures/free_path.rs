@@ -15,15 +15,9 @@ pub(super) const KIND: Kind = Kind {
     span: Span::Measurement,
     parameters: &[
         Parameter::whole("bins", Default::Number(120.0), "bins of the histogram"),
-        Parameter::positive(
-            range::MAX,
-            range::FOLLOWS,
-            "longest path in the bins (length)",
-        ),
+        Parameter::positive(range::MAX, range::FOLLOWS, "longest path in the bins (length)"),
     ],
-    begin: |selection| {
-        Ok(in_blocks(observer(selection)?))
-    },
+    begin: |selection| Ok(in_blocks(observer(selection)?)),
     resume: resumed::<FreePaths>,
 };
 

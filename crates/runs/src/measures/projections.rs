@@ -19,11 +19,7 @@ pub(super) const KIND: Kind = Kind {
     span: Span::Measurement,
     parameters: &[
         Parameter::whole("bins", Default::Number(160.0), "bins of the histogram"),
-        Parameter::positive(
-            range::MAX,
-            range::FOLLOWS,
-            "half the range (mass·length/time)",
-        ),
+        Parameter::positive(range::MAX, range::FOLLOWS, "half the range (mass·length/time)"),
     ],
     begin: |selection| Ok(in_blocks(Projections::new(selection)?)),
     resume: resumed::<Projections>,
@@ -84,9 +80,10 @@ impl Measured for Projections {
             .means("density_y", unit, along_y)
             .caption(format!("Along the body's own axes x′ and y′. {}", range::caption(&components)));
         let what = ["impulses along x′", "impulses along y′"];
-        let outside = components.into_iter().zip(what).zip(outside).filter_map(|((distribution, what), mean)| {
-            range::share_outside(distribution, what, Some(mean), context)
-        });
+        let outside =
+            components.into_iter().zip(what).zip(outside).filter_map(|((distribution, what), mean)| {
+                range::share_outside(distribution, what, Some(mean), context)
+            });
         Results { tables: vec![table], figures: outside.collect(), ..Results::default() }
     }
 }

@@ -287,7 +287,10 @@ fn the_mean_velocity_is_relative_to_the_centre_of_mass() {
     let of = |tag: &str| figure(&results, &format!("mean velocity along x, {tag}")).unwrap().value;
     assert!((of("gas") + of("heavy")).abs() < 1e-12 && of("heavy") > 0.5, "{}", of("heavy"));
     let (results, _) = measured(&format!("[[wall]]\nx = 0.0\n{gas}"));
-    assert!(figure(&results, "mean velocity along x").is_some() && figure(&results, "mean velocity along y").is_none());
+    assert!(
+        figure(&results, "mean velocity along x").is_some()
+            && figure(&results, "mean velocity along y").is_none()
+    );
     assert!(table(&results, "temperature").caption.contains("along y is conserved"));
 }
 

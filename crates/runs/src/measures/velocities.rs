@@ -142,7 +142,11 @@ impl Measured for Velocities {
             range::share_outside(self.distribution.speeds(), "speeds", sums.get(SPEEDS_OUTSIDE), context),
         ];
         let figures = kurtosis.into_iter().chain(self.rise(context)).chain(self.speed_test(context));
-        Results { tables, figures: figures.chain(outside.into_iter().flatten()).collect(), ..Results::default() }
+        Results {
+            tables,
+            figures: figures.chain(outside.into_iter().flatten()).collect(),
+            ..Results::default()
+        }
     }
 }
 

@@ -23,7 +23,8 @@ pub fn results(record: &Record) -> Results {
     let of_system: Vec<Vec<Figure>> = runs.iter().map(|run| run.figures.clone()).collect();
     results.figures.extend(first.figures.iter().map(|figure| averaged(figure, &of_system)));
     for index in 0..first.measures.len() {
-        let of_run = |(&replica, run): (&Replica, &'_ RunRecord)| Some((replica, run.measures.get(index)?.clone()));
+        let of_run =
+            |(&replica, run): (&Replica, &'_ RunRecord)| Some((replica, run.measures.get(index)?.clone()));
         let (replicas, mut parts): (Vec<Replica>, Vec<MeasureRecord>) =
             record.runs.iter().filter_map(of_run).unzip();
         if let Some(common) = with_common_bins(&parts.iter().collect::<Vec<_>>()) {

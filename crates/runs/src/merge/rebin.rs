@@ -195,8 +195,11 @@ mod tests {
                 assert_eq!(bins, [0.0, 1.0, 2.0, 3.0, 4.0, 6.0]);
                 // Each run keeps its number of values, and has 0 where it has none.
                 let total = before.sums.total[1][1];
-                let counts: Vec<f64> =
-                    part.sums.total[1..].iter().zip(bins.windows(2)).map(|(s, b)| s[0] * (b[1] - b[0])).collect();
+                let counts: Vec<f64> = part.sums.total[1..]
+                    .iter()
+                    .zip(bins.windows(2))
+                    .map(|(s, b)| s[0] * (b[1] - b[0]))
+                    .collect();
                 assert_eq!(counts.iter().sum::<f64>(), total);
                 assert!(part.sums.total[1..].iter().all(|sums| sums[1] == total));
                 assert_eq!((part.sums.total[0], part.figures[0].1), ([3.0, 1.0], Some(0)));

@@ -123,9 +123,11 @@ fn distributions_in_bins_of_different_widths_are_merged_without_loss() {
         let found = results.tables.iter().find(|table| table.name == name);
         found.unwrap_or_else(|| panic!("no table {name}")).clone()
     };
-    for (name, columns) in
-        [("velocity-components", &["density_x", "density_y"][..]), ("speeds", &["density"]), ("free-path", &["density"])]
-    {
+    for (name, columns) in [
+        ("velocity-components", &["density_x", "density_y"][..]),
+        ("speeds", &["density"]),
+        ("free-path", &["density"]),
+    ] {
         let all = table(&expected, name);
         let of = |table: &Table, name: &str| -> Vec<f64> {
             let column = table.columns.iter().find(|column| column.name == name).unwrap();
@@ -134,14 +136,19 @@ fn distributions_in_bins_of_different_widths_are_merged_without_loss() {
         let integral = |table: &Table, name: &str| -> f64 {
             of(table, name).iter().zip(of(table, "bin_width")).map(|(density, width)| density * width).sum()
         };
-        let widths: Vec<usize> = parts.iter().map(|part| table(&average::results(part), name).rows().len()).collect();
+        let widths: Vec<usize> =
+            parts.iter().map(|part| table(&average::results(part), name).rows().len()).collect();
         for column in columns {
             let found = integral(&all, column);
             assert!((found - 1.0).abs() < 1e-12, "{name} {column}: {found}, rows {widths:?}");
         }
         // The density at the highest speeds counts the runs that have none.
         assert!(all.columns.iter().any(|column| column.name == format!("{}_error", columns[0])));
-        assert!(!all.caption.contains("interpolated") && !all.caption.contains("Not merged"), "{}", all.caption);
+        assert!(
+            !all.caption.contains("interpolated") && !all.caption.contains("Not merged"),
+            "{}",
+            all.caption
+        );
     }
 }
 
