@@ -173,8 +173,8 @@ fn fit(first: &Table, tables: &[&Table]) -> bool {
     !tables.is_empty() && tables.iter().all(fits)
 }
 
-/// Curves whose abscissae depend on the data, such as wave numbers of boxes of different sizes,
-/// with the abscissae of the first: their values are interpolated, and their errors then come from the
+/// Curves whose abscissae depend on the data, such as distances in diameters of drawn sizes, with
+/// the abscissae of the first: their values are interpolated, and their errors then come from the
 /// scatter among the runs. The first is at index 0. `None` if columns differ or an abscissa does
 /// not increase.
 fn resampled(first: &Table, tables: &[&Table]) -> Option<Vec<Table>> {

@@ -140,8 +140,8 @@ fn joined(column: &Column, target: &[f64], parts: &Parts, sources: &mut Vec<Sour
         Role::Width => Some(widths[bin]),
         Role::Value => Some(integral(parts)? / widths[bin]),
         Role::Count => parts.iter().map(|&(row, _)| cell(row)).sum(),
-        // From the blocks, with the value before.
-        Role::StandardError => None,
+        // Only whether there is one: the error of the merged value comes from the sums.
+        Role::StandardError => parts.iter().map(|&(row, _)| cell(row)).sum(),
         Role::Undrawn | Role::Derived | Role::Prediction { .. } => {
             integral(parts).filter(|_| !parts.is_empty()).map(|sum| sum / covered(parts))
         }
