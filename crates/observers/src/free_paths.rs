@@ -21,16 +21,19 @@ use carom_kinematics::EpochTime;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{Group, Histogram};
+use crate::{Distribution, Group};
 
 /// Lengths of the flights of the bodies of a group from contact to contact, with any body.
 ///
 /// A contact without impulse does not end a flight, and neither does an edit of the velocity, if
-/// `start` is called after it. A flight counts if it begins and ends at an observed contact.
-/// Flights that have not ended are missing: a run must be long against the longest flights.
+/// `start` is called after it. The mean free path is the path of all bodies since the first `start`
+/// over their contacts: it includes the flights that the start or the end of the observation cuts,
+/// and has no bias. The distribution has complete flights only, those that begin and end at an
+/// observed contact. A flight much longer than the observation cannot be complete, so with n
+/// contacts a body long ones are missing, which are a share of the order of 1/n.
 ///
 /// ```
-/// use carom_engine::{Scene, Simulation};
+/// use carom_engine::{Observer, Scene, Simulation};
 /// use carom_observers::{FreePaths, Group};
 ///
 /// // A disc between the two sides of a wall: its centre moves from 0.1 to 0.9 and back.
@@ -44,9 +47,12 @@ use crate::{Group, Histogram};
 /// ")?;
 /// let mut simulation = Simulation::new(&scene)?;
 /// let mut paths = FreePaths::new(Group::All, 1.0, 10)?;
+/// paths.start(&simulation.view());
 /// simulation.observe_until(10.0, &mut paths)?;
+/// paths.sample(&simulation.view());
+/// // A path of 20 and 25 contacts, with 24 complete flights between them.
 /// assert!((paths.mean().expect("there are contacts") - 0.8).abs() < 1e-12);
-/// assert_eq!(paths.flights(), 24);
+/// assert_eq!((paths.flights(), paths.contacts()), (24, 25));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -55,8 +61,14 @@ pub struct FreePaths {
     group: Group,
     /// The flights that have begun, by the number of the body.
     open: BTreeMap<u64, OpenFlight>,
-    lengths: Histogram,
-    sum: f64,
+    /// Lengths of complete flights.
+    lengths: Distribution,
+    /// Path of the flights that have ended, also those cut by the start.
+    ended: f64,
+    /// Path of the open flights at the last sample.
+    in_progress: f64,
+    /// Number of contacts at which an observed flight ended.
+    contacts: u64,
     interrupted: u64,
 }
 
@@ -68,6 +80,8 @@ struct OpenFlight {
     /// The time of the last change of velocity, and the velocity since.
     since: EpochTime,
     velocity: DVec2,
+    /// Whether it began at an observed contact.
+    has_begun: bool,
 }
 
 impl OpenFlight {
@@ -77,19 +91,31 @@ impl OpenFlight {
 }
 
 impl FreePaths {
-    /// Free paths with a histogram from 0 to `longest` (length) of `bins` bins; `bins` = 0 is taken
-    /// as 1.
+    /// Free paths with `bins` equal bins from 0 to `longest` (length); `bins` = 0 is taken as 1.
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if `longest` is not positive and finite.
     pub fn new(group: Group, longest: f64, bins: usize) -> Result<Self, GeometryError> {
         let longest = check_positive("the longest free path of a histogram", longest)?;
-        let lengths = Histogram::new(0.0, longest, bins);
-        Ok(Self { group, open: BTreeMap::new(), lengths, sum: 0.0, interrupted: 0 })
+        Ok(Self { lengths: Distribution::within(0.0, longest, bins), ..Self::adaptive(group, bins) })
     }
 
-    /// Histogram of the lengths of the complete flights (length).
-    pub fn lengths(&self) -> &Histogram {
+    /// Free paths in at least `bins` bins whose range follows their lengths, so that none is lost.
+    pub fn adaptive(group: Group, bins: usize) -> Self {
+        let lengths = Distribution::of_magnitudes(bins);
+        Self {
+            group,
+            open: BTreeMap::new(),
+            lengths,
+            ended: 0.0,
+            in_progress: 0.0,
+            contacts: 0,
+            interrupted: 0,
+        }
+    }
+
+    /// Distribution of the lengths of the complete flights (length).
+    pub fn lengths(&self) -> &Distribution {
         &self.lengths
     }
 
@@ -98,24 +124,33 @@ impl FreePaths {
         self.lengths.total()
     }
 
-    /// The mean free path (length); `None` without complete flights.
-    #[doc(alias = "mean free path")]
-    pub fn mean(&self) -> Option<f64> {
-        (self.flights() > 0).then(|| self.sum / self.flights() as f64)
+    /// The number of contacts of the bodies at which an observed flight ended, complete or not.
+    pub fn contacts(&self) -> u64 {
+        self.contacts
     }
 
-    /// [Σx, Σw] over all flights so far, w = 1 for each flight: the length, then the probability
-    /// density in each bin (x is 1 / width in the bin of the flight, else 0).
-    pub fn sums(&self) -> Vec<[f64; 2]> {
-        let flights = self.flights() as f64;
-        let bin = |&count: &u64| [count as f64 / self.lengths.width(), flights];
-        std::iter::once([self.sum, flights]).chain(self.lengths.counts().iter().map(bin)).collect()
+    /// The mean free path up to the last sample (length); `None` without contacts.
+    #[doc(alias = "mean free path")]
+    pub fn mean(&self) -> Option<f64> {
+        let [path, contacts] = self.sums();
+        (contacts > 0.0).then(|| path / contacts)
+    }
+
+    /// The path of all bodies up to the last sample (length) and the number of contacts that ended
+    /// flights; their ratio is the mean free path.
+    pub fn sums(&self) -> [f64; 2] {
+        [self.ended + self.in_progress, self.contacts as f64]
     }
 
     /// The number of flights left out because an edit changed their velocity, and no `start`
     /// followed it.
     pub fn interrupted(&self) -> u64 {
         self.interrupted
+    }
+
+    /// The path of the open flights up to this time (length).
+    fn open_until(&self, time: EpochTime) -> f64 {
+        self.open.values().map(|flight| flight.length_until(time)).sum()
     }
 
     fn measures(&self, body: &Body) -> bool {
@@ -129,21 +164,24 @@ impl Observer for FreePaths {
         bodies.into_iter().any(|body| self.measures(body))
     }
 
-    /// Continues the flights with the velocities in the view; forgets those of bodies that were
-    /// removed or have left the group.
+    /// Continues the flights with the velocities in the view, and begins those of other bodies.
+    /// The flights of bodies that were removed or have left the group end.
     fn start(&mut self, view: &View<'_>) {
         let mut before = std::mem::take(&mut self.open);
         let mut open = BTreeMap::new();
         for body in view.bodies().filter(|view| self.measures(view.body)) {
             let (id, velocity) = (body.body.id(), body.motion.velocity);
-            let Some(mut flight) = before.remove(&id) else { continue };
+            let begun = || OpenFlight { length: 0.0, since: view.time(), velocity, has_begun: false };
+            let mut flight = before.remove(&id).unwrap_or_else(begun);
             if flight.velocity != velocity {
                 let length = flight.length_until(view.time());
-                flight = OpenFlight { length, since: view.time(), velocity };
+                flight = OpenFlight { length, since: view.time(), velocity, ..flight };
             }
             open.insert(id, flight);
         }
+        self.ended += before.values().map(|flight| flight.length_until(view.time())).sum::<f64>();
         self.open = open;
+        self.in_progress = self.open_until(view.time());
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
@@ -155,16 +193,24 @@ impl Observer for FreePaths {
             if !self.measures(side.body) {
                 continue;
             }
-            let flight = OpenFlight { length: 0.0, since: report.time, velocity: side.after.velocity };
+            let velocity = side.after.velocity;
+            let flight = OpenFlight { length: 0.0, since: report.time, velocity, has_begun: true };
             let Some(ended) = self.open.insert(side.body.id(), flight) else { continue };
             if ended.velocity == side.before.velocity {
                 let length = ended.length_until(report.time);
-                self.lengths.add(length);
-                self.sum += length;
+                self.ended += length;
+                self.contacts += 1;
+                if ended.has_begun {
+                    self.lengths.add(length);
+                }
             } else {
                 self.interrupted += 1;
             }
         }
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        self.in_progress = self.open_until(view.time());
     }
 }
 
@@ -194,17 +240,62 @@ mod tests {
         assert_eq!((paths.flights(), paths.interrupted()), (9, 0));
         assert_eq!(paths.lengths().counts().iter().sum::<u64>(), 9);
         assert!((paths.mean().unwrap() - 0.7).abs() < 1e-12);
-        let sums = paths.sums();
-        assert_eq!(sums.len(), 11);
-        let density: f64 = sums[1..].iter().map(|[x, w]| x / w * 0.1).sum();
-        assert!((density - 1.0).abs() < 1e-12 && (sums[0][0] / sums[0][1] - 0.7).abs() < 1e-12);
+        let density: f64 =
+            paths.lengths().sums_in(&paths.lengths().bins()).iter().map(|[x, w]| x / w * 0.1).sum();
+        assert!((density - 1.0).abs() < 1e-12);
+    }
+
+    /// A path of 7.3 with contacts at 0.55, 1.25, …, 6.85.
+    #[test]
+    fn flights_that_the_start_and_the_end_cut_count_in_the_mean() {
+        let mut simulation = Simulation::new(&Scene::from_toml(ONE_PATH).unwrap()).unwrap();
+        let mut paths = FreePaths::adaptive(Group::All, 10);
+        paths.start(&simulation.view());
+        for sample in 1..=73 {
+            simulation.observe_until(0.1 * f64::from(sample), &mut paths).unwrap();
+            paths.sample(&simulation.view());
+        }
+        assert_eq!((paths.flights(), paths.contacts()), (9, 10));
+        assert!((paths.sums()[0] - 7.3).abs() < 1e-12 && (paths.mean().unwrap() - 0.73).abs() < 1e-12);
+    }
+
+    /// With some five contacts a body, complete flights alone would give a fifth less.
+    #[test]
+    fn the_mean_free_path_of_a_short_run_has_no_bias() {
+        let (count, radius) = (200.0, 0.004);
+        let mut sums = Vec::new();
+        for seed in 1..=40 {
+            let scene = format!(
+                "[box]\nseed = {seed}\n[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\n\
+                 velocities = \"maxwell\"\ncount = {count}"
+            );
+            let mut simulation = Simulation::new(&Scene::from_toml(&scene).unwrap()).unwrap();
+            simulation.run_until(1.0).unwrap();
+            let mut paths = FreePaths::adaptive(Group::All, 20);
+            paths.start(&simulation.view());
+            simulation.observe_until(2.0, &mut paths).unwrap();
+            paths.sample(&simulation.view());
+            let [path, contacts] = paths.sums();
+            sums.push((path, contacts));
+        }
+        let estimate = Estimate::of_ratio(sums).unwrap();
+        let expected = enskog(count, radius);
+        assert!((estimate.mean - expected).abs() < 4.0 * estimate.standard_error, "{estimate:?} {expected}");
+        assert!(estimate.standard_error < 0.01 * expected, "{estimate:?}");
+    }
+
+    /// The mean free path with χ at contact of Henderson (1975).
+    fn enskog(count: f64, radius: f64) -> f64 {
+        let eta = count * std::f64::consts::PI * radius * radius;
+        let chi = (1.0 - 7.0 / 16.0 * eta) / ((1.0 - eta) * (1.0 - eta));
+        (1.0 - 1.0 / count).sqrt() / (8f64.sqrt() * (count - 1.0) * 2.0 * radius * chi)
     }
 
     #[test]
     fn edits_of_the_energy_do_not_end_a_flight() {
         let mut simulation = Simulation::new(&Scene::from_toml(ONE_PATH).unwrap()).unwrap();
         let disc = simulation.view().bodies().find(|view| !view.body.is_fixed()).unwrap().body.key();
-        let mut paths = FreePaths::new(Group::All, 1.0, 10).unwrap();
+        let mut paths = FreePaths::new(Group::All, 0.9, 10).unwrap();
         paths.start(&simulation.view());
         for (edit, energy) in (1..=20).zip([0.5, 2.0].into_iter().cycle()) {
             simulation.observe_until(0.3 * f64::from(edit), &mut paths).unwrap();
@@ -212,12 +303,17 @@ mod tests {
             paths.start(&simulation.view());
         }
         let seen = paths.flights();
-        assert!(seen > 5 && (paths.mean().unwrap() - 0.7).abs() < 1e-12, "{paths:?}");
+        let mean = |paths: &FreePaths| {
+            let bins = paths.lengths().bins();
+            let occupied = paths.lengths().counts().iter().filter(|&&count| count > 0).count();
+            (occupied, bins.count())
+        };
+        assert!(seen > 5 && mean(&paths) == (1, 10), "{paths:?}");
         // Without `start` the flight is left out.
         simulation.reset_energy(disc, 8.0).unwrap();
         simulation.observe_until(7.0, &mut paths).unwrap();
         assert_eq!(paths.interrupted(), 1);
-        assert!(paths.flights() > seen && (paths.mean().unwrap() - 0.7).abs() < 1e-12);
+        assert!(paths.flights() > seen && mean(&paths) == (1, 10));
         simulation.remove(disc).unwrap();
         paths.start(&simulation.view());
         assert!(paths.open.is_empty());
@@ -233,17 +329,16 @@ mod tests {
         let mut paths = FreePaths::new(Group::All, 2.0, 20).unwrap();
         simulation.observe_until(10.0, &mut paths).unwrap();
         let mut blocks = Vec::new();
+        paths.start(&simulation.view());
         for block in 1..=40 {
-            let before = paths.sums()[0];
+            let before = paths.sums();
             simulation.observe_until(10.0 + 2.0 * f64::from(block), &mut paths).unwrap();
-            let after = paths.sums()[0];
+            paths.sample(&simulation.view());
+            let after = paths.sums();
             blocks.push((after[0] - before[0], after[1] - before[1]));
         }
         let estimate = Estimate::of_ratio(blocks).unwrap();
-        // χ at contact (Henderson 1975).
-        let eta = count * std::f64::consts::PI * radius * radius;
-        let chi = (1.0 - 7.0 / 16.0 * eta) / ((1.0 - eta) * (1.0 - eta));
-        let expected = (1.0 - 1.0 / count).sqrt() / (8f64.sqrt() * (count - 1.0) * 2.0 * radius * chi);
+        let expected = enskog(count, radius);
         assert!((estimate.mean - expected).abs() < 5.0 * estimate.standard_error, "{estimate:?} {expected}");
         assert!(estimate.standard_error < 0.01 * expected);
     }

@@ -2,14 +2,14 @@
 //! item 2).
 //!
 //! J is the impulse on the body (mass × length / time) and θ its orientation at contact. Each
-//! contact counts with the x′ or y′ component of R(−θ) J. Bin k of n covers [−w + 2wk/n, −w +
-//! 2w(k+1)/n), w being the half-width.
+//! contact counts with the x′ or y′ component of R(−θ) J. In a range of the half-width w, bin k of n
+//! covers [−w + 2wk/n, −w + 2w(k+1)/n).
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer};
 use carom_geometry::{GeometryError, check_positive};
 use serde::{Deserialize, Serialize};
 
-use crate::{Additive, Histogram, body_frame::in_body_frame};
+use crate::{Additive, Distribution, body_frame::in_body_frame};
 
 /// An axis of a body's own frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ pub enum Axis {
 /// use carom_observers::{Axis, ProjectionHistogram};
 ///
 /// let along_x = ProjectionHistogram::new(BodyKey::default(), Axis::X, 5.0, 100)?;
-/// assert_eq!(along_x.components().centre(0), -4.95);
+/// assert_eq!(along_x.components().bins().edges()[..2], [-5.0, -4.9]);
 /// assert!(ProjectionHistogram::new(BodyKey::default(), Axis::X, 0.0, 100).is_err());
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
@@ -35,7 +35,7 @@ pub enum Axis {
 pub struct ProjectionHistogram {
     body: BodyKey,
     axis: Axis,
-    components: Histogram,
+    components: Distribution,
     sum: f64,
     sum_of_squares: f64,
 }
@@ -48,12 +48,19 @@ impl ProjectionHistogram {
     /// [`GeometryError::NotPositive`] if the half-width is not positive and finite.
     pub fn new(body: BodyKey, axis: Axis, half_width: f64, bins: usize) -> Result<Self, GeometryError> {
         let half_width = check_positive("the half-width of a histogram", half_width)?;
-        let components = Histogram::new(-half_width, half_width, bins);
-        Ok(Self { body, axis, components, sum: 0.0, sum_of_squares: 0.0 })
+        let components = Distribution::within(-half_width, half_width, bins);
+        Ok(Self { components, ..Self::adaptive(body, axis, bins) })
     }
 
-    /// The histogram of the components, one entry for each contact (mass × length / time).
-    pub fn components(&self) -> &Histogram {
+    /// An empty histogram whose range follows the impulses, so that none is lost, with at least
+    /// `bins` bins; an odd number is rounded up, and 0 is taken as 2.
+    pub fn adaptive(body: BodyKey, axis: Axis, bins: usize) -> Self {
+        let components = Distribution::of_components(bins.div_ceil(2));
+        Self { body, axis, components, sum: 0.0, sum_of_squares: 0.0 }
+    }
+
+    /// The distribution of the components, one entry for each contact (mass × length / time).
+    pub fn components(&self) -> &Distribution {
         &self.components
     }
 

@@ -15,7 +15,8 @@ use crate::Group;
 
 /// Temperatures of a group at each sample.
 ///
-/// The frame is that of all bodies: a drift of the group relative to it counts as thermal.
+/// The frame is that of all bodies, which moves with their centre of mass along each axis on which
+/// momentum is conserved: a drift of the group relative to it counts as thermal.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -53,9 +54,12 @@ pub struct TemperatureByTag {
     series: Vec<TemperaturePoint>,
     /// Twice the energy and the degrees of freedom over all samples: translation, rotation.
     sums: [[f64; 2]; 2],
-    /// Momentum over all samples, and the mass that has it.
+    /// Momentum in that frame over all samples, and the mass that has it.
     momentum: DVec2,
     mass: f64,
+    /// Whether, at every sample, momentum was conserved along x and y and no other body had any: the
+    /// velocity of the group's centre of mass is then 0 by the choice of the frame.
+    rests: [bool; 2],
 }
 
 /// The temperatures at one sample.
@@ -75,7 +79,7 @@ pub struct TemperaturePoint {
 impl TemperatureByTag {
     /// Temperatures of a group.
     pub fn new(group: Group) -> Self {
-        Self { group, ..Self::default() }
+        Self { group, rests: [true; 2], ..Self::default() }
     }
 
     /// The samples so far.
@@ -90,9 +94,16 @@ impl TemperatureByTag {
     }
 
     /// [Σx, Σw] of the velocity of the group's centre of mass along both axes over all samples so
-    /// far: x is its momentum in the box (mass × length / time), and w its mass.
+    /// far: x is its momentum relative to the [frame](carom_engine::CentreOfMassFrame) of all bodies
+    /// (mass × length / time), and w its mass.
     pub fn flow(&self) -> [[f64; 2]; 2] {
         self.momentum.to_array().map(|momentum| [momentum, self.mass])
+    }
+
+    /// Whether the flow along x and along y is 0 by definition, because the group has all the
+    /// momentum, and its frame moves with its centre of mass: what [`Self::flow`] has is rounding.
+    pub fn flow_is_zero(&self) -> [bool; 2] {
+        self.rests
     }
 }
 
@@ -104,12 +115,18 @@ impl Observer for TemperatureByTag {
 
     fn sample(&mut self, view: &View<'_>) {
         let members = || view.bodies().filter(|view| self.group.contains(view.body));
-        let thermal = view.centre_of_mass_frame().thermal(members());
+        let frame = view.centre_of_mass_frame();
+        let thermal = frame.thermal(members());
         let turning = members().filter(|view| view.body.can_turn()).count() as f64;
         for member in members().filter(|view| !view.body.is_fixed()) {
             let mass = member.body.molecule().mass();
-            self.momentum += mass * member.motion.velocity;
+            self.momentum += mass * (member.motion.velocity - frame.velocity());
             self.mass += mass;
+        }
+        let others = || view.bodies().filter(|view| !self.group.contains(view.body));
+        let has_all = others().all(|other| other.body.is_fixed());
+        for (rests, conserved) in self.rests.iter_mut().zip(frame.conserves_momentum()) {
+            *rests &= conserved && has_all;
         }
         let now = [
             [2.0 * thermal.translation, thermal.degrees_of_freedom - turning],
@@ -152,13 +169,18 @@ mod tests {
         let simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
         let mut all = TemperatureByTag::new(Group::All);
         all.sample(&simulation.view());
-        assert_eq!(all.flow(), [[2.0, 4.0], [12.0, 4.0]]);
+        // Along x the frame is that of the box; along y it moves with the centre of mass.
+        assert_eq!(all.flow(), [[2.0, 4.0], [0.0, 4.0]]);
+        assert_eq!(all.flow_is_zero(), [false, true]);
         let found = |group: Group| {
             let mut temperature = TemperatureByTag::new(group);
             temperature.sample(&simulation.view());
             (temperature.series()[0], temperature.sums())
         };
         let tagged = |name| Group::Tagged(simulation.find_tag(name).unwrap());
+        let mut of_disc = TemperatureByTag::new(tagged("disc"));
+        of_disc.sample(&simulation.view());
+        assert_eq!((of_disc.flow(), of_disc.flow_is_zero()), ([[2.0, 2.0], [4.0, 2.0]], [false; 2]));
         // V = (0, 3): relative velocities (1, 2) and (0, −2); 2 − 1/2 degrees of freedom each.
         let (disc, _) = found(tagged("disc"));
         assert_eq!((disc.bodies, disc.translation, disc.rotation), (1, Some(10.0 / 1.5), None));

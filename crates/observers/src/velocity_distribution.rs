@@ -12,10 +12,10 @@ use carom_geometry::{GeometryError, check_positive};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{Group, Histogram, mean::mean_and_standard_error};
+use crate::{Distribution, Group, Histogram, mean::mean_and_standard_error};
 
-/// The range of bins chosen from the first sample, in thermal speeds √(⟨v²⟩/2); in a Maxwellian gas
-/// a share of 1.5 × 10⁻⁸ lies outside.
+/// The range of the bins for H at one sample, in its thermal speeds √(⟨v²⟩/2); in a Maxwellian gas a
+/// share of 1.5 × 10⁻⁸ lies outside.
 const THERMAL_SPEEDS: f64 = 6.0;
 
 /// Velocities of the moving bodies over the samples, relative to the centre of mass along each axis
@@ -25,7 +25,8 @@ const THERMAL_SPEEDS: f64 = 6.0;
 /// bodies, or kT/m along an axis on which momentum is not conserved.
 ///
 /// All bodies must have the same mass: use one tag for each kind. Velocities at samples less than
-/// about three collisions per body apart are not independent.
+/// about three collisions per body apart are not independent. Samples in which no body moves count
+/// with the velocity 0.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -38,8 +39,8 @@ const THERMAL_SPEEDS: f64 = 6.0;
 /// simulation.observe_until(3.0, &mut velocities)?;
 /// velocities.sample(&simulation.view());
 /// // They start with equal speeds, and collisions make them Maxwellian.
-/// assert!((velocities.series()[0].kurtosis - 1.0).abs() < 1e-12);
-/// assert!((velocities.series()[1].kurtosis - 2.0).abs() < 0.4);
+/// let kurtosis: Vec<f64> = velocities.series().iter().filter_map(|point| point.kurtosis).collect();
+/// assert!((kurtosis[0] - 1.0).abs() < 1e-12 && (kurtosis[1] - 2.0).abs() < 0.4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -47,15 +48,32 @@ const THERMAL_SPEEDS: f64 = 6.0;
 pub struct VelocityDistribution {
     group: Group,
     bins: usize,
-    histograms: Option<Histograms>,
+    /// The range, if it is given (length / time).
+    largest: Option<f64>,
+    components: [Distribution; 2],
+    speeds: Distribution,
+    moments: SpeedMoments,
     series: Vec<VelocityPoint>,
 }
 
-/// Histograms with bins of the same width.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct Histograms {
-    components: [Histogram; 2],
-    speeds: Histogram,
+/// Powers of the speeds, summed over all bodies and samples.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SpeedMoments {
+    /// Number of speeds.
+    pub count: f64,
+    /// Σv² (length² / time²).
+    pub squares: f64,
+    /// Σv⁴ (length⁴ / time⁴).
+    pub fourth_powers: f64,
+}
+
+impl SpeedMoments {
+    /// ⟨v⁴⟩/⟨v²⟩² of all speeds together; `None` if nothing has moved. It exceeds 2 in a gas whose
+    /// temperature changes.
+    pub fn kurtosis(&self) -> Option<f64> {
+        (self.squares > 0.0).then(|| self.count * (self.fourth_powers / self.squares) / self.squares)
+    }
 }
 
 /// The velocities at one sample.
@@ -70,10 +88,12 @@ pub struct VelocityPoint {
     pub mean_square: f64,
     /// ⟨v⁴⟩/⟨v²⟩²: 1 for equal speeds, 2 for a Maxwellian gas. For N bodies of one mass and a given
     /// total energy, 2N/(N + 1) if a fixed body breaks the conservation of momentum and 2(N − 1)/N
-    /// if nothing does.
-    pub kurtosis: f64,
-    /// H_x and H_y from the bins; `None` if no component lies in them. With N bodies it is too high
-    /// by about K / 2N, K being the number of occupied bins.
+    /// if nothing does. `None` for a single body, for which it is 1 whatever its distribution (see
+    /// [`SpeedMoments::kurtosis`]), and if nothing moves.
+    pub kurtosis: Option<f64>,
+    /// H_x and H_y from equal bins, up to the given range or six times √(⟨v²⟩/2) of this sample;
+    /// `None` for a single body, or if no component lies in them. With N bodies it is too high by
+    /// about K / 2N, K being the number of occupied bins.
     #[doc(alias = "entropy")]
     pub h: Option<DVec2>,
 }
@@ -86,42 +106,76 @@ impl VelocityPoint {
 }
 
 impl VelocityDistribution {
-    /// Histograms up to the speed `largest` (length / time): `bins` for the speeds, and twice as
-    /// many for each component, which has two signs; `bins` = 0 is taken as 1.
+    /// Bins up to the speed `largest` (length / time): `bins` for the speeds, and twice as many for
+    /// each component, which has two signs; `bins` = 0 is taken as 1. What lies outside is counted.
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if `largest` is not positive and finite.
     pub fn new(group: Group, largest: f64, bins: usize) -> Result<Self, GeometryError> {
         let largest = check_positive("the largest speed of a histogram", largest)?;
-        let mut velocities = Self::adaptive(group, bins);
-        velocities.histograms = Some(Histograms::new(largest, velocities.bins));
-        Ok(velocities)
+        let component = Distribution::within(-largest, largest, 2 * bins.max(1));
+        Ok(Self {
+            largest: Some(largest),
+            components: [component.clone(), component],
+            speeds: Distribution::within(0.0, largest, bins),
+            ..Self::adaptive(group, bins)
+        })
     }
 
-    /// Histograms up to six times √(⟨v²⟩/2) at the first sample in which the group moves.
+    /// Bins whose range follows the velocities of all samples, so that none is lost: at least
+    /// `bins` for the speeds, and twice as many for each component.
     pub fn adaptive(group: Group, bins: usize) -> Self {
-        Self { group, bins: bins.max(1), histograms: None, series: Vec::new() }
+        let bins = bins.max(1);
+        let component = Distribution::of_components(bins);
+        Self {
+            group,
+            bins,
+            largest: None,
+            components: [component.clone(), component],
+            speeds: Distribution::of_magnitudes(bins),
+            moments: SpeedMoments::default(),
+            series: Vec::new(),
+        }
     }
 
-    /// Histograms of the x and y components over all samples (length / time); `None` before their
-    /// range is set.
-    pub fn components(&self) -> Option<&[Histogram; 2]> {
-        self.histograms.as_ref().map(|histograms| &histograms.components)
+    /// Distributions of the x and y components over all samples (length / time).
+    pub fn components(&self) -> &[Distribution; 2] {
+        &self.components
     }
 
-    /// Histogram of the speeds over all samples (length / time); `None` before its range is set.
-    pub fn speeds(&self) -> Option<&Histogram> {
-        self.histograms.as_ref().map(|histograms| &histograms.speeds)
+    /// Distribution of the speeds over all samples (length / time).
+    pub fn speeds(&self) -> &Distribution {
+        &self.speeds
     }
 
-    /// The samples so far; samples in which nothing moves are omitted.
+    /// Moments of the speeds over all samples.
+    pub fn moments(&self) -> SpeedMoments {
+        self.moments
+    }
+
+    /// The samples so far in which the group had bodies that can move.
     pub fn series(&self) -> &[VelocityPoint] {
         &self.series
     }
 
     /// Mean of ⟨v⁴⟩/⟨v²⟩² over the samples and its standard error; `None` with fewer than two.
     pub fn kurtosis(&self) -> Option<(f64, f64)> {
-        mean_and_standard_error(self.series.iter().map(|point| point.kurtosis))
+        let values: Vec<f64> = self.series.iter().filter_map(|point| point.kurtosis).collect();
+        mean_and_standard_error(values.into_iter())
+    }
+
+    /// H_x and H_y of these velocities, whose mean square is `mean_square`.
+    fn h(&self, velocities: &[DVec2], mean_square: f64) -> Option<DVec2> {
+        let largest = self.largest.unwrap_or(THERMAL_SPEEDS * (0.5 * mean_square).sqrt());
+        if velocities.len() < 2 || largest == 0.0 {
+            return None;
+        }
+        let of = |component: fn(&DVec2) -> f64| {
+            let mut histogram = Histogram::new(-largest, largest, 2 * self.bins);
+            velocities.iter().for_each(|velocity| histogram.add(component(velocity)));
+            h_of(&histogram)
+        };
+        Some(DVec2::new(of(|velocity| velocity.x)?, of(|velocity| velocity.y)?))
     }
 }
 
@@ -138,52 +192,30 @@ impl Observer for VelocityDistribution {
         let count = velocities.len() as f64;
         let mean_square = velocities.iter().map(|v| v.length_squared()).sum::<f64>() / count;
         // The mean of an empty group is NaN.
-        if mean_square.is_nan() || mean_square == 0.0 {
+        if mean_square.is_nan() {
             return;
+        }
+        let [x, y] = &mut self.components;
+        for velocity in &velocities {
+            x.add(velocity.x);
+            y.add(velocity.y);
+            self.speeds.add(velocity.length());
+            let square = velocity.length_squared();
+            self.moments.count += 1.0;
+            self.moments.squares += square;
+            self.moments.fourth_powers += square * square;
         }
         // Relative to the mean square, which neither over- nor underflows.
         let relative = velocities.iter().map(|v| v.length_squared() / mean_square);
         let kurtosis = relative.map(|square| square * square).sum::<f64>() / count;
-        let largest = THERMAL_SPEEDS * (0.5 * mean_square).sqrt();
-        let all = self.histograms.get_or_insert_with(|| Histograms::new(largest, self.bins));
-        let mut now = all.emptied();
-        for &velocity in &velocities {
-            now.add(velocity);
-        }
-        all.absorb(&now);
-        let [x, y] = now.components.each_ref().map(h_of);
+        let has_shape = velocities.len() > 1 && mean_square > 0.0;
         self.series.push(VelocityPoint {
             time: view.time().to_f64(),
             bodies: velocities.len(),
             mean_square,
-            kurtosis,
-            h: x.zip(y).map(DVec2::from),
+            kurtosis: has_shape.then_some(kurtosis),
+            h: self.h(&velocities, mean_square),
         });
-    }
-}
-
-impl Histograms {
-    fn new(largest: f64, bins: usize) -> Self {
-        let component = Histogram::new(-largest, largest, 2 * bins);
-        Self { components: [component.clone(), component], speeds: Histogram::new(0.0, largest, bins) }
-    }
-
-    fn emptied(&self) -> Self {
-        Self { components: self.components.each_ref().map(Histogram::emptied), speeds: self.speeds.emptied() }
-    }
-
-    fn add(&mut self, velocity: DVec2) {
-        let [x, y] = &mut self.components;
-        x.add(velocity.x);
-        y.add(velocity.y);
-        self.speeds.add(velocity.length());
-    }
-
-    fn absorb(&mut self, other: &Self) {
-        for (mine, theirs) in self.components.iter_mut().zip(&other.components) {
-            mine.absorb(theirs);
-        }
-        self.speeds.absorb(&other.speeds);
     }
 }
 

@@ -33,7 +33,7 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
     for column in &table.columns {
         let begins = column.role.is_curve() && groups.last().is_none_or(|group| group[0].unit != column.unit);
         match groups.last_mut() {
-            _ if matches!(column.role, Role::Abscissa | Role::Count | Role::Undrawn) => {}
+            _ if matches!(column.role, Role::Abscissa | Role::Count | Role::Undrawn | Role::Width) => {}
             Some(group) if !begins => group.push(column),
             _ => groups.push(vec![column]),
         }
@@ -168,7 +168,7 @@ fn layers(places: &Places, group: &[&Column], levels: &[&Level], x: (f64, f64)) 
             Role::Prediction { .. } => {
                 predictions.extend(curve(&column.label, colour::VERMILLION, places.curve(column)));
             }
-            Role::Abscissa | Role::Count | Role::Undrawn => {}
+            Role::Abscissa | Role::Count | Role::Undrawn | Role::Width => {}
         }
     }
     let level = |level: &&Level| {

@@ -67,12 +67,14 @@ impl BlockSums {
         self.borders.records_per_block()
     }
 
+    /// The sums from the start up to the end of each complete block, in the order of time.
+    pub fn borders(&self) -> &[Sums] {
+        self.borders.complete()
+    }
+
     /// The sums of each complete block, in the order of time.
     pub fn blocks(&self) -> Vec<Sums> {
-        let borders = self.borders.complete();
-        let none = Vec::new();
-        let before = std::iter::once(&none).chain(borders);
-        before.zip(borders).map(|(before, after)| difference(before, after)).collect()
+        differences(self.borders())
     }
 
     /// Mean and standard error of each quantity. The mean is that of everything recorded, whose
@@ -92,6 +94,13 @@ pub fn means(total: &[[f64; 2]], runs: &[Vec<Sums>]) -> Vec<BlockMean> {
         BlockMean { value, standard_error, quantity: Some(index) }
     };
     total.iter().enumerate().map(mean).collect()
+}
+
+/// The sums of each block from those from the start up to its end.
+pub fn differences(borders: &[Sums]) -> Vec<Sums> {
+    let none = Vec::new();
+    let before = std::iter::once(&none).chain(borders);
+    before.zip(borders).map(|(before, after)| difference(before, after)).collect()
 }
 
 /// Sums of a block from those at its borders.

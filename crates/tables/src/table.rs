@@ -85,6 +85,8 @@ pub enum Role {
     Count,
     /// Another quantity that is not drawn.
     Undrawn,
+    /// The width of the bin whose centre is the abscissa; it is not drawn.
+    Width,
     /// A measured quantity.
     Value,
     /// A measured quantity that follows from other columns: it is drawn, but is not in the file.
@@ -110,6 +112,7 @@ impl Role {
             Self::Abscissa => ("abscissa", None),
             Self::Count => ("count", None),
             Self::Undrawn => ("quantity", None),
+            Self::Width => ("bin width", None),
             Self::Value => ("value", None),
             Self::Derived => ("derived", None),
             Self::StandardError => ("standard error", None),
@@ -148,6 +151,15 @@ impl Table {
     pub fn abscissa(self, name: &str, unit: &str, values: Vec<f64>) -> Self {
         let values = values.into_iter().map(Some).collect();
         self.column(name, name, unit, Role::Abscissa, values)
+    }
+
+    /// Adds the centres of bins as the quantity that the others depend on, and their widths, from
+    /// the edges of the bins in ascending order.
+    #[must_use]
+    pub fn bins(self, name: &str, unit: &str, edges: &[f64]) -> Self {
+        let centres = edges.windows(2).map(|bin| bin[0] + 0.5 * (bin[1] - bin[0])).collect();
+        let widths = edges.windows(2).map(|bin| Some(bin[1] - bin[0])).collect();
+        self.abscissa(name, unit, centres).column("bin_width", "bin width", unit, Role::Width, widths)
     }
 
     /// Adds a number of events.

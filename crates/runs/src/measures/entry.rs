@@ -148,7 +148,8 @@ impl Entry {
         let block = (measure.records_per_block() * head.every) as f64 * scene.run.sample_interval;
         let is_heated = scene.wall.iter().any(|wall| wall.temperature.is_some());
         let is_equilibrium = is_elastic && !is_heated && stages::is_disturbed(scene).is_none();
-        let context = Context { label: &head.label, block, is_elastic, is_equilibrium, hard_discs };
+        let context =
+            Context { label: &head.label, block, blocks: &[], is_elastic, is_equilibrium, hard_discs };
         let mut results = measure.results(&context);
         if !head.is_asked {
             results.tables.clear();

@@ -1,69 +1,61 @@
 //! `free-path`: lengths of the flights of a group between contacts.
 
-use carom::observers::FreePaths;
+use carom::observers::{Distribution, FreePaths};
 use carom_tables::{BlockMean, Table};
 
 use super::{
     Context, Default, HardDiscs, Kind, Measured, Of, Parameter, Results, Selection, Span, hard_discs::ENSKOG,
-    in_blocks, resumed,
+    in_blocks, range, resumed,
 };
-
-/// Longest path in the histogram, in mean free paths of a dilute gas of the group's density.
-const LONGEST: f64 = 6.0;
 
 pub(super) const KIND: Kind = Kind {
     name: "free-path",
-    summary: "distribution of the path lengths between successive contacts",
+    summary: "path lengths between successive contacts: their mean and distribution",
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[
         Parameter::whole("bins", Default::Number(120.0), "bins of the histogram"),
-        Parameter::positive(
-            "max",
-            Default::FromScene("6 mean free paths when dilute"),
-            "longest path (length)",
-        ),
+        Parameter::positive(range::MAX, range::FOLLOWS, "longest path in the bins (length)"),
     ],
-    begin: |selection| {
-        Ok(in_blocks(FreePaths::new(selection.group, longest(selection), selection.whole("bins"))?))
-    },
+    begin: |selection| Ok(in_blocks(observer(selection)?)),
     resume: resumed::<FreePaths>,
 };
 
-fn longest(selection: &Selection<'_>) -> f64 {
-    if let Some(given) = selection.given("max") {
-        return given;
-    }
-    let bounds = selection.view.bounds();
-    let density = selection.moving().count().max(1) as f64 / bounds.area();
-    let radii = selection.moving().map(|body| body.body.molecule().bounding_radius());
-    let diameter = 2.0 * radii.fold(0.0, f64::max);
-    let free_path = 1.0 / (8f64.sqrt() * density * diameter);
-    // At most some sides of the box, for few or very small bodies.
-    (LONGEST * free_path).min(LONGEST * bounds.sides().max_element())
+fn observer(selection: &Selection<'_>) -> anyhow::Result<FreePaths> {
+    let (group, bins) = (selection.group, selection.whole("bins"));
+    Ok(match selection.given(range::MAX) {
+        Some(longest) => FreePaths::new(group, longest, bins)?,
+        None => FreePaths::adaptive(group, bins),
+    })
 }
 
 impl Measured for FreePaths {
-    /// The mean, then the density in each bin.
+    /// The mean, then the share of the complete flights outside the range.
     fn sums(&self) -> Vec<[f64; 2]> {
-        self.sums()
+        vec![self.sums(), range::outside(self.lengths())]
+    }
+
+    fn distributions(&self) -> Vec<Vec<&Distribution>> {
+        vec![vec![self.lengths()]]
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let (mean, densities) = means.split_at(means.len().min(1));
-        let lengths = self.lengths();
+        let (means, densities) = means.split_at(means.len().min(2));
+        let caption = format!(
+            "Complete flights from contact to contact, in the frame of the box; the mean free path is \
+             the path of all bodies over their contacts, with the flights that the start or the end cuts. {}",
+            range::caption(&[self.lengths()])
+        );
         let table = Table::new(context.table("free-path"), "Distribution of free paths")
-            .abscissa("length", "length", (0..densities.len()).map(|bin| lengths.centre(bin)).collect())
+            .bins("length", "length", self.lengths().bins().edges())
             .means("density", "1/length", densities)
-            .caption("Flights from contact to contact, in the frame of the box.");
+            .caption(caption);
         let prediction = context.gas().map(HardDiscs::mean_free_path);
         let figure = |mean: &BlockMean| {
             Some(context.figure("mean free path", "length", mean)?.predicted(prediction, ENSKOG))
         };
-        Results {
-            tables: vec![table],
-            figures: mean.iter().filter_map(figure).collect(),
-            ..Results::default()
-        }
+        let outside = range::share_outside(self.lengths(), "free paths", means.get(1), context);
+        let figures = means.first().and_then(figure).into_iter().chain(outside).collect();
+        Results { tables: vec![table], figures, ..Results::default() }
     }
 }

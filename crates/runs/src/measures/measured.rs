@@ -1,8 +1,12 @@
 //! What makes an observer a measure: sums for errors, tables, figures, and files.
 
 use anyhow::Result;
-use carom::{CollisionReport, Observer, View, engine::Body};
-use carom_tables::{BlockMean, BlockSums, Figure, RunSums, Sums, Table, Totals};
+use carom::{
+    CollisionReport, Observer, View,
+    engine::Body,
+    observers::{Bins, Distribution},
+};
+use carom_tables::{BlockMean, BlockSums, Blocking, Figure, RunSums, Sums, Table, Totals, block_sums};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::HardDiscs;
@@ -32,7 +36,14 @@ pub trait Measured: Observer + Serialize + DeserializeOwned + Send + 'static {
         0
     }
 
-    /// Tables and figures. `means` belong to [`Self::sums`].
+    /// The distributions from the start up to now, those with common bins together; their order
+    /// never changes. The density in each bin is a further quantity, after those of [`Self::sums`].
+    fn distributions(&self) -> Vec<Vec<&Distribution>> {
+        Vec::new()
+    }
+
+    /// Tables and figures. `means` belong to [`Self::sums`] and to the bins of
+    /// [`Self::distributions`].
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results;
 
     /// Writes what is new to a file that grows with the run, after each sample; for a kind of
@@ -78,6 +89,8 @@ pub struct Context<'a> {
     pub label: &'a Label,
     /// Duration of a block (time): means over longer times have no error.
     pub block: f64,
+    /// The sums of each complete block, in the order of time.
+    pub blocks: &'a [Sums],
     /// Whether all contacts conserve energy.
     pub is_elastic: bool,
     /// Whether the measured part can be at equilibrium: all contacts conserve energy, and neither
@@ -219,13 +232,16 @@ pub(super) trait Measure: Observer + Send {
 struct InBlocks<M> {
     measured: M,
     blocks: BlockSums,
+    /// The distributions from the start up to the end of each complete block.
+    distributions: Blocking<Vec<Distribution>>,
     /// Whether it has received a sample.
     is_sampled: bool,
 }
 
 /// Starts a measure.
 pub(super) fn in_blocks<M: Measured>(measured: M) -> Box<dyn Measure> {
-    Box::new(InBlocks { measured, blocks: BlockSums::default(), is_sampled: false })
+    let (blocks, distributions) = (BlockSums::default(), Blocking::default());
+    Box::new(InBlocks { measured, blocks, distributions, is_sampled: false })
 }
 
 /// Restores a measure from a checkpoint.
@@ -263,6 +279,8 @@ impl<M: Measured> Observer for InBlocks<M> {
         self.measured.sample(view);
         if self.is_sampled || !M::OF_INTERVALS {
             self.blocks.record(|| self.measured.sums());
+            let copies = || self.measured.distributions().into_iter().flatten().cloned().collect();
+            self.distributions.record(copies, |earlier, later| *earlier = later);
         }
         self.is_sampled = true;
     }
@@ -274,7 +292,9 @@ impl<M: Measured> Measure for InBlocks<M> {
     }
 
     fn results(&self, context: &Context<'_>) -> Results {
-        self.measured.results(&self.blocks.means(&self.measured.sums()), context)
+        let RunSums { total, blocks } = self.run_sums();
+        let context = Context { blocks: &blocks, ..*context };
+        self.measured.results(&block_sums::means(&total, std::slice::from_ref(&blocks)), &context)
     }
 
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
@@ -302,6 +322,25 @@ impl<M: Measured> Measure for InBlocks<M> {
     }
 
     fn run_sums(&self) -> RunSums {
-        RunSums { total: self.measured.sums(), blocks: self.blocks.blocks() }
+        let distributions = self.measured.distributions();
+        let common = |group: &Vec<&Distribution>| vec![Distribution::common_bins(group); group.len()];
+        let bins: Vec<Bins> = distributions.iter().flat_map(common).collect();
+        let at_border = |(sums, copies): (&Sums, &Vec<Distribution>)| with_bins(sums.clone(), copies, &bins);
+        let borders: Vec<Sums> =
+            self.blocks.borders().iter().zip(self.distributions.complete()).map(at_border).collect();
+        let total = with_bins(self.measured.sums(), distributions.into_iter().flatten(), &bins);
+        RunSums { total, blocks: block_sums::differences(&borders) }
     }
+}
+
+/// Sums followed by those of the bins of each distribution.
+fn with_bins<'a>(
+    mut sums: Sums,
+    distributions: impl IntoIterator<Item = &'a Distribution>,
+    bins: &[Bins],
+) -> Sums {
+    for (distribution, bins) in distributions.into_iter().zip(bins) {
+        sums.extend(distribution.sums_in(bins));
+    }
+    sums
 }

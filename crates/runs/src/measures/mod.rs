@@ -26,6 +26,7 @@ mod pair_distribution;
 mod pressure;
 mod pressure_tensor;
 mod projections;
+mod range;
 mod request;
 mod running_average;
 mod selection;

@@ -18,6 +18,19 @@ pub(super) const KIND: Kind = Kind {
 /// Unit of kT.
 const UNIT: &str = "mass·length²/time²";
 
+/// The frame, and the mean velocities that it makes 0.
+fn caption(flow_is_zero: [bool; 2]) -> String {
+    let frame = "Relative to the centre of mass of all bodies along each axis on which momentum is conserved. \
+                 Both kT have one mean at equilibrium (equipartition).";
+    let axes = match flow_is_zero {
+        [true, true] => "x and y",
+        [true, false] => "x",
+        [false, true] => "y",
+        [false, false] => return frame.to_owned(),
+    };
+    format!("{frame} The mean velocity of all bodies along {axes} is conserved, and 0 in this frame.")
+}
+
 impl Measured for TemperatureByTag {
     /// Translation, then rotation, then the velocity of the centre of mass.
     fn sums(&self) -> Vec<[f64; 2]> {
@@ -35,14 +48,17 @@ impl Measured for TemperatureByTag {
             .counts("bodies", points.iter().map(|point| point.bodies as u64).collect())
             .value("translation", UNIT, points.iter().map(|point| point.translation).collect())
             .value("rotation", UNIT, points.iter().map(|point| point.rotation).collect())
-            .caption("kT relative to the centre of mass; both have one mean at equilibrium (equipartition).");
+            .caption(caption(self.flow_is_zero()));
         let names = [
-            ("kT of the translation", UNIT, None),
-            ("kT of the rotation", UNIT, None),
-            ("mean velocity along x", "length/time", None),
-            ("mean velocity along y", "length/time", None),
+            ("kT of the translation", UNIT),
+            ("kT of the rotation", UNIT),
+            ("mean velocity along x", "length/time"),
+            ("mean velocity along y", "length/time"),
         ];
-        let figures = context.figures(names, means, "");
-        Results { tables: vec![table], figures, ..Results::default() }
+        let [zero_along_x, zero_along_y] = self.flow_is_zero();
+        let is_measured = [true, true, !zero_along_x, !zero_along_y];
+        let measured = names.into_iter().zip(means).zip(is_measured).filter(|(_, is_measured)| *is_measured);
+        let figures = measured.filter_map(|(((name, unit), mean), _)| context.figure(name, unit, mean));
+        Results { tables: vec![table], figures: figures.collect(), ..Results::default() }
     }
 }

@@ -2,13 +2,13 @@
 
 use carom::{
     Observer, VelocityDistribution, View,
-    observers::{Histogram, VelocityPoint},
+    observers::{Bins, Distribution, VelocityPoint},
 };
-use carom_tables::{BlockMean, Figure, Table, chi_square::ChiSquare};
+use carom_tables::{BlockMean, Estimate, Figure, Table, chi_square::ChiSquare};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, point_bytes,
+    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, point_bytes, range,
     resumed,
 };
 
@@ -22,12 +22,15 @@ pub(super) const KIND: Kind = Kind {
     summary: "distributions of velocity components and speeds, kurtosis and Boltzmann's H",
     of: Of::Group,
     span: Span::Measurement,
-    parameters: &[Parameter::whole(
-        "bins",
-        Default::Number(60.0),
-        "bins of the speeds; components have twice as many",
-    )],
-    begin: |selection| Ok(in_blocks(Velocities::new(selection))),
+    parameters: &[
+        Parameter::whole("bins", Default::Number(60.0), "bins of the speeds; components have twice as many"),
+        Parameter::positive(
+            range::MAX,
+            range::FOLLOWS,
+            "largest speed and component in the bins (length/time)",
+        ),
+    ],
+    begin: |selection| Ok(in_blocks(Velocities::new(selection)?)),
     resume: resumed::<Velocities>,
 };
 
@@ -39,17 +42,36 @@ struct Velocities {
     kurtosis: [f64; 2],
     /// Whether all bodies have the same mass, so that Maxwell's distribution is one Gaussian.
     has_one_mass: bool,
+    /// Degrees of freedom of the whole system at the start, if both components of the velocity of a
+    /// body have one variance.
+    freedom: Option<f64>,
 }
 
+/// Places of quantities among the sums.
+const KURTOSIS: usize = 0;
+const SQUARES: usize = 1;
+const FOURTH_POWERS: usize = 2;
+const COMPONENTS_OUTSIDE: usize = 3;
+const SPEEDS_OUTSIDE: usize = 4;
+
 impl Velocities {
-    fn new(selection: &Selection<'_>) -> Self {
+    fn new(selection: &Selection<'_>) -> anyhow::Result<Self> {
         let mut masses = selection.moving().map(|body| body.body.molecule().mass());
         let first = masses.next();
-        Self {
-            distribution: VelocityDistribution::adaptive(selection.group, selection.whole("bins")),
+        let (group, bins) = (selection.group, selection.whole("bins"));
+        let distribution = match selection.given(range::MAX) {
+            Some(largest) => VelocityDistribution::new(group, largest, bins)?,
+            None => VelocityDistribution::adaptive(group, bins),
+        };
+        let frame = selection.view.centre_of_mass_frame();
+        let [along_x, along_y] = frame.conserves_momentum();
+        let freedom = frame.thermal(selection.view.bodies()).degrees_of_freedom;
+        Ok(Self {
+            distribution,
             kurtosis: [0.0; 2],
             has_one_mass: masses.all(|mass| Some(mass) == first),
-        }
+            freedom: (along_x == along_y).then_some(freedom),
+        })
     }
 
     /// Why Maxwell's distribution does not apply.
@@ -74,23 +96,31 @@ impl Observer for Velocities {
         let before = self.distribution.series().len();
         self.distribution.sample(view);
         for point in &self.distribution.series()[before..] {
-            self.kurtosis[0] += point.kurtosis;
-            self.kurtosis[1] += 1.0;
+            if let Some(kurtosis) = point.kurtosis {
+                self.kurtosis[0] += kurtosis;
+                self.kurtosis[1] += 1.0;
+            }
         }
     }
 }
 
 impl Measured for Velocities {
-    /// The kurtosis; then the density in each bin of x, y and the speeds.
+    /// The kurtosis of a sample, v² and v⁴, the shares of components and speeds outside the range.
     fn sums(&self) -> Vec<[f64; 2]> {
-        let Some(([x, y], speeds)) = self.distribution.components().zip(self.distribution.speeds()) else {
-            return vec![self.kurtosis];
-        };
-        let of = |histogram: &Histogram| {
-            let (width, total) = (histogram.width(), histogram.total() as f64);
-            histogram.counts().iter().map(|&count| [count as f64 / width, total]).collect::<Vec<_>>()
-        };
-        [vec![self.kurtosis], of(x), of(y), of(speeds)].concat()
+        let moments = self.distribution.moments();
+        let [x, y] = self.distribution.components().each_ref().map(range::outside);
+        vec![
+            self.kurtosis,
+            [moments.squares, moments.count],
+            [moments.fourth_powers, moments.count],
+            [x[0] + y[0], x[1] + y[1]],
+            range::outside(self.distribution.speeds()),
+        ]
+    }
+
+    /// The components along x and y, then the speeds.
+    fn distributions(&self) -> Vec<Vec<&Distribution>> {
+        vec![self.distribution.components().iter().collect(), vec![self.distribution.speeds()]]
     }
 
     fn bytes_per_sample(&self) -> usize {
@@ -98,75 +128,111 @@ impl Measured for Velocities {
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let (kurtosis, densities) = means.split_at(means.len().min(1));
+        let (sums, densities) = means.split_at(means.len().min(SPEEDS_OUTSIDE + 1));
         let reason = self.is_not_maxwellian(context);
         let mut tables = vec![series(&self.distribution, reason, context)];
-        if let Some(([x, _], speeds)) = self.distribution.components().zip(self.distribution.speeds()) {
-            let bins = x.counts().len().min(densities.len() / 2);
-            let (components, of_speeds) = densities.split_at(2 * bins);
-            tables.push(self.components(x, [&components[..bins], &components[bins..]], reason, context));
-            tables.push(self.speeds(speeds, of_speeds, reason, context));
+        let [x, y] = self.distribution.components();
+        let (components, speeds) = (Distribution::common_bins(&[x, y]), self.distribution.speeds().bins());
+        if densities.len() == 2 * components.count() + speeds.count() {
+            let (of_components, of_speeds) = densities.split_at(2 * components.count());
+            tables.push(self.components(&components, of_components, reason, context));
+            tables.push(self.speeds(&speeds, of_speeds, reason, context));
         }
-        let kurtosis = kurtosis.iter().filter_map(|mean| self.kurtosis_figure(mean, context));
-        let figures = kurtosis.chain(self.rise(context)).chain(self.speed_test(context)).collect();
-        Results { tables, figures, ..Results::default() }
+        let kurtosis = match self.bodies() {
+            Some(1) => self.kurtosis_over_time(context),
+            _ => sums.get(KURTOSIS).and_then(|mean| self.kurtosis_figure(mean, context)),
+        };
+        let outside = [
+            range::share_outside(x, "velocity components", sums.get(COMPONENTS_OUTSIDE), context),
+            range::share_outside(self.distribution.speeds(), "speeds", sums.get(SPEEDS_OUTSIDE), context),
+        ];
+        let figures = kurtosis.into_iter().chain(self.rise(context)).chain(self.speed_test(context));
+        Results {
+            tables,
+            figures: figures.chain(outside.into_iter().flatten()).collect(),
+            ..Results::default()
+        }
     }
 }
 
 impl Velocities {
-    /// Distribution of the components, with the Gaussian of their variance.
+    /// Distribution of the components, with the means over the bins of the Gaussian of their
+    /// variance.
     fn components(
         &self,
-        histogram: &Histogram,
-        [x, y]: [&[BlockMean]; 2],
-        reason: Option<&str>,
-        context: &Context<'_>,
-    ) -> Table {
-        let variance = self.variance();
-        let gaussian = |v: f64| (-v * v / (2.0 * variance)).exp() / (std::f64::consts::TAU * variance).sqrt();
-        let name = context.table("velocity-components");
-        let table = Table::new(name, "Distribution of velocity components")
-            .abscissa("velocity", "length/time", centres(histogram))
-            .means("density_x", "time/length", x)
-            .means("density_y", "time/length", y);
-        if let Some(reason) = reason {
-            return table.caption(format!("No prediction: {reason}."));
-        }
-        let values = centres(histogram).into_iter().map(|v| Some(gaussian(v))).collect();
-        table.prediction("Gaussian of the same variance", values, MAXWELL)
-    }
-
-    /// Distribution of the speeds, with Maxwell's of the same mean square.
-    fn speeds(
-        &self,
-        histogram: &Histogram,
+        bins: &Bins,
         means: &[BlockMean],
         reason: Option<&str>,
         context: &Context<'_>,
     ) -> Table {
+        let width = (2.0 * self.variance()).sqrt();
+        let (x, y) = means.split_at(bins.count());
+        let [along_x, along_y] = self.distribution.components();
+        let words = range::caption(&[along_x, along_y]);
+        let name = context.table("velocity-components");
+        let table = Table::new(name, "Distribution of velocity components")
+            .bins("velocity", "length/time", bins.edges())
+            .means("density_x", "time/length", x)
+            .means("density_y", "time/length", y);
+        if let Some(reason) = reason {
+            return table.caption(format!("No prediction: {reason}. {words}"));
+        }
+        let values = bins.means_of(|v| 0.5 * libm::erf(v / width)).into_iter().map(Some).collect();
+        table.prediction("Gaussian of the same variance", values, MAXWELL).caption(words)
+    }
+
+    /// Distribution of the speeds, with the means over the bins of Maxwell's of the same mean
+    /// square.
+    fn speeds(&self, bins: &Bins, means: &[BlockMean], reason: Option<&str>, context: &Context<'_>) -> Table {
         let variance = self.variance();
-        let maxwell = |v: f64| v / variance * (-v * v / (2.0 * variance)).exp();
+        let words = range::caption(&[self.distribution.speeds()]);
         let table = Table::new(context.table("speeds"), "Distribution of speeds")
-            .abscissa("speed", "length/time", centres(histogram))
+            .bins("speed", "length/time", bins.edges())
             .means("density", "time/length", means);
         if let Some(reason) = reason {
-            return table.caption(format!("No prediction: {reason}."));
+            return table.caption(format!("No prediction: {reason}. {words}"));
         }
-        let values = centres(histogram).into_iter().map(|v| Some(maxwell(v))).collect();
-        table.prediction("m v/kT exp(−m v²/2kT)", values, MAXWELL)
+        let above = |v: f64| -libm::exp(-v * v / (2.0 * variance));
+        let values = bins.means_of(above).into_iter().map(Some).collect();
+        table.prediction("m v/kT exp(−m v²/2kT)", values, MAXWELL).caption(words)
+    }
+
+    /// Number of bodies at the last sample.
+    fn bodies(&self) -> Option<usize> {
+        self.distribution.series().last().map(|point| point.bodies)
+    }
+
+    /// ⟨v⁴⟩/⟨v²⟩² of a single body, whose speeds at all times are one distribution. At equilibrium
+    /// the squares of all f velocities of the system, weighted with their masses, have one sum, and
+    /// the share of two of them has the density ∝ (1 − x)^(f/2 − 2): 2f/(f + 2).
+    fn kurtosis_over_time(&self, context: &Context<'_>) -> Option<Figure> {
+        let moments = self.distribution.moments();
+        let kurtosis = moments.kurtosis()?;
+        let mean_square = moments.squares / moments.count;
+        // The first order of its change with both moments: K (1 + δ⟨v⁴⟩/⟨v⁴⟩ − 2 δ⟨v²⟩/⟨v²⟩).
+        let of_block = |sums: &Vec<[f64; 2]>| {
+            let [[squares, count], [fourth_powers, _]] =
+                [SQUARES, FOURTH_POWERS].map(|place| sums.get(place).copied().unwrap_or_default());
+            let change = fourth_powers / mean_square - 2.0 * kurtosis * squares;
+            [change / mean_square + 2.0 * kurtosis * count, count]
+        };
+        let blocks: Vec<[f64; 2]> = context.blocks.iter().map(of_block).collect();
+        let error = Estimate::of_runs(&[blocks]).map(|estimate| estimate.standard_error);
+        let prediction = self.freedom.filter(|_| context.is_equilibrium).map(|f| 2.0 * f / (f + 2.0));
+        let name = context.named("kurtosis of the velocity over time ⟨v⁴⟩/⟨v²⟩²");
+        let figure = Figure::new(name, kurtosis, "1").error(error);
+        Some(figure.predicted(prediction, "Maxwell, at fixed energy of the whole system"))
     }
 
     /// Variance of one component over the whole run (length² / time²).
     fn variance(&self) -> f64 {
-        let series = self.distribution.series();
-        let sum: f64 = series.iter().map(|point| 0.5 * point.mean_square).sum();
-        sum / series.len().max(1) as f64
+        let moments = self.distribution.moments();
+        0.5 * moments.squares / moments.count.max(1.0)
     }
 
     /// Whether the group is the whole of a gas to which theory applies.
     fn is_microcanonical(&self, context: &Context<'_>) -> bool {
-        let bodies = self.distribution.series().last().map(|point| point.bodies);
-        context.gas().is_some_and(|gas| Some(gas.count) == bodies)
+        context.gas().is_some_and(|gas| Some(gas.count) == self.bodies())
     }
 
     /// By how much H_x exceeds an earlier value at most.
@@ -181,21 +247,23 @@ impl Velocities {
     /// χ² of the speeds against their distribution at fixed energy and momentum, over its degrees
     /// of freedom: the number of bins less two, because the energy is fixed as well as the number.
     fn speed_test(&self, context: &Context<'_>) -> Option<Figure> {
-        let speeds = self.distribution.speeds().filter(|_| self.is_microcanonical(context))?;
+        let speeds = Some(self.distribution.speeds()).filter(|_| self.is_microcanonical(context))?;
+        let (bins, counts) = (speeds.bins(), speeds.counts());
+        let edges = bins.edges();
         // Two bodies have one speed.
         let bodies =
             self.distribution.series().last().map(|point| point.bodies as f64).filter(|n| *n > 2.0)?;
         let mean_square = 2.0 * self.variance();
-        let above = |bin: usize| share_above(speeds.edge(bin) * speeds.edge(bin) / mean_square, bodies);
+        let above = |bin: usize| share_above(edges[bin] * edges[bin] / mean_square, bodies);
         let is_enough = |share: f64| speeds.total() as f64 * share >= LEAST_EXPECTED;
         // Joins bins until they expect enough, here and behind; the last has no end.
         let mut starts = vec![0];
-        for bin in 1..speeds.counts().len() {
+        for bin in 1..counts.len() {
             if is_enough(above(starts[starts.len() - 1]) - above(bin)) && is_enough(above(bin)) {
                 starts.push(bin);
             }
         }
-        let up_to: Vec<u64> = starts.iter().map(|&bin| speeds.counts()[..bin].iter().sum()).collect();
+        let up_to: Vec<u64> = starts.iter().map(|&bin| counts[..bin].iter().sum()).collect();
         let counts: Vec<u64> = differences(&up_to, speeds.total(), |from, to| to - from);
         let shares: Vec<f64> = starts.iter().map(|&bin| above(bin)).collect();
         let shares: Vec<f64> = differences(&shares, 0.0, |from, to| from - to);
@@ -209,8 +277,7 @@ impl Velocities {
     /// The mean kurtosis. Its prediction is that of fixed energy and momentum, 2 (N − 1)/N.
     fn kurtosis_figure(&self, kurtosis: &BlockMean, context: &Context<'_>) -> Option<Figure> {
         let figure = context.figure("kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩²", "1", kurtosis)?;
-        let bodies = self.distribution.series().last()?.bodies;
-        let count = bodies as f64;
+        let count = self.bodies()? as f64;
         let prediction = self.is_microcanonical(context).then(|| 2.0 * (count - 1.0) / count);
         Some(figure.predicted(prediction, "Maxwell, at fixed energy and momentum"))
     }
@@ -231,7 +298,7 @@ fn differences<T: Copy>(values: &[T], end: T, difference: impl Fn(T, T) -> T) ->
     values.iter().zip(next).map(|(&from, to)| difference(from, to)).collect()
 }
 
-/// Moments and Boltzmann's H at each sample.
+/// Moments and Boltzmann's H at each sample; the mean square alone for a single body.
 fn series(velocities: &VelocityDistribution, reason: Option<&str>, context: &Context<'_>) -> Table {
     let points = velocities.series();
     let of =
@@ -240,8 +307,11 @@ fn series(velocities: &VelocityDistribution, reason: Option<&str>, context: &Con
     let table = Table::new(name, "Moments of the velocities and Boltzmann's H")
         .abscissa("time", "time", points.iter().map(|point| point.time).collect())
         .counts("bodies", points.iter().map(|point| point.bodies as u64).collect())
-        .value("mean_square", "length²/time²", of(|point| Some(point.mean_square)))
-        .value("kurtosis", "1", of(|point| Some(point.kurtosis)));
+        .value("mean_square", "length²/time²", of(|point| Some(point.mean_square)));
+    if points.iter().all(|point| point.bodies == 1) {
+        return table.caption("A single body has no kurtosis and no H at one time.");
+    }
+    let table = table.value("kurtosis", "1", of(|point| point.kurtosis));
     let table =
         if reason.is_some() { table } else { table.prediction("2, Maxwell", of(|_| Some(2.0)), MAXWELL) };
     // A unit of its own: a chart of its own.
@@ -256,10 +326,6 @@ fn series(velocities: &VelocityDistribution, reason: Option<&str>, context: &Con
             .prediction("at equilibrium", of(|point| Some(point.h_at_equilibrium())), "Boltzmann (1872)")
             .caption("H is too high by about the number of occupied bins over twice the number of bodies."),
     }
-}
-
-fn centres(histogram: &Histogram) -> Vec<f64> {
-    (0..histogram.counts().len()).map(|bin| histogram.centre(bin)).collect()
 }
 
 #[cfg(test)]

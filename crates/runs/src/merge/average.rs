@@ -4,11 +4,12 @@
 //! averaged over the runs, with the error of its scatter among them. All sums are added in the
 //! order of the runs' keys.
 
-use carom_tables::{BlockMean, Column, Figure, MergedSums, Role, RunSums, Table, block_sums};
+use carom_tables::{BlockMean, Column, Figure, MergedSums, Replica, Role, RunSums, Table, block_sums};
 
+use super::rebin::with_common_bins;
 use crate::{
     measures::Results,
-    record::{MeasureRecord, Record},
+    record::{MeasureRecord, Record, RunRecord},
 };
 
 /// Abscissae of different runs agree if they differ by at most this share: rounding.
@@ -22,14 +23,19 @@ pub fn results(record: &Record) -> Results {
     let of_system: Vec<Vec<Figure>> = runs.iter().map(|run| run.figures.clone()).collect();
     results.figures.extend(first.figures.iter().map(|figure| averaged(figure, &of_system)));
     for index in 0..first.measures.len() {
-        let mut sums = MergedSums::default();
-        for (&replica, run) in &record.runs {
-            let of_run = run.measures.get(index).map(|measure| measure.sums.clone()).unwrap_or_default();
-            // The keys are those of a map, so none is there twice.
-            let _ = sums.merge(MergedSums::of(replica, of_run));
+        let of_run =
+            |(&replica, run): (&Replica, &'_ RunRecord)| Some((replica, run.measures.get(index)?.clone()));
+        let (replicas, mut parts): (Vec<Replica>, Vec<MeasureRecord>) =
+            record.runs.iter().filter_map(of_run).unzip();
+        if let Some(common) = with_common_bins(&parts.iter().collect::<Vec<_>>()) {
+            parts = common;
         }
-        let parts: Vec<&MeasureRecord> = runs.iter().filter_map(|run| run.measures.get(index)).collect();
-        let merged = Merged::new(&sums, parts);
+        let mut sums = MergedSums::default();
+        for (&replica, part) in replicas.iter().zip(&parts) {
+            // The keys are those of a map, so none is there twice.
+            let _ = sums.merge(MergedSums::of(replica, part.sums.clone()));
+        }
+        let merged = Merged::new(&sums, parts.iter().collect());
         results.tables.extend(merged.tables());
         results.figures.extend(merged.figures());
     }
@@ -89,12 +95,14 @@ impl<'a> Merged<'a> {
             if fit(table, &tables) {
                 return self.table(table, &tables);
             }
-            match resampled(table, &tables) {
+            // Interpolated densities are not normalised.
+            let is_distribution = table.columns.iter().any(|column| column.role == Role::Width);
+            match resampled(table, &tables).filter(|_| !is_distribution) {
                 Some(parts) => self.table(&parts[0], &parts.iter().collect::<Vec<_>>()),
                 None => Table {
                     columns: Vec::new(),
                     levels: Vec::new(),
-                    caption: "Not merged: the runs have different columns.".to_owned(),
+                    caption: "Not merged: the runs have different columns or bins.".to_owned(),
                     ..table.clone()
                 },
             }
@@ -130,7 +138,7 @@ impl<'a> Merged<'a> {
                 }
                 Role::Count => columns.push(with(column, each(rows, |row| sum(&same, row)))),
                 Role::StandardError => {}
-                Role::Abscissa | Role::Undrawn | Role::Derived | Role::Prediction { .. } => {
+                Role::Abscissa | Role::Width | Role::Undrawn | Role::Derived | Role::Prediction { .. } => {
                     columns.push(with(column, each(rows, |row| average(&same, row))));
                 }
             }
@@ -165,8 +173,8 @@ fn fit(first: &Table, tables: &[&Table]) -> bool {
     !tables.is_empty() && tables.iter().all(fits)
 }
 
-/// Tables whose abscissae depend on the data, such as bins as wide as the speeds need, with the
-/// abscissae of the first: their values are interpolated, and their errors then come from the
+/// Curves whose abscissae depend on the data, such as distances in diameters of drawn sizes, with
+/// the abscissae of the first: their values are interpolated, and their errors then come from the
 /// scatter among the runs. The first is at index 0. `None` if columns differ or an abscissa does
 /// not increase.
 fn resampled(first: &Table, tables: &[&Table]) -> Option<Vec<Table>> {

@@ -2,6 +2,7 @@
 
 mod average;
 mod parts;
+mod rebin;
 
 use std::{
     fs,

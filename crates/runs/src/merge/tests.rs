@@ -83,6 +83,75 @@ fn runs_merged_in_any_order_and_tree_have_the_same_digits() {
     assert!(series.columns.iter().any(|column| column.name == "pressure_error"));
 }
 
+/// A short run of 60 discs, whose temperature changes by a factor that depends on the seed.
+fn heated(seed: u64) -> Record {
+    let kt = [0.01, 1.0, 100.0][seed as usize % 3];
+    let scene = Scene::from_toml(&format!(
+        r#"
+            [box]
+            seed = {seed}
+            [[gas]]
+            tags = ["gas"]
+            radius = 0.02
+            mass = 1.0
+            temperature = 1.0
+            count = 60
+            [run]
+            until = 2.0
+            sample_interval = 0.05
+            observe = ["velocities", "free-path"]
+            [[stage]]
+            until = 2.0
+            thermostat = [{{ tag = "gas", every = 0.1, temperature = {kt:?} }}]
+        "#
+    ));
+    let scene = scene.unwrap();
+    let outcome = in_memory(&scene, &Signals::watch().unwrap()).unwrap();
+    let mut record = outcome.record(&scene, &Method::default());
+    // As if all had one scene.
+    record.what.clear();
+    checkpoint_round_trip(&record)
+}
+
+#[test]
+fn distributions_in_bins_of_different_widths_are_merged_without_loss() {
+    let parts: Vec<Record> = (1..=3).map(heated).collect();
+    let [a, b, c] = [0, 1, 2].map(|index| &parts[index]);
+    let expected = average::results(&merged(&[a, b, c]));
+    assert_eq!(average::results(&merged(&[c, a, b])), expected);
+    let table = |results: &Results, name: &str| {
+        let found = results.tables.iter().find(|table| table.name == name);
+        found.unwrap_or_else(|| panic!("no table {name}")).clone()
+    };
+    for (name, columns) in [
+        ("velocity-components", &["density_x", "density_y"][..]),
+        ("speeds", &["density"]),
+        ("free-path", &["density"]),
+    ] {
+        let all = table(&expected, name);
+        let of = |table: &Table, name: &str| -> Vec<f64> {
+            let column = table.columns.iter().find(|column| column.name == name).unwrap();
+            column.values.iter().map(|value| value.unwrap()).collect()
+        };
+        let integral = |table: &Table, name: &str| -> f64 {
+            of(table, name).iter().zip(of(table, "bin_width")).map(|(density, width)| density * width).sum()
+        };
+        let widths: Vec<usize> =
+            parts.iter().map(|part| table(&average::results(part), name).rows().len()).collect();
+        for column in columns {
+            let found = integral(&all, column);
+            assert!((found - 1.0).abs() < 1e-12, "{name} {column}: {found}, rows {widths:?}");
+        }
+        // The density at the highest speeds counts the runs that have none.
+        assert!(all.columns.iter().any(|column| column.name == format!("{}_error", columns[0])));
+        assert!(
+            !all.caption.contains("interpolated") && !all.caption.contains("Not merged"),
+            "{}",
+            all.caption
+        );
+    }
+}
+
 #[test]
 fn runs_that_do_not_fit_are_refused() {
     let mut a = one(1);

@@ -135,6 +135,7 @@ fn role(column: &Value) -> Role {
     match column["role"].as_str().unwrap_or_default() {
         "abscissa" => Role::Abscissa,
         "count" => Role::Count,
+        "bin width" => Role::Width,
         "value" => Role::Value,
         "standard error" => Role::StandardError,
         "prediction" => Role::Prediction { source: column["source"].as_str().unwrap_or_default().to_owned() },
