@@ -10,7 +10,6 @@
 //! - A command that keeps nothing until its end ([`OnlyAtEnd`]) ends at the first signal.
 
 use std::{
-    env,
     io::{Write as _, stderr},
     process,
     sync::{
@@ -28,7 +27,11 @@ use signal_hook::{
 };
 use thiserror::Error;
 
-use crate::{append_file::CheckpointLengths, json_object, manifest::program};
+use crate::{
+    append_file::CheckpointLengths,
+    command_line::{self, given},
+    json_object,
+};
 
 /// Time that runs have to reach a checkpoint after a signal. Longer: the program does not end
 /// within a second. Shorter: more work is repeated.
@@ -223,12 +226,5 @@ fn name(signal: i32) -> &'static str {
 
 /// The command line without `--force` and `--resume`.
 fn command() -> String {
-    let given = env::args().skip(1).filter(|word| word != "--force" && word != "--resume");
-    let quoted = |word: String| {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+".contains(c);
-        let is_plain = !word.is_empty() && word.chars().all(plain);
-        if is_plain { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
-    };
-    let words: Vec<String> = given.map(quoted).collect();
-    format!("{} {}", program(), words.join(" "))
+    command_line::command(given().filter(|word| word != "--force" && word != "--resume"))
 }

@@ -11,12 +11,14 @@ pub mod animation;
 pub mod append_file;
 pub mod check;
 pub mod checkpoint_file;
+pub mod command_line;
 pub mod console;
 pub mod convert;
 pub mod detect;
 pub mod encounters;
 pub mod exit;
 pub mod experiment;
+pub mod folder_lock;
 pub mod interruption;
 mod json_object;
 pub mod manifest;
@@ -40,6 +42,7 @@ pub mod series;
 mod visible_region;
 mod whole_box;
 pub mod work_items;
+pub mod written_files;
 
 pub use visible_region::picture_of;
 

@@ -7,16 +7,18 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 pub use average::results as merged;
 use carom_tables::{Replica, Summary, Table, Totals, Verdict};
 use clap::Args;
 use serde_json::Value;
 
 use crate::{
-    manifest::{Manifest, program},
+    command_line::command,
+    folder_lock::FolderLock,
+    manifest::Manifest,
     measures::Results,
-    output::{Destination, Folder},
+    output::{Destination, Folder, is_same_folder},
     progress::Progress,
     record::{Record, RunRecord},
     report::{self, RUNS, State},
@@ -36,25 +38,20 @@ pub struct Options {
 /// Merges the runs and writes a folder with their tables, figures and page.
 ///
 /// # Errors
-/// A folder has no sums, the scenes differ, a run is there twice, or a file cannot be written.
+/// A folder has no sums or is the output folder, the scenes differ, a run is there twice, another
+/// process writes into a folder, or a file cannot be written.
 pub fn run(options: &Options) -> Result<Verdict> {
-    let mut record: Option<Record> = None;
-    let progress = Progress::items("runs", options.folders.len() as u64);
-    for folder in &options.folders {
-        let part = Record::read(folder)?;
-        match &mut record {
-            None => record = Some(part),
-            Some(all) => all.merge(part).with_context(|| format!("cannot merge {}", folder.display()))?,
-        }
-        progress.count(1);
+    let path = options.destination.folder("out/merge");
+    for source in &options.folders {
+        ensure!(
+            !is_same_folder(source, &path),
+            "{} is one of the folders to merge: choose another with --out",
+            path.display()
+        );
     }
-    drop(progress);
-    let record = record.context("there are no folders")?;
-    let folder = Folder::create(&options.destination.folder("out/merge"), options.destination.existing())?;
-    let folders: Vec<String> = options.folders.iter().map(|folder| folder.display().to_string()).collect();
-    let command = format!("{} merge {}", program(), folders.join(" "));
-    let manifest = Manifest::begin(&folder, &command, &[])?;
-    let seconds = options.folders.iter().map(|folder| seconds_of(folder)).sum();
+    let (record, seconds) = read(&options.folders)?;
+    let (folder, _lock) = Folder::claim(&path, options.destination.existing())?;
+    let manifest = Manifest::begin(&folder, &again(&options.folders, &path), &[])?;
     record.write(&folder)?;
     let merged = MergedRuns::of(&record, format!("{} merged runs", record.runs.len()), seconds);
     merged.write(&record, &folder)?;
@@ -62,6 +59,32 @@ pub fn run(options: &Options) -> Result<Verdict> {
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
+}
+
+/// The command that merges these folders into `path`.
+pub fn again(folders: &[PathBuf], path: &Path) -> String {
+    let words = ["merge".as_ref()].into_iter().chain(folders.iter().map(|folder| folder.as_os_str()));
+    command(words.chain(["--out".as_ref(), path.as_os_str()]))
+}
+
+/// Reads the runs of all folders and their processor time (seconds). Each folder is locked while it
+/// is read.
+fn read(folders: &[PathBuf]) -> Result<(Record, f64)> {
+    let mut seconds = 0.0;
+    let mut record: Option<Record> = None;
+    let progress = Progress::items("runs", folders.len() as u64);
+    for folder in folders {
+        // A folder that is not there has no sums.
+        let _lock = if folder.is_dir() { Some(FolderLock::shared(folder)?) } else { None };
+        let part = Record::read(folder)?;
+        match &mut record {
+            None => record = Some(part),
+            Some(all) => all.merge(part).with_context(|| format!("cannot merge {}", folder.display()))?,
+        }
+        seconds += seconds_of(folder);
+        progress.count(1);
+    }
+    Ok((record.context("there are no folders")?, seconds))
 }
 
 /// Processor time of the runs in a folder, from its summary; 0 without one (seconds).

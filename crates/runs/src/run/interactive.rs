@@ -26,6 +26,7 @@ use super::{
     stages::{self, MOST_ACTIONS},
 };
 use crate::{
+    command_line::command,
     manifest::Manifest,
     measures::Measures,
     memory::{self, Demand},
@@ -331,9 +332,10 @@ impl InteractiveRun {
         let mut measures = Measures::begin(&scene, &view)?;
         measures.start(&view);
         let done = ahead.done_of(&scene, time);
-        let folder = Folder::create(path, Existing::Refuse)?;
-        let shown = path.display();
-        let command = format!("carom run {shown}/config.toml --out {shown} --resume");
+        let (folder, _lock) = Folder::claim(path, Existing::Refuse)?;
+        let scene_file = path.join("config.toml");
+        let words = ["run".as_ref(), scene_file.as_os_str(), "--out".as_ref(), path.as_os_str(), "--resume".as_ref()];
+        let command = command(words);
         Manifest::begin(&folder, &command, &[&scene])?;
         if let Some(frame) = &scene.start.snapshot {
             folder.write_lasting(START, frame.as_bytes())?;
