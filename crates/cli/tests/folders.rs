@@ -52,6 +52,8 @@ fn json(path: &Path) -> Value {
 fn endless(root: &Path, out: &str) -> Child {
     let words =
         ["run", "scene.toml", "--until", "1e6", "--set", "run.sample_interval=1e3", "--out", out, "--force"];
+    // That of an earlier run.
+    let _ = fs::remove_file(root.join(out).join("checkpoint"));
     let child = command(root, &words).spawn().unwrap();
     while !root.join(out).join("checkpoint").exists() {
         thread::sleep(Duration::from_millis(5));
@@ -218,7 +220,8 @@ fn the_revision_is_that_of_the_program() {
     let git = root.path().join("git");
     fs::write(&git, "#!/bin/sh\ntouch called\necho forged\n").unwrap();
     fs::set_permissions(&git, fs::Permissions::from_mode(0o755)).unwrap();
-    let output = command(root.path(), &["run", "scene.toml", "--out", "out"]).env("PATH", root.path()).output();
+    let output =
+        command(root.path(), &["run", "scene.toml", "--out", "out"]).env("PATH", root.path()).output();
     assert!(output.unwrap().status.success());
     assert!(!root.path().join("called").exists());
     assert_ne!(json(&root.path().join("out/manifest.json"))["revision"], "forged");

@@ -359,7 +359,10 @@ mod tests {
         let path = root.path().join("squares.csv");
         let spoilt = |files: &mut AppendFiles| {
             let words = format!("{:#}", files.lengths().unwrap_err());
-            assert!(words.contains("squares.csv") && words.contains("another process writes there"), "{words}");
+            assert!(
+                words.contains("squares.csv") && words.contains("another process writes there"),
+                "{words}"
+            );
         };
         let mut files = AppendFiles::begin(&folder);
         files.append_new(&SQUARES, &[1.0, 2.0]).unwrap();

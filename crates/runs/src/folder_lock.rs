@@ -150,7 +150,8 @@ fn refusal(folder: &Path, path: &Path) -> String {
 /// Name of this machine.
 fn host() -> String {
     let of_system = fs::read_to_string("/proc/sys/kernel/hostname").ok();
-    let name = of_system.or_else(|| ["HOSTNAME", "COMPUTERNAME"].iter().find_map(|name| std::env::var(name).ok()));
+    let name =
+        of_system.or_else(|| ["HOSTNAME", "COMPUTERNAME"].iter().find_map(|name| std::env::var(name).ok()));
     name.map_or_else(|| "an unknown machine".to_owned(), |name| name.trim().to_owned())
 }
 
@@ -158,7 +159,8 @@ fn host() -> String {
 fn utc(time: SystemTime) -> String {
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |past| past.as_secs());
     let (mut days, rest) = (seconds / 86_400, seconds % 86_400);
-    let is_leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    let is_leap =
+        |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     let mut year = 1970;
     while days >= 365 + u64::from(is_leap(year)) {
         days -= 365 + u64::from(is_leap(year));

@@ -183,7 +183,8 @@ impl Folder {
     pub fn inner(&self, name: &str) -> Result<Self> {
         let inner = Self::create(&self.path.join(name), Existing::Replace)?;
         let written = self.written.clone();
-        let written = written.map(|Written { files, inner }| Written { files, inner: format!("{inner}{name}/") });
+        let written =
+            written.map(|Written { files, inner }| Written { files, inner: format!("{inner}{name}/") });
         Ok(Self { written, ..inner })
     }
 

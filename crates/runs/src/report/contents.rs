@@ -161,7 +161,8 @@ fn state_of(manifest: &Value) -> State {
 fn names(folder: &Folder) -> Result<Vec<String>> {
     let context = || format!("cannot read the folder {}", folder.path().display());
     let written = folder.written().map(BTreeSet::from_iter);
-    let is_own = |name: &String| written.as_ref().is_none_or(|written: &BTreeSet<String>| written.contains(name));
+    let is_own =
+        |name: &String| written.as_ref().is_none_or(|written: &BTreeSet<String>| written.contains(name));
     let mut names = Vec::new();
     for entry in fs::read_dir(folder.path()).with_context(context)? {
         let entry = entry.with_context(context)?;

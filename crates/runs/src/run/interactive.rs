@@ -334,7 +334,8 @@ impl InteractiveRun {
         let done = ahead.done_of(&scene, time);
         let (folder, _lock) = Folder::claim(path, Existing::Refuse)?;
         let scene_file = path.join("config.toml");
-        let words = ["run".as_ref(), scene_file.as_os_str(), "--out".as_ref(), path.as_os_str(), "--resume".as_ref()];
+        let words =
+            ["run".as_ref(), scene_file.as_os_str(), "--out".as_ref(), path.as_os_str(), "--resume".as_ref()];
         let command = command(words);
         Manifest::begin(&folder, &command, &[&scene])?;
         if let Some(frame) = &scene.start.snapshot {
