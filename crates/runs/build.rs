@@ -1,15 +1,74 @@
-//! Passes the version of the compiler to this crate, for the manifest of each run.
+//! Passes the version of the compiler and the revision of the sources to this crate, for the
+//! manifest of each run.
 
-use std::{env, process::Command};
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 fn main() {
-    let compiler = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let version = Command::new(compiler)
-        .arg("--version")
-        .output()
-        .ok()
-        .and_then(|output| String::from_utf8(output.stdout).ok())
-        .unwrap_or_else(|| "unknown".to_owned());
-    println!("cargo::rustc-env=CAROM_RUSTC_VERSION={}", version.trim());
+    let compiler = env::var("RUSTC").unwrap_or_else(|_| "rustc".into());
+    let version = output(&compiler, &["--version"]).unwrap_or_else(|| "unknown".to_owned());
+    println!("cargo::rustc-env=CAROM_RUSTC_VERSION={version}");
     println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-env-changed=CAROM_REVISION");
+    let given = env::var("CAROM_REVISION").ok();
+    if let Some(revision) = given.or_else(revision) {
+        println!("cargo::rustc-env=CAROM_REVISION={revision}");
+    }
+}
+
+/// Returns what a program writes, if it succeeds and writes anything.
+fn output(program: &str, arguments: &[&str]) -> Option<String> {
+    let output = Command::new(program).args(arguments).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    (output.status.success() && !text.trim().is_empty()).then(|| text.trim().to_owned())
+}
+
+/// Returns the commit of the workspace, with `-dirty` if files differ from it; `None` outside of a
+/// repository of its own, such as in a package from a registry.
+fn revision() -> Option<String> {
+    let crate_folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR")?);
+    let root = fs::canonicalize(crate_folder.join("../..")).ok()?;
+    let shown = root.to_str()?;
+    let git = |arguments: &[&str]| output("git", &[&["-C", shown], arguments].concat());
+    let repository = git(&["rev-parse", "--show-toplevel"])?;
+    if fs::canonicalize(repository).ok()? != root {
+        return None;
+    }
+    // The first changes with the branch, the second with each commit.
+    for name in ["HEAD", "logs/HEAD"] {
+        if let Some(path) = git(&["rev-parse", "--git-path", name]) {
+            watch(&root.join(path));
+        }
+    }
+    watch_sources(&root);
+    git(&["describe", "--always", "--dirty", "--abbrev=40"])
+}
+
+/// Runs this script again when a source changes that may make the revision dirty. In a debug build
+/// only the sources of this crate count: otherwise each change of any crate would compile this one
+/// again.
+fn watch_sources(root: &Path) {
+    if env::var("PROFILE").is_ok_and(|profile| profile == "debug") {
+        watch(&root.join("crates/runs/src"));
+        return;
+    }
+    for name in ["Cargo.toml", "Cargo.lock", "xtask/src"] {
+        watch(&root.join(name));
+    }
+    for entry in fs::read_dir(root.join("crates")).into_iter().flatten().flatten() {
+        for name in ["Cargo.toml", "build.rs", "src"] {
+            watch(&entry.path().join(name));
+        }
+    }
+}
+
+/// Runs this script again when a file or a folder changes. One that is missing would always count
+/// as changed.
+fn watch(path: &Path) {
+    if path.exists() {
+        println!("cargo::rerun-if-changed={}", path.display());
+    }
 }

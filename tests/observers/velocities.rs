@@ -61,13 +61,13 @@ fn chi_squared(distribution: &Distribution, below: impl Fn(f64) -> f64) -> (f64,
     let total = distribution.total() as f64;
     let bins = distribution.bins();
     let (mut rest_found, mut rest_expected) = (total, total);
-    let (mut sum, mut bins) = (0.0, 0.0);
+    let (mut sum, mut compared) = (0.0, 0.0);
     for (edges, count) in bins.edges().windows(2).zip(distribution.counts()) {
         let expected = total * (below(edges[1]) - below(edges[0]));
         if expected >= 20.0 {
             sum += (count as f64 - expected).powi(2) / expected;
             (rest_found, rest_expected) = (rest_found - count as f64, rest_expected - expected);
-            bins += 1.0;
+            compared += 1.0;
         }
     }
     // With an expectation below 1, the rest is not significant.

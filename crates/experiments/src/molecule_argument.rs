@@ -11,7 +11,7 @@ use carom::{
     Molecule, Scene, Shape,
     engine::{AtomSpec, MoleculeSpec},
 };
-use carom_runs::run::SceneFile;
+use carom_runs::{command_line::quoted, run::SceneFile};
 use carom_sweeps::{Size, Study};
 use clap::Args;
 use serde::Deserialize;
@@ -231,12 +231,6 @@ impl MoleculeArgument {
         }
         Ok(())
     }
-}
-
-/// A word of a command, in quotes if it has other characters than names and paths have.
-fn quoted(word: &str) -> String {
-    let is_plain = word.chars().all(|c| c.is_alphanumeric() || "-_./:".contains(c));
-    if is_plain { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 #[cfg(test)]

@@ -35,12 +35,12 @@ use std::{
 use anyhow::{Context, Result, ensure};
 use carom::Scene;
 use carom_runs::{
+    command_line::quoted,
     console::{is_json, note, print_line, put},
     interruption::Signals,
     overrides::Override,
     progress::suspend,
     run::SceneFile,
-    shell_word::shell_word,
 };
 use carom_tables::Verdict;
 use clap::Args;
@@ -83,7 +83,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let folder = folder(options);
     let interval = Duration::try_from_secs_f64(options.save_every)
         .with_context(|| format!("--save-every must be from 0 seconds on, but is {}", options.save_every))?;
-    let shown = shell_word(folder.as_os_str());
+    let shown = quoted(folder.as_os_str());
     let signals = Signals::while_saving(format!("automatic saves, if there are any, remain in {shown}"))?;
     let scene = options.path.as_deref().map(|path| read(path, options)).transpose()?;
     let address = options.listen.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
@@ -99,7 +99,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     note(&format!(
         "The run is saved every {} s into {}, and at the end.",
         options.save_every,
-        shell_word(server.automatic_folder().as_os_str())
+        quoted(server.automatic_folder().as_os_str())
     ));
     if !options.no_open {
         open_browser(&server.address_for_once()?);

@@ -6,10 +6,13 @@
 //! - A file that is missing or shorter than at the checkpoint is an error.
 //! - File contents are on disk before the checkpoint that records their lengths.
 //! - A file that another thread has truncated because the program ends is not written any more.
+//! - Each write goes to the end of its file, and a file that has another length than this run has
+//!   given it is an error before each checkpoint and at the end: where locks do not reach another
+//!   process, no run ends well with files that both have written.
 
 use std::{
     fs::{File, OpenOptions},
-    io::{self, BufWriter, Seek as _, SeekFrom, Write},
+    io::{self, BufWriter, Write},
     path::Path,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
@@ -48,14 +51,39 @@ pub type Appender = BufWriter<SharedFile>;
 /// A file that another thread may truncate between two writes.
 #[derive(Debug)]
 pub struct SharedFile {
+    /// Opened for appending.
     file: File,
+    /// Length that the file must have.
+    bytes: u64,
     writing: Writing,
+}
+
+impl SharedFile {
+    /// Flushes the file to disk and returns its length.
+    ///
+    /// # Errors
+    /// It cannot be flushed, or it has another length than this run has written.
+    fn length(&self) -> Result<u64> {
+        self.file.sync_data()?;
+        // A thread that has truncated the file holds the guard until the program has ended.
+        let _writing = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = self.file.metadata()?.len();
+        ensure!(
+            found == self.bytes,
+            "it has {found} bytes, but this run has written {}: another process writes there. End one of the two, and \
+             start the run again with --force or in another folder",
+            self.bytes
+        );
+        Ok(found)
+    }
 }
 
 impl Write for SharedFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let _writing = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
-        self.file.write(bytes)
+        let written = self.file.write(bytes)?;
+        self.bytes += written as u64;
+        Ok(written)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -129,8 +157,8 @@ impl AppendFiles {
     pub fn resume(folder: &Folder, lengths: &[Length]) -> Result<Self> {
         let mut resumed = Self::begin(folder);
         for length in lengths {
-            let file = cut_back(&folder.path().join(&length.name), length)?;
-            let (name, out) = (length.name.clone(), resumed.appender(file));
+            let file = cut_back(&folder.file(&length.name)?, length)?;
+            let (name, out) = (length.name.clone(), resumed.appender(file, length.bytes));
             resumed.files.push(AppendFile { name, out, records: length.records });
         }
         Ok(resumed)
@@ -198,19 +226,16 @@ impl AppendFiles {
     /// Flushes all files to disk and returns their lengths.
     ///
     /// # Errors
-    /// A file cannot be flushed.
+    /// A file cannot be flushed, or has another length than this run has written.
     pub fn lengths(&mut self) -> Result<Vec<Length>> {
-        let length = |file: &mut AppendFile| -> io::Result<Length> {
+        let folder = self.folder.path();
+        let length = |file: &mut AppendFile| -> Result<Length> {
             file.out.flush()?;
-            let file_itself = &mut file.out.get_mut().file;
-            file_itself.sync_data()?;
-            let bytes = file_itself.stream_position()?;
+            let bytes = file.out.get_ref().length()?;
             Ok(Length { name: file.name.clone(), bytes, records: file.records })
         };
-        self.files
-            .iter_mut()
-            .map(|file| length(file).with_context(|| format!("cannot write {}", file.name)))
-            .collect()
+        let cannot = |name: &str| format!("cannot write {}", folder.join(name).display());
+        self.files.iter_mut().map(|file| length(file).with_context(|| cannot(&file.name))).collect()
     }
 
     /// Returns the file of this name; creates it on first use.
@@ -222,8 +247,10 @@ impl AppendFiles {
         let place = self.files.iter().position(|file| file.name == name);
         let place = place.unwrap_or(self.files.len());
         if place == self.files.len() {
-            let path = self.folder.path().join(name);
-            let made = File::create(&path).map(|file| self.appender(file)).and_then(|mut out| {
+            let path = self.folder.file(name)?;
+            // Truncated separately: not every system truncates a file that is opened for appending.
+            let made = File::create(&path).and_then(|_| OpenOptions::new().append(true).open(&path));
+            let made = made.map(|file| self.appender(file, 0)).and_then(|mut out| {
                 begin(&mut out)?;
                 Ok(out)
             });
@@ -233,8 +260,9 @@ impl AppendFiles {
         Ok(&mut self.files[place])
     }
 
-    fn appender(&self, file: File) -> Appender {
-        BufWriter::new(SharedFile { file, writing: Arc::clone(&self.writing) })
+    /// Writes to the end of a file of this length.
+    fn appender(&self, file: File, bytes: u64) -> Appender {
+        BufWriter::new(SharedFile { file, bytes, writing: Arc::clone(&self.writing) })
     }
 }
 
@@ -247,10 +275,10 @@ fn write_csv(
     csv.flush()
 }
 
-/// Opens a file, truncates it to its length at the checkpoint, and moves to its end.
+/// Truncates a file to its length at the checkpoint, and opens it for appending.
 fn cut_back(path: &Path, length: &Length) -> Result<File> {
     let cannot = || format!("cannot continue {}", path.display());
-    let mut file = OpenOptions::new().read(true).write(true).open(path).with_context(cannot)?;
+    let file = OpenOptions::new().write(true).open(path).with_context(cannot)?;
     let found = file.metadata().with_context(cannot)?.len();
     ensure!(
         found >= length.bytes,
@@ -258,8 +286,8 @@ fn cut_back(path: &Path, length: &Length) -> Result<File> {
         path.display(),
         length.bytes
     );
-    file.set_len(length.bytes).and_then(|()| file.seek(SeekFrom::End(0))).with_context(cannot)?;
-    Ok(file)
+    file.set_len(length.bytes).with_context(cannot)?;
+    OpenOptions::new().append(true).open(path).with_context(cannot)
 }
 
 #[cfg(test)]
@@ -321,7 +349,41 @@ mod tests {
         fs::remove_file(root.path().join("frames")).unwrap();
         assert!(AppendFiles::resume(&folder, &lengths).unwrap_err().to_string().contains("frames"));
     }
-    /// Without the guard the next row would be written at the old position, after a gap of zeros.
+
+    /// A second process in the same folder, where locks do not reach it, truncates or extends what
+    /// this one has written.
+    #[test]
+    fn files_that_another_process_writes_are_an_error() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        let path = root.path().join("squares.csv");
+        let spoilt = |files: &mut AppendFiles| {
+            let words = format!("{:#}", files.lengths().unwrap_err());
+            assert!(
+                words.contains("squares.csv") && words.contains("another process writes there"),
+                "{words}"
+            );
+        };
+        let mut files = AppendFiles::begin(&folder);
+        files.append_new(&SQUARES, &[1.0, 2.0]).unwrap();
+        let lengths = files.lengths().unwrap();
+        OpenOptions::new().write(true).open(&path).unwrap().set_len(3).unwrap();
+        spoilt(&mut files);
+        // What follows is appended: no gap of zeros.
+        files.append_new(&SQUARES, &[3.0]).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "x,s3.0,9.0\n");
+        spoilt(&mut files);
+
+        fs::write(&path, "x,square\n1.0,1.0\n2.0,4.0\n").unwrap();
+        let mut files = AppendFiles::resume(&folder, &lengths).unwrap();
+        files.append_new(&SQUARES, &[3.0]).unwrap();
+        assert!(files.lengths().is_ok());
+        let mut other = AppendFiles::resume(&folder, &lengths).unwrap();
+        other.append_new(&SQUARES, &[3.0, 4.0]).unwrap();
+        spoilt(&mut files);
+    }
+
+    /// Without the guard the next row would be written after the last row of the checkpoint.
     #[test]
     fn truncated_files_are_not_written_while_the_guard_lives() {
         let root = tempfile::tempdir().unwrap();

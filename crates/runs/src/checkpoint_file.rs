@@ -13,7 +13,11 @@
 //! The file is written under another name, flushed to disk, and renamed, so a complete one always
 //! exists.
 
-use std::{fs, io, path::Path};
+use std::{
+    fs,
+    io::{self, Read as _},
+    path::Path,
+};
 
 use anyhow::Result;
 use serde::{Serialize, de::DeserializeOwned};
@@ -138,6 +142,12 @@ pub fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, FileError> {
 /// [`FileError::Content`] if it has another type.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FileError> {
     Ok(postcard::from_bytes(bytes)?)
+}
+
+/// Whether a file begins like one that [`write`] has written.
+pub fn is_one(path: &Path) -> bool {
+    let mut magic = [0; MAGIC.len()];
+    fs::File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == MAGIC
 }
 
 /// Writes a file of encoded values.

@@ -1,7 +1,5 @@
 //! Start and end of every experiment: folder, note to the user, configuration, and manifest.
 
-use std::fs::File;
-
 use anyhow::{Context, Result};
 use carom::Scene;
 use carom_report::page::Page;
@@ -12,6 +10,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::{
     conclude,
     console::note,
+    folder_lock::FolderLock,
     interruption::Signals,
     manifest::Manifest,
     output::{Destination, Folder, Resumption},
@@ -40,7 +39,7 @@ pub struct Experiment {
     pub folder: Folder,
     /// Finished work items, for experiments that consist of them.
     pub items: WorkItems,
-    _alone: Option<File>,
+    _alone: FolderLock,
     manifest: Manifest,
     begun: ProcessTime,
 }
@@ -51,18 +50,17 @@ impl Experiment {
     /// # Errors
     /// The folder is not empty, cannot be written, or is in use by another process.
     pub fn begin(destination: &Destination, opening: &Opening<'_>) -> Result<Self> {
-        let folder = Folder::create(&destination.folder(opening.folder), destination.existing())?;
-        Self::begin_in(folder, opening, |_| Ok(WorkItems::default()))
+        let claimed = Folder::claim(&destination.folder(opening.folder), destination.existing())?;
+        Self::begin_in(claimed, opening, |_| Ok(WorkItems::default()))
     }
 
     /// Creates the folder for an experiment that writes all of its files at its end, also its
-    /// configuration, by itself: the folder of one that does not end is empty.
+    /// configuration, by itself: the folder of one that does not end holds no result.
     ///
     /// # Errors
     /// The folder is not empty, cannot be created, or is in use by another process.
     pub fn reserve(destination: &Destination, opening: &Opening<'_>) -> Result<Self> {
-        let folder = Folder::create(&destination.folder(opening.folder), destination.existing())?;
-        let alone = folder.lock()?;
+        let (folder, alone) = Folder::claim(&destination.folder(opening.folder), destination.existing())?;
         if !opening.note.is_empty() {
             note(opening.note);
         }
@@ -78,22 +76,22 @@ impl Experiment {
     /// cannot be read or belongs to another run.
     pub fn begin_resumable(resumption: &Resumption, what: String, opening: &Opening<'_>) -> Result<Self> {
         let signals = Signals::watch()?;
-        let folder = Folder::create(&resumption.folder(opening.folder), resumption.existing())?;
-        Self::begin_in(folder, opening, |folder| WorkItems::find(folder, what, resumption, signals))
+        let claimed = Folder::claim(&resumption.folder(opening.folder), resumption.existing())?;
+        Self::begin_in(claimed, opening, |folder| WorkItems::find(folder, what, resumption, signals))
     }
 
     fn begin_in(
-        folder: Folder,
+        (folder, alone): (Folder, FolderLock),
         opening: &Opening<'_>,
         find: impl FnOnce(&Folder) -> Result<WorkItems>,
     ) -> Result<Self> {
-        let alone = folder.lock()?;
         let items = find(&folder)?;
         if !opening.note.is_empty() {
             note(opening.note);
         }
-        folder.write("config.toml", &opening.configuration)?;
+        // The manifest is the first file: a folder with any other and without it cannot be resumed.
         let manifest = Manifest::begin(&folder, opening.command, opening.scenes)?;
+        folder.write("config.toml", &opening.configuration)?;
         items.begin()?;
         Ok(Self { folder, items, _alone: alone, manifest, begun: ProcessTime::now() })
     }
@@ -135,7 +133,7 @@ impl Experiment {
 
 /// Content of `config.toml`: the command as the first line, then `more`.
 pub fn configuration(command: &str, more: &str) -> String {
-    format!("command = \"{command}\"\n{more}")
+    format!("command = {}\n{more}", toml::Value::from(command))
 }
 
 /// Creates a pool of `wanted` threads, or of one for each processor.
@@ -188,5 +186,37 @@ mod tests {
         assert!(Manifest::is_complete(&experiment.complete().unwrap()));
         assert!(Experiment::begin(&destination, &opening).is_err(), "nothing is overwritten without --force");
         assert!(Experiment::begin(&Destination { force: true, ..destination }, &opening).is_ok());
+    }
+
+    #[test]
+    fn a_command_with_quotes_stays_one_value_of_the_configuration() {
+        let command = "carom run 'a \"b\" \\c.toml'";
+        let table: toml::Table = configuration(command, "seed = 1\n").parse().unwrap();
+        assert_eq!((table["command"].as_str(), table["seed"].as_integer()), (Some(command), Some(1)));
+    }
+
+    /// The folder that a process leaves if it is killed before its manifest.
+    #[test]
+    fn an_experiment_killed_at_its_start_can_be_started_and_resumed() {
+        let opening = Opening {
+            folder: "out/never",
+            note: "",
+            command: "cargo xtask experiment none",
+            configuration: "seed = 1\n".to_owned(),
+            scenes: &[],
+        };
+        for resume in [false, true] {
+            let root = tempfile::tempdir().unwrap();
+            let destination = Destination { out: Some(root.path().to_owned()), force: false };
+            let (folder, lock) = Folder::claim(root.path(), destination.existing()).unwrap();
+            folder.write("config.toml", "half").unwrap();
+            std::fs::write(root.path().join("manifest.json.part"), "{").unwrap();
+            // The file of the lock stays too after a kill.
+            drop(lock);
+            std::fs::write(root.path().join(crate::folder_lock::LOCK), "").unwrap();
+            let resumption = Resumption { destination, resume };
+            let experiment = Experiment::begin_resumable(&resumption, "none".to_owned(), &opening).unwrap();
+            assert_eq!(experiment.folder.read("config.toml").unwrap(), "seed = 1\n");
+        }
     }
 }

@@ -15,7 +15,6 @@
 //! process and to its group.
 
 use std::{
-    env,
     io::{Write as _, stderr},
     process,
     sync::{
@@ -35,7 +34,11 @@ use signal_hook::{
 };
 use thiserror::Error;
 
-use crate::{append_file::CheckpointLengths, json_object, manifest::program, shell_word::shell_word};
+use crate::{
+    append_file::CheckpointLengths,
+    command_line::{self, given},
+    json_object,
+};
 
 /// Time that runs have to reach a checkpoint after a signal. Longer: the program does not end
 /// within a second. Shorter: more work is repeated.
@@ -309,7 +312,5 @@ fn name(signal: i32) -> &'static str {
 
 /// The command line without `--force` and `--resume`.
 fn command() -> String {
-    let given = env::args_os().skip(1).filter(|word| word != "--force" && word != "--resume");
-    let words: Vec<String> = given.map(|word| shell_word(&word)).collect();
-    format!("{} {}", program(), words.join(" "))
+    command_line::command(given().filter(|word| word != "--force" && word != "--resume"))
 }

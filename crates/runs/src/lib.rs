@@ -11,6 +11,7 @@ pub mod animation;
 pub mod append_file;
 pub mod check;
 pub mod checkpoint_file;
+pub mod command_line;
 pub mod console;
 pub mod convert;
 pub mod detect;
@@ -18,6 +19,7 @@ pub mod encounters;
 pub mod exit;
 pub mod experiment;
 pub mod finite;
+pub mod folder_lock;
 pub mod interruption;
 mod json_object;
 pub mod left_out;
@@ -39,10 +41,10 @@ pub mod run_totals;
 pub mod sampling_times;
 pub mod schema;
 pub mod series;
-pub mod shell_word;
 mod visible_region;
 mod whole_box;
 pub mod work_items;
+pub mod written_files;
 
 pub use visible_region::picture_of;
 

@@ -1,21 +1,24 @@
 //! The manifest of a run: program, compiler, machine, command, random numbers, and time taken.
 
-use std::{env, fs, process::Command, time::Instant};
+use std::{env, fs, time::Instant};
 
 use anyhow::{Error, Result};
 use carom::{Scene, engine::TileCounters};
 use carom_methods::Method;
 use serde::Serialize;
 
-use crate::output::{Folder, MANIFEST};
+use crate::{
+    command_line::given,
+    output::{Folder, MANIFEST},
+};
 
 /// `manifest.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Manifest {
     program: &'static str,
     version: &'static str,
-    /// Revision of the sources, if the program runs from a repository.
-    revision: Option<String>,
+    /// Revision of the sources from which the program was built, if that was in a repository.
+    revision: Option<&'static str>,
     rustc: &'static str,
     processor: String,
     logical_processors: usize,
@@ -37,6 +40,9 @@ pub struct Manifest {
     /// resumed.
     #[serde(skip_serializing_if = "Option::is_none")]
     tiles: Option<TileSummary>,
+    /// Files that the run has written so far, with paths relative to the folder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    files: Option<Vec<String>>,
     /// The error that ended the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
@@ -102,8 +108,8 @@ impl Manifest {
         scenes: &[&Scene],
         parent: Option<serde_json::Value>,
     ) -> Result<Self> {
-        let manifest = Self::new(again, scenes, parent);
-        folder.write_json(MANIFEST, &manifest)?;
+        let mut manifest = Self::new(again, scenes, parent);
+        manifest.write(folder)?;
         Ok(manifest)
     }
 
@@ -112,11 +118,11 @@ impl Manifest {
         Self {
             program: "carom",
             version: carom::VERSION,
-            revision: revision(),
+            revision: option_env!("CAROM_REVISION"),
             rustc: env!("CAROM_RUSTC_VERSION"),
             processor: processor(),
             logical_processors: std::thread::available_parallelism().map_or(1, usize::from),
-            command: env::args().skip(1).collect(),
+            command: given().map(|word| word.to_string_lossy().into_owned()).collect(),
             again: again.to_owned(),
             methods: methods(scenes),
             streams: scenes.iter().flat_map(|scene| streams(scene)).collect(),
@@ -124,6 +130,7 @@ impl Manifest {
             wall_seconds: None,
             cpu_seconds: None,
             tiles: None,
+            files: None,
             error: None,
             complete: false,
             begun: Instant::now(),
@@ -135,8 +142,8 @@ impl Manifest {
     /// # Errors
     /// It cannot be written.
     pub fn begin_part(&self, folder: &Folder, again: &str) -> Result<Self> {
-        let manifest = Self { again: again.to_owned(), ..self.clone() };
-        folder.write_json(MANIFEST, &manifest)?;
+        let mut manifest = Self { again: again.to_owned(), ..self.clone() };
+        manifest.write(folder)?;
         Ok(manifest)
     }
 
@@ -160,7 +167,7 @@ impl Manifest {
         self.wall_seconds = Some(self.begun.elapsed().as_secs_f64());
         self.cpu_seconds = Some(cpu_seconds);
         self.complete = true;
-        folder.write_json(MANIFEST, &self)
+        self.end(folder)
     }
 
     /// Records that the run has ended with an error, with the processor time until then (seconds).
@@ -171,7 +178,19 @@ impl Manifest {
         self.wall_seconds = Some(self.begun.elapsed().as_secs_f64());
         self.cpu_seconds = Some(cpu_seconds);
         self.error = Some(format!("{error:#}"));
-        folder.write_json(MANIFEST, &self)
+        self.end(folder)
+    }
+
+    fn write(&mut self, folder: &Folder) -> Result<()> {
+        folder.file(MANIFEST)?;
+        self.files = folder.written();
+        folder.write_json(MANIFEST, self)
+    }
+
+    /// Writes the manifest for the last time, with all files.
+    fn end(mut self, folder: &Folder) -> Result<()> {
+        self.write(folder)?;
+        if self.files.is_some() { folder.end_list() } else { Ok(()) }
     }
 }
 
@@ -198,21 +217,6 @@ fn streams(scene: &Scene) -> [Stream; 5] {
         seed: scene.bounds.seed,
         number: 16 * u128::from(scene.bounds.replica) + purpose as u128,
     })
-}
-
-fn revision() -> Option<String> {
-    let output = Command::new("git")
-        .args(["-C", env!("CARGO_MANIFEST_DIR"), "describe", "--always", "--dirty", "--abbrev=40"])
-        .output()
-        .ok()?;
-    let text = String::from_utf8(output.stdout).ok()?;
-    (output.status.success() && !text.trim().is_empty()).then(|| text.trim().to_owned())
-}
-
-/// The program as called on a command line: `carom`, or `cargo xtask` for the experiments.
-pub fn program() -> &'static str {
-    let path = env::current_exe().unwrap_or_default();
-    if path.file_stem().is_some_and(|name| name == "xtask") { "cargo xtask" } else { "carom" }
 }
 
 /// Name of the processor, where the system provides it.

@@ -2,16 +2,20 @@
 //! complete.
 
 use std::{
-    fs::{self, File, TryLockError},
+    fs::{self, File},
     io::{self, BufWriter, Write as _},
     path::{Path, PathBuf},
-    thread,
-    time::Duration,
+    sync::Arc,
 };
 
-use anyhow::{Context, Error, Result, anyhow, bail, ensure};
+use anyhow::{Context, Error, Result, anyhow, ensure};
 use clap::Args;
 use serde::Serialize;
+
+use crate::{
+    folder_lock::FolderLock,
+    written_files::{WrittenFiles, is_unstarted},
+};
 
 /// The file that every run writes first.
 pub const MANIFEST: &str = "manifest.json";
@@ -21,10 +25,33 @@ pub const MANIFEST: &str = "manifest.json";
 pub enum Existing {
     /// An error is returned and nothing is written.
     Refuse,
-    /// Files of the same names are replaced; others remain.
+    /// The files that an earlier run has written are removed; others remain.
     Replace,
     /// The run in the folder is continued; it is an error if there is none.
     Resume,
+}
+
+impl Existing {
+    /// Refuses a folder whose content does not fit the treatment.
+    ///
+    /// # Errors
+    /// The folder cannot be read, or it holds files that are not allowed.
+    pub fn admit(self, path: &Path) -> Result<()> {
+        match self {
+            Self::Replace => Ok(()),
+            Self::Refuse if is_unstarted(path)? => Ok(()),
+            Self::Refuse => Err(not_empty(path)),
+            Self::Resume => {
+                ensure!(
+                    path.join(MANIFEST).exists() || is_unstarted(path)?,
+                    "{} holds no run to resume: it has no {MANIFEST}. Start the run without --resume in another \
+                     folder, or with --force in this one",
+                    path.display()
+                );
+                Ok(())
+            }
+        }
+    }
 }
 
 /// Output folder and its treatment.
@@ -33,7 +60,7 @@ pub struct Destination {
     /// Output folder; default: a folder in out/ named after the command and its arguments
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Replace files of an earlier run in that folder
+    /// Remove the files of an earlier run in that folder; others stay
     #[arg(long)]
     pub force: bool,
 }
@@ -55,16 +82,15 @@ impl Destination {
     /// The folder is not empty, and files are not to be replaced.
     pub fn check(&self, usual: &str) -> Result<()> {
         let path = self.folder(usual);
-        let has_files = fs::read_dir(&path).is_ok_and(|mut entries| entries.next().is_some());
-        if has_files && !self.force { Err(not_empty(&path)) } else { Ok(()) }
+        if path.is_dir() { self.existing().admit(&path) } else { Ok(()) }
     }
 }
 
 /// The error of a folder with files.
 fn not_empty(path: &Path) -> Error {
     anyhow!(
-        "{} is not empty: choose another folder with --out, replace its files with --force, or resume the run in it \
-         with --resume",
+        "{} is not empty: choose another folder with --out, replace the run in it with --force, or resume it with \
+         --resume",
         path.display()
     )
 }
@@ -93,59 +119,61 @@ impl Resumption {
     }
 }
 
-/// Attempts to lock the folder. A killed process may have started a child (`git`, for the manifest)
-/// that holds the lock until it has executed. Fewer: on a busy machine a run cannot be resumed
-/// immediately after a kill. More: a refusal takes longer.
-const LOCK_TRIES: u32 = 40;
-const LOCK_PAUSE: Duration = Duration::from_millis(50);
-
 /// An output folder.
 #[derive(Debug, Clone)]
 pub struct Folder {
     path: PathBuf,
+    /// List of the written files; absent in folders that were created and not claimed.
+    written: Option<Written>,
+}
+
+/// The list of files of a claimed folder, as a folder inside it sees it.
+#[derive(Debug, Clone)]
+struct Written {
+    files: Arc<WrittenFiles>,
+    /// Path of the inner folder with a slash at its end; empty in the claimed one.
+    inner: String,
 }
 
 impl Folder {
-    /// Creates the folder and its parents.
+    /// Creates the folder and its parents, locks it, and removes the files of an earlier run unless
+    /// that is to be resumed. The folder is examined with the lock held, so of two processes that
+    /// start together one is refused.
+    ///
+    /// # Errors
+    /// It cannot be created, holds files that `existing` does not allow, or another process uses
+    /// it.
+    pub fn claim(path: &Path, existing: Existing) -> Result<(Self, FolderLock)> {
+        let (folder, lock) = Self::claim_if(path, |path| existing.admit(path))?;
+        if existing != Existing::Resume {
+            folder.remove_earlier()?;
+        }
+        Ok((folder, lock))
+    }
+
+    /// Creates the folder and its parents, and locks it if `admit` allows what it holds, also with
+    /// the lock held. Removes nothing.
+    ///
+    /// # Errors
+    /// It cannot be created, the error of `admit`, or another process uses it.
+    pub fn claim_if(path: &Path, admit: impl Fn(&Path) -> Result<()>) -> Result<(Self, FolderLock)> {
+        fs::create_dir_all(path).with_context(|| format!("cannot create the folder {}", path.display()))?;
+        admit(path)?;
+        let lock = FolderLock::exclusive(path)?;
+        // Another process may have written since.
+        admit(path)?;
+        let (files, inner) = (Arc::new(WrittenFiles::read(path)), String::new());
+        Ok((Self { path: path.to_owned(), written: Some(Written { files, inner }) }, lock))
+    }
+
+    /// Creates the folder and its parents, for files that belong to a run of another folder.
     ///
     /// # Errors
     /// It cannot be created, or it holds files and `existing` is [`Existing::Refuse`].
     pub fn create(path: &Path, existing: Existing) -> Result<Self> {
         fs::create_dir_all(path).with_context(|| format!("cannot create the folder {}", path.display()))?;
-        let context = || format!("cannot read the folder {}", path.display());
-        let names: Vec<_> = fs::read_dir(path)
-            .and_then(|entries| entries.map(|entry| entry.map(|file| file.file_name())).collect())
-            .with_context(context)?;
-        match existing {
-            Existing::Replace => {}
-            Existing::Refuse if names.is_empty() => {}
-            Existing::Refuse => return Err(not_empty(path)),
-            // A run killed at its beginning leaves only empty folders.
-            Existing::Resume => ensure!(
-                names.iter().any(|name| name.to_string_lossy().starts_with(MANIFEST))
-                    || names.iter().all(|name| is_empty_folder(&path.join(name))),
-                "{} holds no run to resume: it has no {MANIFEST}",
-                path.display()
-            ),
-        }
-        Ok(Self { path: path.to_owned() })
-    }
-
-    /// Locks the folder against other processes until the returned file is dropped; `None` where
-    /// the system has no locks.
-    ///
-    /// # Errors
-    /// Another process holds the lock.
-    pub fn lock(&self) -> Result<Option<File>> {
-        let Ok(folder) = File::open(&self.path) else { return Ok(None) };
-        for _ in 0..LOCK_TRIES {
-            match folder.try_lock() {
-                Ok(()) => return Ok(Some(folder)),
-                Err(TryLockError::WouldBlock) => thread::sleep(LOCK_PAUSE),
-                Err(TryLockError::Error(_)) => return Ok(None),
-            }
-        }
-        bail!("another process writes into {}: wait until it has ended", self.path.display())
+        existing.admit(path)?;
+        Ok(Self { path: path.to_owned(), written: None })
     }
 
     /// Returns a folder inside this one and creates it if necessary.
@@ -153,7 +181,59 @@ impl Folder {
     /// # Errors
     /// It cannot be created.
     pub fn inner(&self, name: &str) -> Result<Self> {
-        Self::create(&self.path.join(name), Existing::Replace)
+        let inner = Self::create(&self.path.join(name), Existing::Replace)?;
+        let written = self.written.clone();
+        let written =
+            written.map(|Written { files, inner }| Written { files, inner: format!("{inner}{name}/") });
+        Ok(Self { written, ..inner })
+    }
+
+    /// Returns the path of a file that this run is about to write, and lists it.
+    ///
+    /// # Errors
+    /// The list of files cannot be written.
+    pub fn file(&self, name: &str) -> Result<PathBuf> {
+        if let Some(Written { files, inner }) = &self.written {
+            files.add(&format!("{inner}{name}"))?;
+        }
+        Ok(self.path.join(name))
+    }
+
+    /// Names of the files that this run, or the one that it resumes, has written, relative to this
+    /// folder and in their order; `None` if they are not known.
+    pub fn written(&self) -> Option<Vec<String>> {
+        let Written { files, inner } = self.written.as_ref()?;
+        let own = |name: &String| name.strip_prefix(inner).map(str::to_owned);
+        files.names().map(|names| names.iter().filter_map(own).collect())
+    }
+
+    /// Removes the separate list of the written files, once the manifest holds it.
+    ///
+    /// # Errors
+    /// It cannot be removed.
+    pub(crate) fn end_list(&self) -> Result<()> {
+        match &self.written {
+            Some(Written { files, inner }) if inner.is_empty() => files.end(),
+            _ => Ok(()),
+        }
+    }
+
+    /// Removes the files of earlier runs in this folder, with their checkpoints.
+    ///
+    /// # Errors
+    /// A file cannot be removed.
+    pub fn remove_earlier(&self) -> Result<()> {
+        self.written.as_ref().map_or(Ok(()), |written| written.files.remove_states())?;
+        self.remove_earlier_results()
+    }
+
+    /// Removes the files of earlier runs in this folder that this process has not written, without
+    /// the states from which a run can be resumed.
+    ///
+    /// # Errors
+    /// A file cannot be removed.
+    pub(crate) fn remove_earlier_results(&self) -> Result<()> {
+        self.written.as_ref().map_or(Ok(()), |written| written.files.remove_earlier())
     }
 
     /// Path of the folder.
@@ -175,7 +255,7 @@ impl Folder {
     /// # Errors
     /// It cannot be written.
     pub fn write(&self, name: &str, content: impl AsRef<[u8]>) -> Result<()> {
-        write_whole(&self.path.join(name), content.as_ref())
+        write_whole(&self.file(name)?, content.as_ref())
     }
 
     /// Writes a whole file that a resumed run reads.
@@ -183,7 +263,7 @@ impl Folder {
     /// # Errors
     /// It cannot be written.
     pub fn write_lasting(&self, name: &str, content: impl AsRef<[u8]>) -> Result<()> {
-        write_lasting(&self.path.join(name), &[content.as_ref()])
+        write_lasting(&self.file(name)?, &[content.as_ref()])
     }
 
     /// Writes a whole file of JSON.
@@ -244,8 +324,10 @@ fn table<R: Serialize>(header: &[&str], rows: impl IntoIterator<Item = R>) -> Re
     Ok(table.into_inner()?)
 }
 
-fn is_empty_folder(path: &Path) -> bool {
-    fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none())
+/// Whether two paths lead to one folder that exists, also through links.
+pub fn is_same_folder(one: &Path, other: &Path) -> bool {
+    let real = |path: &Path| fs::canonicalize(path).ok();
+    real(one).is_some_and(|one| real(other) == Some(one))
 }
 
 /// Writes a file under another name and renames it, so that readers never see a partial file.
@@ -327,15 +409,45 @@ mod tests {
     }
 
     #[test]
-    fn one_process_at_a_time_writes_into_a_folder() {
+    fn a_folder_is_examined_again_with_the_lock_held() {
         let root = tempfile::tempdir().unwrap();
-        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-        let first = folder.lock().unwrap();
-        if first.is_some() {
-            assert!(folder.lock().unwrap_err().to_string().contains("another process"));
-        }
-        drop(first);
-        assert!(folder.lock().is_ok());
+        let looks = std::cell::Cell::new(0);
+        let claimed = Folder::claim_if(root.path(), |path| {
+            looks.set(looks.get() + 1);
+            let admitted = Existing::Refuse.admit(path);
+            // A second process that is as fast as this one.
+            if looks.get() == 1 {
+                Folder::create(path, Existing::Refuse)?.write(MANIFEST, "{}")?;
+            }
+            admitted
+        });
+        let words = claimed.unwrap_err().to_string();
+        assert!(looks.get() == 2 && words.contains("is not empty"), "{words}");
+        let (_folder, lock) = Folder::claim(root.path(), Existing::Resume).unwrap();
+        let words = Folder::claim(root.path(), Existing::Replace).unwrap_err().to_string();
+        assert!(words.contains("another process writes into"), "{words}");
+        drop(lock);
+        assert!(Folder::claim(root.path(), Existing::Replace).is_ok());
+    }
+
+    #[test]
+    fn a_replaced_run_leaves_nothing_and_files_of_the_user_stay() {
+        let root = tempfile::tempdir().unwrap();
+        let at = |name: &str| root.path().join(name);
+        let (folder, lock) = Folder::claim(root.path(), Existing::Refuse).unwrap();
+        folder.write(MANIFEST, "{}").unwrap();
+        folder.write("energy.csv", "old").unwrap();
+        let inner = folder.inner("part-1").unwrap();
+        inner.write("pressure.csv", "old").unwrap();
+        assert_eq!(inner.written().unwrap(), ["pressure.csv"]);
+        crate::checkpoint_file::write(&at("part-1/checkpoint"), &[b"state"]).unwrap();
+        fs::write(at("letter.txt"), "mine").unwrap();
+        drop(lock);
+        let (folder, _lock) = Folder::claim(root.path(), Existing::Replace).unwrap();
+        folder.write("speeds.csv", "new").unwrap();
+        assert!(!at("energy.csv").exists() && !at("part-1").exists());
+        assert_eq!(fs::read_to_string(at("letter.txt")).unwrap(), "mine");
+        assert_eq!(folder.written().unwrap(), [MANIFEST, "speeds.csv"]);
     }
 
     #[test]

@@ -87,7 +87,7 @@ impl Record {
     /// # Errors
     /// It cannot be written.
     pub fn write(&self, folder: &Folder) -> Result<()> {
-        checkpoint_file::write(&folder.path().join(SUMS), &[&checkpoint_file::encode(self)?])
+        checkpoint_file::write(&folder.file(SUMS)?, &[&checkpoint_file::encode(self)?])
     }
 
     /// Reads the file of a run folder.

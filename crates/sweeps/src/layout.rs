@@ -11,13 +11,17 @@
 
 use std::{
     collections::BTreeMap,
-    fs::{self, File},
+    fs,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context, Result, bail, ensure};
-use carom_runs::output::{Existing, Folder};
+use carom_runs::{
+    folder_lock::FolderLock,
+    output::{Existing, Folder},
+    written_files::is_bookkeeping,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -59,7 +63,9 @@ pub fn is_sweep(path: &Path) -> bool {
 /// Whether a folder holds nothing but a study that was being written when its process was killed.
 fn is_just_begun(path: &Path) -> bool {
     let names = fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.file_name());
-    names.into_iter().all(|name| name.to_string_lossy().starts_with(STUDY))
+    names
+        .map(|name| name.to_string_lossy().into_owned())
+        .all(|name| name.starts_with(STUDY) || is_bookkeeping(&name))
 }
 
 impl SweepFolder {
@@ -78,20 +84,26 @@ impl SweepFolder {
     /// # Errors
     /// The folder holds another study or other files, cannot be written, or another process uses
     /// it.
-    pub fn claim(path: &Path, study: &Study, existing: Existing) -> Result<(Self, Option<File>)> {
+    pub fn claim(path: &Path, study: &Study, existing: Existing) -> Result<(Self, FolderLock)> {
         let shown = path.display();
-        let is_open = is_sweep(path) || existing == Existing::Replace || is_just_begun(path);
-        let may_exist = if is_open { Existing::Replace } else { Existing::Refuse };
-        let sweep = Self { folder: Folder::create(path, may_exist)? };
-        let lock = sweep.folder.lock()?;
-        if existing == Existing::Replace && is_sweep(path) {
+        let (folder, lock) = Folder::claim_if(path, |path| {
+            let is_open = is_sweep(path) || existing == Existing::Replace || is_just_begun(path);
+            if is_open { Ok(()) } else { Existing::Refuse.admit(path) }
+        })?;
+        let sweep = Self { folder };
+        let was_sweep = is_sweep(path);
+        if existing == Existing::Replace {
             let points = path.join(POINTS);
-            if points.is_dir() {
+            if was_sweep && points.is_dir() {
                 fs::remove_dir_all(&points)
                     .with_context(|| format!("cannot replace {}", points.display()))?;
             }
-            sweep.folder.write(SHARDS, "[]\n")?;
-        } else if is_sweep(path) {
+            // After the points: as long as there are some, the folder is that of a sweep.
+            sweep.folder.remove_earlier()?;
+            if was_sweep {
+                sweep.folder.write(SHARDS, "[]\n")?;
+            }
+        } else if was_sweep {
             let there = sweep.study()?;
             study.refuse_other_subject(&there).with_context(|| {
                 format!(
@@ -158,7 +170,8 @@ impl SweepFolder {
     /// # Errors
     /// It cannot be created.
     pub fn point(&self, key: Key) -> Result<Folder> {
-        self.folder.inner(&Self::point_name(key))
+        // Not listed among the files of the sweep: there may be thousands.
+        Folder::create(&self.folder.path().join(Self::point_name(key)), Existing::Replace)
     }
 
     /// Path of the file of a finished replica.

@@ -3,19 +3,15 @@
 //! The sums of a point are added in the order of its replicas, whatever the order of the folders.
 //! Each thread holds one point at a time.
 
-use std::{
-    collections::BTreeMap,
-    fs,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeMap, fs, path::PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use carom_runs::{
     experiment::threads,
     left_out::{Damaged, command_of},
-    manifest::{Manifest, program},
+    manifest::Manifest,
     merge,
-    output::{self, Destination},
+    output::{self, Destination, is_same_folder},
     progress::Progress,
 };
 use carom_tables::Verdict;
@@ -50,7 +46,7 @@ fn merge_sweeps(paths: &[PathBuf], destination: &Destination) -> Result<Verdict>
     let sources = paths.iter().map(|path| SweepFolder::open(path)).collect::<Result<Vec<_>>>()?;
     let (study, shards) = common(&sources)?;
     let path = destination.folder("out/merge");
-    if let Some(same) = sources.iter().find(|source| is_same_folder(source, &path)) {
+    if let Some(same) = sources.iter().find(|source| is_same_folder(source.folder.path(), &path)) {
         bail!("{} is one of the folders to merge: choose another with --out", same.folder.path().display());
     }
     if !destination.force && is_sweep(&path) {
@@ -62,17 +58,11 @@ fn merge_sweeps(paths: &[PathBuf], destination: &Destination) -> Result<Verdict>
     let (target, _lock) = SweepFolder::claim(&path, &study, destination.existing())?;
     target.write_study(&study)?;
     target.write_shards(&shards)?;
-    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-    let again = format!("{} merge {} --out {}", program(), names.join(" "), path.display());
+    let again = merge::again(paths, &path);
     let manifest = Manifest::begin(&target.folder, &again, &[])?;
     let pool = threads(None)?;
     let remarks = copy(&study, &sources, &target, &pool)?;
     report::write(&target, &study, &shards, (manifest, &again), remarks, &pool)
-}
-
-fn is_same_folder(source: &SweepFolder, path: &Path) -> bool {
-    let real = |path: &Path| fs::canonicalize(path).ok();
-    real(path).is_some_and(|path| real(source.folder.path()) == Some(path))
 }
 
 /// The study and the shards of all folders.

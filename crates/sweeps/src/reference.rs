@@ -30,7 +30,7 @@ Exit codes of `carom sweep` and `carom merge`:
 | 1 | a check failed, or a replica ended with an error |
 | 2 | invalid input; a file cannot be read or written |
 | 3 | results are written, but replicas are missing or damaged; the page names them |
-| 130, 143 | a signal ended the program; the same command continues |
+| 129, 130, 143 | a signal ended the program; the same command continues |
 
 With `--json` the object lists `missing`, `damaged` and `notes`. Partial results while shards still
 run are no error: `carom merge … --force` writes what is there and ends with code 3. The merge job

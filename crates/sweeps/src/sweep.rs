@@ -9,10 +9,11 @@ use std::{
 use anyhow::{Result, bail};
 use carom::engine::RunError;
 use carom_runs::{
+    command_line::{program, quoted},
     console::note,
     experiment::threads,
     interruption::Signals,
-    manifest::{Manifest, program},
+    manifest::Manifest,
     output::Existing,
     print_line,
     resumable::Choices,
@@ -138,8 +139,8 @@ fn usual_folder(name: &str, shard: Shard) -> String {
 /// The command that repeats the sweep from its folder.
 fn command(options: &Options, path: &Path) -> String {
     let quick = if options.quick { " --quick" } else { "" };
-    let study = options.study.display();
-    let mut command = format!("{} sweep {study}{quick} --out {}", program(), path.display());
+    let study = quoted(&options.study);
+    let mut command = format!("{} sweep {study}{quick} --out {}", program(), quoted(path));
     let mut add = |option: &str, value: Option<String>| {
         if let Some(value) = value {
             let _ = write!(command, " --{option} {value}");

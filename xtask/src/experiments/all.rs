@@ -78,8 +78,8 @@ struct Row {
 /// The folder cannot be written, a process cannot be started, or a signal has been received.
 pub fn run(options: &Options) -> Result<Verdict> {
     let common = &options.common;
-    let folder = Folder::create(&common.destination.folder("out/all"), common.destination.existing())?;
-    let _lock = folder.lock()?;
+    let (folder, _lock) =
+        Folder::claim(&common.destination.folder("out/all"), common.destination.existing())?;
     let signals = Signals::watch()?;
     let mut rows = Vec::new();
     for name in EXPERIMENTS {

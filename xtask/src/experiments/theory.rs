@@ -145,8 +145,7 @@ impl Theory {
         if let [study] = self.studies {
             return sweep::run(&sweep_options(study, folder, options));
         }
-        let folder = Folder::create(&folder, resumption.existing())?;
-        let _lock = folder.lock()?;
+        let (folder, _lock) = Folder::claim(&folder, resumption.existing())?;
         let begun = ProcessTime::now();
         let manifest = Manifest::begin(&folder, &options.common.command(self.name), &[])?;
         let mut verdicts = Vec::new();

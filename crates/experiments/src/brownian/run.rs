@@ -108,8 +108,7 @@ pub fn run_campaign(campaign: &Campaign<'_>) -> Result<Verdict> {
     if !resumption.resume {
         refuse_impossible(&jobs)?;
     }
-    let folder = Folder::create(&path, resumption.existing())?;
-    let _alone = folder.lock()?;
+    let (folder, _alone) = Folder::claim(&path, resumption.existing())?;
     if resumption.resume {
         refuse_other_layout(&jobs, &folder)?;
     }

@@ -1,7 +1,7 @@
 //! Options of `carom trade`.
 
 use anyhow::{Result, ensure};
-use carom_runs::{manifest::program, output::Destination, run::SceneFile};
+use carom_runs::{command_line::command, output::Destination, run::SceneFile};
 use clap::Args;
 
 /// Least and largest time allowed (minutes). Less: no setting ends. More is a mistake.
@@ -57,6 +57,7 @@ impl Options {
     /// The command that repeats the comparison from the scene that its folder holds.
     pub fn command(&self) -> String {
         let folder = self.destination.folder(&self.folder());
-        format!("{} trade {} --minutes {}", program(), folder.join("config.toml").display(), self.minutes)
+        let (scene, minutes) = (folder.join("config.toml"), self.minutes.to_string());
+        command(["trade".as_ref(), scene.as_os_str(), "--minutes".as_ref(), minutes.as_ref()])
     }
 }

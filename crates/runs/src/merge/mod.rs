@@ -9,7 +9,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 pub use average::results as merged;
 use carom_tables::{Replica, Summary, Table, Totals, Verdict};
 use clap::Args;
@@ -18,10 +18,11 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::{
+    command_line::command,
     left_out::{LeftOut, announce},
-    manifest::{Manifest, program},
+    manifest::Manifest,
     measures::Results,
-    output::{Destination, Folder},
+    output::{Destination, Folder, is_same_folder},
     record::{Record, RunRecord},
     report::{self, RUNS, State},
 };
@@ -41,14 +42,20 @@ pub struct Options {
 /// and damaged sums are left out; the verdict is then [`Verdict::Incomplete`].
 ///
 /// # Errors
-/// A folder holds no run, no run is left, the scenes differ, a run is there twice, or a file cannot
-/// be written.
+/// A folder holds no run or is the output folder, no run is left, the scenes differ, a run is there
+/// twice, another process writes into a folder, or a file cannot be written.
 pub fn run(options: &Options) -> Result<Verdict> {
+    let path = options.destination.folder("out/merge");
+    for source in &options.folders {
+        ensure!(
+            !is_same_folder(source, &path),
+            "{} is one of the folders to merge: choose another with --out",
+            path.display()
+        );
+    }
     let Parts { record, folders: kept, left_out } = parts::read(&options.folders)?;
-    let folder = Folder::create(&options.destination.folder("out/merge"), options.destination.existing())?;
-    let folders: Vec<String> = options.folders.iter().map(|folder| folder.display().to_string()).collect();
-    let command = format!("{} merge {}", program(), folders.join(" "));
-    let manifest = Manifest::begin(&folder, &command, &[])?;
+    let (folder, _lock) = Folder::claim(&path, options.destination.existing())?;
+    let manifest = Manifest::begin(&folder, &again(&options.folders, &path), &[])?;
     let seconds = kept.into_iter().map(seconds_of).sum();
     record.write(&folder)?;
     let mut merged = MergedRuns::of(&record, format!("{} merged runs", record.runs.len()), seconds);
@@ -60,6 +67,12 @@ pub fn run(options: &Options) -> Result<Verdict> {
     crate::conclude(&folder, &summary);
     let verdict = summary.verdict();
     Ok(if left_out.is_empty() { verdict } else { verdict.of_incomplete() })
+}
+
+/// The command that merges these folders into `path`.
+pub fn again(folders: &[PathBuf], path: &Path) -> String {
+    let words = ["merge".as_ref()].into_iter().chain(folders.iter().map(|folder| folder.as_os_str()));
+    command(words.chain(["--out".as_ref(), path.as_os_str()]))
 }
 
 /// Processor time of the runs in a folder, from its summary; 0 without one (seconds).

@@ -9,6 +9,7 @@ use anyhow::{Context, Error, Result, bail};
 
 use crate::{
     checkpoint_file::FileError,
+    folder_lock::FolderLock,
     left_out::{Damaged, LeftOut, MissingRun, command_of},
     output::MANIFEST,
     progress::Progress,
@@ -27,16 +28,18 @@ pub(super) struct Parts<'a> {
 }
 
 /// Reads the runs of all folders. A run that has not ended, and sums that cannot be used, are left
-/// out.
+/// out. Each folder is locked while it is read.
 ///
 /// # Errors
-/// A folder is no folder of a run, or the system cannot read its file; the scenes differ; a run is
+/// Another process writes into a folder; a folder is no folder of a run, or the system cannot read its file; the scenes differ; a run is
 /// there twice; no run is left.
 pub(super) fn read(folders: &[PathBuf]) -> Result<Parts<'_>> {
     let mut record: Option<Record> = None;
     let (mut kept, mut left_out) = (Vec::new(), LeftOut::default());
     let progress = Progress::items("runs", folders.len() as u64);
     for folder in folders {
+        // A folder that is not there has no sums.
+        let _lock = if folder.is_dir() { Some(FolderLock::shared(folder)?) } else { None };
         match Record::read(folder) {
             Ok(part) => {
                 kept.push(folder.as_path());

@@ -1,7 +1,7 @@
 //! What a run folder holds, read from its files. A missing file is named and not an error: the
 //! folder of a run that has not ended has few.
 
-use std::fs;
+use std::{collections::BTreeSet, fs};
 
 use anyhow::{Context, Result};
 use carom::Scene;
@@ -70,7 +70,7 @@ pub(super) struct Contents {
     pub price: Option<Price>,
     /// Merged runs: header and rows of `runs.csv`.
     pub runs: Vec<Vec<String>>,
-    /// All files and folders, in order of their names.
+    /// The files and the pages of folders inside, in order of their names.
     pub names: Vec<String>,
     /// Files without which the page is incomplete.
     pub missing: Vec<&'static str>,
@@ -164,14 +164,19 @@ fn state_of(manifest: &Value) -> State {
     }
 }
 
+/// The files in a folder that carom has written, where it is known which, and the pages of folders
+/// inside.
 fn names(folder: &Folder) -> Result<Vec<String>> {
     let context = || format!("cannot read the folder {}", folder.path().display());
+    let written = folder.written().map(BTreeSet::from_iter);
+    let is_own =
+        |name: &String| written.as_ref().is_none_or(|written: &BTreeSet<String>| written.contains(name));
     let mut names = Vec::new();
     for entry in fs::read_dir(folder.path()).with_context(context)? {
         let entry = entry.with_context(context)?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if !entry.path().is_dir() {
-            names.push(name);
+            names.extend(is_own(&name).then_some(name));
         } else if entry.path().join(super::PAGE).is_file() {
             names.push(format!("{name}/{}", super::PAGE));
         }

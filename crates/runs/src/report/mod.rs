@@ -13,7 +13,7 @@ mod run_page;
 mod tables_file;
 mod verdict;
 
-use std::{fs, io, path::PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use carom_tables::Verdict;
@@ -21,17 +21,14 @@ use clap::Args;
 
 use contents::{Contents, Kind};
 pub use contents::{RUNS, State};
+pub(crate) use files::fixed_names;
 pub use tables_file::write as write_tables;
 pub use verdict::{FIXED_BODIES, NOT_EXACT};
 
 use crate::{
-    animation::ANIMATION,
-    output::{Existing, Folder, MANIFEST},
-    price::PRICE,
+    output::{Folder, MANIFEST},
     print_line,
     progress::Progress,
-    run::files::PICTURES,
-    whole_box::MAPS,
 };
 
 /// Name of the page in a folder.
@@ -55,9 +52,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let progress = Progress::items("folders", options.folders.len() as u64);
     for path in &options.folders {
         ensure!(path.join(MANIFEST).is_file(), "{} holds no run: it has no {MANIFEST}", path.display());
-        let folder = Folder::create(path, Existing::Replace)?;
         // A run in progress would write the same files.
-        let lock = folder.lock()?;
+        let (folder, lock) = Folder::claim_if(path, |_| Ok(()))?;
         let written = write_again(&folder);
         written.with_context(|| format!("cannot write the page of {}", path.display()))?;
         drop(lock);
@@ -81,24 +77,6 @@ fn write_again(folder: &Folder) -> Result<()> {
 /// A file cannot be read or written, or a table cannot be drawn.
 pub fn write(folder: &Folder, state: State) -> Result<()> {
     folder.write(PAGE, run_page::html(&Contents::read(folder, Some(state))?)?)
-}
-
-/// Removes what an earlier run in the folder has left and a page shows, before a run begins.
-///
-/// # Errors
-/// A file cannot be removed.
-pub(crate) fn remove_old(folder: &Folder) -> Result<()> {
-    let [density, order] = MAPS.map(|(name, _)| name);
-    for name in [PAGE, "summary.json", "tables.json", ANIMATION, PRICE, PICTURES[1], density, order] {
-        let path = folder.path().join(name);
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                Err(error).with_context(|| format!("cannot replace {}", path.display()))?;
-            }
-            _ => (),
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -34,6 +34,7 @@ use super::{
     stages::{self, MOST_ACTIONS},
 };
 use crate::{
+    command_line::command,
     interruption::Signals,
     manifest::Manifest,
     measures::Measures,
@@ -41,7 +42,6 @@ use crate::{
     output::{Existing, Folder},
     picture_of,
     resumable::{self, CHECKPOINT, Done},
-    shell_word::shell_word,
 };
 
 /// End of the last stage while the run goes on (time).
@@ -471,8 +471,14 @@ impl InteractiveRun {
             left_out.push(NOTHING_MEASURED.to_owned());
         }
         scene_file::validate(&scene)?;
-        let config = shell_word(path.join("config.toml").as_os_str());
-        let command = format!("carom run {config} --out {} --resume", shell_word(path.as_os_str()));
+        let scene_file = path.join("config.toml");
+        let command = command([
+            "run".as_ref(),
+            scene_file.as_os_str(),
+            "--out".as_ref(),
+            path.as_os_str(),
+            "--resume".as_ref(),
+        ]);
         claim(path)?;
         let aside = beside(path);
         let written = ahead
@@ -493,7 +499,7 @@ impl InteractiveRun {
         let mut measures = Measures::begin(scene, &view)?;
         measures.start(&view);
         let done = self.done_of(scene, state.time());
-        let folder = Folder::create(path, Existing::Refuse)?;
+        let (folder, _lock) = Folder::claim(path, Existing::Refuse)?;
         Manifest::begin(&folder, command, &[scene])?;
         if let Some(frame) = &scene.start.snapshot {
             folder.write_lasting(START, frame.as_bytes())?;

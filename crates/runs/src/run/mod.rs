@@ -13,7 +13,11 @@ pub(crate) mod stages;
 mod steps;
 pub(crate) mod stop;
 
-use std::{collections::BTreeSet, fmt::Write as _, fs::File, path::PathBuf};
+use std::{
+    collections::BTreeSet,
+    ffi::OsString,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, Error, Result};
 use carom::{Scene, engine::Growth};
@@ -26,8 +30,11 @@ use placement::Placement;
 pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
 
 use crate::{
-    interruption::Signals,
-    manifest::{Manifest, TileSummary, program},
+    command_line::command,
+    exit::Followed,
+    folder_lock::FolderLock,
+    interruption::{Interrupted, Signals},
+    manifest::{Manifest, TileSummary},
     measures::{Measures, Results},
     memory::{self, Demand},
     output::{Existing, Folder},
@@ -105,20 +112,24 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let found = task.find()?;
     place.describe()?;
     let pricing = if options.no_price { Pricing::LeftOut } else { Pricing::Measured };
-    let ended = simulate(&task, found, &scene, pricing, || started.map_or_else(|| start(&mut place), Ok))?;
+    let ended = simulate(&task, found, &scene, pricing, || started.map_or_else(|| start(&mut place), Ok));
+    let ended = ended.map_err(|error| place.record(error))?;
     place.tiles = Some(TileSummary::new(task.threads, &ended.tiles));
     let title = format!("Scene {}", options.file.path.display());
     if let Some(error) = ended.error {
         let mut summary = ended.outcome.summary_of_failed(title, &task.method, scene.run.until);
         name_parent(&mut summary, parent.as_ref());
-        write_failed(&folder, &ended.outcome, &summary, &error)?;
-        place.fail(summary.totals.cpu_seconds(), &error)?;
+        // The cause comes first: on a full disk none of this can be written.
+        let recorded = place.fail(summary.totals.cpu_seconds(), &error);
+        let written = write_failed(&folder, &ended.outcome, &summary, &error);
+        let later = ended.later.into_iter().chain(recorded.err()).chain(written.err());
         crate::conclude(&folder, &summary);
-        return Err(error);
+        return Err(Followed::by(error, later));
     }
     let mut summary = ended.outcome.summary(title, &task.method);
     name_parent(&mut summary, parent.as_ref());
-    write_ended(&folder, &ended.outcome, &summary, &scene, &task.method)?;
+    let written = write_ended(&folder, &ended.outcome, &summary, &scene, &task.method);
+    written.map_err(|error| place.record(error))?;
     place.complete(summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
@@ -215,7 +226,7 @@ struct Place<'a> {
     /// The command that repeats the run.
     command: String,
     /// The folder and its lock.
-    opened: Option<(Folder, Option<File>)>,
+    opened: Option<(Folder, FolderLock)>,
     manifest: Option<Manifest>,
     /// Work in tiles, once the run has ended.
     tiles: Option<TileSummary>,
@@ -224,10 +235,7 @@ struct Place<'a> {
 impl<'a> Place<'a> {
     fn new(options: &Options, scene: &'a Scene, parent: Option<&'a Parent>) -> Self {
         let path = folder_path(options);
-        let mut command = format!("{} run {}", program(), path.join("config.toml").display());
-        if let Some(parent) = parent {
-            let _ = write!(command, " --from {}", parent.origin.folder);
-        }
+        let command = again(&path, parent);
         let existing = options.choices.resumption.existing();
         Self { scene, parent, path, existing, command, opened: None, manifest: None, tiles: None }
     }
@@ -237,8 +245,7 @@ impl<'a> Place<'a> {
         if let Some((folder, _)) = &self.opened {
             return Ok(folder.clone());
         }
-        let folder = Folder::create(&self.path, self.existing)?;
-        let lock = folder.lock()?;
+        let (folder, lock) = Folder::claim(&self.path, self.existing)?;
         self.opened = Some((folder.clone(), lock));
         Ok(folder)
     }
@@ -265,9 +272,18 @@ impl<'a> Place<'a> {
     }
 
     /// Records that the run has ended with an error.
-    fn fail(mut self, cpu_seconds: f64, error: &Error) -> Result<()> {
+    fn fail(&mut self, cpu_seconds: f64, error: &Error) -> Result<()> {
         let folder = self.describe()?;
         self.ended().map_or(Ok(()), |manifest| manifest.fail(&folder, cpu_seconds, error))
+    }
+
+    /// Puts an error that is not an interruption into the manifest, and returns it.
+    fn record(&mut self, error: Error) -> Error {
+        if error.chain().any(<dyn std::error::Error>::is::<Interrupted>) {
+            return error;
+        }
+        let recorded = self.fail(0.0, &error);
+        Followed::by(error, recorded.err())
     }
 
     /// The manifest of a run that has ended.
@@ -278,6 +294,15 @@ impl<'a> Place<'a> {
         }
         Some(manifest)
     }
+}
+
+/// The command that repeats the run in a folder.
+fn again(folder: &Path, parent: Option<&Parent>) -> String {
+    let mut words: Vec<OsString> = vec!["run".into(), folder.join("config.toml").into()];
+    if let Some(parent) = parent {
+        words.extend(["--from".into(), OsString::from(&parent.origin.folder)]);
+    }
+    command(words)
 }
 
 /// Runs a scene in memory, without a folder, and returns the tables and figures of its measures.

@@ -23,7 +23,7 @@ use crate::{
     price::{self, Price},
     progress::Progress,
     record::{Record, RunRecord},
-    report::{self, FIXED_BODIES, NOT_EXACT},
+    report::{FIXED_BODIES, NOT_EXACT},
     resumable::{FoundCheckpoint, Resumable, Start, Task},
     visible_region::picture_of,
     whole_box::maps_of,
@@ -75,6 +75,8 @@ pub struct Ended {
     pub outcome: Outcome,
     /// The error, if the run could not go on.
     pub error: Option<Error>,
+    /// Errors after that one, which it may have caused.
+    pub later: Vec<Error>,
     /// Work in tiles since the run was started or last resumed.
     pub tiles: TileCounters,
 }
@@ -94,7 +96,9 @@ pub fn simulate(
     let run = &scene.run;
     let progress = Progress::new(run.until);
     let mut going = match task.start::<Measures, Outcome>(found)? {
-        Start::Ended(outcome) => return Ok(Ended { outcome, error: None, tiles: TileCounters::default() }),
+        Start::Ended(outcome) => {
+            return Ok(Ended { outcome, error: None, later: Vec::new(), tiles: TileCounters::default() });
+        }
         Start::From(going) => {
             // The picture is needed at the end; a missing one is an error now rather than then.
             task.folder.read(PICTURES[0])?;
@@ -112,13 +116,15 @@ pub fn simulate(
         if error.chain().any(<dyn std::error::Error>::is::<Interrupted>) {
             return Err(error);
         }
-        going.files.lengths()?;
-        let outcome = write_results(&mut going, task, scene)?;
-        let tiles = going.simulation.tile_counters();
-        return Ok(Ended { outcome, error: Some(error), tiles });
+        let outcome = outcome_of(&going.simulation.view(), &going.observers, going.seconds(), scene);
+        let flushed = going.files.lengths().map(drop);
+        let later = [flushed, write_results(&outcome, &going, task)].into_iter().filter_map(Result::err);
+        let (later, tiles) = (later.collect(), going.simulation.tile_counters());
+        return Ok(Ended { outcome, error: Some(error), later, tiles });
     }
     going.observers.finish(&going.simulation.view());
-    let mut outcome = write_results(&mut going, task, scene)?;
+    let mut outcome = outcome_of(&going.simulation.view(), &going.observers, going.seconds(), scene);
+    write_results(&outcome, &going, task)?;
     if pricing == Pricing::Measured {
         // A run whose last state is of no use for an exact run is not at fault.
         outcome.price =
@@ -126,18 +132,16 @@ pub fn simulate(
     }
     let tiles = going.simulation.tile_counters();
     going.end(task, &outcome)?;
-    Ok(Ended { outcome, error: None, tiles })
+    Ok(Ended { outcome, error: None, later: Vec::new(), tiles })
 }
 
-/// Writes tables and the last picture, and returns the results at the present time.
-fn write_results(going: &mut Resumable<Measures>, task: &Task<'_>, scene: &Scene) -> Result<Outcome> {
+/// Writes the tables of an outcome, and the last picture.
+fn write_results(outcome: &Outcome, going: &Resumable<Measures>, task: &Task<'_>) -> Result<()> {
     task.folder.write_lasting(PICTURES[1], picture_of(&going.simulation.view(), PICTURE))?;
     for (file, map) in maps_of(&going.simulation.view()) {
         task.folder.write_lasting(file, map)?;
     }
-    let outcome = outcome_of(&going.simulation.view(), &going.observers, going.seconds(), scene);
-    outcome.results.write(task.folder, |name| going.files.holds(name))?;
-    Ok(outcome)
+    outcome.results.write(task.folder, |name| going.files.holds(name))
 }
 
 /// Runs a scene in memory and writes nothing.
@@ -166,7 +170,7 @@ fn begin(
     (simulation, measures, actions): Begun,
     run: &RunSpec,
 ) -> Result<Resumable<Measures>> {
-    report::remove_old(task.folder)?;
+    task.folder.remove_earlier_results()?;
     task.folder.write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
     let mut going = Resumable::begin(task, simulation, measures);
     going.actions = actions;

@@ -116,10 +116,10 @@ impl Parent {
     /// # Errors
     /// The file cannot be written or removed.
     pub fn store(parent: Option<&Self>, folder: &Folder) -> Result<()> {
-        let path = folder.path().join(START_STATE);
         if let Some(parent) = parent {
-            return checkpoint_file::write(&path, &[&checkpoint_file::encode(parent)?]);
+            return checkpoint_file::write(&folder.file(START_STATE)?, &[&checkpoint_file::encode(parent)?]);
         }
+        let path = folder.path().join(START_STATE);
         match fs::remove_file(&path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
                 Err(error).with_context(|| format!("cannot remove {}", path.display()))

@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Name of the file in the folder of a run that holds a growth in progress.
-const GROWTH: &str = "growth";
+pub(crate) const GROWTH: &str = "growth";
 
 /// Writes the state of a growth to the folder of a run with this description.
 pub fn store(growth: &Growth, what: &str, folder: &Path) -> Result<()> {

@@ -17,7 +17,9 @@ pub fn write(folder: &Folder, compared: &[Compared], summary: &Summary, command:
     folder.write_table("ratios.csv", &header, rows)?;
     let verdict = match summary.verdict() {
         Verdict::Passed => "The standard errors agree with the scatter of the replicas.".to_owned(),
-        Verdict::Failed | Verdict::Incomplete => "Some standard errors do not agree with the scatter of the replicas.".to_owned(),
+        Verdict::Failed | Verdict::Incomplete => {
+            "Some standard errors do not agree with the scatter of the replicas.".to_owned()
+        }
     };
     let mut page = Page::new(&summary.title, "Each quantity is measured in many replicas.");
     page.verdict(&verdict);

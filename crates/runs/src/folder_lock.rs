@@ -1,0 +1,250 @@
+//! The lock of an output folder: one process writes into it at a time, also on a shared file
+//! system.
+//!
+//! The lock is taken on the regular file [`LOCK`] in the folder, opened for writing: NFSv4, Lustre
+//! and GPFS pass such a lock on to other machines, but keep a lock of a folder to themselves. The
+//! file holds the machine, the process and the time, for the message to a process that is refused.
+//!
+//! The file is removed with the lock. A process that has opened it just before then locks a file
+//! that is no longer in the folder; so after locking each process compares its file with that in
+//! the folder, and begins again if they differ. A process that is killed leaves the file, which
+//! means nothing without a lock.
+
+use std::{
+    fs::{self, File, OpenOptions, TryLockError},
+    io::{self, ErrorKind, Seek as _, Write as _},
+    path::{Path, PathBuf},
+    process,
+    time::{SystemTime, UNIX_EPOCH},
+};
+
+use anyhow::{Context, Result, bail};
+
+use crate::console::note;
+
+/// Name of the file that is locked.
+pub const LOCK: &str = ".carom-lock";
+
+/// A locked folder; unlocked when dropped.
+#[derive(Debug)]
+pub struct FolderLock {
+    /// `None` where there is no lock.
+    file: Option<File>,
+    path: PathBuf,
+}
+
+/// How a process uses a folder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Use {
+    Writes,
+    Reads,
+}
+
+impl FolderLock {
+    /// Locks a folder against all other processes. Where the file system has no locks, a note says
+    /// so to the user.
+    ///
+    /// # Errors
+    /// Another process writes into the folder or reads it, with its machine and number; the file of
+    /// the lock cannot be written.
+    pub fn exclusive(folder: &Path) -> Result<Self> {
+        Self::take(folder, Use::Writes)
+    }
+
+    /// Locks a folder against processes that write, while it is read. A folder that cannot be
+    /// written has no lock if no process has left the file of one.
+    ///
+    /// # Errors
+    /// Another process writes into the folder, with its machine and number.
+    pub fn shared(folder: &Path) -> Result<Self> {
+        Self::take(folder, Use::Reads)
+    }
+
+    fn take(folder: &Path, usage: Use) -> Result<Self> {
+        let path = folder.join(LOCK);
+        loop {
+            let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+            let file = match opened {
+                Err(error) if usage == Use::Reads && is_read_only(&error) => match File::open(&path) {
+                    Ok(file) => file,
+                    Err(_) => return Ok(Self { file: None, path }),
+                },
+                opened => opened.with_context(|| format!("cannot write {}", path.display()))?,
+            };
+            let locked = match usage {
+                Use::Writes => file.try_lock(),
+                Use::Reads => file.try_lock_shared(),
+            };
+            match locked {
+                Ok(()) if is_at(&file, &path) => {
+                    // Others only read it for a message.
+                    let _ = name_holder(&file, usage);
+                    return Ok(Self { file: Some(file), path });
+                }
+                // The last holder has removed it in the meantime.
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => bail!("{}", refusal(folder, &path)),
+                Err(TryLockError::Error(error)) => {
+                    note(&format!(
+                        "The file system of {} has no locks ({error}): see to it that no other process writes there.",
+                        folder.display()
+                    ));
+                    return Ok(Self { file: Some(file), path });
+                }
+            }
+        }
+    }
+}
+
+impl Drop for FolderLock {
+    fn drop(&mut self) {
+        // Only the last holder removes the file: others may read the folder too. Without inodes the
+        // file cannot be compared with that in the folder, so there it stays.
+        if let Some(file) = &self.file
+            && cfg!(unix)
+            && !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
+            && is_at(file, &self.path)
+        {
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+fn is_read_only(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem)
+}
+
+/// Whether the file at `path` is this one.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    let place = |found: io::Result<fs::Metadata>| found.ok().map(|found| (found.dev(), found.ino()));
+    place(file.metadata()).is_some_and(|own| place(fs::metadata(path)) == Some(own))
+}
+
+/// Whether the file at `path` is this one: always, since it is never removed.
+#[cfg(not(unix))]
+fn is_at(_: &File, _: &Path) -> bool {
+    true
+}
+
+/// Writes machine, process and time into the file.
+fn name_holder(mut file: &File, usage: Use) -> io::Result<()> {
+    let verb = if usage == Use::Writes { "writes into" } else { "reads" };
+    let (host, id, now) = (host(), process::id(), utc(SystemTime::now()));
+    file.set_len(0)?;
+    file.rewind()?;
+    file.write_all(format!("{verb}\nprocess {id} on {host} since {now}\n").as_bytes())
+}
+
+/// The error of a folder that another process has locked.
+fn refusal(folder: &Path, path: &Path) -> String {
+    // On some systems a locked file cannot be read.
+    let text = fs::read_to_string(path).unwrap_or_default();
+    let mut lines = text.lines();
+    let verb = lines.next().filter(|verb| *verb == "reads").unwrap_or("writes into");
+    let holder = lines.next().map(|holder| format!(" ({holder})")).unwrap_or_default();
+    format!("another process {verb} {}{holder}: wait until it has ended", folder.display())
+}
+
+/// Name of this machine.
+fn host() -> String {
+    let of_system = fs::read_to_string("/proc/sys/kernel/hostname").ok();
+    let name =
+        of_system.or_else(|| ["HOSTNAME", "COMPUTERNAME"].iter().find_map(|name| std::env::var(name).ok()));
+    name.map_or_else(|| "an unknown machine".to_owned(), |name| name.trim().to_owned())
+}
+
+/// A time as text, such as `2000-02-29 23:59:59 UTC`.
+fn utc(time: SystemTime) -> String {
+    let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |past| past.as_secs());
+    let (mut days, rest) = (seconds / 86_400, seconds % 86_400);
+    let is_leap =
+        |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    let mut year = 1970;
+    while days >= 365 + u64::from(is_leap(year)) {
+        days -= 365 + u64::from(is_leap(year));
+        year += 1;
+    }
+    let mut month = 1;
+    for length in [31, 28 + u64::from(is_leap(year)), 31, 30, 31, 30, 31, 31, 30, 31, 30] {
+        if days < length {
+            break;
+        }
+        days -= length;
+        month += 1;
+    }
+    let (hour, minute, second) = (rest / 3600, rest / 60 % 60, rest % 60);
+    format!("{year}-{month:02}-{:02} {hour:02}:{minute:02}:{second:02} UTC", days + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    fn root() -> tempfile::TempDir {
+        tempfile::tempdir().unwrap()
+    }
+
+    #[test]
+    fn one_process_writes_at_a_time_and_is_named_to_others() {
+        let root = root();
+        let lock = FolderLock::exclusive(root.path()).unwrap();
+        for refused in [FolderLock::exclusive(root.path()), FolderLock::shared(root.path())] {
+            let words = refused.unwrap_err().to_string();
+            assert!(words.starts_with("another process writes into"), "{words}");
+            assert!(words.contains(&format!("process {} on {}", process::id(), host())), "{words}");
+            assert!(words.contains(" UTC"), "{words}");
+        }
+        drop(lock);
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0, "the file is removed");
+        drop(FolderLock::exclusive(root.path()).unwrap());
+    }
+
+    #[test]
+    fn several_processes_read_and_none_writes_meanwhile() {
+        let root = root();
+        let [first, second] = [(); 2].map(|()| FolderLock::shared(root.path()).unwrap());
+        for reader in [first, second] {
+            let words = FolderLock::exclusive(root.path()).unwrap_err().to_string();
+            assert!(words.starts_with("another process reads"), "{words}");
+            drop(reader);
+        }
+        drop(FolderLock::exclusive(root.path()).unwrap());
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn the_file_of_a_killed_process_locks_nothing() {
+        let root = root();
+        fs::write(root.path().join(LOCK), "writes into\nprocess 1 on moon since ever\n").unwrap();
+        drop(FolderLock::exclusive(root.path()).unwrap());
+    }
+
+    /// The lock of another machine reaches this one as a lock on a regular file: a lock on the
+    /// folder does not.
+    #[cfg(unix)]
+    #[test]
+    fn a_regular_file_is_locked_and_a_removed_one_counts_for_nothing() {
+        let root = root();
+        let lock = FolderLock::exclusive(root.path()).unwrap();
+        let other = File::open(root.path().join(LOCK)).unwrap();
+        assert!(matches!(other.try_lock(), Err(TryLockError::WouldBlock)));
+        assert!(File::open(root.path()).unwrap().try_lock().is_ok());
+        drop(lock);
+        // The other process locks a file that is no longer in the folder.
+        other.try_lock().unwrap();
+        assert!(!is_at(&other, &root.path().join(LOCK)));
+        drop(FolderLock::exclusive(root.path()).unwrap());
+    }
+
+    #[test]
+    fn times_are_dates() {
+        let at = |seconds| utc(UNIX_EPOCH + Duration::from_secs(seconds));
+        assert_eq!(at(0), "1970-01-01 00:00:00 UTC");
+        assert_eq!(at(951_868_799), "2000-02-29 23:59:59 UTC");
+        assert_eq!(at(951_868_800), "2000-03-01 00:00:00 UTC");
+        assert_eq!(at(1_798_761_599), "2026-12-31 23:59:59 UTC");
+    }
+}
