@@ -74,7 +74,7 @@ fn chi_squared(distribution: &Distribution, below: impl Fn(f64) -> f64) -> (f64,
     if rest_expected >= 1.0 {
         sum += (rest_found - rest_expected).powi(2) / rest_expected;
     }
-    (sum, bins)
+    (sum, compared)
 }
 
 /// Standard normal distribution function, by Simpson's rule.
