@@ -198,7 +198,7 @@ fn integral(table: &Table, name: &str) -> f64 {
     density.iter().zip(widths).map(|(density, width)| density.unwrap() * width.unwrap()).sum()
 }
 
-fn figure<'a>(results: &'a Results, name: &str) -> Option<&'a carom_tables::Figure> {
+fn figure<'a>(results: &'a Results, name: &str) -> Option<&'a Figure> {
     results.figures.iter().find(|figure| figure.name == name)
 }
 
