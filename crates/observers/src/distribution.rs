@@ -268,7 +268,9 @@ mod tests {
     fn values_that_are_no_magnitudes_are_counted_outside() {
         let mut speeds = Distribution::of_magnitudes(4);
         assert!(speeds.bins().edges().is_empty() && speeds.counts().is_empty());
-        [0.0, 1.0, -1.0, f64::NAN, f64::INFINITY].into_iter().for_each(|value| speeds.add(value));
+        for value in [0.0, 1.0, -1.0, f64::NAN, f64::INFINITY] {
+            speeds.add(value);
+        }
         assert_eq!((speeds.total(), speeds.beyond(), speeds.counts()), (5, 3, vec![1, 0, 1, 0]));
     }
 }

@@ -99,7 +99,9 @@ impl Octaves {
     /// Counts of both signs, from 0 outwards, in the bins shown.
     pub fn counts_in(&self, shown: Shown) -> [Vec<u64>; 2] {
         let mut counts = self.at(shown.exponent);
-        counts.iter_mut().for_each(|side| side.resize(shown.rows, 0));
+        for side in &mut counts {
+            side.resize(shown.rows, 0);
+        }
         counts
     }
 
@@ -201,7 +203,9 @@ mod tests {
             .collect();
         let of = |values: &[f64]| {
             let mut octaves = Octaves::new(10);
-            values.iter().for_each(|&value| octaves.add(value));
+            for &value in values {
+                octaves.add(value);
+            }
             octaves
         };
         let expected = of(&values);

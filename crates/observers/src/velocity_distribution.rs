@@ -172,7 +172,9 @@ impl VelocityDistribution {
         }
         let of = |component: fn(&DVec2) -> f64| {
             let mut histogram = Histogram::new(-largest, largest, 2 * self.bins);
-            velocities.iter().for_each(|velocity| histogram.add(component(velocity)));
+            for velocity in velocities {
+                histogram.add(component(velocity));
+            }
             h_of(&histogram)
         };
         Some(DVec2::new(of(|velocity| velocity.x)?, of(|velocity| velocity.y)?))

@@ -8,8 +8,8 @@ use carom_tables::{Column, Figure, Role, RunSums, Sums, Table};
 
 use crate::record::MeasureRecord;
 
-/// The same measure of several runs with common bins in every table of a distribution. `None` if a
-/// run lacks a table, or if bins of different runs overlap in part.
+/// A measure of several runs with common bins in every table of a distribution. `None` if a run
+/// lacks a table.
 pub(super) fn with_common_bins(parts: &[&MeasureRecord]) -> Option<Vec<MeasureRecord>> {
     let first = parts.first()?;
     let names = first.tables.iter().filter(|table| edges(table).is_some()).map(|table| &table.name);
@@ -17,7 +17,7 @@ pub(super) fn with_common_bins(parts: &[&MeasureRecord]) -> Option<Vec<MeasureRe
     for name in names {
         let of_part = |part: &&MeasureRecord| edges(part.tables.iter().find(|table| table.name == *name)?);
         let all: Vec<Vec<f64>> = parts.iter().map(of_part).collect::<Option<_>>()?;
-        targets.push((name.as_str(), common(&all)?));
+        targets.push((name.as_str(), common(&all)));
     }
     parts.iter().map(|part| rebinned(part, &targets)).collect()
 }
@@ -33,9 +33,8 @@ fn edges(table: &Table) -> Option<Vec<f64>> {
     Some(lower.chain([last + 0.5 * last_width]).collect())
 }
 
-/// The edges that lie inside no bin of any run, in ascending order; `None` if there are bins, but
-/// fewer than two such edges.
-fn common(all: &[Vec<f64>]) -> Option<Vec<f64>> {
+/// The edges that lie inside no bin of any run, in ascending order.
+fn common(all: &[Vec<f64>]) -> Vec<f64> {
     let mut edges: Vec<f64> = all.concat();
     edges.sort_by(f64::total_cmp);
     edges.dedup();
@@ -44,7 +43,7 @@ fn common(all: &[Vec<f64>]) -> Option<Vec<f64>> {
         (1..of_run.len()).contains(&after) && of_run[after - 1] < edge
     };
     edges.retain(|&edge| !all.iter().any(|of_run| is_inside(edge, of_run)));
-    (edges.len() > 1 || all.concat().is_empty()).then_some(edges)
+    edges
 }
 
 /// A part of each wider bin: the row of the run's own table and its width.
@@ -203,7 +202,7 @@ mod tests {
                 assert_eq!(counts.iter().sum::<f64>(), total);
                 assert!(part.sums.total[1..].iter().all(|sums| sums[1] == total));
                 assert_eq!((part.sums.total[0], part.figures[0].1), ([3.0, 1.0], Some(0)));
-                assert_eq!(part.sums.blocks, [part.sums.total.clone()]);
+                assert_eq!(part.sums.blocks, std::slice::from_ref(&part.sums.total));
                 let density = &part.tables[0].columns[2];
                 assert_eq!(density.values[4], Some(if before == &fine { 0.0 } else { 0.15 }));
             }
@@ -212,7 +211,10 @@ mod tests {
         assert_eq!(found[0].sums.total.len(), found[1].sums.total.len());
         assert_eq!(found[0].sums.total[1..], [[0.0; 2]; 5]);
         assert_eq!(found[1].sums.total, fine.sums.total);
+        // Bins that overlap in part are joined, too.
         let shifted = run(&[0.25, 1.25, 2.25], &[1.0, 1.0]);
-        assert!(with_common_bins(&[&coarse, &shifted]).is_none());
+        let found = with_common_bins(&[&coarse, &shifted]).unwrap();
+        assert_eq!(edges(&found[1].tables[0]).unwrap(), [0.0, 3.0, 4.0, 6.0]);
+        assert_eq!(found[1].sums.total[1], [2.0 / 3.0, 2.0]);
     }
 }
