@@ -60,15 +60,6 @@ const PATIENCE: u64 = 200;
 /// Least rise of the smallest scale in [`PATIENCE`] steps.
 const LEAST_RISE: f64 = 1e-4;
 
-/// The front slows down for large molecules behind it if the smallest scale rises at less than this
-/// multiple of the least rate, after [`FIRST_LOOK`] steps of a period. Larger: the growth of
-/// mixtures slows down although it goes on. Smaller: it takes longer, or is given up.
-const SLOW_RISE: f64 = 10.0;
-
-/// Steps of a period before the rate of growth is judged. Smaller: by chance. Larger: the front
-/// cannot slow down by much before growth is given up.
-const FIRST_LOOK: u64 = 20;
-
 /// Events of the scheduler for each collision wanted, after which a run ends with fewer collisions;
 /// at the start of an epoch each body has one. Gases of a usual scene need fewer than ten;
 /// molecules in a long narrow box, or small ones in a large box, cross millions of cells from one
@@ -330,12 +321,11 @@ impl Growth {
         let mut random = self.random();
         let before = self.scales.clone();
         let packing = Packing { world: &self.world, first, species };
-        let behind = packing.grow(&mut self.scales, self.state.lead, &mut random);
-        let molecules = self.scales.len();
-        let is_slow = self.is_slow();
         let state = &mut self.state;
-        state.lead = packing::next_lead(state.lead, behind, molecules, is_slow);
-        state.at_front = 1.0 - behind.molecules as f64 / molecules as f64;
+        let behind = packing.grow(&mut self.scales, state.lead, &mut random);
+        let molecules = self.scales.len();
+        state.lead = packing::next_lead(state.lead, behind, molecules);
+        state.at_front = 1.0 - behind as f64 / molecules as f64;
         packing::resize(&mut self.world, first, species, &before, &self.scales)
     }
 
@@ -346,15 +336,6 @@ impl Growth {
         // A step needs fewer than 2^64 numbers.
         random.advance(u128::from(self.state.steps) << 64);
         random
-    }
-
-    /// Whether the smallest scale has risen so little in the present period that growth would take
-    /// very long or be given up.
-    fn is_slow(&self) -> bool {
-        let (begun, scale) = self.state.period;
-        let steps = self.state.steps - begun;
-        let least = SLOW_RISE * LEAST_RISE * steps as f64 / PATIENCE as f64;
-        steps >= FIRST_LOOK && self.smallest() - scale < least
     }
 
     fn refuse_jam(&mut self) -> Result<(), SceneError> {

@@ -63,14 +63,6 @@ const FOLLOWERS: f64 = 0.95;
 /// down the growth of a few others.
 const STRAGGLERS: usize = 2;
 
-/// The molecules that are behind the front after a step.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Behind {
-    pub molecules: usize,
-    /// Area of their bounding circles, as a share of that of all molecules at full size.
-    pub area: f64,
-}
-
 /// Molecules that grow among the other bodies of a world.
 pub(super) struct Packing<'a> {
     /// Single bodies, and from `first` on the molecules of the gases.
@@ -80,9 +72,9 @@ pub(super) struct Packing<'a> {
 }
 
 impl<'a> Packing<'a> {
-    /// Increases the scales of the molecules, in random order; returns those that are then still
-    /// behind the front.
-    pub fn grow(&self, scales: &mut [f64], lead: f64, random: &mut Pcg64) -> Behind {
+    /// Increases the scales of the molecules, in random order; returns the number of them that are
+    /// then still behind the front.
+    pub fn grow(&self, scales: &mut [f64], lead: f64, random: &mut Pcg64) -> usize {
         let smallest = scales.iter().copied().fold(1.0, f64::min);
         let front = (smallest * (1.0 + lead)).min(1.0);
         let clearance = CLEARANCE * (front - smallest);
@@ -124,7 +116,7 @@ impl<'a> Packing<'a> {
             });
             scales[index] = room_left.scale_after(own.scale, front);
         }
-        behind(scales, &molecules, front)
+        scales.iter().filter(|&&scale| scale < front).count()
     }
 
     /// All bodies, listed with the radii that they may have at the end of the step.
@@ -169,29 +161,10 @@ fn clearance_share(other: &Molecule, own: &Molecule) -> f64 {
     if ratio < 1.0 { ratio * ratio } else { 1.0 }
 }
 
-/// The molecules whose scales are below the front.
-fn behind(scales: &[f64], molecules: &[&Molecule], front: f64) -> Behind {
-    let (mut count, mut area, mut all) = (0, 0.0, 0.0);
-    for (molecule, &scale) in molecules.iter().zip(scales) {
-        let circle = molecule.bounding_radius().powi(2);
-        all += circle;
-        if scale < front {
-            count += 1;
-            area += circle;
-        }
-    }
-    Behind { molecules: count, area: if count == 0 { 0.0 } else { area / all } }
-}
-
-/// The lead of the front in the next step. Few large molecules among many small ones slow it down
-/// only if they hardly grow (`is_slow`): otherwise they catch up when the small ones have their
-/// size.
-pub(super) fn next_lead(lead: f64, behind: Behind, molecules: usize, is_slow: bool) -> f64 {
-    let (count, allowed) = (behind.molecules, 1.0 - FOLLOWERS);
-    let are_few = count <= STRAGGLERS || (count as f64) < allowed * molecules as f64;
-    // Rounding decides nothing for equal molecules.
-    let are_large = behind.area > 1.000_001 * allowed.max(STRAGGLERS as f64 / molecules as f64);
-    if are_few && !(is_slow && are_large) {
+/// The lead of the front in the next step, if this number of the molecules are behind the front.
+pub(super) fn next_lead(lead: f64, behind: usize, molecules: usize) -> f64 {
+    let is_followed = behind <= STRAGGLERS || (behind as f64) < (1.0 - FOLLOWERS) * molecules as f64;
+    if is_followed {
         (lead * CHANGE_OF_LEAD).min(LARGEST_LEAD)
     } else {
         (lead / CHANGE_OF_LEAD).max(SMALLEST_LEAD)
