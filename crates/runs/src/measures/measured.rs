@@ -188,16 +188,25 @@ impl Results {
         self.records.extend(other.records);
     }
 
-    /// Writes the tables as CSV files, except those that `is_written` names: they have grown with
-    /// the run.
+    /// Writes the tables as CSV files.
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn write(&self, folder: &Folder, is_written: impl Fn(&str) -> bool) -> Result<()> {
-        let tables = self.tables.iter().filter(|table| !is_written(&file_name(table)));
-        tables
-            .into_iter()
+    pub fn write(&self, folder: &Folder) -> Result<()> {
+        self.tables
+            .iter()
             .try_for_each(|table| folder.write_table(&file_name(table), &table.header(), table.rows()))
+    }
+
+    /// Writes the tables as CSV files that a loss of power does not take away, except those that
+    /// `is_written` names: they have grown with the run.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write_lasting(&self, folder: &Folder, is_written: impl Fn(&str) -> bool) -> Result<()> {
+        self.tables.iter().filter(|table| !is_written(&file_name(table))).try_for_each(|table| {
+            folder.write_lasting_table(&file_name(table), &table.header(), table.rows())
+        })
     }
 }
 

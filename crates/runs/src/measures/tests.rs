@@ -179,7 +179,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
     assert!(gas.unwrap_err().contains("equal discs"));
     let root = tempfile::tempdir().unwrap();
     let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-    results.write(&folder, |_| false).unwrap();
+    results.write(&folder).unwrap();
     let lines = |name: &str| std::fs::read_to_string(root.path().join(name)).unwrap().lines().count();
     assert_eq!((lines("velocities-gas.csv"), lines("correlation.csv")), (22, 13));
     // 100 discs of unit mass and energy: ⟨v²⟩ = 2 at first.

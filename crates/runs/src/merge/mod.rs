@@ -134,7 +134,7 @@ impl MergedRuns {
     /// A file cannot be written.
     pub fn write(&self, record: &Record, folder: &Folder) -> Result<()> {
         folder.write_table(RUNS, &COLUMNS, run_rows(record))?;
-        self.results.write(folder, |_| false)?;
+        self.results.write(folder)?;
         report::write_tables(&self.results, folder)?;
         let Self { summary, left_out, .. } = self;
         folder.write_json("summary.json", &SummaryFile { summary, left_out })?;

@@ -168,7 +168,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
         let results = Results { tables: written, ..Results::default() };
-        results.write(&folder, |_| false).unwrap();
+        results.write(&folder).unwrap();
         write(&results, &folder).unwrap();
         let found = tables(&folder).unwrap();
         assert_eq!(found, results.tables);

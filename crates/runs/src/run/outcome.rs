@@ -141,7 +141,8 @@ fn write_results(outcome: &Outcome, going: &Resumable<Measures>, task: &Task<'_>
     for (file, map) in maps_of(&going.simulation.view()) {
         task.folder.write_lasting(file, map)?;
     }
-    outcome.results.write(task.folder, |name| going.files.holds(name))
+    // A run that has ended is not run again: its tables must be as lasting as its last checkpoint.
+    outcome.results.write_lasting(task.folder, |name| going.files.holds(name))
 }
 
 /// Runs a scene in memory and writes nothing.
