@@ -48,16 +48,17 @@ impl WrittenFiles {
     /// Reads which files earlier processes have written into a folder.
     pub fn read(folder: &Path) -> Self {
         let mut names = Names { is_complete: true, ..Names::default() };
-        if let Some(manifest) = manifest(folder) {
-            match manifest["files"].as_array() {
-                Some(files) => {
-                    names.earlier.extend(files.iter().filter_map(Value::as_str).map(str::to_owned))
-                }
-                None => {
-                    names.is_complete = false;
-                    names.earlier = names_without_list(folder);
-                }
+        match (manifest(folder), folder.join(MANIFEST).exists()) {
+            (Some(manifest), _) if manifest["files"].is_array() => {
+                let files = manifest["files"].as_array().into_iter().flatten();
+                names.earlier.extend(files.filter_map(Value::as_str).map(str::to_owned));
             }
+            (Some(_), _) => {
+                names.is_complete = false;
+                names.earlier = names_without_list(folder);
+            }
+            // Damaged, or of another program.
+            (None, is_there) => names.is_complete = !is_there || folder.join(LIST).exists(),
         }
         let list = fs::read_to_string(folder.join(LIST)).unwrap_or_default();
         // A line that was being written when its process was killed is no name.
