@@ -341,7 +341,7 @@ fn with_present_player(body: &str) -> String {
     let mut all = pieces.next().unwrap_or_default().to_owned();
     for piece in pieces {
         let after = piece.split_once("</script>").map_or("", |(_, after)| after);
-        all.push_str(&format!("{BEGIN}\n{PLAYER}</script>{after}"));
+        let _ = write!(all, "{BEGIN}\n{PLAYER}</script>{after}");
     }
     all
 }

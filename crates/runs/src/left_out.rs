@@ -93,7 +93,9 @@ pub fn announce(missing: &impl Serialize, damaged: &[Damaged], notes: &[String])
     put("damaged", &damaged);
     put("notes", &notes);
     if !crate::console::is_json() {
-        notes.iter().for_each(|text| print_line(text));
+        for text in notes {
+            print_line(text);
+        }
     }
 }
 
