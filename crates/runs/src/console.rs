@@ -155,7 +155,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
 
 /// Writes a line to standard output, and flushes it. The first failure is kept for the end of the
 /// program.
-fn write_line(text: &str) {
+pub(crate) fn write_line(text: &str) {
     let mut out = stdout().lock();
     keep_failure(writeln!(out, "{text}").and_then(|()| out.flush()));
 }

@@ -37,6 +37,7 @@ use thiserror::Error;
 use crate::{
     append_file::CheckpointLengths,
     command_line::{self, given},
+    console::write_line,
     json_object,
 };
 
@@ -279,7 +280,9 @@ fn in_background(watch: impl FnOnce() + Send + 'static) -> Result<()> {
 /// Ends the program with a message.
 fn end_now(words: String, signal: i32) -> ! {
     let _ = writeln!(stderr(), "{words}");
-    json_object::end(Err(words), exit_code(signal));
+    if let Some(object) = json_object::end(Err(words), exit_code(signal)) {
+        write_line(&object);
+    }
     process::exit(exit_code(signal).into());
 }
 
