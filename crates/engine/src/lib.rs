@@ -71,6 +71,7 @@ mod index_or_none;
 mod invariants;
 mod least_speed;
 mod limits;
+mod max_time;
 mod measure_spec;
 mod method_spec;
 mod observer;
@@ -131,6 +132,7 @@ pub use heat::{HeatByTag, TagHeat, ThermostatCounts};
 pub use invariants::Violation;
 pub use least_speed::LEAST_SPEED;
 pub use limits::{LARGEST_SPEED_RATIO, MOST_TURNS};
+pub use max_time::MAX_TIME;
 pub use measure_spec::{MeasureParameter, MeasureSpec};
 pub use method_spec::{DetectorName, InstructionsName, MethodSpec, SchedulerName, TilesName};
 pub use observer::Observer;
@@ -142,7 +144,7 @@ pub use scene::{
     StartSpec, WallSpec,
 };
 pub use scheduler::Scheduler;
-pub use simulation::{MAX_TIME, Simulation};
+pub use simulation::Simulation;
 pub use snapshot::frame_of;
 pub use stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec};
 pub use stop_spec::StopSpec;

@@ -5,17 +5,14 @@ use carom_kinematics::{EpochTime, Motion};
 use carom_response::{Impact, Response};
 
 use crate::{
-    BodyName, CellScheduler, Counters, ElasticityTable, HeatByTag, LEAST_SPEED, Ledger, Observer, RunError,
-    Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, TileWork, Tiling, View, World,
+    BodyName, CellScheduler, Counters, ElasticityTable, HeatByTag, LEAST_SPEED, Ledger, MAX_TIME, Observer,
+    RunError, Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, TileWork, Tiling, View, World,
     epoch_loop::{Ended, EpochLoop},
     limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
     scheduler::{StoredMotions, separation_error},
     simultaneous_contacts::SimultaneousContacts,
     unresolved::Unresolved,
 };
-
-/// Latest end of a run (time). Sums of such times remain finite.
-pub const MAX_TIME: f64 = 1e300;
 
 /// Largest difference between two equal times, relative to them: each is rounded a few times.
 const SAME_TIME: f64 = 4.0 * f64::EPSILON;

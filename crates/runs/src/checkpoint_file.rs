@@ -23,7 +23,7 @@ use anyhow::Result;
 use serde::{Serialize, de::DeserializeOwned};
 use thiserror::Error;
 
-use crate::output::write_lasting;
+use crate::whole_file::write_lasting;
 
 /// Version of the format. Increment it with every change of the content: of the engine's
 /// checkpoint, of an observer, or of the data that a command stores.
@@ -144,7 +144,7 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FileError> {
     Ok(postcard::from_bytes(bytes)?)
 }
 
-/// Whether a file begins like one that [`write`] has written.
+/// Whether a file begins like one that [`write()`] has written.
 pub fn is_one(path: &Path) -> bool {
     let mut magic = [0; MAGIC.len()];
     fs::File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == MAGIC

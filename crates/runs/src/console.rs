@@ -17,20 +17,24 @@
 
 use std::{
     env,
-    io::{self, ErrorKind, Write as _, stderr, stdout},
+    io::{Write as _, stdout},
     process::ExitCode,
-    sync::{
-        Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering},
-    },
 };
 
-use anyhow::{Error, Result};
-use carom_tables::Verdict;
+use anyhow::Result;
+use carom_tables::{Summary, Verdict};
 use clap::{ArgMatches, Args, Command, Parser};
 
-pub use crate::json_object::{is_json, put, put_summary};
-use crate::{exit, json_object, progress};
+use crate::{
+    exit, json_object,
+    output::Folder,
+    progress,
+    terminal::{self, complain, keep_failure, lost_output, write_line},
+};
+pub use crate::{
+    json_object::{is_json, put},
+    terminal::{note, print_line},
+};
 
 /// What a program writes besides its files.
 #[derive(Debug, Clone, Copy, Default, Args)]
@@ -61,15 +65,6 @@ pub trait Program: Parser {
     fn run(&self) -> Result<Verdict>;
 }
 
-/// Whether notes are left out.
-static IS_QUIET: AtomicBool = AtomicBool::new(false);
-
-/// The first failure to write to standard output.
-static LOST_OUTPUT: Mutex<Option<io::Error>> = Mutex::new(None);
-
-/// What a failure to write to standard output is called.
-const STANDARD_OUTPUT: &str = "cannot write to standard output";
-
 /// Parses the command line, runs the command, and writes what it ends with. Returns the exit code,
 /// see [`exit::code`].
 pub fn main<P: Program>() -> ExitCode {
@@ -82,7 +77,7 @@ pub fn main<P: Program>() -> ExitCode {
         Err(error) => return refuse(&error),
     };
     let Console { quiet, json } = program.console();
-    IS_QUIET.store(quiet, Ordering::Relaxed);
+    terminal::set_quiet(quiet);
     if json {
         json_object::begin(&name);
     }
@@ -104,11 +99,6 @@ pub fn main<P: Program>() -> ExitCode {
         }
         _ => ExitCode::from(code),
     }
-}
-
-/// Writes a line to standard error; a failure is ignored, since there is no other place for it.
-fn complain(text: &str) {
-    let _ = writeln!(stderr(), "{text}");
 }
 
 /// Lets the values of all options be negative numbers, so that a command refuses them by its own
@@ -153,42 +143,12 @@ fn refuse(error: &clap::Error) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// Writes a line to standard output, and flushes it. The first failure is kept for the end of the
-/// program.
-pub(crate) fn write_line(text: &str) {
-    let mut out = stdout().lock();
-    keep_failure(writeln!(out, "{text}").and_then(|()| out.flush()));
-}
-
-/// Keeps the first failure to write to standard output; a closed pipe is none.
-fn keep_failure(written: io::Result<()>) {
-    if let Err(error) = written
-        && error.kind() != ErrorKind::BrokenPipe
-    {
-        LOST_OUTPUT.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-    }
-}
-
-/// Takes the first failure to write to standard output.
-fn lost_output() -> Result<()> {
-    match LOST_OUTPUT.lock().unwrap_or_else(PoisonError::into_inner).take() {
-        None => Ok(()),
-        Some(error) => Err(Error::new(error).context(STANDARD_OUTPUT)),
-    }
-}
-
-/// Writes a line of results to standard output; into the array `text` of the JSON object, where one
-/// is written.
-pub fn print_line(text: &str) {
-    if json_object::takes_line(text) {
-        return;
-    }
-    progress::suspend(|| write_line(text));
-}
-
-/// Writes a remark for the user to standard error, unless the program is quiet.
-pub fn note(text: &str) {
-    if !IS_QUIET.load(Ordering::Relaxed) {
-        progress::suspend(|| complain(text));
-    }
+/// Adds the folder, page, totals and checks of a run to the object; [`conclude`](crate::conclude)
+/// does so.
+pub fn put_summary(folder: &Folder, summary: &Summary) {
+    put("title", &summary.title);
+    put("folder", &folder.path());
+    put("page", &folder.path().join("report.html"));
+    put("totals", &summary.totals);
+    put("checks", &summary.checks);
 }

@@ -20,7 +20,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 
-use crate::console::note;
+use crate::terminal::note;
 
 /// Name of the file that is locked.
 pub const LOCK: &str = ".carom-lock";

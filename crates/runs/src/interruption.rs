@@ -37,8 +37,8 @@ use thiserror::Error;
 use crate::{
     append_file::CheckpointLengths,
     command_line::{self, given},
-    console::write_line,
     json_object,
+    terminal::write_line,
 };
 
 /// Time that runs have to reach a checkpoint after a signal. Longer: the program does not end

@@ -3,11 +3,9 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use carom_tables::{Summary, Verdict};
+use carom_tables::Verdict;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
-
-use crate::output::Folder;
 
 /// The parts of the object so far; `None` if text is written.
 static OBJECT: Mutex<Option<Map<String, Value>>> = Mutex::new(None);
@@ -30,16 +28,6 @@ pub fn put(key: &str, value: &impl Serialize) {
     {
         all.insert(key.to_owned(), value);
     }
-}
-
-/// Adds the folder, page, totals and checks of a run to the object; [`conclude`](crate::conclude)
-/// does so.
-pub fn put_summary(folder: &Folder, summary: &Summary) {
-    put("title", &summary.title);
-    put("folder", &folder.path());
-    put("page", &folder.path().join("report.html"));
-    put("totals", &summary.totals);
-    put("checks", &summary.checks);
 }
 
 /// Adds a line to the array `text`; returns `false` where no object is written.

@@ -41,8 +41,10 @@ pub mod run_totals;
 pub mod sampling_times;
 pub mod schema;
 pub mod series;
+mod terminal;
 mod visible_region;
 mod whole_box;
+mod whole_file;
 pub mod work_items;
 pub mod written_files;
 
@@ -58,7 +60,7 @@ pub use console::print_line;
 /// Prints the totals of a run, its failed checks, and the path of its page; adds folder, totals and
 /// checks to the JSON object, if one is written.
 pub fn conclude(folder: &Folder, summary: &Summary) {
-    json_object::put_summary(folder, summary);
+    console::put_summary(folder, summary);
     if json_object::is_json() {
         return;
     }

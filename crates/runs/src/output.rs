@@ -2,8 +2,7 @@
 //! complete.
 
 use std::{
-    fs::{self, File},
-    io::{self, BufWriter, Write as _},
+    fs,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -16,9 +15,10 @@ use crate::{
     folder_lock::FolderLock,
     written_files::{WrittenFiles, is_unstarted},
 };
-
-/// The file that every run writes first.
-pub const MANIFEST: &str = "manifest.json";
+pub use crate::{
+    whole_file::{write_lasting, write_streamed, write_whole},
+    written_files::MANIFEST,
+};
 
 /// Treatment of a folder that already holds files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -328,64 +328,6 @@ fn table<R: Serialize>(header: &[&str], rows: impl IntoIterator<Item = R>) -> Re
 pub fn is_same_folder(one: &Path, other: &Path) -> bool {
     let real = |path: &Path| fs::canonicalize(path).ok();
     real(one).is_some_and(|one| real(other) == Some(one))
-}
-
-/// Writes a file under another name and renames it, so that readers never see a partial file.
-///
-/// # Errors
-/// It cannot be written.
-pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
-    aside(path, |aside| fs::write(aside, content))
-}
-
-/// Writes a file under another name, flushes it to disk, and renames it: after a loss of power
-/// either the old or the new file is complete.
-///
-/// # Errors
-/// It cannot be written.
-pub fn write_lasting(path: &Path, pieces: &[&[u8]]) -> Result<()> {
-    aside(path, |aside| {
-        let mut file = File::create(aside)?;
-        pieces.iter().try_for_each(|piece| file.write_all(piece))?;
-        file.sync_all()
-    })?;
-    // Flushes the folder entry too, where folders can be opened.
-    if let Some(Ok(folder)) = path.parent().map(File::open) {
-        folder.sync_all().with_context(|| format!("cannot write {}", path.display()))?;
-    }
-    Ok(())
-}
-
-/// Writes a file piece by piece under another name and renames it, so that readers never see a
-/// partial file.
-///
-/// # Errors
-/// The error of `write`, or the file cannot be written; no file is left then.
-pub fn write_streamed(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
-    let mut failed = None;
-    let written = aside(path, |aside| {
-        let mut out = BufWriter::new(File::create(aside)?);
-        if let Err(error) = write(&mut out) {
-            let interrupted = io::Error::other("the content is incomplete");
-            failed = Some(error);
-            return Err(interrupted);
-        }
-        out.flush()
-    });
-    failed.map_or(written, Err)
-}
-
-/// Writes a file under another name, then renames it.
-fn aside(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<()> {
-    let mut aside = path.as_os_str().to_owned();
-    aside.push(".part");
-    let aside = PathBuf::from(aside);
-    let written = write(&aside).and_then(|()| fs::rename(&aside, path));
-    if written.is_err() {
-        // A partial file is useless; a failure to remove it is ignored.
-        let _ = fs::remove_file(&aside);
-    }
-    written.with_context(|| format!("cannot write {}", path.display()))
 }
 
 #[cfg(test)]

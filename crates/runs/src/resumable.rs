@@ -39,8 +39,7 @@ use crate::{
     output::{Folder, Resumption},
 };
 
-/// Name of the checkpoint file in the folder of a run.
-pub const CHECKPOINT: &str = "checkpoint";
+pub use crate::written_files::CHECKPOINT;
 
 /// One checkpoint is taken when this share of the run is done; an extended run starts from it.
 /// Smaller: an extension repeats more of the run. Larger: fewer runs have an epoch that ends so

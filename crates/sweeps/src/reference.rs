@@ -34,7 +34,7 @@ Exit codes of `carom sweep` and `carom merge`:
 
 With `--json` the object lists `missing`, `damaged` and `notes`. Partial results while shards still
 run are no error: `carom merge … --force` writes what is there and ends with code 3. The merge job
-that `carom sweep --slurm` writes then counts as failed in Slurm; `bash submit.sh` continues the
+that the option `--slurm` writes then counts as failed in Slurm; `bash submit.sh` continues the
 shards.
 ";
 

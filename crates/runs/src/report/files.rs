@@ -29,11 +29,6 @@ const KNOWN: [(&str, &str); 18] = [
     ("events.csv", "contacts, one a row"),
 ];
 
-/// Names of the files that have the same name in every folder.
-pub(crate) fn fixed_names() -> impl Iterator<Item = &'static str> {
-    KNOWN.iter().map(|(name, _)| *name).chain([super::PAGE])
-}
-
 /// Files and their content, in order of their names, without the page, checkpoints and temporary
 /// files.
 pub(super) fn listed(names: &[String], tables: &[Table]) -> Vec<(String, String)> {

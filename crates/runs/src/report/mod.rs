@@ -21,7 +21,6 @@ use clap::Args;
 
 use contents::{Contents, Kind};
 pub use contents::{RUNS, State};
-pub(crate) use files::fixed_names;
 pub use tables_file::write as write_tables;
 pub use verdict::{FIXED_BODIES, NOT_EXACT};
 

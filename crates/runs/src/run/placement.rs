@@ -22,8 +22,7 @@ use crate::{
     progress::{Lines, Progress},
 };
 
-/// Name of the file in the folder of a run that holds a growth in progress.
-pub(crate) const GROWTH: &str = "growth";
+pub(crate) use crate::written_files::GROWTH;
 
 /// Writes the state of a growth to the folder of a run with this description.
 pub fn store(growth: &Growth, what: &str, folder: &Path) -> Result<()> {
