@@ -130,7 +130,8 @@ impl Body {
         face.map_or_else(|| self.smallest_atom(), carom_geometry::Face::radius)
     }
 
-    /// The radius of the smallest atom (length); infinite for a wall across the box, which has none.
+    /// The radius of the smallest atom (length); infinite for a wall across the box, which has
+    /// none.
     pub(crate) fn smallest_atom(&self) -> f64 {
         let radii = self.kind.molecule.atoms().iter().map(carom_geometry::Atom::radius);
         radii.fold(f64::INFINITY, f64::min)

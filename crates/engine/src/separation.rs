@@ -24,10 +24,12 @@
 //! observers have received the contact.
 //!
 //! **Energy of measure 1.** Between atoms whose radii add up to s, E' is about 2 L E/s, with the
-//! speed L = |V| + |ω_A| R_A + |ω_B| R_B of the surfaces. The least speed of separation is therefore
+//! speed L = |V| + |ω_A| R_A + |ω_B| R_B of the surfaces. The least speed of separation is
+//! therefore
 //! a share 8 E/s of L, and the kinetic energy that it adds at most the square of that share, which
 //! the ledger counts: 10⁻²¹ for atoms of 0.002 of the side, 10⁻¹³ for 10⁻⁷ of the side.
-//! [`MOST_SEPARATION`] bounds the share. Where 8 E/s is larger, a scene whose contacts change energy
+//! [`MOST_SEPARATION`] bounds the share. Where 8 E/s is larger, a scene whose contacts change
+//! energy
 //! is refused ([`refuse_unresolved`]), and other contacts separate at `MOST_SEPARATION` times L.
 
 use std::collections::BTreeMap;

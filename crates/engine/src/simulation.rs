@@ -179,7 +179,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Returns the end of a run at `time`, for [`Self::observe_until_epoch_time`].
     ///
     /// # Errors
-    /// [`RunError::Time`] if it is not finite or above [`MAX_TIME`], and [`RunError::Past`] if it is
+    /// [`RunError::Time`] if it is not finite or above [`MAX_TIME`], and [`RunError::Past`] if it
+    /// is
     /// before the present by more than rounding.
     pub fn end_of_run(&self, time: f64) -> Result<EpochTime, RunError> {
         if time > MAX_TIME { Err(RunError::Time(time)) } else { self.end_of_step(time) }

@@ -402,11 +402,13 @@ impl Laboratory {
         Ok(())
     }
 
-    /// Opens the scene, if one is given, and runs until a signal is received or no page can come any
+    /// Opens the scene, if one is given, and runs until a signal is received or no page can come
+    /// any
     /// more; then the run is saved, also after a panic.
     ///
     /// # Errors
-    /// The scene is invalid, the run cannot be saved, or there was a panic; then the error names the
+    /// The scene is invalid, the run cannot be saved, or there was a panic; then the error names
+    /// the
     /// saved run.
     pub fn run(&mut self, scene: Option<(String, Scene)>, messages: &Receiver<Message>) -> Result<Ended> {
         self.guard(|laboratory| {

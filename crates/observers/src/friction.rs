@@ -4,7 +4,8 @@
 //! (Kirkwood, J. Chem. Phys. 14 (1946) 180, in two dimensions). Of the impulses J that do not know
 //! each other this leaves γ = Σ |J|² / 4kT t (mass / time), and for the rotation Σ (r × J)² / 2kT t
 //! (mass × length² / time), r from the centre to the contact. At a wall that has a temperature the
-//! spin is drawn anew: r × J is then not the change of angular momentum. For a body of mass M that moves, the
+//! spin is drawn anew: r × J is then not the change of angular momentum. For a body of mass M that
+//! moves, the
 //! velocity autocorrelation begins exactly with the slope −γ/M of its value, whatever the density:
 //! half the mean square of the changes of velocity per time.
 

@@ -131,7 +131,8 @@ impl Octaves {
         self.exponent = Some(from.max(exponent));
     }
 
-    /// The exponent of the finest bins if this is the largest magnitude: it lies in the last octave.
+    /// The exponent of the finest bins if this is the largest magnitude: it lies in the last
+    /// octave.
     fn finest(&self, magnitude: f64) -> i32 {
         let octaves = (MAX_LOG_BINS - self.bins.ilog2() as i32).clamp(0, MAX_OCTAVES);
         let (mantissa, exponent) = libm::frexp(magnitude);

@@ -2,7 +2,8 @@
 //! item 2).
 //!
 //! J is the impulse on the body (mass × length / time) and θ its orientation at contact. Each
-//! contact counts with the x′ or y′ component of R(−θ) J. In a range of the half-width w, bin k of n
+//! contact counts with the x′ or y′ component of R(−θ) J. In a range of the half-width w, bin k of
+//! n
 //! covers [−w + 2wk/n, −w + 2w(k+1)/n).
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer};

@@ -57,7 +57,8 @@ pub struct TemperatureByTag {
     /// Momentum in that frame over all samples, and the mass that has it.
     momentum: DVec2,
     mass: f64,
-    /// Whether, at every sample, momentum was conserved along x and y and no other body had any: the
+    /// Whether, at every sample, momentum was conserved along x and y and no other body had any:
+    /// the
     /// velocity of the group's centre of mass is then 0 by the choice of the frame.
     rests: [bool; 2],
 }
@@ -94,7 +95,8 @@ impl TemperatureByTag {
     }
 
     /// [Σx, Σw] of the velocity of the group's centre of mass along both axes over all samples so
-    /// far: x is its momentum relative to the [frame](carom_engine::CentreOfMassFrame) of all bodies
+    /// far: x is its momentum relative to the [frame](carom_engine::CentreOfMassFrame) of all
+    /// bodies
     /// (mass × length / time), and w its mass.
     pub fn flow(&self) -> [[f64; 2]; 2] {
         self.momentum.to_array().map(|momentum| [momentum, self.mass])

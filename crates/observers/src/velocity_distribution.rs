@@ -14,7 +14,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Distribution, Group, Histogram, mean::mean_and_standard_error};
 
-/// The range of the bins for H at one sample, in its thermal speeds √(⟨v²⟩/2); in a Maxwellian gas a
+/// The range of the bins for H at one sample, in its thermal speeds √(⟨v²⟩/2); in a Maxwellian gas
+/// a
 /// share of 1.5 × 10⁻⁸ lies outside.
 const THERMAL_SPEEDS: f64 = 6.0;
 
@@ -39,7 +40,8 @@ const THERMAL_SPEEDS: f64 = 6.0;
 /// simulation.observe_until(3.0, &mut velocities)?;
 /// velocities.sample(&simulation.view());
 /// // They start with equal speeds, and collisions make them Maxwellian.
-/// let kurtosis: Vec<f64> = velocities.series().iter().filter_map(|point| point.kurtosis).collect();
+/// let kurtosis: Vec<f64> = velocities.series().iter().filter_map(|point|
+/// point.kurtosis).collect();
 /// assert!((kurtosis[0] - 1.0).abs() < 1e-12 && (kurtosis[1] - 2.0).abs() < 0.4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -12,7 +12,8 @@
 //! | `--json` | one JSON object | progress, notes, errors |
 //!
 //! Everything on standard output is written by one function. A closed pipe is no error: the files
-//! hold all results. Any other failure, such as a full disk, ends the command with an error. Nothing
+//! hold all results. Any other failure, such as a full disk, ends the command with an error.
+//! Nothing
 //! is coloured except by the parser of the command line, which heeds `NO_COLOR`.
 
 use std::{

@@ -1,7 +1,8 @@
 //! Finds a number that is not finite in a value that was read from a file.
 //!
 //! The value is serialized into nothing; each number is visited with its place, such as
-//! `runs[0].totals.energy_drift`. A checksum detects accidents only: a program that can write a file can
+//! `runs[0].totals.energy_drift`. A checksum detects accidents only: a program that can write a
+//! file can
 //! write its checksum too.
 
 use std::fmt::{self, Write as _};

@@ -230,7 +230,9 @@ mod tests {
         let record = outcome.record(&scene(), &Method::default());
         assert_eq!(refused(&record, |_| ()), "accepted");
         let measure = |run: &RunRecord| {
-            run.measures.iter().position(|measure| measure.sums.blocks.len() > 1).expect("sums of blocks")
+            let has_sums =
+                |measure: &MeasureRecord| measure.sums.blocks.len() > 1 && !measure.sums.total.is_empty();
+            run.measures.iter().position(has_sums).expect("sums of blocks")
         };
         let table = |run: &RunRecord| {
             let is_long = |table: &Table| table.columns.iter().any(|column| column.role == Role::Count);

@@ -11,8 +11,9 @@ use carom_runs::checkpoint_file::Body;
 use carom_sweeps::shard::Work;
 use serde_json::Value;
 
-/// Files without results: the manifest describes processes, the checkpoint depends on their times.
-const WITHOUT_RESULTS: [&str; 2] = ["manifest.json", "checkpoint"];
+/// Files without results: the manifest describes processes, the checkpoint depends on their times,
+/// the seal has the hashes of both.
+const WITHOUT_RESULTS: [&str; 3] = ["manifest.json", "checkpoint", ".seal.json"];
 
 /// Beginning of the names of files that processes leave for others, such as locks.
 const OF_PROCESSES: &str = ".carom-";

@@ -44,7 +44,7 @@ impl Ended {
     /// Whether a process ended as it should: with success, a failed check, an error or a signal
     /// that it was sent; not by a panic, an abort, a fault of memory, or the time limit.
     pub fn is_orderly(&self) -> bool {
-        matches!(self.code, Some(0..=2 | 129 | 130 | 137 | 143)) && !self.said.contains("panicked at")
+        matches!(self.code, Some(0..=3 | 129 | 130 | 137 | 143)) && !self.said.contains("panicked at")
     }
 }
 

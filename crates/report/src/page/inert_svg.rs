@@ -1,13 +1,15 @@
-//! Verifies that an SVG picture only draws: a page embeds pictures from folders that others may have
+//! Verifies that an SVG picture only draws: a page embeds pictures from folders that others may
+//! have
 //! written.
 //!
-//! Allowed are the elements and attributes with which programs of this project draw, and nothing else:
+//! Allowed are the elements and attributes with which programs of this project draw, and nothing
+//! else:
 //! a list of what is dangerous would never be complete.
 
 /// Elements that draw.
-const ELEMENTS: [&str; 15] = [
+const ELEMENTS: [&str; 16] = [
     "circle", "clipPath", "defs", "desc", "ellipse", "g", "line", "path", "polygon", "polyline", "rect",
-    "style", "svg", "text", "tspan",
+    "style", "svg", "text", "title", "tspan",
 ];
 
 /// Returns the reason for which a picture must not be embedded in a page; `None` if it only draws.

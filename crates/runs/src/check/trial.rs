@@ -15,7 +15,8 @@ const TRIAL_SECONDS: f64 = 1.0;
 /// Contacts of the trial if measures watch them: some keep every contact in memory.
 const MOST_WATCHED: u64 = 300_000;
 
-/// Contacts one by one at the start of the trial, which give the length of its first stretch (time).
+/// Contacts one by one at the start of the trial, which give the length of its first stretch
+/// (time).
 const FIRST_CONTACTS: u64 = 64;
 
 /// A stretch of the trial that takes longer is not lengthened (seconds of processor time).

@@ -38,7 +38,8 @@ pub struct Options {
     pub destination: Destination,
 }
 
-/// Merges the runs and writes a folder with their tables, figures and page. Runs that have not ended
+/// Merges the runs and writes a folder with their tables, figures and page. Runs that have not
+/// ended
 /// and damaged sums are left out; the verdict is then [`Verdict::Incomplete`].
 ///
 /// # Errors

@@ -31,7 +31,8 @@ pub(super) struct Parts<'a> {
 /// out. Each folder is locked while it is read.
 ///
 /// # Errors
-/// Another process writes into a folder; a folder is no folder of a run, or the system cannot read its file; the scenes differ; a run is
+/// Another process writes into a folder; a folder is no folder of a run, or the system cannot read
+/// its file; the scenes differ; a run is
 /// there twice; no run is left.
 pub(super) fn read(folders: &[PathBuf]) -> Result<Parts<'_>> {
     let mut record: Option<Record> = None;

@@ -214,7 +214,8 @@ impl InteractiveRun {
         self.scene.stage.get(self.stage).map_or(&[], |stage| &stage.thermostat)
     }
 
-    /// Runs to `until`, with the starts of stages and the actions of thermostats on the way; returns
+    /// Runs to `until`, with the starts of stages and the actions of thermostats on the way;
+    /// returns
     /// whether `until` has been reached within the limit of a call.
     ///
     /// # Errors
@@ -269,7 +270,8 @@ impl InteractiveRun {
         (LATEST * self.until).min(LATEST_SHARE * ENDLESS).max(self.until)
     }
 
-    /// Runs through the next contact, if it happens no later than `until`; returns whether there was
+    /// Runs through the next contact, if it happens no later than `until`; returns whether there
+    /// was
     /// a contact. Without one the run is at `until`, or where the limit of a call ended it.
     ///
     /// # Errors
@@ -485,7 +487,8 @@ impl InteractiveRun {
             .write(&aside, &scene, &state, &command)
             .and_then(|()| publish(&aside, path).with_context(|| format!("cannot write {}", path.display())));
         if written.is_err() {
-            // A partial run is useless; failures to remove it are ignored, and files of others stay.
+            // A partial run is useless; failures to remove it are ignored, and files of others
+            // stay.
             let _ = fs::remove_dir_all(&aside);
             let _ = fs::remove_dir(path);
         }
@@ -510,7 +513,8 @@ impl InteractiveRun {
         resumable::write_going(&path.join(CHECKPOINT), &what, scene.run.until, done, state, &measures)
     }
 
-    /// Runs to the end of the epoch, or through the edit that ends it, and returns the state; `None`
+    /// Runs to the end of the epoch, or through the edit that ends it, and returns the state;
+    /// `None`
     /// if that takes too long.
     fn run_to_end_of_epoch(&mut self) -> Result<Option<Checkpoint>> {
         let begun = Instant::now();
