@@ -55,13 +55,18 @@ pub fn write_streamed(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> R
 
 /// Writes a file under another name, then renames it.
 fn aside(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<()> {
-    let mut aside = path.as_os_str().to_owned();
-    aside.push(".part");
-    let aside = PathBuf::from(aside);
+    let aside = part_of(path);
     let written = write(&aside).and_then(|()| fs::rename(&aside, path));
     if written.is_err() {
         // A partial file is useless; a failure to remove it is ignored.
         let _ = fs::remove_file(&aside);
     }
     written.with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// The name under which a file is written before it is renamed.
+pub(crate) fn part_of(path: &Path) -> PathBuf {
+    let mut part = path.as_os_str().to_owned();
+    part.push(".part");
+    part.into()
 }

@@ -16,7 +16,7 @@ use std::{
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::{checkpoint_file, folder_lock::LOCK};
+use crate::{checkpoint_file, folder_lock::LOCK, whole_file::part_of};
 
 /// The file that every run writes first.
 pub const MANIFEST: &str = "manifest.json";
@@ -196,12 +196,6 @@ fn names_without_list(folder: &Path) -> BTreeSet<String> {
 /// Whether a relative path stays inside its folder.
 fn is_inside(name: &str) -> bool {
     !name.is_empty() && Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
-}
-
-fn part_of(path: &Path) -> PathBuf {
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    part.into()
 }
 
 fn remove_states(folder: &Path) -> Result<()> {
