@@ -42,13 +42,11 @@ fn failing_calls_end_a_command_with_an_error_and_a_repeat_gives_the_same_bytes()
 }
 
 #[test]
-#[ignore = "the page of a run differs after some losses of power"]
 fn losses_of_power_lose_no_finished_work() {
     check("power", "0.07");
 }
 
 #[test]
-#[ignore = "without any lock, two resumed runs can mix their series"]
 fn two_processes_in_one_folder_never_succeed_with_wrong_bytes() {
     check("machines", "0.1");
 }

@@ -226,8 +226,10 @@ impl AppendFiles {
     /// Flushes all files to disk and returns their lengths.
     ///
     /// # Errors
-    /// A file cannot be flushed, or has another length than this run has written.
+    /// A file cannot be flushed, or has another length than this run has written; another process
+    /// writes into the folder.
     pub fn lengths(&mut self) -> Result<Vec<Length>> {
+        self.folder.check_holder()?;
         let folder = self.folder.path();
         let length = |file: &mut AppendFile| -> Result<Length> {
             file.out.flush()?;

@@ -9,6 +9,9 @@
 //! that is no longer in the folder; so after locking each process compares its file with that in
 //! the folder, and begins again if they differ. A process that is killed leaves the file, which
 //! means nothing without a lock.
+//!
+//! Where locks do not reach another process, the file still tells which process has come last: each
+//! writes its name there, and one that finds another name than its own writes nothing more.
 
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
@@ -18,7 +21,7 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 
 use crate::terminal::note;
 
@@ -30,7 +33,36 @@ pub const LOCK: &str = ".carom-lock";
 pub struct FolderLock {
     /// `None` where there is no lock.
     file: Option<File>,
+    holder: Holder,
+}
+
+/// The process that writes into a folder, as the file of its lock names it.
+#[derive(Debug, Clone)]
+pub struct Holder {
     path: PathBuf,
+    text: String,
+}
+
+impl Holder {
+    /// Looks whether this process is still the last that has come to write into the folder. It is
+    /// unless locks do not reach another one.
+    ///
+    /// # Errors
+    /// Another process has come, with its machine and number, or the file of the lock is gone.
+    pub fn check(&self) -> Result<()> {
+        // Elsewhere a locked file cannot be read, and locks reach every process.
+        if !cfg!(unix) {
+            return Ok(());
+        }
+        let text = fs::read_to_string(&self.path).unwrap_or_default();
+        ensure!(
+            text == self.text,
+            "another process{} has begun to write into {}: end it, and resume this run",
+            holder_in(&text),
+            self.path.parent().unwrap_or(&self.path).display()
+        );
+        Ok(())
+    }
 }
 
 /// How a process uses a folder.
@@ -51,6 +83,11 @@ impl FolderLock {
         Self::take(folder, Use::Writes)
     }
 
+    /// This process as the holder of the lock.
+    pub fn holder(&self) -> &Holder {
+        &self.holder
+    }
+
     /// Locks a folder against processes that write, while it is read. A folder that cannot be
     /// written has no lock if no process has left the file of one.
     ///
@@ -62,12 +99,13 @@ impl FolderLock {
 
     fn take(folder: &Path, usage: Use) -> Result<Self> {
         let path = folder.join(LOCK);
+        let holder = Holder { path: path.clone(), text: usage.text() };
         loop {
             let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
             let file = match opened {
                 Err(error) if usage == Use::Reads && is_read_only(&error) => match File::open(&path) {
                     Ok(file) => file,
-                    Err(_) => return Ok(Self { file: None, path }),
+                    Err(_) => return Ok(Self { file: None, holder }),
                 },
                 opened => opened.with_context(|| format!("cannot write {}", path.display()))?,
             };
@@ -77,9 +115,12 @@ impl FolderLock {
             };
             match locked {
                 Ok(()) if is_at(&file, &path) => {
-                    // Others only read it for a message.
-                    let _ = name_holder(&file, usage);
-                    return Ok(Self { file: Some(file), path });
+                    let named = name_holder(&file, &holder);
+                    // Of a process that reads, others only learn the name.
+                    if usage == Use::Writes {
+                        named.with_context(|| format!("cannot write {}", path.display()))?;
+                    }
+                    return Ok(Self { file: Some(file), holder });
                 }
                 // The last holder has removed it in the meantime.
                 Ok(()) => {}
@@ -89,7 +130,11 @@ impl FolderLock {
                         "The file system of {} has no locks ({error}): see to it that no other process writes there.",
                         folder.display()
                     ));
-                    return Ok(Self { file: Some(file), path });
+                    if usage == Use::Writes {
+                        name_holder(&file, &holder)
+                            .with_context(|| format!("cannot write {}", path.display()))?;
+                    }
+                    return Ok(Self { file: Some(file), holder });
                 }
             }
         }
@@ -103,9 +148,11 @@ impl Drop for FolderLock {
         if let Some(file) = &self.file
             && cfg!(unix)
             && !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
-            && is_at(file, &self.path)
+            && is_at(file, &self.holder.path)
+            // One that has come without a lock keeps its name there.
+            && self.holder.check().is_ok()
         {
-            let _ = fs::remove_file(&self.path);
+            let _ = fs::remove_file(&self.holder.path);
         }
     }
 }
@@ -128,23 +175,34 @@ fn is_at(_: &File, _: &Path) -> bool {
     true
 }
 
+impl Use {
+    /// What a process writes into the file: no two processes write the same.
+    fn text(self) -> String {
+        let verb = if self == Self::Writes { "writes into" } else { "reads" };
+        let (host, id, now) = (host(), process::id(), SystemTime::now());
+        let nanoseconds = now.duration_since(UNIX_EPOCH).map_or(0, |past| past.as_nanos());
+        format!("{verb}\nprocess {id} on {host} since {}\n{nanoseconds}\n", utc(now))
+    }
+}
+
 /// Writes machine, process and time into the file.
-fn name_holder(mut file: &File, usage: Use) -> io::Result<()> {
-    let verb = if usage == Use::Writes { "writes into" } else { "reads" };
-    let (host, id, now) = (host(), process::id(), utc(SystemTime::now()));
+fn name_holder(mut file: &File, holder: &Holder) -> io::Result<()> {
     file.set_len(0)?;
     file.rewind()?;
-    file.write_all(format!("{verb}\nprocess {id} on {host} since {now}\n").as_bytes())
+    file.write_all(holder.text.as_bytes())
 }
 
 /// The error of a folder that another process has locked.
 fn refusal(folder: &Path, path: &Path) -> String {
     // On some systems a locked file cannot be read.
     let text = fs::read_to_string(path).unwrap_or_default();
-    let mut lines = text.lines();
-    let verb = lines.next().filter(|verb| *verb == "reads").unwrap_or("writes into");
-    let holder = lines.next().map(|holder| format!(" ({holder})")).unwrap_or_default();
-    format!("another process {verb} {}{holder}: wait until it has ended", folder.display())
+    let verb = text.lines().next().filter(|verb| *verb == "reads").unwrap_or("writes into");
+    format!("another process {verb} {}{}: wait until it has ended", folder.display(), holder_in(&text))
+}
+
+/// The process that the text of a lock names, in brackets.
+fn holder_in(text: &str) -> String {
+    text.lines().nth(1).map(|holder| format!(" ({holder})")).unwrap_or_default()
 }
 
 /// Name of this machine.
@@ -237,6 +295,21 @@ mod tests {
         other.try_lock().unwrap();
         assert!(!is_at(&other, &root.path().join(LOCK)));
         drop(FolderLock::exclusive(root.path()).unwrap());
+    }
+
+    /// Where every lock is granted, the process that came first finds the name of the second.
+    #[cfg(unix)]
+    #[test]
+    fn a_process_that_comes_without_a_lock_is_found_by_the_first() {
+        let root = root();
+        let lock = FolderLock::exclusive(root.path()).unwrap();
+        lock.holder().check().unwrap();
+        fs::write(root.path().join(LOCK), "writes into\nprocess 1 on moon since ever\n0\n").unwrap();
+        let words = lock.holder().check().unwrap_err().to_string();
+        assert!(words.contains("another process (process 1 on moon since ever) has begun"), "{words}");
+        // The file of the other stays.
+        drop(lock);
+        assert!(root.path().join(LOCK).exists());
     }
 
     #[test]

@@ -184,7 +184,8 @@ impl Manifest {
     fn write(&mut self, folder: &Folder) -> Result<()> {
         folder.file(MANIFEST)?;
         self.files = folder.written();
-        folder.write_json(MANIFEST, self)
+        // On disk before the list of files is removed.
+        folder.write_lasting_json(MANIFEST, self)
     }
 
     /// Writes the manifest for the last time, with all files.

@@ -12,7 +12,7 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::{
-    folder_lock::FolderLock,
+    folder_lock::{FolderLock, Holder},
     written_files::{WrittenFiles, is_unstarted},
 };
 pub use crate::{
@@ -123,6 +123,8 @@ impl Resumption {
 #[derive(Debug, Clone)]
 pub struct Folder {
     path: PathBuf,
+    /// This process, in a claimed folder and inside it.
+    holder: Option<Arc<Holder>>,
     /// List of the written files; absent in folders that were created and not claimed.
     written: Option<Written>,
 }
@@ -163,7 +165,8 @@ impl Folder {
         // Another process may have written since.
         admit(path)?;
         let (files, inner) = (Arc::new(WrittenFiles::read(path)), String::new());
-        Ok((Self { path: path.to_owned(), written: Some(Written { files, inner }) }, lock))
+        let holder = Some(Arc::new(lock.holder().clone()));
+        Ok((Self { path: path.to_owned(), holder, written: Some(Written { files, inner }) }, lock))
     }
 
     /// Creates the folder and its parents, for files that belong to a run of another folder.
@@ -173,7 +176,7 @@ impl Folder {
     pub fn create(path: &Path, existing: Existing) -> Result<Self> {
         fs::create_dir_all(path).with_context(|| format!("cannot create the folder {}", path.display()))?;
         existing.admit(path)?;
-        Ok(Self { path: path.to_owned(), written: None })
+        Ok(Self { path: path.to_owned(), holder: None, written: None })
     }
 
     /// Returns a folder inside this one and creates it if necessary.
@@ -181,11 +184,18 @@ impl Folder {
     /// # Errors
     /// It cannot be created.
     pub fn inner(&self, name: &str) -> Result<Self> {
-        let inner = Self::create(&self.path.join(name), Existing::Replace)?;
         let written = self.written.clone();
-        let written =
-            written.map(|Written { files, inner }| Written { files, inner: format!("{inner}{name}/") });
-        Ok(Self { written, ..inner })
+        let written = written.map(|outer| Written { inner: format!("{}{name}/", outer.inner), ..outer });
+        Ok(Self { written, ..self.unlisted(name)? })
+    }
+
+    /// Returns a folder inside this one, whose files are not listed, and creates it if necessary.
+    ///
+    /// # Errors
+    /// It cannot be created.
+    pub fn unlisted(&self, name: &str) -> Result<Self> {
+        let holder = self.holder.clone();
+        Ok(Self { holder, ..Self::create(&self.path.join(name), Existing::Replace)? })
     }
 
     /// Returns the path of a file that this run is about to write, and lists it.
@@ -197,6 +207,14 @@ impl Folder {
             files.add(&format!("{inner}{name}"))?;
         }
         Ok(self.path.join(name))
+    }
+
+    /// Looks whether this process is still the last that has come to write into the folder.
+    ///
+    /// # Errors
+    /// Another process has come, where locks do not reach it.
+    pub(crate) fn check_holder(&self) -> Result<()> {
+        self.holder.as_ref().map_or(Ok(()), |holder| holder.check())
     }
 
     /// Names of the files that this run, or the one that it resumes, has written, relative to this
@@ -271,10 +289,15 @@ impl Folder {
     /// # Errors
     /// It cannot be written.
     pub fn write_json(&self, name: &str, content: &impl Serialize) -> Result<()> {
-        let mut text =
-            serde_json::to_string_pretty(content).context("the content cannot be encoded as JSON")?;
-        text.push('\n');
-        self.write(name, text)
+        self.write(name, json(content)?)
+    }
+
+    /// Writes a whole file of JSON; it is on disk when this returns.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn write_lasting_json(&self, name: &str, content: &impl Serialize) -> Result<()> {
+        self.write_lasting(name, json(content)?)
     }
 
     /// Writes a table as CSV: a header, then one record a row, numbers in their shortest exact
@@ -314,6 +337,12 @@ impl Folder {
     ) -> Result<()> {
         self.write_lasting(name, table(header, rows)?)
     }
+}
+
+/// Encodes a file of JSON.
+fn json(content: &impl Serialize) -> Result<String> {
+    let text = serde_json::to_string_pretty(content).context("the content cannot be encoded as JSON")?;
+    Ok(text + "\n")
 }
 
 /// Encodes a table as CSV.

@@ -550,6 +550,8 @@ impl<O: Observer + Serialize> Resumable<O> {
         // one on disk.
         let mut lengths = self.lengths.lock().unwrap_or_else(PoisonError::into_inner);
         task.write(self.done(), &state)?;
+        // One that has come meanwhile has resumed from the checkpoint before.
+        task.folder.check_holder()?;
         lengths.set(Some(state.files));
         drop(lengths);
         self.saved = Some(WallTime::now());

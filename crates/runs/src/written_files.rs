@@ -1,9 +1,9 @@
 //! The files that this program has written into an output folder: `--force` removes them and no
 //! file of the user, and pages list them and no others.
 //!
-//! The name of each file is appended to [`LIST`] before the file is created, so that the list is
-//! complete whenever the program is killed. The manifest of a run that has ended holds the names
-//! instead.
+//! The name of each file is appended to [`LIST`], and flushed to disk, before the file is created,
+//! so that the list is complete whenever the program is killed or the power is lost. The manifest
+//! of a run that has ended holds the names instead.
 
 use std::{
     collections::BTreeSet,
@@ -89,7 +89,7 @@ impl WrittenFiles {
         // The first line end closes a line that a killed process has left.
         let line = format!("\n{}\n", Value::from(name));
         let list = OpenOptions::new().create(true).append(true).open(&path);
-        list.and_then(|mut list| list.write_all(line.as_bytes()))
+        list.and_then(|mut list| list.write_all(line.as_bytes()).and_then(|()| list.sync_data()))
             .with_context(|| format!("cannot write {}", path.display()))
     }
 
@@ -190,7 +190,7 @@ fn names_without_list(folder: &Path) -> BTreeSet<String> {
     let tables = fs::read_to_string(folder.join("tables.json")).unwrap_or_default();
     let tables: Value = serde_json::from_str(&tables).unwrap_or_default();
     let files = tables.as_array().into_iter().flatten().filter_map(|table| table["file"].as_str());
-    files.map(str::to_owned).collect()
+    files.chain([MANIFEST]).map(str::to_owned).collect()
 }
 
 /// Whether a relative path stays inside its folder.

@@ -37,6 +37,7 @@ const SHARDS: &str = "shards.json";
 const POINTS: &str = "points";
 const REPLICA: &str = "replica-";
 const RECORD: &str = ".record";
+const PARTIAL: &str = ".partial";
 
 /// The shards that write into a folder, with the replicas of each by point.
 pub type Shards = BTreeMap<Shard, BTreeMap<Key, Vec<u64>>>;
@@ -58,6 +59,10 @@ pub struct SweepFolder {
 /// Whether a folder holds a sweep.
 pub fn is_sweep(path: &Path) -> bool {
     path.join(STUDY).is_file()
+}
+
+fn replica_name(replica: u64, ending: &str) -> String {
+    format!("{REPLICA}{replica:04}{ending}")
 }
 
 /// Whether a folder holds nothing but a study that was being written when its process was killed.
@@ -171,7 +176,7 @@ impl SweepFolder {
     /// It cannot be created.
     pub fn point(&self, key: Key) -> Result<Folder> {
         // Not listed among the files of the sweep: there may be thousands.
-        Folder::create(&self.folder.path().join(Self::point_name(key)), Existing::Replace)
+        self.folder.unlisted(&Self::point_name(key))
     }
 
     /// Path of the file of a finished replica.
@@ -198,11 +203,19 @@ impl SweepFolder {
 
     /// Path of the folder of a replica in progress.
     pub fn partial(&self, work: Work) -> PathBuf {
-        self.in_point(work, ".partial")
+        self.in_point(work, PARTIAL)
+    }
+
+    /// The folder of a replica in progress; it is created if necessary.
+    ///
+    /// # Errors
+    /// It cannot be created.
+    pub fn begin(&self, work: Work) -> Result<Folder> {
+        self.point(work.key)?.unlisted(&replica_name(work.replica, PARTIAL))
     }
 
     fn in_point(&self, Work { key, replica }: Work, ending: &str) -> PathBuf {
-        self.folder.path().join(Self::point_name(key)).join(format!("{REPLICA}{replica:04}{ending}"))
+        self.folder.path().join(Self::point_name(key)).join(replica_name(replica, ending))
     }
 
     /// What is known of a replica.

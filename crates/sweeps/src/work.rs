@@ -14,7 +14,6 @@ use std::{
 use anyhow::{Context, Error, Result};
 use carom_runs::{
     interruption::{Interrupted, Signals},
-    output::{Existing, Folder},
     progress::{Lines, Progress},
     run::replica::Replica,
 };
@@ -138,15 +137,14 @@ impl Execution<'_> {
     fn replica(&self, work: Work, progress: &Progress) -> Result<()> {
         let point = self.points[&work.key];
         let name = || format!("point {}, replica {}", point.label, work.replica);
-        let path = self.sweep.partial(work);
-        let folder = Folder::create(&path, Existing::Replace)?;
+        let folder = self.sweep.begin(work)?;
         let scene = point.replica(work.replica);
         let (checkpoint_every, signals) = (self.checkpoint_every, self.signals);
         let replica = Replica { scene: &scene, folder: &folder, checkpoint_every, signals, progress };
         let finished = replica.run().with_context(name)?;
         let stored = Stored { work, record: finished.record, seconds: finished.seconds };
         stored.write(&self.sweep.record(work))?;
-        remove_folder(&path)
+        remove_folder(folder.path())
     }
 }
 
