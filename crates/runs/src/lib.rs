@@ -18,6 +18,7 @@ pub mod detect;
 pub mod encounters;
 pub mod exit;
 pub mod experiment;
+mod file_names;
 pub mod finite;
 pub mod folder_lock;
 pub mod interruption;

@@ -190,6 +190,7 @@ impl Manifest {
 
     /// Writes the manifest for the last time, with all files.
     fn end(mut self, folder: &Folder) -> Result<()> {
+        folder.check_holder()?;
         self.write(folder)?;
         if self.files.is_some() { folder.end_list() } else { Ok(()) }
     }

@@ -11,13 +11,13 @@ use anyhow::{Context, Error, Result, anyhow, ensure};
 use clap::Args;
 use serde::Serialize;
 
+pub use crate::{
+    file_names::MANIFEST,
+    whole_file::{write_lasting, write_streamed, write_whole},
+};
 use crate::{
     folder_lock::{FolderLock, Holder},
     written_files::{WrittenFiles, is_unstarted},
-};
-pub use crate::{
-    whole_file::{write_lasting, write_streamed, write_whole},
-    written_files::MANIFEST,
 };
 
 /// Treatment of a folder that already holds files.

@@ -14,8 +14,7 @@ use crate::{
     output::Folder,
 };
 
-/// Name of the file.
-pub const SUMS: &str = "sums";
+pub use crate::file_names::SUMS;
 
 /// Runs of one scene that differ in their random numbers. Parts are merged by the keys of their
 /// runs, so that no order of merging changes a digit.

@@ -39,7 +39,7 @@ use crate::{
     output::{Folder, Resumption},
 };
 
-pub use crate::written_files::CHECKPOINT;
+pub use crate::file_names::CHECKPOINT;
 
 /// One checkpoint is taken when this share of the run is done; an extended run starts from it.
 /// Smaller: an extension repeats more of the run. Larger: fewer runs have an epoch that ends so

@@ -16,16 +16,12 @@ use std::{
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::{checkpoint_file, folder_lock::LOCK, whole_file::part_of};
-
-/// The file that every run writes first.
-pub const MANIFEST: &str = "manifest.json";
-
-/// Name of the checkpoint file in the folder of a run.
-pub const CHECKPOINT: &str = "checkpoint";
-
-/// Name of the file in the folder of a run that holds a growth in progress.
-pub(crate) const GROWTH: &str = "growth";
+use crate::{
+    checkpoint_file,
+    file_names::{CHECKPOINT, GROWTH, KNOWN, MANIFEST},
+    folder_lock::LOCK,
+    whole_file::part_of,
+};
 
 /// The names, one a line as JSON text, while a run has not ended.
 pub const LIST: &str = ".carom-files";
@@ -190,7 +186,7 @@ fn names_without_list(folder: &Path) -> BTreeSet<String> {
     let tables = fs::read_to_string(folder.join("tables.json")).unwrap_or_default();
     let tables: Value = serde_json::from_str(&tables).unwrap_or_default();
     let files = tables.as_array().into_iter().flatten().filter_map(|table| table["file"].as_str());
-    files.chain([MANIFEST]).map(str::to_owned).collect()
+    files.chain(KNOWN.map(|(name, _)| name)).map(str::to_owned).collect()
 }
 
 /// Whether a relative path stays inside its folder.

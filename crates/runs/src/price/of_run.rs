@@ -16,8 +16,7 @@ use super::{
     growth, replay, time,
 };
 
-/// File of the price in the folder of a run.
-pub const PRICE: &str = "price.json";
+pub use crate::file_names::PRICE;
 
 /// Contacts replayed, as a share of those of the run, and at least and at most. The number depends
 /// on the run alone, so that the counts are the same each time. More: the price takes more of the

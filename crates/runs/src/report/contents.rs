@@ -15,10 +15,10 @@ use super::{
 };
 use crate::{
     animation::ANIMATION,
+    file_names::PICTURES,
     left_out::LeftOut,
     output::{Folder, MANIFEST},
     price::{PRICE, Price},
-    run::files::PICTURES,
     whole_box::MAPS,
 };
 

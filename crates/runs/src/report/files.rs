@@ -2,32 +2,13 @@
 
 use carom_tables::Table;
 
-use crate::{measures, price::PRICE, record::SUMS, resumable::CHECKPOINT, run::files::TRAJECTORY};
+use crate::{
+    file_names::{CHECKPOINT, GROWTH, KNOWN},
+    measures,
+};
 
 /// More files are counted and not listed: a folder may hold thousands of snapshots.
 const MOST_FILES: usize = 200;
-
-/// Files with fixed names.
-const KNOWN: [(&str, &str); 18] = [
-    ("animation.json", "the moving picture"),
-    ("config.toml", "the scene, or the settings, with all options"),
-    ("density.svg", "map of the area fraction in the last state"),
-    ("end.extxyz", "the last state, for OVITO and ASE"),
-    ("end.svg", "picture of the last state"),
-    ("flights.csv", "flights of the moving picture, with all digits"),
-    ("manifest.json", "program, machine, command, random numbers, time taken"),
-    ("order.svg", "map of the sixfold order in the last state"),
-    (PRICE, "what the method saves and gets wrong"),
-    ("runs.csv", "the merged runs"),
-    ("start-state", "the state of another run from which this one starts"),
-    ("start.extxyz", "the first state, for OVITO and ASE"),
-    ("start.svg", "picture of the first state"),
-    ("summary.json", "figures with errors and predictions, totals, checks"),
-    ("tables.json", "columns of the tables: units, roles, sources of predictions"),
-    (SUMS, "sums from which carom merge computes means and errors"),
-    (TRAJECTORY, "snapshots, for OVITO and ASE; carom convert writes other formats"),
-    ("events.csv", "contacts, one a row"),
-];
 
 /// Files and their content, in order of their names, without the page, checkpoints and temporary
 /// files.
@@ -35,7 +16,7 @@ pub(super) fn listed(names: &[String], tables: &[Table]) -> Vec<(String, String)
     let is_data = |name: &&String| {
         let ending = ending(name);
         let is_page = ending == "html" && !name.contains('/');
-        let is_state = [CHECKPOINT, "growth"].contains(&name.as_str());
+        let is_state = [CHECKPOINT, GROWTH].contains(&name.as_str());
         !(is_page || is_state || ending == "part" || name.starts_with('.'))
     };
     let shown: Vec<&String> = names.iter().filter(is_data).collect();

@@ -26,7 +26,6 @@ use carom_methods::{AnySimulation, Method};
 
 use super::{
     START, describe,
-    files::PICTURES,
     outcome::PICTURE,
     scene_file::{self, MOST_SAMPLES, tags},
     schedule::{Schedule, Step, What, spans},
@@ -35,6 +34,7 @@ use super::{
 };
 use crate::{
     command_line::command,
+    file_names::PICTURES,
     interruption::Signals,
     manifest::Manifest,
     measures::Measures,

@@ -1,6 +1,5 @@
 //! `carom run`: runs any scene and writes what its `[run]` requests.
 
-pub(crate) mod files;
 pub mod interactive;
 pub(crate) mod outcome;
 pub(crate) mod parent;

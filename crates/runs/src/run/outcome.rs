@@ -11,12 +11,12 @@ use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    files::PICTURES,
     stage_edits, stages,
     steps::{self, Output},
 };
 use crate::{
     animation,
+    file_names::PICTURES,
     interruption::{Interrupted, Signals},
     measures::{HardDiscs, Measures, Results},
     memory::{self, Demand},

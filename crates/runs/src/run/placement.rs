@@ -22,7 +22,7 @@ use crate::{
     progress::{Lines, Progress},
 };
 
-pub(crate) use crate::written_files::GROWTH;
+pub(crate) use crate::file_names::GROWTH;
 
 /// Writes the state of a growth to the folder of a run with this description.
 pub fn store(growth: &Growth, what: &str, folder: &Path) -> Result<()> {

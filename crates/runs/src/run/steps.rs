@@ -8,13 +8,12 @@ use carom::{EpochTime, Observer as _, Scene, engine::RunSpec, observers::write_e
 use carom_methods::AnySimulation;
 
 use super::{
-    files::TRAJECTORY,
     schedule::{Schedule, Step, What},
     stage_edits, stop,
 };
 use crate::{
-    animation, interruption::Signals, measures::Measures, progress::Progress, resumable::Resumable,
-    resumable::Task,
+    animation, file_names::TRAJECTORY, interruption::Signals, measures::Measures, progress::Progress,
+    resumable::Resumable, resumable::Task,
 };
 
 /// The first slice of a run between two looks at its progress, and the shortest, as shares of the
