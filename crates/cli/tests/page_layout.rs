@@ -213,7 +213,7 @@ fn planted_faults_are_found() {
     let narrow = "</style><style>table { min-width: 0; width: 1px; } td:first-child { overflow-wrap: anywhere; white-space: normal !important; }</style>";
     let broken = sound.replacen("</style>", narrow, 1).replacen(">word<", ">unbreakable<", 1);
     let wide = sound.replacen("A page with a fault.", &"w".repeat(300), 1);
-    let loud = sound.replacen("</main>", "</main><script>console.error('a fault')</script>", 1);
+    let loud = sound.replacen("</main>", "</main><script nonce=probe>console.error('a fault')</script>", 1);
     let pages = [
         ("sound", sound.clone()),
         ("cut label", cut),
