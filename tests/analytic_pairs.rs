@@ -1,15 +1,13 @@
 //! First contacts with a known analytic answer, from head-on discs to grazes a billionth of a
 //! radius deep.
 
-mod support;
-
 use std::f64::consts::PI;
 
+use crate::support::formulas::Pair;
 use carom_detection::{Answer, Contact, Detection, Exact, GoldenSecant, Outcome, Touch, skim};
 use carom_geometry::{Atom, Molecule, Shape};
 use carom_kinematics::{Orientation, RelativeMotion};
 use glam::DVec2;
-use support::Pair;
 
 fn ask(detector: &dyn Detection, pair: &Pair<'_>, horizon: f64) -> Answer {
     detector.first_contact(pair.a.outline(), pair.b.outline(), &pair.motion, horizon)

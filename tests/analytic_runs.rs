@@ -1,15 +1,12 @@
 //! Runs with a known course: two discs, cradles, break shots, lines, billiards, very heavy and very
 //! light bodies.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{Encounters, bits, bumper, disc, named, scene, simulate, test_each_scheduler, velocity};
 use carom_engine::{MoleculeSpec, Scene, Scheduler};
 use carom_kinematics::EpochTime;
 use glam::DVec2;
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64;
-use support::{Encounters, bits, bumper, disc, named, scene, simulate, test_each_scheduler, velocity};
 
 test_each_scheduler! {
     two_discs_head_on: check_head_on;
@@ -210,7 +207,7 @@ fn check_billiard<S: Scheduler>(options: &S::Options) {
 
 fn check_masses<S: Scheduler>(options: &S::Options) {
     for ratio in [1e8, 1e-8] {
-        let mut scene = Scene { gas: vec![support::gas("disc", 0.03, 40)], ..Scene::default() };
+        let mut scene = Scene { gas: vec![crate::support::gas("disc", 0.03, 40)], ..Scene::default() };
         scene.molecule = vec![named("tee", 0.02, ratio, [0.5, 0.5])];
         let mut simulation = simulate::<S>(&scene, options);
         simulation.run_until(20.0).unwrap();

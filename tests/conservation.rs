@@ -1,20 +1,15 @@
 //! Conservation of momentum, energy and angular momentum at each contact and over whole runs, for
 //! any masses, shapes and elasticity, with free and locked bodies.
 
-#[path = "support/property.rs"]
-mod property;
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::property::cases;
+use crate::support::{named, scene, simulate, test_each_scheduler};
 use carom_engine::{
     AtomSpec, Body, CollisionReport, MoleculeSpec, Observer, Rotation, Scene, Scheduler, View, rounding_bound,
 };
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{Motion, angular_momentum};
 use glam::DVec2;
-use property::cases;
 use proptest::prelude::*;
-use support::{named, scene, simulate, test_each_scheduler};
 
 /// Asserts the laws of a smooth impact at each contact, with formulas independent of the engine.
 struct Laws {
@@ -251,7 +246,7 @@ fn check_cluster<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_inelastic_gas<S: Scheduler>(options: &S::Options) {
-    let mut scene = Scene { gas: vec![support::gas("disc", 0.02, 150)], ..Scene::default() };
+    let mut scene = Scene { gas: vec![crate::support::gas("disc", 0.02, 150)], ..Scene::default() };
     // The gas drifts: a total momentum other than 0 must also be conserved.
     scene.gas[0].zero_momentum = Some(false);
     scene.elasticity.default = 0.9;

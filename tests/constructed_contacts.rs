@@ -1,8 +1,7 @@
 //! Contacts constructed at a known time, and random pairs against brute force: `Exact` finds the
 //! first contact and no other.
 
-mod support;
-
+use crate::support::{formulas::Pair, property::cases};
 use carom_detection::{
     Answer, BoundingCircles, Contact, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch,
 };
@@ -10,7 +9,6 @@ use carom_geometry::{Atom, Molecule};
 use carom_kinematics::{Motion, Orientation, RelativeMotion};
 use glam::DVec2;
 use proptest::{num, prelude::*};
-use support::{Pair, property::cases};
 
 fn molecules() -> impl Strategy<Value = Molecule> {
     let atoms = prop::collection::vec((-1.0..1.0, -1.0..1.0, 0.02..0.5, 0.1..10.0), 1..6);

@@ -1,9 +1,10 @@
 //! Guarantees to the bit: a run does not depend on observers, views, pieces of time, the unit of
 //! time, or the order of bodies.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{
+    Encounters, bits, bumper, frozen, gas, reference_scene, scenes, simulate, test_each_instruction_set,
+    test_each_scheduler,
+};
 use carom_detection::Exact;
 use carom_engine::{
     CellScheduler, CellsPerSide, HeapScheduler, Instructions, Observer, Rotation, Scene, Scheduler,
@@ -14,10 +15,6 @@ use carom_response::Impact;
 use glam::DVec2;
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64;
-use support::{
-    Encounters, bits, bumper, frozen, gas, reference_scene, scenes, simulate, test_each_instruction_set,
-    test_each_scheduler,
-};
 
 /// Long enough for about thirty collisions of each body, after which a difference in the last bit
 /// has grown to the first.
@@ -247,8 +244,8 @@ fn check_exchange<S: Scheduler>(options: &S::Options) {
 }
 
 mod vector_instructions_give_the_bits_of_the_portable_path {
-    super::support::test_of_instructions!(cells_avx512, Widest, |&set| super::check_against_portable(set));
-    super::support::test_of_instructions!(cells_avx2, Avx2, |&set| super::check_against_portable(set));
+    crate::support::test_of_instructions!(cells_avx512, Widest, |&set| super::check_against_portable(set));
+    crate::support::test_of_instructions!(cells_avx2, Avx2, |&set| super::check_against_portable(set));
 }
 
 fn check_against_portable(instructions: Instructions) {

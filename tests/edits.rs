@@ -1,13 +1,12 @@
 //! Edits take effect at the time of the sample: each has a known consequence.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{
+    disc, head_on, named, reference_scene, rule, scene, simulate, test_each_scheduler, velocity,
+};
 use carom_detection::Exact;
 use carom_engine::{EditError, ElasticitySpec, MoleculeSpec, Rotation, Scheduler, Simulation};
 use carom_response::Impact;
 use glam::DVec2;
-use support::{disc, head_on, named, reference_scene, rule, scene, simulate, test_each_scheduler, velocity};
 
 test_each_scheduler! {
     a_predicted_contact_uses_an_elasticity_set_after_its_prediction: check_elasticity;
@@ -173,7 +172,7 @@ fn check_batches<S: Scheduler>(options: &S::Options) {
         simulation.run_until(1.0).unwrap();
     }
     assert!(at_once.view().counters().collisions > 20);
-    assert_eq!(support::bits(&at_once.view()), support::bits(&one_by_one.view()));
+    assert_eq!(crate::support::bits(&at_once.view()), crate::support::bits(&one_by_one.view()));
     let ids = |simulation: &Simulation<Exact, Impact, S>| -> Vec<u64> {
         simulation.view().bodies().map(|view| view.body.id()).collect()
     };
@@ -350,7 +349,7 @@ fn check_locking<S: Scheduler>(options: &S::Options) {
     for (rotation, impulse, spin) in
         [(Rotation::Locked, 4.0 / 3.0, 0.0), (Rotation::Free, 12.0 / 11.0, 8.0 / 11.0)]
     {
-        let mut scene = support::scene(vec![
+        let mut scene = crate::support::scene(vec![
             MoleculeSpec { rotation: Rotation::Locked, ..named("dumbbell", 0.5, 1.0, [5.0, 5.0]) },
             disc(0.5, 1.0, [5.5, 3.0], [0.0, 1.0]),
         ]);
@@ -393,7 +392,7 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
     let fixed = MoleculeSpec { fixed: true, ..disc(0.1, 1.0, [3.0, 1.0], [0.0; 2]) };
     let idle = disc(0.1, 1.0, [1.0, 1.0], [0.0; 2]);
     // One body has no energy to scale: the edit changes neither bodies nor energies.
-    let before = (support::bits(&simulation.view()), *simulation.view().ledger());
+    let before = (crate::support::bits(&simulation.view()), *simulation.view().ledger());
     let mut newcomer = None;
     let refused = simulation.edit(|batch| {
         batch.remove(keys[1])?;
@@ -402,7 +401,7 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
         batch.reset_energy_of_all(3.0)
     });
     assert!(matches!(refused, Err(EditError::NoEnergy(name)) if Some(name.key) == newcomer));
-    assert_eq!((support::bits(&simulation.view()), *simulation.view().ledger()), before);
+    assert_eq!((crate::support::bits(&simulation.view()), *simulation.view().ledger()), before);
     // A reset that is refused within a batch changes none of the other bodies.
     simulation
         .edit(|batch| {
@@ -411,7 +410,7 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
             batch.remove(idle)
         })
         .unwrap();
-    assert_eq!((support::bits(&simulation.view()), *simulation.view().ledger()), before);
+    assert_eq!((crate::support::bits(&simulation.view()), *simulation.view().ledger()), before);
 
     let epochs = simulation.view().counters().epochs;
     let (newcomer, other) = simulation

@@ -1,13 +1,11 @@
 //! Each detector against 450 encounters with a known first contact (`tests/data/README.md`).
 
-mod support;
-
 use std::{collections::BTreeMap, path::Path};
 
+use crate::support::formulas::Pair;
 use carom_detection::{Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch};
 use carom_kinematics::Motion;
 use carom_runs::encounters::{self, EncounterRecord, Expected};
-use support::Pair;
 
 fn all() -> Vec<EncounterRecord> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/encounters.csv");

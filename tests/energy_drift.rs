@@ -1,16 +1,13 @@
 //! The energy of contacts: elastic runs along an axis drift as a random walk, and contacts at
 //! elasticity below 1 separate no faster than they should, or are refused.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{bumper, disc, scene, simulate, test_each_scheduler, velocity};
 use carom_detection::Exact;
 use carom_engine::{
     AtomSpec, GridError, MoleculeSpec, Rotation, RunError, Scene, SceneError, Scheduler, Simulation,
     StallCause, WallSpec,
 };
 use carom_response::Impact;
-use support::{bumper, disc, scene, simulate, test_each_scheduler, velocity};
 
 test_each_scheduler! {
     unequal_masses_and_a_wall_on_an_axis_keep_the_energy: check_line_with_wall;

@@ -1,13 +1,10 @@
 //! The grid misses no contact: for any number of cells per side, and with `CellScheduler`, the
 //! collisions are those of all pairs.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{Encounters, bumper, frozen, gas, named, reference_scene, scene, scenes, simulate};
 use carom_engine::{
     CellScheduler, CellsPerSide, HeapScheduler, Instructions, MoleculeSpec, Rotation, Scene, Scheduler,
 };
-use support::{Encounters, bumper, frozen, gas, named, reference_scene, scene, scenes, simulate};
 
 /// Collisions per body in one slice, and the number of slices.
 ///

@@ -1,11 +1,9 @@
 //! Gases can be grown to densities at which no lattice holds them, around other bodies that stay at
 //! their places, with the same result to the bit from each scene.
 
-#[path = "support/engine.rs"]
-mod support;
-
 use std::ops::ControlFlow;
 
+use crate::support::{bits, bumper, gas, named, simulate};
 use carom_detection::Exact;
 use carom_engine::{
     AtomSpec, CellsPerSide, GasSpec, Growth, HeapScheduler, Instructions, MoleculeSpec, Placement, Scene,
@@ -14,7 +12,6 @@ use carom_engine::{
 use carom_geometry::{Atom, Molecule};
 use carom_response::Impact;
 use glam::DVec2;
-use support::{bits, bumper, gas, named, simulate};
 
 /// Gases that are grown, and relaxed for so many collisions a molecule.
 fn grown(gas: Vec<GasSpec>, relax: f64) -> Scene {

@@ -1,13 +1,10 @@
 //! Contacts through given periodic images, and bodies on the borders of the box and of the cells.
 
-#[path = "support/engine.rs"]
-mod support;
-
 use carom_engine::{CellsPerSide, HeapScheduler, MoleculeSpec, Scheduler};
 use carom_kinematics::EpochTime;
 use glam::DVec2;
 
-use support::{Encounters, disc, scene, simulate, test_each_scheduler};
+use crate::support::{Encounters, disc, scene, simulate, test_each_scheduler};
 
 #[test]
 fn a_disc_wider_than_half_the_box_is_hit_through_both_images() {

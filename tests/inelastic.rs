@@ -1,15 +1,12 @@
 //! Contacts that lose energy: the guard against inelastic collapse lets all runs continue, and does
 //! not affect a cooling gas.
 
-#[path = "support/engine.rs"]
-mod support;
-
 use std::f64::consts::PI;
 
-use carom_engine::{CollisionReport, MoleculeSpec, Observer, RunError, Scene, Scheduler, WallSpec};
-use support::{
+use crate::support::{
     bits, bumper, disc, frozen, gas, reference_scene, scene, simulate, test_each_scheduler, velocity,
 };
+use carom_engine::{CollisionReport, MoleculeSpec, Observer, RunError, Scene, Scheduler, WallSpec};
 
 /// Sums the energy lost in contacts, and records their elasticities.
 #[derive(Default)]

@@ -1,11 +1,8 @@
 //! Brute-force checks after each event: no overlap, no missed contact, and the energy agrees with
 //! the ledger.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{bumper, gas, named, scene, scenes, simulate};
 use carom_engine::{CellScheduler, CellsPerSide, HeapScheduler, Instructions, Scene, Scheduler};
-use support::{bumper, gas, named, scene, scenes, simulate};
 
 fn walk<S: Scheduler + Clone>(name: &str, scene: &Scene, options: &S::Options, events: usize) {
     let mut simulation = simulate::<S>(scene, options);
@@ -100,7 +97,7 @@ fn the_invariants_hold_after_edits() {
             _ => {
                 let spot = (0..100).find_map(|k| {
                     let at = [f64::from(k % 10) / 10.0, f64::from(k / 10) / 10.0];
-                    simulation.add(&support::disc(0.02, 0.5, at, [1.0, 0.3])).ok()
+                    simulation.add(&crate::support::disc(0.02, 0.5, at, [1.0, 0.3])).ok()
                 });
                 assert!(spot.is_some(), "no space for one more disc");
             }

@@ -1,31 +1,18 @@
 //! The results of the observers: constructed contacts with a known answer, sums by hand, and
 //! kinetic theory.
 
-#[path = "observers/boundary.rs"]
 mod boundary;
-#[path = "observers/correlations.rs"]
 mod correlations;
-#[path = "observers/drift.rs"]
 mod drift;
-#[path = "observers/heat.rs"]
 mod heat;
-#[path = "observers/logs.rs"]
 mod logs;
-#[path = "observers/one_body.rs"]
 mod one_body;
-#[path = "observers/pairs.rs"]
 mod pairs;
-#[path = "observers/pressure.rs"]
 mod pressure;
-#[path = "observers/subscriptions.rs"]
 mod subscriptions;
-#[path = "observers/temperature.rs"]
 mod temperature;
-#[path = "observers/text.rs"]
 mod text;
-#[path = "observers/velocities.rs"]
 mod velocities;
-#[path = "observers/whole_gas.rs"]
 mod whole_gas;
 
 use std::f64::consts::PI;

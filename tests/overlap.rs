@@ -1,12 +1,9 @@
 //! No pair overlaps by more than rounding: a hundred thousand collisions of the tee in its gas.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{bumper, gas, named, scene, simulate};
 use carom_engine::{
     CellScheduler, CellsPerSide, CollisionReport, HeapScheduler, Instructions, Observer, Scene, Scheduler,
 };
-use support::{bumper, gas, named, scene, simulate};
 
 /// Counts the collisions of the body inserted first.
 #[derive(Default)]

@@ -1,13 +1,10 @@
 //! A user-defined observer: on the stack, in a box, in a list, and as part of a tuple, it observes
 //! the same run.
 
-#[path = "support/engine.rs"]
-mod support;
-
 use std::{cell::Cell, rc::Rc};
 
+use crate::support::{bits, reference_scene, scene, simulate};
 use carom_engine::{Body, CellScheduler, CollisionReport, Instructions, Observer, RunError, Tag, View};
-use support::{bits, reference_scene, scene, simulate};
 
 /// The data that an observer has received.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -1,11 +1,9 @@
 //! A user-defined response: the ledger records the energy that its contacts lose, and its impulse
 //! is never replaced.
 
-#[path = "support/engine.rs"]
-mod support;
-
 use std::hash::{DefaultHasher, Hash, Hasher};
 
+use crate::support::{bits, bumper, disc, gas, named, scene};
 use carom_detection::Exact;
 use carom_engine::{
     CellScheduler, CollisionReport, HeapScheduler, Observer, RunError, Scene, Scheduler, Side, Simulation,
@@ -13,7 +11,6 @@ use carom_engine::{
 use carom_kinematics::{EpochTime, Inertia, Motion};
 use carom_response::{ContactFrame, Elasticity, Impact, Response, approach_speed};
 use glam::DVec2;
-use support::{bits, bumper, disc, gas, named, scene};
 
 /// Elastic for slow contacts; the elasticity of the scene at ten times the reference speed and
 /// above. The example of the README.
@@ -105,7 +102,7 @@ fn a_contact_with_a_fixed_body_has_the_impulse_of_the_response() {
 fn check_bumper<S: Scheduler>(billiard: &Scene) {
     let mut simulation = simulate::<_, S>(billiard, SpeedDependent { reference: 1.0 });
     assert!(simulation.step(1.0, &mut ()).unwrap());
-    let velocity = support::velocity(&simulation.view(), 0);
+    let velocity = crate::support::velocity(&simulation.view(), 0);
     assert!((velocity - DVec2::new(-0.55 * 9.0, 0.0)).length() < 1e-14, "{velocity}");
     assert!((simulation.view().ledger().lost - 0.5 * 2.0 * 81.0 * (1.0 - 0.55 * 0.55)).abs() < 1e-12);
 }
@@ -156,7 +153,7 @@ fn check_rattle<S: Scheduler, R: Response>(response: R, speed: f64, guarded: u64
         assert!(simulation.step(1.0, &mut ()).unwrap());
     }
     let view = simulation.view();
-    assert!((support::velocity(&view, 0).x.abs() - speed).abs() < 1e-15);
+    assert!((crate::support::velocity(&view, 0).x.abs() - speed).abs() < 1e-15);
     assert_eq!(view.counters().guarded_collisions, guarded);
     let ledger = view.ledger();
     assert!((ledger.spared - spared).abs() < 1e-14, "{ledger:?}");

@@ -1,9 +1,7 @@
 //! A user-defined scheduler, which compares all pairs in all images, and the shipped schedulers
 //! against it.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{frozen, reference_scene, scenes, simulate, test_each_scheduler};
 use carom_detection::{Detection, Exact, Outcome};
 use carom_engine::{
     CollisionReport, GridError, Observer, Scene, Scheduler, SchedulerCounters, Simulation, World,
@@ -13,7 +11,6 @@ use carom_engine::{
 use carom_kinematics::{Motion, RelativeMotion};
 use carom_response::{ContactFrame, Impact, approach_speed};
 use glam::DVec2;
-use support::{frozen, reference_scene, scenes, simulate, test_each_scheduler};
 
 /// Computes the next contact of each pair in each image anew for each event. It stores only the
 /// motions, whose positions it never wraps.

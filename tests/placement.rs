@@ -1,15 +1,12 @@
 //! A gas can be placed densely, in mixtures and around other bodies, and starts with the requested
 //! energy.
 
-#[path = "support/engine.rs"]
-mod support;
-
 use carom_detection::Exact;
 use carom_engine::{AtomSpec, CellsPerSide, GasSpec, HeapScheduler, Rotation, Scene, Simulation, WallSpec};
 
+use crate::support::{bumper, gas, named, simulate};
 use carom_response::Impact;
 use glam::DVec2;
-use support::{bumper, gas, named, simulate};
 
 /// Builds a scene and asserts that no bodies touch.
 fn filled(scene: &Scene) -> Simulation<Exact, Impact, HeapScheduler> {
@@ -76,8 +73,10 @@ fn mixtures_can_be_placed_around_other_bodies() {
         simulation.view().bodies().filter(|view| view.body.molecule().bounding_radius() > 0.01).count();
     assert_eq!(large, (0.2 / (std::f64::consts::PI * 0.0025)).round() as usize);
 
-    let mut around =
-        support::scene(vec![named("tee", 0.04, 1.0, [0.5, 0.5]), named("rod:8", 0.03, 1.0, [0.5, 0.8])]);
+    let mut around = crate::support::scene(vec![
+        named("tee", 0.04, 1.0, [0.5, 0.5]),
+        named("rod:8", 0.03, 1.0, [0.5, 0.8]),
+    ]);
     around.bumper = vec![bumper(0.1, [0.0, 0.0]), bumper(0.05, [0.05, 0.5])];
     around.gas = vec![by_area("dumbbell", 0.012, 0.15), by_area("disc", 0.01, 0.2)];
     filled(&around);
@@ -158,7 +157,7 @@ fn a_gas_starts_without_momentum_where_momentum_is_conserved() {
 
 #[test]
 fn given_velocities_are_not_changed() {
-    let mut scene = support::scene(vec![named("tee", 0.02, 1.0, [0.5, 0.5])]);
+    let mut scene = crate::support::scene(vec![named("tee", 0.02, 1.0, [0.5, 0.5])]);
     scene.molecule[0].velocity = [0.3, -0.7];
     scene.gas = vec![gas("disc", 0.01, 50)];
     let simulation = filled(&scene);

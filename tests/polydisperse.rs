@@ -1,9 +1,6 @@
 //! Gases of drawn sizes and masses: the sizes are those of the distribution, dense starts have no
 //! overlap, and heavy and light molecules share the energy by equipartition.
 
-#[path = "support/engine.rs"]
-mod support;
-
 use carom_detection::Exact;
 use carom_engine::{
     CellScheduler, Distribution, GasSpec, HeapScheduler, Placement, Scene, Simulation, StartVelocities, View,

@@ -1,14 +1,11 @@
 //! Invalid edits return an error that names their cause and change no bit of the run.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{bits, disc, head_on, reference_scene, rule, simulate, test_each_scheduler, velocity};
 use carom_engine::{
     Batch, CellScheduler, CellsPerSide, EditError, ElasticitySpec, GridError, HeapScheduler, MoleculeSpec,
     Rotation, SceneError, Scheduler,
 };
 use glam::DVec2;
-use support::{bits, disc, head_on, reference_scene, rule, simulate, test_each_scheduler, velocity};
 
 #[test]
 fn the_rotation_of_a_fixed_body_cannot_be_changed() {

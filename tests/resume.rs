@@ -1,9 +1,7 @@
 //! A run that is stored at the end of an epoch and resumed is equal, to the bit, to the run that
 //! continued.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{bits, disc, gas, named, reference_scene, rule, scene, simulate, test_each_scheduler};
 use carom::{
     BodyKey, Checkpoint, CollisionRate, DirectionHistogram, EnergyLedger, EpochTime, Exact, Impact, Observer,
     OverlapCheck, Pressure, ProjectionHistogram, RunningAverage, Scene, Scheduler, Simulation,
@@ -15,7 +13,6 @@ use carom::{
 };
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use support::{bits, disc, gas, named, reference_scene, rule, scene, simulate, test_each_scheduler};
 
 type Run<S> = Simulation<Exact, Impact, S>;
 

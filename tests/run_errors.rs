@@ -1,12 +1,11 @@
 //! Runs with very many events in a short time end at their target time, or with a named error.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{
+    Encounters, bits, bumper, disc, gas, named, scene, simulate, test_each_scheduler, velocity,
+};
 use carom_engine::{MoleculeSpec, RunError, Scene, Scheduler, Simulation};
 use carom_kinematics::EpochTime;
 use glam::DVec2;
-use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, test_each_scheduler, velocity};
 
 test_each_scheduler! {
     superelastic_contacts_end_with_a_blow_up_error: check_blow_up;

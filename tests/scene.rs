@@ -1,9 +1,7 @@
 //! Valid scenes are accepted, and invalid ones are refused with an error that names the wrong
 //! entry.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{bumper, disc, gas, named, scene, simulate, velocity};
 use carom_detection::Exact;
 use carom_engine::{
     AtomSpec, BumperSpec, CellScheduler, CellsPerSide, ElasticityRule, GasSpec, GridError, HeapScheduler,
@@ -11,7 +9,6 @@ use carom_engine::{
 };
 use carom_geometry::GeometryError;
 use carom_response::Impact;
-use support::{bumper, disc, gas, named, scene, simulate, velocity};
 
 fn refusal(scene: &Scene) -> SceneError {
     Simulation::<Exact, Impact, HeapScheduler>::with(scene, Exact::default(), Impact, CellsPerSide::Automatic)
@@ -57,7 +54,7 @@ fn text_with_unknown_or_missing_keys_is_refused_with_its_line() {
 
 #[test]
 fn a_scene_is_unchanged_by_writing_and_reading() {
-    let mut scene = support::reference_scene(9);
+    let mut scene = crate::support::reference_scene(9);
     scene.molecule[0].tags = vec!["a".to_owned()];
     scene.elasticity.pair = vec![ElasticityRule { between: vec!["a".to_owned()], coefficient: 0.1 + 0.2 }];
     scene.run.observe = vec!["energy".to_owned()];

@@ -1,11 +1,8 @@
 //! `CellScheduler` in all kinds of scenes: crowded cells, long runs.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{Encounters, disc, named, scene, scenes, simulate, test_each_instruction_set};
 use carom_engine::{CellScheduler, CellsPerSide, HeapScheduler, Instructions, MoleculeSpec, Scheduler};
 use carom_kinematics::EpochTime;
-use support::{Encounters, disc, named, scene, scenes, simulate, test_each_instruction_set};
 
 test_each_instruction_set! {
     /// Discs in one heap, in a box a hundred diameters wide: the lists of the cells grow long, and

@@ -1,11 +1,9 @@
 //! No two bodies sink into each other: pairs and clusters that start in contact, at any elasticity,
 //! for a long time.
 
-#[path = "support/engine.rs"]
-mod support;
-
 use std::f64::consts::TAU;
 
+use crate::support::{disc, named, scene, simulate};
 use carom_engine::{
     CollisionReport, MoleculeSpec, Observer, Rotation, RunError, Scene, Scheduler, Side, WallSpec,
 };
@@ -14,7 +12,6 @@ use carom_kinematics::{EpochTime, Orientation};
 use glam::DVec2;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use support::{disc, named, scene, simulate};
 
 /// Deepest allowed overlap, in roundings (ε) of the side of the box.
 const DEEPEST: f64 = 16.0;

@@ -1,14 +1,13 @@
 //! The slowest and the fastest bodies: superelastic contacts displace no body, and bodies too slow
 //! to compute with are refused in a scene, by an edit, and during a run.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{
+    Encounters, bumper, disc, gas, named, reference_scene, scene, simulate, test_each_scheduler,
+};
 use carom_engine::{
     CellScheduler, EditError, Instructions, LEAST_SPEED, MoleculeSpec, RunError, Scene, SceneError,
     Scheduler, Simulation, WallSpec,
 };
-use support::{Encounters, bumper, disc, gas, named, reference_scene, scene, simulate, test_each_scheduler};
 
 test_each_scheduler! {
     a_superelastic_contact_does_not_displace_bodies: check_superelastic;

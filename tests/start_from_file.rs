@@ -1,9 +1,6 @@
 //! Starts from snapshots: bodies take the places, orientations and velocities of the file and
 //! continue the run that wrote it; bad files are refused by line.
 
-#[path = "support/engine.rs"]
-mod support;
-
 use carom::observers::write_extended_xyz;
 use carom_engine::{Scene, Simulation, frame_of};
 use glam::DVec2;

@@ -2,9 +2,6 @@
 //! rotation; between unequal ones flows the heat of a collisionless gas; the ledger closes; and
 //! runs are the same for both schedulers, in pieces and after a resume.
 
-#[path = "support/engine.rs"]
-mod support;
-
 use std::f64::consts::PI;
 
 use carom_detection::Exact;
@@ -196,12 +193,12 @@ fn heat_flows_between_walls_as_in_a_collisionless_gas() {
 
 /// A scene with thermal walls and all kinds of bodies.
 fn mixed() -> Scene {
-    let mut scene = support::reference_scene(8);
+    let mut scene = crate::support::reference_scene(8);
     scene.wall = channel([1.0, 3.0], "radius = 0.1\nmass = 1.0\nenergy = 1.0\ncount = 1").wall;
     scene.wall[1].x = Some(0.13);
     scene.molecule.retain(|molecule| !molecule.fixed);
     scene.gas.truncate(1);
-    scene.gas.push(support::gas("dumbbell", 0.01, 12));
+    scene.gas.push(crate::support::gas("dumbbell", 0.01, 12));
     scene.bumper.retain(|bumper| bumper.at[0] > 0.2);
     scene
 }

@@ -1,16 +1,13 @@
 //! Time: runs end at their target at any age of the system, and without events only the time
 //! changes.
 
-#[path = "support/engine.rs"]
-mod support;
-
-use carom_engine::{MoleculeSpec, RunError, Scene, Scheduler};
-use carom_kinematics::EpochTime;
-use glam::DVec2;
-use support::{
+use crate::support::{
     Encounters, bits, bumper, disc, frozen, named, reference_scene, scene, simulate, test_each_scheduler,
     velocity,
 };
+use carom_engine::{MoleculeSpec, RunError, Scene, Scheduler};
+use carom_kinematics::EpochTime;
+use glam::DVec2;
 
 test_each_scheduler! {
     without_events_only_the_time_changes: check_nothing;

@@ -1,15 +1,12 @@
 //! A gas starts with the requested temperature or energy, with equal energies or Maxwell's
 //! distribution of velocities, whether it is placed on a lattice or grown.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{bumper, gas, named};
 use carom_engine::{
     BodyView, GasSpec, Placement, Rotation, Scene, SceneError, Simulation, StartSpec, StartVelocities, View,
     WallSpec,
 };
 use carom_kinematics::Motion;
-use support::{bumper, gas, named};
 
 const BOTH: [StartVelocities; 2] = [StartVelocities::EqualEnergy, StartVelocities::Maxwell];
 

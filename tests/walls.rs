@@ -1,9 +1,9 @@
 //! Walls: bounces at known times, no body passes through, the ledger records the energy lost, and
 //! invalid walls are refused.
 
-#[path = "support/engine.rs"]
-mod support;
-
+use crate::support::{
+    Encounters, bits, bumper, disc, gas, named, scene, simulate, test_each_scheduler, velocity,
+};
 use carom_detection::{BoundingCircles, Exact, GoldenSecant};
 use carom_engine::{
     CellsPerSide, CollisionReport, EditError, ElasticityRule, HeapScheduler, Instructions, MoleculeSpec,
@@ -12,7 +12,6 @@ use carom_engine::{
 use carom_kinematics::EpochTime;
 use carom_response::Impact;
 use glam::DVec2;
-use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, test_each_scheduler, velocity};
 
 fn line_x(x: f64) -> WallSpec {
     WallSpec { x: Some(x), ..WallSpec::default() }

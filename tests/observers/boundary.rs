@@ -9,7 +9,7 @@ use carom::{
 };
 use glam::DVec2;
 
-use crate::{disc, gas, hard_discs, key, observe, tee};
+use super::{disc, gas, hard_discs, key, observe, tee};
 
 /// χ² of the bins with many contacts against a uniform pressure, and their number.
 fn chi_squared(points: &[ContactPoint], expected: f64) -> (f64, f64) {

@@ -8,7 +8,7 @@ use carom::{
 };
 use glam::DVec2;
 
-use crate::{disc, gas, hard_discs, key, observe};
+use super::{disc, gas, hard_discs, key, observe};
 
 #[test]
 fn free_flight_is_ballistic_with_constant_autocorrelation() {

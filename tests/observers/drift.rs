@@ -8,7 +8,7 @@ use carom::{
 };
 use glam::DVec2;
 
-use crate::{ByHand, gas, key, observe, tee};
+use super::{ByHand, gas, key, observe, tee};
 
 fn close(found: f64, expected: f64) {
     assert!((found - expected).abs() < 1e-10 * expected.abs().max(1.0), "{found} is not {expected}");

@@ -6,7 +6,7 @@ use carom::{
     observers::ThermostatLedger,
 };
 
-use crate::{ByHand, gas, observe};
+use super::{ByHand, gas, observe};
 
 #[test]
 fn heat_from_hot_to_cold_agrees_with_sums_by_hand_to_rounding() {

@@ -9,7 +9,7 @@ use carom::{
 };
 use glam::DVec2;
 
-use crate::{ByHand, disc, gas, key, observe, tee};
+use super::{ByHand, disc, gas, key, observe, tee};
 
 /// R(−θ) v, written out.
 fn turned_back(v: DVec2, theta: f64) -> DVec2 {

@@ -6,7 +6,7 @@ use carom::{
     observers::{CutoffError, Group, PairDistribution},
 };
 
-use crate::{gas, hard_discs, observe, tee};
+use super::{gas, hard_discs, observe, tee};
 use glam::DVec2;
 
 #[test]

@@ -8,7 +8,7 @@ use carom::{
 };
 use glam::DVec2;
 
-use crate::{disc, hard_discs, observe};
+use super::{disc, hard_discs, observe};
 
 /// β p A of a run, its standard error, and β times the momentum flux times A, from intervals
 /// between samples, after a time in which the start is forgotten.

@@ -9,7 +9,7 @@ use carom::{
 };
 use glam::DVec2;
 
-use crate::{ByHand, gas, observe, tee};
+use super::{ByHand, gas, observe, tee};
 
 /// The record of a collision: its time and its bodies.
 type Seen = (EpochTime, [BodyKey; 2]);

@@ -7,7 +7,7 @@ use carom::{
 };
 use glam::DVec2;
 
-use crate::{disc, gas};
+use super::{disc, gas};
 
 fn wall(x: Option<f64>, y: Option<f64>) -> WallSpec {
     WallSpec { x, y, ..WallSpec::default() }

@@ -7,7 +7,7 @@ use carom::{
 };
 use glam::DVec2;
 
-use crate::{disc, gas, tee};
+use super::{disc, gas, tee};
 
 /// One frame of extended XYZ.
 struct Frame {

@@ -10,7 +10,7 @@ use carom::{
 };
 use glam::DVec2;
 
-use crate::{disc, hard_discs, observe};
+use super::{disc, hard_discs, observe};
 
 /// The value of `of` at `tau`, interpolated between the two nearest points.
 fn interpolated(points: &[(f64, VelocityPoint)], tau: f64, of: impl Fn(&VelocityPoint) -> f64) -> f64 {

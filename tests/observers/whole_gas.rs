@@ -13,7 +13,7 @@ use carom::{
 };
 use glam::DVec2;
 
-use crate::{ByHand, disc, gas, observe, tee};
+use super::{ByHand, disc, gas, observe, tee};
 
 #[test]
 fn energy_and_momentum_of_an_elastic_gas_are_conserved() {

@@ -1,115 +1,285 @@
-//! Gaps and contacts by the plain formulas, independent of any detector.
+//! Short constructors of scenes, and runs as bits and lists of encounters, for the tests of the
+//! engine.
 
-#![allow(dead_code, reason = "each test program uses its part")]
-
+pub mod formulas;
 pub mod property;
 
-use carom_detection::{ErrorBound, natural_time};
-use carom_geometry::{Molecule, gap_between};
-use carom_kinematics::RelativeMotion;
+use carom_detection::Exact;
+use carom_engine::{
+    BumperSpec, CollisionReport, ElasticityRule, GasSpec, Instructions, MoleculeSpec, Observer, Rotation,
+    Scene, Scheduler, Simulation, View, WallSpec,
+};
+use carom_kinematics::EpochTime;
+use carom_response::Impact;
 use glam::DVec2;
 
-/// The gap of one atom pair at one time, with its first two derivatives.
-#[derive(Debug, Clone, Copy)]
-pub struct Approach {
-    /// g = |d| − s (length).
-    pub gap: f64,
-    /// g' = n·d' (length / time).
-    pub rate: f64,
-    /// g'' = n·d'' + (|d'|² − g'²)/|d| (length / time²).
-    pub curvature: f64,
-}
+pub use carom_testkit::extremes::bodies::{bumper, disc, frozen, named};
 
-/// Two moving molecules.
-#[derive(Debug, Clone, Copy)]
-pub struct Pair<'a> {
-    pub a: &'a Molecule,
-    pub b: &'a Molecule,
-    pub motion: RelativeMotion,
-}
-
-impl Pair<'_> {
-    pub fn rotations(&self, time: f64) -> [DVec2; 2] {
-        [0, 1].map(|body| {
-            let spin = self.motion.angular_velocity[body];
-            self.motion.orientation[body].turned(spin, time).cos_sin()
-        })
-    }
-
-    /// The smallest gap over all atoms (length).
-    pub fn smallest_gap(&self, time: f64) -> f64 {
-        let [turn_a, turn_b] = self.rotations(time);
-        gap_between(self.a, turn_a, self.b, turn_b, self.motion.separation + self.motion.velocity * time)
-    }
-
-    /// The gap of atom `i` of A and atom `j` of B, and its derivatives.
-    pub fn approach(&self, (i, j): (u32, u32), time: f64) -> Approach {
-        let (atom_a, atom_b) = (&self.a.atoms()[i as usize], &self.b.atoms()[j as usize]);
-        let [spin_a, spin_b] = self.motion.angular_velocity;
-        let [turn_a, turn_b] = self.rotations(time);
-        let (arm_a, arm_b) = (turn_a.rotate(atom_a.offset()), turn_b.rotate(atom_b.offset()));
-        let d = self.motion.separation + self.motion.velocity * time + (arm_b - arm_a);
-        let rate = self.motion.velocity + (spin_b * arm_b.perp() - spin_a * arm_a.perp());
-        let second = spin_a * spin_a * arm_a - spin_b * spin_b * arm_b;
-        let normal = d.normalize();
-        let closing = normal.dot(rate);
-        Approach {
-            gap: d.length() - (atom_a.radius() + atom_b.radius()),
-            rate: closing,
-            curvature: normal.dot(second) + (rate.length_squared() - closing * closing) / d.length(),
-        }
-    }
-
-    /// E of one atom pair (length).
-    pub fn error(&self, (i, j): (u32, u32), time: f64) -> f64 {
-        ErrorBound::new(&self.motion, &self.a.atoms()[i as usize], &self.b.atoms()[j as usize]).at(time)
-    }
-
-    /// The largest E over all atom pairs (length).
-    pub fn largest_error(&self, time: f64) -> f64 {
-        let mut largest = 0.0f64;
-        for i in 0..self.a.atoms().len() as u32 {
-            for j in 0..self.b.atoms().len() as u32 {
-                largest = largest.max(self.error((i, j), time));
+/// Defines tests of a check, one for each scheduler and instruction set, in a module with the name
+/// of the property: `name::thesis`, `name::cells_avx512`, `name::cells_avx2`,
+/// `name::cells_portable`.
+///
+/// The check is a function with the scheduler as its type parameter and its options as argument.
+macro_rules! test_each_scheduler {
+    ($($(#[$attribute:meta])* $name:ident: $check:ident;)+) => {$(
+        $(#[$attribute])*
+        mod $name {
+            #[test]
+            fn thesis() {
+                super::$check::<carom_engine::HeapScheduler>(&carom_engine::CellsPerSide::Automatic);
             }
+
+            crate::support::tests_of_instructions!(super::$check::<carom_engine::CellScheduler>);
         }
-        largest
-    }
+    )+};
+}
+pub(crate) use test_each_scheduler;
 
-    /// The error of a time of contact if the gap has an error of ε = 2 E, the guarantee of `Exact`.
-    ///
-    /// The zeros of g' h + g'' h²/2 = ±ε lie within 2ε/|g'| of 0 if g'² ≥ 2 |g''| ε. Otherwise the
-    /// contact is a graze with an overlap no deeper than ε, and the error of the time is at most
-    /// √(2ε/|g''|) from the minimum of the gap: 2ε/√(2 |g''| ε).
-    pub fn time_tolerance(&self, atoms: (u32, u32), time: f64) -> f64 {
-        let at = self.approach(atoms, time);
-        let error = 2.0 * self.error(atoms, time);
-        2.0 * error / at.rate.abs().max((2.0 * at.curvature.abs() * error).sqrt())
-    }
-
-    /// Panics if any two atoms overlap before `until` by more than the bound of `Exact`. It steps
-    /// through time, and uses only that no gap closes faster than `L = |V| + |ω_A| R_A + |ω_B|
-    /// R_B`.
-    ///
-    /// No atoms touch within g/L of a time with gap g. Steps below 1e-4 natural times are replaced
-    /// by these, so an overlap that lasts less than 1e-4 natural times is not detected.
-    pub fn assert_nothing_before(&self, until: f64) {
-        let [spin_a, spin_b] = self.motion.angular_velocity.map(f64::abs);
-        let (reach_a, reach_b) = (self.a.bounding_radius(), self.b.bounding_radius());
-        let speed = self.motion.velocity.length() + spin_a * reach_a + spin_b * reach_b;
-        let least_step = 1e-4 * self.natural_time();
-        let mut time = 0.0;
-        while time < until {
-            let gap = self.smallest_gap(time);
-            // The bound is 2 E, and this gap has an error of up to E itself.
-            let allowed = 3.0 * self.largest_error(time);
-            assert!(gap >= -allowed, "gap {gap:e} at {time}, before {until}; allowed {allowed:e}");
-            time += least_step.max(gap / speed);
+/// Defines tests of a check, one for each instruction set of
+/// [`CellScheduler`](carom_engine::CellScheduler), in a module with the name of the property. The
+/// check is a function of the instructions.
+macro_rules! test_each_instruction_set {
+    ($($(#[$attribute:meta])* $name:ident: $check:ident;)+) => {$(
+        $(#[$attribute])*
+        mod $name {
+            crate::support::tests_of_instructions!(|instructions: &_| super::$check(*instructions));
         }
+    )+};
+}
+pub(crate) use test_each_instruction_set;
+
+/// The tests `cells_avx512`, `cells_avx2` and `cells_portable` of a check.
+macro_rules! tests_of_instructions {
+    ($check:expr) => {
+        crate::support::test_of_instructions!(cells_avx512, Widest, $check);
+        crate::support::test_of_instructions!(cells_avx2, Avx2, $check);
+        crate::support::test_of_instructions!(cells_portable, Portable, $check);
+    };
+}
+pub(crate) use tests_of_instructions;
+
+/// A test of a check with one instruction set, in a module of the test program.
+macro_rules! test_of_instructions {
+    ($name:ident, $instructions:ident, $check:expr) => {
+        #[test]
+        fn $name() {
+            let name = concat!(module_path!(), "::", stringify!($name));
+            crate::support::if_available(name, carom_engine::Instructions::$instructions, $check);
+        }
+    };
+}
+pub(crate) use test_of_instructions;
+
+/// Runs the check `name` if the processor has these instructions; otherwise reports that it is
+/// skipped.
+pub fn if_available(name: &str, instructions: Instructions, check: impl FnOnce(&Instructions)) {
+    let present = instructions.on_this_processor();
+    if present == instructions {
+        check(&instructions);
+    } else {
+        carom_testkit::skipped::skipped(name, format_args!("the best instructions here are {present:?}"));
+    }
+}
+
+/// A gas of `count` molecules of a named shape, each of total mass 1 and energy 1.
+pub fn gas(shape: &str, atom_radius: f64, count: usize) -> GasSpec {
+    let atoms = shape.parse::<carom_geometry::Shape>().unwrap().atoms(1.0, 1.0).unwrap().len();
+    GasSpec {
+        shape: Some(shape.to_owned()),
+        atom_radius: Some(atom_radius),
+        atom_mass: Some(1.0 / atoms as f64),
+        energy: 1.0,
+        count: Some(count),
+        ..GasSpec::default()
+    }
+}
+
+/// A scene of single molecules in the unit box.
+pub fn scene(molecule: Vec<MoleculeSpec>) -> Scene {
+    Scene { molecule, ..Scene::default() }
+}
+
+/// A scene with all kinds of bodies that the engine treats differently: discs of two sizes,
+/// molecules free and locked, fixed discs, a fixed molecule.
+pub fn reference_scene(seed: u64) -> Scene {
+    let mut scene = scene(vec![
+        MoleculeSpec {
+            angular_velocity: 3.0,
+            velocity: [0.5, -0.25],
+            ..named("tee", 0.02, 0.5, [0.25, 0.25])
+        },
+        MoleculeSpec { rotation: Rotation::Locked, ..named("cross", 0.02, 0.5, [0.75, 0.25]) },
+        MoleculeSpec { fixed: true, orientation: Some(0.3), ..named("dumbbell", 0.02, 1.0, [0.5, 0.75]) },
+    ]);
+    scene.bounds.seed = seed;
+    scene.bumper = vec![bumper(0.03, [0.0, 0.0]), bumper(0.05, [0.25, 0.75])];
+    scene.gas = vec![gas("disc", 0.02, 60), gas("disc", 0.04, 8), gas("dumbbell", 0.015, 12)];
+    scene
+}
+
+/// Small scenes that together use all kinds of bodies, and all kinds of lists that a scheduler
+/// keeps.
+pub fn scenes() -> Vec<(&'static str, Scene)> {
+    let with = |molecule: Vec<MoleculeSpec>, bumper: Vec<BumperSpec>, gas: Vec<GasSpec>| {
+        let mut scene = Scene { molecule, bumper, gas, ..Scene::default() };
+        scene.bounds.seed = 20_261_121;
+        scene
+    };
+    let of_discs = |radius, count| with(vec![], vec![], vec![gas("disc", radius, count)]);
+    // Light discs that soon become faster than any body at the start.
+    let light = GasSpec { atom_mass: Some(1e-3), energy: 1e-9, ..gas("disc", 0.004, 60) };
+    let mut kicked = with(vec![], vec![], vec![gas("disc", 0.004, 60), light]);
+    kicked.bounds.sides = [1.5, 0.5];
+    let middle = |shape: &str, atom_radius| named(shape, atom_radius, 2.0, [0.5, 0.5]);
+    let big = disc(0.15, 25.0, [0.9, 0.1], [0.0; 2]);
+    let small = |x, y| bumper(0.02, [x, y]);
+    let mut wide = of_discs(0.03, 120);
+    wide.bounds.sides = [2.0, 0.5];
+    let line = |x: Option<f64>, y: Option<f64>| WallSpec { x, y, ..WallSpec::default() };
+    let flap = |from, to, radius| WallSpec { from: Some(from), to: Some(to), radius, ..WallSpec::default() };
+    let walled = |wall: Vec<WallSpec>, scene: Scene| Scene { wall, ..scene };
+    let fixed = MoleculeSpec { fixed: true, ..middle("cross", 0.04) };
+    let fast = MoleculeSpec {
+        angular_velocity: 900.0,
+        velocity: [0.0, 3.0],
+        at: [0.2, 0.75],
+        ..middle("rod:8", 0.01)
+    };
+    vec![
+        ("dense discs", of_discs(0.04, 95)),
+        ("dilute discs", of_discs(0.004, 100)),
+        ("dilute light discs among heavy ones in a wide box", kicked),
+        ("a wide box", wide),
+        ("like sizes", with(vec![], vec![], vec![gas("disc", 0.03, 60), gas("disc", 0.02, 60)])),
+        ("unlike sizes", with(vec![big.clone()], vec![], vec![gas("disc", 0.02, 150)])),
+        ("bumpers", with(vec![], vec![small(0.0, 0.0), small(0.3, 0.99)], vec![gas("disc", 0.02, 150)])),
+        (
+            "a tee in its gas",
+            with(vec![middle("tee", 0.01)], vec![small(0.1, 0.1)], vec![gas("disc", 0.02, 180)]),
+        ),
+        ("tees and discs", with(vec![], vec![], vec![gas("tee", 0.01, 12), gas("disc", 0.02, 120)])),
+        ("dumbbells", with(vec![], vec![], vec![gas("dumbbell", 0.02, 80)])),
+        ("few dumbbells far apart", with(vec![], vec![], vec![gas("dumbbell", 0.004, 30)])),
+        (
+            "molecules, some discs, a big disc and a long rod",
+            with(
+                vec![big.clone(), middle("rod:16", 0.01)],
+                vec![small(0.0, 0.4), bumper(0.08, [0.2, 0.7])],
+                vec![gas("dumbbell", 0.015, 50), gas("tee", 0.01, 15), gas("disc", 0.02, 20)],
+            ),
+        ),
+        (
+            "a fixed cross, a big disc and a fast rod",
+            with(vec![fixed, big, fast], vec![], vec![gas("disc", 0.015, 120)]),
+        ),
+        ("three cells a side", with(vec![middle("dumbbell", 0.1)], vec![], vec![gas("disc", 0.15, 5)])),
+        ("too few cells for a grid", of_discs(0.2, 4)),
+        (
+            "a closed box of discs",
+            walled(vec![line(Some(0.0), None), line(None, Some(0.3))], of_discs(0.03, 120)),
+        ),
+        (
+            "flaps across the border, tees and discs",
+            walled(
+                vec![flap([0.8, 0.4], [1.3, 0.7], 0.0), flap([0.1, 0.1], [0.1, -0.3], 0.01)],
+                with(vec![], vec![], vec![gas("tee", 0.01, 12), gas("disc", 0.02, 120)]),
+            ),
+        ),
+        (
+            "dumbbells between walls",
+            walled(
+                vec![line(Some(0.7), None), flap([0.0, 0.5], [0.5, 0.5], 0.0)],
+                with(vec![], vec![], vec![gas("dumbbell", 0.02, 60)]),
+            ),
+        ),
+        (
+            "a wall in a box of too few cells, longer than it",
+            walled(vec![flap([0.1, 0.0], [1.6, 0.2], 0.0)], of_discs(0.12, 3)),
+        ),
+    ]
+}
+
+/// A simulation of the scene with a given scheduler.
+pub fn simulate<S: Scheduler>(scene: &Scene, options: &S::Options) -> Simulation<Exact, Impact, S> {
+    Simulation::with(scene, Exact::default(), Impact, options.clone()).expect("the scene can be built")
+}
+
+/// Two unit discs on the x axis that meet head-on at time 2, each with speed 1.
+pub fn head_on<S: Scheduler>(options: &S::Options) -> Simulation<Exact, Impact, S> {
+    let mut scene =
+        scene(vec![disc(0.5, 1.0, [7.5, 5.0], [1.0, 0.0]), disc(0.5, 1.0, [12.5, 5.0], [-1.0, 0.0])]);
+    scene.molecule[0].tags = vec!["left".to_owned()];
+    scene.bounds.sides = [20.0, 10.0];
+    simulate::<S>(&scene, options)
+}
+
+/// A rule of elasticity.
+pub fn rule(between: &[&str], coefficient: f64) -> ElasticityRule {
+    ElasticityRule { between: between.iter().map(|&tag| tag.to_owned()).collect(), coefficient }
+}
+
+/// All numbers of all motions, as bits.
+pub fn bits(view: &View<'_>) -> Vec<[u64; 6]> {
+    view.bodies()
+        .map(|body| {
+            let motion = body.motion;
+            [
+                motion.position.x,
+                motion.position.y,
+                motion.velocity.x,
+                motion.velocity.y,
+                motion.orientation.turns(),
+                motion.angular_velocity,
+            ]
+            .map(f64::to_bits)
+        })
+        .collect()
+}
+
+/// Velocity of the body inserted as number `index`.
+pub fn velocity(view: &View<'_>, index: usize) -> DVec2 {
+    view.bodies().nth(index).expect("the body is there").motion.velocity
+}
+
+/// One collision, for comparison with one of another run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Encounter {
+    /// Time since the start of the list.
+    pub time: f64,
+    pub bodies: [u64; 2],
+    pub atoms: [Option<u32>; 2],
+    pub image: [i64; 2],
+}
+
+/// Records all collisions.
+#[derive(Debug, Clone)]
+pub struct Encounters {
+    begun: EpochTime,
+    pub list: Vec<Encounter>,
+}
+
+impl Encounters {
+    pub fn since(begun: EpochTime) -> Self {
+        Self { begun, list: Vec::new() }
     }
 
-    /// Time in which the pair moves by its own size.
-    pub fn natural_time(&self) -> f64 {
-        natural_time(self.a.outline(), self.b.outline(), &self.motion)
+    pub fn times(&self) -> Vec<f64> {
+        self.list.iter().map(|encounter| encounter.time).collect()
+    }
+
+    /// The encounters of one body, in order.
+    pub fn of(&self, body: u64) -> impl Iterator<Item = &Encounter> {
+        self.list.iter().filter(move |encounter| encounter.bodies.contains(&body))
+    }
+}
+
+impl Observer for Encounters {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.list.push(Encounter {
+            time: report.time.since(self.begun),
+            bodies: [report.sides[0].body.id(), report.sides[1].body.id()],
+            atoms: [report.sides[0].atom, report.sides[1].atom],
+            image: report.image,
+        });
     }
 }

@@ -1,10 +1,8 @@
 //! The page in a browser without a window: what a user sees and does, on a running gas.
 
-mod browser;
-
 use std::{fs, net::Ipv4Addr, net::SocketAddr, path::Path, thread};
 
-use browser::Browser;
+use crate::browser::Browser;
 use carom::Scene;
 use carom_live::Server;
 use carom_runs::{

@@ -1,0 +1,11 @@
+//! Tests of the command `carom`: one program.
+
+mod brownian;
+mod commands;
+mod console;
+mod folders;
+mod live;
+mod page_layout;
+mod stages;
+mod sweep;
+mod trade;

@@ -1,0 +1,4 @@
+//! Tests of the experiments: one program.
+
+mod billiard;
+mod trade;
