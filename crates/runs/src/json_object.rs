@@ -46,11 +46,7 @@ pub(crate) fn end(end: Result<Verdict, String>, exit_code: u8) -> Option<String>
     let mut all = object().take()?;
     match end {
         Ok(verdict) => {
-            let word = match verdict {
-                Verdict::Passed => "passed",
-                Verdict::Failed => "failed",
-                Verdict::Incomplete => "incomplete",
-            };
+            let word = verdict.word();
             all.insert("verdict".to_owned(), word.into());
             for (key, default) in [("folder", Value::Null), ("totals", Value::Null), ("checks", json!([]))] {
                 all.entry(key).or_insert(default);

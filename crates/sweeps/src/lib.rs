@@ -44,6 +44,7 @@ pub mod reference;
 mod report;
 mod results;
 mod seal;
+mod several;
 pub mod shard;
 pub mod slurm;
 pub mod stored;

@@ -1,4 +1,5 @@
-//! `carom sweep`: runs all replicas of all points of a study, and continues what has begun.
+//! `carom sweep`: runs all replicas of all points of a study, or of several, and continues what has
+//! begun.
 
 use std::{
     collections::BTreeMap,
@@ -27,6 +28,7 @@ use crate::{
     layout::{SweepFolder, by_point, is_sweep},
     report::{self, Remarks},
     results::damaged,
+    several,
     shard::{Shard, Work, longest_first, split},
     slurm,
     stored::Found,
@@ -37,9 +39,10 @@ use crate::{
 /// Options of `carom sweep`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// The study: a scene, the keys of it that vary, and the number of replicas
-    #[arg(value_name = "STUDY.toml")]
-    pub study: PathBuf,
+    /// The study: a scene, the keys of it that vary, and the number of replicas. Of several
+    /// studies, or of a folder of them, each has a folder inside, and one page has all verdicts
+    #[arg(value_name = "STUDY.toml", required = true)]
+    pub studies: Vec<PathBuf>,
     /// Output folder and checkpoints. A sweep in the folder is continued, also without --resume
     #[command(flatten)]
     pub choices: Choices,
@@ -60,20 +63,47 @@ pub struct Options {
     pub slurm: slurm::Options,
 }
 
-/// Runs all replicas of a study that have not ended, or those of a shard, and writes the results.
+impl Options {
+    /// Whether the command does the whole work of a study, and so writes its results.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.shard.is_none() && !self.slurm.slurm
+    }
+
+    /// Reads a study in the requested size.
+    ///
+    /// # Errors
+    /// Those of [`Study::read`].
+    pub(crate) fn read(&self, study: &Path) -> Result<Study> {
+        Study::read(study, Size { replicas: self.replicas, is_quick: self.quick })
+    }
+}
+
+/// Runs all replicas of each study that have not ended, or those of a shard, and writes the
+/// results.
 ///
 /// # Errors
-/// The study is invalid, the folder holds another study, a replica ended with an error, a file
-/// cannot be written, or a signal has been received. What has ended is kept.
+/// A study is invalid, a folder holds another study, a replica ended with an error, a file cannot
+/// be written, or a signal has been received. What has ended is kept.
 pub fn run(options: &Options) -> Result<Verdict> {
-    let size = Size { replicas: options.replicas, is_quick: options.quick };
-    let study = Study::read(&options.study, size)?;
+    match &several::files(&options.studies)?[..] {
+        [study] => run_one(study, options),
+        studies => several::run(studies, options),
+    }
+}
+
+/// Runs one study.
+///
+/// # Errors
+/// Those of [`run`].
+pub(crate) fn run_one(path: &Path, options: &Options) -> Result<Verdict> {
+    let (study, name) = (options.read(path)?, name(path, options));
     if options.slurm.slurm {
-        slurm::write(&study, &name(options), &options.choices, &options.slurm)?;
+        slurm::write(&study, &name, &options.choices, &options.slurm)?;
         return Ok(Verdict::Passed);
     }
     let shard = options.shard.unwrap_or(Shard::WHOLE);
-    let path = options.choices.resumption.folder(&usual_folder(&name(options), shard));
+    let again = |folder: &Path| command(&[path], options, folder);
+    let path = options.choices.resumption.folder(&usual_folder(&name, shard));
     let existing = options.choices.resumption.existing();
     let signals = Signals::watch()?;
     let pool = threads(options.threads)?;
@@ -92,7 +122,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         shards.insert(shard, own);
         sweep.write_shards(&shards)?;
     }
-    let again = command(options, &path);
+    let again = again(&path);
     let manifest = Manifest::begin(&sweep.folder, &again, &[])?;
     let failures = execute(&sweep, &study, &work, options, (&signals, &pool))?;
     let remarks = Remarks { failures: failures.iter().map(words).collect(), ..Remarks::default() };
@@ -121,9 +151,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
     }
 }
 
-/// The name of the study in folders and jobs. The short form has other runs, and so another name.
-fn name(options: &Options) -> String {
-    let name = options.study.file_stem().unwrap_or_else(|| "study".as_ref()).to_string_lossy();
+/// The name of a study in folders and jobs. The short form has other runs, and so another name.
+pub(crate) fn name(study: &Path, options: &Options) -> String {
+    let name = study.file_stem().unwrap_or_else(|| "study".as_ref()).to_string_lossy();
     let quick = if options.quick { "-quick" } else { "" };
     format!("{name}{quick}")
 }
@@ -136,11 +166,11 @@ fn usual_folder(name: &str, shard: Shard) -> String {
     format!("out/sweep-{name}/shard-{}-of-{}", shard.index, shard.of)
 }
 
-/// The command that repeats the sweep from its folder.
-fn command(options: &Options, path: &Path) -> String {
+/// The command that repeats a sweep into its folder.
+pub(crate) fn command(studies: &[impl AsRef<Path>], options: &Options, folder: &Path) -> String {
+    let studies: Vec<String> = studies.iter().map(|study| quoted(study.as_ref())).collect();
     let quick = if options.quick { " --quick" } else { "" };
-    let study = quoted(&options.study);
-    let mut command = format!("{} sweep {study}{quick} --out {}", program(), quoted(path));
+    let mut command = format!("{} sweep {}{quick} --out {}", program(), studies.join(" "), quoted(folder));
     let mut add = |option: &str, value: Option<String>| {
         if let Some(value) = value {
             let _ = write!(command, " --{option} {value}");

@@ -116,6 +116,71 @@ fn tables(folder: &Path) -> BTreeMap<String, String> {
     found
 }
 
+/// Two studies of which one expects what is wrong, and one whose runs end with an error.
+#[test]
+fn several_studies_have_a_folder_each_and_one_page_with_their_verdicts() {
+    let place = Place::new(STUDY);
+    let expecting = |bound: f64| {
+        let expect = format!("[[expect]]\nfigure = \"pressure\"\nvalue = 0.0\nabsolute = {bound}\n");
+        STUDY
+            .replace("[[scene.gas]]", &format!("{expect}[[scene.gas]]"))
+            .replace("replicas = 3", "replicas = 1")
+    };
+    fs::create_dir(place.path("studies")).unwrap();
+    let write = |name: &str, text: &str| fs::write(place.path("studies").join(name), text).unwrap();
+    write("good.toml", &expecting(1e6));
+    write("bad.toml", &expecting(1e-6));
+    write("notes.txt", "not a study");
+    let run = |more: &str| {
+        let words =
+            format!("{} --out {} {more}", place.path("studies").display(), place.path("all").display());
+        sweep::run(&options(&words))
+    };
+    assert_eq!(run("").unwrap(), Verdict::Failed);
+    let page = place.read("all/report.html");
+    assert!(page.contains("1 of 2 studies did not pass.") && page.contains("bad: "), "{page}");
+    let summary: serde_json::Value = serde_json::from_str(&place.read("all/summary.json")).unwrap();
+    let verdicts: Vec<_> = summary["studies"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|s| (s["study"].as_str(), s["verdict"].as_str()))
+        .collect();
+    assert_eq!(verdicts, [(Some("bad"), Some("failed")), (Some("good"), Some("passed"))]);
+    // Each is the sweep of its own, and is continued.
+    let records = place.records("all/good");
+    assert_eq!(records.len(), 3);
+    assert_eq!(run("").unwrap(), Verdict::Failed);
+    assert_eq!(place.records("all/good"), records, "nothing is run again");
+
+    // One that cannot go on does not keep the others from running.
+    write("ends.toml", &STUDY.replace("[10, 20, 30]", "[10, 20, 10000]"));
+    let error = format!("{:#}", run("").unwrap_err());
+    assert!(error.contains("ends"), "{error}");
+    assert!(place.read("all/report.html").contains("2 of 3 studies did not pass."));
+
+    write("invalid.toml", "replicas = 0\n");
+    assert!(format!("{:#}", run("").unwrap_err()).contains("invalid.toml"));
+    fs::remove_file(place.path("studies/invalid.toml")).unwrap();
+    fs::create_dir(place.path("empty")).unwrap();
+    let words = |study: &str| {
+        format!(
+            "{} {} --out {}",
+            place.path("studies/good.toml").display(),
+            study,
+            place.path("all").display()
+        )
+    };
+    let refused = |study: &str, more: &str| {
+        format!("{:#}", sweep::run(&options(&format!("{} {more}", words(study)))).unwrap_err())
+    };
+    assert!(refused(&place.path("empty").display().to_string(), "").contains("holds no study"));
+    let same = place.path("studies/good.toml").display().to_string();
+    assert!(refused(&same, "").contains("two studies are called good"));
+    let other = place.path("study.toml").display().to_string();
+    assert!(refused(&other, "--force").contains("also holds the study"));
+}
+
 #[test]
 fn shards_merged_in_any_order_and_tree_give_the_tables_of_one_process_to_the_digit() {
     let place = Place::new(STUDY);

@@ -201,6 +201,15 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// The word for it in JSON and on pages.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Failed => "failed",
+            Self::Incomplete => "incomplete",
+        }
+    }
+
     /// The verdict on data of which parts are missing: a failed check counts more.
     #[must_use]
     pub fn of_incomplete(self) -> Self {

@@ -19,8 +19,6 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::json_checks::{checks, failures};
-
 /// The experiments, cheap ones first. Those of the thesis's tests and of capability costs measure
 /// times alone, on an idle machine, and are left out.
 const EXPERIMENTS: [&str; 16] = [
@@ -113,8 +111,10 @@ fn experiment(name: &'static str, folder: &Folder, size: &str) -> Result<Row> {
         .with_context(|| format!("cannot start the experiment {name}"))?;
     let seconds = begun.elapsed().as_secs_f64();
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
-    let checks = checks(&answer);
-    let mut reasons = failures(&checks);
+    let checks = answer["checks"].as_array().map_or(&[][..], Vec::as_slice);
+    let failed = checks.iter().filter(|check| check["passed"] != true);
+    let mut reasons: Vec<String> =
+        failed.filter_map(|check| check["name"].as_str().map(str::to_owned)).collect();
     reasons.extend(answer["error"].as_str().map(str::to_owned));
     let verdict = answer["verdict"].as_str().unwrap_or("error").to_owned();
     Ok(Row { name, folder: inside, verdict, checks: checks.len(), reasons, seconds })

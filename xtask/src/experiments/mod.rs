@@ -7,7 +7,6 @@ pub mod capability_cost;
 pub mod encounters;
 pub mod errors;
 pub mod extremes;
-pub mod json_checks;
 pub mod theory;
 pub mod thesis_scene;
 pub mod thesis_tests;

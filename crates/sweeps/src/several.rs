@@ -1,0 +1,223 @@
+//! Several studies in one command: each in a folder inside, and one page with their verdicts.
+
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail, ensure};
+use carom_report::page::{Page, Part};
+use carom_runs::{
+    console::put,
+    interruption::Interrupted,
+    manifest::Manifest,
+    output::{Destination, Existing, Folder, Resumption},
+    print_line,
+    resumable::Choices,
+};
+use carom_tables::Verdict;
+use cpu_time::ProcessTime;
+use serde_json::{Value, json};
+
+use crate::sweep::{self, Options};
+
+/// File with the names of the studies in the folder of all. A folder with it is continued.
+const STUDIES: &str = "studies.json";
+
+/// The results of a study, and of all.
+const SUMMARY: &str = "summary.json";
+
+/// The study files that paths name: a folder names the files in it that end with `.toml`, in the
+/// order of their names.
+///
+/// # Errors
+/// A folder cannot be read or has no study.
+pub(crate) fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        let cannot = || format!("cannot read the folder {}", path.display());
+        let entries = fs::read_dir(path).with_context(cannot)?.collect::<Result<Vec<_>, _>>();
+        let inner = entries.with_context(cannot)?.into_iter().map(|entry| entry.path());
+        let mut inner: Vec<_> =
+            inner.filter(|inner| inner.extension().is_some_and(|ending| ending == "toml")).collect();
+        ensure!(!inner.is_empty(), "{} holds no study: no file in it ends with .toml", path.display());
+        inner.sort();
+        files.extend(inner);
+    }
+    Ok(files)
+}
+
+/// How a study ended.
+#[derive(Debug)]
+struct Row {
+    /// Name of the study and of its folder.
+    name: String,
+    ended: Result<Verdict, String>,
+    /// Its `summary.json`; null without results.
+    summary: Value,
+}
+
+/// Runs studies one after another. One that ends with an error does not keep the others from
+/// running.
+///
+/// # Errors
+/// A study is invalid, two have one name, a study ended with an error, a file cannot be written, or
+/// a signal has been received.
+pub(crate) fn run(studies: &[PathBuf], options: &Options) -> Result<Verdict> {
+    let names: Vec<String> = studies.iter().map(|study| sweep::name(study, options)).collect();
+    let distinct: BTreeSet<&String> = names.iter().collect();
+    if let Some(twice) = distinct.iter().find(|name| names.iter().filter(|other| other == *name).count() > 1)
+    {
+        bail!("two studies are called {twice}, but each needs a folder of its own: rename one");
+    }
+    // All are validated before the first one runs.
+    studies.iter().try_for_each(|study| options.read(study).map(drop))?;
+    let resumption = &options.choices.resumption;
+    let path = resumption.folder("out/sweeps");
+    let (folder, _lock) = claim(&path, &distinct, resumption.existing())?;
+    let again = sweep::command(studies, options, &path);
+    let manifest = Manifest::begin(&folder, &again, &[])?;
+    folder.write_json(STUDIES, &names)?;
+    let begun = ProcessTime::now();
+    let mut rows = Vec::new();
+    for (study, name) in studies.iter().zip(names) {
+        print_line(&format!("{name}:"));
+        let ended = sweep::run_one(study, &inside(options, path.join(&name)));
+        let ended = match ended {
+            Err(error) if error.chain().any(<dyn std::error::Error>::is::<Interrupted>) => {
+                return Err(error);
+            }
+            ended => ended.map_err(|error| format!("{error:#}")),
+        };
+        let has_results = ended.is_ok() && options.is_whole();
+        let summary = if has_results { summary(&path.join(&name))? } else { Value::Null };
+        rows.push(Row { name, ended, summary });
+    }
+    if options.is_whole() {
+        write(&folder, &rows, &again)?;
+    }
+    manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
+    let mut errors = rows.iter().filter_map(|row| Some((&row.name, row.ended.as_ref().err()?)));
+    if let Some((name, error)) = errors.next() {
+        let others = errors.count();
+        bail!(
+            "study {name}: {error}{}",
+            if others > 0 { format!("; and {others} more") } else { String::new() }
+        );
+    }
+    Ok(worst(&rows))
+}
+
+/// Claims the folder of all studies. One that an earlier command has written is continued.
+fn claim(
+    path: &Path,
+    names: &BTreeSet<&String>,
+    existing: Existing,
+) -> Result<(Folder, carom_runs::folder_lock::FolderLock)> {
+    let there = fs::read_to_string(path.join(STUDIES)).unwrap_or_default();
+    let there: Vec<String> = serde_json::from_str(&there).unwrap_or_default();
+    if existing == Existing::Replace
+        && let Some(other) = there.iter().find(|name| !names.contains(name) && path.join(name).is_dir())
+    {
+        bail!(
+            "{} also holds the study {other}: remove its folder, or choose another with --out",
+            path.display()
+        );
+    }
+    let existing =
+        if there.is_empty() || existing == Existing::Replace { existing } else { Existing::Resume };
+    Folder::claim(path, existing)
+}
+
+/// The options of one study in its folder.
+fn inside(options: &Options, folder: PathBuf) -> Options {
+    let resumption = &options.choices.resumption;
+    let destination = Destination { out: Some(folder), ..resumption.destination.clone() };
+    let resumption = Resumption { destination, ..resumption.clone() };
+    Options { choices: Choices { resumption, ..options.choices.clone() }, ..options.clone() }
+}
+
+fn summary(folder: &Path) -> Result<Value> {
+    let path = folder.join(SUMMARY);
+    let context = || format!("cannot read {}", path.display());
+    let text = fs::read_to_string(&path).with_context(context)?;
+    serde_json::from_str(&text).with_context(context)
+}
+
+/// The worst verdict of all.
+fn worst(rows: &[Row]) -> Verdict {
+    let is = |verdict: Verdict| rows.iter().any(|row| row.ended == Ok(verdict));
+    [Verdict::Failed, Verdict::Incomplete].into_iter().find(|verdict| is(*verdict)).unwrap_or(Verdict::Passed)
+}
+
+impl Row {
+    fn checks(&self) -> &[Value] {
+        self.summary["checks"].as_array().map_or(&[], Vec::as_slice)
+    }
+
+    /// Names of the checks that failed, or the error.
+    fn reasons(&self) -> impl Iterator<Item = &str> {
+        let failed = self.checks().iter().filter(|check| check["passed"] != true);
+        failed.filter_map(|check| check["name"].as_str()).chain(self.ended.as_ref().err().map(String::as_str))
+    }
+
+    fn verdict(&self) -> &'static str {
+        self.ended.as_ref().map_or("error", |verdict| verdict.word())
+    }
+}
+
+/// Page and summary: the verdict of each study, and what differs.
+fn write(folder: &Folder, rows: &[Row], again: &str) -> Result<()> {
+    let mut page = Page::new("Studies", "Each study with its verdict; their pages are linked below.");
+    let passed = rows.iter().filter(|row| row.ended == Ok(Verdict::Passed)).count();
+    page.verdict(&match rows.len() - passed {
+        0 => format!("All {passed} studies passed."),
+        failed => format!("{failed} of {} studies did not pass.", rows.len()),
+    });
+    for row in rows {
+        row.reasons().for_each(|reason| page.error(&format!("{}: {reason}", row.name)));
+    }
+    page.part(Part::Answer);
+    let header = ["study", "verdict", "checks", "failed", "collisions"];
+    let cells = |row: &Row| {
+        let collisions = row.summary["collisions"].as_u64().unwrap_or(0);
+        let numbers = [row.checks().len() as u64, row.reasons().count() as u64, collisions];
+        let numbers = numbers.map(|number| number.to_string());
+        [row.name.clone(), row.verdict().to_owned()].into_iter().chain(numbers).collect::<Vec<_>>()
+    };
+    let cells: Vec<_> = rows.iter().map(cells).collect();
+    page.table(&header, &cells);
+    for cells in std::iter::once(&header.map(str::to_owned).to_vec()).chain(&cells) {
+        print_line(&format!(
+            "{:<32}{:<11}{:>7}{:>7}{:>14}",
+            cells[0], cells[1], cells[2], cells[3], cells[4]
+        ));
+    }
+    let mut files: Vec<_> = rows
+        .iter()
+        .filter(|row| row.ended.is_ok())
+        .map(|row| (format!("{}/report.html", row.name), format!("the page of the study {}", row.name)))
+        .collect();
+    files.push((SUMMARY.to_owned(), "what was expected and found in all studies".to_owned()));
+    page.files(&files);
+    page.code(again);
+    let checks: Vec<&Value> = rows.iter().flat_map(Row::checks).collect();
+    // Each study has put its own: the last one's would be taken for those of all.
+    put("folder", &folder.path());
+    put("page", &folder.path().join("report.html"));
+    put("checks", &checks);
+    let studies = rows.iter().map(|row| {
+        json!({
+            "study": row.name, "verdict": row.verdict(), "error": row.ended.as_ref().err(),
+            "collisions": row.summary["collisions"], "points": row.summary["points"],
+        })
+    });
+    let studies: Vec<Value> = studies.collect();
+    folder.write_json(SUMMARY, &json!({ "title": "Studies", "checks": checks, "studies": studies }))?;
+    folder.write("report.html", page.html())
+}
