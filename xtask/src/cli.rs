@@ -72,7 +72,7 @@ pub enum Command {
         intervals: u32,
     },
     /// Check what the compiler does not: crate imports, cycles of files, first sentences, width,
-    /// words, commands in Markdown, one glam, map of the crates
+    /// words, commands in Markdown, one glam, test programs, map of the crates
     Tidy,
     /// Run everything that must hold before a change lands; what `.ci/run` calls
     Ci,

@@ -7,6 +7,7 @@ mod first_lines;
 mod layers;
 mod map;
 mod one_glam;
+mod test_programs;
 mod width;
 mod words;
 
@@ -31,7 +32,8 @@ pub fn run() -> Result<Verdict> {
     }
     if faults.is_empty() {
         print_line(
-            "tidy: layers, cycles, first lines, width, words, commands in Markdown, one glam, map of the crates",
+            "tidy: layers, cycles, first lines, width, words, commands in Markdown, one glam, test programs, map of the \
+             crates",
         );
         Ok(Verdict::Passed)
     } else {
@@ -51,6 +53,7 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     faults.extend(one_glam::faults(&read(&root.join("Cargo.lock"))?)?);
     faults.extend(map::faults(root)?);
     faults.extend(cycles::faults(root)?);
+    faults.extend(test_programs::faults(root)?);
     faults.extend(width::faults(root)?);
     faults.extend(words::faults(root)?);
     Ok(faults)
