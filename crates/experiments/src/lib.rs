@@ -5,7 +5,6 @@ pub mod billiard;
 pub mod brownian;
 pub mod common;
 pub mod direction_chart;
-pub mod fixed_energy;
 pub mod molecule_argument;
 pub mod time_reversal;
 pub mod trade;

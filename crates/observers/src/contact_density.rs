@@ -129,6 +129,16 @@ impl ContactDensity {
         self.bins
     }
 
+    /// Number of atoms of the body; 0 for a wall.
+    pub fn atoms(&self) -> usize {
+        self.atoms.len()
+    }
+
+    /// Length of the boundary in a bin of an atom that the discs can touch (length).
+    pub fn arc(&self, atom: usize, bin: usize) -> f64 {
+        self.atoms.get(atom).and_then(|bins| bins.get(bin)).map_or(0.0, |bin| bin.arc)
+    }
+
     /// Every bin that contains a piece of the boundary, for every atom; empty before any time has
     /// passed.
     pub fn points(&self) -> Vec<ContactPoint> {

@@ -215,7 +215,7 @@ def test_walls_are_added():
 
 def test_removed_bodies_do_not_break_their_measures():
     sim = tee_in_gas()
-    kinds = ["directions", "drift", "projections", "running-average"]
+    kinds = ["directions", "drift", "kicks", "projections", "running-average"]
     found = [sim.measure(kind, of="tee", every=0.05) for kind in kinds]
     found += [sim.measure(kind, every=0.05) for kind in ("correlation", "temperature", "velocities")]
     sim.run(until=0.5)

@@ -90,7 +90,8 @@ def test_pandas_and_matplotlib_show_what_numpy_has():
     for measure in carom.measures():
         if measure in ("impulses", "events"):
             continue
-        of = "tee" if measure in ("directions", "drift", "projections", "running-average", "contact-density") else None
+        of_one = ("directions", "drift", "kicks", "projections", "running-average", "contact-density")
+        of = "tee" if measure in of_one else None
         tee = carom.Molecule.tee(0.02).at(0.5, 0.5, tags="tee")
         sim = carom.Simulation(scene(molecule=tee, gas={**GAS, "count": 40}))
         try:

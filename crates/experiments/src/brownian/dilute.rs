@@ -7,18 +7,13 @@
 
 use std::f64::consts::{PI, TAU};
 
+use carom_runs::measures::kicks::{DILUTE, Prediction, mean_speed};
 use carom_tables::{Check, chi_square::ChiSquare};
 
 use super::{
     group::{Group, impulse_error},
-    prediction::Prediction,
     results::{Kicks, SECTORS},
 };
-use crate::fixed_energy::mean_speed;
-
-/// Area fraction below which a gas counts as ideal: the first correction, from the mutual exclusion
-/// of gas discs near the molecule, is of this order.
-pub const DILUTE: f64 = 0.01;
 
 /// Number of groups of directions, ten degrees each.
 const GROUPS: usize = 36;
@@ -50,7 +45,7 @@ impl FewDiscs {
     /// Ideal-gas values n √(kT / 2π) ∮ μ^(−1/2) ds and n kT P, with three corrections of the order
     /// of a percent: the centres have the area that molecule and bumpers leave; the density at the
     /// boundary is enhanced as at a disc of the same perimeter; and all bodies share one energy, so
-    /// that the mean speed is not Maxwell's (see [`crate::fixed_energy`]).
+    /// that the mean speed is not Maxwell's (see [`mean_speed`]).
     pub fn of(group: &Group<'_>) -> Self {
         let (density, temperature, area) = (group.density(), group.temperature(), group.setting.area());
         let discs = density * area;
@@ -112,7 +107,7 @@ fn grouped(values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carom::engine::Rotation;
+    use carom::{Molecule, Shape};
 
     /// A million kicks, distributed as the exposed arcs predict.
     fn ideal(prediction: &Prediction) -> Kicks {
@@ -130,8 +125,9 @@ mod tests {
 
     #[test]
     fn kicks_distributed_as_the_arcs_pass_and_others_fail() {
-        for rotation in [Rotation::Free, Rotation::Locked] {
-            let prediction = Prediction::of_tee(rotation);
+        let tee = Molecule::named(Shape::Tee, 0.005, 2.0).unwrap();
+        for turns in [true, false] {
+            let prediction = Prediction::new(&tee, turns, [0.01, 1.0]).unwrap();
             let kicks = ideal(&prediction);
             assert_eq!(passed(&kicks, &prediction), [true; 3]);
             // Rotated by ten degrees; and a wing receives the kicks of the stem's end.

@@ -2,12 +2,11 @@
 
 use anyhow::{Context, Result};
 use carom::Molecule;
+use carom_runs::measures::kicks::{Mirror, Prediction};
 use glam::DVec2;
 
 use super::{
-    mirror::Mirror,
     momentum::thermal_shares,
-    prediction::Prediction,
     results::{Kicks, Measurement},
     setting::Setting,
     surroundings::Surroundings,

@@ -10,6 +10,7 @@ use carom::{
 use carom_methods::AnySimulation;
 use carom_runs::{
     animation,
+    measures::kicks::FromGas,
     progress::Progress,
     resumable::{FoundCheckpoint, Resumable, Start, Task},
     series,
@@ -17,7 +18,6 @@ use carom_runs::{
 use carom_tables::Totals;
 
 use super::{
-    kicks::FromGas,
     plan::Plan,
     pockets,
     results::{Kicks, Measurement, PROJECTION_BINS, SECTORS, projection_range},
@@ -91,7 +91,7 @@ pub fn measure(
         if index == settled && going.observers.2.is_none() {
             let measuring = going.observers.2.insert(observers(&going.simulation.view(), setting, &body)?);
             measuring.start(&going.simulation.view());
-            going.observers.3 = Some(FromGas(ImpulseLog::new(key, impulses)));
+            going.observers.3 = Some(FromGas::new(key, ImpulseLog::new(key, impulses)));
             animation::record(&going.simulation, task.folder)?;
         }
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
@@ -119,7 +119,7 @@ fn observers(view: &View<'_>, setting: &Setting, body: &Body) -> Result<Measurin
         Blocks::new(ContactDensity::new(body, gas.probe(), CONTACT_BINS)?),
     );
     let drift = Blocks::new(Drift::new(key));
-    Ok((FromGas(kicked), RunningAverage::new(key), drift, CollisionRate::default()))
+    Ok((FromGas::new(key, kicked), RunningAverage::new(key), drift, CollisionRate::default()))
 }
 
 /// kT from the initial energy and all degrees of freedom (mass × length² / time²).
@@ -131,7 +131,7 @@ fn booked_temperature(view: &View<'_>) -> f64 {
 /// Writes the data of the last sample.
 fn append_series(going: &mut Resumable<Watched>) -> Result<()> {
     let Resumable { observers: (energy, _, measuring, impulses), files, .. } = going;
-    let new = impulses.as_mut().map_or_else(Vec::new, |FromGas(log)| log.take());
+    let new = impulses.as_mut().map_or_else(Vec::new, |kicks| kicks.observer.take());
     files.append_new(&series::IMPULSES, &new)?;
     files.append(&series::ENERGY, energy.series())?;
     let (averages, rates) = match measuring {
@@ -145,8 +145,8 @@ fn append_series(going: &mut Resumable<Watched>) -> Result<()> {
 impl Measurement {
     fn of(going: &Resumable<Watched>, key: BodyKey, molecule: Molecule, plan: &Plan) -> Result<Self> {
         let (energy, overlaps, measuring, _) = &going.observers;
-        let (FromGas((directions, along_x, along_y, contacts)), average, drift, rate) =
-            measuring.as_ref().context("the run has no measurement")?;
+        let (kicks, average, drift, rate) = measuring.as_ref().context("the run has no measurement")?;
+        let (directions, along_x, along_y, contacts) = &kicks.observer;
         let histogram = directions.total().observed;
         let view = going.simulation.view();
         let collisions = view.counters().collisions;

@@ -7,14 +7,13 @@ use carom::{
     engine::{MoleculeSpec, Rotation},
     geometry::check_positive,
 };
-use carom_runs::resumable::Choices;
+use carom_runs::{measures::kicks::DILUTE, resumable::Choices};
 use carom_sweeps::Study;
 use carom_tables::Verdict;
 use clap::{Args, builder::BoolishValueParser};
 
 use super::{
     campaign::Campaign,
-    dilute::DILUTE,
     plan::Plan,
     run::run_campaign,
     setting::{Gas, Setting, words},

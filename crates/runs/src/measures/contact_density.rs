@@ -1,7 +1,7 @@
 //! `contact-density:TAG`: contacts of the discs of a gas along the boundary of one body.
 
 use anyhow::{Context as _, Result, ensure};
-use carom::{ContactDensity, engine::BodyView};
+use carom::{ContactDensity, engine::BodyView, observers::ContactPoint};
 use carom_tables::{BlockMean, Table};
 
 use super::{Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, resumed};
@@ -17,7 +17,7 @@ pub(super) const KIND: Kind = Kind {
 };
 
 /// The contacts of a body with the discs of a gas, all of one radius.
-fn observer(selection: &Selection<'_>) -> Result<ContactDensity> {
+pub(super) fn observer(selection: &Selection<'_>) -> Result<ContactDensity> {
     let body = selection.only_body()?;
     let is_of_a_gas = |other: &BodyView<'_>| {
         let disc = other.body.molecule().is_disc() && !other.body.is_fixed();
@@ -32,7 +32,8 @@ fn observer(selection: &Selection<'_>) -> Result<ContactDensity> {
 
 impl Measured for ContactDensity {
     /// The force along both axes of the body, −∮ kT ρ_c n̂ ds: with ρ_c constant in a bin of the
-    /// width 2α, the mean of n̂ is that of its middle times sin α/α.
+    /// width 2α, the mean of n̂ is that of its middle times sin α/α. Then the pressure kT ρ_c in
+    /// each bin of each atom.
     fn sums(&self) -> Vec<[f64; 2]> {
         let half = std::f64::consts::PI / self.turn_bins() as f64;
         let force = self.points().iter().fold([0.0; 2], |[x, y], point| {
@@ -40,41 +41,42 @@ impl Measured for ContactDensity {
             let weight = self.impulse(point.atom, point.bin) * half.sin() / half;
             [x - weight * cos, y - weight * sin]
         });
-        force.map(|force| [force, self.duration()]).to_vec()
+        let force = force.map(|force| [force, self.duration()]);
+        let bins = || (0..self.atoms()).flat_map(|atom| (0..self.turn_bins()).map(move |bin| (atom, bin)));
+        let pressure = |(atom, bin): (usize, usize)| match self.arc(atom, bin) {
+            arc if arc > 0.0 => [self.impulse(atom, bin) / arc, self.duration()],
+            _ => [0.0; 2],
+        };
+        force.into_iter().chain(bins().map(pressure)).collect()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let bins = self.turn_bins();
+        let (forces, pressures) = means.split_at(means.len().min(2));
+        let mean = |atom: usize, bin: usize| pressures.get(atom * bins + bin).copied().unwrap_or_default();
         let points = self.points();
-        let atoms = points.iter().map(|point| point.atom + 1).max().unwrap_or(0);
+        let error = |point: &ContactPoint| mean(point.atom, point.bin).standard_error.unwrap_or(f64::NAN);
         let all = Table::new(context.table("contact-density"), "Contacts along the boundary")
             .counts("atom", points.iter().map(|point| point.atom as u64).collect())
             .undrawn("angle", "radian", points.iter().map(|point| point.angle).collect())
             .undrawn("arc", "length", points.iter().map(|point| point.arc).collect())
             .counts("contacts", points.iter().map(|point| point.contacts).collect())
             .undrawn("pressure", "mass/time²", points.iter().map(|point| point.pressure).collect())
-            .undrawn(
-                "standard_error",
-                "mass/time²",
-                points.iter().map(|point| point.standard_error).collect(),
-            );
-        let bins = self.turn_bins();
+            .undrawn("standard_error", "mass/time²", points.iter().map(error).collect());
         let angle = |bin: usize| (bin as f64 + 0.5) * std::f64::consts::TAU / bins as f64;
         let name = context.table("contact-density.by-angle");
         let mut by_angle = Table::new(name, "Pressure of the contacts along the boundary of each atom")
             .abscissa("angle", "radian", (0..bins).map(angle).collect())
-            .caption("In the frame of the body. The band supposes independent contacts.");
+            .caption("In the frame of the body.");
+        let atoms = points.iter().map(|point| point.atom + 1).max().unwrap_or(0);
         for atom in 0..atoms {
-            let mut values = vec![None; bins];
-            let mut errors = values.clone();
-            for point in points.iter().filter(|point| point.atom == atom) {
-                (values[point.bin], errors[point.bin]) = (Some(point.pressure), Some(point.standard_error));
-            }
-            by_angle = by_angle.value(&format!("atom_{atom}"), "mass/time²", values).errors(errors);
+            let of_atom: Vec<BlockMean> = (0..bins).map(|bin| mean(atom, bin)).collect();
+            by_angle = by_angle.means(&format!("atom_{atom}"), "mass/time²", &of_atom);
         }
         let names = ["force from the contact density along x′", "force from the contact density along y′"];
         let figures = names
             .into_iter()
-            .zip(means)
+            .zip(forces)
             .filter_map(|(name, mean)| context.figure(name, "mass·length/time²", mean));
         Results { tables: vec![all, by_angle], figures: figures.collect(), ..Results::default() }
     }

@@ -26,15 +26,40 @@ impl Measured for DirectionHistogram {
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let (by_count, by_impulse) = means.split_at(means.len() / 2);
-        let sectors = self.counts().len();
-        let angle = |sector: usize| 360.0 * (sector as f64 + 0.5) / sectors as f64;
-        let table = Table::new(context.table("directions"), "Directions of the impulses on the body")
-            .abscissa("direction", "°", (0..sectors).map(angle).collect())
-            .counts("contacts", self.counts().to_vec())
-            .means("share_of_contacts", "1", by_count)
-            .means("share_of_impulse", "1", by_impulse)
-            .caption("In the frame of the body, counter-clockwise from its x′ axis.");
-        Results { tables: vec![table], ..Results::default() }
+        Results { tables: vec![table(self, means, context, None)], ..Results::default() }
     }
+}
+
+/// Predicted shares of the contacts and of the impulse in each sector.
+pub(super) struct Shares {
+    /// Of the contacts, then of the impulse.
+    pub(super) shares: [Vec<f64>; 2],
+    /// Name in the legend.
+    pub(super) label: &'static str,
+    /// Where they come from.
+    pub(super) source: &'static str,
+}
+
+/// The table of the directions.
+pub(super) fn table(
+    histogram: &DirectionHistogram,
+    means: &[BlockMean],
+    context: &Context<'_>,
+    predicted: Option<Shares>,
+) -> Table {
+    let sectors = histogram.counts().len();
+    let angle = |sector: usize| 360.0 * (sector as f64 + 0.5) / sectors as f64;
+    let mut table = Table::new(context.table("directions"), "Directions of the impulses on the body")
+        .abscissa("direction", "°", (0..sectors).map(angle).collect())
+        .counts("contacts", histogram.counts().to_vec())
+        .caption("In the frame of the body, counter-clockwise from its x′ axis.");
+    let (by_count, by_impulse) = means.split_at(means.len() / 2);
+    let columns = [("share_of_contacts", by_count), ("share_of_impulse", by_impulse)];
+    for (index, (name, means)) in columns.into_iter().enumerate() {
+        table = table.means(name, "1", means);
+        if let Some(Shares { shares, label, source }) = &predicted {
+            table = table.prediction(label, shares[index].iter().copied().map(Some).collect(), source);
+        }
+    }
+    table
 }

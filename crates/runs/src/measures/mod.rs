@@ -18,6 +18,7 @@ mod heat_conductivity;
 mod hexatic_order;
 mod impulses;
 mod intervals;
+pub mod kicks;
 mod kind;
 mod measured;
 mod orientation;
@@ -67,7 +68,7 @@ pub use self::{
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [Kind; 26] = [
+pub const KINDS: [Kind; 27] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -84,6 +85,7 @@ pub const KINDS: [Kind; 26] = [
     free_path::KIND,
     viscosity::KIND,
     heat_conductivity::KIND,
+    kicks::KIND,
     directions::KIND,
     projections::KIND,
     contact_density::KIND,

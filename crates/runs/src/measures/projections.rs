@@ -27,10 +27,11 @@ pub(super) const KIND: Kind = Kind {
 
 /// The components along x′ and y′.
 #[derive(Serialize, Deserialize)]
-struct Projections([ProjectionHistogram; 2]);
+pub(super) struct Projections([ProjectionHistogram; 2]);
 
 impl Projections {
-    fn new(selection: &Selection<'_>) -> anyhow::Result<Self> {
+    /// Those of the only body of the selection.
+    pub(super) fn new(selection: &Selection<'_>) -> anyhow::Result<Self> {
         let body = selection.only_body()?.body.key();
         let bins = selection.whole("bins");
         let along = |axis| match selection.given(range::MAX) {
@@ -39,6 +40,15 @@ impl Projections {
         };
         Ok(Self([along(Axis::X)?, along(Axis::Y)?]))
     }
+}
+
+/// Source of the prediction for a round body.
+const GAUSSIAN: &str = "isotropic impulses with a Rayleigh distribution of magnitudes: exact at any density";
+
+/// Mean of the density of a Gaussian of mean 0 over a bin.
+fn mean_of_gaussian(bin: [f64; 2], variance: f64) -> f64 {
+    let [below, above] = bin.map(|end| libm::erf(end / (2.0 * variance).sqrt()));
+    0.5 * (above - below) / (bin[1] - bin[0])
 }
 
 impl Observer for Projections {
@@ -55,6 +65,31 @@ impl Projections {
     fn components(&self) -> [&Distribution; 2] {
         self.0.each_ref().map(ProjectionHistogram::components)
     }
+
+    /// The table of the densities along x′ and then along y′, with a Gaussian of this variance if
+    /// theory predicts one.
+    pub(super) fn table(
+        &self,
+        densities: &[BlockMean],
+        context: &Context<'_>,
+        variance: Option<f64>,
+    ) -> Table {
+        let components = self.components();
+        let bins = Distribution::common_bins(&components);
+        let edges = bins.edges();
+        let mut table = Table::new(context.table("projections"), "Components of the impulses on the body")
+            .bins("impulse", "mass·length/time", edges)
+            .caption(format!("Along the body's own axes x′ and y′. {}", range::caption(&components)));
+        let (along_x, along_y) = densities.split_at(densities.len() / 2);
+        for (name, densities) in [("density_x", along_x), ("density_y", along_y)] {
+            table = table.means(name, "time/(mass·length)", densities);
+            if let Some(variance) = variance {
+                let means = edges.windows(2).map(|bin| Some(mean_of_gaussian([bin[0], bin[1]], variance)));
+                table = table.prediction("Gaussian of variance 4μkT", means.collect(), GAUSSIAN);
+            }
+        }
+        table
+    }
 }
 
 impl Measured for Projections {
@@ -69,16 +104,9 @@ impl Measured for Projections {
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let components = self.components();
-        let bins = Distribution::common_bins(&components);
         let (outside, densities) = means.split_at(means.len().min(2));
-        let (along_x, along_y) = densities.split_at(densities.len() / 2);
-        let unit = "time/(mass·length)";
-        let table = Table::new(context.table("projections"), "Components of the impulses on the body")
-            .bins("impulse", "mass·length/time", bins.edges())
-            .means("density_x", unit, along_x)
-            .means("density_y", unit, along_y)
-            .caption(format!("Along the body's own axes x′ and y′. {}", range::caption(&components)));
+        let table = self.table(densities, context, None);
+        let components = self.components();
         let what = ["impulses along x′", "impulses along y′"];
         let outside =
             components.into_iter().zip(what).zip(outside).filter_map(|((distribution, what), mean)| {

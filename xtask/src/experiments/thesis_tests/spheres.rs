@@ -20,7 +20,7 @@ use super::{
     run::run_test,
     timing::{THESIS_TIME, Timing, time},
 };
-use carom_experiments::fixed_energy::mean_speed;
+use carom_runs::measures::kicks::mean_speed;
 
 /// Table 2.1: number of discs, seconds without grid (more than two hours for 2000), seconds with
 /// grid; Intel Core i5-7200U.

@@ -57,6 +57,21 @@ impl Prediction {
         })
     }
 
+    /// Predictions for a molecule that contacts may move and turn, in a gas of discs of this radius
+    /// (length) and mass.
+    ///
+    /// # Errors
+    /// The molecule is a wall, or the radius of the gas discs is out of range.
+    pub fn with(
+        molecule: &Molecule,
+        [moves, turns]: [bool; 2],
+        gas: [f64; 2],
+    ) -> Result<Self, GeometryError> {
+        let moving = Self::new(molecule, turns, gas)?;
+        let inverse_mass = if moves { moving.inverse_mass } else { 0.0 };
+        Ok(Self { inverse_mass, ..moving })
+    }
+
     /// Area fraction of gas discs of this number density (1 / length²).
     pub fn area_fraction(&self, density: f64) -> f64 {
         density * PI * self.gas_radius * self.gas_radius
@@ -156,26 +171,26 @@ impl Prediction {
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        super::setting::{
-            Setting,
-            tests::{molecule, tee},
-        },
-        *,
-    };
-    use carom::{Shape, engine::Rotation, geometry::Atom};
+    use super::*;
+    use carom::{Shape, geometry::Atom};
 
-    impl Prediction {
-        /// Predictions for the tee of the thesis with atoms of half the gas radius.
-        pub fn of_tee(rotation: Rotation) -> Self {
-            let setting = tee(rotation);
-            Self::of_setting(&setting)
-        }
+    /// Radius and mass of the gas discs of the thesis.
+    const GAS: [f64; 2] = [0.01, 1.0];
 
-        fn of_setting(setting: &Setting) -> Self {
-            let (molecule, gas) = (molecule(setting), setting.surroundings().unwrap());
-            Self::new(&molecule, setting.turns(&molecule), [gas.probe(), gas.largest_mass()]).unwrap()
-        }
+    /// The tee of the thesis with atoms of half the gas radius.
+    fn tee() -> Molecule {
+        Molecule::named(Shape::Tee, 0.005, 2.0).unwrap()
+    }
+
+    /// Predictions for the tee, free to turn or locked.
+    fn of_tee(turns: bool) -> Prediction {
+        Prediction::new(&tee(), turns, GAS).unwrap()
+    }
+
+    /// Predictions for a disc of the area and mass of the tee.
+    fn of_disc() -> Prediction {
+        let radius = (tee().area() / PI).sqrt();
+        Prediction::new(&Molecule::disc(radius, tee().mass()).unwrap(), false, GAS).unwrap()
     }
 
     /// Exposed angles of an L of five touching discs of radius a, four in a column and one beside
@@ -239,7 +254,7 @@ mod tests {
 
     #[test]
     fn a_locked_molecule_is_hit_in_proportion_to_its_boundary() {
-        let locked = Prediction::of_tee(Rotation::Locked);
+        let locked = of_tee(false);
         for (count, impulse) in locked.count_shares(360).iter().zip(locked.impulse_shares(360)) {
             assert!((count - impulse).abs() < 1e-15);
         }
@@ -250,7 +265,7 @@ mod tests {
 
     #[test]
     fn a_free_molecule_is_hit_more_often_far_from_its_centre() {
-        let (free, locked) = (Prediction::of_tee(Rotation::Free), Prediction::of_tee(Rotation::Locked));
+        let (free, locked) = (of_tee(true), of_tee(false));
         assert!((free.ideal_rate(1.0, 1.0) - 0.070_917_76).abs() < 1e-8);
         assert!(free.atom_shares()[4] > locked.atom_shares()[4]);
         assert!((free.count_shares(360).iter().sum::<f64>() - 1.0).abs() < 1e-12);
@@ -258,9 +273,7 @@ mod tests {
 
     #[test]
     fn the_disc_is_hit_isotropically() {
-        let tee = tee(Rotation::Free);
-        let control = tee.control(&molecule(&tee));
-        let prediction = Prediction::of_setting(&control);
+        let prediction = of_disc();
         for share in prediction.count_shares(360) {
             assert!((share * 360.0 - 1.0).abs() < 1e-12);
         }
@@ -269,9 +282,7 @@ mod tests {
     /// The friction of a disc in a dilute gas is n R √(8π μ kT), with R the sum of the radii.
     #[test]
     fn a_disc_loses_its_velocity_by_friction() {
-        let tee = tee(Rotation::Free);
-        let control = tee.control(&molecule(&tee));
-        let prediction = Prediction::of_setting(&control);
+        let prediction = of_disc();
         let [velocity, spin] = prediction.forgotten_at_a_contact();
         let (mass, reduced) = (10.0, 10.0 / 11.0);
         let reach = prediction.boundary.perimeter() / TAU;
@@ -279,14 +290,14 @@ mod tests {
         assert!((velocity * prediction.ideal_rate(1.0, 1.0) / (friction / mass) - 1.0).abs() < 1e-9);
         assert_eq!(spin, 0.0);
         // A locked tee loses less along x′ than along y′; a free one also loses its rotation.
-        let [free, locked] = [Rotation::Free, Rotation::Locked].map(Prediction::of_tee);
+        let [free, locked] = [true, false].map(of_tee);
         assert!(free.forgotten_at_a_contact()[1] > 0.01 && locked.forgotten_at_a_contact()[1] == 0.0);
     }
 
     /// For equal discs the formula reduces to Henderson's χ = (1 − 7η/16)/(1 − η)², here 3.125.
     #[test]
     fn contact_density_of_a_gas_disc() {
-        let tee = Prediction::of_tee(Rotation::Free);
+        let tee = of_tee(true);
         let half = 0.5 / (PI * tee.gas_radius * tee.gas_radius);
         assert!((tee.contact_density_of_disc(tee.gas_radius, half) - 3.125).abs() < 1e-12);
         assert!((tee.collision_rate(1591.5, 1.0) - 350.5).abs() < 0.1);

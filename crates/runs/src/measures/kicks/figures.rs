@@ -1,0 +1,426 @@
+//! Figures and tables of the kicks, with their predictions.
+
+use std::f64::consts::PI;
+
+use carom::observers::Isotropy;
+use carom_report::molecule_picture::name;
+use carom_tables::{BlockMean, Estimate, Figure, Table, chi_square::ChiSquare};
+
+use super::{
+    super::{
+        Context, Measured as _, Results,
+        directions::{self, Shares},
+    },
+    Kicks, Prediction,
+    few_discs::{self, FewDiscs},
+    mirror::Mirror,
+    surroundings::Surroundings,
+};
+
+/// Least duration of a block in relaxation times of the body, for errors of its motion. Smaller: a
+/// body that has not yet forgotten its rotation would seem to be driven. Larger: runs must be
+/// longer for a verdict.
+const LEAST_BLOCK: f64 = 3.0;
+
+/// With fewer blocks their scatter gives no reliable test of directions.
+const FEWEST_BLOCKS: usize = 30;
+
+/// Number of harmonics in the test that the kicks of a round body are isotropic.
+const HARMONICS: usize = 6;
+
+/// Least mean number of kicks in a sector for which χ² has Gaussian errors.
+const LEAST_KICKS: u64 = 20;
+
+/// Number of quantities before those of the atoms.
+const WHOLE: usize = 12;
+
+const EQUILIBRIUM: &str = "equilibrium";
+const MIRROR: &str = "mirror symmetry of the body";
+const EQUIPARTITION: &str = "equipartition";
+const OF_ALL: &str =
+    "equipartition relative to the centre of mass of all bodies, whose momentum is conserved";
+const UNREACHABLE: &str = "geometry: the gas discs cannot reach it";
+const ARCS: &str = "exposed arcs, with weight μ^(−1/2)";
+const TWO_SIZES: &str = "Jenkins and Mancini (1987), for hard discs of two sizes; accurate to 1 %";
+
+/// The means by the quantities of [`Kicks`]: rate, density at the rim, force along x′ and y′,
+/// torque, velocity along x′ and y′, angular velocity, kT along x′ and y′ and of the rotation, the
+/// share of kicks on one side of a mirror axis less that on the other; the share of each atom; and
+/// those of the directions, of the places on the boundary, and of the components.
+pub(super) struct Parts<'a> {
+    whole: &'a [BlockMean],
+    atoms: &'a [BlockMean],
+    directions: &'a [BlockMean],
+    places: &'a [BlockMean],
+    densities: &'a [BlockMean],
+}
+
+impl<'a> Parts<'a> {
+    pub(super) fn of(kicks: &Kicks, means: &'a [BlockMean]) -> Self {
+        let (directions, components, places) = &kicks.kicks.observer;
+        let lengths = [
+            WHOLE,
+            kicks.shape.molecule.atoms().len(),
+            2 * directions.counts().len(),
+            places.as_ref().map_or(0, |places| places.sums().len()),
+            components.sums().len(),
+        ];
+        let mut rest = means;
+        let [whole, atoms, directions, places, _] = lengths.map(|length| {
+            let (part, after) = rest.split_at(length.min(rest.len()));
+            rest = after;
+            part
+        });
+        Self { whole, atoms, directions, places, densities: rest }
+    }
+}
+
+/// The kicks with what theory predicts for them.
+struct Theory<'a> {
+    kicks: &'a Kicks,
+    around: &'a Surroundings,
+    prediction: Prediction,
+    /// Rates in a dilute gas, if it is one.
+    few: Option<FewDiscs>,
+}
+
+impl<'a> Theory<'a> {
+    fn of(kicks: &'a Kicks) -> Option<Self> {
+        let around = kicks.around.as_ref()?;
+        let shape = &kicks.shape;
+        let gas = [around.probe, around.mean[1]];
+        let prediction = Prediction::with(&shape.molecule, [!shape.is_fixed, shape.can_turn], gas).ok()?;
+        let few = FewDiscs::of(&prediction, around, kicks.freedom());
+        Some(Self { kicks, around, prediction, few })
+    }
+
+    /// Whether the distribution of the kicks in a dilute gas is known: that of the exposed arcs, or
+    /// the isotropic one on a round body.
+    fn has_arcs(&self) -> bool {
+        self.around.is_one_gas || self.kicks.shape.molecule.is_round()
+    }
+
+    /// The prediction of the shares by direction.
+    fn shares(&self) -> Option<Shares> {
+        let sectors = self.kicks.directions().counts().len();
+        let shares = [self.prediction.count_shares(sectors), self.prediction.impulse_shares(sectors)];
+        let is_round = self.kicks.shape.molecule.is_round();
+        let (label, source) = match self.few {
+            _ if is_round => ("isotropic", "symmetry"),
+            Some(_) => ("exposed arcs", ARCS),
+            None => {
+                ("dilute gas: exposed arcs", "exposed arcs; in a dense gas the density is larger in corners")
+            }
+        };
+        self.has_arcs().then_some(Shares { shares, label, source })
+    }
+
+    /// Relaxation times of the velocity and of the rotation (time) at this rate of kicks; 0 for a
+    /// motion that contacts do not change.
+    fn relaxation_times(&self, rate: f64) -> [f64; 2] {
+        let shape = &self.kicks.shape;
+        let prediction = if self.around.is_one_gas {
+            self.prediction.forgotten_at_a_contact()
+        } else {
+            // An estimate: all bodies as discs of the mean area and mass.
+            let moves = [!shape.is_fixed, shape.can_turn];
+            Prediction::with(&shape.molecule, moves, self.around.mean)
+                .map_or([0.0; 2], |theory| theory.forgotten_at_a_contact())
+        };
+        prediction.map(|share| if share > 0.0 { 1.0 / (share * rate) } else { 0.0 })
+    }
+}
+
+/// Tables and figures.
+pub(super) fn results(kicks: &Kicks, parts: &Parts<'_>, context: &Context<'_>) -> Results {
+    let theory = Theory::of(kicks).filter(|_| context.is_equilibrium);
+    let theory = theory.as_ref();
+    let mut figures = rates(parts, theory, context);
+    figures.extend(motion(kicks, parts, theory, context));
+    figures.extend(symmetry(kicks, parts, context));
+    figures.extend(against_arcs(kicks, theory, context));
+    figures.extend(of_atoms(kicks, parts, theory, context));
+    figures.extend(of_geometry(kicks, context));
+    Results { tables: tables(kicks, parts, theory, context), figures, ..Results::default() }
+}
+
+/// The rate of the kicks, and the density of the gas at the boundary.
+fn rates(parts: &Parts<'_>, theory: Option<&Theory<'_>>, context: &Context<'_>) -> Vec<Figure> {
+    let [rate, rim, ..] = parts.whole else { return Vec::new() };
+    let predicted = theory.and_then(|theory| {
+        let around = theory.around;
+        if let Some(few) = theory.few {
+            return Some(([few.kicks, few.rim], few_discs::SOURCE));
+        }
+        let molecule = &theory.kicks.shape.molecule;
+        (molecule.is_disc() && around.is_open()).then(|| {
+            let density = around.density();
+            let rim = theory.prediction.contact_density_of_disc(molecule.bounding_radius(), density);
+            ([rim * theory.prediction.ideal_rate(density, around.temperature), rim], TWO_SIZES)
+        })
+    });
+    let figure = |index: usize, name: &str, unit: &str, mean: &BlockMean| {
+        let figure = context.figure(name, unit, mean)?;
+        Some(match predicted {
+            Some((values, source)) => figure.predicted(values[index], source),
+            None => figure,
+        })
+    };
+    let is_one_gas = theory.is_some_and(|theory| theory.around.is_one_gas);
+    let rim = is_one_gas.then(|| figure(1, "gas density at the rim", "mean density", rim)).flatten();
+    figure(0, "kicks", "1/time", rate).into_iter().chain(rim).collect()
+}
+
+/// Force, velocities and energies of the body along its own axes.
+fn motion(
+    kicks: &Kicks,
+    parts: &Parts<'_>,
+    theory: Option<&Theory<'_>>,
+    context: &Context<'_>,
+) -> Vec<Figure> {
+    let shape = &kicks.shape;
+    let rate = parts.whole.first().and_then(|mean| mean.value).unwrap_or(0.0);
+    let times = theory.map(|theory| theory.relaxation_times(rate));
+    // Blocks that are too short give no error; without theory their length is taken to be enough.
+    let is_long = times.is_none_or(|times| context.block >= LEAST_BLOCK * times[0].max(times[1]));
+    let mean = |index: usize| {
+        let mean = parts.whole.get(index).copied().unwrap_or_default();
+        BlockMean { standard_error: mean.standard_error.filter(|_| is_long), ..mean }
+    };
+    let is_zero = context.is_equilibrium && !shape.is_fixed;
+    // Without a fixed body, a locked one drifts with all others.
+    let rests = kicks.around.as_ref().is_some_and(|around| around.rests) || shape.can_turn;
+    let zero = |is_zero: bool| is_zero.then_some(0.0);
+    let (force, velocity) = ("mass·length/time²", "length/time");
+    let names = [
+        (2, "force along x′", force, zero(is_zero), true),
+        (3, "force along y′", force, zero(is_zero), true),
+        (4, "torque", "mass·length²/time²", zero(is_zero), !shape.molecule.is_round()),
+        (5, "velocity along x′", velocity, zero(is_zero && rests), !shape.is_fixed),
+        (6, "velocity along y′", velocity, zero(is_zero && rests), !shape.is_fixed),
+        (7, "angular velocity", "radian/time", zero(is_zero), shape.can_turn),
+    ];
+    let of_motion = names.into_iter().filter(|(.., is_measured)| *is_measured).filter_map(
+        |(index, name, unit, prediction, _)| {
+            Some(context.figure(name, unit, &mean(index))?.predicted(prediction, EQUILIBRIUM))
+        },
+    );
+    let shares = theory.map(|theory| (theory.around.thermal_shares, theory.around.temperature));
+    let energies = [
+        (8, "kT along x′", shares.map(|(shares, kt)| [shares[0], kt]), !shape.is_fixed),
+        (9, "kT along y′", shares.map(|(shares, kt)| [shares[1], kt]), !shape.is_fixed),
+        (10, "kT turning", shares.map(|(_, kt)| [1.0, kt]), shape.can_turn),
+    ];
+    let of_energy = energies.into_iter().filter(|(.., is_measured)| *is_measured).filter_map(
+        |(index, name, predicted, _)| {
+            let source = if predicted.is_some_and(|[share, _]| share < 1.0) { OF_ALL } else { EQUIPARTITION };
+            let figure = context.figure(name, "mass·length²/time²", &mean(index))?;
+            Some(figure.predicted(predicted.map(|[share, kt]| share * kt), source))
+        },
+    );
+    let times = times.into_iter().flat_map(|times| times.into_iter().zip(["velocity", "rotation"]));
+    let of_times = times.filter(|(time, _)| *time > 0.0 && time.is_finite()).map(|(time, what)| {
+        Figure::new(context.named(&format!("relaxation time of the {what}, from the kicks")), time, "time")
+    });
+    of_motion.chain(of_energy).chain(of_times).collect()
+}
+
+/// Mirror symmetry of the body, or isotropy of the kicks of a round one: both hold at any density.
+fn symmetry(kicks: &Kicks, parts: &Parts<'_>, context: &Context<'_>) -> Vec<Figure> {
+    let shape = &kicks.shape;
+    if shape.molecule.is_round() {
+        return isotropy(kicks, context).into_iter().collect();
+    }
+    let [left, right] = shape.sides.each_ref().map(|side| {
+        let names: Vec<String> = side.iter().map(|&atom| name(atom)).collect();
+        names.join(", ")
+    });
+    let sides = (!left.is_empty()).then(|| format!("share of kicks on {left} less that on {right}"));
+    let figure =
+        |name: String| Some(context.figure(&name, "1", parts.whole.get(WHOLE - 1)?)?.predicted(0.0, MIRROR));
+    sides.and_then(figure).into_iter().chain(mirror_of_directions(kicks, context)).collect()
+}
+
+/// The sums of the sectors in each block: the number of kicks in each, and of all.
+fn counts_of_blocks<'a>(
+    kicks: &Kicks,
+    context: &Context<'a>,
+) -> impl Iterator<Item = &'a [[f64; 2]]> + Clone {
+    let begin = WHOLE + kicks.shape.molecule.atoms().len();
+    let end = begin + kicks.directions().counts().len();
+    context.blocks.iter().filter_map(move |block| block.get(begin..end))
+}
+
+/// χ² per degree of freedom of each direction against its mirror image, with errors from the
+/// scatter of the blocks, because kicks in one direction are correlated.
+fn mirror_of_directions(kicks: &Kicks, context: &Context<'_>) -> Option<Figure> {
+    let mirror = Mirror::of(&kicks.shape.molecule)?;
+    let blocks = counts_of_blocks(kicks, context);
+    let count = blocks.clone().count();
+    if count < FEWEST_BLOCKS {
+        return None;
+    }
+    let square = |(one, other): (usize, usize)| {
+        let differences = blocks.clone().map(|block| (block[one][0] - block[other][0], block[one][1]));
+        let Estimate { mean, standard_error } = Estimate::of_ratio(differences)?;
+        (standard_error > 0.0).then(|| (mean / standard_error).powi(2))
+    };
+    let pairs = mirror.sectors(kicks.directions().counts().len())?;
+    let squares: Vec<f64> = pairs.into_iter().filter_map(square).collect();
+    let freedom = squares.len().max(1) as f64;
+    // With errors from b blocks the deviations follow Student's t, whose mean square is (b − 1)/(b
+    // − 3).
+    let expected = (count as f64 - 1.0) / (count as f64 - 3.0);
+    let name = context.named("mirror symmetry of the kicks, χ² per degree of freedom");
+    Some(
+        Figure::new(name, squares.iter().sum::<f64>() / freedom, "1")
+            .error(expected * (2.0 / freedom).sqrt())
+            .predicted(expected, MIRROR),
+    )
+}
+
+/// Fisher's F of the harmonics of the directions, with the covariance of the blocks.
+fn isotropy(kicks: &Kicks, context: &Context<'_>) -> Option<Figure> {
+    let counts = |block: &[[f64; 2]]| block.iter().map(|sums| sums[0] as u64).collect();
+    let blocks: Vec<Vec<u64>> = counts_of_blocks(kicks, context).map(counts).collect();
+    let enough = blocks.len() >= FEWEST_BLOCKS;
+    let found = Isotropy::of_counts(blocks.iter().map(Vec::as_slice), HARMONICS).filter(|_| enough)?;
+    let [one, other] = [2 * found.harmonics, found.blocks - 2 * found.harmonics].map(|count| count as f64);
+    let mean = other / (other - 2.0);
+    let variance = 2.0 * mean * mean * (one + other - 2.0) / (one * (other - 4.0));
+    let name = context.named("isotropy of the kicks, Fisher's F");
+    let figure = Figure::new(name, found.ratio, "1").error(variance.sqrt());
+    Some(figure.predicted(context.is_equilibrium.then_some(mean), "symmetry of a round body"))
+}
+
+/// χ² per degree of freedom of the shares by direction, by number and by impulse, and by atom,
+/// against the exposed arcs; none in a dense gas or with few kicks.
+fn against_arcs(kicks: &Kicks, theory: Option<&Theory<'_>>, context: &Context<'_>) -> Vec<Figure> {
+    let Some(theory) = theory.filter(|theory| theory.few.is_some()) else { return Vec::new() };
+    let directions = kicks.directions();
+    let sectors = directions.counts().len();
+    if directions.hits() < LEAST_KICKS * sectors as u64 {
+        return Vec::new();
+    }
+    let shares = theory.prediction.count_shares(sectors);
+    let by_count = ChiSquare::of(directions.counts(), &shares);
+    let of_impulse = theory.prediction.impulse_shares(sectors);
+    let (hits, total) = (directions.hits() as f64, directions.total_impulse());
+    let term = |((impulse, of_impulse), share): ((&f64, f64), &f64)| {
+        let expected = total * of_impulse;
+        let error = impulse_error(expected, hits * share);
+        (expected > 0.0).then(|| ((impulse - expected) / error).powi(2))
+    };
+    let terms: Vec<f64> = directions.impulse().iter().zip(of_impulse).zip(&shares).filter_map(term).collect();
+    let by_impulse = ChiSquare { value: terms.iter().sum(), freedom: terms.len().saturating_sub(1) };
+    let by_atom = ChiSquare::of(&kicks.by_atom(), &theory.prediction.atom_shares());
+    let all =
+        [("kicks by direction", by_count), ("impulse by direction", by_impulse), ("kicks by atom", by_atom)];
+    // A single atom receives all kicks in any case.
+    all.into_iter()
+        .filter(|(_, chi)| chi.freedom > 0)
+        .map(|(what, chi)| {
+            let freedom = chi.freedom as f64;
+            let name = context.named(&format!("{what}, χ² per degree of freedom"));
+            Figure::new(name, chi.value / freedom, "1").error((2.0 / freedom).sqrt()).predicted(1.0, ARCS)
+        })
+        .collect()
+}
+
+/// Standard error of a sum of `count` Rayleigh-distributed impulse magnitudes, as ⟨J²⟩/⟨J⟩² = 4/π.
+fn impulse_error(sum: f64, count: f64) -> f64 {
+    sum * (4.0 / (PI * count)).sqrt()
+}
+
+/// The share of the kicks on each atom; none for a body of one atom. In a dense gas only those that
+/// it cannot reach are predicted.
+fn of_atoms(
+    kicks: &Kicks,
+    parts: &Parts<'_>,
+    theory: Option<&Theory<'_>>,
+    context: &Context<'_>,
+) -> Vec<Figure> {
+    if kicks.shape.molecule.is_disc() {
+        return Vec::new();
+    }
+    let shares = theory.map(|theory| theory.prediction.atom_shares());
+    let figure = |(atom, mean): (usize, &BlockMean)| {
+        let figure = context.figure(&format!("share of kicks on atom {}", name(atom)), "1", mean)?;
+        let share = shares.as_ref().and_then(|shares| shares.get(atom).copied());
+        let is_dilute = theory.is_some_and(|theory| theory.few.is_some());
+        let source = if share == Some(0.0) { UNREACHABLE } else { ARCS };
+        Some(figure.predicted(share.filter(|&share| share == 0.0 || is_dilute), source))
+    };
+    parts.atoms.iter().enumerate().filter_map(figure).collect()
+}
+
+/// Lengths and areas that follow from the atoms alone, without errors.
+fn of_geometry(kicks: &Kicks, context: &Context<'_>) -> Vec<Figure> {
+    let Some(theory) = Theory::of(kicks) else { return Vec::new() };
+    let region = &theory.prediction.boundary;
+    let figure = |name: &str, value, unit| Figure::new(context.named(name), value, unit);
+    let mut figures = vec![
+        figure("perimeter of the excluded region", region.perimeter(), "length"),
+        figure("area of the excluded region", region.area(), "length²"),
+    ];
+    if !region.hidden_arcs().is_empty() {
+        figures.push(figure("area of pockets that the gas cannot enter", region.pocket_area(), "length²"));
+    }
+    figures
+}
+
+/// The tables: shares by atom, directions, components, and places on the boundary.
+fn tables(
+    kicks: &Kicks,
+    parts: &Parts<'_>,
+    theory: Option<&Theory<'_>>,
+    context: &Context<'_>,
+) -> Vec<Table> {
+    let (directions, components, places) = &kicks.kicks.observer;
+    let shares = theory.and_then(Theory::shares);
+    let variance = theory.filter(|theory| theory.around.is_one_gas).and_then(|theory| {
+        let molecule = &kicks.shape.molecule;
+        let inverse = if kicks.shape.is_fixed { 0.0 } else { 1.0 / molecule.mass() };
+        let reduced = 1.0 / (inverse + 1.0 / theory.prediction.gas_mass);
+        molecule.is_round().then_some(4.0 * reduced * theory.around.temperature)
+    });
+    let mut tables = vec![
+        directions::table(directions, parts.directions, context, shares),
+        components.table(parts.densities, context, variance),
+    ];
+    if let Some(places) = places {
+        let ideal = theory.map(|theory| theory.around.density() * theory.around.temperature);
+        let of_places = places.results(parts.places, context).tables;
+        tables.extend(of_places.into_iter().map(|table| table.level("n kT, dilute gas", ideal, "ideal gas")));
+    }
+    for table in &mut tables {
+        table.name = format!("kicks-{}", table.name);
+    }
+    tables.insert(0, by_atom(kicks, parts, theory, context));
+    tables
+}
+
+/// The table of the shares of the atoms.
+fn by_atom(kicks: &Kicks, parts: &Parts<'_>, theory: Option<&Theory<'_>>, context: &Context<'_>) -> Table {
+    let counts = kicks.by_atom();
+    let table = Table::new(context.table("kicks"), "Kicks by atom")
+        .abscissa("atom", "1", (0..counts.len()).map(|atom| atom as f64).collect())
+        .counts("kicks", counts)
+        .caption("Atoms in the order of their list, from 0.");
+    let exposed =
+        |atom: usize, theory: &Theory<'_>| theory.prediction.boundary.exposed_angle(atom).to_degrees();
+    let atoms = 0..parts.atoms.len();
+    let table = match theory {
+        Some(theory) => {
+            table.undrawn("exposed_angle", "°", atoms.map(|atom| exposed(atom, theory)).collect())
+        }
+        None => table,
+    };
+    let table = table.means("share_of_kicks", "1", parts.atoms);
+    let Some(theory) = theory else { return table };
+    let is_dilute = theory.few.is_some();
+    let label = if is_dilute { "exposed arcs" } else { "dilute gas: exposed arcs" };
+    // What the smallest disc cannot reach, no other can.
+    let known = |share: f64| (share == 0.0 || theory.has_arcs()).then_some(share);
+    table.prediction(label, theory.prediction.atom_shares().into_iter().map(known).collect(), ARCS)
+}
