@@ -234,6 +234,7 @@ fn figure(figure: &Figure) -> Value {
         "unit": figure.unit,
         "prediction": figure.prediction,
         "source": figure.source,
+        "smallest_difference": figure.smallest_difference,
     })
 }
 

@@ -100,7 +100,7 @@ fn results(record: &Record) -> (Vec<Table>, Vec<Figure>) {
     }
     let runs = || record.runs.values();
     let measures = || runs().flat_map(|run| &run.measures);
-    let of_measures = measures().flat_map(|measure| &measure.figures).map(|(figure, _)| figure);
+    let of_measures = measures().flat_map(|measure| &measure.figures).map(|(figure, ..)| figure);
     let figures = runs().flat_map(|run| &run.figures).chain(of_measures).cloned().collect();
     (measures().flat_map(|measure| measure.tables.iter().cloned()).collect(), figures)
 }

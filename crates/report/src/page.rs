@@ -16,7 +16,7 @@ use sha2::{Digest as _, Sha256};
 
 pub(crate) use numbers::in_parentheses;
 use numbers::predicted;
-pub use numbers::{grouped, named, with_error};
+pub use numbers::{grouped, named, two_digits, with_error};
 pub use parts::Part;
 use parts::Parts;
 
@@ -187,17 +187,23 @@ impl Page {
 
     /// Adds a table of figures with units, errors, predictions and sources.
     pub fn figures(&mut self, figures: &[Figure]) {
-        let mut html = "<div class=\"wide\"><table>\n<tr><th>figure (unit)</th><th>measured</th>\
-             <th>predicted</th><th>source of the prediction</th></tr>\n"
-            .to_owned();
+        let has_tests = figures.iter().any(|figure| figure.smallest_difference.is_some());
+        let least = if has_tests { "<th>smallest difference that would have been found</th>" } else { "" };
+        let mut html = format!(
+            "<div class=\"wide\"><table>\n<tr><th>figure (unit)</th><th>measured</th>\
+             <th>predicted</th>{least}<th>source of the prediction</th></tr>\n"
+        );
         for figure in figures {
             let measured = grouped(&with_error(figure.value, figure.standard_error));
             let predicted =
                 figure.prediction.map_or_else(|| "–".to_owned(), |value| grouped(&predicted(value, figure)));
+            let least = figure.smallest_difference.map(|least| grouped(&with_error(two_digits(least), None)));
+            let least = least.unwrap_or_else(|| "–".to_owned());
+            let least = if has_tests { format!("<td class=\"number\">{least}</td>") } else { String::new() };
             let _ = writeln!(
                 html,
                 "<tr><td class=\"name\">{}</td><td class=\"number\">{measured}</td>\
-                 <td class=\"number\">{predicted}</td><td class=\"source\">{}</td></tr>",
+                 <td class=\"number\">{predicted}</td>{least}<td class=\"source\">{}</td></tr>",
                 escape(&named(&figure.name, &figure.unit)),
                 escape(figure.source.as_deref().unwrap_or("")),
             );

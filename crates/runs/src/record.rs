@@ -46,8 +46,8 @@ pub struct MeasureRecord {
     pub sums: RunSums,
     /// Its tables.
     pub tables: Vec<Table>,
-    /// Its figures, with the number of their sums.
-    pub figures: Vec<(Figure, Option<usize>)>,
+    /// Its figures, with the number of their sums, and whether they test their predictions.
+    pub figures: Vec<(Figure, Option<usize>, bool)>,
 }
 
 /// The scene as text with all options, without what distinguishes its replicas.
@@ -143,11 +143,12 @@ impl RunRecord {
         let keep = |figure: &mut Figure| {
             figure.standard_error = figure.standard_error.filter(|error| error.is_finite());
             figure.prediction = figure.prediction.filter(|prediction| prediction.is_finite());
+            figure.smallest_difference = figure.smallest_difference.filter(|least| least.is_finite());
             figure.value.is_finite()
         };
         self.figures.retain_mut(keep);
         for measure in &mut self.measures {
-            measure.figures.retain_mut(|(figure, _)| keep(figure));
+            measure.figures.retain_mut(|(figure, ..)| keep(figure));
             for table in &mut measure.tables {
                 table.levels.retain(|level| level.value.is_finite());
                 let cells = table.columns.iter_mut().flat_map(|column| &mut column.values);
@@ -164,7 +165,7 @@ impl MeasureRecord {
         self.sums.check()?;
         let quantities = self.sums.total.len();
         let is_known = |quantity: &Option<usize>| quantity.is_none_or(|index| index < quantities);
-        for (figure, quantity) in &self.figures {
+        for (figure, quantity, _) in &self.figures {
             ensure!(is_known(quantity), "the figure '{}' has no sums", figure.name);
         }
         for table in &self.tables {

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use carom_report::page::{Page, Part, checks_in_words, named, with_error};
+use carom_report::page::{Page, Part, checks_in_words, named, two_digits, with_error};
 use carom_runs::{left_out::Damaged, output::Folder, report::PAGE};
 use carom_tables::Summary;
 
@@ -15,7 +15,7 @@ use crate::{
     point::short,
     results::{self, PointResults},
     study::Study,
-    table::{TABLE, on_page},
+    table::{TABLE, on_page, tests_on_page},
 };
 
 /// Charts that lead the page.
@@ -64,6 +64,7 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     page.heading("All points");
     let (header, rows) = on_page(study, points);
     page.table(&header.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
+    smallest_differences(&mut page, study, points);
     page.heading("All figures");
     page.charts(&others);
     if left_out > 0 {
@@ -109,6 +110,20 @@ fn expectations(page: &mut Page, study: &Study, points: &[PointResults]) {
     }
 }
 
+/// The figures that test their predictions, with the smallest differences that would have been
+/// found.
+fn smallest_differences(page: &mut Page, study: &Study, points: &[PointResults]) {
+    let (header, rows) = tests_on_page(study, points);
+    if !rows.is_empty() {
+        page.heading("Smallest differences that would have been found");
+        page.paragraph(
+            "A difference from the prediction counts as found above 4 standard errors; one of the smallest \
+             size would have been found with probability 0.95.",
+        );
+        page.table(&header.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
+    }
+}
+
 /// Header of a table of expectations.
 const EXPECTATIONS: [&str; 7] =
     ["result", "point", "quantity", "measured", "expected", "may differ by", "source"];
@@ -135,11 +150,6 @@ fn row(&(point, answer): &(&PointResults, &Answer)) -> Vec<String> {
         allowed,
         answer.source.clone(),
     ]
-}
-
-/// A tolerance with two digits.
-fn two_digits(tolerance: f64) -> f64 {
-    format!("{tolerance:.1e}").parse().unwrap_or(tolerance)
 }
 
 /// What was varied.

@@ -1,7 +1,7 @@
 //! The table of a sweep: one row a point, with the varied values and all figures.
 
 use anyhow::Result;
-use carom_report::page::{named, with_error};
+use carom_report::page::{named, two_digits, with_error};
 use carom_runs::output::Folder;
 use carom_tables::Figure;
 
@@ -75,6 +75,10 @@ fn pattern(point: &PointResults, figure: &Figure) -> String {
 /// The file cannot be written.
 pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<()> {
     let quantities = quantities(points);
+    let least = |figure: &Figure| figure.smallest_difference;
+    let is_test = |quantity: &Quantity| {
+        points.iter().filter_map(|of| figure(of, quantity)).any(|of| least(of).is_some())
+    };
     let mut header: Vec<String> = study.vary.iter().flat_map(Vary::columns).collect();
     header.push("replicas".to_owned());
     for quantity in &quantities {
@@ -82,6 +86,7 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<
         header.push(name.clone());
         header.extend(quantity.has_error.then(|| format!("{name}_error")));
         header.extend(quantity.has_prediction.then(|| format!("{name}_prediction")));
+        header.extend(is_test(quantity).then(|| format!("{name}_smallest_difference")));
     }
     header.push("point".to_owned());
     let row = |(index, results): (usize, &PointResults)| {
@@ -94,6 +99,7 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<
             let error = || number(figure.and_then(|figure| figure.standard_error));
             row.extend(quantity.has_error.then(error));
             row.extend(quantity.has_prediction.then(|| number(figure.and_then(|figure| figure.prediction))));
+            row.extend(is_test(quantity).then(|| number(figure.and_then(least))));
         }
         row.push(results.point.to_string());
         row
@@ -139,6 +145,27 @@ pub fn on_page(study: &Study, points: &[PointResults]) -> (Vec<String>, Vec<Vec<
         row
     };
     (header, points.iter().enumerate().map(row).collect())
+}
+
+/// Header and rows of the figures that test their predictions, with the smallest differences that
+/// would have been found.
+pub fn tests_on_page(study: &Study, points: &[PointResults]) -> (Vec<String>, Vec<Vec<String>>) {
+    let columns = study.vary.iter().flat_map(Vary::columns);
+    let mut header: Vec<String> = columns.map(|key| short(&key).replace('_', " ")).collect();
+    header.extend(["figure", "measured", "predicted", "smallest difference"].map(str::to_owned));
+    let row = |(index, figure): (usize, &Figure)| {
+        let (least, prediction) = (figure.smallest_difference?, figure.prediction?);
+        let mut row = cells(study, index);
+        row.push(named(&figure.name, &figure.unit));
+        row.push(with_error(figure.value, figure.standard_error));
+        row.extend([prediction, two_digits(least)].map(|value| with_error(value, None)));
+        Some(row)
+    };
+    let of_point = |(index, point): (usize, &'_ PointResults)| {
+        let figures = point.figures.iter().map(move |figure| (index, figure));
+        figures.filter_map(row).collect::<Vec<_>>()
+    };
+    (header, points.iter().enumerate().flat_map(of_point).collect())
 }
 
 #[cfg(test)]

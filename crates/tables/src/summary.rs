@@ -2,6 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Number of standard errors from its prediction above which a figure counts as different from it.
+/// With at least 30 blocks, chance exceeds it once in 2500 figures (Student's t). Smaller: about
+/// forty figures of one study would give false alarms. Larger: differences would be missed.
+pub const THRESHOLD: f64 = 4.0;
+
+/// A difference this many standard errors above the threshold is found with probability 0.95
+/// (one-sided normal quantile).
+pub const SAFELY: f64 = 1.645;
+
 /// A measured figure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
@@ -17,10 +26,16 @@ pub struct Figure {
     pub prediction: Option<f64>,
     /// Source of the prediction.
     pub source: Option<String>,
+    /// Smallest difference from the prediction that would have been found with probability 0.95;
+    /// `None` without an error, or if the figure is no test of its prediction.
+    pub smallest_difference: Option<f64>,
     /// The number of its sums, see [`BlockMean::quantity`](crate::BlockMean::quantity); `None` for
     /// a figure that is no mean.
     #[serde(skip)]
     pub quantity: Option<usize>,
+    /// Whether the figure tests its prediction, so that it has a smallest difference.
+    #[serde(skip)]
+    pub is_test: bool,
 }
 
 impl Figure {
@@ -33,7 +48,9 @@ impl Figure {
             unit: unit.to_owned(),
             prediction: None,
             source: None,
+            smallest_difference: None,
             quantity: None,
+            is_test: false,
         }
     }
 
@@ -52,6 +69,30 @@ impl Figure {
             }
             None => self,
         }
+    }
+
+    /// Marks the figure as a test of its prediction, if it has one: its mean shows any steady
+    /// difference, and its error shrinks with time.
+    ///
+    /// ```
+    /// use carom_tables::Figure;
+    ///
+    /// let velocity = Figure::new("mean velocity", 0.1, "length/time").error(0.2);
+    /// let velocity = velocity.predicted(0.0, "equilibrium").test();
+    /// // 4 standard errors are found half of the time, 1.645 more with probability 0.95.
+    /// assert!((velocity.smallest_difference.expect("an error") - 0.2 * 5.645).abs() < 1e-15);
+    /// ```
+    #[must_use]
+    pub fn test(self) -> Self {
+        Self { is_test: self.prediction.is_some(), ..self }.resolved()
+    }
+
+    /// The figure with the smallest difference that belongs to its standard error. Call it after
+    /// the error has changed.
+    #[must_use]
+    pub fn resolved(self) -> Self {
+        let error = self.standard_error.filter(|_| self.is_test);
+        Self { smallest_difference: error.map(|error| (THRESHOLD + SAFELY) * error), ..self }
     }
 }
 

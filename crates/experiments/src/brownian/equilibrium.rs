@@ -23,12 +23,12 @@ use carom_report::{
     molecule_picture::name as letter,
     page::{Page, named, with_error},
 };
-use carom_tables::Check;
+use carom_tables::{Check, THRESHOLD};
 use serde::Serialize;
 
 use super::{
     figures::BROKEN,
-    finding::{Finding, Shrinking, THRESHOLD, two_digits},
+    finding::{Finding, Shrinking, two_digits},
     group::{Group, LEAST_BLOCK},
     pooled::{FEWEST_BLOCKS, Pooled},
 };

@@ -1,18 +1,10 @@
 //! One quantity that is zero at equilibrium: its mean, its error, and whether a bias is found.
 
 use carom_report::page::with_error;
+use carom_tables::{SAFELY, THRESHOLD};
 use serde::Serialize;
 
 use super::pooled::Pooled;
-
-/// Number of standard errors above which a bias is reported. With at least 30 blocks, chance
-/// exceeds it once in 2500 findings (Student's t). Smaller: a campaign of about forty findings
-/// would give false alarms. Larger: it would be less sensitive.
-pub const THRESHOLD: f64 = 4.0;
-
-/// A bias this many standard errors above the threshold is detected with probability 0.95
-/// (one-sided normal quantile).
-const SAFELY: f64 = 1.645;
 
 /// Scaling of the error of a mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -30,6 +30,11 @@ pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
     }
 }
 
+/// A value with two digits, such as a tolerance.
+pub fn two_digits(value: f64) -> f64 {
+    format!("{value:.1e}").parse().unwrap_or(value)
+}
+
 /// Formats a prediction with one digit more than the measured value.
 pub(super) fn predicted(value: f64, figure: &Figure) -> String {
     match figure.standard_error {

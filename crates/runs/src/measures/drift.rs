@@ -1,7 +1,7 @@
 //! `drift:TAG`: mean force, torque and velocities of one body in its own frame.
 
 use carom::{CollisionReport, Observer, View, engine::Body, observers::Drift};
-use carom_tables::BlockMean;
+use carom_tables::{BlockMean, Figure};
 use serde::{Deserialize, Serialize};
 
 use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
@@ -73,6 +73,12 @@ impl Measured for OneDrift {
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let is_zero = context.is_equilibrium && !self.is_fixed;
         let names = MEANS.map(|(name, unit)| (name, unit, is_zero.then_some(0.0)));
-        Results { figures: context.figures(names, means, "equilibrium"), ..Results::default() }
+        let (forces, velocities) = names.split_at(3);
+        let of = |names: &[_], means: &[BlockMean]| context.figures(names.to_vec(), means, "equilibrium");
+        let (means_of_forces, means_of_velocities) = means.split_at(means.len().min(3));
+        let mut figures = of(forces, means_of_forces);
+        // A steady force is balanced by friction: the velocities show it.
+        figures.extend(of(velocities, means_of_velocities).into_iter().map(Figure::test));
+        Results { figures, ..Results::default() }
     }
 }

@@ -125,7 +125,7 @@ impl Entry {
         let judged = |figure: Figure| {
             let standard_error =
                 figure.standard_error.map(|error| error.max(error_of_joined(&blocks, &figure)));
-            Figure { standard_error, ..figure }
+            Figure { standard_error, ..figure }.resolved()
         };
         self.figures(scene).into_iter().map(judged).collect()
     }
@@ -158,7 +158,7 @@ impl Entry {
         results.records.push(MeasureRecord {
             sums: measure.run_sums(),
             tables: results.tables.clone(),
-            figures: results.figures.iter().map(|figure| (figure.clone(), figure.quantity)).collect(),
+            figures: results.figures.iter().map(|f| (f.clone(), f.quantity, f.is_test)).collect(),
         });
         results
     }

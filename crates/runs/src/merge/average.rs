@@ -71,15 +71,15 @@ impl<'a> Merged<'a> {
         let all: Vec<Vec<Figure>> = self
             .parts
             .iter()
-            .map(|part| part.figures.iter().map(|(figure, _)| figure.clone()).collect())
+            .map(|part| part.figures.iter().map(|(figure, ..)| figure.clone()).collect())
             .collect();
-        let figure = |(figure, quantity): &(Figure, Option<usize>)| {
-            let average = averaged(figure, &all);
-            let Some(quantity) = *quantity else { return average };
+        let figure = |(figure, quantity, is_test): &(Figure, Option<usize>, bool)| {
+            let average = Figure { is_test: *is_test, ..averaged(figure, &all) };
+            let Some(quantity) = *quantity else { return average.resolved() };
             let same = all.iter().flatten().filter(|other| other.name == figure.name);
             let has_error = same.into_iter().all(|other| other.standard_error.is_some());
             let BlockMean { value, standard_error, .. } = self.mean(quantity, has_error);
-            Figure { value: value.unwrap_or(average.value), standard_error, ..average }
+            Figure { value: value.unwrap_or(average.value), standard_error, ..average }.resolved()
         };
         first.figures.iter().map(figure).collect()
     }

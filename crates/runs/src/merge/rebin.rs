@@ -94,10 +94,10 @@ fn rebinned(part: &MeasureRecord, targets: &[(&str, Vec<f64>)]) -> Option<Measur
         }
         tables.push(table);
     }
-    let figures: Vec<(Figure, Option<usize>)> = part
+    let figures: Vec<(Figure, Option<usize>, bool)> = part
         .figures
         .iter()
-        .map(|(figure, quantity)| (figure.clone(), new_place(&sources, *quantity)))
+        .map(|(figure, quantity, is_test)| (figure.clone(), new_place(&sources, *quantity), *is_test))
         .collect();
     let of = |sums: &Sums| sources.iter().map(|source| source.sums(sums)).collect();
     let sums = RunSums { total: of(&part.sums.total), blocks: part.sums.blocks.iter().map(of).collect() };
@@ -178,7 +178,7 @@ mod tests {
             })
             .collect();
         let table = Table::new("t", "T").bins("x", "1", edges).means("density", "1", &means);
-        let figure = (Figure::new("f", 3.0, "1"), Some(0));
+        let figure = (Figure::new("f", 3.0, "1"), Some(0), false);
         let sums = RunSums { blocks: vec![sums.clone()], total: sums };
         MeasureRecord { sums, tables: vec![table], figures: vec![figure] }
     }

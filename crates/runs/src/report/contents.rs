@@ -214,7 +214,9 @@ fn summary_of(value: &Value) -> Summary {
         unit: string(&figure["unit"]),
         prediction: figure["prediction"].as_f64(),
         source: figure["source"].as_str().map(str::to_owned),
+        smallest_difference: figure["smallest_difference"].as_f64(),
         quantity: None,
+        is_test: false,
     };
     let run = |run: &Value| OneRun {
         name: string(&run["name"]),
@@ -260,7 +262,10 @@ mod tests {
             note: "n".to_owned(),
             totals: Totals { collisions: 7, simulated_time: 2.5, overlapping_pairs: 3, ..Totals::default() },
             checks: vec![Check::at_most("x", 1.0, 0.0)],
-            figures: vec![figure, Figure::new("bodies", 12.0, "1")],
+            figures: vec![
+                figure,
+                Figure { smallest_difference: Some(0.25), ..Figure::new("drift", 0.0, "1") },
+            ],
             runs: vec![OneRun { name: "a".to_owned(), collisions: 3, cpu_seconds: 0.5 }],
         };
         assert_eq!(summary_of(&serde_json::to_value(&summary).unwrap()), summary);

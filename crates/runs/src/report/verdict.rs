@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use carom_report::page::{checks_in_words, named, with_error};
+use carom_report::page::{checks_in_words, named, two_digits, with_error};
 use carom_tables::{Figure, Summary};
 
 use super::contents::{Contents, Kind};
@@ -67,6 +67,10 @@ fn measured(figure: &Figure) -> String {
         let prediction = with_error(prediction, None);
         let _ = write!(text, "; predicted {prediction}, {away:.1} standard errors away");
     }
+    if let Some(least) = figure.smallest_difference {
+        let _ =
+            write!(text, "; a difference of {} would have been found", with_error(two_digits(least), None));
+    }
     text.push('.');
     text
 }
@@ -89,5 +93,6 @@ mod tests {
             measured(&pressure),
             "Measured: pressure 7.00 ± 0.50; predicted 8, 2.0 standard errors away."
         );
+        assert!(measured(&pressure.test()).ends_with("; a difference of 2.8 would have been found."));
     }
 }

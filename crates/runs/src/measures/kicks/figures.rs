@@ -190,19 +190,24 @@ fn motion(
     let is_zero = context.is_equilibrium && !shape.is_fixed;
     // Without a fixed body, a locked one drifts with all others.
     let rests = kicks.around.as_ref().is_some_and(|around| around.rests) || shape.can_turn;
-    let zero = |is_zero: bool| is_zero.then_some(0.0);
     let (force, velocity) = ("mass·length/time²", "length/time");
     let names = [
-        (2, "force along x′", force, zero(is_zero), true),
-        (3, "force along y′", force, zero(is_zero), true),
-        (4, "torque", "mass·length²/time²", zero(is_zero), !shape.molecule.is_round()),
-        (5, "velocity along x′", velocity, zero(is_zero && rests), !shape.is_fixed),
-        (6, "velocity along y′", velocity, zero(is_zero && rests), !shape.is_fixed),
-        (7, "angular velocity", "radian/time", zero(is_zero), shape.can_turn),
+        (2, "force along x′", force, is_zero, true),
+        (3, "force along y′", force, is_zero, true),
+        (4, "torque", "mass·length²/time²", is_zero, !shape.molecule.is_round()),
+        (5, "velocity along x′", velocity, is_zero && rests, !shape.is_fixed),
+        (6, "velocity along y′", velocity, is_zero && rests, !shape.is_fixed),
+        (7, "angular velocity", "radian/time", is_zero, shape.can_turn),
     ];
     let of_motion = names.into_iter().filter(|(.., is_measured)| *is_measured).filter_map(
-        |(index, name, unit, prediction, _)| {
-            Some(context.figure(name, unit, &mean(index))?.predicted(prediction, EQUILIBRIUM))
+        |(index, name, unit, is_zero, _)| {
+            let figure = context.figure(name, unit, &mean(index))?;
+            let figure = figure.predicted(is_zero.then_some(0.0), EQUILIBRIUM);
+            // In a frame that does not turn the impulses sum to a change of momentum, and the torques
+            // on a body that turns to one of its angular momentum: both are bounded, also if a steady
+            // force drives the body.
+            let is_bounded = index < 4 && !shape.can_turn || index == 4 && shape.can_turn;
+            Some(if is_bounded { figure } else { figure.test() })
         },
     );
     let shares = theory.map(|theory| (theory.around.thermal_shares, theory.around.temperature));
@@ -236,8 +241,9 @@ fn symmetry(kicks: &Kicks, parts: &Parts<'_>, context: &Context<'_>) -> Vec<Figu
         names.join(", ")
     });
     let sides = (!left.is_empty()).then(|| format!("share of kicks on {left} less that on {right}"));
-    let figure =
-        |name: String| Some(context.figure(&name, "1", parts.whole.get(WHOLE - 1)?)?.predicted(0.0, MIRROR));
+    let figure = |name: String| {
+        Some(context.figure(&name, "1", parts.whole.get(WHOLE - 1)?)?.predicted(0.0, MIRROR).test())
+    };
     sides.and_then(figure).into_iter().chain(mirror_of_directions(kicks, context)).collect()
 }
 

@@ -8,7 +8,7 @@ use crate::{
 };
 use carom::Scene;
 use carom_methods::{AnySimulation, Method};
-use carom_tables::{Figure, Table};
+use carom_tables::{Figure, SAFELY, THRESHOLD, Table};
 use glam::DVec2;
 
 /// The kicks of the body with the tag `body`, as of now.
@@ -145,7 +145,13 @@ fn a_dilute_gas_kicks_as_the_exposed_arcs_predict() {
     // symmetry, three χ², and five atoms.
     assert_eq!(judged, 19);
     assert!(figure(&found, "kicks").value > 5.0);
-    assert!(figure(&found, "share of kicks on A less that on C").standard_error.unwrap() < 0.02);
+    let mirror = figure(&found, "share of kicks on A less that on C");
+    let error = mirror.standard_error.unwrap();
+    assert!(error < 0.02 && mirror.smallest_difference == Some((THRESHOLD + SAFELY) * error));
+    // The force on a locked body is bounded: it cannot show that it is driven.
+    assert!(figure(&found, "velocity along x′").smallest_difference.is_some());
+    assert!(figure(&found, "torque").smallest_difference.is_some());
+    assert!(figure(&found, "force along x′").smallest_difference.is_none());
     let by_atom = table(&found, "kicks-body");
     assert_eq!(by_atom.header()[..3], ["atom", "kicks", "exposed_angle"]);
     let by_direction = table(&found, "kicks-directions-body");
@@ -248,8 +254,12 @@ fn merged_runs_have_the_sums_of_both() {
     let sums: Vec<f64> =
         contacts(&one).iter().zip(contacts(&other)).map(|(one, other)| one + other).collect();
     assert_eq!(contacts(&both), sums);
-    let error = |results: &Results| figure(results, "velocity along x′").standard_error;
-    assert_eq!(error(&one).is_some(), error(&both).is_some());
+    // The errors of both runs together are smaller, and so are the differences that are found.
+    let mirror = |results: &Results| figure(results, "share of kicks on A less that on C").clone();
+    let [of_one, of_both] = [mirror(&one), mirror(&both)];
+    let least = of_both.smallest_difference.unwrap();
+    assert!(least < of_one.smallest_difference.unwrap());
+    assert_eq!(least, (THRESHOLD + SAFELY) * of_both.standard_error.unwrap());
 }
 
 #[test]
