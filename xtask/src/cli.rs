@@ -1,21 +1,16 @@
 //! The command line of `cargo xtask`.
 
 use anyhow::Result;
-use carom_experiments::common::ParallelRuns;
 use carom_runs::{
     console::{Console, Program},
-    detect,
-    output::Destination,
-    run,
+    detect, run,
 };
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
 use crate::{
     attack, bench, ci,
-    experiments::{
-        all, billiard, brownian, capability_cost, encounters, errors, extremes, theory, thesis_tests,
-    },
+    experiments::{all, billiard, brownian, capability_cost, encounters, extremes, theory, thesis_tests},
     fuzz, tidy,
 };
 
@@ -124,9 +119,6 @@ pub enum Experiment {
     Freezing(theory::Options),
     /// The drift of an asymmetric molecule, in equilibrium and out of it
     Ratchet(theory::Options),
-    /// Standard errors of measures against the scatter of replicas
-    #[command(mut_arg("paper", |arg| arg.help("The run for publication: 400 replicas")))]
-    Errors(ParallelRuns<Destination>),
     /// Cost of each capability when it is absent, idle, or used
     CapabilityCost(capability_cost::Options),
     /// All experiments one after another, and one table of their verdicts
@@ -166,7 +158,6 @@ impl Program for Cli {
             Command::Experiment(Experiment::Freezing(options)) => theory::run("freezing", options),
             Command::Experiment(Experiment::Ratchet(options)) => theory::run("ratchet", options),
             Command::Experiment(Experiment::All(options)) => all::run(options),
-            Command::Experiment(Experiment::Errors(options)) => errors::run(options),
             Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
             Command::Run(options) => run::run(options),
             Command::Detect(options) => detect::run(options),

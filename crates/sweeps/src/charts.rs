@@ -200,6 +200,7 @@ mod tests {
             totals: Totals::default(),
             checks: Vec::new(),
             answers: Vec::new(),
+            errors: Vec::new(),
             note: String::new(),
         };
         let points: Vec<PointResults> = study.points.iter().enumerate().map(result).collect();

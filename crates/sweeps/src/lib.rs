@@ -32,6 +32,7 @@
 
 mod charts;
 pub mod cost;
+mod errors;
 pub mod expect;
 mod figure_name;
 mod hash;

@@ -9,10 +9,10 @@ use carom_tables::Summary;
 
 use crate::{
     charts::charts,
+    errors,
     expect::Answer,
     layout::{STUDY, SweepFolder},
     missing::Missing,
-    point::short,
     results::{self, PointResults},
     study::Study,
     table::{TABLE, on_page, tests_on_page},
@@ -70,11 +70,15 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     if left_out > 0 {
         page.paragraph(&format!("{left_out} more figures are in {TABLE}."));
     }
+    errors::show(&mut page, points);
     let mut files = vec![
         (TABLE.to_owned(), "all figures of all points, with errors and predictions".to_owned()),
         ("summary.json".to_owned(), "figures, totals and checks of all points".to_owned()),
         (STUDY.to_owned(), "the study, with the scene and all values".to_owned()),
     ];
+    if errors::are_compared(points) {
+        files.push((errors::FILE.to_owned(), "standard errors over the scatter of replicas".to_owned()));
+    }
     let with_page = points.iter().filter(|results| !results.replicas.is_empty());
     files.extend(with_page.map(|results| {
         (format!("{}/{PAGE}", SweepFolder::point_name(results.point)), results.label.clone())
@@ -143,7 +147,7 @@ fn row(&(point, answer): &(&PointResults, &Answer)) -> Vec<String> {
     // The result stands first: a narrow screen shows the first columns.
     vec![
         result.to_owned(),
-        point.label.split(", ").map(short).collect::<Vec<_>>().join(", "),
+        point.short_label(),
         named(&answer.quantity, &answer.unit),
         with_error(answer.value, answer.standard_error),
         answer.rounded(),

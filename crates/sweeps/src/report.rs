@@ -13,6 +13,7 @@ use rayon::ThreadPool;
 use serde::Serialize;
 
 use crate::{
+    errors,
     layout::{Shards, SweepFolder},
     missing::{Missing, MissingOfPoint},
     page::{self, Frame},
@@ -73,6 +74,7 @@ pub fn write(
     let summary = summary(study, &points);
     let folder = &sweep.folder;
     table::write(folder, study, &points)?;
+    errors::write(folder, &points)?;
     let points_complete = missing.complete_points(points.len());
     let file = File {
         summary: &summary,

@@ -1,15 +1,21 @@
 //! The results of a sweep: the merged replicas of each point, one point at a time.
 
 use anyhow::{Context, Result};
-use carom_runs::{console::note, manifest::Manifest, merge::MergedRuns, progress::Progress, record::Record};
-use carom_tables::{Check, Figure, Totals};
+use carom_runs::{
+    console::note,
+    manifest::Manifest,
+    merge::{MergedRuns, calibrations},
+    progress::Progress,
+    record::Record,
+};
+use carom_tables::{Calibration, Check, Figure, Summary, Totals};
 use rayon::{ThreadPool, prelude::*};
 use serde::Serialize;
 
 use crate::{
     expect::Answer,
     layout::SweepFolder,
-    point::{Key, Point},
+    point::{Key, Point, short},
     seal::Seal,
     stored::Found,
     study::Study,
@@ -33,9 +39,19 @@ pub struct PointResults {
     /// What was expected of it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<Answer>,
+    /// Standard errors against the scatter of its replicas; empty with fewer than 30.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<Calibration>,
     /// First note of its runs, such as that the method is not exact.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
+}
+
+impl PointResults {
+    /// The values in words, with the last part of each path.
+    pub fn short_label(&self) -> String {
+        self.label.split(", ").map(short).collect::<Vec<_>>().join(", ")
+    }
 }
 
 /// Merges the replicas of each point, and writes its page with tables unless it is there already.
@@ -92,6 +108,7 @@ fn of_point(
             totals: Totals::default(),
             checks: Vec::new(),
             answers: Vec::new(),
+            errors: Vec::new(),
             note: String::new(),
         });
     };
@@ -109,9 +126,9 @@ fn of_point(
         Seal::write(&folder, source)?;
     }
     let answers = study.answers(index, &merged.summary.figures, merged.tables());
-    let summary = merged.summary;
-    let (totals, checks, note) = (summary.totals, summary.checks, summary.note);
-    Ok(PointResults { point: key, label, replicas, figures: summary.figures, totals, checks, answers, note })
+    let errors = calibrations(&record);
+    let Summary { figures, totals, checks, note, .. } = merged.summary;
+    Ok(PointResults { point: key, label, replicas, figures, totals, checks, answers, errors, note })
 }
 
 /// The message about a damaged file.

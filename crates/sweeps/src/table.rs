@@ -184,6 +184,7 @@ mod tests {
             totals: Totals::default(),
             checks: Vec::new(),
             answers: Vec::new(),
+            errors: Vec::new(),
             note: String::new(),
         };
         let points =

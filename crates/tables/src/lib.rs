@@ -12,6 +12,7 @@
 pub mod averages;
 pub mod block_sums;
 pub mod blocking;
+pub mod calibration;
 pub mod chi_square;
 pub mod estimate;
 pub mod power_law;
@@ -21,6 +22,7 @@ pub mod table;
 
 pub use block_sums::{BlockMean, BlockSums, Sums};
 pub use blocking::Blocking;
+pub use calibration::Calibration;
 pub use estimate::Estimate;
 pub use run_sums::{MergeError, MergedSums, Replica, RunSums, SumsError};
 pub use summary::*;

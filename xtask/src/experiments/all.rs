@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 
 /// The experiments, cheap ones first. Those of the thesis's tests and of capability costs measure
 /// times alone, on an idle machine, and are left out.
-const EXPERIMENTS: [&str; 16] = [
+const EXPERIMENTS: [&str; 15] = [
     "relaxation",
     "cooling",
     "heating",
@@ -38,7 +38,6 @@ const EXPERIMENTS: [&str; 16] = [
     "brownian --area-fraction 0.005",
     "encounters",
     "extremes",
-    "errors",
 ];
 
 /// File of the verdicts.

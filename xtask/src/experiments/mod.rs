@@ -5,7 +5,6 @@ pub mod billiard;
 pub mod brownian;
 pub mod capability_cost;
 pub mod encounters;
-pub mod errors;
 pub mod extremes;
 pub mod theory;
 pub mod thesis_scene;

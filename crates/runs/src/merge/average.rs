@@ -22,14 +22,7 @@ pub fn results(record: &Record) -> Results {
     let Some(first) = runs.first() else { return results };
     let of_system: Vec<Vec<Figure>> = runs.iter().map(|run| run.figures.clone()).collect();
     results.figures.extend(first.figures.iter().map(|figure| averaged(figure, &of_system)));
-    for index in 0..first.measures.len() {
-        let of_run =
-            |(&replica, run): (&Replica, &'_ RunRecord)| Some((replica, run.measures.get(index)?.clone()));
-        let (replicas, mut parts): (Vec<Replica>, Vec<MeasureRecord>) =
-            record.runs.iter().filter_map(of_run).unzip();
-        if let Some(common) = with_common_bins(&parts.iter().collect::<Vec<_>>()) {
-            parts = common;
-        }
+    for (replicas, parts) in measures(record) {
         let mut sums = MergedSums::default();
         for (&replica, part) in replicas.iter().zip(&parts) {
             // The keys are those of a map, so none is there twice.
@@ -40,6 +33,19 @@ pub fn results(record: &Record) -> Results {
         results.figures.extend(merged.figures());
     }
     results
+}
+
+/// Each measure of all runs, with common bins where the runs have distributions.
+pub(super) fn measures(record: &Record) -> impl Iterator<Item = (Vec<Replica>, Vec<MeasureRecord>)> {
+    let count = record.runs.values().next().map_or(0, |run| run.measures.len());
+    (0..count).map(|index| {
+        let of_run =
+            |(&replica, run): (&Replica, &RunRecord)| Some((replica, run.measures.get(index)?.clone()));
+        let (replicas, parts): (Vec<Replica>, Vec<MeasureRecord>) =
+            record.runs.iter().filter_map(of_run).unzip();
+        let common = with_common_bins(&parts.iter().collect::<Vec<_>>());
+        (replicas, common.unwrap_or(parts))
+    })
 }
 
 /// One measure of all runs.

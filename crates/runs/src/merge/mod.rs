@@ -1,6 +1,7 @@
 //! `carom merge`: the results of several replicas of a scene as those of one long run.
 
 mod average;
+mod calibration;
 mod parts;
 mod rebin;
 
@@ -11,6 +12,7 @@ use std::{
 
 use anyhow::{Result, ensure};
 pub use average::results as merged;
+pub use calibration::calibrations;
 use carom_tables::{Replica, Summary, Table, Totals, Verdict};
 use clap::Args;
 use parts::Parts;

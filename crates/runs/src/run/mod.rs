@@ -21,7 +21,7 @@ use std::{
 use anyhow::{Context, Error, Result};
 use carom::{Scene, engine::Growth};
 use carom_methods::{AnySimulation, Method};
-use carom_tables::{Summary, Totals, Verdict};
+use carom_tables::{Summary, Verdict};
 use clap::Args;
 use outcome::{Begun, Outcome, Pricing, simulate};
 use parent::Parent;
@@ -34,7 +34,7 @@ use crate::{
     folder_lock::FolderLock,
     interruption::{Interrupted, Signals},
     manifest::{Manifest, TileSummary},
-    measures::{Measures, Results},
+    measures::Measures,
     memory::{self, Demand},
     output::{Existing, Folder},
     price::PRICE,
@@ -302,16 +302,6 @@ fn again(folder: &Path, parent: Option<&Parent>) -> String {
         words.extend(["--from".into(), OsString::from(&parent.origin.folder)]);
     }
     command(words)
-}
-
-/// Runs a scene in memory, without a folder, and returns the tables and figures of its measures.
-///
-/// # Errors
-/// The scene is invalid, the run fails, or a signal has been received.
-pub fn tables(scene: &Scene, signals: &Signals) -> Result<(Results, Totals)> {
-    let outcome = outcome::in_memory(scene, signals)?;
-    let totals = outcome.totals();
-    Ok((outcome.results, totals))
 }
 
 /// Validates a scene and runs it in memory, without a folder; returns what the runs of other

@@ -232,11 +232,6 @@ fn left_at_rest(view: &View<'_>) -> Vec<(String, u64)> {
 }
 
 impl Outcome {
-    /// Totals of the run.
-    pub fn totals(&self) -> Totals {
-        self.totals
-    }
-
     /// What the method saves and gets wrong, if it is not the default.
     pub fn price(&self) -> Option<&Price> {
         self.price.as_ref()
