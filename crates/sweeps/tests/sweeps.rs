@@ -590,7 +590,7 @@ fn runs_that_end_at_a_wanted_error_scatter_as_wanted() {
             let record = record(&point.replica(number), &Signals::default()).unwrap();
             let run = record.runs.into_values().next().unwrap();
             let figures = run.measures.into_iter().flat_map(|measure| measure.figures);
-            let (figure, _) = figures.into_iter().find(|(figure, _)| figure.name == "pressure").unwrap();
+            let (figure, ..) = figures.into_iter().find(|(figure, ..)| figure.name == "pressure").unwrap();
             // At the sample that ends the run.
             assert!(figure.standard_error.unwrap() <= 0.01 * figure.value);
             figure.value
