@@ -170,8 +170,10 @@ pub fn tests_on_page(study: &Study, points: &[PointResults]) -> (Vec<String>, Ve
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
-    use crate::point::Key;
+    use crate::{Size, point::Key};
     use carom_tables::Totals;
 
     #[test]
@@ -201,6 +203,28 @@ mod tests {
             quantities(&points).iter().map(|q| q.name.clone()).collect::<Vec<_>>(),
             ["mode 1", "mode 2"]
         );
+    }
+
+    #[test]
+    fn only_figures_that_test_their_predictions_show_what_they_would_have_found() {
+        let text = "replicas = 1\n[[scene.gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 2\n";
+        let study = Study::parse(text, Path::new(""), Size::default()).unwrap();
+        let velocity = Figure::new("velocity", 0.1, "length/time").error(0.2).predicted(0.0, "equilibrium");
+        let point = PointResults {
+            point: Key::try_from("0".repeat(16)).unwrap(),
+            label: String::new(),
+            replicas: vec![1],
+            figures: vec![velocity.clone().test(), velocity],
+            totals: Totals::default(),
+            checks: Vec::new(),
+            answers: Vec::new(),
+            note: String::new(),
+        };
+        let (header, rows) = tests_on_page(&study, &[point]);
+        assert_eq!(header.last().map(String::as_str), Some("smallest difference"));
+        assert_eq!((rows.len(), rows[0].len()), (1, header.len()));
+        // 5.645 standard errors.
+        assert_eq!(rows[0][1..], ["0.10 ± 0.20", "0", "1.1"]);
     }
 
     #[test]

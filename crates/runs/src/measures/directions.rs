@@ -33,7 +33,7 @@ impl Measured for DirectionHistogram {
 /// Predicted shares of the contacts and of the impulse in each sector.
 pub(super) struct Shares {
     /// Of the contacts, then of the impulse.
-    pub(super) shares: [Vec<f64>; 2],
+    pub(super) parts: [Vec<f64>; 2],
     /// Name in the legend.
     pub(super) label: &'static str,
     /// Where they come from.
@@ -45,7 +45,7 @@ pub(super) fn table(
     histogram: &DirectionHistogram,
     means: &[BlockMean],
     context: &Context<'_>,
-    predicted: Option<Shares>,
+    predicted: Option<&Shares>,
 ) -> Table {
     let sectors = histogram.counts().len();
     let angle = |sector: usize| 360.0 * (sector as f64 + 0.5) / sectors as f64;
@@ -57,8 +57,8 @@ pub(super) fn table(
     let columns = [("share_of_contacts", by_count), ("share_of_impulse", by_impulse)];
     for (index, (name, means)) in columns.into_iter().enumerate() {
         table = table.means(name, "1", means);
-        if let Some(Shares { shares, label, source }) = &predicted {
-            table = table.prediction(label, shares[index].iter().copied().map(Some).collect(), source);
+        if let Some(Shares { parts, label, source }) = predicted {
+            table = table.prediction(label, parts[index].iter().copied().map(Some).collect(), source);
         }
     }
     table

@@ -173,7 +173,8 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
             observe = ["velocities:gas", "correlation", "pair-distribution:gas", "contact-density:tee", "thermostat",
                 "directions:tee", "projections:tee", "drift:tee", "running-average:tee", "temperature:gas", "orientation:tee",
                 "structure-factor", "hexatic-order:gas", "pressure-tensor", "free-path:gas", "viscosity",
-                "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee"]
+                "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee",
+                "kicks:tee"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
@@ -205,8 +206,9 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
         let is_absent = ["drift", "friction", "overlap", "wall-heat", "wall-pressure"].contains(&kind.name);
         assert!(has_table || has_file || is_absent, "{}", kind.name);
     }
-    // Six of the drift, four of the orientation, and two of the contact density.
-    assert_eq!(results.figures.iter().filter(|figure| figure.name.ends_with(", tee")).count(), 12);
+    // Six of the drift, four of the orientation, two of the contact density, and of the kicks: two
+    // rates, six means and three energies, two times, six shares, and two of the geometry.
+    assert_eq!(results.figures.iter().filter(|figure| figure.name.ends_with(", tee")).count(), 33);
     for table in &results.tables {
         let rows = table.columns[0].values.len();
         assert!(rows > 0 && table.columns.iter().all(|column| column.values.len() == rows), "{}", table.name);

@@ -57,7 +57,7 @@ pub(super) struct Parts<'a> {
 
 impl<'a> Parts<'a> {
     pub(super) fn of(kicks: &Kicks, means: &'a [BlockMean]) -> Self {
-        let (directions, components, places) = &kicks.kicks.observer;
+        let (directions, components, places) = &kicks.from_gas.observer;
         let lengths = [
             WHOLE,
             kicks.shape.molecule.atoms().len(),
@@ -103,7 +103,7 @@ impl<'a> Theory<'a> {
     /// The prediction of the shares by direction.
     fn shares(&self) -> Option<Shares> {
         let sectors = self.kicks.directions().counts().len();
-        let shares = [self.prediction.count_shares(sectors), self.prediction.impulse_shares(sectors)];
+        let parts = [self.prediction.count_shares(sectors), self.prediction.impulse_shares(sectors)];
         let is_round = self.kicks.shape.molecule.is_round();
         let (label, source) = match self.few {
             _ if is_round => ("isotropic", "symmetry"),
@@ -112,7 +112,7 @@ impl<'a> Theory<'a> {
                 ("dilute gas: exposed arcs", "exposed arcs; in a dense gas the density is larger in corners")
             }
         };
-        self.has_arcs().then_some(Shares { shares, label, source })
+        self.has_arcs().then_some(Shares { parts, label, source })
     }
 
     /// Relaxation times of the velocity and of the rotation (time) at this rate of kicks; 0 for a
@@ -192,20 +192,20 @@ fn motion(
     let rests = kicks.around.as_ref().is_some_and(|around| around.rests) || shape.can_turn;
     let (force, velocity) = ("mass·length/time²", "length/time");
     let names = [
-        (2, "force along x′", force, is_zero, true),
-        (3, "force along y′", force, is_zero, true),
-        (4, "torque", "mass·length²/time²", is_zero, !shape.molecule.is_round()),
         (5, "velocity along x′", velocity, is_zero && rests, !shape.is_fixed),
         (6, "velocity along y′", velocity, is_zero && rests, !shape.is_fixed),
         (7, "angular velocity", "radian/time", is_zero, shape.can_turn),
+        (2, "force along x′", force, is_zero, true),
+        (3, "force along y′", force, is_zero, true),
+        (4, "torque", "mass·length²/time²", is_zero, !shape.molecule.is_round()),
     ];
     let of_motion = names.into_iter().filter(|(.., is_measured)| *is_measured).filter_map(
         |(index, name, unit, is_zero, _)| {
             let figure = context.figure(name, unit, &mean(index))?;
             let figure = figure.predicted(is_zero.then_some(0.0), EQUILIBRIUM);
-            // In a frame that does not turn the impulses sum to a change of momentum, and the torques
-            // on a body that turns to one of its angular momentum: both are bounded, also if a steady
-            // force drives the body.
+            // In a frame that does not turn the impulses sum to a change of momentum, and the
+            // torques on a body that turns to one of its angular momentum: both are bounded, also
+            // if a steady force drives the body.
             let is_bounded = index < 4 && !shape.can_turn || index == 4 && shape.can_turn;
             Some(if is_bounded { figure } else { figure.test() })
         },
@@ -382,7 +382,7 @@ fn tables(
     theory: Option<&Theory<'_>>,
     context: &Context<'_>,
 ) -> Vec<Table> {
-    let (directions, components, places) = &kicks.kicks.observer;
+    let (directions, components, places) = &kicks.from_gas.observer;
     let shares = theory.and_then(Theory::shares);
     let variance = theory.filter(|theory| theory.around.is_one_gas).and_then(|theory| {
         let molecule = &kicks.shape.molecule;
@@ -391,7 +391,7 @@ fn tables(
         molecule.is_round().then_some(4.0 * reduced * theory.around.temperature)
     });
     let mut tables = vec![
-        directions::table(directions, parts.directions, context, shares),
+        directions::table(directions, parts.directions, context, shares.as_ref()),
         components.table(parts.densities, context, variance),
     ];
     if let Some(places) = places {

@@ -58,7 +58,7 @@ struct Kicks {
     ideal_impulse: Option<f64>,
     /// Kicks by bodies that move: directions, components and, in a gas of equal discs, places on
     /// the boundary.
-    kicks: FromGas<(DirectionHistogram, Projections, Option<ContactDensity>)>,
+    from_gas: FromGas<(DirectionHistogram, Projections, Option<ContactDensity>)>,
     /// All impulses on the body, and its motion.
     drift: Drift,
 }
@@ -98,13 +98,13 @@ impl Kicks {
             shape,
             around: None,
             ideal_impulse: None,
-            kicks: FromGas::new(key, (directions, Projections::new(selection)?, places)),
+            from_gas: FromGas::new(key, (directions, Projections::new(selection)?, places)),
             drift: Drift::new(key),
         })
     }
 
     fn directions(&self) -> &DirectionHistogram {
-        &self.kicks.observer.0
+        &self.from_gas.observer.0
     }
 
     /// Degrees of freedom of the body.
@@ -136,22 +136,22 @@ impl Observer for Kicks {
                 Some(around.density() * around.temperature * boundary.perimeter())
             });
         }
-        self.kicks.start(view);
+        self.from_gas.start(view);
         self.drift.start(view);
     }
 
     fn pause(&mut self, view: &View<'_>) {
-        self.kicks.pause(view);
+        self.from_gas.pause(view);
         self.drift.pause(view);
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        self.kicks.collision(report);
+        self.from_gas.collision(report);
         self.drift.collision(report);
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        self.kicks.sample(view);
+        self.from_gas.sample(view);
         self.drift.sample(view);
     }
 }
@@ -182,7 +182,7 @@ impl Measured for Kicks {
             [left - right, hits],
         ];
         let (of_directions, of_components, of_places) = {
-            let (directions, components, places) = &self.kicks.observer;
+            let (directions, components, places) = &self.from_gas.observer;
             (directions.sums(), components.sums(), places.as_ref().map_or_else(Vec::new, Measured::sums))
         };
         let atoms = by_atom.into_iter().map(|count| [count, hits]);
@@ -191,7 +191,7 @@ impl Measured for Kicks {
     }
 
     fn distributions(&self) -> Vec<Vec<&Distribution>> {
-        self.kicks.observer.1.distributions()
+        self.from_gas.observer.1.distributions()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {

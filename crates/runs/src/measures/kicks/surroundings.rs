@@ -93,8 +93,8 @@ fn bumper(other: BodyView<'_>) -> Option<f64> {
 
 /// The shares of kT that a body with this part of the mass of all bodies has along x′ and along y′.
 ///
-/// Of N bodies of total mass m whose momentum along an axis is conserved, one of mass M has ⟨M v²⟩ =
-/// kT (1 − M/m) along it, since its velocity is that relative to the centre of mass of all.
+/// Of N bodies of total mass m whose momentum along an axis is conserved, one of mass M has ⟨M v²⟩
+/// = kT (1 − M/m) along it, since its velocity is that relative to the centre of mass of all.
 fn thermal_shares(body: &BodyView<'_>, conserved: [bool; 2], part: f64) -> DVec2 {
     let [x, y] = conserved.map(|conserved| if conserved { part } else { 0.0 });
     if body.body.can_turn() {

@@ -83,7 +83,7 @@ fn the_sums_are_those_of_the_contacts_with_bodies_that_move() {
     assert_eq!((kicks.drift.impulse(), kicks.drift.path()), (drift.impulse(), drift.path()));
     assert!(kicks.drift.impulse().distance(by_hand.force) < 1e-10);
     // The places on the boundary and the components have the same contacts.
-    let places = kicks.kicks.observer.2.as_ref().unwrap();
+    let places = kicks.from_gas.observer.2.as_ref().unwrap();
     assert_eq!(places.points().iter().map(|point| point.contacts).sum::<u64>(), directions.hits());
     let components = kicks.distributions();
     assert!(components[0].iter().all(|component| component.total() == directions.hits()));
@@ -103,8 +103,8 @@ fn table<'a>(results: &'a Results, name: &str) -> &'a Table {
     results.tables.iter().find(|table| table.name == name).unwrap_or_else(|| panic!("no table {name}"))
 }
 
-/// A disc of radius 0.05 and mass 2 that flies along x through a periodic box of side 1 with speed 1
-/// meets a fixed disc of radius 0.15 every 0.6, in turn from both sides, with impulses of 4.
+/// A disc of radius 0.05 and mass 2 that flies along x through a periodic box of side 1 with speed
+/// 1 meets a fixed disc of radius 0.15 every 0.6, in turn from both sides, with impulses of 4.
 #[test]
 fn contacts_that_are_known_beforehand_give_their_rate_and_directions() {
     let found = results(
@@ -182,21 +182,13 @@ fn a_disc_is_kicked_isotropically() {
     }
     let components = table(&found, "kicks-projections-body");
     let column = |name: &str| &components.columns.iter().find(|column| column.name == name).unwrap().values;
-    let square = |(((found, error), predicted), width): (
-        ((&Option<f64>, &Option<f64>), &Option<f64>),
-        &Option<f64>,
-    )| {
-        // Bins of few kicks have no Gaussian errors.
-        let is_full = predicted.unwrap() * width.unwrap() > 0.005;
-        is_full.then(|| ((found.unwrap() - predicted.unwrap()) / error.unwrap()).powi(2))
-    };
-    let squares: Vec<f64> = column("density_x")
-        .iter()
-        .zip(column("density_x_error"))
-        .zip(column("density_x_predicted"))
-        .zip(column("bin_width"))
-        .filter_map(square)
-        .collect();
+    let [found, errors, predicted, widths] =
+        ["density_x", "density_x_error", "density_x_predicted", "bin_width"].map(column);
+    // Bins of few kicks have no Gaussian errors.
+    let is_full = |bin: &usize| predicted[*bin].unwrap() * widths[*bin].unwrap() > 0.005;
+    let square =
+        |bin: usize| ((found[bin].unwrap() - predicted[bin].unwrap()) / errors[bin].unwrap()).powi(2);
+    let squares: Vec<f64> = (0..found.len()).filter(is_full).map(square).collect();
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
     assert!(squares.len() > 20 && (0.5..2.0).contains(&mean), "{mean} of {}", squares.len());
 }
