@@ -1,9 +1,15 @@
 //! `directions:TAG`: directions of the impulses on one body, in its own frame.
 
 use carom::DirectionHistogram;
-use carom_tables::{BlockMean, Table};
+use carom_tables::{BlockMean, Figure, Table, chi_square::ChiSquare};
 
-use super::{Context, Default, Kind, Measured, Of, Parameter, Results, Span, in_blocks, resumed};
+use super::{
+    Context, Default, Kind, Measured, Of, Parameter, Results, Span,
+    billiard::{ARCS, Billiard},
+    in_blocks,
+    known::Known,
+    resumed,
+};
 
 pub(super) const KIND: Kind = Kind {
     name: "directions",
@@ -12,22 +18,52 @@ pub(super) const KIND: Kind = Kind {
     span: Span::Measurement,
     parameters: &[Parameter::whole("bins", Default::Number(72.0), "sectors of the whole turn")],
     begin: |selection| {
-        Ok(in_blocks(DirectionHistogram::new(selection.only_body()?.body.key(), selection.whole("bins"))))
+        let body = selection.only_body()?.body;
+        let facts = Billiard::of(selection.view).filter(|_| body.is_fixed());
+        Ok(in_blocks(Known { observer: DirectionHistogram::new(body.key(), selection.whole("bins")), facts }))
     },
-    resume: resumed::<DirectionHistogram>,
+    resume: resumed::<Known<DirectionHistogram, Option<Billiard>>>,
 };
 
-impl Measured for DirectionHistogram {
+impl Measured for Known<DirectionHistogram, Option<Billiard>> {
     /// The share of the contacts in each sector, then that of the impulse.
     fn sums(&self) -> Vec<[f64; 2]> {
-        let (hits, impulse) = (self.hits() as f64, self.total_impulse());
-        let by_count = self.counts().iter().map(|&count| [count as f64, hits]);
-        by_count.chain(self.impulse().iter().map(|&sum| [sum, impulse])).collect()
+        sums(&self.observer)
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        Results { tables: vec![table(self, means, context, None)], ..Results::default() }
+        let histogram = &self.observer;
+        let exact = self.facts.as_ref().filter(|_| context.is_equilibrium);
+        let shares = exact.and_then(|billiard| billiard.direction_shares(histogram.counts().len()));
+        let chi = shares.as_ref().map(|shares| ChiSquare::of(histogram.counts(), shares));
+        let predicted = shares.map(|shares| Shares {
+            parts: [shares.clone(), shares],
+            label: "exposed arcs",
+            source: ARCS,
+        });
+        let figures = chi.and_then(|chi| chi_square("directions", chi, ARCS, context)).into_iter().collect();
+        Results {
+            tables: vec![table(histogram, means, context, predicted.as_ref())],
+            figures,
+            ..Results::default()
+        }
     }
+}
+
+/// The share of the contacts in each sector, then that of the impulse.
+pub(super) fn sums(histogram: &DirectionHistogram) -> Vec<[f64; 2]> {
+    let (hits, impulse) = (histogram.hits() as f64, histogram.total_impulse());
+    let by_count = histogram.counts().iter().map(|&count| [count as f64, hits]);
+    by_count.chain(histogram.impulse().iter().map(|&sum| [sum, impulse])).collect()
+}
+
+/// χ² per degree of freedom of shares against their prediction; `None` without a degree of freedom.
+pub(super) fn chi_square(what: &str, chi: ChiSquare, source: &str, context: &Context<'_>) -> Option<Figure> {
+    let freedom = chi.freedom as f64;
+    (chi.freedom > 0).then(|| {
+        let name = context.named(&format!("{what}, χ² per degree of freedom"));
+        Figure::new(name, chi.value / freedom, "1").error((2.0 / freedom).sqrt()).predicted(1.0, source)
+    })
 }
 
 /// Predicted shares of the contacts and of the impulse in each sector.

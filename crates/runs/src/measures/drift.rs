@@ -1,10 +1,9 @@
 //! `drift:TAG`: mean force, torque and velocities of one body in its own frame.
 
-use carom::{CollisionReport, Observer, View, engine::Body, observers::Drift};
+use carom::observers::Drift;
 use carom_tables::{BlockMean, Figure};
-use serde::{Deserialize, Serialize};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, known::Known, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "drift",
@@ -14,9 +13,9 @@ pub(super) const KIND: Kind = Kind {
     parameters: &[],
     begin: |selection| {
         let body = selection.only_body()?.body;
-        Ok(in_blocks(OneDrift { drift: Drift::new(body.key()), is_fixed: body.is_fixed() }))
+        Ok(in_blocks(Known { observer: Drift::new(body.key()), facts: body.is_fixed() }))
     },
-    resume: resumed::<OneDrift>,
+    resume: resumed::<Known<Drift, IsFixed>>,
 };
 
 /// Names and units of the means, in the order of the sums.
@@ -29,40 +28,13 @@ const MEANS: [(&str, &str); 6] = [
     ("mean angular velocity", "radian/time"),
 ];
 
-/// The drift of one body.
-#[derive(Serialize, Deserialize)]
-struct OneDrift {
-    drift: Drift,
-    /// A fixed body near others feels a mean force at equilibrium, such as depletion.
-    is_fixed: bool,
-}
+/// Whether the body is fixed: near others it feels a mean force at equilibrium, such as depletion.
+type IsFixed = bool;
 
-impl Observer for OneDrift {
-    fn watches_any(&self) -> bool {
-        self.drift.watches_any()
-    }
-
-    fn watches(&self, bodies: [&Body; 2]) -> bool {
-        self.drift.watches(bodies)
-    }
-
-    fn start(&mut self, view: &View<'_>) {
-        self.drift.start(view);
-    }
-
-    fn collision(&mut self, report: &CollisionReport<'_>) {
-        self.drift.collision(report);
-    }
-
-    fn sample(&mut self, view: &View<'_>) {
-        self.drift.sample(view);
-    }
-}
-
-impl Measured for OneDrift {
+impl Measured for Known<Drift, IsFixed> {
     /// Force, torque and velocities, each over the time.
     fn sums(&self) -> Vec<[f64; 2]> {
-        let drift = &self.drift;
+        let drift = &self.observer;
         let (impulse, path) = (drift.impulse(), drift.path());
         let sums = [impulse.x, impulse.y, drift.angular_impulse(), path.x, path.y, drift.turn()];
         sums.map(|sum| [sum, drift.duration()]).to_vec()
@@ -71,7 +43,7 @@ impl Measured for OneDrift {
     /// At equilibrium all means of a body that moves are 0, since the free energy of the whole
     /// system does not depend on its place and orientation. Held at its place, it may be pushed.
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let is_zero = context.is_equilibrium && !self.is_fixed;
+        let is_zero = context.is_equilibrium && !self.facts;
         let names = MEANS.map(|(name, unit)| (name, unit, is_zero.then_some(0.0)));
         let (forces, velocities) = names.split_at(3);
         let of = |names: &[_], means: &[BlockMean]| context.figures(names.to_vec(), means, "equilibrium");

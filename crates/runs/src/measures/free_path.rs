@@ -4,8 +4,12 @@ use carom::observers::{Distribution, FreePaths};
 use carom_tables::{BlockMean, Table};
 
 use super::{
-    Context, Default, HardDiscs, Kind, Measured, Of, Parameter, Results, Selection, Span, hard_discs::ENSKOG,
-    in_blocks, range, resumed,
+    Context, Default, HardDiscs, Kind, Measured, Of, Parameter, Results, Selection, Span,
+    billiard::{Billiard, SANTALO},
+    hard_discs::ENSKOG,
+    in_blocks,
+    known::Known,
+    range, resumed,
 };
 
 pub(super) const KIND: Kind = Kind {
@@ -17,8 +21,11 @@ pub(super) const KIND: Kind = Kind {
         Parameter::whole("bins", Default::Number(120.0), "bins of the histogram"),
         Parameter::positive(range::MAX, range::FOLLOWS, "longest path in the bins (length)"),
     ],
-    begin: |selection| Ok(in_blocks(observer(selection)?)),
-    resume: resumed::<FreePaths>,
+    begin: |selection| {
+        let facts = Billiard::of(selection.view).filter(|_| selection.moving().next().is_some());
+        Ok(in_blocks(Known { observer: observer(selection)?, facts }))
+    },
+    resume: resumed::<Known<FreePaths, Option<Billiard>>>,
 };
 
 fn observer(selection: &Selection<'_>) -> anyhow::Result<FreePaths> {
@@ -29,32 +36,38 @@ fn observer(selection: &Selection<'_>) -> anyhow::Result<FreePaths> {
     })
 }
 
-impl Measured for FreePaths {
+impl Measured for Known<FreePaths, Option<Billiard>> {
     /// The mean, then the share of the complete flights outside the range.
     fn sums(&self) -> Vec<[f64; 2]> {
-        vec![self.sums(), range::outside(self.lengths())]
+        vec![self.observer.sums(), range::outside(self.observer.lengths())]
     }
 
     fn distributions(&self) -> Vec<Vec<&Distribution>> {
-        vec![vec![self.lengths()]]
+        vec![vec![self.observer.lengths()]]
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let lengths = self.observer.lengths();
         let (means, densities) = means.split_at(means.len().min(2));
         let caption = format!(
             "Complete flights from contact to contact, in the frame of the box; the mean free path is \
              the path of all bodies over their contacts, with the flights that the start or the end cuts. {}",
-            range::caption(&[self.lengths()])
+            range::caption(&[lengths])
         );
         let table = Table::new(context.table("free-path"), "Distribution of free paths")
-            .bins("length", "length", self.lengths().bins().edges())
+            .bins("length", "length", lengths.bins().edges())
             .means("density", "1/length", densities)
             .caption(caption);
+        let exact = self.facts.as_ref().and_then(Billiard::mean_free_path).filter(|_| context.is_equilibrium);
         let prediction = context.gas().map(HardDiscs::mean_free_path);
         let figure = |mean: &BlockMean| {
-            Some(context.figure("mean free path", "length", mean)?.predicted(prediction, ENSKOG))
+            let figure = context.figure("mean free path", "length", mean)?;
+            Some(match exact {
+                Some(exact) => figure.predicted(exact, SANTALO).test(),
+                None => figure.predicted(prediction, ENSKOG),
+            })
         };
-        let outside = range::share_outside(self.lengths(), "free paths", means.get(1), context);
+        let outside = range::share_outside(lengths, "free paths", means.get(1), context);
         let figures = means.first().and_then(figure).into_iter().chain(outside).collect();
         Results { tables: vec![table], figures, ..Results::default() }
     }

@@ -3,6 +3,7 @@
 //! A measure is one file with an observer's [`Measured`] and a [`Kind`], and a line in [`KINDS`].
 //! Its CSV file, chart with error band and prediction, figures and JSON follow from the tables.
 
+mod billiard;
 mod collision_rate;
 mod contact_density;
 mod correlation;
@@ -20,6 +21,7 @@ mod impulses;
 mod intervals;
 pub mod kicks;
 mod kind;
+mod known;
 mod measured;
 mod orientation;
 mod overlap;

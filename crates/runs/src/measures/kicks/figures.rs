@@ -323,14 +323,7 @@ fn against_arcs(kicks: &Kicks, theory: Option<&Theory<'_>>, context: &Context<'_
     let all =
         [("kicks by direction", by_count), ("impulse by direction", by_impulse), ("kicks by atom", by_atom)];
     // A single atom receives all kicks in any case.
-    all.into_iter()
-        .filter(|(_, chi)| chi.freedom > 0)
-        .map(|(what, chi)| {
-            let freedom = chi.freedom as f64;
-            let name = context.named(&format!("{what}, χ² per degree of freedom"));
-            Figure::new(name, chi.value / freedom, "1").error((2.0 / freedom).sqrt()).predicted(1.0, ARCS)
-        })
-        .collect()
+    all.into_iter().filter_map(|(what, chi)| directions::chi_square(what, chi, ARCS, context)).collect()
 }
 
 /// Standard error of a sum of `count` Rayleigh-distributed impulse magnitudes, as ⟨J²⟩/⟨J⟩² = 4/π.

@@ -27,8 +27,8 @@ pub use self::{
 };
 use self::{figures::Parts, surroundings::Surroundings};
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, contact_density, in_blocks,
-    projections::Projections, resumed,
+    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, contact_density, directions,
+    in_blocks, projections::Projections, resumed,
 };
 
 pub(super) const KIND: Kind = Kind {
@@ -183,7 +183,11 @@ impl Measured for Kicks {
         ];
         let (of_directions, of_components, of_places) = {
             let (directions, components, places) = &self.from_gas.observer;
-            (directions.sums(), components.sums(), places.as_ref().map_or_else(Vec::new, Measured::sums))
+            (
+                directions::sums(directions),
+                components.sums(),
+                places.as_ref().map_or_else(Vec::new, Measured::sums),
+            )
         };
         let atoms = by_atom.into_iter().map(|count| [count, hits]);
         let whole = whole.into_iter().chain(atoms);
