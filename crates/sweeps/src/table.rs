@@ -218,6 +218,7 @@ mod tests {
             totals: Totals::default(),
             checks: Vec::new(),
             answers: Vec::new(),
+            errors: Vec::new(),
             note: String::new(),
         };
         let (header, rows) = tests_on_page(&study, &[point]);
