@@ -8,7 +8,7 @@ use carom_runs::{
     console::{Console, Program},
     convert, detect, measures, merge, report, run,
 };
-use carom_sweeps::{reference, sweep};
+use carom_sweeps::{reference, several, sweep};
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -82,7 +82,7 @@ impl Program for Cli {
             Command::Brownian(options) => brownian::run(options),
             Command::Billiard(options) => billiard::run(options, ""),
             Command::Detect(options) => detect::run(options),
-            Command::Sweep(options) => sweep::run(options),
+            Command::Sweep(options) => several::run(options),
             Command::Merge(options) => carom_sweeps::merge::run(options),
             Command::Report(options) => report::run(options),
             Command::Convert(options) => convert::run(options),

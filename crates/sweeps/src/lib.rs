@@ -1,7 +1,7 @@
 //! Sweeps: a scene at many points of its parameters, with replicas, on one machine or many.
 //!
 //! A [`Study`] names a scene, the keys of it that vary, and the number of replicas. `carom sweep`
-//! runs them ([`sweep`]); each replica is a file that appears when it has ended ([`stored`]).
+//! runs them ([`several`]); each replica is a file that appears when it has ended ([`stored`]).
 //! Shards are processes with a part of the work each ([`shard`]), and [`merge`] joins their
 //! folders. What is kept does not depend on clocks, threads, interruptions, or the order of
 //! merging.
@@ -45,7 +45,7 @@ pub mod reference;
 mod report;
 mod results;
 mod seal;
-mod several;
+pub mod several;
 pub mod shard;
 pub mod slurm;
 pub mod stored;

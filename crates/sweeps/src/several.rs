@@ -1,4 +1,4 @@
-//! Several studies in one command: each in a folder inside, and one page with their verdicts.
+//! `carom sweep`: one study, or several, each in a folder inside, with one page of their verdicts.
 
 use std::{
     collections::BTreeSet,
@@ -28,12 +28,25 @@ const STUDIES: &str = "studies.json";
 /// The results of a study, and of all.
 const SUMMARY: &str = "summary.json";
 
+/// Runs all replicas of each study that have not ended, or those of a shard, and writes the
+/// results.
+///
+/// # Errors
+/// A study is invalid, a folder holds another study, a replica ended with an error, a file cannot
+/// be written, or a signal has been received. What has ended is kept.
+pub fn run(options: &Options) -> Result<Verdict> {
+    match &files(&options.studies)?[..] {
+        [study] => sweep::run(study, options),
+        studies => run_all(studies, options),
+    }
+}
+
 /// The study files that paths name: a folder names the files in it that end with `.toml`, in the
 /// order of their names.
 ///
 /// # Errors
 /// A folder cannot be read or has no study.
-pub(crate) fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
+fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in paths {
         if !path.is_dir() {
@@ -68,7 +81,7 @@ struct Row {
 /// # Errors
 /// A study is invalid, two have one name, a study ended with an error, a file cannot be written, or
 /// a signal has been received.
-pub(crate) fn run(studies: &[PathBuf], options: &Options) -> Result<Verdict> {
+fn run_all(studies: &[PathBuf], options: &Options) -> Result<Verdict> {
     let names: Vec<String> = studies.iter().map(|study| sweep::name(study, options)).collect();
     let distinct: BTreeSet<&String> = names.iter().collect();
     if let Some(twice) = distinct.iter().find(|name| names.iter().filter(|other| other == *name).count() > 1)
@@ -87,7 +100,7 @@ pub(crate) fn run(studies: &[PathBuf], options: &Options) -> Result<Verdict> {
     let mut rows = Vec::new();
     for (study, name) in studies.iter().zip(names) {
         print_line(&format!("{name}:"));
-        let ended = sweep::run_one(study, &inside(options, path.join(&name)));
+        let ended = sweep::run(study, &inside(options, path.join(&name)));
         let ended = match ended {
             Err(error) if error.chain().any(<dyn std::error::Error>::is::<Interrupted>) => {
                 return Err(error);

@@ -1,5 +1,4 @@
-//! `carom sweep`: runs all replicas of all points of a study, or of several, and continues what has
-//! begun.
+//! `carom sweep` of one study: runs all replicas of all points, and continues what has begun.
 
 use std::{
     collections::BTreeMap,
@@ -28,7 +27,6 @@ use crate::{
     layout::{SweepFolder, by_point, is_sweep},
     report::{self, Remarks},
     results::damaged,
-    several,
     shard::{Shard, Work, longest_first, split},
     slurm,
     stored::Found,
@@ -78,24 +76,12 @@ impl Options {
     }
 }
 
-/// Runs all replicas of each study that have not ended, or those of a shard, and writes the
-/// results.
+/// Runs all replicas of one study that have not ended, or those of a shard, and writes the results.
 ///
 /// # Errors
-/// A study is invalid, a folder holds another study, a replica ended with an error, a file cannot
-/// be written, or a signal has been received. What has ended is kept.
-pub fn run(options: &Options) -> Result<Verdict> {
-    match &several::files(&options.studies)?[..] {
-        [study] => run_one(study, options),
-        studies => several::run(studies, options),
-    }
-}
-
-/// Runs one study.
-///
-/// # Errors
-/// Those of [`run`].
-pub(crate) fn run_one(path: &Path, options: &Options) -> Result<Verdict> {
+/// The study is invalid, the folder holds another study, a replica ended with an error, a file
+/// cannot be written, or a signal has been received. What has ended is kept.
+pub(crate) fn run(path: &Path, options: &Options) -> Result<Verdict> {
     let (study, name) = (options.read(path)?, name(path, options));
     if options.slurm.slurm {
         slurm::write(&study, &name, &options.choices, &options.slurm)?;

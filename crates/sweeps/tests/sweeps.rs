@@ -10,7 +10,7 @@ use std::{
 use anyhow::Result;
 use carom_runs::interruption::Signals;
 use carom_runs::run::record;
-use carom_sweeps::{Size, Study, merge, sweep};
+use carom_sweeps::{Size, Study, merge, several};
 use carom_tables::Verdict;
 use clap::{Args, Parser};
 
@@ -65,7 +65,7 @@ impl Place {
         let (study, out) = (self.path("study.toml"), self.path(out));
         let threads = if more.contains("--slurm") { "" } else { "--threads 2" };
         let words = format!("{} --out {} {threads} {more}", study.display(), out.display());
-        sweep::run(&options(&words)).map(drop)
+        several::run(&options(&words)).map(drop)
     }
 
     fn merge(&self, folders: &[String], out: &str) -> Result<()> {
@@ -134,7 +134,7 @@ fn several_studies_have_a_folder_each_and_one_page_with_their_verdicts() {
     let run = |more: &str| {
         let words =
             format!("{} --out {} {more}", place.path("studies").display(), place.path("all").display());
-        sweep::run(&options(&words))
+        several::run(&options(&words))
     };
     assert_eq!(run("").unwrap(), Verdict::Failed);
     let page = place.read("all/report.html");
@@ -172,7 +172,7 @@ fn several_studies_have_a_folder_each_and_one_page_with_their_verdicts() {
         )
     };
     let refused = |study: &str, more: &str| {
-        format!("{:#}", sweep::run(&options(&format!("{} {more}", words(study)))).unwrap_err())
+        format!("{:#}", several::run(&options(&format!("{} {more}", words(study)))).unwrap_err())
     };
     assert!(refused(&place.path("empty").display().to_string(), "").contains("holds no study"));
     let same = place.path("studies/good.toml").display().to_string();
@@ -632,7 +632,7 @@ fn expectations_are_answered_alike_by_one_process_and_by_merged_shards() {
     let place = Place::new(&format!("{STUDY}{EXPECT}"));
     let sweep = |out: &str, more: &str| {
         let (study, out) = (place.path("study.toml"), place.path(out));
-        sweep::run(&options(&format!("{} --out {} {more}", study.display(), out.display()))).unwrap()
+        several::run(&options(&format!("{} --out {} {more}", study.display(), out.display()))).unwrap()
     };
     assert_eq!(sweep("whole", ""), Verdict::Failed);
     let whole = answers(&place, "whole");
@@ -705,7 +705,7 @@ fn the_short_form_is_a_study_of_its_own_in_shards_and_jobs_too() {
         place.path("study.toml").display(),
         place.path("jobs").display()
     );
-    sweep::run(&options(&words)).unwrap();
+    several::run(&options(&words)).unwrap();
     assert_eq!(study("jobs/input.toml", Size::default()), short);
     let again = Study::parse(&short.text(), Path::new(""), is_quick).unwrap_err();
     assert!(format!("{again:#}").contains("no table [quick]"));

@@ -9,7 +9,7 @@ use carom_runs::{
     output::{Destination, Resumption},
     resumable::Choices,
 };
-use carom_sweeps::{slurm, sweep};
+use carom_sweeps::{several, slurm, sweep};
 use carom_tables::Verdict;
 use clap::Args;
 
@@ -31,13 +31,13 @@ pub struct Options {
 /// Runs the studies of an experiment.
 ///
 /// # Errors
-/// Those of [`sweep::run`].
+/// Those of [`several::run`].
 pub fn run(experiment: &str, options: &Options) -> Result<Verdict> {
     let choices = &options.common.destination;
     let resumption = &choices.resumption;
     let out = Some(resumption.folder(&format!("out/{experiment}")));
     let destination = Destination { out, ..resumption.destination.clone() };
-    sweep::run(&sweep::Options {
+    several::run(&sweep::Options {
         studies: vec![folder(experiment)],
         choices: Choices { resumption: Resumption { destination, ..resumption.clone() }, ..choices.clone() },
         replicas: None,
