@@ -114,15 +114,8 @@ impl FolderLock {
                 Use::Reads => file.try_lock_shared(),
             };
             match locked {
-                Ok(()) if is_at(&file, &path) => {
-                    let named = name_holder(&file, &holder);
-                    // Of a process that reads, others only learn the name.
-                    if usage == Use::Writes {
-                        named.with_context(|| format!("cannot write {}", path.display()))?;
-                    }
-                    return Ok(Self { file: Some(file), holder });
-                }
                 // The last holder has removed it in the meantime.
+                Ok(()) if !is_at(&file, &path) => continue,
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => bail!("{}", refusal(folder, &path)),
                 Err(TryLockError::Error(error)) => {
@@ -130,12 +123,21 @@ impl FolderLock {
                         "The file system of {} has no locks ({error}): see to it that no other process writes there.",
                         folder.display()
                     ));
-                    if usage == Use::Writes {
-                        name_holder(&file, &holder)
-                            .with_context(|| format!("cannot write {}", path.display()))?;
+                    // The name of a process that writes stays.
+                    if usage == Use::Reads {
+                        return Ok(Self { file: Some(file), holder });
                     }
-                    return Ok(Self { file: Some(file), holder });
                 }
+            }
+            let named = name_holder(&file, &holder);
+            // Of a process that reads, others only learn the name.
+            if usage == Use::Reads {
+                return Ok(Self { file: Some(file), holder });
+            }
+            named.with_context(|| format!("cannot write {}", path.display()))?;
+            // Without a lock, another process may have removed the file while it was named.
+            if is_at(&file, &path) {
+                return Ok(Self { file: Some(file), holder });
             }
         }
     }
