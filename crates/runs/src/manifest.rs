@@ -184,8 +184,12 @@ impl Manifest {
     fn write(&mut self, folder: &Folder) -> Result<()> {
         folder.file(MANIFEST)?;
         self.files = folder.written();
-        // On disk before the list of files is removed.
-        folder.write_lasting_json(MANIFEST, self)
+        if self.files.is_some() {
+            // On disk before the list of files is removed.
+            folder.write_lasting_json(MANIFEST, self)
+        } else {
+            folder.write_json(MANIFEST, self)
+        }
     }
 
     /// Writes the manifest for the last time, with all files.
