@@ -16,7 +16,7 @@ use plotters::style::RGBColor;
 use super::{
     charts::band_of_one_run,
     group::Group,
-    pooled::{FEWEST_BLOCKS, Pooled},
+    pooled::{MIN_BLOCKS, Pooled},
     results::{PROJECTION_BINS, projection_range},
 };
 
@@ -59,7 +59,7 @@ impl Errors {
             Self::Blocks => "from the scatter of blocks of time".to_owned(),
             Self::Independence => format!(
                 "as if {events} were independent of each other, because there are too few blocks of time \
-                 (fewer than {FEWEST_BLOCKS})"
+                 (fewer than {MIN_BLOCKS})"
             ),
         }
     }
@@ -371,7 +371,7 @@ mod tests {
             let pooled = Pooled::planted(vec![(0..blocks).map(|block| (block as f64, 1.0)).collect()]);
             Errors::of(pooled.standard_error())
         };
-        assert_eq!((of(FEWEST_BLOCKS - 1), of(FEWEST_BLOCKS)), (Errors::Independence, Errors::Blocks));
+        assert_eq!((of(MIN_BLOCKS - 1), of(MIN_BLOCKS)), (Errors::Independence, Errors::Blocks));
         assert_eq!(Errors::Blocks.source("samples"), "from the scatter of blocks of time");
         assert!(Errors::Independence.source("samples").starts_with("as if samples were independent"));
     }

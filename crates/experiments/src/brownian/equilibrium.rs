@@ -29,8 +29,8 @@ use serde::Serialize;
 use super::{
     figures::BROKEN,
     finding::{Finding, Shrinking, two_digits},
-    group::{Group, LEAST_BLOCK},
-    pooled::{FEWEST_BLOCKS, Pooled},
+    group::{Group, MIN_BLOCK},
+    pooled::{MIN_BLOCKS, Pooled},
 };
 
 /// Number of harmonics in the isotropy test of the control.
@@ -79,7 +79,7 @@ impl Equilibrium {
             blocks: count,
             block_duration: if count == 0 { 0.0 } else { together / count as f64 },
             findings,
-            least_block: LEAST_BLOCK * group.relaxation_times().into_iter().fold(0.0, f64::max),
+            least_block: MIN_BLOCK * group.relaxation_times().into_iter().fold(0.0, f64::max),
             isotropy: group.is_round().then(|| isotropy(group)).flatten(),
         }
     }
@@ -135,11 +135,11 @@ impl Equilibrium {
             return "No verdict: the gas has not touched the molecule.".to_owned();
         }
         // Twice as many blocks are joined in pairs.
-        let block = if self.blocks < FEWEST_BLOCKS { self.block_duration } else { 0.0 };
-        let enough = FEWEST_BLOCKS as f64 * block.max(2.0 * self.least_block);
+        let block = if self.blocks < MIN_BLOCKS { self.block_duration } else { 0.0 };
+        let enough = MIN_BLOCKS as f64 * block.max(2.0 * self.least_block);
         format!(
             "No verdict: the run is too short. It has {} blocks of {} units of time each; the verdict needs \
-             {FEWEST_BLOCKS} of at least {}, that is a measurement of about {}.",
+             {MIN_BLOCKS} of at least {}, that is a measurement of about {}.",
             self.blocks,
             two_digits(self.block_duration),
             two_digits(self.least_block),
@@ -264,7 +264,7 @@ fn mirror(group: &Group<'_>) -> Option<Finding> {
 
 fn isotropy(group: &Group<'_>) -> Option<Isotropy> {
     let blocks = || group.runs.iter().flat_map(|run| run.directions.complete());
-    let enough = blocks().count() >= FEWEST_BLOCKS;
+    let enough = blocks().count() >= MIN_BLOCKS;
     Isotropy::of_counts(blocks().map(|block| block.observed.counts()), HARMONICS).filter(|_| enough)
 }
 

@@ -11,7 +11,7 @@ use glam::DVec2;
 use super::{
     dilute::{self, FewDiscs},
     group::{Group, impulse_error},
-    pooled::{FEWEST_BLOCKS, Pooled},
+    pooled::{MIN_BLOCKS, Pooled},
     results::{SECTORS, increments},
 };
 
@@ -245,7 +245,7 @@ impl Group<'_> {
         // With errors from b blocks the deviations follow Student's t, whose mean square is (b −
         // 1)/(b − 3).
         let blocks = self.runs.iter().map(|run| run.directions.complete().len()).sum::<usize>() as f64;
-        let judged = blocks >= FEWEST_BLOCKS as f64;
+        let judged = blocks >= MIN_BLOCKS as f64;
         let expected = if judged { (blocks - 1.0) / (blocks - 3.0) } else { 1.0 };
         Some(
             Figure::new("mirror symmetry of the kicks, χ² per degree of freedom", squares / freedom, "1")

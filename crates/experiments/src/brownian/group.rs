@@ -34,10 +34,7 @@ pub struct Group<'a> {
     pub kicks: Kicks,
 }
 
-/// Least length of a block in relaxation times. Blocks of three give errors of means that are too
-/// small by a fifth. Smaller: a molecule that has not yet forgotten its rotation would seem to be
-/// driven. Larger: runs must be longer for a verdict.
-pub const LEAST_BLOCK: f64 = 3.0;
+pub use carom_runs::measures::kicks::MIN_BLOCK;
 
 /// Standard error of a sum of `count` Rayleigh-distributed impulse magnitudes, as ⟨J²⟩/⟨J⟩² = 4/π.
 pub fn impulse_error(sum: f64, count: u64) -> f64 {
@@ -152,7 +149,7 @@ impl<'a> Group<'a> {
         let [velocity, rotation] = self.relaxation_times();
         let blocks = || self.runs.iter().flat_map(|run| run.drift.complete());
         let mean = blocks().map(|block| block.duration).sum::<f64>() / blocks().count().max(1) as f64;
-        mean >= LEAST_BLOCK * velocity.max(rotation)
+        mean >= MIN_BLOCK * velocity.max(rotation)
     }
 
     /// Kicks by the gas per time (1 / time).

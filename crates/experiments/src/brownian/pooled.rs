@@ -5,8 +5,7 @@ use carom::observers::{Additive, Block, Blocks, Estimate};
 
 use super::results::Measurement;
 
-/// With fewer blocks their scatter gives no reliable standard error.
-pub const FEWEST_BLOCKS: usize = 30;
+pub use carom_runs::measures::kicks::MIN_BLOCKS;
 
 /// Number of blocks joined to test whether their length matters.
 const JOINED: usize = 4;
@@ -70,7 +69,7 @@ impl Pooled {
     }
 
     fn error(&self, joined: usize) -> Option<f64> {
-        if self.runs.iter().map(Vec::len).sum::<usize>() < FEWEST_BLOCKS {
+        if self.runs.iter().map(Vec::len).sum::<usize>() < MIN_BLOCKS {
             return None;
         }
         let blocks: Vec<Pair> = self

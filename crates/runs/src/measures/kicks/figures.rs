@@ -17,19 +17,19 @@ use super::{
     surroundings::Surroundings,
 };
 
-/// Least duration of a block in relaxation times of the body, for errors of its motion. Smaller: a
-/// body that has not yet forgotten its rotation would seem to be driven. Larger: runs must be
-/// longer for a verdict.
-const LEAST_BLOCK: f64 = 3.0;
+/// Least duration of a block in relaxation times of the body, for errors of its motion. Blocks of
+/// three give errors of means that are too small by a fifth. Smaller: a body that has not yet
+/// forgotten its rotation would seem to be driven. Larger: runs must be longer for a verdict.
+pub const MIN_BLOCK: f64 = 3.0;
 
 /// With fewer blocks their scatter gives no reliable test of directions.
-const FEWEST_BLOCKS: usize = 30;
+pub const MIN_BLOCKS: usize = 30;
 
 /// Number of harmonics in the test that the kicks of a round body are isotropic.
 const HARMONICS: usize = 6;
 
 /// Least mean number of kicks in a sector for which χ² has Gaussian errors.
-const LEAST_KICKS: u64 = 20;
+const MIN_KICKS: u64 = 20;
 
 /// Number of quantities before those of the atoms.
 const WHOLE: usize = 12;
@@ -182,7 +182,7 @@ fn motion(
     let rate = parts.whole.first().and_then(|mean| mean.value).unwrap_or(0.0);
     let times = theory.map(|theory| theory.relaxation_times(rate));
     // Blocks that are too short give no error; without theory their length is taken to be enough.
-    let is_long = times.is_none_or(|times| context.block >= LEAST_BLOCK * times[0].max(times[1]));
+    let is_long = times.is_none_or(|times| context.block >= MIN_BLOCK * times[0].max(times[1]));
     let mean = |index: usize| {
         let mean = parts.whole.get(index).copied().unwrap_or_default();
         BlockMean { standard_error: mean.standard_error.filter(|_| is_long), ..mean }
@@ -263,7 +263,7 @@ fn mirror_of_directions(kicks: &Kicks, context: &Context<'_>) -> Option<Figure> 
     let mirror = Mirror::of(&kicks.shape.molecule)?;
     let blocks = counts_of_blocks(kicks, context);
     let count = blocks.clone().count();
-    if count < FEWEST_BLOCKS {
+    if count < MIN_BLOCKS {
         return None;
     }
     let square = |(one, other): (usize, usize)| {
@@ -289,7 +289,7 @@ fn mirror_of_directions(kicks: &Kicks, context: &Context<'_>) -> Option<Figure> 
 fn isotropy(kicks: &Kicks, context: &Context<'_>) -> Option<Figure> {
     let counts = |block: &[[f64; 2]]| block.iter().map(|sums| sums[0] as u64).collect();
     let blocks: Vec<Vec<u64>> = counts_of_blocks(kicks, context).map(counts).collect();
-    let enough = blocks.len() >= FEWEST_BLOCKS;
+    let enough = blocks.len() >= MIN_BLOCKS;
     let found = Isotropy::of_counts(blocks.iter().map(Vec::as_slice), HARMONICS).filter(|_| enough)?;
     let [one, other] = [2 * found.harmonics, found.blocks - 2 * found.harmonics].map(|count| count as f64);
     let mean = other / (other - 2.0);
@@ -305,7 +305,7 @@ fn against_arcs(kicks: &Kicks, theory: Option<&Theory<'_>>, context: &Context<'_
     let Some(theory) = theory.filter(|theory| theory.few.is_some()) else { return Vec::new() };
     let directions = kicks.directions();
     let sectors = directions.counts().len();
-    if directions.hits() < LEAST_KICKS * sectors as u64 {
+    if directions.hits() < MIN_KICKS * sectors as u64 {
         return Vec::new();
     }
     let shares = theory.prediction.count_shares(sectors);

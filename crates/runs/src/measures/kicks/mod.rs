@@ -23,7 +23,12 @@ use carom_tables::BlockMean;
 use serde::{Deserialize, Serialize};
 
 pub use self::{
-    few_discs::DILUTE, fixed_energy::mean_speed, from_gas::FromGas, mirror::Mirror, prediction::Prediction,
+    few_discs::DILUTE,
+    figures::{MIN_BLOCK, MIN_BLOCKS},
+    fixed_energy::mean_speed,
+    from_gas::FromGas,
+    mirror::Mirror,
+    prediction::Prediction,
 };
 use self::{figures::Parts, surroundings::Surroundings};
 use super::{
