@@ -15,8 +15,19 @@ pub const FILE: &str = "errors.csv";
 const MAX_ROWS: usize = 120;
 
 /// Columns of the file.
-const COLUMNS: [&str; 10] =
-    ["point", "quantity", "replicas", "rows", "rare_rows", "ratio", "least", "most", "band_from", "band_to"];
+const COLUMNS: [&str; 11] = [
+    "point",
+    "quantity",
+    "replicas",
+    "rows",
+    "rare_rows",
+    "ratio",
+    "least",
+    "most",
+    "band_from",
+    "band_to",
+    "result",
+];
 
 /// All comparisons with their points.
 fn all(points: &[PointResults]) -> impl Iterator<Item = (&PointResults, &Calibration)> {
@@ -43,8 +54,7 @@ pub fn write(folder: &Folder, points: &[PointResults]) -> Result<()> {
         let (label, result) = (point.label.clone(), result.word().to_lowercase());
         [vec![label, name.clone()], counts.to_vec(), numbers.to_vec(), vec![result]].concat()
     };
-    let header = [&COLUMNS[..], &["result"]].concat();
-    folder.write_lasting_table(FILE, &header, all(points).map(row))
+    folder.write_lasting_table(FILE, &COLUMNS, all(points).map(row))
 }
 
 /// Adds the comparison to the page.

@@ -10,6 +10,7 @@ use anyhow::{Context, Result, bail, ensure};
 use carom_report::page::{Page, Part};
 use carom_runs::{
     console::put,
+    folder_lock::FolderLock,
     interruption::Interrupted,
     manifest::Manifest,
     output::{Destination, Existing, Folder, Resumption},
@@ -118,20 +119,14 @@ fn run_all(studies: &[PathBuf], options: &Options) -> Result<Verdict> {
     let mut errors = rows.iter().filter_map(|row| Some((&row.name, row.ended.as_ref().err()?)));
     if let Some((name, error)) = errors.next() {
         let others = errors.count();
-        bail!(
-            "study {name}: {error}{}",
-            if others > 0 { format!("; and {others} more") } else { String::new() }
-        );
+        let more = if others > 0 { format!("; and {others} more") } else { String::new() };
+        bail!("study {name}: {error}{more}");
     }
     Ok(worst(&rows))
 }
 
 /// Claims the folder of all studies. One that an earlier command has written is continued.
-fn claim(
-    path: &Path,
-    names: &BTreeSet<&String>,
-    existing: Existing,
-) -> Result<(Folder, carom_runs::folder_lock::FolderLock)> {
+fn claim(path: &Path, names: &BTreeSet<&String>, existing: Existing) -> Result<(Folder, FolderLock)> {
     let there = fs::read_to_string(path.join(STUDIES)).unwrap_or_default();
     let there: Vec<String> = serde_json::from_str(&there).unwrap_or_default();
     if existing == Existing::Replace
