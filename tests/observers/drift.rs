@@ -1,10 +1,10 @@
 //! Momentum and displacement of a body in its own frame: rotation in empty space, sums against
-//! changes of momentum, blocks of time.
+//! changes of momentum.
 
 use carom::{
-    DirectionHistogram, Observer, Scene, Simulation,
+    Scene, Simulation,
     engine::{MoleculeSpec, Rotation},
-    observers::{Axis, Blocks, Drift, ProjectionHistogram},
+    observers::Drift,
 };
 use glam::DVec2;
 
@@ -97,36 +97,4 @@ fn torques_on_a_free_tee_sum_to_its_angular_momentum() {
     let change = moment * (spin(&simulation) - before);
     assert!((drift.angular_impulse() - change).abs() < 1e-12 * moment.sqrt(), "{change}");
     assert!(drift.turn() != 0.0);
-}
-
-/// The sum over blocks is the result of a single run.
-#[test]
-fn blocks_add_up() {
-    let mut simulation = tee_in_a_gas(Rotation::Free);
-    let watched = key(&simulation, 0);
-    let directions = DirectionHistogram::new(watched, 36);
-    let along = ProjectionHistogram::new(watched, Axis::Y, 8.0, 40).unwrap();
-    let mut observers = (
-        (directions.clone(), along.clone(), Drift::new(watched)),
-        (Blocks::new(directions), Blocks::new(along), Blocks::new(Drift::new(watched))),
-    );
-    observers.start(&simulation.view());
-    observe(&mut simulation, &mut observers, 20.0, 150);
-    let ((directions, along, drift), (direction_blocks, along_blocks, drift_blocks)) = observers;
-    assert_eq!(direction_blocks.complete().len(), 37);
-    let total = direction_blocks.total();
-    close(total.duration, 20.0);
-    assert!(directions.hits() > 100, "{}", directions.hits());
-    assert_eq!(total.observed.counts(), directions.counts());
-    assert_eq!(total.observed.atom_counts(), directions.atom_counts());
-    close(total.observed.total_impulse(), directions.total_impulse());
-    let total = along_blocks.total().observed;
-    assert_eq!(total.components(), along.components());
-    close(total.mean_square().unwrap(), along.mean_square().unwrap());
-    let total = drift_blocks.total().observed;
-    close(total.duration(), drift.duration());
-    close(total.turn(), drift.turn());
-    close(total.path().x, drift.path().x);
-    close(total.impulse().y, drift.impulse().y);
-    assert_eq!(total.samples(), drift.samples());
 }

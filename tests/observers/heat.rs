@@ -2,8 +2,8 @@
 
 use carom::{
     CollisionReport, Observer, Scene, Simulation,
-    engine::{ElasticitySpec, Tag},
-    observers::ThermostatLedger,
+    engine::{ElasticitySpec, Tag, ThermostatTarget},
+    observers::{HeatOfTag, ThermostatLedger},
 };
 
 use super::{ByHand, gas, observe};
@@ -88,4 +88,41 @@ fn the_ledger_begins_at_the_first_sample() {
     );
     assert!(near(ledger.mean_power().unwrap(), -25.0) && near(ledger.series()[4].power().unwrap(), -200.0));
     assert_eq!(ledger.total_lost(), 0.0);
+}
+
+/// Actions every 0.3 that give each disc the energy 1, and samples every 0.2: an interval between
+/// samples holds none or one action, but those between actions hold one each.
+#[test]
+fn heat_is_counted_between_actions() {
+    let mut scene = Scene::default();
+    scene.gas.push(gas("gas", 50));
+    let mut simulation = Simulation::new(&scene).unwrap();
+    let gas = simulation.find_tag("gas").unwrap();
+    let mut ledger = ThermostatLedger::default();
+    ledger.start(&simulation.view());
+    ledger.sample(&simulation.view());
+    let (mut actions, mut samples) = (0, 0);
+    for step in 1..=60 {
+        simulation.observe_until(0.1 * f64::from(step), &mut ledger).unwrap();
+        if step % 3 == 0 {
+            actions += 1;
+            ledger.pause(&simulation.view());
+            let target = 1.0 + f64::from(actions);
+            simulation.edit(|batch| batch.thermostat_energy(gas, ThermostatTarget::Energy(target))).unwrap();
+            ledger.start(&simulation.view());
+        }
+        if step % 2 == 0 {
+            samples += 1;
+            ledger.sample(&simulation.view());
+            let expected = (actions > 1).then(|| f64::from(actions - 1));
+            let found = ledger.heats().first().and_then(HeatOfTag::between_actions);
+            let is_near = |[heat, time]: [f64; 2], count: f64| {
+                (heat - 50.0 * count).abs() < 1e-9 && (time - 0.3 * count).abs() < 1e-12
+            };
+            assert_eq!(found.is_some(), expected.is_some(), "{step}");
+            assert!(found.zip(expected).is_none_or(|(found, count)| is_near(found, count)), "{found:?}");
+        }
+    }
+    let [lost, time] = ledger.lost_until_action();
+    assert!(actions == 20 && samples == 30 && lost == 0.0 && (time - 6.0).abs() < 1e-12);
 }

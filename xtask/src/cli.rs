@@ -10,7 +10,7 @@ use clap::{Parser, Subcommand};
 
 use crate::{
     attack, bench, ci,
-    experiments::{all, billiard, brownian, capability_cost, encounters, extremes, theory, thesis_tests},
+    experiments::{all, capability_cost, encounters, extremes, studies, thesis_tests},
     fuzz, tidy,
 };
 
@@ -76,12 +76,12 @@ pub enum Command {
 /// The experiments.
 #[derive(Debug, Subcommand)]
 pub enum Experiment {
-    /// A T-shaped molecule in a dense gas, and the directions of the impulses on it (Montanari
-    /// 2017, chapter 3)
-    Brownian(brownian::Options),
+    /// A T-shaped molecule in a dense gas: free, locked, or replaced by a disc; and in a dilute gas
+    /// (Montanari 2017, chapter 3)
+    Brownian(studies::Options),
     /// A disc around a fixed molecule: mean free path and directions of hits compared with integral
     /// geometry
-    Billiard(billiard::Options),
+    Billiard(studies::Options),
     /// A dilute gas of 50 to 2000 discs, with and without a grid (Montanari 2017, test 1: table 2.1
     /// and figure 2.3)
     Spheres(thesis_tests::Options),
@@ -100,25 +100,25 @@ pub enum Experiment {
     /// Extreme scenes: guarantees that must hold, and their limits
     Extremes(extremes::Options),
     /// Equilibrium of hard discs and of a mixture, against theory and published pressures
-    Equilibrium(theory::Options),
+    Equilibrium(studies::Options),
     /// Boltzmann's H-theorem: how a gas of equal speeds becomes Maxwellian
-    Relaxation(theory::Options),
+    Relaxation(studies::Options),
     /// Pressure of thin gases of molecules: their second virial coefficients
-    Virial(theory::Options),
+    Virial(studies::Options),
     /// Velocity autocorrelation, a heavy Brownian disc, viscosity and heat conductivity
-    Diffusion(theory::Options),
+    Diffusion(studies::Options),
     /// The force with which small discs push two big ones together
-    Depletion(theory::Options),
+    Depletion(studies::Options),
     /// Haff's law of an inelastic gas
-    Cooling(theory::Options),
+    Cooling(studies::Options),
     /// Haff's law of a gas whose contacts gain energy
-    Heating(theory::Options),
+    Heating(studies::Options),
     /// The flow of heat between groups at two temperatures
-    Thermostat(theory::Options),
+    Thermostat(studies::Options),
     /// The pressure of hard discs between liquid and hexatic
-    Freezing(theory::Options),
+    Freezing(studies::Options),
     /// The drift of an asymmetric molecule, in equilibrium and out of it
-    Ratchet(theory::Options),
+    Ratchet(studies::Options),
     /// Cost of each capability when it is absent, idle, or used
     CapabilityCost(capability_cost::Options),
     /// All experiments one after another, and one table of their verdicts
@@ -141,22 +141,22 @@ impl Program for Cli {
 
     fn run(&self) -> Result<Verdict> {
         match &self.command {
-            Command::Experiment(Experiment::Brownian(options)) => brownian::run(options),
-            Command::Experiment(Experiment::Billiard(options)) => billiard::run(options),
+            Command::Experiment(Experiment::Brownian(options)) => studies::run("brownian", options),
+            Command::Experiment(Experiment::Billiard(options)) => studies::run("billiard", options),
             Command::Experiment(Experiment::Spheres(options)) => thesis_tests::spheres(options),
             Command::Experiment(Experiment::Pair(options)) => thesis_tests::pair(options),
             Command::Experiment(Experiment::Encounters(options)) => encounters::run(options),
             Command::Experiment(Experiment::Extremes(options)) => extremes::run(options),
-            Command::Experiment(Experiment::Equilibrium(options)) => theory::run("equilibrium", options),
-            Command::Experiment(Experiment::Relaxation(options)) => theory::run("relaxation", options),
-            Command::Experiment(Experiment::Virial(options)) => theory::run("virial", options),
-            Command::Experiment(Experiment::Diffusion(options)) => theory::run("diffusion", options),
-            Command::Experiment(Experiment::Depletion(options)) => theory::run("depletion", options),
-            Command::Experiment(Experiment::Cooling(options)) => theory::run("cooling", options),
-            Command::Experiment(Experiment::Heating(options)) => theory::run("heating", options),
-            Command::Experiment(Experiment::Thermostat(options)) => theory::run("thermostat", options),
-            Command::Experiment(Experiment::Freezing(options)) => theory::run("freezing", options),
-            Command::Experiment(Experiment::Ratchet(options)) => theory::run("ratchet", options),
+            Command::Experiment(Experiment::Equilibrium(options)) => studies::run("equilibrium", options),
+            Command::Experiment(Experiment::Relaxation(options)) => studies::run("relaxation", options),
+            Command::Experiment(Experiment::Virial(options)) => studies::run("virial", options),
+            Command::Experiment(Experiment::Diffusion(options)) => studies::run("diffusion", options),
+            Command::Experiment(Experiment::Depletion(options)) => studies::run("depletion", options),
+            Command::Experiment(Experiment::Cooling(options)) => studies::run("cooling", options),
+            Command::Experiment(Experiment::Heating(options)) => studies::run("heating", options),
+            Command::Experiment(Experiment::Thermostat(options)) => studies::run("thermostat", options),
+            Command::Experiment(Experiment::Freezing(options)) => studies::run("freezing", options),
+            Command::Experiment(Experiment::Ratchet(options)) => studies::run("ratchet", options),
             Command::Experiment(Experiment::All(options)) => all::run(options),
             Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
             Command::Run(options) => run::run(options),

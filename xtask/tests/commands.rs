@@ -48,11 +48,8 @@ fn data(folder: &Path) -> Vec<(String, Vec<u8>)> {
 fn without_speed(mut summary: Value) -> Value {
     let fields = summary.as_object_mut().unwrap();
     fields.remove("collisions_per_second").expect("the speed");
-    for run in fields.get_mut("runs").and_then(Value::as_array_mut).into_iter().flatten() {
-        let seconds =
-            run.as_object_mut().unwrap().remove("cpu_seconds").expect("the processor time of each run");
-        assert!(seconds.as_f64().unwrap() > 0.0);
-    }
+    // It names the path of the scene.
+    fields.remove("title").expect("the title");
     summary
 }
 
@@ -96,23 +93,18 @@ fn an_animation_can_be_omitted_or_start_late_and_the_report_does_not_grow_with_t
     assert!(large.len() < small.len(), "{} after {}", large.len(), small.len());
 }
 
-const SHORT: [&str; 6] = ["experiment", "brownian", "--from", "0.02", "--until", "0.05"];
-
-fn brownian(more: &[&str], out: &Path) -> (Option<i32>, String) {
-    outcome(&[&SHORT, more, &["--out", out.to_str().unwrap()]].concat())
-}
-
 #[test]
 fn the_same_run_twice_gives_the_same_bytes() {
     let root = tempfile::tempdir().unwrap();
     let [first, second] = ["first", "second"].map(|name| root.path().join(name));
     for folder in [&first, &second] {
-        let (code, said) = brownian(&["--seed", "5"], folder);
+        fs::create_dir(folder).unwrap();
+        let (code, said) = run(folder, SCENE, &["--seed", "5"]);
         assert_eq!(code, Some(0), "{said}");
-        assert!(said.contains("short run"), "{said}");
     }
+    let [first, second] = [first, second].map(|folder| folder.join("out"));
     let files = data(&first);
-    assert!(files.iter().any(|(name, _)| name == "directions.csv"));
+    assert!(files.iter().any(|(name, _)| name == "pressure.csv"));
     assert_eq!(files, data(&second));
     let summary = json(&first, "summary.json");
     assert_eq!(without_speed(summary.clone()), without_speed(json(&second, "summary.json")));
@@ -126,64 +118,10 @@ fn the_same_run_twice_gives_the_same_bytes() {
     ] {
         assert!(summary[name].is_number(), "{name}");
     }
-    assert!(summary["collisions"].as_u64().unwrap() > 5000);
+    assert!(summary["collisions"].as_u64().unwrap() > 20);
     assert_eq!(json(&first, "manifest.json")["complete"], true);
     let page = fs::read_to_string(first.join("report.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("prefers-color-scheme") && !page.contains("src=\"http"));
-    // Such a short run has too few blocks of time for errors from their scatter.
-    assert!(
-        page.contains("as if contacts were independent") && page.contains("as if samples were independent")
-    );
-    assert!(!page.contains("from the scatter of blocks of time"));
-}
-
-#[test]
-fn the_number_of_threads_changes_nothing() {
-    let root = tempfile::tempdir().unwrap();
-    let [one, two] = ["1", "2"].map(|threads| {
-        let folder = root.path().join(threads);
-        let (code, said) = brownian(&["--replicas", "2", "--case", "control", "--threads", threads], &folder);
-        assert_eq!(code, Some(0), "{said}");
-        folder
-    });
-    let files = data(&one);
-    assert_eq!(files, data(&two));
-    let replica =
-        |index: u32| files.iter().find(|(name, _)| *name == format!("control-0.5-{index}/directions.csv"));
-    assert_ne!(replica(0).unwrap().1, replica(1).unwrap().1, "replicas differ");
-    let summary = json(&one, "summary.json");
-    assert_eq!(summary["runs"].as_array().unwrap().len(), 2);
-    assert_eq!(summary["simulated_time"], 0.1);
-    assert_eq!(without_speed(summary), without_speed(json(&two, "summary.json")));
-}
-
-/// In a gas of 16 discs of area fraction 0.005 the 22 000 kicks of the tee agree with its exposed
-/// arcs, by direction and by atom, for the free and the locked tee.
-#[test]
-fn a_dilute_gas_shows_the_exposed_arcs() {
-    let root = tempfile::tempdir().unwrap();
-    for case in ["standard", "locked-0"] {
-        let out = root.path().join(case);
-        let words = ["experiment", "brownian", "--area-fraction", "0.005", "--case", case, "--seed", "3"];
-        let (code, said) =
-            outcome(&[&words[..], &["--until", "20000", "--out", out.to_str().unwrap()]].concat());
-        assert_eq!(code, Some(0), "{said}");
-        let summary = json(&out, "summary.json");
-        let passed = |about: &str| {
-            let checks = summary["checks"].as_array().unwrap().iter();
-            let about = checks.filter(|check| check["name"].as_str().unwrap().contains(about));
-            about.filter(|check| check["passed"] == true).count()
-        };
-        assert_eq!(passed("exposed arcs"), 3, "{case}");
-        assert!(passed("equipartition") >= 2 && passed("from zero") >= 6, "{case}");
-        let hits: u64 = fs::read_to_string(out.join("atoms.csv"))
-            .unwrap()
-            .lines()
-            .skip(1)
-            .map(|line| line.split(',').nth(1).unwrap().parse::<u64>().unwrap())
-            .sum();
-        assert!(hits > 20_000, "{case}: {hits}");
-    }
 }
 
 /// An experiment of several studies has a page and a summary of its own, and is continued.
@@ -220,11 +158,11 @@ fn an_existing_folder_is_refused_unless_forced() {
     let folder = root.path().join("out");
     fs::create_dir(&folder).unwrap();
     fs::write(folder.join("precious.txt"), "mine").unwrap();
-    let (code, said) = brownian(&[], &folder);
+    let (code, said) = run(root.path(), SCENE, &[]);
     assert_eq!(code, Some(2));
     assert!(said.contains("--force"), "{said}");
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing is written");
-    let (code, said) = brownian(&["--force"], &folder);
+    let (code, said) = run(root.path(), SCENE, &["--force"]);
     assert_eq!(code, Some(0), "{said}");
     assert_eq!(fs::read_to_string(folder.join("precious.txt")).unwrap(), "mine");
 }
@@ -297,20 +235,14 @@ fn invalid_input_is_refused_by_name() {
         assert!(!root.path().join("out").exists(), "{said}: nothing is written");
     }
     for wrong in [
-        &["experiment", "brownian", "--case", "upside-down"][..],
+        &["experiment", "upside-down"][..],
         &["experiment", "brownian", "--quick", "--paper"],
-        &["experiment", "brownian", "--replicas", "0"],
+        &["experiment", "brownian", "--threads", "0"],
         &["run", "no-such-scene.toml"],
         &["fly"],
     ] {
         assert_eq!(outcome(wrong).0, Some(2), "{wrong:?}");
     }
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("never");
-    let late = ["experiment", "brownian", "--from", "1", "--until", "0.5", "--out", out.to_str().unwrap()];
-    let (code, said) = outcome(&late);
-    assert_eq!((code, out.exists()), (Some(2), false), "{said}");
-    assert!(said.contains("--from"), "{said}");
 }
 
 #[test]

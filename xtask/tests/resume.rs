@@ -2,7 +2,7 @@
 
 use std::{
     fs,
-    path::{Path, PathBuf},
+    path::PathBuf,
     process::{Child, Command, Output, Stdio},
     thread::sleep,
     time::{Duration, Instant},
@@ -73,27 +73,6 @@ observe = ["energy"]
 
 /// `cargo xtask run` of that scene.
 const GROW: &[&str] = &["run", "grown.toml", "--out", "out", "--checkpoint-every", "0.02"];
-
-/// The Brownian experiment in miniature: two replicas in parallel.
-const CAMPAIGN: &[&str] = &[
-    "experiment",
-    "brownian",
-    "--from",
-    "0.7",
-    "--replicas",
-    "2",
-    "--threads",
-    "2",
-    "--out",
-    "out",
-    "--checkpoint-every",
-    "0.05",
-];
-
-/// One run of the Brownian experiment.
-const SINGLE: &[&str] = &["experiment", "brownian", "--from", "0.7", "--out", "out"];
-
-const LONG: [&str; 2] = ["--until", "6"];
 
 /// A folder with the scene. Paths are relative to it, so that they are equal in all folders.
 struct Place(TempDir);
@@ -217,36 +196,6 @@ fn an_animation_that_starts_late_is_recorded_whenever_the_run_is_killed() {
     check_interrupted(&[RUN, &["--until", "20.05", "--set", "run.animation_from=10.02"]].concat(), 3, kill);
 }
 
-#[test]
-fn a_campaign_killed_at_any_moment_resumes_to_the_bit() {
-    check_interrupted(&[CAMPAIGN, &LONG].concat(), 2, kill);
-}
-
-/// Four flights.
-const BILLIARD: &[&str] = &["experiment", "billiard", "--out", "out", "--hits"];
-
-#[test]
-fn finished_flights_are_kept_and_the_run_can_be_extended() {
-    let words = [BILLIARD, &["1000000"]].concat();
-    let straight = Place::new().complete(&[&words]);
-    let place = Place::new();
-    let mut child = place.start(&[&words]);
-    // Before the first flight ends the checkpoint holds only its head.
-    while !fs::metadata(place.path("out/checkpoint")).is_ok_and(|file| file.len() > 400) {
-        assert!(child.try_wait().unwrap().is_none(), "it ends before it is killed");
-        sleep(Duration::from_millis(2));
-    }
-    kill(&mut child);
-    child.wait().unwrap();
-    let (code, said) = place.finish(&[&words, &["--seed", "2", "--resume"]]);
-    assert!(code == Some(2) && said.contains("another run"), "{said}");
-    assert_same(&place.complete(&[&words, &["--resume"]]), &straight);
-
-    let short = [BILLIARD, &["500000"]].concat();
-    let place = Place::new().complete(&[&short]);
-    assert_same(&place.complete(&[&words, &["--resume"]]), &straight);
-}
-
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_writes_a_checkpoint_and_prints_the_command_to_resume() {
@@ -336,33 +285,14 @@ fn a_signal_within_an_epoch_ends_the_run_within_a_second_and_keeps_the_last_chec
 
 #[test]
 fn an_extended_run_equals_one_run_of_the_full_length() {
-    for words in [RUN, CAMPAIGN] {
-        let until = |time| [words, &["--until", time]].concat();
-        let straight = Place::new().complete(&[&until("4.25")]);
-        let place = Place::new().complete(&[&until("2.03")]);
-        let short = place.results();
-        // Resumed to the same end: nothing is run.
-        let place = place.complete(&[&until("2.03"), &["--resume"]]);
-        assert!(place.results() == short);
-        assert_same(&place.complete(&[&until("4.25"), &["--resume"]]), &straight);
-    }
-}
-
-#[test]
-fn finished_runs_of_a_campaign_are_kept() {
-    let words = [CAMPAIGN, &["--until", "1.5"]].concat();
-    let place = Place::new().complete(&[&words]);
-    let (done, open) = (place.path("out/standard-0.5-0"), place.path("out/standard-0.5-1"));
-    let files = |folder: &Path| -> Vec<_> {
-        let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-        files.sort();
-        files.iter().map(|path| (path.clone(), fs::metadata(path).unwrap().modified().unwrap())).collect()
-    };
-    let (before, results) = (files(&done), place.results());
-    fs::remove_dir_all(open).unwrap();
-    let place = place.complete(&[&words, &["--resume"]]);
-    assert_eq!(files(&done), before);
-    assert!(place.results() == results);
+    let until = |time| [RUN, &["--until", time]].concat();
+    let straight = Place::new().complete(&[&until("4.25")]);
+    let place = Place::new().complete(&[&until("2.03")]);
+    let short = place.results();
+    // Resumed to the same end: nothing is run.
+    let place = place.complete(&[&until("2.03"), &["--resume"]]);
+    assert!(place.results() == short);
+    assert_same(&place.complete(&[&until("4.25"), &["--resume"]]), &straight);
 }
 
 /// Checkpoints with replaced numbers and a matching checksum.
@@ -446,8 +376,6 @@ fn invalid_checkpoints_are_refused_by_name_and_not_modified() {
             [RUN, &["--until", "0.5", "--set", "gas.0.count=299"]].concat(),
             "its gas[0].count = 300 differs from 299",
         ),
-        ([SINGLE, &LONG].concat(), "to another run"),
-        ([CAMPAIGN, &LONG].concat(), "holds one run"),
         ([&short[..], &["--force"]].concat(), "cannot be used with"),
     ] {
         let (code, said) = place.finish(&[&words, &resume]);

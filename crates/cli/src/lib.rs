@@ -80,7 +80,7 @@ impl Program for Cli {
             Command::Live(options) => carom_live::run(options),
             Command::Check(options) => check::run(options),
             Command::Brownian(options) => brownian::run(options),
-            Command::Billiard(options) => billiard::run(options, ""),
+            Command::Billiard(options) => billiard::run(options),
             Command::Detect(options) => detect::run(options),
             Command::Sweep(options) => several::run(options),
             Command::Merge(options) => carom_sweeps::merge::run(options),

@@ -1,8 +1,9 @@
-//! `carom brownian` as a user calls it, for a molecule of unequal atoms and for a body of a scene.
+//! `carom brownian` and `carom billiard` as a user calls them, for a molecule of unequal atoms and
+//! for a body of a scene.
 
 use std::{
     fs,
-    path::Path,
+    path::{Path, PathBuf},
     process::{Command, Output},
 };
 
@@ -26,7 +27,8 @@ fn carom(folder: &Path, arguments: &[&str]) -> Output {
 
 fn passes(folder: &Path, arguments: &[&str]) -> String {
     let output = carom(folder, arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = [output.stdout.as_slice(), &output.stderr].concat();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&said));
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
@@ -34,50 +36,81 @@ fn summary(folder: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.join("summary.json")).unwrap()).unwrap()
 }
 
-fn figure(summary: &Value, name: &str) -> f64 {
-    let figures = summary["figures"].as_array().unwrap().iter();
+/// A figure of a point.
+fn figure(summary: &Value, point: usize, name: &str) -> Value {
+    let figures = summary["points"][point]["figures"].as_array().unwrap().iter();
     let found = figures.filter(|figure| figure["name"] == name).collect::<Vec<_>>();
-    found.first().unwrap_or_else(|| panic!("no figure '{name}'"))["value"].as_f64().unwrap()
+    (*found.first().unwrap_or_else(|| panic!("no figure '{name}'"))).clone()
+}
+
+/// The folder of a point.
+fn folder_of(sweep: &Path, summary: &Value, point: usize) -> PathBuf {
+    sweep.join("points").join(summary["points"][point]["point"].as_str().unwrap())
 }
 
 #[test]
-fn any_molecule_runs_beside_its_control_and_its_run_can_be_extended() {
+fn any_molecule_runs_beside_its_control_and_its_run_can_be_continued() {
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("fan.toml"), MOLECULE).unwrap();
     let fixed = ["brownian", "fan.toml", "--gas-radius", "0.02", "--side", "0.5", "--area-fraction", "0.3"];
-    let words = |more: &[&'static str]| [&fixed[..], &["--from", "0.5"], more].concat();
-    let said = passes(root.path(), &words(&["--until", "6", "--out", "once"]));
-    assert!(said.contains("fan: ") && said.contains("control: "), "{said}");
+    let words = |more: &[&'static str]| [&fixed[..], &["--from", "0.5", "--until", "30"], more].concat();
+    let said = passes(root.path(), &words(&["--out", "once"]));
+    assert!(
+        said.contains("tested means are as predicted") && said.contains("Brownian motion: fan"),
+        "{said}"
+    );
     let out = root.path().join("once");
     let whole = summary(&out);
-    let verdicts = whole["verdicts"].as_array().unwrap();
-    assert_eq!((verdicts[0]["name"].as_str(), verdicts[1]["name"].as_str()), (Some("fan"), Some("control")));
-    assert!(verdicts[0]["findings"].as_array().unwrap().len() >= 6);
-    // The arcs add up to the perimeter, which is longer than that of the control.
-    let arcs = fs::read_to_string(out.join("fan-exposed-arcs.csv")).unwrap();
-    let length: f64 =
-        arcs.lines().skip(1).map(|row| row.rsplit(',').next().unwrap().parse::<f64>().unwrap()).sum();
-    let perimeter = figure(&whole, "fan: perimeter of the excluded region");
-    assert!((length / perimeter - 1.0).abs() < 1e-12);
-    assert!(perimeter > figure(&whole, "control: perimeter of the excluded region"));
+    assert_eq!(whole["points"][0]["label"], "molecule = fan");
+    let tests = whole["checks"].as_array().unwrap();
+    assert!(
+        tests.iter().filter(|check| check["name"].as_str().unwrap().contains("errors from 0")).count() >= 5
+    );
+    // The perimeter is longer than that of the control.
+    let [fan, control] = [0, 1].map(|point| {
+        figure(&whole, point, "perimeter of the excluded region, molecule")["value"].as_f64().unwrap()
+    });
+    assert!(fan > control);
     let page = fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(page.contains("Brownian motion: fan") && page.contains("exposed angle"));
+    assert!(page.contains("Brownian motion: fan") && page.contains("The control is a disc of the same area"));
+    assert!(page.contains("class=\"animation\"") && page.contains("polar chart"));
+    let drawing = fs::read_to_string(folder_of(&out, &whole, 0).join("kicks-body-molecule.svg")).unwrap();
+    assert!(drawing.contains(">D</text>"));
 
-    // The same in two parts; another gas is refused by its entry.
-    passes(root.path(), &words(&["--until", "3", "--out", "parts"]));
-    let mut other = [&words(&["--until", "6", "--out", "parts", "--resume"])[..], &[]].concat();
+    // In two shards; more replicas continue what is there.
+    passes(root.path(), &words(&["--shard", "1/2", "--out", "one"]));
+    passes(root.path(), &words(&["--shard", "2/2", "--out", "two"]));
+    passes(root.path(), &["merge", "one", "two", "--out", "both"]);
+    let table = |folder: &str| fs::read_to_string(root.path().join(folder).join("table.csv")).unwrap();
+    assert_eq!(table("both"), table("once"));
+    passes(root.path(), &words(&["--replicas", "2", "--out", "once"]));
+    assert_eq!(summary(&out)["replicas_wanted"], 2);
+
+    // Another gas is another study.
+    let mut other = words(&["--out", "once"]);
     other[3] = "0.018";
     let refused = carom(root.path(), &other);
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(
-        refused.status.code() == Some(2) && said.contains("its gas[0].radius = 0.02 differs from 0.018"),
-        "{said}"
-    );
-    passes(root.path(), &words(&["--until", "6", "--out", "parts", "--resume"]));
-    for file in ["fan-0/atoms.csv", "fan-0/running-average.csv", "control-directions.csv"] {
-        let read = |folder: &str| fs::read(root.path().join(folder).join(file)).unwrap();
-        assert!(read("once") == read("parts"), "{file}");
+    assert!(refused.status.code() == Some(2) && said.contains("another study"), "{said}");
+}
+
+/// In a gas of 16 discs of area fraction 0.005 the kicks agree with the exposed arcs, by direction
+/// and by atom.
+#[test]
+fn a_dilute_gas_shows_the_exposed_arcs() {
+    let root = tempfile::tempdir().unwrap();
+    let words = ["brownian", "tee", "--atom-radius", "0.005", "--area-fraction", "0.005", "--seed", "3"];
+    passes(root.path(), &[&words[..], &["--control", "off", "--out", "out"]].concat());
+    let summary = summary(&root.path().join("out"));
+    for what in ["kicks by direction", "impulse by direction", "kicks by atom"] {
+        let chi = figure(&summary, 0, &format!("{what}, χ² per degree of freedom, molecule"));
+        let [value, error] = ["value", "standard_error"].map(|key| chi[key].as_f64().unwrap());
+        assert!((value - 1.0).abs() < 4.5 * error, "{chi}");
     }
+    let rate = figure(&summary, 0, "kicks, molecule");
+    let [value, error, predicted] =
+        ["value", "standard_error", "prediction"].map(|key| rate[key].as_f64().unwrap());
+    assert!(value > 1.0 && (value - predicted).abs() < 4.0 * error + 0.003 * predicted, "{rate}");
 }
 
 #[test]
@@ -85,14 +118,15 @@ fn a_body_of_a_scene_keeps_its_surroundings() {
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("channel.toml"), SCENE).unwrap();
     let words = ["brownian", "channel.toml", "--body", "probe", "--control", "off", "--out", "out"];
-    passes(root.path(), &words);
-    let out = root.path().join("out");
-    let config: toml::Table = fs::read_to_string(out.join("config.toml")).unwrap().parse().unwrap();
+    let said = passes(root.path(), &words);
+    // Too short for a verdict, which is said with the time that it needs.
+    assert!(said.contains("since the measurement is too short: it needs about"), "{said}");
+    let summary = summary(&root.path().join("out"));
+    let point = folder_of(&root.path().join("out"), &summary, 0);
+    let config: toml::Table = fs::read_to_string(point.join("config.toml")).unwrap().parse().unwrap();
     assert_eq!(config["box"]["sides"][0].as_float(), Some(0.8));
     assert_eq!(config["wall"].as_array().map(Vec::len), Some(1));
-    let summary = summary(&out);
     assert_eq!((&summary["simulated_time"], &summary["overlapping_pairs"]), (&2.0.into(), &0.into()));
-    assert_eq!(summary["verdicts"][0]["name"], "probe");
 }
 
 /// Two gases and a rod beside the probe; no fixed body.
@@ -109,44 +143,53 @@ const DRAWN: &str = "[box]\nsides = [0.6, 0.6]\n[[molecule]]\ntags = [\"probe\"]
                      [[gas]]\nradius = { uniform = [0.008, 0.016] }\ndensity = 3000.0\ntemperature = 1.0\n\
                      area_fraction = 0.2\n[run]\nuntil = 40.0\nsample_interval = 0.1\nmeasure_from = 1.0\n";
 
-/// Means vanish and equipartition holds in any surroundings; what has no prediction has none, and
-/// the page says so.
+/// Means vanish and equipartition holds in any surroundings; what has no prediction has none.
 #[test]
 fn mixtures_have_a_verdict_and_no_predictions_of_one_gas() {
     let root = tempfile::tempdir().unwrap();
     for (name, scene) in [("mixture", MIXTURE), ("drawn", DRAWN)] {
         fs::write(root.path().join(format!("{name}.toml")), scene).unwrap();
-        passes(root.path(), &["brownian", &format!("{name}.toml"), "--body", "probe", "--out", name]);
-        let out = root.path().join(name);
-        let summary = summary(&out);
-        for verdict in summary["verdicts"].as_array().unwrap() {
-            assert!(verdict["verdict"].as_str().unwrap().starts_with("No bias"), "{verdict}");
-        }
-        assert_eq!(summary["verdicts"][1]["name"], "control");
-        let figures = summary["figures"].as_array().unwrap();
-        let predicted = |figure: &&Value| !figure["prediction"].is_null();
-        for figure in figures.iter().filter(predicted) {
-            let name = figure["name"].as_str().unwrap();
-            let value = |key: &str| figure[key].as_f64();
-            assert!(name.contains("kT") || name.contains("mirror"), "{name}");
-            if let (true, Some(error)) = (name.contains("kT of"), value("standard_error")) {
-                let off = (value("value").unwrap() - value("prediction").unwrap()) / error;
-                assert!(off.abs() < 5.0, "{figure}");
+        let words = ["brownian", &format!("{name}.toml"), "--body", "probe", "--out", name];
+        let said = passes(root.path(), &words);
+        assert!(said.contains("tested means are as predicted"), "{said}");
+        let summary = summary(&root.path().join(name));
+        for point in 0..2 {
+            let figures = summary["points"][point]["figures"].as_array().unwrap();
+            for figure in figures.iter().filter(|figure| !figure["prediction"].is_null()) {
+                let name = figure["name"].as_str().unwrap();
+                let is_known = ["kT", "mirror", "velocity", "force", "torque", "isotropy", "share"];
+                assert!(is_known.iter().any(|known| name.contains(known)), "{name}");
+                let value = |key: &str| figure[key].as_f64();
+                if let (true, Some(error)) = (name.contains("kT"), value("standard_error")) {
+                    let off = (value("value").unwrap() - value("prediction").unwrap()) / error;
+                    assert!(off.abs() < 5.0, "{figure}");
+                }
             }
+            assert!(
+                !folder_of(&root.path().join(name), &summary, point)
+                    .join("kicks-contact-density-probe.csv")
+                    .exists()
+            );
         }
-        let page = fs::read_to_string(out.join("report.html")).unwrap();
-        assert!(page.contains("exist for one gas of equal discs only") && !page.contains("contact-density"));
-        assert!(!out.join("probe-contact-density.csv").exists());
     }
     // The molecule has 10 of 133 masses, and momentum is conserved.
     let whole = summary(&root.path().join("mixture"));
-    let of = |name: &str| {
-        let figures = whole["figures"].as_array().unwrap().iter();
-        let mut found = figures.filter(|figure| figure["name"] == name);
-        found.next().unwrap()["prediction"].as_f64().unwrap()
-    };
-    let share = of("probe: kT of the molecule along x′") / figure(&whole, "probe: temperature kT");
-    assert!((share - (1.0 - 10.0 / 133.0)).abs() < 1e-12, "{share}");
+    let kt = figure(&whole, 0, "kT along x′, probe")["prediction"].as_f64().unwrap();
+    let of_all = figure(&whole, 0, "temperature kT at the end")["value"].as_f64().unwrap();
+    assert!((kt / of_all - (1.0 - 10.0 / 133.0)).abs() < 1e-9, "{kt}");
+}
+
+/// A molecule that turns among random discs.
+#[test]
+fn a_billiard_of_several_layouts_is_as_integral_geometry_predicts() {
+    let root = tempfile::tempdir().unwrap();
+    let words = ["billiard", "rod:3", "--atom-radius", "0.01", "--moves", "molecule", "--layout", "random"];
+    let said = passes(root.path(), &[&words[..], &["--hits", "200000", "--out", "out"]].concat());
+    assert!(said.contains("12 of 12 expectations are met"), "{said}");
+    let summary = summary(&root.path().join("out"));
+    assert_eq!((&summary["points_complete"], &summary["title"]), (&4.into(), &"Billiard: rod-3".into()));
+    let path = figure(&summary, 0, "mean free path, target");
+    assert!(path["smallest_difference"].is_number() && path["source"].as_str().unwrap().contains("Santaló"));
 }
 
 #[test]

@@ -209,7 +209,7 @@ fn a_run_starts_from_a_snapshot_and_its_folder_stands_alone() {
         ("gas.0.radius=0.03", "the radius is 0.02, in the scene 0.03"),
         ("box.sides=[2, 1]", "the box of the file is 1 × 1, that of the scene 2 × 1"),
         ("start.from=none.extxyz", "cannot read the file"),
-        ("start.placement=grown", "give either `from`, or `placement` and `relax`"),
+        ("start.placement=grown", "give either `from`, or `placement`, `relax` and `empty_pockets`"),
     ] {
         let refused = check(set);
         assert_eq!(refused.status.code(), Some(2), "{set}");

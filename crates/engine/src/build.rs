@@ -135,7 +135,9 @@ fn fill(
                 contents.singles = singles;
                 return Ok((world, contents));
             }
-            Err(full @ SceneError::Full { .. }) if scene.start.placement.is_none() => {
+            Err(full @ SceneError::Full { .. })
+                if scene.start.placement.is_none() && !scene.start.empty_pockets =>
+            {
                 Growth::after_lattice(scene, contents, full)?
             }
             Err(error) => return Err(error),

@@ -5,7 +5,7 @@ use carom_geometry::PeriodicBox;
 use glam::DVec2;
 
 use crate::{
-    Scene, SceneError,
+    Placement, Scene, SceneError,
     body_builder::geometry,
     grid::Grid,
     single_bodies::Singles,
@@ -38,6 +38,11 @@ impl Contents {
             let problem = format!(
                 "`relax` must be from 0 to {LONGEST_RELAXATION:e} collisions a molecule, but is {relax:?}"
             );
+            return Err(SceneError::Entry { entry: "start".to_owned(), problem });
+        }
+        if scene.start.empty_pockets && scene.start.placement == Some(Placement::Grown) {
+            let problem =
+                "`empty_pockets` excludes `placement` grown: small molecules enter any pocket".to_owned();
             return Err(SceneError::Entry { entry: "start".to_owned(), problem });
         }
         Ok(Self { singles, species })

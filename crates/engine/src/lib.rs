@@ -78,6 +78,7 @@ mod observer;
 mod overlap;
 mod philox;
 mod placement;
+mod pockets;
 mod random;
 mod region;
 mod report;

@@ -9,15 +9,15 @@
 
 use std::sync::Arc;
 
-use carom_geometry::{GeometryError, Molecule, PeriodicBox};
+use carom_geometry::{Atom, GeometryError, Molecule, PeriodicBox};
 use carom_kinematics::{Motion, Orientation};
 use glam::DVec2;
 use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
 
 use crate::{
-    RandomStream, Region, Scene, SceneError, TagNames, World, body_builder::geometry, random::direction,
-    selection::Remaining, sites::Sites, species::Species, velocities::ConservedMomentum,
+    RandomStream, Region, Scene, SceneError, TagNames, World, body_builder::geometry, pockets::Pockets,
+    random::direction, selection::Remaining, sites::Sites, species::Species, velocities::ConservedMomentum,
 };
 
 /// Smallest gap, relative to the size of the molecules, at which they are placed: none starts in
@@ -199,8 +199,10 @@ fn place_class(
         return Err(full(densest as usize));
     }
     let probe = Molecule::disc(radius, 1.0).map_err(geometry(&species[class[0]].gas.entry))?;
+    let pockets = pockets(world, species, class).map_err(geometry(&gas.entry))?;
     let free_at = |place: DVec2| {
         region.contains(world.bounds(), place)
+            && !pockets.contain(world.bounds(), place)
             && sites.nearest(world, &probe, &Motion::at_rest(place)).is_none_or(|(_, gap)| gap > 0.0)
     };
     let is_part = field != *world.bounds();
@@ -242,6 +244,16 @@ fn place_class(
         places[kind].push(place);
     }
     Ok(())
+}
+
+/// The pockets in which no molecule of a class is placed: those for its smallest atom, which are
+/// the largest.
+fn pockets(world: &World, species: &[Kind<'_>], class: &[usize]) -> Result<Pockets, GeometryError> {
+    if !species[class[0]].gas.avoids_pockets {
+        return Ok(Pockets::default());
+    }
+    let atoms = class.iter().flat_map(|&kind| species[kind].molecule.atoms());
+    Pockets::of(world, atoms.map(Atom::radius).fold(f64::INFINITY, f64::min))
 }
 
 /// The first corner of a region (length), and a periodic box of its size for a lattice: at least of

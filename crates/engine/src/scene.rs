@@ -253,6 +253,11 @@ pub struct StartSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1e9)))]
     pub relax: Option<f64>,
+    /// If true, no molecule of a gas is placed in a pocket of a `[[molecule]]`, such as the hole of
+    /// a ring, which it could never leave. Only on a lattice: gases that do not fit on one are then
+    /// refused. Default: false.
+    #[serde(skip_serializing_if = "is_default")]
+    pub empty_pockets: bool,
     /// A file of extended XYZ with the places of all atoms of the scene, relative to the folder of
     /// the scene file: bodies start there, with the orientations and velocities of the file if it
     /// has them. Excludes `placement` and `relax`.

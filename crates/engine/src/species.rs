@@ -22,6 +22,8 @@ pub(crate) struct Species {
     pub entry: String,
     pub spec: GasSpec,
     pub count: usize,
+    /// Whether no molecule is placed in a pocket of another.
+    pub avoids_pockets: bool,
     molecules: Molecules,
 }
 
@@ -87,7 +89,8 @@ impl Species {
                  0 cannot have momentum 0",
             ));
         }
-        let kind = Self { entry, spec: spec.clone(), molecules, count };
+        let avoids_pockets = scene.start.empty_pockets;
+        let kind = Self { entry, spec: spec.clone(), molecules, count, avoids_pockets };
         // Equal molecules are checked even if there is none.
         let checked = if kind.is_equal() { vec![0] } else { kind.extremes() };
         for index in checked {

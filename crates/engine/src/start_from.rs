@@ -43,8 +43,8 @@ fn problem(problem: String) -> SceneError {
 /// [`SceneError`] with the line of the frame.
 pub(crate) fn fill(scene: &Scene) -> Result<(World, Contents), SceneError> {
     let start = &scene.start;
-    if start.placement.is_some() || start.relax.is_some() {
-        return Err(problem("give either `from`, or `placement` and `relax`".to_owned()));
+    if start.placement.is_some() || start.relax.is_some() || start.empty_pockets {
+        return Err(problem("give either `from`, or `placement`, `relax` and `empty_pockets`".to_owned()));
     }
     let text = start.snapshot.as_deref().ok_or_else(|| {
         problem("the file has not been read: set `StartSpec::snapshot` to the text of its frame".to_owned())

@@ -3,8 +3,7 @@
 
 pub mod billiard;
 pub mod brownian;
-pub mod common;
-pub mod direction_chart;
 pub mod molecule_argument;
 pub mod time_reversal;
 pub mod trade;
+mod written_study;

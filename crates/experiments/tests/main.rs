@@ -1,4 +1,3 @@
 //! Tests of the experiments: one program.
 
-mod billiard;
 mod trade;

@@ -6,9 +6,10 @@
 //! dimensions; n bodies per area, χ the pair distribution at contact).
 
 use carom_engine::{Counters, Observer, View};
+use carom_tables::block_sums::mean_of_series;
 use serde::{Deserialize, Serialize};
 
-use crate::{mean::mean_and_standard_error, open_interval::OpenInterval};
+use crate::open_interval::OpenInterval;
 
 /// Collisions per body and unit time, for each interval between samples. An edit within an interval
 /// divides it if it is announced by [`Observer::pause`]; the interval begins anew if it is not.
@@ -55,13 +56,10 @@ impl CollisionRate {
         &self.series
     }
 
-    /// Mean rate over the intervals and its standard error s / √n (1 / time); `None` with fewer
-    /// than two.
-    ///
-    /// The error holds for intervals of equal length, each long against the time between two
-    /// collisions of a body, so that they are nearly independent.
+    /// Mean rate over the intervals and its standard error from blocks (1 / time); `None` with
+    /// fewer than two intervals. They count equally: it holds for intervals of equal length.
     pub fn mean(&self) -> Option<(f64, f64)> {
-        mean_and_standard_error(self.series.iter().map(|point| point.rate))
+        mean_of_series(self.series.iter().map(|point| point.rate))
     }
 }
 

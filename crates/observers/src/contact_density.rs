@@ -15,7 +15,7 @@ use carom_kinematics::EpochTime;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{Additive, body_frame::in_body_frame, direction_histogram::bin_of};
+use crate::{body_frame::in_body_frame, direction_histogram::bin_of};
 
 /// Contacts of discs of one radius with one body, by the atom touched and the direction of the
 /// normal.
@@ -90,7 +90,7 @@ pub struct ContactPoint {
     /// Σ|J| / (t ds), which is kT ρ_c at equilibrium (mass / time²).
     pub pressure: f64,
     /// Its standard error if contacts are independent, √(Σ|J|²) / (t ds) (mass / time²); 0 without
-    /// contacts. [`Blocks`](crate::Blocks) of this observer give the error without that assumption.
+    /// contacts. The scatter of blocks of time gives the error without that assumption.
     pub standard_error: f64,
 }
 
@@ -200,27 +200,6 @@ impl ContactDensity {
     fn watched_until(&mut self, time: EpochTime) {
         let began = *self.began.get_or_insert(time);
         self.duration = self.duration.max(time.since(began));
-    }
-}
-
-impl Additive for ContactDensity {
-    fn emptied(&self) -> Self {
-        let mut emptied = self.clone();
-        for bin in emptied.atoms.iter_mut().flatten() {
-            *bin = Bin { arc: bin.arc, ..Bin::default() };
-        }
-        let began = self.began.map(|began| began.after(self.duration));
-        Self { others: 0, began, duration: 0.0, ..emptied }
-    }
-
-    fn absorb(&mut self, later: &Self) {
-        for (sum, part) in self.atoms.iter_mut().flatten().zip(later.all_bins()) {
-            sum.contacts += part.contacts;
-            sum.impulse += part.impulse;
-            sum.squares += part.squares;
-        }
-        self.others += later.others;
-        self.duration += later.duration;
     }
 }
 

@@ -1,4 +1,4 @@
-//! Directions of the impulses on a body in its own frame (Montanari 2017, section 3.2, item 1).
+//! Directions of the impulses on bodies in their own frames (Montanari 2017, section 3.2, item 1).
 //!
 //! J is the impulse on the body (mass × length / time) and θ its orientation at contact. The
 //! direction is the angle of R(−θ) J, counter-clockwise from +x′, in [0, 2π). Bin k of n covers
@@ -10,10 +10,10 @@ use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{Additive, body_frame::in_body_frame};
+use crate::{Group, body_frame::in_body_frame};
 
-/// A histogram of the directions of the impulses on one body, in its frame (x′, y′) at the time of
-/// contact.
+/// A histogram of the directions of the impulses on one body, or on each body of a group, in its
+/// frame (x′, y′) at the time of contact.
 ///
 /// A disc never turns, so a disc with orientation 0 keeps the axes of the box. To omit the start of
 /// a run, begin to observe later.
@@ -44,22 +44,43 @@ use crate::{Additive, body_frame::in_body_frame};
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DirectionHistogram {
-    body: BodyKey,
+    watched: Watched,
     counts: Vec<u64>,
     impulse: Vec<f64>,
     atom_counts: Vec<u64>,
 }
 
+/// The observed bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum Watched {
+    Body(BodyKey),
+    Group(Group),
+}
+
+impl Watched {
+    #[inline]
+    fn has(self, body: &Body) -> bool {
+        match self {
+            Self::Body(key) => body.key() == key,
+            Self::Group(group) => group.contains(body) && !body.is_wall(),
+        }
+    }
+}
+
 impl DirectionHistogram {
     /// An empty histogram for one body, with at least one bin: `bins` = 0 is taken as 1.
     pub fn new(body: BodyKey, bins: usize) -> Self {
-        let bins = bins.max(1);
-        Self { body, counts: vec![0; bins], impulse: vec![0.0; bins], atom_counts: Vec::new() }
+        Self::of(Watched::Body(body), bins)
     }
 
-    /// The observed body.
-    pub fn body(&self) -> BodyKey {
-        self.body
+    /// An empty histogram for all bodies of a group but walls, with at least one bin.
+    pub fn of_group(group: Group, bins: usize) -> Self {
+        Self::of(Watched::Group(group), bins)
+    }
+
+    fn of(watched: Watched, bins: usize) -> Self {
+        let bins = bins.max(1);
+        Self { watched, counts: vec![0; bins], impulse: vec![0.0; bins], atom_counts: Vec::new() }
     }
 
     /// Number of contacts in each bin.
@@ -73,7 +94,8 @@ impl DirectionHistogram {
         &self.impulse
     }
 
-    /// Number of contacts of each atom of the body; empty before the start. All 0 in the model of
+    /// Number of contacts of each atom of the bodies, by its place in their lists; empty before the
+    /// start. All 0 in the model of
     /// bounding circles, where no atom touches.
     pub fn atom_counts(&self) -> &[u64] {
         &self.atom_counts
@@ -93,42 +115,32 @@ impl DirectionHistogram {
 impl Observer for DirectionHistogram {
     #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
-        self.body.is_among(bodies)
+        bodies.into_iter().any(|body| self.watched.has(body))
     }
 
     fn start(&mut self, view: &View<'_>) {
-        if let Some(watched) = view.body(self.body) {
-            self.atom_counts.resize(watched.body.molecule().atoms().len(), 0);
-        }
+        let bodies = view.bodies().filter(|view| self.watched.has(view.body));
+        let atoms = bodies.map(|view| view.body.molecule().atoms().len()).max().unwrap_or(0);
+        self.atom_counts.resize(atoms.max(self.atom_counts.len()), 0);
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some((side, impulse)) = report.side_of(self.body) else { return };
         // A contact without impulse has no direction.
-        if impulse == DVec2::ZERO {
+        if report.impulse == DVec2::ZERO {
             return;
         }
-        let bin = bin_of(in_body_frame(impulse, side.before.orientation), self.counts.len());
-        self.counts[bin] += 1;
-        self.impulse[bin] += impulse.length();
-        if let Some(atom) = side.atom {
-            self.atom_counts.resize(side.body.molecule().atoms().len(), 0);
-            self.atom_counts[atom as usize] += 1;
+        for (side, impulse) in report.sides.iter().zip([-report.impulse, report.impulse]) {
+            if !self.watched.has(side.body) {
+                continue;
+            }
+            let bin = bin_of(in_body_frame(impulse, side.before.orientation), self.counts.len());
+            self.counts[bin] += 1;
+            self.impulse[bin] += impulse.length();
+            if let Some(atom) = side.atom.map(|atom| atom as usize) {
+                self.atom_counts.resize(self.atom_counts.len().max(atom + 1), 0);
+                self.atom_counts[atom] += 1;
+            }
         }
-    }
-}
-
-impl Additive for DirectionHistogram {
-    fn emptied(&self) -> Self {
-        let atom_counts = vec![0; self.atom_counts.len()];
-        Self { atom_counts, ..Self::new(self.body, self.counts.len()) }
-    }
-
-    fn absorb(&mut self, later: &Self) {
-        self.counts.iter_mut().zip(&later.counts).for_each(|(sum, part)| *sum += part);
-        self.impulse.iter_mut().zip(&later.impulse).for_each(|(sum, part)| *sum += part);
-        self.atom_counts.resize(self.atom_counts.len().max(later.atom_counts.len()), 0);
-        self.atom_counts.iter_mut().zip(&later.atom_counts).for_each(|(sum, part)| *sum += part);
     }
 }
 

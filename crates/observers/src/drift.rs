@@ -15,7 +15,7 @@ use carom_kinematics::{EpochTime, Motion};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{Additive, body_frame::in_body_frame};
+use crate::body_frame::in_body_frame;
 
 /// Sums of the forces on one body and of its displacement, in its frame (x′, y′).
 ///
@@ -156,23 +156,5 @@ impl Observer for Drift {
         self.velocity_squares += velocity * velocity;
         self.spin_squares += watched.motion.angular_velocity * watched.motion.angular_velocity;
         self.samples += 1;
-    }
-}
-
-impl Additive for Drift {
-    fn emptied(&self) -> Self {
-        Self { followed_until: self.followed_until, ..Self::new(self.body) }
-    }
-
-    fn absorb(&mut self, later: &Self) {
-        self.followed_until = later.followed_until;
-        self.duration += later.duration;
-        self.impulse += later.impulse;
-        self.angular_impulse += later.angular_impulse;
-        self.path += later.path;
-        self.turn += later.turn;
-        self.samples += later.samples;
-        self.velocity_squares += later.velocity_squares;
-        self.spin_squares += later.spin_squares;
     }
 }

@@ -306,8 +306,7 @@ mod tests {
             order.sample(&Simulation::new(&scene).unwrap().view());
         }
         let squares = order.series().iter().map(|point| point.local_square);
-        let (mean, error) =
-            crate::mean::mean_and_standard_error(squares.collect::<Vec<_>>().into_iter()).unwrap();
+        let (mean, error) = carom_tables::block_sums::mean_of_series(squares).unwrap();
         assert!((mean - 1.0 / 6.0).abs() < 5.0 * error && error < 0.003, "{mean} ± {error}");
         assert!(order.series().iter().all(|point| point.global < 0.15));
         let [_, [sum, samples], _] = order.sums()[..] else { panic!("three sums") };

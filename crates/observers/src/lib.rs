@@ -25,7 +25,6 @@
 //! | components of the impulses on a body along one of its axes | [`ProjectionHistogram`] | contacts |
 //! | mean force on a body and its mean velocity, in its own frame | [`RunningAverage`] | contacts, samples |
 //! | impulses and torques on a body, its displacement and rotation, in its own frame | [`Drift`] | contacts, samples |
-//! | the record of an observer in blocks of time | [`Blocks`] | contacts, samples |
 //! | energy and its expected value, momentum | [`EnergyLedger`] | samples |
 //! | collisions per body and time | [`CollisionRate`] | samples |
 //! | pressure from the virial of the contacts, momentum flux | [`Pressure`] | contacts, samples |
@@ -60,7 +59,6 @@
 //!
 //! [`Observer`]: carom_engine::Observer
 
-mod blocks;
 mod body_frame;
 mod coarse_atoms;
 mod collision_rate;
@@ -83,7 +81,6 @@ mod isotropy;
 mod kinds;
 mod lags;
 mod maps;
-mod mean;
 mod octaves;
 mod open_interval;
 mod orientational_correlation;
@@ -106,7 +103,6 @@ mod velocity_distribution;
 mod wall_heat;
 mod wall_pressure;
 
-pub use blocks::{Additive, Block, Blocks};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use contact_log::{Contact, ContactLog};

@@ -12,10 +12,11 @@
 
 use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::PeriodicBox;
+use carom_tables::block_sums::mean_of_series;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{mean::mean_and_standard_error, open_interval::OpenInterval};
+use crate::open_interval::OpenInterval;
 
 /// Pressure in each interval between samples. An edit within an interval divides it if it is
 /// announced by [`Observer::pause`]; the interval begins anew if it is not.
@@ -97,13 +98,10 @@ impl Pressure {
         &self.series
     }
 
-    /// Mean pressure over the intervals and its standard error (mass / time²); `None` with fewer
-    /// than two.
-    ///
-    /// The error holds for intervals of equal length, each long against the time between two
-    /// collisions of a body.
+    /// Mean pressure over the intervals and its standard error from blocks (mass / time²); `None`
+    /// with fewer than two intervals. They count equally: it holds for intervals of equal length.
     pub fn mean(&self) -> Option<(f64, f64)> {
-        mean_and_standard_error(self.series.iter().map(PressurePoint::pressure))
+        mean_of_series(self.series.iter().map(PressurePoint::pressure))
     }
 
     /// Mean of β p A / N over the intervals and its standard error; `None` with fewer than two, or
@@ -111,7 +109,7 @@ impl Pressure {
     pub fn compressibility_factor(&self) -> Option<(f64, f64)> {
         let factors: Option<Vec<f64>> =
             self.series.iter().map(PressurePoint::compressibility_factor).collect();
-        mean_and_standard_error(factors?.into_iter())
+        mean_of_series(factors?)
     }
 
     /// Begins an interval with these values of N kT and K.

@@ -10,7 +10,7 @@ use carom_engine::{Body, BodyKey, CollisionReport, Observer};
 use carom_geometry::{GeometryError, check_positive};
 use serde::{Deserialize, Serialize};
 
-use crate::{Additive, Distribution, body_frame::in_body_frame};
+use crate::{Distribution, body_frame::in_body_frame};
 
 /// An axis of a body's own frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -98,17 +98,5 @@ impl Observer for ProjectionHistogram {
         self.sum += component;
         self.sum_of_squares += component * component;
         self.components.add(component);
-    }
-}
-
-impl Additive for ProjectionHistogram {
-    fn emptied(&self) -> Self {
-        Self { components: self.components.emptied(), sum: 0.0, sum_of_squares: 0.0, ..*self }
-    }
-
-    fn absorb(&mut self, later: &Self) {
-        self.components.absorb(&later.components);
-        self.sum += later.sum;
-        self.sum_of_squares += later.sum_of_squares;
     }
 }

@@ -44,6 +44,8 @@ pub struct ThermostatLedger {
     books: Option<[Books; 2]>,
     series: Vec<ThermostatPoint>,
     heats: Vec<HeatOfTag>,
+    /// The totals after the last action of a thermostat since the first sample.
+    acted: Option<Books>,
 }
 
 /// The heat that thermostats have given to the bodies of one tag.
@@ -53,6 +55,10 @@ pub struct HeatOfTag {
     name: String,
     /// Heat at the first and at the last sample, since the system was built.
     booked: [f64; 2],
+    /// Bodies that its thermostats have changed so far.
+    changed: u64,
+    /// Time and heat after the first and after the last action since the first sample.
+    acted: Option<[(EpochTime, f64); 2]>,
     series: Vec<f64>,
 }
 
@@ -76,6 +82,14 @@ impl HeatOfTag {
     /// Heat since the first sample (mass × length² / time²).
     pub fn total(&self) -> f64 {
         self.booked[1] - self.booked[0]
+    }
+
+    /// Heat from the first to the last action of a thermostat, and the time between them (mass ×
+    /// length² / time², and time); `None` before two actions. Between other times there may be one
+    /// action more or less, which is no change of the mean.
+    pub fn between_actions(&self) -> Option<[f64; 2]> {
+        let [(begin, first), (end, last)] = self.acted?;
+        Some([last - first, end.since(begin)]).filter(|[_, time]| *time > 0.0)
     }
 }
 
@@ -148,6 +162,15 @@ impl ThermostatLedger {
         (duration > 0.0).then(|| self.total_put_in() / duration)
     }
 
+    /// Energy lost in contacts from the first sample to the last action of a thermostat, or to the
+    /// last sample before the first action, and the time (mass × length² / time², and time). A gas
+    /// that loses energy cools between actions, so that only equal phases compare.
+    pub fn lost_until_action(&self) -> [f64; 2] {
+        let Some([first, last]) = self.books else { return [0.0; 2] };
+        let end = self.acted.unwrap_or(last);
+        [end.lost - first.lost, end.time.since(first.time)]
+    }
+
     /// Time from the first to the last sample; 0 without one.
     pub fn duration(&self) -> f64 {
         self.books.map_or(0.0, |[first, last]| last.time.since(first.time))
@@ -166,13 +189,30 @@ impl ThermostatLedger {
         if largest > 0.0 { worst / largest } else { 0.0 }
     }
 
+    /// The place of a tag among the heats; it is added if it is new.
+    fn place(&mut self, view: &View<'_>, tag: Tag) -> usize {
+        let place = self.heats.iter().position(|of| of.tag == tag).unwrap_or(self.heats.len());
+        if place == self.heats.len() {
+            self.heats.push(begun(view, tag, 0.0, 0));
+        }
+        place
+    }
+
     fn since_first(&self, of: impl Fn(&Books) -> f64) -> f64 {
         self.books.map_or(0.0, |[first, last]| of(&last) - of(&first))
     }
 }
 
-fn begun(view: &View<'_>, tag: Tag, booked: f64) -> HeatOfTag {
-    HeatOfTag { tag, name: view.tag_names().name(tag).to_owned(), booked: [booked; 2], series: Vec::new() }
+fn begun(view: &View<'_>, tag: Tag, booked: f64, changed: u64) -> HeatOfTag {
+    let name = view.tag_names().name(tag).to_owned();
+    HeatOfTag { tag, name, booked: [booked; 2], changed, acted: None, series: Vec::new() }
+}
+
+/// The totals of a system.
+fn totals(view: &View<'_>) -> Books {
+    let (time, ledger) = (view.time(), view.ledger());
+    let (put_in, lost, heat) = (ledger.put_in, ledger.lost, ledger.heat);
+    Books { time, put_in, lost, heat, energy: view.energy() }
 }
 
 impl Observer for ThermostatLedger {
@@ -181,30 +221,46 @@ impl Observer for ThermostatLedger {
         false
     }
 
+    /// Finds the actions of thermostats, which come before it.
+    fn start(&mut self, view: &View<'_>) {
+        if self.books.is_none() {
+            return;
+        }
+        let mut has_acted = false;
+        for &TagHeat { tag, energy, counts } in view.heat().all() {
+            let place = self.place(view, tag);
+            let of = &mut self.heats[place];
+            if counts.changed > of.changed {
+                of.changed = counts.changed;
+                let now = (view.time(), energy);
+                of.acted = Some([of.acted.map_or(now, |[first, _]| first), now]);
+                has_acted = true;
+            }
+        }
+        if has_acted {
+            self.acted = Some(totals(view));
+        }
+    }
+
     fn sample(&mut self, view: &View<'_>) {
-        let (time, ledger) = (view.time(), view.ledger());
-        let (put_in, lost, heat) = (ledger.put_in, ledger.lost, ledger.heat);
-        let now = Books { time, put_in, lost, heat, energy: view.energy() };
+        let now = totals(view);
         let Some([first, before]) = self.books else {
             self.books = Some([now; 2]);
             let heats = view.heat().all().iter();
-            self.heats = heats.map(|heat| begun(view, heat.tag, heat.energy)).collect();
+            self.heats = heats.map(|heat| begun(view, heat.tag, heat.energy, heat.counts.changed)).collect();
             return;
         };
         let intervals = self.series.len();
         for &TagHeat { tag, energy: heat, .. } in view.heat().all() {
-            let place = self.heats.iter().position(|of| of.tag == tag).unwrap_or(self.heats.len());
-            if place == self.heats.len() {
-                self.heats.push(begun(view, tag, 0.0));
-            }
+            let place = self.place(view, tag);
             let of = &mut self.heats[place];
             of.series.resize(intervals, 0.0);
             of.series.push(heat - of.booked[1]);
             of.booked[1] = heat;
         }
         self.series.push(ThermostatPoint {
-            time: time.to_f64(),
-            duration: time.since(before.time),
+            time: now.time.to_f64(),
+            duration: now.time.since(before.time),
             put_in: now.put_in - before.put_in,
             lost: now.lost - before.lost,
             heat: now.heat - before.heat,

@@ -9,10 +9,11 @@ use std::f64::consts::{E, PI};
 
 use carom_engine::{Observer, View};
 use carom_geometry::{GeometryError, check_positive};
+use carom_tables::block_sums::mean_of_series;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{Distribution, Group, Histogram, mean::mean_and_standard_error};
+use crate::{Distribution, Group, Histogram};
 
 /// The range of the bins for H at one sample, in its thermal speeds √(⟨v²⟩/2); in a Maxwellian gas
 /// a
@@ -163,7 +164,7 @@ impl VelocityDistribution {
     /// Mean of ⟨v⁴⟩/⟨v²⟩² over the samples and its standard error; `None` with fewer than two.
     pub fn kurtosis(&self) -> Option<(f64, f64)> {
         let values: Vec<f64> = self.series.iter().filter_map(|point| point.kurtosis).collect();
-        mean_and_standard_error(values.into_iter())
+        mean_of_series(values)
     }
 
     /// H_x and H_y of these velocities, whose mean square is `mean_square`.

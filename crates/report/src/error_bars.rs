@@ -12,8 +12,7 @@ use plotters::{
 
 use crate::{
     canvas::{self, Side},
-    plot::{colour, marks, tick},
-    table_chart::height,
+    plot::{colour, height, marks, tick},
 };
 
 /// Width and height (pixels): two charts fit side by side, and the text of one is readable on a

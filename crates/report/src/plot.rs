@@ -139,6 +139,22 @@ pub(crate) fn marks((low, high): (f64, f64)) -> Vec<f64> {
     (first..=last).map(|index| index as f64 * step).collect()
 }
 
+/// A curve that changes by less than this share of its value is constant: what changes is rounding,
+/// and the numbers at its axis would all be the same.
+const CONSTANT: f64 = 1e-9;
+
+/// The range of an axis with room around the values: from 0 on where 0 is near.
+pub(crate) fn height(low: f64, high: f64) -> (f64, f64) {
+    let largest = low.abs().max(high.abs());
+    if high - low <= CONSTANT * largest {
+        let room = largest.max(1e-15);
+        return (low - room, high + room);
+    }
+    let low = if low > 0.0 && low < 0.5 * high { 0.0 } else { low };
+    let room = 0.08 * (high - low);
+    (if low == 0.0 { 0.0 } else { low - room }, high + room)
+}
+
 impl Chart {
     /// Draws the chart as SVG. Points outside the axes are clipped at the border.
     ///

@@ -5,8 +5,10 @@ use carom_tables::{Column, Level, Role, Spacing, Table};
 use plotters::style::RGBColor;
 
 use crate::{
+    error_bars::{Abscissa, Curve, ErrorBars, Value},
     page::named,
-    plot::{Axis, Chart, Layer, Shape, colour},
+    plot::{Axis, Chart, Layer, Shape, colour, height},
+    polar::Polar,
 };
 
 /// Colours of measured quantities in one chart, in order.
@@ -39,7 +41,80 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
         }
     }
     let places = Places::of(abscissa, table.spacing);
-    groups.iter().filter_map(|group| chart(table, abscissa, &places, group).transpose()).collect()
+    let mut charts = Vec::new();
+    for group in &groups {
+        if table.is_polar {
+            charts.extend(polar(table, group)?);
+        }
+        charts.extend(if table.names.is_empty() {
+            chart(table, abscissa, &places, group)?
+        } else {
+            Some(points(table, abscissa, group)?)
+        });
+    }
+    Ok(charts)
+}
+
+/// The measured quantities of a group as points over the names of the rows.
+fn points(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<String> {
+    let mut curves: Vec<Curve> = Vec::new();
+    let cell = |column: &Column, row: usize| column.values.get(row).copied().flatten();
+    for column in group {
+        match (&column.role, curves.last_mut()) {
+            (Role::Value | Role::Derived, _) => {
+                let value = |row: usize| {
+                    let (x, y) = (row as f64, cell(column, row)?);
+                    Some(Value { x, y, error: None, prediction: None, guide: None })
+                };
+                let values = (0..table.names.len()).filter_map(value).collect();
+                curves.push(Curve { name: column.label.clone(), values });
+            }
+            (Role::StandardError, Some(curve)) => {
+                curve.values.iter_mut().for_each(|value| value.error = cell(column, value.x as usize));
+            }
+            (Role::Prediction { .. }, Some(curve)) => {
+                curve.values.iter_mut().for_each(|value| value.prediction = cell(column, value.x as usize));
+            }
+            _ => {}
+        }
+    }
+    let label = curves.iter().map(|curve| curve.name.clone()).collect::<Vec<_>>().join(", ");
+    if let [only] = &mut curves[..] {
+        only.name.clear();
+    }
+    let chart = ErrorBars {
+        title: table.title.clone(),
+        x_label: abscissa.label.replace('_', " "),
+        y_label: named(&label, &group[0].unit),
+        abscissa: Abscissa::Names(table.names.clone()),
+        curves,
+    };
+    chart.svg()
+}
+
+/// The last measured quantity of a group as a polar chart; none if a sector lacks a value or has a
+/// negative one.
+fn polar(table: &Table, group: &[&Column]) -> Result<Option<String>> {
+    let Some(place) = group.iter().rposition(|column| column.role == Role::Value) else { return Ok(None) };
+    let full = |column: &Column| column.values.iter().copied().collect::<Option<Vec<f64>>>();
+    let is_positive = |values: &Vec<f64>| values.iter().all(|value| *value >= 0.0);
+    let Some(measured) = full(group[place]).filter(is_positive) else { return Ok(None) };
+    let mut curves = vec![(group[place].label.clone(), colour::BLUE, measured)];
+    let mut errors = Vec::new();
+    for column in &group[place + 1..] {
+        match &column.role {
+            Role::StandardError => {
+                errors = full(column).unwrap_or_default().into_iter().map(|error| BAND * error).collect();
+            }
+            Role::Prediction { .. } => {
+                curves.extend(full(column).map(|values| (column.label.clone(), colour::VERMILLION, values)));
+            }
+            _ => {}
+        }
+    }
+    let title = format!("{}, polar chart", table.title);
+    let label = format!("radius: {}", named(&group[place].label, &group[place].unit));
+    Polar { title, label, curves, errors }.svg().map(Some)
 }
 
 /// The abscissae of a chart: as drawn, `None` where there is no place.
@@ -129,22 +204,6 @@ fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -
         Spacing::Linear => chart.svg().map(Some),
         Spacing::Logarithmic => chart.svg_in_decades_of_x().map(Some),
     }
-}
-
-/// A curve that changes by less than this share of its value is constant: what changes is rounding,
-/// and the numbers at its axis would all be the same.
-const CONSTANT: f64 = 1e-9;
-
-/// The range of an axis with room around the values: from 0 on where 0 is near.
-pub(crate) fn height(low: f64, high: f64) -> (f64, f64) {
-    let largest = low.abs().max(high.abs());
-    if high - low <= CONSTANT * largest {
-        let room = largest.max(1e-15);
-        return (low - room, high + room);
-    }
-    let low = if low > 0.0 && low < 0.5 * high { 0.0 } else { low };
-    let room = 0.08 * (high - low);
-    (if low == 0.0 { 0.0 } else { low - room }, high + room)
 }
 
 /// Error bands, measured curves and predictions, from back to front.
@@ -267,6 +326,34 @@ mod tests {
         let alternating = of([Some(1.0), None, Some(2.0), None, Some(3.0), None]);
         assert_eq!(alternating, [vec![1.0, 2.0, 3.0]]);
         assert_eq!(of([None; 6]), Vec::<Vec<f64>>::new());
+    }
+
+    #[test]
+    fn named_rows_are_points_over_their_names() {
+        let table = Table::new("t", "Kicks by atom")
+            .abscissa("atom", "1", vec![0.0, 1.0])
+            .value("share", "1", vec![Some(0.7), Some(0.3)])
+            .errors(vec![Some(0.1), None])
+            .prediction("arcs", vec![Some(0.6), None], "geometry")
+            .named(vec!["A".to_owned(), "B".to_owned()]);
+        let [chart] = &charts(&table).unwrap()[..] else { panic!("one chart") };
+        assert!(
+            chart.contains("predicted") && chart.contains("share") && chart.matches("<circle").count() >= 3
+        );
+    }
+
+    #[test]
+    fn directions_are_drawn_as_such_too() {
+        let table = Table::new("t", "Directions")
+            .abscissa("direction", "°", vec![45.0, 135.0, 225.0, 315.0])
+            .value("share", "1", vec![Some(0.2), Some(0.3), Some(0.4), Some(0.1)])
+            .errors(vec![Some(0.01); 4])
+            .prediction("isotropic", vec![Some(0.25); 4], "symmetry");
+        let [alone] = &charts(&table).unwrap()[..] else { panic!("one chart") };
+        let drawn = charts(&table.clone().polar()).unwrap();
+        assert!(drawn.len() == 2 && drawn[0].contains("polar chart") && drawn[1] == *alone);
+        let lacking = table.value("share", "1", vec![None; 4]).polar();
+        assert_eq!(charts(&lacking).unwrap().iter().filter(|svg| svg.contains("polar")).count(), 0);
     }
 
     #[test]

@@ -21,7 +21,8 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
+use thiserror::Error;
 
 use crate::terminal::note;
 
@@ -43,25 +44,32 @@ pub struct Holder {
     text: String,
 }
 
+/// Another process has begun to write into the folder of this one, which must write nothing more
+/// there: neither results nor why it has ended.
+#[derive(Debug, Error)]
+#[error("another process{holder} has begun to write into {}: end it, and resume this run", folder.display())]
+pub struct Ousted {
+    holder: String,
+    folder: PathBuf,
+}
+
 impl Holder {
     /// Looks whether this process is still the last that has come to write into the folder. It is
     /// unless locks do not reach another one.
     ///
     /// # Errors
     /// Another process has come, with its machine and number, or the file of the lock is gone.
-    pub fn check(&self) -> Result<()> {
+    pub fn check(&self) -> Result<(), Ousted> {
         // Elsewhere a locked file cannot be read, and locks reach every process.
         if !cfg!(unix) {
             return Ok(());
         }
         let text = fs::read_to_string(&self.path).unwrap_or_default();
-        ensure!(
-            text == self.text,
-            "another process{} has begun to write into {}: end it, and resume this run",
-            holder_in(&text),
-            self.path.parent().unwrap_or(&self.path).display()
-        );
-        Ok(())
+        if text == self.text {
+            return Ok(());
+        }
+        let folder = self.path.parent().unwrap_or(&self.path).to_owned();
+        Err(Ousted { holder: holder_in(&text), folder })
     }
 }
 

@@ -74,6 +74,10 @@ pub fn conclude(folder: &Folder, summary: &Summary) {
         with_error(totals.energy_drift, None),
         totals.overlapping_pairs,
     ));
+    let figures: Vec<_> = summary.figures.iter().map(|figure| ("", figure)).collect();
+    if let Some(verdict) = report::tests_in_words(&figures) {
+        print_line(&verdict);
+    }
     for check in summary.checks.iter().filter(|check| !check.passed) {
         print_line(&format!("FAILED: {} is {}, allowed is {}", check.name, check.found, check.allowed));
     }

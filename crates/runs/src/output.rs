@@ -214,7 +214,7 @@ impl Folder {
     /// # Errors
     /// Another process has come, where locks do not reach it.
     pub(crate) fn check_holder(&self) -> Result<()> {
-        self.holder.as_ref().map_or(Ok(()), |holder| holder.check())
+        self.holder.as_ref().map_or(Ok(()), |holder| Ok(holder.check()?))
     }
 
     /// Names of the files that this run, or the one that it resumes, has written, relative to this

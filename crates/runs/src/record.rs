@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     checkpoint_file::{self, Body},
     finite::require_finite,
+    measures::Drawing,
     other_run::refuse_other,
     output::Folder,
 };
@@ -46,8 +47,10 @@ pub struct MeasureRecord {
     pub sums: RunSums,
     /// Its tables.
     pub tables: Vec<Table>,
-    /// Its figures, with the number of their sums, and whether they test their predictions.
-    pub figures: Vec<(Figure, Option<usize>, bool)>,
+    /// Its figures, with the number of their sums.
+    pub figures: Vec<(Figure, Option<usize>)>,
+    /// Its drawings.
+    pub drawings: Vec<Drawing>,
 }
 
 /// The scene as text with all options, without what distinguishes its replicas.
@@ -148,7 +151,7 @@ impl RunRecord {
         };
         self.figures.retain_mut(keep);
         for measure in &mut self.measures {
-            measure.figures.retain_mut(|(figure, ..)| keep(figure));
+            measure.figures.retain_mut(|(figure, _)| keep(figure));
             for table in &mut measure.tables {
                 table.levels.retain(|level| level.value.is_finite());
                 let cells = table.columns.iter_mut().flat_map(|column| &mut column.values);
@@ -165,7 +168,7 @@ impl MeasureRecord {
         self.sums.check()?;
         let quantities = self.sums.total.len();
         let is_known = |quantity: &Option<usize>| quantity.is_none_or(|index| index < quantities);
-        for (figure, quantity, _) in &self.figures {
+        for (figure, quantity) in &self.figures {
             ensure!(is_known(quantity), "the figure '{}' has no sums", figure.name);
         }
         for table in &self.tables {

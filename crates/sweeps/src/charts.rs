@@ -42,7 +42,7 @@ pub fn charts(study: &Study, points: &[PointResults]) -> Result<(Vec<DataChart>,
     // Figures that are tested, and then those with a prediction, carry the answer.
     shown.sort_by_key(|quantity| {
         let tested = study.place_of_expectation(&quantity.name);
-        (tested.unwrap_or(usize::MAX), !quantity.has_prediction, !quantity.has_error)
+        (tested.unwrap_or(usize::MAX), std::cmp::Reverse(quantity.predicted), !quantity.has_error)
     });
     let panels = panels(study, others);
     let most = (MOST / panels.len()).max(1);
@@ -108,7 +108,8 @@ fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> 
     for curve in &mut curves {
         curve.values.sort_by(|a, b| a.x.total_cmp(&b.x));
     }
-    if curves.iter().all(|curve| curve.values.is_empty()) {
+    // A single value is in the table; a chart of it says nothing.
+    if curves.iter().map(|curve| curve.values.len()).sum::<usize>() < 2 {
         return Ok(None);
     }
     // The title has a long name already.
@@ -201,6 +202,7 @@ mod tests {
             checks: Vec::new(),
             answers: Vec::new(),
             errors: Vec::new(),
+            evidence: Vec::new(),
             note: String::new(),
         };
         let points: Vec<PointResults> = study.points.iter().enumerate().map(result).collect();

@@ -39,6 +39,7 @@ mod hash;
 pub mod layout;
 pub mod merge;
 mod missing;
+mod motion;
 mod page;
 pub mod point;
 pub mod reference;

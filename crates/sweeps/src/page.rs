@@ -4,7 +4,11 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use carom_report::page::{Page, Part, checks_in_words, named, two_digits, with_error};
-use carom_runs::{left_out::Damaged, output::Folder, report::PAGE};
+use carom_runs::{
+    left_out::Damaged,
+    output::Folder,
+    report::{PAGE, tests_in_words},
+};
 use carom_tables::Summary;
 
 use crate::{
@@ -13,6 +17,7 @@ use crate::{
     expect::Answer,
     layout::{STUDY, SweepFolder},
     missing::Missing,
+    motion,
     results::{self, PointResults},
     study::Study,
     table::{TABLE, on_page, tests_on_page},
@@ -44,7 +49,7 @@ pub struct Frame<'a> {
 /// A chart cannot be drawn, or the file cannot be written.
 pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Frame<'_>) -> Result<()> {
     let mut page = Page::new(&frame.summary.title, &lead(study));
-    page.verdict(&verdict(points, frame));
+    page.verdict(&verdict(study, points, frame));
     frame.failures.iter().for_each(|failure| page.error(failure));
     if !frame.missing.is_empty() {
         page.error(&frame.missing.words(study));
@@ -59,6 +64,12 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     page.part(Part::Answer);
     failures(&mut page, points);
     page.charts(&all);
+    curves(&mut page, points);
+    if let Some(first) =
+        study.points.first().filter(|_| points.iter().any(|point| !point.evidence.is_empty()))
+    {
+        motion::show(&mut page, first);
+    }
     page.part(Part::Results);
     expectations(&mut page, study, points);
     page.heading("All points");
@@ -89,6 +100,16 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     page.checks(&results::checks(points));
     page.totals(&frame.summary.totals);
     folder.write_lasting(PAGE, page.html())
+}
+
+/// The main charts of each point, where there are few.
+fn curves(page: &mut Page, points: &[PointResults]) {
+    for point in points.iter().filter(|point| !point.evidence.is_empty()) {
+        if points.len() > 1 {
+            page.subheading(&point.short_label());
+        }
+        page.charts(&point.evidence);
+    }
 }
 
 /// The quantities that are not as expected.
@@ -158,7 +179,9 @@ fn row(&(point, answer): &(&PointResults, &Answer)) -> Vec<String> {
 
 /// What was varied.
 fn lead(study: &Study) -> String {
-    let mut lead = format!("{} replicas of each point.", study.replicas);
+    let question = study.question.iter().map(|question| format!("{question} "));
+    let plural = if study.replicas == 1 { "replica" } else { "replicas" };
+    let mut lead = question.collect::<String>() + &format!("{} {plural} of each point.", study.replicas);
     for vary in &study.vary {
         let count = vary.settings.len();
         let plural = if count == 1 { "value" } else { "values" };
@@ -172,7 +195,17 @@ fn lead(study: &Study) -> String {
     lead
 }
 
-fn verdict(points: &[PointResults], frame: &Frame<'_>) -> String {
+/// The verdict on the figures of all points that test their predictions; `None` without one.
+pub fn tests(study: &Study, points: &[PointResults]) -> Option<String> {
+    let names: Vec<String> = (0..points.len()).map(|point| study.name(point)).collect();
+    let named = names.iter().zip(points);
+    let figures: Vec<_> = named
+        .flat_map(|(name, point)| point.figures.iter().map(move |figure| (name.as_str(), figure)))
+        .collect();
+    tests_in_words(&figures)
+}
+
+fn verdict(study: &Study, points: &[PointResults], frame: &Frame<'_>) -> String {
     let totals = &frame.summary.totals;
     let done: usize = points.iter().map(|results| results.replicas.len()).sum();
     let complete = frame.missing.complete_points(points.len());
@@ -187,8 +220,10 @@ fn verdict(points: &[PointResults], frame: &Frame<'_>) -> String {
     };
     let exact =
         if frame.summary.note.contains(carom_runs::report::NOT_EXACT) { "NOT EXACT" } else { "exact" };
+    let tests = tests(study, points).map_or_else(String::new, |tests| format!("{tests} "));
+    let plural = if done == 1 { "" } else { "s" };
     format!(
-        "{state}, with {done} replicas and {} {exact} collisions. {}",
+        "{tests}{state}, with {done} replica{plural} and {} {exact} collisions. {}",
         totals.collisions,
         checks_in_words(&frame.summary.checks)
     )

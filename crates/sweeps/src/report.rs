@@ -102,6 +102,9 @@ pub fn write(
         let met = answers().filter(|answer| answer.passed && !answer.show_only).count();
         print_line(&format!("{met} of {judged} expectations are met"));
     }
+    if let Some(tests) = page::tests(study, &points).filter(|_| !is_json()) {
+        print_line(&tests);
+    }
     conclude(folder, &summary);
     let verdict = summary.verdict();
     Ok(if missing.is_empty() { verdict } else { verdict.of_incomplete() })
@@ -112,12 +115,9 @@ fn summary(study: &Study, points: &[PointResults]) -> Summary {
     let notes = points.iter().map(|results| &results.note);
     let plural = |count: usize, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
     let replicas: usize = points.iter().map(|results| results.replicas.len()).sum();
+    let (of_points, of_replicas) = (plural(study.points.len(), "point"), plural(replicas, "replica"));
     Summary {
-        title: format!(
-            "Sweep of {} with {}",
-            plural(study.points.len(), "point"),
-            plural(replicas, "replica")
-        ),
+        title: study.title.clone().unwrap_or_else(|| format!("Sweep of {of_points} with {of_replicas}")),
         note: notes.into_iter().find(|note| !note.is_empty()).cloned().unwrap_or_default(),
         totals: Totals::of(&totals),
         checks: [results::checks(points), results::expected(points)].concat(),

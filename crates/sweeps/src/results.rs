@@ -1,12 +1,15 @@
 //! The results of a sweep: the merged replicas of each point, one point at a time.
 
 use anyhow::{Context, Result};
+use carom_report::page::DataChart;
 use carom_runs::{
     console::note,
     manifest::Manifest,
     merge::{MergedRuns, calibrations},
+    output::Folder,
     progress::Progress,
     record::Record,
+    report,
 };
 use carom_tables::{Calibration, Check, Figure, Summary, Totals};
 use rayon::{ThreadPool, prelude::*};
@@ -20,6 +23,10 @@ use crate::{
     stored::Found,
     study::Study,
 };
+
+/// The page of a study of at most so many points has their main charts. More: it would be long, and
+/// the figures over the points are its answer.
+const FEW_POINTS: usize = 4;
 
 /// The results of one point.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -42,6 +49,9 @@ pub struct PointResults {
     /// Standard errors against the scatter of its replicas; empty with fewer than 30.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<Calibration>,
+    /// The charts that carry its answer, of a study of few points.
+    #[serde(skip)]
+    pub evidence: Vec<DataChart>,
     /// First note of its runs, such as that the method is not exact.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
@@ -109,6 +119,7 @@ fn of_point(
             checks: Vec::new(),
             answers: Vec::new(),
             errors: Vec::new(),
+            evidence: Vec::new(),
             note: String::new(),
         });
     };
@@ -127,8 +138,20 @@ fn of_point(
     }
     let answers = study.answers(index, &merged.summary.figures, merged.tables());
     let errors = calibrations(&record);
+    let evidence = if study.points.len() <= FEW_POINTS {
+        evidence(&folder, &SweepFolder::point_name(key))?
+    } else {
+        Vec::new()
+    };
     let Summary { figures, totals, checks, note, .. } = merged.summary;
-    Ok(PointResults { point: key, label, replicas, figures, totals, checks, answers, errors, note })
+    Ok(PointResults { point: key, label, replicas, figures, totals, checks, answers, errors, evidence, note })
+}
+
+/// The charts that carry the answer of a point, whose folder has this path on the page of the
+/// sweep.
+fn evidence(folder: &Folder, path: &str) -> Result<Vec<DataChart>> {
+    let charts = report::evidence(folder)?.into_iter();
+    Ok(charts.map(|chart| DataChart { file: format!("{path}/{}", chart.file), ..chart }).collect())
 }
 
 /// The message about a damaged file.

@@ -13,9 +13,8 @@ use carom_runs::{
     folder_lock::FolderLock,
     interruption::Interrupted,
     manifest::Manifest,
-    output::{Destination, Existing, Folder, Resumption},
+    output::{Existing, Folder},
     print_line,
-    resumable::Choices,
 };
 use carom_tables::Verdict;
 use cpu_time::ProcessTime;
@@ -91,7 +90,7 @@ fn run_all(studies: &[PathBuf], options: &Options) -> Result<Verdict> {
     }
     // All are validated before the first one runs.
     studies.iter().try_for_each(|study| options.read(study).map(drop))?;
-    let resumption = &options.choices.resumption;
+    let resumption = &options.how.choices.resumption;
     let path = resumption.folder("out/sweeps");
     let (folder, _lock) = claim(&path, &distinct, resumption.existing())?;
     let again = sweep::command(studies, options, &path);
@@ -108,11 +107,11 @@ fn run_all(studies: &[PathBuf], options: &Options) -> Result<Verdict> {
             }
             ended => ended.map_err(|error| format!("{error:#}")),
         };
-        let has_results = ended.is_ok() && options.is_whole();
+        let has_results = ended.is_ok() && options.how.is_whole();
         let summary = if has_results { summary(&path.join(&name))? } else { Value::Null };
         rows.push(Row { name, ended, summary });
     }
-    if options.is_whole() {
+    if options.how.is_whole() {
         write(&folder, &rows, &again)?;
     }
     manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
@@ -144,10 +143,9 @@ fn claim(path: &Path, names: &BTreeSet<&String>, existing: Existing) -> Result<(
 
 /// The options of one study in its folder.
 fn inside(options: &Options, folder: PathBuf) -> Options {
-    let resumption = &options.choices.resumption;
-    let destination = Destination { out: Some(folder), ..resumption.destination.clone() };
-    let resumption = Resumption { destination, ..resumption.clone() };
-    Options { choices: Choices { resumption, ..options.choices.clone() }, ..options.clone() }
+    let mut inside = options.clone();
+    inside.how.choices.resumption.destination.out = Some(folder);
+    inside
 }
 
 fn summary(folder: &Path) -> Result<Value> {

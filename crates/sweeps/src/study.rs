@@ -26,6 +26,12 @@ const MOST_REPLICAS: u64 = 10_000_000;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StudyFile {
+    /// Title of the page. Default: the numbers of points and replicas.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    title: Option<String>,
+    /// The question that the study answers, at the head of the page.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    question: Option<String>,
     /// Number of replicas of each point: runs with different random numbers. All points together
     /// have at most 10 000 000.
     #[serde(default = "one")]
@@ -101,6 +107,10 @@ const fn one() -> u64 {
 /// A study, with its points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
+    /// Title of the page, if it has one of its own.
+    pub title: Option<String>,
+    /// The question that the study answers.
+    pub question: Option<String>,
     /// Number of replicas of each point.
     pub replicas: u64,
     /// What varies, from the slowest to the fastest.
@@ -135,7 +145,7 @@ impl Study {
     /// Those of [`Self::read`].
     pub fn parse(text: &str, folder: &Path, size: Size) -> Result<Self> {
         let file: StudyFile = toml::from_str(text).map_err(|error| unknown_key(&error, text))?;
-        let StudyFile { scene, mut replicas, measure, mut stop, vary, expect, quick } = file;
+        let StudyFile { title, question, scene, mut replicas, measure, mut stop, vary, expect, quick } = file;
         let mut base = base(scene, folder)?;
         let entry =
             |(index, spec): (usize, &VarySpec)| Vary::new(spec).with_context(|| format!("vary[{index}]"));
@@ -161,7 +171,8 @@ impl Study {
             (1..=most).contains(&replicas),
             "`replicas` must be from 1 to {most} with {count} points, but is {replicas}"
         );
-        let mut study = Self { replicas, vary, points: Vec::new(), stop, expect, tested: Vec::new(), base };
+        let (points, tested) = (Vec::new(), Vec::new());
+        let mut study = Self { title, question, replicas, vary, points, stop, expect, tested, base };
         study.points = study.make_points()?;
         study.tested = study.expected_points()?;
         Ok(study)
@@ -298,6 +309,8 @@ impl Study {
     /// Never: a study is plain data.
     pub fn text(&self) -> String {
         let file = StudyFile {
+            title: self.title.clone(),
+            question: self.question.clone(),
             replicas: self.replicas,
             measure: Vec::new(),
             stop: self.stop.clone(),
@@ -318,7 +331,9 @@ impl Study {
         let subject = |study: &Self| {
             let vary = |vary: &Vary| Vary { settings: Vec::new(), names: None, ..vary.clone() };
             let vary = study.vary.iter().map(vary).collect();
-            Self { replicas: 1, vary, expect: Vec::new(), points: Vec::new(), ..study.clone() }.text()
+            let (title, question) = (None, None);
+            let (expect, points) = (Vec::new(), Vec::new());
+            Self { title, question, replicas: 1, vary, expect, points, ..study.clone() }.text()
         };
         refuse_other(&subject(other), &subject(self))
     }
@@ -443,7 +458,7 @@ mod tests {
         for (head, expected) in [
             ("replicas = 0", "`replicas` must be from 1"),
             ("replica = 2", "line 1"),
-            ("replica = 2", "expected one of `replicas`"),
+            ("replica = 2", "expected one of `title`, `question`, `replicas`"),
             ("[[vary]]\nkey = \"gas.0.mass\"", "vary[0]: give `values`"),
             ("[[vary]]\nkey = \"gas.0.mass\"\nvalue = [1]", "unknown field `value`"),
             ("[[vary]]\nkey = \"run.until\"\nvalues = [1, -1]", "point run.until = -1"),

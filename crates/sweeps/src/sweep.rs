@@ -41,15 +41,23 @@ pub struct Options {
     /// studies, or of a folder of them, each has a folder inside, and one page has all verdicts
     #[arg(value_name = "STUDY.toml", required = true)]
     pub studies: Vec<PathBuf>,
+    /// The short form of the study, from its table `quick`
+    #[arg(long)]
+    pub quick: bool,
+    /// How the replicas are run
+    #[command(flatten)]
+    pub how: How,
+}
+
+/// How the replicas of a study are run, and where its results go.
+#[derive(Debug, Clone, Args)]
+pub struct How {
     /// Output folder and checkpoints. A sweep in the folder is continued, also without --resume
     #[command(flatten)]
     pub choices: Choices,
     /// Number of replicas of each point, instead of that of the study
     #[arg(long)]
     pub replicas: Option<u64>,
-    /// The short form of the study, from its table `quick`
-    #[arg(long)]
-    pub quick: bool,
     /// Number of threads; default: one for each processor
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
@@ -61,18 +69,47 @@ pub struct Options {
     pub slurm: slurm::Options,
 }
 
-impl Options {
+impl How {
     /// Whether the command does the whole work of a study, and so writes its results.
     pub(crate) fn is_whole(&self) -> bool {
         self.shard.is_none() && !self.slurm.slurm
     }
 
+    /// The options that change the results or their folder, as words of a command.
+    pub fn words(&self) -> String {
+        let mut words = String::new();
+        let mut add = |option: &str, value: Option<String>| {
+            if let Some(value) = value {
+                let _ = write!(words, " --{option} {value}");
+            }
+        };
+        add("replicas", self.replicas.map(|number| number.to_string()));
+        add("shard", self.shard.map(|shard| shard.to_string()));
+        words
+    }
+}
+
+/// A study with its names.
+#[derive(Clone, Copy)]
+#[expect(missing_debug_implementations, reason = "a function cannot be shown")]
+pub struct Named<'a> {
+    /// The study.
+    pub study: &'a Study,
+    /// Its name in job scripts.
+    pub name: &'a str,
+    /// Its folder without `--out`.
+    pub folder: &'a str,
+    /// The command that repeats the sweep into a folder.
+    pub command: &'a dyn Fn(&Path) -> String,
+}
+
+impl Options {
     /// Reads a study in the requested size.
     ///
     /// # Errors
     /// Those of [`Study::read`].
     pub(crate) fn read(&self, study: &Path) -> Result<Study> {
-        Study::read(study, Size { replicas: self.replicas, is_quick: self.quick })
+        Study::read(study, Size { replicas: self.how.replicas, is_quick: self.quick })
     }
 }
 
@@ -83,22 +120,33 @@ impl Options {
 /// cannot be written, or a signal has been received. What has ended is kept.
 pub(crate) fn run(path: &Path, options: &Options) -> Result<Verdict> {
     let (study, name) = (options.read(path)?, name(path, options));
-    if options.slurm.slurm {
-        slurm::write(&study, &name, &options.choices, &options.slurm)?;
+    let (folder, command) = (format!("out/sweep-{name}"), |folder: &Path| command(&[path], options, folder));
+    run_study(&Named { study: &study, name: &name, folder: &folder, command: &command }, &options.how)
+}
+
+/// Runs all replicas of a study that have not ended, or those of a shard, and writes the results;
+/// or writes job scripts that do.
+///
+/// # Errors
+/// The folder holds another study, a replica ended with an error, a file cannot be written, or a
+/// signal has been received. What has ended is kept.
+pub fn run_study(named: &Named<'_>, how: &How) -> Result<Verdict> {
+    let study = named.study;
+    if how.slurm.slurm {
+        slurm::write(study, named.name, &how.choices, &how.slurm)?;
         return Ok(Verdict::Passed);
     }
-    let shard = options.shard.unwrap_or(Shard::WHOLE);
-    let again = |folder: &Path| command(&[path], options, folder);
-    let path = options.choices.resumption.folder(&usual_folder(&name, shard));
-    let existing = options.choices.resumption.existing();
+    let shard = how.shard.unwrap_or(Shard::WHOLE);
+    let path = how.choices.resumption.folder(&usual_folder(named.folder, shard));
+    let existing = how.choices.resumption.existing();
     let signals = Signals::watch()?;
-    let pool = threads(options.threads)?;
+    let pool = threads(how.threads)?;
     // All points are validated before anything is written.
-    let work = planned(&study, shard, &path, existing, &pool)?;
+    let work = planned(study, shard, &path, existing, &pool)?;
     signals.check()?;
-    let (sweep, _lock) = SweepFolder::claim(&path, &study, existing)?;
+    let (sweep, _lock) = SweepFolder::claim(&path, study, existing)?;
     if !is_sweep(&path) || sweep.study_text()? != study.text() {
-        sweep.write_study(&study)?;
+        sweep.write_study(study)?;
     }
     let mut shards = sweep.shards()?;
     let own = by_point(work.iter().map(|(work, _)| *work));
@@ -108,12 +156,12 @@ pub(crate) fn run(path: &Path, options: &Options) -> Result<Verdict> {
         shards.insert(shard, own);
         sweep.write_shards(&shards)?;
     }
-    let again = again(&path);
+    let again = (named.command)(&path);
     let manifest = Manifest::begin(&sweep.folder, &again, &[])?;
-    let failures = execute(&sweep, &study, &work, options, (&signals, &pool))?;
+    let failures = execute(&sweep, study, &work, how, (&signals, &pool))?;
     let remarks = Remarks { failures: failures.iter().map(words).collect(), ..Remarks::default() };
     let verdict = if shard == Shard::WHOLE {
-        report::write(&sweep, &study, &shards, (manifest, &again), remarks, &pool)?
+        report::write(&sweep, study, &shards, (manifest, &again), remarks, &pool)?
     } else {
         manifest.complete(&sweep.folder, 0.0)?;
         print_line(&format!(
@@ -144,27 +192,20 @@ pub(crate) fn name(study: &Path, options: &Options) -> String {
     format!("{name}{quick}")
 }
 
-/// The folder of a sweep without `--out`.
-fn usual_folder(name: &str, shard: Shard) -> String {
+/// The folder of a sweep, or of its shard, without `--out`.
+fn usual_folder(whole: &str, shard: Shard) -> String {
     if shard == Shard::WHOLE {
-        return format!("out/sweep-{name}");
+        return whole.to_owned();
     }
-    format!("out/sweep-{name}/shard-{}-of-{}", shard.index, shard.of)
+    format!("{whole}/shard-{}-of-{}", shard.index, shard.of)
 }
 
 /// The command that repeats a sweep into its folder.
 pub(crate) fn command(studies: &[impl AsRef<Path>], options: &Options, folder: &Path) -> String {
     let studies: Vec<String> = studies.iter().map(|study| quoted(study.as_ref())).collect();
     let quick = if options.quick { " --quick" } else { "" };
-    let mut command = format!("{} sweep {}{quick} --out {}", program(), studies.join(" "), quoted(folder));
-    let mut add = |option: &str, value: Option<String>| {
-        if let Some(value) = value {
-            let _ = write!(command, " --{option} {value}");
-        }
-    };
-    add("replicas", options.replicas.map(|number| number.to_string()));
-    add("shard", options.shard.map(|shard| shard.to_string()));
-    command
+    let (studies, words) = (studies.join(" "), options.how.words());
+    format!("{} sweep {studies}{quick} --out {}{words}", program(), quoted(folder))
 }
 
 /// The work of a shard with its costs, longest first. Places the bodies of each point that has work
@@ -199,7 +240,7 @@ fn execute(
     sweep: &SweepFolder,
     study: &Study,
     work: &[(Work, u64)],
-    options: &Options,
+    how: &How,
     (signals, pool): (&Signals, &ThreadPool),
 ) -> Result<Vec<Failure>> {
     let points: BTreeMap<_, _> = study.points.iter().map(|point| (point.key, point)).collect();
@@ -227,7 +268,7 @@ fn execute(
     longest_first(&mut left);
     let finished = (work.len() - left.len()) as u64;
     let work = left.into_iter().map(|(work, _)| work).collect();
-    let checkpoint_every = options.choices.checkpoint_every;
+    let checkpoint_every = how.choices.checkpoint_every;
     Execution { sweep, points, work, finished, checkpoint_every, signals }.run(pool)
 }
 

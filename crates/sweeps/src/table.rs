@@ -13,6 +13,27 @@ pub const TABLE: &str = "table.csv";
 /// Values that differ by a smaller share are equal: they differ by rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// What a figure has to do with a prediction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Predicted {
+    /// There is none.
+    Not,
+    /// It has one.
+    Known,
+    /// It tests one.
+    Tested,
+}
+
+impl Predicted {
+    fn of(figure: &Figure) -> Self {
+        match figure.prediction {
+            _ if figure.is_test => Self::Tested,
+            Some(_) => Self::Known,
+            None => Self::Not,
+        }
+    }
+}
+
 /// A figure that points have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Quantity {
@@ -24,8 +45,8 @@ pub struct Quantity {
     pub unit: String,
     /// Whether a point has its standard error.
     pub has_error: bool,
-    /// Whether a point has a prediction.
-    pub has_prediction: bool,
+    /// What its figures have to do with predictions, at most.
+    pub predicted: Predicted,
     /// Whether its value differs between points.
     pub varies: bool,
 }
@@ -38,9 +59,9 @@ pub fn quantities(points: &[PointResults]) -> Vec<Quantity> {
         let known = all.iter().position(|(quantity, _)| quantity.pattern == pattern);
         let place = known.unwrap_or_else(|| {
             let (name, unit) = (figure.name.clone(), figure.unit.clone());
-            let (has_error, has_prediction, varies) = (false, false, false);
-            let quantity =
-                Quantity { name, pattern: pattern.clone(), unit, has_error, has_prediction, varies };
+            let (has_error, predicted, varies) = (false, Predicted::Not, false);
+            let pattern = pattern.clone();
+            let quantity = Quantity { name, pattern, unit, has_error, predicted, varies };
             all.push((quantity, figure.value));
             all.len() - 1
         });
@@ -49,7 +70,7 @@ pub fn quantities(points: &[PointResults]) -> Vec<Quantity> {
             quantity.name = pattern;
         }
         quantity.has_error |= figure.standard_error.is_some();
-        quantity.has_prediction |= figure.prediction.is_some();
+        quantity.predicted = quantity.predicted.max(Predicted::of(figure));
         quantity.varies |= (figure.value - *first).abs() > ROUNDING * first.abs();
     }
     all.into_iter().map(|(quantity, _)| quantity).collect()
@@ -85,7 +106,7 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<
         let name = column(&quantity.name);
         header.push(name.clone());
         header.extend(quantity.has_error.then(|| format!("{name}_error")));
-        header.extend(quantity.has_prediction.then(|| format!("{name}_prediction")));
+        header.extend((quantity.predicted > Predicted::Not).then(|| format!("{name}_prediction")));
         header.extend(is_test(quantity).then(|| format!("{name}_smallest_difference")));
     }
     header.push("point".to_owned());
@@ -98,7 +119,10 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<
             row.push(number(figure.map(|figure| figure.value)));
             let error = || number(figure.and_then(|figure| figure.standard_error));
             row.extend(quantity.has_error.then(error));
-            row.extend(quantity.has_prediction.then(|| number(figure.and_then(|figure| figure.prediction))));
+            row.extend(
+                (quantity.predicted > Predicted::Not)
+                    .then(|| number(figure.and_then(|figure| figure.prediction))),
+            );
             row.extend(is_test(quantity).then(|| number(figure.and_then(least))));
         }
         row.push(results.point.to_string());
@@ -187,6 +211,7 @@ mod tests {
             checks: Vec::new(),
             answers: Vec::new(),
             errors: Vec::new(),
+            evidence: Vec::new(),
             note: String::new(),
         };
         let points =
@@ -219,6 +244,7 @@ mod tests {
             checks: Vec::new(),
             answers: Vec::new(),
             errors: Vec::new(),
+            evidence: Vec::new(),
             note: String::new(),
         };
         let (header, rows) = tests_on_page(&study, &[point]);

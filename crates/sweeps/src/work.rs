@@ -13,6 +13,7 @@ use std::{
 
 use anyhow::{Context, Error, Result};
 use carom_runs::{
+    folder_lock::Ousted,
     interruption::{Interrupted, Signals},
     progress::{Lines, Progress},
     run::replica::Replica,
@@ -124,8 +125,8 @@ impl Execution<'_> {
         if error.chain().any(<dyn std::error::Error>::is::<Interrupted>) {
             return;
         }
-        // Nothing can be kept on a full disk: no further replica begins.
-        if error.chain().any(<dyn std::error::Error>::is::<io::Error>) {
+        // Nothing can be kept on a full disk, or beside another process: no further replica begins.
+        if error.chain().any(|cause| cause.is::<io::Error>() || cause.is::<Ousted>()) {
             lock(&shared.broken).get_or_insert(error);
             return;
         }

@@ -1,15 +1,17 @@
 //! Means with standard errors from sums over blocks: R = Σx / Σw, and the scatter of the blocks.
 //!
-//! With n blocks and d = x − R w, se² = n/(n − 1) Σ dᵢ² / (Σw)² (ratio estimator; Cochran 1977,
-//! "Sampling Techniques", chapter 6). It holds for independent blocks. With the covariance of
-//! neighbouring blocks, Σ dᵢ² + 2 Σ dᵢ dᵢ₊₁ takes the place of Σ dᵢ²; it then holds if the
-//! correlation time is not longer than a block.
+//! With n independent blocks and d = x − R w, se² = n/(n − 1) Σ dᵢ² / (Σw)² (ratio estimator;
+//! Cochran 1977, "Sampling Techniques", chapter 6). The error of the blocks of runs uses the
+//! [spectral density](crate::spectrum) of d at frequency 0 instead of the variance, and so counts
+//! correlations of blocks, of either sign.
 
 use serde::{Deserialize, Serialize};
 
-/// The correlation of neighbouring blocks changes the square of an error by at least this factor.
-/// Smaller: by chance, errors of few blocks are near 0. Larger: the mean error is too large.
-const LEAST_FACTOR: f64 = 0.25;
+use crate::spectrum::Spectrum;
+
+/// Deviations of all blocks below this share of Σ|x| are rounding: the quantity is conserved, and
+/// its error is 0. Smaller: the rounding of sums of 10⁷ samples looks like a measured scatter.
+const ROUNDING: f64 = 1e-14;
 
 /// A mean with its standard error (unit of x / w).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -66,9 +68,9 @@ impl Estimate {
         Some(Self { mean: ratio, standard_error: (squares * count / (count - 1.0)).sqrt() / weight })
     }
 
-    /// The estimate from [x, w] of the blocks of each run, in the order of time. Neighbouring
-    /// blocks of a run may be correlated; runs are independent. Blocks without weight do not count
-    /// as such.
+    /// The estimate from [x, w] of the blocks of each run, in the order of time. Blocks of a run
+    /// may be correlated, from 16 blocks on; runs are independent. Blocks without weight are left
+    /// out. The error is exactly 0 if the blocks differ by rounding only.
     ///
     /// `None` with fewer than two blocks of weight.
     ///
@@ -77,30 +79,30 @@ impl Estimate {
     ///
     /// let run = vec![[9.0, 2.0], [11.0, 2.0], [10.0, 2.0], [10.0, 2.0]];
     /// let rate = Estimate::of_runs(&[run]).expect("four blocks");
-    /// // d = −1, 1, 0, 0: Σd² = 2, and neighbours contribute 2 (−1 + 2/4) = −1.
-    /// assert!((rate.standard_error - (1.0f64 * 4.0 / 3.0).sqrt() / 8.0).abs() < 1e-15);
+    /// // So few blocks count as independent: Σd² = 2.
+    /// assert!((rate.standard_error - (2.0f64 * 4.0 / 3.0).sqrt() / 8.0).abs() < 1e-15);
     /// ```
     pub fn of_runs(runs: &[Vec<[f64; 2]>]) -> Option<Self> {
+        let has_weight = |block: &&[f64; 2]| block[1] > 0.0;
+        let runs: Vec<Vec<[f64; 2]>> =
+            runs.iter().map(|run| run.iter().filter(has_weight).copied().collect()).collect();
         let blocks: Vec<[f64; 2]> = runs.concat();
-        let count = blocks.iter().filter(|[_, weight]| *weight > 0.0).count() as f64;
-        if count < 2.0 {
+        if blocks.len() < 2 {
             return None;
         }
-        let Deviations { ratio, weight, squares, values } = Deviations::of(&blocks)?;
-        let (mut products, mut begin) = (0.0, 0);
-        for run in runs {
+        let Deviations { ratio, weight, values, .. } = Deviations::of(&blocks)?;
+        let total: f64 = blocks.iter().map(|[x, _]| x.abs()).sum();
+        if values.iter().all(|deviation| deviation.abs() <= ROUNDING * total) {
+            return Some(Self { mean: ratio, standard_error: 0.0 });
+        }
+        let with_blocks = runs.iter().filter(|run| !run.is_empty()).count() as f64;
+        let (mut spectrum, mut begin) = (Spectrum::default(), 0);
+        for run in runs.iter().filter(|run| !run.is_empty()) {
             let of_run = &values[begin..begin + run.len()];
-            products += of_run.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
+            spectrum.add(of_run, run.iter().map(|[_, weight]| weight).sum(), with_blocks);
             begin += run.len();
         }
-        let with_weight = |run: &&Vec<[f64; 2]>| run.iter().any(|[_, weight]| *weight > 0.0);
-        let pairs = count - runs.iter().filter(with_weight).count() as f64;
-        // The deviations sum to 0, so that the product of two of n independent blocks has the mean
-        // −Σd²/n (n − 1).
-        let bias = squares * (pairs / (count - 1.0)) / count;
-        let correlated = squares + 2.0 * (products + bias);
-        let squares = correlated.max(LEAST_FACTOR * squares);
-        Some(Self { mean: ratio, standard_error: (squares * count / (count - 1.0)).sqrt() / weight })
+        Some(Self { mean: ratio, standard_error: (spectrum.at_zero() / weight).sqrt() })
     }
 }
 
@@ -121,6 +123,14 @@ mod tests {
         assert_eq!(Estimate::of_ratio([(1.0, f64::INFINITY), (1.0, 1.0)]), None);
         assert_eq!(Estimate::of_runs(&[vec![[3.0, 1.0]]]), None);
         assert_eq!(Estimate::of_runs(&[vec![[3.0, 1.0], [0.0, 0.0]]]), None);
+    }
+
+    #[test]
+    fn a_conserved_quantity_has_no_error() {
+        let run: Vec<[f64; 2]> = (0..40).map(|block| [3.0 + 1e-15 * f64::from(block % 3), 1.5]).collect();
+        assert_eq!(Estimate::of_runs(&[run]).unwrap().standard_error, 0.0);
+        let run: Vec<[f64; 2]> = (0..40).map(|block| [3.0 + 1e-9 * f64::from(block % 3), 1.5]).collect();
+        assert!(Estimate::of_runs(&[run]).unwrap().standard_error > 0.0);
     }
 
     #[test]

@@ -17,6 +17,7 @@ pub mod chi_square;
 pub mod estimate;
 pub mod power_law;
 pub mod run_sums;
+pub mod spectrum;
 pub mod summary;
 pub mod table;
 

@@ -36,6 +36,11 @@ impl RunSums {
         }
         Ok(())
     }
+
+    /// Means with errors from the scatter of the blocks.
+    pub fn means(&self) -> Vec<BlockMean> {
+        means(&self.total, std::slice::from_ref(&self.blocks))
+    }
 }
 
 fn check(sums: &[[f64; 2]]) -> Result<(), SumsError> {

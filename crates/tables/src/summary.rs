@@ -7,6 +7,15 @@ use serde::{Deserialize, Serialize};
 /// forty figures of one study would give false alarms. Larger: differences would be missed.
 pub const THRESHOLD: f64 = 4.0;
 
+/// With fewer blocks, or independent runs, their scatter gives no reliable test. Smaller: chance
+/// exceeds [`THRESHOLD`] more often. Larger: runs must be longer for a verdict.
+pub const MIN_BLOCKS: usize = 30;
+
+/// A figure that differs by more standard errors from a prediction that it tests is a fault, not
+/// chance: with 30 blocks, chance exceeds this once in 600 000 figures (Student's t). Smaller:
+/// correct runs would fail. Larger: faults would pass.
+const BROKEN: f64 = 6.0;
+
 /// A difference this many standard errors above the threshold is found with probability 0.95
 /// (one-sided normal quantile).
 pub const SAFELY: f64 = 1.645;
@@ -34,7 +43,7 @@ pub struct Figure {
     #[serde(skip)]
     pub quantity: Option<usize>,
     /// Whether the figure tests its prediction, so that it has a smallest difference.
-    #[serde(skip)]
+    #[serde(default)]
     pub is_test: bool,
 }
 
@@ -58,6 +67,12 @@ impl Figure {
     #[must_use]
     pub fn error(self, standard_error: impl Into<Option<f64>>) -> Self {
         Self { standard_error: standard_error.into().filter(|error| error.is_finite()), ..self }
+    }
+
+    /// Whether the prediction is an approximation: its distance from the value has another cause
+    /// than chance, and is not judged.
+    pub fn is_approximate(&self) -> bool {
+        self.source.as_ref().is_some_and(|source| source.starts_with(APPROXIMATION))
     }
 
     /// Adds a prediction and its source; `None` adds nothing.
@@ -87,6 +102,27 @@ impl Figure {
         Self { is_test: self.prediction.is_some(), ..self }.resolved()
     }
 
+    /// The distance from the prediction in standard errors, of a figure that tests it. `None` if
+    /// the error is 0: what does not scatter is conserved, and no test.
+    pub fn deviation(&self) -> Option<f64> {
+        let (prediction, error) = (self.prediction?, self.standard_error?);
+        (self.is_test && error > 0.0).then(|| (self.value - prediction).abs() / error)
+    }
+
+    /// A check that a tested prediction is not missed by more than chance explains.
+    pub fn check(&self) -> Option<Check> {
+        let prediction = self.prediction?;
+        let name = format!("{}: standard errors from {prediction}", self.name);
+        self.deviation().map(|deviation| Check::at_most(&name, deviation, BROKEN))
+    }
+
+    /// The figure without the error of a test, if the error comes from fewer than [`MIN_BLOCKS`].
+    #[must_use]
+    pub fn judged_by(self, blocks: usize) -> Self {
+        let is_weak = self.is_test && blocks < MIN_BLOCKS;
+        Self { standard_error: self.standard_error.filter(|_| !is_weak), ..self }.resolved()
+    }
+
     /// The figure with the smallest difference that belongs to its standard error. Call it after
     /// the error has changed.
     #[must_use]
@@ -95,6 +131,9 @@ impl Figure {
         Self { smallest_difference: error.map(|error| (THRESHOLD + SAFELY) * error), ..self }
     }
 }
+
+/// First word of the source of a prediction that is an approximation, before its order.
+pub const APPROXIMATION: &str = "approximation";
 
 /// A quantity that must not exceed a bound; otherwise the program ends with exit code 1.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -268,6 +307,21 @@ mod tests {
         assert!(Check::at_most("x", 1e-12, 1e-12).passed);
         assert!(!Check::at_most("x", 1.000_001e-12, 1e-12).passed);
         assert!(!Check::at_most("x", f64::NAN, 1e-12).passed);
+    }
+
+    #[test]
+    fn a_tested_prediction_fails_six_errors_away_and_only_with_enough_blocks() {
+        let velocity = |value: f64| Figure::new("v", value, "1").error(0.1).predicted(0.0, "symmetry");
+        let passes = |figure: Figure| figure.check().map(|check| check.passed);
+        assert_eq!(
+            [0.5, 0.61, f64::NAN].map(|v| passes(velocity(v).test())),
+            [Some(true), Some(false), Some(false)]
+        );
+        assert_eq!(passes(velocity(0.9)), None, "no test");
+        let weak = velocity(0.9).test().judged_by(MIN_BLOCKS - 1);
+        assert!(weak.is_test && weak.standard_error.is_none() && weak.smallest_difference.is_none());
+        assert_eq!((passes(weak), passes(velocity(0.9).test().judged_by(MIN_BLOCKS))), (None, Some(false)));
+        assert!(velocity(0.9).judged_by(2).standard_error.is_some());
     }
 
     #[test]

@@ -29,6 +29,11 @@ pub struct Table {
     pub caption: String,
     /// How the abscissa is drawn.
     pub spacing: Spacing,
+    /// Whether the abscissa is drawn as a direction, too: degrees at the middle of equal sectors of
+    /// the turn.
+    pub is_polar: bool,
+    /// A name for each row, which stands on the axis in place of the abscissa; may be empty.
+    pub names: Vec<String>,
     /// The columns, the abscissa first.
     pub columns: Vec<Column>,
     /// Predictions that do not depend on the abscissa.
@@ -129,6 +134,8 @@ impl Table {
             title: title.into(),
             caption: String::new(),
             spacing: Spacing::Linear,
+            is_polar: false,
+            names: Vec::new(),
             columns: Vec::new(),
             levels: Vec::new(),
         }
@@ -144,6 +151,19 @@ impl Table {
     #[must_use]
     pub fn logarithmic(self) -> Self {
         Self { spacing: Spacing::Logarithmic, ..self }
+    }
+
+    /// Names the rows on the axis.
+    #[must_use]
+    pub fn named(self, names: Vec<String>) -> Self {
+        Self { names, ..self }
+    }
+
+    /// Draws the abscissa, in degrees at the middle of equal sectors of the turn, as a direction
+    /// too.
+    #[must_use]
+    pub fn polar(self) -> Self {
+        Self { is_polar: true, ..self }
     }
 
     /// Adds the quantity that the others depend on.

@@ -6,8 +6,8 @@ use std::{
     time::Instant,
 };
 
+use crate::experiments::common::Common;
 use anyhow::{Context, Result};
-use carom_experiments::common::Common;
 use carom_report::page::{Page, Part};
 use carom_runs::{
     interruption::Signals,
@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 
 /// The experiments, cheap ones first. Those of the thesis's tests and of capability costs measure
 /// times alone, on an idle machine, and are left out.
-const EXPERIMENTS: [&str; 15] = [
+const EXPERIMENTS: [&str; 14] = [
     "relaxation",
     "cooling",
     "heating",
@@ -34,8 +34,6 @@ const EXPERIMENTS: [&str; 15] = [
     "ratchet",
     "billiard",
     "brownian",
-    // The shares of kicks by direction and by atom are checked in a dilute gas alone.
-    "brownian --area-fraction 0.005",
     "encounters",
     "extremes",
 ];
@@ -157,6 +155,5 @@ mod tests {
     fn every_experiment_has_a_folder_of_its_own() {
         let folders: std::collections::BTreeSet<_> = EXPERIMENTS.map(folder_name).into();
         assert_eq!(folders.len(), EXPERIMENTS.len());
-        assert!(folders.contains("brownian-area-fraction-0.005"));
     }
 }

@@ -1,11 +1,9 @@
 //! The experiments: each answers a question with a folder of files and a page.
 
 pub mod all;
-pub mod billiard;
-pub mod brownian;
 pub mod capability_cost;
+pub mod common;
 pub mod encounters;
 pub mod extremes;
-pub mod theory;
-pub mod thesis_scene;
+pub mod studies;
 pub mod thesis_tests;

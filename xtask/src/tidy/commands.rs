@@ -98,9 +98,9 @@ mod tests {
                     ```sh\n\
                     $ cargo xtask run a.toml --until 3   # short\n\
                     cargo test\n\
-                    cargo xtask experiment brownian \\\n  --seed 2\n\
+                    cargo xtask experiment spheres \\\n  --seed 2\n\
                     ```\n";
-        let xtask = ["tidy", "run a.toml --until 3", "experiment brownian  --seed 2"];
+        let xtask = ["tidy", "run a.toml --until 3", "experiment spheres  --seed 2"];
         let expected = xtask.map(|command| ("cargo xtask", command.to_owned()));
         assert_eq!(commands(page), expected);
         assert_eq!(commands("`carom check a.toml`, `carom`"), [("carom", "check a.toml".to_owned())]);

@@ -4,7 +4,7 @@ use carom::TimeCorrelation;
 use carom_tables::{BlockMean, Figure, Table};
 
 use super::{
-    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, hard_discs::ENSKOG, in_blocks, resumed,
+    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks, resumed,
     slope::Slope,
 };
 
@@ -16,6 +16,9 @@ const FREE_TIMES: f64 = 5.0;
 /// free times). It grows slowly with them.
 const SLOPE_FROM: f64 = 10.0;
 const SLOPE_TO: f64 = 40.0;
+
+/// Source of the fourth moment: at short lags the displacements are not Gaussian.
+const DIFFUSION: &str = "approximation, long lags: diffusion equation";
 
 pub(super) const KIND: Kind = Kind {
     name: "correlation",
@@ -56,9 +59,9 @@ impl Measured for TimeCorrelation {
         .counts("pairs", points.iter().map(|point| point.pairs).collect())
         .means("mean_square_displacement", "length²", &squares)
         .means("velocity_autocorrelation", "length²/time²", &products)
-        .prediction("2kT/m exp(−Γt)", exponential, ENSKOG)
+        .prediction("2kT/m exp(−Γt)", exponential, SONINE)
         .means("mean_fourth_displacement", "length⁴", &fourths)
-        .prediction("2 ⟨|Δr|²⟩², Gaussian", gaussian, "diffusion equation")
+        .prediction("2 ⟨|Δr|²⟩², Gaussian", gaussian, DIFFUSION)
         .logarithmic()
         .caption(context.theory(
             "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",
@@ -83,5 +86,5 @@ fn diffusion(lags: &[f64], squares: &[BlockMean], context: &Context<'_>) -> Opti
     let gas = context.gas()?;
     let slope = Slope::between([SLOPE_FROM, SLOPE_TO], lags, squares, gas)?;
     let name = context.named(&format!("diffusion coefficient, from lags {}", slope.lags()));
-    Some(Figure::new(name, 0.25 * slope.value, "length²/time").predicted(gas.diffusion(), ENSKOG))
+    Some(Figure::new(name, 0.25 * slope.value, "length²/time").predicted(gas.diffusion(), SONINE))
 }

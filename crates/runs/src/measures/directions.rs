@@ -1,6 +1,7 @@
-//! `directions:TAG`: directions of the impulses on one body, in its own frame.
+//! `directions`: directions of the impulses on bodies, in their own frames.
 
 use carom::DirectionHistogram;
+use carom_report::molecule_picture::name;
 use carom_tables::{BlockMean, Figure, Table, chi_square::ChiSquare};
 
 use super::{
@@ -11,40 +12,60 @@ use super::{
     resumed,
 };
 
+/// Most atoms whose shares are figures of their own.
+const MAX_ATOMS: usize = 16;
+
 pub(super) const KIND: Kind = Kind {
     name: "directions",
-    summary: "directions of the impulses on the only body with the tag, in the frame of the body",
-    of: Of::OneBody,
+    summary: "directions of the impulses on the bodies of a group, each in its own frame",
+    of: Of::Group,
     span: Span::Measurement,
     parameters: &[Parameter::whole("bins", Default::Number(72.0), "sectors of the whole turn")],
     begin: |selection| {
-        let body = selection.only_body()?.body;
-        let facts = Billiard::of(selection.view).filter(|_| body.is_fixed());
-        Ok(in_blocks(Known { observer: DirectionHistogram::new(body.key(), selection.whole("bins")), facts }))
+        let group = selection.group;
+        let facts = Billiard::of(selection.view).filter(|billiard| {
+            let members = selection.view.bodies().filter(|body| group.contains(body.body));
+            members.into_iter().all(|body| body.body.is_fixed() == billiard.molecule_is_fixed)
+        });
+        Ok(in_blocks(Known { observer: DirectionHistogram::of_group(group, selection.whole("bins")), facts }))
     },
     resume: resumed::<Known<DirectionHistogram, Option<Billiard>>>,
 };
 
 impl Measured for Known<DirectionHistogram, Option<Billiard>> {
-    /// The share of the contacts in each sector, then that of the impulse.
+    /// The share of the contacts in each sector, then that of the impulse, and the share of the
+    /// contacts of each atom.
     fn sums(&self) -> Vec<[f64; 2]> {
-        sums(&self.observer)
+        let hits = self.observer.hits() as f64;
+        let atoms = self.observer.atom_counts().iter().map(|&count| [count as f64, hits]);
+        sums(&self.observer).into_iter().chain(atoms).collect()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let histogram = &self.observer;
         let exact = self.facts.as_ref().filter(|_| context.is_equilibrium);
-        let shares = exact.and_then(|billiard| billiard.direction_shares(histogram.counts().len()));
-        let chi = shares.as_ref().map(|shares| ChiSquare::of(histogram.counts(), shares));
-        let predicted = shares.map(|shares| Shares {
-            parts: [shares.clone(), shares],
-            label: "exposed arcs",
-            source: ARCS,
+        let parts = exact.and_then(|billiard| billiard.direction_shares(histogram.counts().len()));
+        let of_atoms = exact.and_then(Billiard::atom_shares);
+        let chi = [
+            ("directions", histogram.counts(), parts.as_ref().map(|parts| &parts[0])),
+            ("contacts by atom", histogram.atom_counts(), of_atoms.as_ref()),
+        ];
+        let chi = chi.into_iter().filter_map(|(what, counts, shares)| {
+            chi_square(what, ChiSquare::of(counts, shares?), ARCS, context)
         });
-        let figures = chi.and_then(|chi| chi_square("directions", chi, ARCS, context)).into_iter().collect();
+        let chi: Vec<Figure> = chi.collect();
+        let predicted = parts.map(|parts| Shares { parts, label: "exposed arcs", source: ARCS });
+        let (directions, atoms) = means.split_at(means.len().min(2 * histogram.counts().len()));
+        let share = |(atom, mean): (usize, &BlockMean)| {
+            let figure = context.figure(&format!("share of contacts on atom {}", name(atom)), "1", mean)?;
+            let predicted = of_atoms.as_ref().and_then(|shares| shares.get(atom).copied());
+            Some(figure.predicted(predicted, ARCS))
+        };
+        let count = if atoms.len() > 1 { MAX_ATOMS } else { 0 };
+        let shares = atoms.iter().enumerate().take(count).filter_map(share);
         Results {
-            tables: vec![table(histogram, means, context, predicted.as_ref())],
-            figures,
+            tables: vec![table(histogram, directions, context, predicted.as_ref())],
+            figures: chi.into_iter().chain(shares).collect(),
             ..Results::default()
         }
     }
@@ -85,10 +106,11 @@ pub(super) fn table(
 ) -> Table {
     let sectors = histogram.counts().len();
     let angle = |sector: usize| 360.0 * (sector as f64 + 0.5) / sectors as f64;
-    let mut table = Table::new(context.table("directions"), "Directions of the impulses on the body")
+    let mut table = Table::new(context.table("directions"), "Directions of the impulses")
         .abscissa("direction", "°", (0..sectors).map(angle).collect())
         .counts("contacts", histogram.counts().to_vec())
-        .caption("In the frame of the body, counter-clockwise from its x′ axis.");
+        .caption("In the frame of the body, counter-clockwise from its x′ axis.")
+        .polar();
     let (by_count, by_impulse) = means.split_at(means.len() / 2);
     let columns = [("share_of_contacts", by_count), ("share_of_impulse", by_impulse)];
     for (index, (name, means)) in columns.into_iter().enumerate() {

@@ -154,11 +154,16 @@ impl Entry {
         if !head.is_asked {
             results.tables.clear();
             results.files.clear();
+            results.drawings.clear();
         }
+        let sums = measure.run_sums();
+        let judged = |figure: Figure| figure.judged_by(sums.blocks.len());
+        results.figures = results.figures.into_iter().map(judged).collect();
         results.records.push(MeasureRecord {
-            sums: measure.run_sums(),
+            sums,
             tables: results.tables.clone(),
-            figures: results.figures.iter().map(|f| (f.clone(), f.quantity, f.is_test)).collect(),
+            figures: results.figures.iter().map(|figure| (figure.clone(), figure.quantity)).collect(),
+            drawings: results.drawings.clone(),
         });
         results
     }

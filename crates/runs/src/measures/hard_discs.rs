@@ -28,6 +28,9 @@ pub(super) const LIU_BULK: &str = "Liu (2021) at the density far from the walls"
 /// Source of rates in tables.
 pub const ENSKOG: &str = "Enskog's theory, pressure of Liu (2021)";
 
+/// Source of transport coefficients, which differ from those of hard discs by a few per cent.
+pub const SONINE: &str = "approximation, first Sonine: Enskog's theory, pressure of Liu (2021)";
+
 /// A gas of equal hard discs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HardDiscs {

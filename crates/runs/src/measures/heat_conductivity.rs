@@ -5,7 +5,7 @@ use carom_tables::{BlockMean, Figure, Sums, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, hard_discs::ENSKOG, in_blocks, resumed,
+    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks, resumed,
     slope::Slope,
 };
 
@@ -80,5 +80,5 @@ fn conductivity(lags: &[f64], means: &[BlockMean], context: &Context<'_>) -> Opt
     let error = slope.standard_error.map(|error| scale * error);
     let name = context.named(&format!("heat conductivity λ/k, from lags {}", slope.lags()));
     let figure = Figure::new(name, scale * slope.value, "1/time").error(error);
-    Some(figure.predicted(gas.heat_conductivity(), ENSKOG))
+    Some(figure.predicted(gas.heat_conductivity(), SONINE))
 }

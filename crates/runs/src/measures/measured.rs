@@ -156,6 +156,17 @@ impl Context<'_> {
     }
 }
 
+/// A picture that explains what a measure has measured.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Drawing {
+    /// Name of its file.
+    pub file: String,
+    /// What the reader must know.
+    pub caption: String,
+    /// The picture.
+    pub svg: String,
+}
+
 /// Tables and figures of a measure.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Results {
@@ -163,6 +174,8 @@ pub struct Results {
     pub tables: Vec<Table>,
     /// The figures.
     pub figures: Vec<Figure>,
+    /// Drawings of what was measured.
+    pub drawings: Vec<Drawing>,
     /// Data files that no table describes.
     pub files: Vec<String>,
     /// Energy drift and overlaps, from the measures that find them.
@@ -179,6 +192,7 @@ impl Results {
     pub(super) fn absorb(&mut self, other: Self) {
         self.tables.extend(other.tables);
         self.figures.extend(other.figures);
+        self.drawings.extend(other.drawings);
         self.files.extend(other.files);
         let (totals, found) = (&mut self.totals, other.totals);
         totals.energy_drift = totals.energy_drift.max(found.energy_drift);
@@ -193,6 +207,7 @@ impl Results {
     /// # Errors
     /// A file cannot be written.
     pub fn write(&self, folder: &Folder) -> Result<()> {
+        self.drawings.iter().try_for_each(|drawing| folder.write(&drawing.file, &drawing.svg))?;
         self.tables
             .iter()
             .try_for_each(|table| folder.write_table(&file_name(table), &table.header(), table.rows()))
@@ -204,6 +219,7 @@ impl Results {
     /// # Errors
     /// A file cannot be written.
     pub fn write_lasting(&self, folder: &Folder, is_written: impl Fn(&str) -> bool) -> Result<()> {
+        self.drawings.iter().try_for_each(|drawing| folder.write_lasting(&drawing.file, &drawing.svg))?;
         self.tables.iter().filter(|table| !is_written(&file_name(table))).try_for_each(|table| {
             folder.write_lasting_table(&file_name(table), &table.header(), table.rows())
         })
@@ -301,9 +317,9 @@ impl<M: Measured> Measure for InBlocks<M> {
     }
 
     fn results(&self, context: &Context<'_>) -> Results {
-        let RunSums { total, blocks } = self.run_sums();
-        let context = Context { blocks: &blocks, ..*context };
-        self.measured.results(&block_sums::means(&total, std::slice::from_ref(&blocks)), &context)
+        let sums = self.run_sums();
+        let context = Context { blocks: &sums.blocks, ..*context };
+        self.measured.results(&sums.means(), &context)
     }
 
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {

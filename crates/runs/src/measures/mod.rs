@@ -61,7 +61,7 @@ use self::measured::{Measure, in_blocks, point_bytes, resumed};
 pub use self::{
     hard_discs::{ENSKOG, HardDiscs, LIU},
     kind::{Kind, Of, Parameter, Span},
-    measured::{Context, Label, Measured, Results, file_name},
+    measured::{Context, Drawing, Label, Measured, Results, file_name},
     request::{Request, requests},
     selection::Selection,
     single::SingleMeasure,

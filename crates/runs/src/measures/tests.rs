@@ -206,9 +206,10 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
         let is_absent = ["drift", "friction", "overlap", "wall-heat", "wall-pressure"].contains(&kind.name);
         assert!(has_table || has_file || is_absent, "{}", kind.name);
     }
-    // Six of the drift, four of the orientation, two of the contact density, and of the kicks: two
-    // rates, six means and three energies, two times, six shares, and two of the geometry.
-    assert_eq!(results.figures.iter().filter(|figure| figure.name.ends_with(", tee")).count(), 33);
+    // Six of the drift, four of the orientation, two of the contact density, five shares of the
+    // directions, and of the kicks: two rates, six means and three energies, two times and that which
+    // a verdict needs, six shares, and two of the geometry.
+    assert_eq!(results.figures.iter().filter(|figure| figure.name.ends_with(", tee")).count(), 39);
     for table in &results.tables {
         let rows = table.columns[0].values.len();
         assert!(rows > 0 && table.columns.iter().all(|column| column.values.len() == rows), "{}", table.name);

@@ -19,11 +19,11 @@ pub(super) const KIND: Kind = Kind {
 impl Measured for ThermostatLedger {
     const OF_INTERVALS: bool = true;
 
-    /// Energy lost per time, then heat per time of each tag.
+    /// Energy lost per time, then heat per time of each tag: with thermostats, up to their last
+    /// action, so that all blocks begin and end in one phase.
     fn sums(&self) -> Vec<[f64; 2]> {
-        let time = self.duration();
-        let heats = self.heats().iter().map(|heat| [heat.total(), time]);
-        std::iter::once([self.total_lost(), time]).chain(heats).collect()
+        let heats = self.heats().iter().map(|heat| heat.between_actions().unwrap_or_default());
+        std::iter::once(self.lost_until_action()).chain(heats).collect()
     }
 
     fn bytes_per_sample(&self) -> usize {

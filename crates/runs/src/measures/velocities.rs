@@ -246,6 +246,9 @@ impl Velocities {
 
     /// χ² of the speeds against their distribution at fixed energy and momentum, over its degrees
     /// of freedom: the number of bins less two, because the energy is fixed as well as the number.
+    /// Samples are correlated, so that it is divided by the mean design effect of the bins: the
+    /// variance of a share over that of independent samples (Rao and Scott, J. Am. Stat. Assoc. 76
+    /// (1981) 221). Without errors of the shares there is no prediction.
     fn speed_test(&self, context: &Context<'_>) -> Option<Figure> {
         let speeds = Some(self.distribution.speeds()).filter(|_| self.is_microcanonical(context))?;
         let (bins, counts) = (speeds.bins(), speeds.counts());
@@ -270,8 +273,42 @@ impl Velocities {
         let test = ChiSquare::of(&counts, &shares);
         let freedom = test.freedom.checked_sub(1).filter(|freedom| *freedom > 0)? as f64;
         let name = context.named("χ² of the speeds over its degrees of freedom");
-        let figure = Figure::new(name, test.value / freedom, "1").error(f64::sqrt(2.0 / freedom));
-        Some(figure.predicted(1.0, "Maxwell at fixed energy and momentum, if samples are independent"))
+        let Some([effect, spread]) = self.design_effect(&starts, context) else {
+            return Some(Figure::new(name, test.value / freedom, "1"));
+        };
+        let error = f64::sqrt(2.0 * (1.0 + spread) / freedom);
+        let figure = Figure::new(name, test.value / (freedom * effect), "1").error(error);
+        Some(figure.predicted(1.0, "Maxwell at fixed energy and momentum"))
+    }
+
+    /// Mean of the design effects of joined bins of the speeds, which begin at `starts`, and their
+    /// relative variance.
+    fn design_effect(&self, starts: &[usize], context: &Context<'_>) -> Option<[f64; 2]> {
+        let [along_x, along_y] = self.distribution.components();
+        let components = Distribution::common_bins(&[along_x, along_y]).count();
+        let bins = self.distribution.speeds().bins();
+        let first = SPEEDS_OUTSIDE + 1 + 2 * components;
+        let widths: Vec<f64> = bins.edges().windows(2).map(|bin| bin[1] - bin[0]).collect();
+        let ends = starts.iter().skip(1).copied().chain([widths.len()]);
+        let samples = self.distribution.speeds().total() as f64;
+        let effect = |(start, end): (usize, usize)| {
+            // A block from before the first value in the later bins has fewer quantities.
+            let of_block = |sums: &Vec<[f64; 2]>| {
+                let of = |bin: usize| sums.get(first + bin).copied().unwrap_or_default();
+                let count = (start..end).map(|bin| of(bin)[0] * widths[bin]).sum();
+                [count, of(start)[1]]
+            };
+            let share = Estimate::of_runs(&[context.blocks.iter().map(of_block).collect()])?;
+            // (1 − p) times the variance over p (1 − p)/n.
+            let effect = share.standard_error * share.standard_error * samples / share.mean;
+            Some(effect).filter(|effect| effect.is_finite() && *effect > 0.0)
+        };
+        // A bin without a value has no effect of its own.
+        let effects: Vec<f64> = starts.iter().copied().zip(ends).filter_map(effect).collect();
+        let count = effects.len() as f64;
+        let mean = effects.iter().sum::<f64>() / (count - 1.0);
+        let squares = effects.iter().map(|effect| effect * effect).sum::<f64>() / (count - 1.0);
+        Some([mean, (squares / (mean * mean) - 1.0).max(0.0)]).filter(|_| count > 1.0)
     }
 
     /// The mean kurtosis. Its prediction is that of fixed energy and momentum, 2 (N − 1)/N.

@@ -4,7 +4,7 @@ use carom::observers::HelfandMoment;
 use carom_tables::{BlockMean, Figure, Table};
 
 use super::{
-    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, hard_discs::ENSKOG, in_blocks, resumed,
+    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks, resumed,
     slope::Slope,
 };
 
@@ -55,5 +55,5 @@ fn viscosity(lags: &[f64], means: &[BlockMean], context: &Context<'_>) -> Option
     let scale = 1.0 / (2.0 * gas.area * gas.temperature);
     let error = slope.standard_error.map(|error| scale * error);
     let name = context.named(&format!("shear viscosity, from lags {}", slope.lags()));
-    Some(Figure::new(name, scale * slope.value, "mass/time").error(error).predicted(gas.viscosity(), ENSKOG))
+    Some(Figure::new(name, scale * slope.value, "mass/time").error(error).predicted(gas.viscosity(), SONINE))
 }

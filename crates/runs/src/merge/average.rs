@@ -4,7 +4,9 @@
 //! averaged over the runs, with the error of its scatter among them. All sums are added in the
 //! order of the runs' keys.
 
-use carom_tables::{BlockMean, Column, Figure, MergedSums, Replica, Role, RunSums, Table, block_sums};
+use carom_tables::{
+    BlockMean, Column, Figure, MIN_BLOCKS, MergedSums, Replica, Role, RunSums, Table, block_sums,
+};
 
 use super::rebin::with_common_bins;
 use crate::{
@@ -31,6 +33,7 @@ pub fn results(record: &Record) -> Results {
         let merged = Merged::new(&sums, parts.iter().collect());
         results.tables.extend(merged.tables());
         results.figures.extend(merged.figures());
+        results.drawings.extend(parts.first().map_or_else(Vec::new, |part| part.drawings.clone()));
     }
     results
 }
@@ -77,15 +80,19 @@ impl<'a> Merged<'a> {
         let all: Vec<Vec<Figure>> = self
             .parts
             .iter()
-            .map(|part| part.figures.iter().map(|(figure, ..)| figure.clone()).collect())
+            .map(|part| part.figures.iter().map(|(figure, _)| figure.clone()).collect())
             .collect();
-        let figure = |(figure, quantity, is_test): &(Figure, Option<usize>, bool)| {
-            let average = Figure { is_test: *is_test, ..averaged(figure, &all) };
-            let Some(quantity) = *quantity else { return average.resolved() };
+        let runs = self.parts.len();
+        let figure = |(figure, quantity): &(Figure, Option<usize>)| {
+            let average = averaged(figure, &all);
+            let Some(quantity) = *quantity else {
+                return if runs > 1 { average.judged_by(runs) } else { average.resolved() };
+            };
             let same = all.iter().flatten().filter(|other| other.name == figure.name);
             let has_error = same.into_iter().all(|other| other.standard_error.is_some());
             let BlockMean { value, standard_error, .. } = self.mean(quantity, has_error);
-            Figure { value: value.unwrap_or(average.value), standard_error, ..average }.resolved()
+            let merged = Figure { value: value.unwrap_or(average.value), standard_error, ..average };
+            if has_error { merged.resolved() } else { merged.judged_by(runs) }
         };
         first.figures.iter().map(figure).collect()
     }
@@ -275,7 +282,15 @@ fn scatter(columns: &[&Column], row: usize) -> Option<f64> {
 /// A scatter below this share of the value is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// A figure averaged over the runs that have it, with the error of its scatter.
+/// The error of a mean of runs that have errors of their own; `None` if one has none.
+fn error_of_errors(same: &[&Figure]) -> Option<f64> {
+    let squares = same.iter().map(|figure| figure.standard_error.map(|error| error * error));
+    let sum: f64 = squares.collect::<Option<Vec<f64>>>()?.iter().sum();
+    Some(sum.sqrt() / same.len() as f64)
+}
+
+/// A figure averaged over the runs that have it, with the error of its scatter; of few runs, whose
+/// scatter is uncertain, with that from their own errors if they have some.
 fn averaged(figure: &Figure, all: &[Vec<Figure>]) -> Figure {
     let same: Vec<&Figure> =
         all.iter().filter_map(|figures| figures.iter().find(|other| other.name == figure.name)).collect();
@@ -283,9 +298,11 @@ fn averaged(figure: &Figure, all: &[Vec<Figure>]) -> Figure {
     let predictions: Option<Vec<f64>> = same.iter().map(|figure| figure.prediction).collect();
     let value = mean_of(values.clone()).unwrap_or(figure.value);
     let is_scatter = |error: &f64| *error > ROUNDING * value.abs();
+    let own = error_of_errors(&same).filter(|_| same.len() < MIN_BLOCKS);
+    let scattered = || error_of(&values).filter(is_scatter).or(figure.standard_error);
     Figure {
         value,
-        standard_error: error_of(&values).filter(is_scatter).or(figure.standard_error),
+        standard_error: own.or_else(scattered),
         prediction: predictions.and_then(mean_of),
         ..figure.clone()
     }
@@ -294,6 +311,19 @@ fn averaged(figure: &Figure, all: &[Vec<Figure>]) -> Figure {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn few_runs_with_errors_of_their_own_have_the_error_of_those() {
+        let run = |value: f64, error: Option<f64>| vec![Figure::new("chi", value, "1").error(error)];
+        let error = |runs: &[Vec<Figure>]| averaged(&runs[0][0], runs).standard_error.unwrap();
+        // √2 · 0.3 / 2, whatever their scatter.
+        let two = [run(1.0, Some(0.3)), run(1.001, Some(0.3))];
+        assert!((error(&two) - 0.3 * 0.5f64.sqrt()).abs() < 1e-15);
+        let plain = [run(1.0, None), run(1.2, None)];
+        assert!((error(&plain) - 0.1).abs() < 1e-15);
+        let many: Vec<_> = (0..MIN_BLOCKS).map(|n| run(n as f64, Some(1e-3))).collect();
+        assert!(error(&many) > 1.0);
+    }
 
     #[test]
     fn curves_on_different_abscissae_are_interpolated_to_those_of_the_first_run() {

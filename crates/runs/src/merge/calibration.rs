@@ -21,12 +21,12 @@ fn of_measure(parts: &[MeasureRecord]) -> Vec<Calibration> {
     let Some(first) = parts.first() else { return Vec::new() };
     let of_figure = |name: &str| -> Option<Calibration> {
         let found = |part: &MeasureRecord| -> Option<Measured> {
-            let (figure, ..) = part.figures.iter().find(|(figure, ..)| figure.name == name)?;
+            let (figure, _) = part.figures.iter().find(|(figure, _)| figure.name == name)?;
             Some((figure.value, figure.standard_error))
         };
         Calibration::of(name, &[parts.iter().filter_map(found).collect()])
     };
-    let figures = first.figures.iter().filter_map(|(figure, ..)| of_figure(&figure.name));
+    let figures = first.figures.iter().filter_map(|(figure, _)| of_figure(&figure.name));
     let tables = first.tables.iter().flat_map(|table| of_table(&table.name, table, parts));
     figures.chain(tables).collect()
 }
@@ -64,7 +64,7 @@ mod tests {
         let run = |number: u64| {
             let x = (number * 37 % 64) as f64;
             let scatter = 64.0 / 12f64.sqrt();
-            let figures = vec![(Figure::new("half", x, "1").error(0.5 * scatter), None, false)];
+            let figures = vec![(Figure::new("half", x, "1").error(0.5 * scatter), None)];
             let table = Table::new("t", "T").abscissa("r", "1", vec![0.0]).value("y", "1", vec![Some(x)]);
             let tables = vec![table.errors(vec![Some(scatter)])];
             let measures = vec![MeasureRecord { tables, figures, ..MeasureRecord::default() }];

@@ -13,7 +13,7 @@ use std::{
 use anyhow::{Result, ensure};
 pub use average::results as merged;
 pub use calibration::calibrations;
-use carom_tables::{Replica, Summary, Table, Totals, Verdict};
+use carom_tables::{Figure, Replica, Summary, Table, Totals, Verdict};
 use clap::Args;
 use parts::Parts;
 use serde::Serialize;
@@ -119,7 +119,11 @@ impl MergedRuns {
             title,
             note: notes.into_iter().find(|note| !note.is_empty()).cloned().unwrap_or_default(),
             totals,
-            checks: totals.checks(),
+            checks: totals
+                .checks()
+                .into_iter()
+                .chain(results.figures.iter().filter_map(Figure::check))
+                .collect(),
             figures: results.figures.clone(),
             runs: Vec::new(),
         };

@@ -4,7 +4,7 @@
 //! two, so that each bin of one run lies inside a bin of another or contains some of its bins.
 //! Joining bins is then exact, for densities and for the sums of every block.
 
-use carom_tables::{Column, Figure, Role, RunSums, Sums, Table};
+use carom_tables::{BlockMean, Column, Figure, Role, RunSums, Sums, Table};
 
 use crate::record::MeasureRecord;
 
@@ -94,14 +94,34 @@ fn rebinned(part: &MeasureRecord, targets: &[(&str, Vec<f64>)]) -> Option<Measur
         }
         tables.push(table);
     }
-    let figures: Vec<(Figure, Option<usize>, bool)> = part
+    let figures: Vec<(Figure, Option<usize>)> = part
         .figures
         .iter()
-        .map(|(figure, quantity, is_test)| (figure.clone(), new_place(&sources, *quantity), *is_test))
+        .map(|(figure, quantity)| (figure.clone(), new_place(&sources, *quantity)))
         .collect();
     let of = |sums: &Sums| sources.iter().map(|source| source.sums(sums)).collect();
     let sums = RunSums { total: of(&part.sums.total), blocks: part.sums.blocks.iter().map(of).collect() };
-    Some(MeasureRecord { sums, tables, figures })
+    // Errors of joined bins do not follow from those of their parts.
+    let means = sums.means();
+    for (table, before) in tables.iter_mut().zip(&part.tables) {
+        if edges(table) != edges(before) {
+            set_errors(table, &means);
+        }
+    }
+    Some(MeasureRecord { sums, tables, figures, drawings: part.drawings.clone() })
+}
+
+/// Sets the errors of all columns that are means, where there were errors.
+fn set_errors(table: &mut Table, means: &[BlockMean]) {
+    for index in 1..table.columns.len() {
+        let [value, error] = &mut table.columns[index - 1..=index] else { continue };
+        if error.role == Role::StandardError {
+            for (cell, quantity) in error.values.iter_mut().zip(&value.quantities) {
+                let mean = quantity.and_then(|quantity| means.get(quantity));
+                *cell = cell.and_then(|_| mean?.standard_error);
+            }
+        }
+    }
 }
 
 /// Where the sums of a quantity come from.
@@ -139,7 +159,7 @@ fn joined(column: &Column, target: &[f64], parts: &Parts, sources: &mut Vec<Sour
         Role::Width => Some(widths[bin]),
         Role::Value => Some(integral(parts)? / widths[bin]),
         Role::Count => parts.iter().map(|&(row, _)| cell(row)).sum(),
-        // Only whether there is one: the error of the merged value comes from the sums.
+        // Only whether there is one.
         Role::StandardError => parts.iter().map(|&(row, _)| cell(row)).sum(),
         Role::Undrawn | Role::Derived | Role::Prediction { .. } => {
             integral(parts).filter(|_| !parts.is_empty()).map(|sum| sum / covered(parts))
@@ -163,7 +183,6 @@ fn joined(column: &Column, target: &[f64], parts: &Parts, sources: &mut Vec<Sour
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carom_tables::BlockMean;
 
     /// A run with counts in bins between edges, after a quantity of no bin.
     fn run(edges: &[f64], counts: &[f64]) -> MeasureRecord {
@@ -178,9 +197,9 @@ mod tests {
             })
             .collect();
         let table = Table::new("t", "T").bins("x", "1", edges).means("density", "1", &means);
-        let figure = (Figure::new("f", 3.0, "1"), Some(0), false);
+        let figure = (Figure::new("f", 3.0, "1"), Some(0));
         let sums = RunSums { blocks: vec![sums.clone()], total: sums };
-        MeasureRecord { sums, tables: vec![table], figures: vec![figure] }
+        MeasureRecord { sums, tables: vec![table], figures: vec![figure], ..MeasureRecord::default() }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::{collections::BTreeSet, fs};
 
 use anyhow::{Context, Result};
 use carom::Scene;
+use carom_report::page::DataChart;
 use carom_tables::{Check, Figure, OneRun, Summary, Table, Totals};
 use serde::Deserialize as _;
 use serde_json::Value;
@@ -40,7 +41,7 @@ pub(super) enum Kind {
     Run,
     /// `carom merge`.
     Merge,
-    /// `carom sweep`.
+    /// `carom sweep`, and the commands that write a study and run it.
     Sweep,
     /// Another command.
     Experiment,
@@ -61,6 +62,8 @@ pub(super) struct Contents {
     /// What merged runs lack.
     pub left_out: LeftOut,
     pub tables: Vec<Table>,
+    /// Drawings of the measures.
+    pub drawings: Vec<DataChart>,
     /// Pictures of the first and the last state.
     pub pictures: [Option<String>; 2],
     /// Maps of the whole box at the end.
@@ -115,6 +118,7 @@ impl Contents {
             summary,
             left_out: left_out.and_then(Result::ok).unwrap_or_default(),
             tables: tables_file::tables(folder)?,
+            drawings: tables_file::drawings(folder)?,
             pictures: [start?, end?],
             maps: [density?, order?],
             animation,
@@ -152,8 +156,9 @@ fn kind_of(again: &str) -> Kind {
         ["cargo", "xtask", name, ..] | ["carom", name, ..] => *name == command,
         _ => false,
     };
-    let kinds = [("run", Kind::Run), ("merge", Kind::Merge), ("sweep", Kind::Sweep)];
-    kinds.into_iter().find(|(command, _)| is(command)).map_or(Kind::Experiment, |(_, kind)| kind)
+    let sweeps = ["sweep", "brownian", "billiard"].map(|name| (name, Kind::Sweep));
+    let mut kinds = [("run", Kind::Run), ("merge", Kind::Merge)].into_iter().chain(sweeps);
+    kinds.find(|(command, _)| is(command)).map_or(Kind::Experiment, |(_, kind)| kind)
 }
 
 fn state_of(manifest: &Value) -> State {
@@ -216,7 +221,7 @@ fn summary_of(value: &Value) -> Summary {
         source: figure["source"].as_str().map(str::to_owned),
         smallest_difference: figure["smallest_difference"].as_f64(),
         quantity: None,
-        is_test: false,
+        is_test: figure["is_test"] == true,
     };
     let run = |run: &Value| OneRun {
         name: string(&run["name"]),
@@ -264,7 +269,7 @@ mod tests {
             checks: vec![Check::at_most("x", 1.0, 0.0)],
             figures: vec![
                 figure,
-                Figure { smallest_difference: Some(0.25), ..Figure::new("drift", 0.0, "1") },
+                Figure { smallest_difference: Some(0.25), is_test: true, ..Figure::new("drift", 0.0, "1") },
             ],
             runs: vec![OneRun { name: "a".to_owned(), collisions: 3, cpu_seconds: 0.5 }],
         };

@@ -1,13 +1,10 @@
-//! The charts of a run's tables, and the two that carry its answer.
+//! The charts of a run's tables, and those that carry its answer.
 
 use anyhow::Result;
 use carom_report::{page::DataChart, table_chart};
 use carom_tables::{Role, Table};
 
 use crate::measures;
-
-/// Number of charts beside the verdict.
-const CARRYING: usize = 2;
 
 /// All charts of a run.
 #[derive(Debug, Default)]
@@ -22,11 +19,11 @@ pub(super) struct Charts {
 }
 
 impl Charts {
-    /// Draws all tables. `main` is the name of the main figure.
+    /// Draws all tables. `main` is the name of the main figure; `count` charts carry the answer.
     ///
     /// # Errors
     /// A table cannot be drawn.
-    pub fn of(tables: &[Table], main: &str) -> Result<Self> {
+    pub fn of(tables: &[Table], main: &str, count: usize) -> Result<Self> {
         let mut drawn: Vec<(u8, Vec<DataChart>)> = Vec::new();
         let mut undrawn = Vec::new();
         for table in tables {
@@ -46,7 +43,7 @@ impl Charts {
         let mut order: Vec<usize> = (0..drawn.len()).filter(|&index| !drawn[index].1.is_empty()).collect();
         // The order of the scene among equals.
         order.sort_by_key(|&index| std::cmp::Reverse(drawn[index].0));
-        order.truncate(CARRYING);
+        order.truncate(count);
         let evidence = order.iter().map(|&index| drawn[index].1.remove(0)).collect();
         Ok(Self { evidence, others: drawn.into_iter().flat_map(|(_, charts)| charts).collect(), undrawn })
     }
@@ -93,12 +90,12 @@ mod tests {
             table("both").errors(vec![Some(0.1); 2]).level("theory", Some(1.5), "source"),
             table("more").value("z", "length", vec![Some(0.0), Some(1.0)]),
         ];
-        let charts = Charts::of(&tables, "no figure").unwrap();
+        let charts = Charts::of(&tables, "no figure", 2).unwrap();
         let files = |charts: &[DataChart]| charts.iter().map(|chart| chart.file.clone()).collect::<Vec<_>>();
         assert_eq!(files(&charts.evidence), ["both.csv", "errors.csv"]);
         assert_eq!(files(&charts.others), ["plain.csv", "more.csv", "more.csv"]);
         assert_eq!(charts.undrawn, ["empty.csv"]);
-        let charts = Charts::of(&tables, "z, tag").unwrap();
+        let charts = Charts::of(&tables, "z, tag", 2).unwrap();
         assert_eq!(files(&charts.evidence), ["more.csv", "both.csv"]);
     }
 }

@@ -11,17 +11,20 @@ mod files;
 mod read;
 mod run_page;
 mod tables_file;
+mod tests_in_words;
 mod verdict;
 
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
+use carom_report::page::DataChart;
 use carom_tables::Verdict;
 use clap::Args;
 
 use contents::{Contents, Kind};
 pub use contents::{RUNS, State};
 pub use tables_file::write as write_tables;
+pub use tests_in_words::{NEEDED, tests_in_words};
 pub use verdict::{FIXED_BODIES, NOT_EXACT};
 
 use crate::{
@@ -76,6 +79,15 @@ fn write_again(folder: &Folder) -> Result<()> {
 /// A file cannot be read or written, or a table cannot be drawn.
 pub fn write(folder: &Folder, state: State) -> Result<()> {
     folder.write(PAGE, run_page::html(&Contents::read(folder, Some(state))?)?)
+}
+
+/// The pictures and charts that carry the answer of a run or of merged runs, from the files of its
+/// folder.
+///
+/// # Errors
+/// A file cannot be read, or a table cannot be drawn.
+pub fn evidence(folder: &Folder) -> Result<Vec<DataChart>> {
+    run_page::evidence(&Contents::read(folder, Some(State::Ended))?)
 }
 
 #[cfg(test)]

@@ -26,22 +26,21 @@ pub(super) fn html(contents: &Contents) -> Result<String> {
     let mut page = Page::new(&title, &lead(contents));
     page.verdict(&verdict::sentence(contents));
     notes(contents, &mut page);
-    let figures = contents.summary.as_ref().map_or(&[][..], |summary| &summary.figures);
-    let main = verdict::main_figure(figures).map_or("", |figure| &figure.name);
-    let charts = Charts::of(&contents.tables, main)?;
+    let charts = charts(contents)?;
     let mut pictures = system(contents);
     page.part(Part::Answer);
     // Without charts the states of the system are the answer.
-    let lacking = 2usize.saturating_sub(charts.evidence.len()).min(pictures.len());
+    let evidence = [contents.drawings.clone(), charts.evidence].concat();
+    let lacking = 2usize.saturating_sub(evidence.len()).min(pictures.len());
     let kept = pictures.split_off(pictures.len() - lacking);
-    page.charts(&[charts.evidence, kept].concat());
+    page.charts(&[evidence, kept].concat());
     if let (Some(animation), Some(scene)) = (&contents.animation, &contents.scene) {
         page.animation(animation, &caption_of_animation(scene));
     }
     page.part(Part::Results);
     page.heading("Figures");
     let summary = contents.summary.as_ref();
-    page.figures(figures);
+    page.figures(summary.map_or(&[][..], |summary| &summary.figures));
     if let Some(price) = &contents.price {
         price.show(&mut page);
     }
@@ -60,6 +59,19 @@ pub(super) fn html(contents: &Contents) -> Result<String> {
         checks(contents, summary, &mut page);
     }
     Ok(page.html())
+}
+
+/// The charts of the tables. With a drawing the answer has three of them, else two.
+fn charts(contents: &Contents) -> Result<Charts> {
+    let figures = contents.summary.as_ref().map_or(&[][..], |summary| &summary.figures);
+    let main = verdict::main_figure(figures).map_or("", |figure| &figure.name);
+    let count = if contents.drawings.is_empty() { 2 } else { 3 };
+    Charts::of(&contents.tables, main, count)
+}
+
+/// The drawings of the measures, and the charts that carry the answer.
+pub(super) fn evidence(contents: &Contents) -> Result<Vec<DataChart>> {
+    Ok([contents.drawings.clone(), charts(contents)?.evidence].concat())
 }
 
 /// Errors, what is missing, and the note of the run, from the top.

@@ -3,12 +3,13 @@
 use std::{collections::BTreeMap, fs};
 
 use anyhow::{Context, Result};
+use carom_report::page::DataChart;
 use carom_tables::{Column, Level, Role, Spacing, Table};
 use serde_json::{Value, json};
 
-use super::read::json;
+use super::read::{json, text};
 use crate::{
-    measures::{self, Results},
+    measures::{self, Drawing, Results},
     output::Folder,
 };
 
@@ -21,7 +22,27 @@ const TABLES: &str = "tables.json";
 /// # Errors
 /// The file cannot be written.
 pub fn write(results: &Results, folder: &Folder) -> Result<()> {
-    folder.write_json(TABLES, &results.tables.iter().map(head).collect::<Vec<Value>>())
+    let drawing = |drawing: &Drawing| json!({ "drawing": drawing.file, "caption": drawing.caption });
+    let tables = results.tables.iter().map(head);
+    let all: Vec<Value> = tables.chain(results.drawings.iter().map(drawing)).collect();
+    folder.write_json(TABLES, &all)
+}
+
+/// The drawings of a folder from `tables.json` and their SVG files; those whose file is missing are
+/// left out.
+///
+/// # Errors
+/// A file is there and cannot be read.
+pub(super) fn drawings(folder: &Folder) -> Result<Vec<DataChart>> {
+    let heads = json(folder, TABLES)?.unwrap_or_default();
+    let heads = heads.as_array().cloned().unwrap_or_default();
+    let drawings = heads.iter().filter_map(|head| head["drawing"].as_str().map(|file| (file, head)));
+    let drawings = drawings.map(|(file, head)| {
+        let svg = if file.contains(['/', '\\']) { None } else { text(folder, file)? };
+        let caption = head["caption"].as_str().unwrap_or_default().to_owned();
+        Ok(svg.map(|svg| DataChart { svg, caption, file: file.to_owned() }))
+    });
+    drawings.filter_map(Result::transpose).collect()
 }
 
 fn head(table: &Table) -> Value {
@@ -45,6 +66,8 @@ fn head(table: &Table) -> Value {
         "title": table.title,
         "caption": table.caption,
         "spacing": if table.spacing == Spacing::Logarithmic { "logarithmic" } else { "linear" },
+        "polar": table.is_polar,
+        "names": table.names,
         "columns": columns,
         "levels": levels.collect::<Vec<Value>>(),
         "derived": derived.collect::<Vec<Value>>(),
@@ -125,6 +148,8 @@ fn table(head: &Value, file: &str, cells: &BTreeMap<&str, Vec<Option<f64>>>) -> 
         title: string(&head["title"]),
         caption: string(&head["caption"]),
         spacing: if head["spacing"] == "logarithmic" { Spacing::Logarithmic } else { Spacing::Linear },
+        is_polar: head["polar"] == true,
+        names: list("names").iter().map(string).collect(),
         columns,
         levels: list("levels").iter().filter_map(level).collect(),
     }
@@ -163,15 +188,19 @@ mod tests {
                 .errors(vec![Some(0.5), None])
                 .prediction("theory", vec![Some(2.0), Some(3.0)], "a source")
                 .level("level", Some(0.7), "another"),
-            Table::new("two", "Second"),
+            Table::new("two", "Second").polar().named(vec!["A".to_owned()]),
         ];
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-        let results = Results { tables: written, ..Results::default() };
+        let drawing =
+            Drawing { file: "d.svg".to_owned(), caption: "A drawing.".to_owned(), svg: "<svg/>".to_owned() };
+        let results = Results { tables: written, drawings: vec![drawing], ..Results::default() };
         results.write(&folder).unwrap();
         write(&results, &folder).unwrap();
         let found = tables(&folder).unwrap();
         assert_eq!(found, results.tables);
+        let [drawing] = &drawings(&folder).unwrap()[..] else { panic!("one drawing") };
+        assert_eq!((drawing.file.as_str(), drawing.svg.as_str()), ("d.svg", "<svg/>"));
         fs::remove_file(root.path().join("two.csv")).unwrap();
         assert_eq!(tables(&folder).unwrap().len(), 1);
     }

@@ -3,10 +3,13 @@
 
 use std::fmt::Write as _;
 
-use carom_report::page::{checks_in_words, named, two_digits, with_error};
+use carom_report::page::{checks_in_words, named, with_error};
 use carom_tables::{Figure, Summary};
 
-use super::contents::{Contents, Kind};
+use super::{
+    contents::{Contents, Kind},
+    tests_in_words::tests_in_words,
+};
 
 /// The first words of a note on a method that is not exact.
 pub const NOT_EXACT: &str = "NOT EXACT";
@@ -22,6 +25,7 @@ pub(super) fn sentence(contents: &Contents) -> String {
     let mut parts = vec![what(contents, summary)];
     parts.push(checks_in_words(&summary.checks));
     parts.extend(main_figure(&summary.figures).map(measured));
+    parts.extend(tests_in_words(&summary.figures.iter().map(|figure| ("", figure)).collect::<Vec<_>>()));
     parts.join(" ")
 }
 
@@ -65,11 +69,11 @@ fn measured(figure: &Figure) -> String {
     if let (Some(prediction), Some(error)) = (figure.prediction, figure.standard_error) {
         let away = (figure.value - prediction).abs() / error;
         let prediction = with_error(prediction, None);
-        let _ = write!(text, "; predicted {prediction}, {away:.1} standard errors away");
-    }
-    if let Some(least) = figure.smallest_difference {
-        let _ =
-            write!(text, "; a difference of {} would have been found", with_error(two_digits(least), None));
+        let _ = if figure.is_approximate() {
+            write!(text, "; in an approximation {prediction}")
+        } else {
+            write!(text, "; predicted {prediction}, {away:.1} standard errors away")
+        };
     }
     text.push('.');
     text
@@ -93,6 +97,7 @@ mod tests {
             measured(&pressure),
             "Measured: pressure 7.00 ± 0.50; predicted 8, 2.0 standard errors away."
         );
-        assert!(measured(&pressure.test()).ends_with("; a difference of 2.8 would have been found."));
+        let rough = Figure::new("D", 7.0, "1").error(0.5).predicted(8.0, "approximation, first Sonine");
+        assert_eq!(measured(&rough), "Measured: D 7.00 ± 0.50; in an approximation 8.");
     }
 }

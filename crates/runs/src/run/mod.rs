@@ -31,7 +31,7 @@ pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
 use crate::{
     command_line::command,
     exit::Followed,
-    folder_lock::FolderLock,
+    folder_lock::{FolderLock, Ousted},
     interruption::{Interrupted, Signals},
     manifest::{Manifest, TileSummary},
     measures::Measures,
@@ -278,7 +278,7 @@ impl<'a> Place<'a> {
 
     /// Puts an error that is not an interruption into the manifest, and returns it.
     fn record(&mut self, error: Error) -> Error {
-        if error.chain().any(<dyn std::error::Error>::is::<Interrupted>) {
+        if error.chain().any(|cause| cause.is::<Interrupted>() || cause.is::<Ousted>()) {
             return error;
         }
         let recorded = self.fail(0.0, &error);

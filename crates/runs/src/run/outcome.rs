@@ -17,6 +17,7 @@ use super::{
 use crate::{
     animation,
     file_names::PICTURES,
+    folder_lock::Ousted,
     interruption::{Interrupted, Signals},
     measures::{HardDiscs, Measures, Results},
     memory::{self, Demand},
@@ -113,7 +114,7 @@ pub fn simulate(
     let error = steps::go_on(&mut going, task, scene, Output::Files, &progress).err();
     drop(progress);
     if let Some(error) = error {
-        if error.chain().any(<dyn std::error::Error>::is::<Interrupted>) {
+        if error.chain().any(|cause| cause.is::<Interrupted>() || cause.is::<Ousted>()) {
             return Err(error);
         }
         let outcome = outcome_of(&going.simulation.view(), &going.observers, going.seconds(), scene);
@@ -271,6 +272,7 @@ impl Outcome {
             figures.push(Figure::new("deepest overlap at a sample, by the smaller diameter", depth, "1"));
         }
         figures.extend(self.price.iter().flat_map(Price::figures));
+        checks.extend(figures.iter().filter_map(Figure::check));
         Summary { title, note, totals: self.totals, checks, figures, runs: Vec::new() }
     }
 

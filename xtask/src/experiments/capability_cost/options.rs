@@ -3,7 +3,7 @@
 use carom_runs::output::Destination;
 use clap::Args;
 
-use carom_experiments::common::Common;
+use crate::experiments::common::Common;
 
 /// Options of `cargo xtask experiment capability-cost`.
 #[derive(Debug, Clone, Args)]

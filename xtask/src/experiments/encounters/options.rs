@@ -1,6 +1,6 @@
 //! The amount of work of the experiment.
 
-use carom_experiments::common::ParallelRuns;
+use crate::experiments::common::ParallelRuns;
 use carom_runs::output::Resumption;
 
 /// Options of `cargo xtask experiment encounters`.

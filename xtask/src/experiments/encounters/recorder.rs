@@ -2,10 +2,11 @@
 
 use std::{
     f64::consts::{PI, TAU},
+    path::Path,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use carom::{
     CellsPerSide, Detection, Exact, HeapScheduler, Impact, Scene, Simulation,
     engine::{BoxSpec, MoleculeSpec, RunSpec},
@@ -15,11 +16,10 @@ use carom::{
 use carom_detection::{Answer, encounters::Encounter, skim};
 use carom_geometry::Molecule;
 use carom_runs::run_totals::RunTotals;
+use carom_sweeps::{Size, Study};
 use carom_tables::Totals;
 use cpu_time::ThreadTime;
 use glam::DVec2;
-
-use crate::experiments::thesis_scene::{self, Case, Size};
 
 /// One query in this many is recorded; a prime number, so that all kinds of queries occur.
 const STRIDE: u64 = 37;
@@ -99,12 +99,21 @@ impl Notes {
 /// A scene cannot be built, or a run fails.
 pub fn recordings(seed: u64, count: usize) -> Result<Vec<Recording>> {
     let run = RunSpec { until: 2.0, sample_interval: 0.5, ..RunSpec::default() };
-    let tee = thesis_scene::scene(Case::Standard, Size::Half, seed, 0, run)?;
+    let tee = tee(seed, &run)?;
     Ok(vec![
         record("recorded_tee", "a tee in its gas, area fraction 0.5", &tee, count)?,
         record("recorded_dumbbells_0.3", "dumbbells at area fraction 0.3", &dumbbells(seed, 0.3), count)?,
         record("recorded_dumbbells_0.6", "dumbbells at area fraction 0.6", &dumbbells(seed, 0.6), count)?,
     ])
+}
+
+/// The first point of the study of the thesis: a tee in its gas.
+fn tee(seed: u64, run: &RunSpec) -> Result<Scene> {
+    let study = Study::parse(include_str!("../../../studies/brownian.toml"), Path::new(""), Size::default())?;
+    let mut scene = study.points.first().context("the study of the thesis has no point")?.scene.clone();
+    scene.bounds.seed = seed;
+    scene.run = RunSpec { observe: scene.run.observe, ..run.clone() };
+    Ok(scene)
 }
 
 /// 288 dumbbells of mass 1, initially in rows, each with an energy of about 1 in its own direction;

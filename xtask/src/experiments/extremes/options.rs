@@ -5,7 +5,7 @@ use std::time::Duration;
 use carom_runs::output::Destination;
 use clap::Args;
 
-use carom_experiments::common::{Common, Threads};
+use crate::experiments::common::{Common, Threads};
 
 /// Options of `cargo xtask experiment extremes`.
 #[derive(Debug, Clone, Args)]

@@ -3,7 +3,7 @@
 use carom_runs::output::Resumption;
 use clap::Args;
 
-use carom_experiments::common::{Common, Seed};
+use crate::experiments::common::{Common, Seed};
 
 /// Options of `cargo xtask experiment spheres` and `pair`.
 #[derive(Debug, Clone, Args)]

@@ -3,12 +3,12 @@
 use std::f64::consts::PI;
 
 use carom::observers::Isotropy;
-use carom_report::molecule_picture::name;
-use carom_tables::{BlockMean, Estimate, Figure, Table, chi_square::ChiSquare};
+use carom_report::molecule_picture::{self, name};
+use carom_tables::{BlockMean, Estimate, Figure, MIN_BLOCKS, Table, chi_square::ChiSquare};
 
 use super::{
     super::{
-        Context, Measured as _, Results,
+        Context, Drawing, Measured as _, Results,
         directions::{self, Shares},
     },
     Kicks, Prediction,
@@ -16,14 +16,12 @@ use super::{
     mirror::Mirror,
     surroundings::Surroundings,
 };
+use crate::report::NEEDED;
 
 /// Least duration of a block in relaxation times of the body, for errors of its motion. Blocks of
 /// three give errors of means that are too small by a fifth. Smaller: a body that has not yet
 /// forgotten its rotation would seem to be driven. Larger: runs must be longer for a verdict.
-pub const MIN_BLOCK: f64 = 3.0;
-
-/// With fewer blocks their scatter gives no reliable test of directions.
-pub const MIN_BLOCKS: usize = 30;
+const MIN_BLOCK: f64 = 3.0;
 
 /// Number of harmonics in the test that the kicks of a round body are isotropic.
 const HARMONICS: usize = 6;
@@ -141,7 +139,20 @@ pub(super) fn results(kicks: &Kicks, parts: &Parts<'_>, context: &Context<'_>) -
     figures.extend(against_arcs(kicks, theory, context));
     figures.extend(of_atoms(kicks, parts, theory, context));
     figures.extend(of_geometry(kicks, context));
-    Results { tables: tables(kicks, parts, theory, context), figures, ..Results::default() }
+    let drawings = drawing(kicks, context).into_iter().collect();
+    Results { tables: tables(kicks, parts, theory, context), figures, drawings, ..Results::default() }
+}
+
+/// The body with the boundary that it shows to the gas.
+fn drawing(kicks: &Kicks, context: &Context<'_>) -> Option<Drawing> {
+    let Theory { prediction, around, .. } = Theory::of(kicks)?;
+    let disc = if around.is_one_gas { "a gas disc" } else { "the smallest disc around it" };
+    let caption = format!(
+        "The body in its own frame (x′, y′). The line bounds the region that the centre of {disc} (dashed) cannot \
+         enter; each arc belongs to the touched atom. An atom with a dashed outline cannot be touched."
+    );
+    let svg = molecule_picture::svg(&kicks.shape.molecule, &prediction.boundary, around.probe);
+    Some(Drawing { file: context.label.file("kicks-body.svg"), caption, svg })
 }
 
 /// The rate of the kicks, and the density of the gas at the boundary.
@@ -223,11 +234,23 @@ fn motion(
             Some(figure.predicted(predicted.map(|[share, kt]| share * kt), source))
         },
     );
+    let times_of_motion = times.filter(|_| !shape.is_fixed);
     let times = times.into_iter().flat_map(|times| times.into_iter().zip(["velocity", "rotation"]));
     let of_times = times.filter(|(time, _)| *time > 0.0 && time.is_finite()).map(|(time, what)| {
         Figure::new(context.named(&format!("relaxation time of the {what}, from the kicks")), time, "time")
     });
-    of_motion.chain(of_energy).chain(of_times).collect()
+    of_motion.chain(of_energy).chain(of_times).chain(needed(times_of_motion, context)).collect()
+}
+
+/// The duration of a measurement that gives errors of the motion, if this one is too short.
+fn needed(times: Option<[f64; 2]>, context: &Context<'_>) -> Option<Figure> {
+    let [velocity, rotation] = times.filter(|_| context.is_equilibrium)?;
+    let (least, blocks) = (MIN_BLOCK * velocity.max(rotation), context.blocks.len());
+    let is_short = blocks < MIN_BLOCKS || context.block < least;
+    // Twice as many blocks are joined in pairs.
+    let block = if blocks < MIN_BLOCKS { context.block } else { 0.0 };
+    let enough = MIN_BLOCKS as f64 * block.max(2.0 * least);
+    (is_short && enough.is_finite()).then(|| Figure::new(context.named(NEEDED), enough, "time"))
 }
 
 /// Mirror symmetry of the body, or isotropy of the kicks of a round one: both hold at any density.
@@ -405,7 +428,7 @@ fn by_atom(kicks: &Kicks, parts: &Parts<'_>, theory: Option<&Theory<'_>>, contex
     let table = Table::new(context.table("kicks"), "Kicks by atom")
         .abscissa("atom", "1", (0..counts.len()).map(|atom| atom as f64).collect())
         .counts("kicks", counts)
-        .caption("Atoms in the order of their list, from 0.");
+        .named((0..parts.atoms.len()).map(name).collect());
     let exposed =
         |atom: usize, theory: &Theory<'_>| theory.prediction.boundary.exposed_angle(atom).to_degrees();
     let atoms = 0..parts.atoms.len();

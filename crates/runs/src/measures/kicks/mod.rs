@@ -22,15 +22,10 @@ use carom::{
 use carom_tables::BlockMean;
 use serde::{Deserialize, Serialize};
 
-pub use self::{
-    few_discs::DILUTE,
-    figures::{MIN_BLOCK, MIN_BLOCKS},
-    fixed_energy::mean_speed,
-    from_gas::FromGas,
-    mirror::Mirror,
-    prediction::Prediction,
+pub use self::{few_discs::DILUTE, fixed_energy::mean_speed};
+use self::{
+    figures::Parts, from_gas::FromGas, mirror::Mirror, prediction::Prediction, surroundings::Surroundings,
 };
-use self::{figures::Parts, surroundings::Surroundings};
 use super::{
     Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, contact_density, directions,
     in_blocks, projections::Projections, resumed,

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use carom::{
     BodyKey, View,
     engine::{Body, BodyView},
+    geometry::ExcludedRegion,
 };
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -23,7 +24,7 @@ pub(super) struct Surroundings {
     pub(super) mean: [f64; 2],
     /// Their number.
     pub(super) count: usize,
-    /// Whether they are equal discs.
+    /// Whether they are equal discs, none of which is in a pocket of the body.
     pub(super) is_one_gas: bool,
     /// Radii of fixed discs (length); `None` if another body or a wall is fixed.
     pub(super) bumpers: Option<Vec<f64>>,
@@ -60,7 +61,7 @@ impl Surroundings {
             probe: atoms.map(carom::geometry::Atom::radius).fold(f64::INFINITY, f64::min),
             mean: [(mean(|body| body.molecule().area()) / PI).sqrt(), mean(mass)],
             count,
-            is_one_gas: moving().all(is_equal),
+            is_one_gas: moving().all(is_equal) && !has_full_pocket(view, &body, first),
             bumpers: others().filter(|other| other.body.is_fixed()).map(bumper).collect(),
             area: view.bounds().area(),
             temperature,
@@ -79,6 +80,23 @@ impl Surroundings {
     pub(super) fn is_open(&self) -> bool {
         self.is_one_gas && self.bumpers.is_some()
     }
+}
+
+/// Whether a disc like `disc` is in a pocket of the body, such as the hole of a ring, which it
+/// could never leave.
+fn has_full_pocket(view: &View<'_>, body: &BodyView<'_>, disc: &Body) -> bool {
+    let (molecule, radius) = (body.body.molecule(), disc.molecule().bounding_radius());
+    let Ok(region) = ExcludedRegion::of(molecule, radius) else { return false };
+    if region.hidden_arcs().is_empty() {
+        return false;
+    }
+    let sides = view.bounds().sides();
+    // Turns the frame of the box into that of the body.
+    let turn = body.motion.orientation.cos_sin() * DVec2::new(1.0, -1.0);
+    view.bodies().filter(|other| !other.body.is_fixed() && other.body.key() != body.body.key()).any(|other| {
+        let apart = other.motion.position - body.motion.position;
+        region.contains(turn.rotate(apart - sides * (apart / sides).round()))
+    })
 }
 
 fn mass(body: &Body) -> f64 {
@@ -140,6 +158,21 @@ mod tests {
         let drawn = "[[gas]]\nradius = { uniform = [0.01, 0.03] }\nmass = 1.0\nenergy = 1.0\ncount = 40\n";
         assert!(!of(&format!("{TEE}{drawn}")).unwrap().is_one_gas);
         assert_eq!(of(TEE), None, "nothing else moves");
+    }
+
+    #[test]
+    fn discs_in_a_pocket_have_no_prediction() {
+        let ring =
+            "[[molecule]]\nshape = \"ring:20\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n";
+        let gas = "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.2\n";
+        let of = |start: &str| {
+            let scene = Scene::from_toml(&format!("{start}{ring}{gas}")).unwrap();
+            let simulation = AnySimulation::new(&scene).unwrap();
+            let view = simulation.view();
+            let body = view.bodies().next().unwrap().body.key();
+            Surroundings::of(&view, body).unwrap().is_one_gas
+        };
+        assert_eq!([of(""), of("[start]\nempty_pockets = true\n")], [false, true]);
     }
 
     #[test]
