@@ -207,8 +207,8 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
         assert!(has_table || has_file || is_absent, "{}", kind.name);
     }
     // Six of the drift, four of the orientation, two of the contact density, five shares of the
-    // directions, and of the kicks: two rates, six means and three energies, two times and that which
-    // a verdict needs, six shares, and two of the geometry.
+    // directions, and of the kicks: two rates, six means and three energies, two times and that
+    // which a verdict needs, six shares, and two of the geometry.
     assert_eq!(results.figures.iter().filter(|figure| figure.name.ends_with(", tee")).count(), 39);
     for table in &results.tables {
         let rows = table.columns[0].values.len();
