@@ -4,8 +4,10 @@
 use std::{fmt::Write as _, fs, path::Path, process::Command};
 
 use carom_report::{
+    axis::Axis,
+    chart::{Chart, Layer, Shape},
+    ink::Ink,
     page::{Layout, Page},
-    plot::{Axis, Chart, Layer, Shape, colour},
 };
 use carom_testkit::chromium;
 use serde_json::Value;
@@ -191,23 +193,18 @@ fn planted(chart: &Chart, cell: &str) -> String {
 fn planted_faults_are_found() {
     let test = concat!(module_path!(), "::planted_faults_are_found");
     let Some(browser) = chromium::browser(test) else { return };
-    let axis = |label: &str| Axis { label: label.to_owned(), range: (0.0, 1.0) };
+    let axis = |label: &str| Axis::new(label, (0.0, 1.0));
     let line = |points: &[(f64, f64)]| Layer {
         name: "measured".to_owned(),
-        colour: colour::BLUE,
+        ink: Ink::Blue,
         shape: Shape::Line(points.to_vec()),
     };
-    let chart = |points: &[(f64, f64)]| Chart {
-        title: "Chart".to_owned(),
-        x: axis("x"),
-        y: axis("y"),
-        layers: vec![line(points)],
-    };
+    let chart = |points: &[(f64, f64)]| Chart::new("Chart", axis("x"), axis("y"), vec![line(points)]);
     let sound = planted(&chart(&[(0.0, 0.0), (1.0, 1.0)]), "word");
     let cut = sound.replacen(
-        ">\nChart\n",
-        ">\nA heading far too long for the chart that it is the heading of, so that it is cut at both of its \
-         ends, whatever the size of the letters in which it is written\n",
+        ">Chart<",
+        ">A heading far too long for the chart that it is the heading of, so that it is cut at both of its \
+         ends, whatever the size of the letters in which it is written<",
         1,
     );
     let narrow = "</style><style>table { min-width: 0; width: 1px; } td:first-child { overflow-wrap: anywhere; white-space: normal !important; }</style>";

@@ -7,14 +7,16 @@
 //! assert_eq!(with_error(7.987_123, Some(0.0004)), "7.98712 ± 0.00040");
 //! ```
 
-pub mod canvas;
+pub mod axis;
+pub mod chart;
 pub mod error_bars;
+pub mod ink;
 pub mod map;
 pub mod molecule_picture;
 pub mod page;
 pub mod panels;
-pub mod plot;
 pub mod polar;
 pub mod pose_picture;
 pub mod scatter;
+mod svg;
 pub mod table_chart;

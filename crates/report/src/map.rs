@@ -3,8 +3,9 @@
 use std::{collections::BTreeMap, fmt::Write as _};
 
 use crate::{
-    canvas::{CHARACTER, FONT, TEXT},
-    page::escape,
+    chart::TEXT,
+    ink::Ink,
+    svg::{Anchor, CHARACTER, Svg},
 };
 
 /// Length of the longer side of the map, width of the colour bar beside it, and the spaces around
@@ -86,28 +87,21 @@ impl Map {
         let longest = self.sides[0].max(self.sides[1]);
         let [width, height] = self.sides.map(|side| LONGER * side / longest);
         let bar_height = height.max(LEAST_BAR);
-        // `CHARACTER` is in units of a line's height, 1.24 times the size of the font.
-        let title_width = 1.24 * CHARACTER * TEXT * self.title.chars().count() as f64;
-        let full = [LEFT + (width + GAP + BAR + NUMBERS).max(title_width + LEFT), TITLE + bar_height + LEFT];
-        let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {:.0} {:.0}\" font-family=\"{FONT}\" \
-             font-size=\"{TEXT}\"><rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
-             <text x=\"{LEFT}\" y=\"{:.0}\">{}</text>\n\
-             <svg x=\"{LEFT}\" y=\"{TITLE}\" width=\"{width:.2}\" height=\"{height:.2}\" viewBox=\"0 0 {columns} {rows}\" \
-             preserveAspectRatio=\"none\" shape-rendering=\"crispEdges\">\n",
-            full[0],
-            full[1],
-            TITLE - 14.0,
-            escape(&self.title),
-        );
+        let title_width = CHARACTER * TEXT * self.title.chars().count() as f64;
+        let full = (LEFT + (width + GAP + BAR + NUMBERS).max(title_width + LEFT), TITLE + bar_height + LEFT);
+        let mut svg = Svg::default();
+        svg.text((LEFT, TITLE - 14.0), Anchor::Start, Ink::Text, TEXT, &self.title);
+        svg.raw(&format!(
+            "<svg x=\"{LEFT}\" y=\"{TITLE}\" width=\"{width:.2}\" height=\"{height:.2}\" viewBox=\"0 0 {columns} {rows}\" \
+             preserveAspectRatio=\"none\" shape-rendering=\"crispEdges\">"
+        ));
         for (colour, path) in self.paths() {
             // A line of width 1 along the middle of each row.
-            line(&mut svg, format_args!("<path d=\"{path}\" stroke=\"{}\" fill=\"none\"/>", hex(colour)));
+            svg.raw(&format!("<path d=\"{path}\" stroke=\"{}\" fill=\"none\"/>", hex(colour)));
         }
-        svg.push_str("</svg>\n");
+        svg.raw("</svg>");
         self.draw_bar(&mut svg, LEFT + width + GAP, bar_height);
-        svg.push_str("</svg>\n");
-        svg
+        svg.finish(full, false)
     }
 
     /// For each colour the runs of cells that have it.
@@ -126,35 +120,26 @@ impl Map {
         paths
     }
 
-    fn draw_bar(&self, svg: &mut String, left: f64, height: f64) {
+    fn draw_bar(&self, svg: &mut Svg, left: f64, height: f64) {
         let step = height / SHADES as f64;
         for shade in 0..SHADES {
             let colour = hex(self.bar.colour(shade as f64 / (SHADES - 1) as f64));
             let top = TITLE + height - (shade + 1) as f64 * step;
             // Overlapping, so that no gaps appear between shades.
-            line(
-                svg,
-                format_args!(
-                    "<rect x=\"{left:.1}\" y=\"{top:.2}\" width=\"{BAR}\" height=\"{:.2}\" fill=\"{colour}\"/>",
-                    step + 0.5
-                ),
-            );
+            svg.raw(&format!(
+                "<rect x=\"{left:.1}\" y=\"{top:.2}\" width=\"{BAR}\" height=\"{:.2}\" fill=\"{colour}\"/>",
+                step + 0.5
+            ));
         }
         for (place, label) in &self.bar.labels {
             let y = (TITLE + height * (1.0 - place) + 0.35 * TEXT).clamp(TITLE + 0.7 * TEXT, TITLE + height);
-            let x = left + BAR + 6.0;
-            line(svg, format_args!("<text x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escape(label)));
+            svg.text((left + BAR + 6.0, y), Anchor::Start, Ink::Text, TEXT, label);
         }
     }
 }
 
 fn hex([red, green, blue]: Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
-}
-
-fn line(svg: &mut String, text: std::fmt::Arguments<'_>) {
-    line_to(svg, text);
-    svg.push('\n');
 }
 
 fn line_to(text: &mut String, more: std::fmt::Arguments<'_>) {

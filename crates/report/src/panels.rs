@@ -3,11 +3,13 @@
 
 mod place;
 
-use std::fmt::Write as _;
-
 use place::Place;
 
-use crate::plot::{Axis, marks, tick};
+pub use crate::ink::Ink;
+use crate::{
+    axis::Axis,
+    svg::{Anchor, CHARACTER, Svg},
+};
 
 /// Width of a picture (pixels). Its text stays readable at 400 pixels.
 pub const WIDTH: f64 = 680.0;
@@ -33,30 +35,8 @@ const ROW: f64 = 24.0;
 /// Height of a line of text (pixels).
 const LINE: f64 = 21.0;
 
-/// Mean width of a character of a short text in units of its size, on the safe side of sans-serif.
-const CHARACTER: f64 = 0.54;
-
-/// The same for a paragraph, where wide and narrow characters average out.
+/// Mean width of a character of a paragraph in units of its size: wide and narrow ones average out.
 const CHARACTER_OF_PARAGRAPH: f64 = 0.53;
-
-/// A colour of the theme.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ink {
-    /// That of the text.
-    Text,
-    /// Weaker than the text.
-    Quiet,
-    /// Blue of Okabe and Ito (2008), like the next four.
-    Blue,
-    /// Green.
-    Green,
-    /// Orange.
-    Orange,
-    /// Vermillion.
-    Vermillion,
-    /// Purple.
-    Purple,
-}
 
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,7 +117,7 @@ pub struct Panel {
 /// A picture that is written from top to bottom.
 #[derive(Debug, Default)]
 pub struct Column {
-    body: String,
+    body: Svg,
     height: f64,
     panels: usize,
 }
@@ -147,7 +127,7 @@ impl Column {
     pub fn paragraph(&mut self, ink: Ink, size: f64, text: &str) {
         for line in wrapped(text, (WIDTH - 32.0) / (CHARACTER_OF_PARAGRAPH * size)) {
             self.height += 1.4 * size;
-            self.text((16.0, self.height - 0.3 * size), ink, size, "start", &line);
+            self.body.text((16.0, self.height - 0.3 * size), Anchor::Start, ink, size, &line);
         }
     }
 
@@ -159,7 +139,7 @@ impl Column {
     /// Draws SVG elements whose origin is at the left end of the present height, and that take
     /// `height` (pixels).
     pub fn drawing(&mut self, elements: &str, height: f64) {
-        let _ = writeln!(self.body, "<g transform=\"translate(0 {:.1})\">{elements}</g>", self.height);
+        self.body.raw(&format!("<g transform=\"translate(0 {:.1})\">{elements}</g>", self.height));
         self.height += height;
     }
 
@@ -175,8 +155,7 @@ impl Column {
         let place = Place { left, right: WIDTH - RIGHT, top, bottom: top + height, panel };
         self.axes(&place);
         self.panels += 1;
-        let _ = writeln!(
-            self.body,
+        self.body.raw(&format!(
             "<clipPath id=\"p{0}\"><rect x=\"{1:.1}\" y=\"{2:.1}\" width=\"{3:.1}\" height=\"{4:.1}\"/>\
              </clipPath><g clip-path=\"url(#p{0})\">",
             self.panels,
@@ -184,129 +163,71 @@ impl Column {
             place.top - 5.0,
             place.right - place.left,
             height + 10.0
-        );
+        ));
         for mark in &panel.marks {
             place.draw(mark, &mut self.body);
         }
-        self.body.push_str("</g>\n");
+        self.body.raw("</g>");
         self.height = place.bottom + 52.0;
     }
 
     /// The whole picture.
-    pub fn svg(&self) -> String {
-        format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {:.0}\" \
-             font-family=\"sans-serif\">\n{STYLE}\n<rect width=\"100%\" height=\"100%\" class=\"ground\"/>\n{}</svg>\n",
-            self.height + 8.0,
-            self.body
-        )
-    }
-
-    fn text(&mut self, (x, y): (f64, f64), ink: Ink, size: f64, anchor: &str, text: &str) {
-        let text = escaped(text);
-        let _ = writeln!(
-            self.body,
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" class=\"{} fill\">{text}</text>",
-            ink.class()
-        );
+    pub fn svg(self) -> String {
+        self.body.finish((WIDTH, self.height + 8.0), false)
     }
 
     fn legend(&mut self, entries: &[(Sample, String)]) {
         let (mut x, size) = (16.0, 0.9 * TEXT);
         self.height += if entries.is_empty() { 0.0 } else { LINE };
         for (sample, name) in entries {
-            let width = 30.0 + CHARACTER * size * name.chars().count() as f64 + 14.0;
+            let width = 30.0 + 0.9 * CHARACTER * size * name.chars().count() as f64 + 14.0;
             if x > 16.0 && x + width > WIDTH {
                 x = 16.0;
                 self.height += LINE;
             }
             let y = self.height - 9.0;
-            let drawn = match sample {
-                Sample::Line(ink, stroke) => {
-                    format!("<path d=\"M{x:.1} {y:.1}h24\" class=\"{} {}\"/>", ink.class(), stroke.class())
-                }
-                Sample::Area(ink) => format!(
-                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"24\" height=\"12\" class=\"{} area\"/>",
-                    y - 6.0,
-                    ink.class()
-                ),
-                Sample::Point(ink, point) => point.drawn((x + 12.0, y), *ink),
-            };
-            self.body.push_str(&drawn);
-            self.text((x + 30.0, y + 5.0), Ink::Quiet, size, "start", name);
+            match sample {
+                Sample::Line(ink, stroke) => self.body.line([(x, y), (x + 24.0, y)], *ink, stroke.style()),
+                Sample::Area(ink) => self.body.rectangle((x, y - 6.0), (x + 24.0, y + 6.0), *ink, "area"),
+                Sample::Point(ink, point) => point.draw((x + 12.0, y), *ink, &mut self.body),
+            }
+            self.body.text((x + 30.0, y + 5.0), Anchor::Start, Ink::Quiet, size, name);
             x += width;
         }
     }
 
     fn axes(&mut self, place: &Place<'_>) {
         let Panel { x, y, .. } = place.panel;
-        let size = 0.87 * TEXT;
-        for mark in marks(x.range) {
+        let (size, svg) = (0.87 * TEXT, &mut self.body);
+        for (mark, text) in x.marks((place.right - place.left) / (CHARACTER * size)) {
             let at = place.x(mark);
-            let _ = write!(
-                self.body,
-                "<path d=\"M{at:.1} {:.1}V{:.1}\" class=\"quiet grid\"/>",
-                place.top, place.bottom
-            );
-            self.text((at, place.bottom + 17.0), Ink::Quiet, size, "middle", &tick(mark, x.range));
+            svg.line([(at, place.top), (at, place.bottom)], Ink::Quiet, "grid");
+            svg.text((at, place.bottom + 17.0), Anchor::Middle, Ink::Quiet, size, &text);
         }
         let middle = 0.5 * (place.left + place.right);
-        self.text((middle, place.bottom + 36.0), Ink::Text, TEXT, "middle", &x.label);
+        svg.text((middle, place.bottom + 36.0), Anchor::Middle, Ink::Text, TEXT, &x.label);
         match y {
             Vertical::Scale(axis) => {
-                for mark in marks(axis.range) {
+                for (mark, text) in axis.marks((place.bottom - place.top) / (CHARACTER * size)) {
                     let at = place.y(mark);
-                    let _ = write!(
-                        self.body,
-                        "<path d=\"M{:.1} {at:.1}H{:.1}\" class=\"quiet grid\"/>",
-                        place.left, place.right
-                    );
-                    let number = tick(mark, axis.range);
-                    self.text((place.left - 6.0, at + 4.5), Ink::Quiet, size, "end", &number);
+                    svg.line([(place.left, at), (place.right, at)], Ink::Quiet, "grid");
+                    svg.text((place.left - 6.0, at + 4.5), Anchor::End, Ink::Quiet, size, &text);
                 }
-                let middle = 0.5 * (place.top + place.bottom);
-                let label = escaped(&axis.label);
-                let _ = writeln!(
-                    self.body,
-                    "<text transform=\"translate(18 {middle:.1}) rotate(-90)\" font-size=\"{TEXT}\" \
-                     text-anchor=\"middle\" class=\"text fill\">{label}</text>"
-                );
+                svg.upwards((18.0, 0.5 * (place.top + place.bottom)), Ink::Text, TEXT, &axis.label);
             }
             Vertical::Rows(rows) => {
                 for (index, name) in rows.iter().enumerate() {
                     let at = place.top + ROW * (index as f64 + 0.5) + 5.0;
-                    self.text((place.left - 8.0, at), Ink::Text, size, "end", name);
+                    svg.text((place.left - 8.0, at), Anchor::End, Ink::Text, size, name);
                 }
             }
         }
-        let _ = writeln!(
-            self.body,
-            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" class=\"quiet thin\"/>",
-            place.left,
-            place.top,
-            place.right - place.left,
-            place.bottom - place.top
-        );
-    }
-}
-
-impl Ink {
-    /// The class of the style sheet.
-    pub(crate) fn class(self) -> &'static str {
-        match self {
-            Self::Text => "text",
-            Self::Quiet => "quiet",
-            Self::Blue => "blue",
-            Self::Green => "green",
-            Self::Orange => "orange",
-            Self::Vermillion => "vermillion",
-            Self::Purple => "purple",
-        }
+        svg.rectangle((place.left, place.top), (place.right, place.bottom), Ink::Quiet, "thin");
     }
 }
 
 impl Stroke {
-    fn class(self) -> &'static str {
+    fn style(self) -> &'static str {
         match self {
             Self::Thick => "thick",
             Self::Thin => "thin",
@@ -316,35 +237,15 @@ impl Stroke {
 }
 
 impl Point {
-    fn drawn(self, (x, y): (f64, f64), ink: Ink) -> String {
-        let class = ink.class();
+    fn draw(self, (x, y): (f64, f64), ink: Ink, svg: &mut Svg) {
         match self {
-            Self::Disc => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.2\" class=\"{class} fill\"/>"),
-            Self::Ring => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.5\" class=\"{class} thin\"/>"),
-            Self::Diamond => format!(
-                "<path d=\"M{x:.1} {:.1}l5.5 5.5l-5.5 5.5l-5.5 -5.5z\" class=\"{class} fill\"/>",
-                y - 5.5
-            ),
+            Self::Disc => svg.circle((x, y), 3.2, ink, "fill"),
+            Self::Ring => svg.circle((x, y), 4.5, ink, "thin"),
+            Self::Diamond => {
+                svg.path(&format!("M{x:.1} {:.1}l5.5 5.5l-5.5 5.5l-5.5 -5.5z", y - 5.5), ink, "fill");
+            }
         }
     }
-}
-
-/// The colours of both themes, those of the pages of runs.
-const STYLE: &str = "<style>\
-svg{--ground:#ffffff;--text:#1d2126;--quiet:#5b636d;--blue:#0072b2;--green:#009e73;--orange:#e69f00;\
---vermillion:#d55e00;--purple:#cc79a7}\
-@media (prefers-color-scheme:dark){svg{--ground:#1c2026;--text:#e4e6e9;--quiet:#a2abb5;--blue:#56b4e9;\
---green:#4fd3a4;--orange:#f0b840;--vermillion:#ff9a63;--purple:#e39cc4}}\
-.ground{fill:var(--ground)}.text{color:var(--text)}.quiet{color:var(--quiet)}.blue{color:var(--blue)}\
-.green{color:var(--green)}.orange{color:var(--orange)}.vermillion{color:var(--vermillion)}\
-.purple{color:var(--purple)}\
-.fill{fill:currentColor}.area{fill:currentColor;fill-opacity:.22}\
-.thick,.thin,.dashed,.grid{fill:none;stroke:currentColor;stroke-width:1.2}.thick{stroke-width:2.6}\
-.dashed{stroke-dasharray:6 4}.grid{stroke-opacity:.18}\
-</style>";
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// Lines of at most `most` characters, broken at spaces.
@@ -367,7 +268,7 @@ mod tests {
     use super::*;
 
     fn panel(y: Vertical, marks: Vec<Mark>) -> Panel {
-        let x = Axis { label: "t (time)".to_owned(), range: (0.0, 1.0) };
+        let x = Axis::new("t (time)", (0.0, 1.0));
         let legend = vec![(Sample::Line(Ink::Blue, Stroke::Thick), "a & b".to_owned())];
         Panel { title: "one <panel>".to_owned(), x, y, marks, legend }
     }
@@ -376,7 +277,7 @@ mod tests {
     fn marks_far_outside_are_clipped_and_nothing_is_not_a_number() {
         let line = Mark::Line(Ink::Blue, Stroke::Thin, vec![(-1e300, 0.0), (f64::NAN, 0.5), (0.5, 1e300)]);
         let points = Mark::Points(Ink::Green, Point::Disc, vec![(2.0, 0.0), (0.5, -1e9)]);
-        let axis = Axis { label: "gap (length)".to_owned(), range: (-1.0, 1.0) };
+        let axis = Axis::new("gap (length)", (-1.0, 1.0));
         let mut column = Column::default();
         column.panel(&panel(Vertical::Scale(axis), vec![line, points]));
         let svg = column.svg();

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use glam::DVec2;
 
-use crate::panels::{Ink, WIDTH};
+use crate::{ink::Ink, panels::WIDTH};
 
 /// A circle: centre and radius (length).
 pub type Disc = (DVec2, f64);
@@ -43,8 +43,9 @@ pub fn row(poses: &[Pose]) -> String {
             let _ = writeln!(
                 svg,
                 "<text x=\"{middle:.1}\" y=\"{:.1}\" font-size=\"14\" text-anchor=\"middle\" \
-                 class=\"quiet fill\">{text}</text>",
-                SIDE + 22.0 + 18.0 * line as f64
+                 {}>{text}</text>",
+                SIDE + 22.0 + 18.0 * line as f64,
+                Ink::Quiet.drawn("fill")
             );
         }
     }
@@ -61,15 +62,15 @@ fn draw(pose: &Pose, middle: DVec2, svg: &mut String) {
     let centre = 0.5 * (low + high);
     let place = |point: DVec2| middle + DVec2::new(point.x - centre.x, centre.y - point.y) * scale;
     for (body, (name, ink)) in [("A", Ink::Blue), ("B", Ink::Vermillion)].into_iter().enumerate() {
-        let class = ink.class();
         let mut disc = |(point, radius): Disc, style: &str, least: f64| {
             let at = place(point);
             let _ = writeln!(
                 svg,
-                "<circle cx=\"{:.2}\" cy=\"{:.2}\" r=\"{:.2}\" class=\"{class} {style}\"/>",
+                "<circle cx=\"{:.2}\" cy=\"{:.2}\" r=\"{:.2}\" {}/>",
                 at.x,
                 at.y,
-                (radius * scale).max(least)
+                (radius * scale).max(least),
+                ink.drawn(style)
             );
         };
         disc(pose.circles[body], "dashed", 0.0);
@@ -83,9 +84,10 @@ fn draw(pose: &Pose, middle: DVec2, svg: &mut String) {
         let at = at + away * (radius + 0.6 * NAME);
         let _ = writeln!(
             svg,
-            "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"15\" text-anchor=\"middle\" class=\"{class} fill\">{name}</text>",
+            "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"15\" text-anchor=\"middle\" {}>{name}</text>",
             at.x,
-            at.y + 5.0
+            at.y + 5.0,
+            ink.drawn("fill")
         );
     }
     arrow(place(pose.circles[1].0), pose.velocity, svg);
@@ -98,8 +100,16 @@ fn arrow(from: DVec2, velocity: DVec2, svg: &mut String) {
     let [left, right] = [along.perp(), -along.perp()].map(|side| to - 8.0 * along + 4.5 * side);
     let _ = writeln!(
         svg,
-        "<path d=\"M{:.1} {:.1}L{:.1} {:.1}M{:.1} {:.1}L{2:.1} {3:.1}L{:.1} {:.1}\" class=\"text thin\"/>",
-        from.x, from.y, to.x, to.y, left.x, left.y, right.x, right.y
+        "<path d=\"M{:.1} {:.1}L{:.1} {:.1}M{:.1} {:.1}L{2:.1} {3:.1}L{:.1} {:.1}\" {}/>",
+        from.x,
+        from.y,
+        to.x,
+        to.y,
+        left.x,
+        left.y,
+        right.x,
+        right.y,
+        Ink::Text.drawn("thin")
     );
 }
 

@@ -3,11 +3,12 @@
 use std::ops::Range;
 
 use anyhow::{Result, ensure};
-use plotters::{coord::Shift, prelude::*};
 
 use crate::{
-    canvas::{self, FONT, Side},
-    plot::colour,
+    axis::Axis,
+    chart::{Chart, FULL, Layer, Plane, Shape},
+    ink::Ink,
+    svg::{Anchor, Svg},
 };
 
 /// One point.
@@ -73,10 +74,6 @@ pub fn pareto(points: &[Point]) -> Vec<(f64, f64)> {
     places
 }
 
-const SIZE: (u32, u32) = (920, 560);
-const COLOURS: [RGBColor; 5] =
-    [colour::BLUE, colour::VERMILLION, colour::GREEN, colour::ORANGE, RGBColor(204, 121, 167)];
-
 impl Scatter {
     /// Draws the chart as SVG.
     ///
@@ -88,126 +85,94 @@ impl Scatter {
         for point in &self.points {
             ensure!(sound(point.x) && sound(point.y), "chart '{}': {point:?}", self.title);
         }
-        canvas::svg(&self.title, SIZE, |root| self.draw(root))
-    }
-
-    fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<()> {
         let tops = self.points.iter().map(|point| match point.mark {
             Mark::UpTo(top) => top,
             _ => point.y,
         });
-        let (left, right) = range(self.points.iter().map(|point| point.x));
-        let (lowest, top) = range(self.points.iter().map(|point| point.y).chain(tops));
-        // Space below for arrows and labels.
-        let bottom = 0.1 * lowest;
-        let format = |value: &f64| power(*value);
-        // Space on the right for labels.
-        let scale = |low: f64, high: f64| (low..high).log_scale().with_key_points(ticks(low, high));
-        let x = Side { scale: scale(left, right * 3.0), label: &self.x_label, format: &format };
-        let y = Side { scale: scale(bottom, top), label: &self.y_label, format: &format };
-        let mut chart = canvas::plane(root, &self.title, x, y)?;
-        chart.draw_series([PathElement::new(self.front.clone(), BLACK.mix(0.35))])?;
-        for (index, family) in self.families.iter().enumerate() {
-            self.draw_family(&mut chart, index, family, [bottom, top])?;
-        }
-        let places: Vec<(i32, i32)> =
-            self.points.iter().map(|point| chart.backend_coord(&(point.x, point.y))).collect();
-        let rows = chart.plotting_area().get_pixel_range().1;
-        self.draw_labels(root, &places, &rows)?;
-        let corner = self.emptiest_corner([left, right * 3.0], [bottom, top]);
-        canvas::legend(&mut chart, corner)
-    }
-
-    /// The corner with the fewest points; the axes are from the first to the second number.
-    fn emptiest_corner(&self, x: [f64; 2], y: [f64; 2]) -> SeriesLabelPosition {
-        let share = |value: f64, [low, high]: [f64; 2]| (value / low).ln() / (high / low).ln();
-        let places = self.points.iter().map(|point| [share(point.x, x), share(point.y, y)]);
-        let places: Vec<[f64; 2]> = places.collect();
-        let inside = |is_left: bool, is_upper: bool| {
-            let near = |share: f64, is_low: bool| if is_low { share < LEGEND } else { share > 1.0 - LEGEND };
-            places.iter().filter(|place| near(place[0], is_left) && near(place[1], !is_upper)).count()
+        let (left, right) = whole_decades(self.points.iter().map(|point| point.x));
+        let (lowest, top) = whole_decades(self.points.iter().map(|point| point.y).chain(tops));
+        // Space below for downward lines, and on the right for labels.
+        let (x, y) = ((left, 3.0 * right), (0.1 * lowest, top));
+        let chart = Chart {
+            title: self.title.clone(),
+            x: Axis::logarithmic(&self.x_label, x),
+            y: Axis::logarithmic(&self.y_label, y),
+            layers: self.layers(y),
+            size: FULL,
         };
-        let corners = [
-            (inside(false, true), SeriesLabelPosition::UpperRight),
-            (inside(true, true), SeriesLabelPosition::UpperLeft),
-            (inside(true, false), SeriesLabelPosition::LowerLeft),
-        ];
-        corners
-            .into_iter()
-            .min_by_key(|corner| corner.0)
-            .map_or(SeriesLabelPosition::UpperRight, |corner| corner.1)
+        chart.svg_with(|plane, svg| self.draw_labels(plane, svg))
     }
 
-    /// Draws the points of a family, its joining line, and the lines of ranges and bounds; the
-    /// vertical axis is from `bottom` to `top`.
-    fn draw_family<'a, C: CoordTranslate<From = (f64, f64)>>(
-        &self,
-        chart: &mut ChartContext<'a, SVGBackend<'a>, C>,
-        index: usize,
-        family: &str,
-        [bottom, top]: [f64; 2],
-    ) -> Result<()> {
-        let colour = COLOURS[index % COLOURS.len()];
-        let own = || self.points.iter().filter(move |point| point.family == index);
-        if own().next().is_none() {
-            return Ok(());
+    /// The front, and for each family its lines, bounds and points.
+    fn layers(&self, (bottom, top): (f64, f64)) -> Vec<Layer> {
+        let mut layers = Vec::new();
+        let mut add = |name: &str, ink, shape| layers.push(Layer { name: name.to_owned(), ink, shape });
+        add("", Ink::Quiet, Shape::Thin(self.front.clone()));
+        for (index, family) in self.families.iter().enumerate() {
+            let ink = ink_of(index);
+            let own = || self.points.iter().filter(move |point| point.family == index);
+            let of = |is: fn(&Mark) -> bool| -> Vec<(f64, f64)> {
+                own().filter(|point| is(&point.mark)).map(|point| (point.x, point.y)).collect()
+            };
+            let joined = of(|mark| matches!(mark, Mark::Joined | Mark::Published | Mark::Line));
+            let dots = of(|mark| matches!(mark, Mark::Measured | Mark::Joined | Mark::UpTo(_)));
+            let rings = of(|mark| matches!(mark, Mark::AtMost | Mark::Published));
+            let bar = |point: &Point| match point.mark {
+                Mark::UpTo(top) => Some((point.x, point.y, top)),
+                Mark::AtMost => Some((point.x, point.y, point.y / (top / bottom).powf(DOWNWARD))),
+                Mark::Measured | Mark::Joined | Mark::Published | Mark::Line => None,
+            };
+            let is_curve = dots.is_empty() && rings.is_empty();
+            add(if is_curve && !joined.is_empty() { family } else { "" }, ink, Shape::Thin(joined));
+            add("", ink, Shape::Bars(own().filter_map(bar).collect()));
+            let named = |is_named: bool| if is_named { family.as_str() } else { "" };
+            add(named(dots.is_empty() && !rings.is_empty()), ink, Shape::Rings(rings));
+            add(named(!dots.is_empty()), ink, Shape::Dots(dots));
         }
-        let dots = own().filter(|point| point.mark != Mark::Line).map(|point| {
-            let is_ring = matches!(point.mark, Mark::AtMost | Mark::Published);
-            let style = if is_ring { colour.stroke_width(2) } else { colour.filled() };
-            Circle::new((point.x, point.y), 5, style)
-        });
-        let all = |mark| own().all(|point| point.mark == mark);
-        let (is_published, is_curve) = (all(Mark::Published), all(Mark::Line));
-        let style = if is_published { colour.stroke_width(2) } else { colour.filled() };
-        let dots = chart.draw_series(dots)?;
-        if !is_curve {
-            dots.label(family).legend(move |(x, y)| Circle::new((x + 9, y), 5, style));
-        }
-        let joined = own().filter(|point| matches!(point.mark, Mark::Joined | Mark::Published | Mark::Line));
-        let line: Vec<(f64, f64)> = joined.map(|point| (point.x, point.y)).collect();
-        let line = chart.draw_series([PathElement::new(line, colour.mix(0.5))])?;
-        if is_curve {
-            line.label(family).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.mix(0.5)));
-        }
-        for point in own() {
-            let line = |to: f64| PathElement::new(vec![(point.x, point.y), (point.x, to)], colour.mix(0.6));
-            match point.mark {
-                Mark::UpTo(top) => drop(chart.draw_series([line(top)])?),
-                Mark::AtMost => drop(chart.draw_series([line(point.y / arrow(bottom, top))])?),
-                Mark::Measured | Mark::Joined | Mark::Published | Mark::Line => {}
-            }
-        }
-        Ok(())
+        layers
     }
 
-    /// Draws the labels beside their points, whose positions are `places` (pixels), within `rows`.
-    fn draw_labels(
-        &self,
-        root: &DrawingArea<SVGBackend<'_>, Shift>,
-        places: &[(i32, i32)],
-        rows: &Range<i32>,
-    ) -> Result<()> {
+    /// Draws the labels beside their points.
+    fn draw_labels(&self, plane: &Plane<'_>, svg: &mut Svg) {
+        let places: Vec<(i32, i32)> = self
+            .points
+            .iter()
+            .map(|point| plane.at((point.x, point.y)))
+            .map(|(x, y)| (x.round() as i32, y.round() as i32))
+            .collect();
         let labels: Vec<&str> = self.points.iter().map(|point| point.label.as_str()).collect();
-        for (index, (left, top)) in beside(places, &labels, rows).into_iter().enumerate() {
+        let [.., top, bottom] = plane.rectangle;
+        for (index, (left, top)) in
+            beside(&places, &labels, &(top as i32..bottom as i32)).into_iter().enumerate()
+        {
             if labels[index].is_empty() {
                 continue;
             }
-            let colour = COLOURS[self.points[index].family % COLOURS.len()];
-            root.draw(&Text::new(labels[index], (left, top), (FONT, 11).into_font().color(&colour)))?;
+            let ink = ink_of(self.points[index].family);
+            let baseline = (f64::from(left), f64::from(top + HEIGHT - 3));
+            svg.text(baseline, Anchor::Start, ink, SIZE, labels[index]);
             let (x, y) = places[index];
             if (top + HEIGHT / 2 - y).abs() > HEIGHT {
                 let right = left + LETTER * labels[index].chars().count() as i32;
                 let end = if left > x { left - 2 } else { right + 2 };
-                root.draw(&PathElement::new(vec![(x, y), (end, top + HEIGHT / 2)], colour.mix(0.5)))?;
+                let line = [(x, y), (end, top + HEIGHT / 2)].map(|(x, y)| (f64::from(x), f64::from(y)));
+                svg.line(line, ink, "faint");
             }
         }
-        Ok(())
     }
 }
 
-/// Part of each axis that a legend in a corner covers at most.
-const LEGEND: f64 = 0.3;
+/// The colour of a family.
+fn ink_of(family: usize) -> Ink {
+    const INKS: [Ink; 6] = [Ink::Blue, Ink::Vermillion, Ink::Green, Ink::Orange, Ink::Purple, Ink::Sky];
+    INKS[family % INKS.len()]
+}
+
+/// Length of the line below an upper bound, as a share of the axis.
+const DOWNWARD: f64 = 0.05;
+
+/// Size of a label (pixels).
+const SIZE: f64 = 10.5;
 
 /// Height of a label, and width of its letters (pixels).
 const HEIGHT: i32 = 13;
@@ -247,43 +212,12 @@ fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32
     found
 }
 
-/// Length of an arrow, as a factor.
-fn arrow(bottom: f64, top: f64) -> f64 {
-    (top / bottom).powf(0.05)
-}
-
 /// Smallest range of whole decades that holds all values.
-fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+fn whole_decades(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) =
         values.fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)));
     let decade = |value: f64, rounded: fn(f64) -> f64| 10f64.powf(rounded(value.log10()));
-    let (low, high) = (decade(0.8 * low, f64::floor), decade(1.2 * high, f64::ceil));
-    (low, high)
-}
-
-/// Most decades with a number each at an axis. More: the numbers cover each other.
-const MOST_DECADES: i32 = 12;
-
-/// Numbers at an axis: powers of ten, or only some of them on a long axis; on one of fewer than two
-/// decades their multiples by 2 and 5, too.
-fn ticks(low: f64, high: f64) -> Vec<f64> {
-    // The ends are powers of ten up to rounding.
-    let (low, high) = (low * (1.0 - 1e-9), high * (1.0 + 1e-9));
-    let (first, last) = (low.log10().floor() as i32, high.log10().floor() as i32);
-    let every = (last - first).div_euclid(MOST_DECADES) + 1;
-    let factors: &[f64] = if high < 100.0 * low { &[1.0, 2.0, 5.0] } else { &[1.0] };
-    let decades = (first..=last).filter(|decade| decade.rem_euclid(every) == 0);
-    let all = decades.flat_map(|decade| factors.iter().map(move |factor| factor * 10f64.powi(decade)));
-    all.filter(|tick| (low..=high).contains(tick)).collect()
-}
-
-/// Formats 0.1 to 1000 as decimals, other values as powers of ten, with one digit.
-fn power(value: f64) -> String {
-    if (0.05..5e3).contains(&value) {
-        format!("{value:.1}").trim_end_matches(".0").to_owned()
-    } else {
-        format!("{value:.0e}")
-    }
+    (decade(0.8 * low, f64::floor), decade(1.2 * high, f64::ceil))
 }
 
 #[cfg(test)]
@@ -349,17 +283,8 @@ mod tests {
     }
 
     #[test]
-    fn numbers_at_an_axis_are_powers_of_ten_and_on_a_short_one_their_multiples() {
-        assert_eq!(ticks(0.1, 1000.0), [0.1, 1.0, 10.0, 100.0, 1000.0]);
-        assert_eq!(ticks(1.0, 30.0), [1.0, 2.0, 5.0, 10.0, 20.0]);
-        let long = ticks(1e-16, 1e7);
-        assert!((8..=13).contains(&long.len()), "{long:?}");
-        assert_eq!([0.2, 50.0, 1e-12, 1e4].map(power), ["0.2", "50", "1e-12", "1e4"]);
-    }
-
-    #[test]
     fn axes_span_all_values_between_powers_of_ten() {
-        assert_eq!(range([0.3, 7.0].into_iter()), (0.1, 10.0));
-        assert_eq!(range([1.0].into_iter()), (0.1, 10.0));
+        assert_eq!(whole_decades([0.3, 7.0].into_iter()), (0.1, 10.0));
+        assert_eq!(whole_decades([1.0].into_iter()), (0.1, 10.0));
     }
 }

@@ -2,18 +2,15 @@
 
 use anyhow::Result;
 use carom_tables::{Column, Level, Role, Spacing, Table};
-use plotters::style::RGBColor;
 
 use crate::{
+    axis::{Axis, height, range},
+    chart::{Chart, Layer, Shape},
     error_bars::{Abscissa, Curve, ErrorBars, Value},
+    ink::Ink,
     page::named,
-    plot::{Axis, Chart, Layer, Shape, colour, height},
     polar::Polar,
 };
-
-/// Colours of measured quantities in one chart, in order.
-const COLOURS: [RGBColor; 5] =
-    [colour::BLUE, colour::GREEN, colour::ORANGE, colour::PURPLE, RGBColor(0, 0, 0)];
 
 /// Most points of a line; of longer columns every second, third, … value is drawn. More: pages of
 /// long runs grow to many megabytes.
@@ -99,7 +96,7 @@ fn polar(table: &Table, group: &[&Column]) -> Result<Option<String>> {
     let full = |column: &Column| column.values.iter().copied().collect::<Option<Vec<f64>>>();
     let is_positive = |values: &Vec<f64>| values.iter().all(|value| *value >= 0.0);
     let Some(measured) = full(group[place]).filter(is_positive) else { return Ok(None) };
-    let mut curves = vec![(group[place].label.clone(), colour::BLUE, measured)];
+    let mut curves = vec![(group[place].label.clone(), Ink::Blue, measured)];
     let mut errors = Vec::new();
     for column in &group[place + 1..] {
         match &column.role {
@@ -107,7 +104,7 @@ fn polar(table: &Table, group: &[&Column]) -> Result<Option<String>> {
                 errors = full(column).unwrap_or_default().into_iter().map(|error| BAND * error).collect();
             }
             Role::Prediction { .. } => {
-                curves.extend(full(column).map(|values| (column.label.clone(), colour::VERMILLION, values)));
+                curves.extend(full(column).map(|values| (column.label.clone(), Ink::Vermillion, values)));
             }
             _ => {}
         }
@@ -122,13 +119,8 @@ struct Places(Vec<Option<f64>>);
 
 impl Places {
     fn of(abscissa: &Column, spacing: Spacing) -> Self {
-        Self(match spacing {
-            Spacing::Linear => abscissa.values.clone(),
-            Spacing::Logarithmic => {
-                let logarithm = |x: &Option<f64>| x.filter(|x| *x > 0.0).map(f64::log10);
-                abscissa.values.iter().map(logarithm).collect()
-            }
-        })
+        let is_placed = |x: &f64| spacing == Spacing::Linear || *x > 0.0;
+        Self(abscissa.values.iter().map(|x| x.filter(is_placed)).collect())
     }
 
     /// At most [`MOST_POINTS`] of the rows of a column, at equal distances.
@@ -194,45 +186,42 @@ fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -
         [first, .., last] if names.len() > 2 => format!("{first} … {last}"),
         _ => names.join(", "),
     };
-    let chart = Chart {
-        title: table.title.clone(),
-        x: Axis { label: named(&abscissa.label.replace('_', " "), &abscissa.unit), range: x },
-        y: Axis { label: named(&quantity, &group[0].unit), range: (low, high) },
-        layers: layers(places, group, &levels, x),
+    let label = named(&abscissa.label.replace('_', " "), &abscissa.unit);
+    let along = match table.spacing {
+        Spacing::Linear => Axis::new(label, x),
+        Spacing::Logarithmic => Axis::logarithmic(label, x),
     };
-    match table.spacing {
-        Spacing::Linear => chart.svg().map(Some),
-        Spacing::Logarithmic => chart.svg_in_decades_of_x().map(Some),
-    }
+    let up = Axis::new(named(&quantity, &group[0].unit), (low, high));
+    Chart::new(&table.title, along, up, layers(places, group, &levels, x)).svg().map(Some)
 }
 
 /// Error bands, measured curves and predictions, from back to front.
 fn layers(places: &Places, group: &[&Column], levels: &[&Level], x: (f64, f64)) -> Vec<Layer> {
     let (mut bands, mut lines, mut predictions) = (Vec::new(), Vec::new(), Vec::new());
-    let mut last: Option<(&Column, RGBColor)> = None;
+    let mut last: Option<(&Column, Ink)> = None;
     let mut count = 0;
     for &column in group {
         match &column.role {
             Role::Value | Role::Derived => {
-                let colour = COLOURS[count % COLOURS.len()];
+                let ink = Ink::CURVES[count % Ink::CURVES.len()];
                 count += 1;
-                last = Some((column, colour));
-                lines.extend(curve(&column.label, colour, places.curve(column)));
+                last = Some((column, ink));
+                lines.extend(curve(&column.label, ink, places.curve(column)));
             }
             Role::StandardError => {
-                let Some((value, colour)) = last else { continue };
-                let band = |points| Layer { name: String::new(), colour, shape: Shape::Band(points) };
+                let Some((value, ink)) = last else { continue };
+                let band = |points| Layer { name: String::new(), ink, shape: Shape::Band(points) };
                 bands.extend(places.band(value, column).into_iter().map(band));
             }
             Role::Prediction { .. } => {
-                predictions.extend(curve(&column.label, colour::VERMILLION, places.curve(column)));
+                predictions.extend(curve(&column.label, Ink::Vermillion, places.curve(column)));
             }
             Role::Abscissa | Role::Count | Role::Undrawn | Role::Width => {}
         }
     }
     let level = |level: &&Level| {
         let points = vec![(x.0, level.value), (x.1, level.value)];
-        Layer { name: level.label.clone(), colour: colour::VERMILLION, shape: Shape::Line(points) }
+        Layer { name: level.label.clone(), ink: Ink::Vermillion, shape: Shape::Line(points) }
     };
     predictions.extend(levels.iter().map(level));
     if count == 1 && predictions.is_empty() {
@@ -245,19 +234,12 @@ fn layers(places: &Places, group: &[&Column], levels: &[&Level], x: (f64, f64)) 
 }
 
 /// A curve in pieces, of which the first carries the name.
-fn curve(name: &str, colour: RGBColor, pieces: Vec<Vec<(f64, f64)>>) -> Vec<Layer> {
+fn curve(name: &str, ink: Ink, pieces: Vec<Vec<(f64, f64)>>) -> Vec<Layer> {
     let layer = |(index, points)| {
         let name = if index == 0 { name.to_owned() } else { String::new() };
-        Layer { name, colour, shape: Shape::Line(points) }
+        Layer { name, ink, shape: Shape::Line(points) }
     };
     pieces.into_iter().enumerate().map(layer).collect()
-}
-
-/// Least and largest value; `None` without values.
-fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    values.fold(None, |range, value| {
-        Some(range.map_or((value, value), |(low, high): (f64, f64)| (low.min(value), high.max(value))))
-    })
 }
 
 #[cfg(test)]

@@ -4,8 +4,10 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use carom_report::{
+    axis::Axis,
+    chart::{Chart, Layer, Shape},
+    ink::Ink,
     page::{Layout, Page, Part, checks_in_words},
-    plot::{Axis, Chart, Layer, Shape, colour},
 };
 use carom_tables::Summary;
 use carom_testkit::extremes::Engine;
@@ -208,14 +210,6 @@ fn drift_section(page: &mut Page, drifts: &[Drift]) {
     );
 }
 
-const COLOURS: [plotters::style::RGBColor; 5] = [
-    colour::BLUE,
-    colour::VERMILLION,
-    colour::GREEN,
-    colour::ORANGE,
-    plotters::style::RGBColor(204, 121, 167),
-];
-
 fn chart(title: &str, [x, y]: [&str; 2], curves: Vec<(String, Vec<(f64, f64)>)>) -> Result<String> {
     let all = || curves.iter().flat_map(|curve| &curve.1);
     let range = |of: fn(&(f64, f64)) -> f64| {
@@ -224,14 +218,15 @@ fn chart(title: &str, [x, y]: [&str; 2], curves: Vec<(String, Vec<(f64, f64)>)>)
         let margin = (0.03 * (high - low)).max(1e-3);
         (low - margin, high + margin)
     };
-    let axis = |label: &str, range| Axis { label: label.to_owned(), range };
+    let axis = |label: &str, range| Axis::new(label, range);
     let (x, y) = (axis(x, range(|point| point.0)), axis(y, range(|point| point.1)));
-    let layers = curves
-        .into_iter()
-        .zip(COLOURS.into_iter().cycle())
-        .map(|((name, points), colour)| Layer { name, colour, shape: Shape::Line(points) })
-        .collect();
-    Chart { title: title.to_owned(), x, y, layers }.svg()
+    let count = curves.len();
+    let layer = |(index, (name, points))| Layer {
+        name,
+        ink: Ink::of_curve(index, count),
+        shape: Shape::Line(points),
+    };
+    Chart::new(title, x, y, curves.into_iter().enumerate().map(layer).collect()).svg()
 }
 
 /// Charts and their file names; none if only scenes were run.

@@ -7,8 +7,8 @@ use std::fmt::Write as _;
 use carom_detection::{MOST_RECORDED, Parts, Phase, Step, Touch, Window};
 use carom_geometry::Molecule;
 use carom_report::{
+    axis::Axis,
     panels::{Column, Ink, Mark, Panel, Point, Sample, Stroke, Vertical},
-    plot::Axis,
     pose_picture::{self, Pose},
 };
 
@@ -359,11 +359,11 @@ fn steps<'a>(course: &'a Course, pairs: &'a [[u32; 2]]) -> impl Iterator<Item = 
 }
 
 fn time_axis(range: (f64, f64)) -> Axis {
-    Axis { label: "t (time from the start)".to_owned(), range }
+    Axis::new("t (time from the start)", range)
 }
 
 fn gap_axis(range: (f64, f64)) -> Vertical {
-    Vertical::Scale(Axis { label: "gap (length)".to_owned(), range })
+    Vertical::Scale(Axis::new("gap (length)", range))
 }
 
 /// Least and largest of some numbers.

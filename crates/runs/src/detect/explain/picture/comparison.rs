@@ -3,8 +3,8 @@
 use carom::engine::DetectorName;
 use carom_detection::{Parts, Phase, Step, Touch, Window};
 use carom_report::{
+    axis::Axis,
     panels::{Ink, Mark, Panel, Point, Sample, Stroke, Vertical},
-    plot::Axis,
 };
 
 use super::{Subject, extent, time_axis, widened};
@@ -107,8 +107,8 @@ impl Subject<'_> {
         let label = "log₁₀ of the error (time)".to_owned();
         Panel {
             title: "Error of the contact time, evaluation by evaluation of the atoms that touch".to_owned(),
-            x: Axis { label: "evaluation".to_owned(), range: (0.0, longest as f64 + 1.0) },
-            y: Vertical::Scale(Axis { label, range: widened((low, high), 0.06) }),
+            x: Axis::new("evaluation", (0.0, longest as f64 + 1.0)),
+            y: Vertical::Scale(Axis::new(label, widened((low, high), 0.06))),
             marks,
             legend,
         }
