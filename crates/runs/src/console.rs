@@ -23,7 +23,7 @@ use std::{
 };
 
 use anyhow::Result;
-use carom_tables::{Summary, Verdict};
+use carom_tables::{Summary, Verdict, are_stationary};
 use clap::{ArgMatches, Args, Command, Parser};
 
 use crate::{
@@ -152,4 +152,6 @@ pub fn put_summary(folder: &Folder, summary: &Summary) {
     put("page", &folder.path().join("report.html"));
     put("totals", &summary.totals);
     put("checks", &summary.checks);
+    put("figures", &summary.figures);
+    put("stationary", &are_stationary(&summary.figures));
 }

@@ -18,6 +18,7 @@ pub mod detect;
 pub mod encounters;
 pub mod exit;
 pub mod experiment;
+mod figure_lines;
 mod file_names;
 pub mod finite;
 pub mod folder_lock;
@@ -54,12 +55,12 @@ pub use visible_region::picture_of;
 use carom_report::page::with_error;
 use carom_tables::Summary;
 
-use crate::output::Folder;
+use crate::{figure_lines::figure_lines, output::Folder};
 
 pub use console::print_line;
 
-/// Prints the totals of a run, its failed checks, and the path of its page; adds folder, totals and
-/// checks to the JSON object, if one is written.
+/// Prints the figures of a run, what is to be said of them, its totals and failed checks, and the
+/// path of its page; adds folder, totals, figures and checks to the JSON object, if one is written.
 pub fn conclude(folder: &Folder, summary: &Summary) {
     console::put_summary(folder, summary);
     if json_object::is_json() {
@@ -75,8 +76,12 @@ pub fn conclude(folder: &Folder, summary: &Summary) {
         totals.overlapping_pairs,
     ));
     let figures: Vec<_> = summary.figures.iter().map(|figure| ("", figure)).collect();
-    if let Some(verdict) = report::tests_in_words(&figures) {
-        print_line(&verdict);
+    for line in figure_lines(&summary.figures) {
+        print_line(&line);
+    }
+    let judged = [report::stationarity_in_words(&figures), report::tests_in_words(&figures)];
+    for words in judged.into_iter().flatten() {
+        print_line(&words);
     }
     for check in summary.checks.iter().filter(|check| !check.passed) {
         print_line(&format!("FAILED: {} is {}, allowed is {}", check.name, check.found, check.allowed));

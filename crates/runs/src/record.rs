@@ -43,6 +43,8 @@ pub struct RunRecord {
 /// What is kept of one measure of one run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MeasureRecord {
+    /// Begin and end of the blocks (time).
+    pub span: [f64; 2],
     /// Sums over the run and over its blocks.
     pub sums: RunSums,
     /// Its tables.

@@ -7,7 +7,7 @@ use carom_report::page::{Page, Part, checks_in_words, named, two_digits, with_er
 use carom_runs::{
     left_out::Damaged,
     output::Folder,
-    report::{PAGE, tests_in_words},
+    report::{PAGE, stationarity_in_words, tests_in_words},
 };
 use carom_tables::Summary;
 
@@ -195,14 +195,15 @@ fn lead(study: &Study) -> String {
     lead
 }
 
-/// The verdict on the figures of all points that test their predictions; `None` without one.
-pub fn tests(study: &Study, points: &[PointResults]) -> Option<String> {
+/// What changed during the measurements, and the verdict on the figures of all points that test
+/// their predictions, in sentences.
+pub fn judgements(study: &Study, points: &[PointResults]) -> Vec<String> {
     let names: Vec<String> = (0..points.len()).map(|point| study.name(point)).collect();
     let named = names.iter().zip(points);
     let figures: Vec<_> = named
         .flat_map(|(name, point)| point.figures.iter().map(move |figure| (name.as_str(), figure)))
         .collect();
-    tests_in_words(&figures)
+    stationarity_in_words(&figures).into_iter().chain(tests_in_words(&figures)).collect()
 }
 
 fn verdict(study: &Study, points: &[PointResults], frame: &Frame<'_>) -> String {
@@ -220,10 +221,10 @@ fn verdict(study: &Study, points: &[PointResults], frame: &Frame<'_>) -> String 
     };
     let exact =
         if frame.summary.note.contains(carom_runs::report::NOT_EXACT) { "NOT EXACT" } else { "exact" };
-    let tests = tests(study, points).map_or_else(String::new, |tests| format!("{tests} "));
+    let judged = judgements(study, points).into_iter().fold(String::new(), |all, words| all + &words + " ");
     let plural = if done == 1 { "" } else { "s" };
     format!(
-        "{tests}{state}, with {done} replica{plural} and {} {exact} collisions. {}",
+        "{judged}{state}, with {done} replica{plural} and {} {exact} collisions. {}",
         totals.collisions,
         checks_in_words(&frame.summary.checks)
     )

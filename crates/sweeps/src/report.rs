@@ -8,7 +8,7 @@ use carom_runs::{
     manifest::Manifest,
     print_line,
 };
-use carom_tables::{Summary, Totals, Verdict};
+use carom_tables::{Summary, Totals, Verdict, are_stationary};
 use rayon::ThreadPool;
 use serde::Serialize;
 
@@ -41,6 +41,8 @@ pub struct Remarks {
 struct File<'a> {
     #[serde(flatten)]
     summary: &'a Summary,
+    /// Whether no figure changed during its measurement.
+    stationary: Option<bool>,
     /// Number of points of the study, and of those that are complete.
     points_wanted: usize,
     points_complete: usize,
@@ -78,6 +80,7 @@ pub fn write(
     let points_complete = missing.complete_points(points.len());
     let file = File {
         summary: &summary,
+        stationary: are_stationary(points.iter().flat_map(|point| &point.figures)),
         points_wanted: points.len(),
         points_complete,
         replicas_wanted: study.replicas,
@@ -102,8 +105,10 @@ pub fn write(
         let met = answers().filter(|answer| answer.passed && !answer.show_only).count();
         print_line(&format!("{met} of {judged} expectations are met"));
     }
-    if let Some(tests) = page::tests(study, &points).filter(|_| !is_json()) {
-        print_line(&tests);
+    if !is_json() {
+        for words in page::judgements(study, &points) {
+            print_line(&words);
+        }
     }
     conclude(folder, &summary);
     let verdict = summary.verdict();

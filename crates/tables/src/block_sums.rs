@@ -96,12 +96,16 @@ pub fn mean_of_series(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64
     Some((mean.value?, mean.standard_error?))
 }
 
+/// The sums of one quantity in each block.
+pub fn of_quantity(blocks: &[Sums], quantity: usize) -> Vec<[f64; 2]> {
+    blocks.iter().map(|block| block.get(quantity).copied().unwrap_or_default()).collect()
+}
+
 /// Means of sums, with standard errors from the sums of the blocks of each run.
 pub fn means(total: &[[f64; 2]], runs: &[Vec<Sums>]) -> Vec<BlockMean> {
     let mean = |(index, &[sum, weight]): (usize, &[f64; 2])| {
         let value = (weight > 0.0).then(|| sum / weight);
-        let of_block = |block: &Sums| block.get(index).copied().unwrap_or_default();
-        let runs: Vec<Sums> = runs.iter().map(|blocks| blocks.iter().map(of_block).collect()).collect();
+        let runs: Vec<Sums> = runs.iter().map(|blocks| of_quantity(blocks, index)).collect();
         let standard_error = Estimate::of_runs(&runs).map(|estimate| estimate.standard_error);
         BlockMean { value, standard_error, quantity: Some(index) }
     };
@@ -123,11 +127,11 @@ fn difference(before: &[[f64; 2]], after: &[[f64; 2]]) -> Sums {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// A generator of uniform numbers (Marsaglia, J. Stat. Soft. 8 (2003) 14: xorshift).
-    struct Random(u64);
+    pub struct Random(pub u64);
 
     impl Random {
         fn next(&mut self) -> f64 {
@@ -139,7 +143,7 @@ mod tests {
     }
 
     /// A standard normal number (Box and Muller, Ann. Math. Stat. 29 (1958) 610).
-    fn normal(random: &mut Random) -> f64 {
+    pub fn normal(random: &mut Random) -> f64 {
         let radius = (-2.0 * libm::log(1.0 - random.next())).sqrt();
         radius * libm::cos(std::f64::consts::TAU * random.next())
     }

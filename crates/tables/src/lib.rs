@@ -18,6 +18,7 @@ pub mod estimate;
 pub mod power_law;
 pub mod run_sums;
 pub mod spectrum;
+pub mod stationarity;
 pub mod summary;
 pub mod table;
 
@@ -26,5 +27,6 @@ pub use blocking::Blocking;
 pub use calibration::Calibration;
 pub use estimate::Estimate;
 pub use run_sums::{MergeError, MergedSums, Replica, RunSums, SumsError};
+pub use stationarity::Stationarity;
 pub use summary::*;
 pub use table::{Column, Level, Role, Spacing, Table};

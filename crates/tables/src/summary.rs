@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::Stationarity;
+
 /// Number of standard errors from its prediction above which a figure counts as different from it.
 /// With at least 30 blocks, chance exceeds it once in 2500 figures (Student's t). Smaller: about
 /// forty figures of one study would give false alarms. Larger: differences would be missed.
@@ -42,6 +44,9 @@ pub struct Figure {
     /// a figure that is no mean.
     #[serde(skip)]
     pub quantity: Option<usize>,
+    /// Whether the mean changed during its measurement; `None` if that was not judged.
+    #[serde(default)]
+    pub stationarity: Option<Stationarity>,
     /// Whether the figure tests its prediction, so that it has a smallest difference.
     #[serde(default)]
     pub is_test: bool,
@@ -58,6 +63,7 @@ impl Figure {
             prediction: None,
             source: None,
             smallest_difference: None,
+            stationarity: None,
             quantity: None,
             is_test: false,
         }
@@ -259,6 +265,28 @@ impl OneRun {
     /// A run with the name of its folder and its totals.
     pub fn new(name: String, totals: &Totals) -> Self {
         Self { name, collisions: totals.collisions, cpu_seconds: totals.cpu_seconds() }
+    }
+}
+
+/// Whether no figure changed during its measurement; `None` if none was judged.
+pub fn are_stationary<'a>(figures: impl IntoIterator<Item = &'a Figure>) -> Option<bool> {
+    let judged = figures.into_iter().filter_map(|figure| figure.stationarity);
+    judged.map(|found| found.is_stationary).reduce(|all, one| all && one)
+}
+
+/// A summary with what follows from its figures, as it is written to `summary.json`.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct SummaryFile<'a> {
+    #[serde(flatten)]
+    summary: &'a Summary,
+    /// See [`are_stationary`].
+    stationary: Option<bool>,
+}
+
+impl<'a> SummaryFile<'a> {
+    /// The file of a summary.
+    pub fn of(summary: &'a Summary) -> Self {
+        Self { summary, stationary: are_stationary(&summary.figures) }
     }
 }
 

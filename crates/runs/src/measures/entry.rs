@@ -5,7 +5,7 @@ use carom::{
     CollisionReport, Observer, Scene, View,
     engine::{Body, RunSpec},
 };
-use carom_tables::{Estimate, Figure, Sums};
+use carom_tables::{Estimate, Figure, Stationarity, Sums, block_sums};
 use serde::{Deserialize, Serialize};
 
 use crate::{record::MeasureRecord, run::stages, sampling_times::sampling_count};
@@ -157,9 +157,17 @@ impl Entry {
             results.drawings.clear();
         }
         let sums = measure.run_sums();
-        let judged = |figure: Figure| figure.judged_by(sums.blocks.len());
+        let begin = if head.from.is_finite() { head.from } else { 0.0 };
+        let span = [begin, begin + block * sums.blocks.len() as f64];
+        let judged = |figure: Figure| {
+            let stationarity = figure.quantity.and_then(|quantity| {
+                Stationarity::of(&[block_sums::of_quantity(&sums.blocks, quantity)], span)
+            });
+            Figure { stationarity, ..figure.judged_by(sums.blocks.len()) }
+        };
         results.figures = results.figures.into_iter().map(judged).collect();
         results.records.push(MeasureRecord {
+            span,
             sums,
             tables: results.tables.clone(),
             figures: results.figures.iter().map(|figure| (figure.clone(), figure.quantity)).collect(),

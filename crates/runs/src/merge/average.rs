@@ -5,7 +5,8 @@
 //! order of the runs' keys.
 
 use carom_tables::{
-    BlockMean, Column, Figure, MIN_BLOCKS, MergedSums, Replica, Role, RunSums, Table, block_sums,
+    BlockMean, Column, Figure, MIN_BLOCKS, MergedSums, Replica, Role, RunSums, Stationarity, Table,
+    block_sums,
 };
 
 use super::rebin::with_common_bins;
@@ -91,10 +92,18 @@ impl<'a> Merged<'a> {
             let same = all.iter().flatten().filter(|other| other.name == figure.name);
             let has_error = same.into_iter().all(|other| other.standard_error.is_some());
             let BlockMean { value, standard_error, .. } = self.mean(quantity, has_error);
-            let merged = Figure { value: value.unwrap_or(average.value), standard_error, ..average };
+            let (value, stationarity) = (value.unwrap_or(average.value), self.stationarity(quantity));
+            let merged = Figure { value, standard_error, stationarity, ..average };
             if has_error { merged.resolved() } else { merged.judged_by(runs) }
         };
         first.figures.iter().map(figure).collect()
+    }
+
+    /// Whether the mean of a quantity changes in the runs together.
+    fn stationarity(&self, quantity: usize) -> Option<Stationarity> {
+        let shortest = self.parts.iter().min_by_key(|part| part.sums.blocks.len())?;
+        let of = |part: &&MeasureRecord| block_sums::of_quantity(&part.sums.blocks, quantity);
+        Stationarity::of(&self.parts.iter().map(of).collect::<Vec<_>>(), shortest.span)
     }
 
     fn tables(&self) -> Vec<Table> {

@@ -13,7 +13,7 @@ use std::{
 use anyhow::{Result, ensure};
 pub use average::results as merged;
 pub use calibration::calibrations;
-use carom_tables::{Figure, Replica, Summary, Table, Totals, Verdict};
+use carom_tables::{Figure, Replica, Summary, SummaryFile, Table, Totals, Verdict};
 use clap::Args;
 use parts::Parts;
 use serde::Serialize;
@@ -98,11 +98,11 @@ pub struct MergedRuns {
     pub left_out: LeftOut,
 }
 
-/// `summary.json`.
+/// `summary.json` of merged runs.
 #[derive(Debug, Serialize)]
-struct SummaryFile<'a> {
+struct MergedFile<'a> {
     #[serde(flatten)]
-    summary: &'a Summary,
+    summary: SummaryFile<'a>,
     #[serde(flatten)]
     left_out: &'a LeftOut,
 }
@@ -144,7 +144,8 @@ impl MergedRuns {
         self.results.write(folder)?;
         report::write_tables(&self.results, folder)?;
         let Self { summary, left_out, .. } = self;
-        folder.write_json("summary.json", &SummaryFile { summary, left_out })?;
+        let summary = SummaryFile::of(summary);
+        folder.write_json("summary.json", &MergedFile { summary, left_out })?;
         folder.write("config.toml", &record.what)?;
         report::write(folder, State::Ended)
     }

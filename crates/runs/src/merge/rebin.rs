@@ -108,7 +108,7 @@ fn rebinned(part: &MeasureRecord, targets: &[(&str, Vec<f64>)]) -> Option<Measur
             set_errors(table, &means);
         }
     }
-    Some(MeasureRecord { sums, tables, figures, drawings: part.drawings.clone() })
+    Some(MeasureRecord { span: part.span, sums, tables, figures, drawings: part.drawings.clone() })
 }
 
 /// Sets the errors of all columns that are means, where there were errors.

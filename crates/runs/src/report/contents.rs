@@ -220,6 +220,7 @@ fn summary_of(value: &Value) -> Summary {
         prediction: figure["prediction"].as_f64(),
         source: figure["source"].as_str().map(str::to_owned),
         smallest_difference: figure["smallest_difference"].as_f64(),
+        stationarity: serde_json::from_value(figure["stationarity"].clone()).ok(),
         quantity: None,
         is_test: figure["is_test"] == true,
     };

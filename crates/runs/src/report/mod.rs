@@ -10,6 +10,7 @@ mod experiment_page;
 mod files;
 mod read;
 mod run_page;
+mod stationarity_in_words;
 mod tables_file;
 mod tests_in_words;
 mod verdict;
@@ -23,6 +24,7 @@ use clap::Args;
 
 use contents::{Contents, Kind};
 pub use contents::{RUNS, State};
+pub use stationarity_in_words::stationarity_in_words;
 pub use tables_file::write as write_tables;
 pub use tests_in_words::{NEEDED, tests_in_words};
 pub use verdict::{FIXED_BODIES, NOT_EXACT};

@@ -66,7 +66,8 @@ fn a_page_written_again_has_the_same_bytes() {
     assert_eq!(verdict.unwrap(), Verdict::Passed);
     let written = page(&one);
     assert_eq!(again(&one), written);
-    for words in ["the method is exact", "All 2 checks passed", "Measured: pressure", "events.csv", "Stage 1"]
+    for words in
+        ["the dynamics is exact", "All 2 checks passed", "Measured: pressure", "events.csv", "Stage 1"]
     {
         assert!(written.contains(words), "{words}");
     }

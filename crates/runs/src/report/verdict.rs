@@ -8,6 +8,7 @@ use carom_tables::{Figure, Summary};
 
 use super::{
     contents::{Contents, Kind},
+    stationarity_in_words::stationarity_in_words,
     tests_in_words::tests_in_words,
 };
 
@@ -22,10 +23,12 @@ pub(super) fn sentence(contents: &Contents) -> String {
     let Some(summary) = &contents.summary else {
         return "This folder is incomplete: there are no results yet.".to_owned();
     };
-    let mut parts = vec![what(contents, summary)];
+    let figures: Vec<_> = summary.figures.iter().map(|figure| ("", figure)).collect();
+    let mut parts: Vec<String> = stationarity_in_words(&figures).into_iter().collect();
+    parts.push(what(contents, summary));
     parts.push(checks_in_words(&summary.checks));
     parts.extend(main_figure(&summary.figures).map(measured));
-    parts.extend(tests_in_words(&summary.figures.iter().map(|figure| ("", figure)).collect::<Vec<_>>()));
+    parts.extend(tests_in_words(&figures));
     parts.join(" ")
 }
 
@@ -50,7 +53,7 @@ fn what(contents: &Contents, summary: &Summary) -> String {
             format!("in {} runs, {time} time units together", contents.runs.len().saturating_sub(1))
         }
     };
-    format!("{} collision{plural}{bodies} {span}; the method is {method}.", totals.collisions)
+    format!("{} collision{plural}{bodies} {span}; the dynamics is {method}.", totals.collisions)
 }
 
 /// The figure that a reader looks for: the first with an error and a prediction; what every run

@@ -21,7 +21,7 @@ use std::{
 use anyhow::{Context, Error, Result};
 use carom::{Scene, engine::Growth};
 use carom_methods::{AnySimulation, Method};
-use carom_tables::{Summary, Verdict};
+use carom_tables::{Summary, SummaryFile, Verdict};
 use clap::Args;
 use outcome::{Begun, Outcome, Pricing, simulate};
 use parent::Parent;
@@ -148,7 +148,7 @@ fn write_ended(
 ) -> Result<()> {
     report::write_tables(&outcome.results, folder)?;
     outcome.record(scene, method).write(folder)?;
-    folder.write_json("summary.json", summary)?;
+    folder.write_json("summary.json", &SummaryFile::of(summary))?;
     if let Some(price) = outcome.price() {
         folder.write_json(PRICE, price)?;
     }
@@ -158,7 +158,7 @@ fn write_ended(
 
 /// Writes the results of a run up to an error, the page last.
 fn write_failed(folder: &Folder, outcome: &Outcome, summary: &Summary, error: &Error) -> Result<()> {
-    folder.write_json("summary.json", summary)?;
+    folder.write_json("summary.json", &SummaryFile::of(summary))?;
     report::write_tables(&outcome.results, folder)?;
     report::write(folder, State::Failed(format!("{error:#}")))
 }

@@ -1,0 +1,77 @@
+//! Figures that changed during their measurement, in words.
+
+use std::cmp::Reverse;
+
+use carom_report::page::{two_digits, with_error};
+use carom_tables::{Figure, Stationarity};
+
+/// What changed during the measurement, by how much, and from when on it does not; `None` if
+/// nothing did. Each figure has a word for where it belongs, which may be empty.
+pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
+    let mut changing: Vec<(&str, &Figure, Stationarity)> = figures
+        .iter()
+        .filter_map(|(place, figure)| Some((*place, *figure, figure.stationarity?)))
+        .filter(|(.., found)| !found.is_stationary)
+        .collect();
+    let in_errors = |found: &Stationarity| (found.change / found.standard_error).abs();
+    changing.sort_by_key(|(.., found)| Reverse((1e3 * in_errors(found)) as u64));
+    let (place, figure, found) = changing.first()?;
+    let place = if place.is_empty() { String::new() } else { format!(" ({place})") };
+    let verb = if found.change < 0.0 { "falls" } else { "rises" };
+    let share = (found.change / figure.value).abs();
+    let amount = if share.is_finite() && share < 10.0 {
+        format!("{} %", with_error(two_digits(100.0 * share), None))
+    } else {
+        format!("{} {}", with_error(two_digits(found.change.abs()), None), figure.unit)
+    };
+    let others = match changing.len() - 1 {
+        0 => String::new(),
+        1 => "; one more figure changes".to_owned(),
+        count => format!("; {count} more figures change"),
+    };
+    let settled: Option<Vec<f64>> = changing.iter().map(|(.., found)| found.settled_at).collect();
+    let remedy = settled.map_or_else(
+        || {
+            "They do not settle within the first half: run longer, or the state is driven or decays."
+                .to_owned()
+        },
+        |times| {
+            let last = two_digits(times.into_iter().fold(0.0, f64::max));
+            format!("From t = {last} on no change is found: set run.measure_from to that.")
+        },
+    );
+    Some(format!(
+        "Not stationary: {}{place} {verb} by {amount} during the measurement, {:.0} standard errors{others}. {remedy}",
+        figure.name,
+        in_errors(found)
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure(name: &str, value: f64, change: f64, settled_at: Option<f64>) -> Figure {
+        let stationarity =
+            Stationarity { is_stationary: change == 0.0, change, standard_error: 0.01, settled_at };
+        Figure { stationarity: Some(stationarity), ..Figure::new(name, value, "energy/length²") }
+    }
+
+    fn words(figures: &[Figure]) -> Option<String> {
+        stationarity_in_words(&figures.iter().map(|figure| ("", figure)).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn the_clearest_change_is_told_with_the_remedy() {
+        let [p, z] = [figure("pressure", 9.0, -0.234, Some(12.0)), figure("Z", 5.0, 0.06, Some(3.0))];
+        assert_eq!(words(&[figure("kT", 1.0, 0.0, None)]), None);
+        assert_eq!(
+            words(&[z.clone(), p.clone()]).unwrap(),
+            "Not stationary: pressure falls by 2.6 % during the measurement, 23 standard errors; one more figure \
+             changes. From t = 12 on no change is found: set run.measure_from to that."
+        );
+        let driven = words(&[figure("kT", 0.0, 0.5, None), z, p]).unwrap();
+        assert!(driven.contains("kT rises by 0.5 energy/length²") && driven.contains("2 more"), "{driven}");
+        assert!(driven.ends_with("the state is driven or decays."), "{driven}");
+    }
+}
