@@ -39,6 +39,20 @@ pub enum Shape {
     Crosses(Vec<(f64, f64)>),
 }
 
+impl Shape {
+    /// Leaves out points below a height, which a logarithmic axis cannot show.
+    pub(crate) fn leave_out_below(&mut self, least: f64) {
+        match self {
+            Self::Line(points)
+            | Self::Thin(points)
+            | Self::Dots(points)
+            | Self::Rings(points)
+            | Self::Crosses(points) => points.retain(|point| point.1 >= least),
+            Self::Band(points) | Self::Bars(points) => points.retain(|point| point.2 >= least),
+        }
+    }
+}
+
 /// A chart on two axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {

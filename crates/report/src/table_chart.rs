@@ -178,7 +178,10 @@ fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -
     };
     let heights = curves.iter().map(|point| point.1).chain(levels.iter().map(|level| level.value));
     let Some((low, high)) = range(heights) else { return Ok(None) };
-    let (low, high) = height(low, high);
+    let is_steep = table.decades.contains(&group[0].name);
+    // The displacement at lag 0 has no logarithm, and is left out.
+    let least = range(curves.iter().map(|point| point.1).filter(|y| *y > 0.0)).map_or(1.0, |range| range.0);
+    let is_logarithmic = is_steep && low >= 0.0 && high > least;
     let names: Vec<&str> =
         group.iter().filter(|column| column.role.is_curve()).map(|column| column.label.as_str()).collect();
     let quantity = match names.as_slice() {
@@ -191,8 +194,17 @@ fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -
         Spacing::Linear => Axis::new(label, x),
         Spacing::Logarithmic => Axis::logarithmic(label, x),
     };
-    let up = Axis::new(named(&quantity, &group[0].unit), (low, high));
-    Chart::new(&table.title, along, up, layers(places, group, &levels, x)).svg().map(Some)
+    let label = named(&quantity, &group[0].unit);
+    let (up, mut layers) = (height(low, high), layers(places, group, &levels, x));
+    let up = if is_logarithmic {
+        for layer in &mut layers {
+            layer.shape.leave_out_below(least);
+        }
+        Axis::logarithmic(label, (0.7 * least, 1.4 * high))
+    } else {
+        Axis::new(label, up)
+    };
+    Chart::new(&table.title, along, up, layers).svg().map(Some)
 }
 
 /// Error bands, measured curves and predictions, from back to front.

@@ -102,7 +102,9 @@ impl Estimate {
             spectrum.add(of_run, run.iter().map(|[_, weight]| weight).sum(), with_blocks);
             begin += run.len();
         }
-        Some(Self { mean: ratio, standard_error: (spectrum.at_zero() / weight).sqrt() })
+        let standard_error = (spectrum.at_zero() / weight).sqrt();
+        // Sums near the largest number overflow when they are squared.
+        standard_error.is_finite().then_some(Self { mean: ratio, standard_error })
     }
 }
 
@@ -123,6 +125,12 @@ mod tests {
         assert_eq!(Estimate::of_ratio([(1.0, f64::INFINITY), (1.0, 1.0)]), None);
         assert_eq!(Estimate::of_runs(&[vec![[3.0, 1.0]]]), None);
         assert_eq!(Estimate::of_runs(&[vec![[3.0, 1.0], [0.0, 0.0]]]), None);
+    }
+
+    #[test]
+    fn sums_that_overflow_have_no_error() {
+        let run: Vec<[f64; 2]> = (0..40).map(|block| [1e300 * f64::from(block % 3), 1.5]).collect();
+        assert_eq!(Estimate::of_runs(&[run]), None);
     }
 
     #[test]

@@ -100,7 +100,8 @@ fn clearest_change(blocks: &[[f64; 2]]) -> Option<[f64; 3]> {
         let error = of_block * (1.0 / earlier.len() as f64 + 1.0 / rest.len() as f64).sqrt();
         [change.abs() / error, change, error]
     };
-    EARLIER.iter().map(change).max_by(|a, b| a[0].total_cmp(&b[0]))
+    let clearest = EARLIER.iter().map(change).max_by(|a, b| a[0].total_cmp(&b[0]))?;
+    clearest.iter().all(|number| number.is_finite()).then_some(clearest)
 }
 
 fn mean(blocks: &[[f64; 2]]) -> f64 {

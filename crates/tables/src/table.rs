@@ -29,6 +29,8 @@ pub struct Table {
     pub caption: String,
     /// How the abscissa is drawn.
     pub spacing: Spacing,
+    /// Names of columns that are drawn by their logarithms, if all their values are positive.
+    pub decades: Vec<String>,
     /// Whether the abscissa is drawn as a direction, too: degrees at the middle of equal sectors of
     /// the turn.
     pub is_polar: bool,
@@ -134,6 +136,7 @@ impl Table {
             title: title.into(),
             caption: String::new(),
             spacing: Spacing::Linear,
+            decades: Vec::new(),
             is_polar: false,
             names: Vec::new(),
             columns: Vec::new(),
@@ -151,6 +154,12 @@ impl Table {
     #[must_use]
     pub fn logarithmic(self) -> Self {
         Self { spacing: Spacing::Logarithmic, ..self }
+    }
+
+    /// Draws these columns by their logarithms, if all their values are positive.
+    #[must_use]
+    pub fn in_decades(self, columns: &[&str]) -> Self {
+        Self { decades: columns.iter().map(|name| (*name).to_owned()).collect(), ..self }
     }
 
     /// Names the rows on the axis.

@@ -4,8 +4,11 @@ use carom::TimeCorrelation;
 use carom_tables::{BlockMean, Figure, Table};
 
 use super::{
-    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks, resumed,
+    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span,
+    hard_discs::SONINE,
+    in_blocks, resumed,
     slope::Slope,
+    transport::{Curve, Plateau, Value},
 };
 
 /// The autocorrelation is compared with its exponential up to this many mean free times; later the
@@ -16,6 +19,9 @@ const FREE_TIMES: f64 = 5.0;
 /// free times). It grows slowly with them.
 const SLOPE_FROM: f64 = 10.0;
 const SLOPE_TO: f64 = 40.0;
+
+/// Lags with fewer pairs are left out: their means are noise.
+const MIN_PAIRS: u64 = 30;
 
 /// Source of the fourth moment: at short lags the displacements are not Gaussian.
 const DIFFUSION: &str = "approximation, long lags: diffusion equation";
@@ -41,7 +47,7 @@ impl Measured for TimeCorrelation {
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let points = self.points();
+        let points: Vec<_> = self.points().into_iter().filter(|point| point.pairs >= MIN_PAIRS).collect();
         let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
         let quantity = |index: usize| -> Vec<BlockMean> {
             // Lags without pairs are the longest.
@@ -63,12 +69,32 @@ impl Measured for TimeCorrelation {
         .means("mean_fourth_displacement", "length⁴", &fourths)
         .prediction("2 ⟨|Δr|²⟩², Gaussian", gaussian, DIFFUSION)
         .logarithmic()
+        .in_decades(&["mean_square_displacement", "mean_fourth_displacement"])
         .caption(context.theory(
             "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",
         ));
-        let figures = diffusion(&lags, &squares, context).into_iter().collect();
+        let mut figures: Vec<Figure> = diffusion(&lags, &squares, context).into_iter().collect();
+        let curve = |means| Curve { lags: &lags, means, blocks: context.blocks };
+        figures.extend(curve(&squares).plateau().map(|plateau| at_long_lags(&plateau, context)));
+        figures.extend(curve(&products).integral().map(|integral| of_velocities(integral, context)));
         Results { tables: vec![table], figures, ..Results::default() }
     }
+}
+
+/// The diffusion coefficient from the mean squared displacement at long lags, where it grows in
+/// proportion to the lag; in two dimensions it grows slowly with the lag and with the box.
+fn at_long_lags(plateau: &Plateau, context: &Context<'_>) -> Figure {
+    let Plateau { slope: Value { value, standard_error }, between: [begin, end], is_constant } = *plateau;
+    let what = if is_constant { "" } else { "apparent " };
+    let lack = if is_constant { "" } else { ", no plateau" };
+    let name = format!("{what}diffusion coefficient at long lags, {begin:.3} to {end:.3}{lack}");
+    Figure::new(context.named(&name), 0.25 * value, "length²/time").error(0.25 * standard_error)
+}
+
+/// The diffusion coefficient as half the integral of the velocity autocorrelation.
+fn of_velocities((integral, until): (Value, f64), context: &Context<'_>) -> Figure {
+    let name = context.named(&format!("diffusion coefficient from velocities, up to lag {until:.3}"));
+    Figure::new(name, 0.5 * integral.value, "length²/time").error(0.5 * integral.standard_error)
 }
 
 /// The autocorrelation of Enskog's theory at short lags.

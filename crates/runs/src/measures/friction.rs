@@ -7,7 +7,8 @@ use super::{Context, Kind, Measured, Of, Results, Span, hard_discs::ENSKOG, in_b
 
 pub(super) const KIND: Kind = Kind {
     name: "friction",
-    summary: "impulses on a group: their mean size per time, the friction coefficient from their squares",
+    summary: "impulses on a group: their mean size per time, and from their squares the short-time (Enskog) friction \
+              coefficient, which is not kT/D: the flow around a body returns",
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[],
@@ -18,8 +19,8 @@ pub(super) const KIND: Kind = Kind {
 /// Names and units of the means, in the order of the sums.
 const MEANS: [(&str, &str); 4] = [
     ("impulses per body and time Σ|J|/t", "mass·length/time²"),
-    ("friction coefficient Σ|J|²/4kTt", "mass/time"),
-    ("rotational friction coefficient Σ(r×J)²/2kTt", "mass·length²/time"),
+    ("short-time (Enskog) friction coefficient Σ|J|²/4kTt", "mass/time"),
+    ("short-time rotational friction coefficient Σ(r×J)²/2kTt", "mass·length²/time"),
     ("initial decay of the velocity autocorrelation", "1/time"),
 ];
 

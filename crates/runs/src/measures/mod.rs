@@ -39,6 +39,7 @@ mod structure_factor;
 mod temperature;
 mod thermostat;
 mod tracked;
+mod transport;
 mod velocities;
 mod viscosity;
 mod wall_heat;

@@ -66,6 +66,7 @@ fn head(table: &Table) -> Value {
         "title": table.title,
         "caption": table.caption,
         "spacing": if table.spacing == Spacing::Logarithmic { "logarithmic" } else { "linear" },
+        "decades": table.decades,
         "polar": table.is_polar,
         "names": table.names,
         "columns": columns,
@@ -148,6 +149,7 @@ fn table(head: &Value, file: &str, cells: &BTreeMap<&str, Vec<Option<f64>>>) -> 
         title: string(&head["title"]),
         caption: string(&head["caption"]),
         spacing: if head["spacing"] == "logarithmic" { Spacing::Logarithmic } else { Spacing::Linear },
+        decades: list("decades").iter().map(string).collect(),
         is_polar: head["polar"] == true,
         names: list("names").iter().map(string).collect(),
         columns,
@@ -188,7 +190,7 @@ mod tests {
                 .errors(vec![Some(0.5), None])
                 .prediction("theory", vec![Some(2.0), Some(3.0)], "a source")
                 .level("level", Some(0.7), "another"),
-            Table::new("two", "Second").polar().named(vec!["A".to_owned()]),
+            Table::new("two", "Second").polar().named(vec!["A".to_owned()]).in_decades(&["x"]),
         ];
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();

@@ -1,0 +1,189 @@
+//! Diffusion coefficients from curves over the lag, with errors from blocks: the slope of a mean
+//! square where it has become constant, and the integral of an autocorrelation.
+
+use carom_tables::{BlockMean, Estimate, Sums, block_sums::of_quantity};
+
+/// Ratio of the lags at the ends of a piece of a curve. Smaller: noisier slopes. Larger: fewer
+/// pieces, and a plateau is found later.
+const RATIO: f64 = 2.0;
+
+/// A slope agrees with that of the plateau within so many of its standard errors.
+const AGREES: f64 = 2.5;
+
+/// Fewest pieces of a plateau.
+const MIN_PIECES: usize = 2;
+
+/// An autocorrelation is integrated only if it has not fallen below this share of its value at lag
+/// 0 at the first lag: a coarser one says nothing about what lies between.
+const RESOLVED: f64 = 0.5;
+
+/// A curve over the lag.
+pub(super) struct Curve<'a> {
+    /// The lags (time), from 0 on.
+    pub lags: &'a [f64],
+    /// Its means, without an error where blocks are too short.
+    pub means: &'a [BlockMean],
+    /// The sums of each block.
+    pub blocks: &'a [Sums],
+}
+
+/// A number with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Value {
+    pub value: f64,
+    pub standard_error: f64,
+}
+
+/// A slope, and the lags between which it was taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plateau {
+    pub slope: Value,
+    pub between: [f64; 2],
+    /// Whether the slope is constant between the lags; otherwise it is that of the longest lags.
+    pub is_constant: bool,
+}
+
+impl Curve<'_> {
+    /// The sum of some of its means by their places, each times a factor.
+    fn combination(&self, factors: &[(usize, f64)]) -> Option<Value> {
+        let mut value = 0.0;
+        let mut deviations = vec![0.0; self.blocks.len()];
+        for &(place, factor) in factors {
+            let mean = self.means.get(place)?;
+            let (ratio, quantity) = (mean.value?, mean.quantity?);
+            value += factor * ratio;
+            let blocks = of_quantity(self.blocks, quantity);
+            let weight: f64 = blocks.iter().map(|[_, weight]| weight).sum();
+            for (deviation, [x, w]) in deviations.iter_mut().zip(blocks) {
+                *deviation += factor * (x - ratio * w) / weight;
+            }
+        }
+        // The error of a sum over the blocks is that of their mean times their number.
+        let count = deviations.len() as f64;
+        let blocks = deviations.into_iter().map(|deviation| [deviation * count, 1.0]).collect();
+        let standard_error = Estimate::of_runs(&[blocks])?.standard_error;
+        (value.is_finite() && standard_error > 0.0).then_some(Value { value, standard_error })
+    }
+
+    fn slope(&self, from: usize, to: usize) -> Option<Value> {
+        let per_time = 1.0 / (self.lags[to] - self.lags[from]);
+        self.combination(&[(to, per_time), (from, -per_time)])
+    }
+
+    /// The places of the longest lag with an error, of one at most half as long, and so on.
+    fn ends(&self) -> Vec<usize> {
+        let mut ends = Vec::new();
+        let mut most = f64::INFINITY;
+        for place in (1..self.lags.len().min(self.means.len())).rev() {
+            let is_known = self.means[place].standard_error.is_some();
+            if is_known && self.lags[place] <= most {
+                ends.push(place);
+                most = self.lags[place] / RATIO;
+            }
+        }
+        ends.reverse();
+        ends
+    }
+
+    /// The slope of the curve at long lags.
+    ///
+    /// `None` if it has fewer than two pieces.
+    pub(super) fn plateau(&self) -> Option<Plateau> {
+        let ends = self.ends();
+        let pieces: Vec<Value> =
+            ends.windows(2).map(|ends| self.slope(ends[0], ends[1])).collect::<Option<_>>()?;
+        let last = *ends.last()?;
+        let of = |from: usize, is_constant: bool| {
+            let slope = self.slope(ends[from], last)?;
+            let between = [self.lags[ends[from]], self.lags[last]];
+            Some(Plateau { slope, between, is_constant })
+        };
+        let is_constant = |from: usize| {
+            let Some(whole) = self.slope(ends[from], last) else { return false };
+            let agrees = |piece: &Value| (piece.value - whole.value).abs() <= AGREES * piece.standard_error;
+            pieces[from..].iter().all(agrees)
+        };
+        let pieces_left = pieces.len().checked_sub(MIN_PIECES)?;
+        match (0..=pieces_left).find(|&from| is_constant(from)) {
+            Some(from) => of(from, true),
+            None => of(pieces.len() - 1, false),
+        }
+    }
+
+    /// The integral of the curve from lag 0 to the longest lag with an error, and that lag, by the
+    /// trapezoidal rule. `None` if the samples do not resolve it.
+    pub(super) fn integral(&self) -> Option<(Value, f64)> {
+        let value = |place: usize| self.means.get(place)?.value;
+        let is_resolved = value(1)? >= RESOLVED * value(0)?;
+        let last = self.means.iter().take(self.lags.len()).rposition(|mean| mean.standard_error.is_some())?;
+        if !is_resolved || last < 2 {
+            return None;
+        }
+        let width = |place: usize| {
+            let before = if place == 0 { 0.0 } else { self.lags[place] - self.lags[place - 1] };
+            let after = if place == last { 0.0 } else { self.lags[place + 1] - self.lags[place] };
+            0.5 * (before + after)
+        };
+        let factors: Vec<(usize, f64)> = (0..=last).map(|place| (place, width(place))).collect();
+        Some((self.combination(&factors)?, self.lags[last]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A curve with these values at these lags in 40 blocks of a hundred pairs, which scatter by
+    /// this share.
+    fn measured(lags: &[f64], curve: impl Fn(f64) -> f64, scatter: f64) -> (Vec<BlockMean>, Vec<Sums>) {
+        let noise = |block: usize, place: usize| {
+            let turn = ((block * 37 + place * 11) % 40) as f64 / 40.0;
+            (2.0 * std::f64::consts::PI * turn).sin() * scatter
+        };
+        let of_block = |block: usize| -> Sums {
+            lags.iter()
+                .enumerate()
+                .map(|(place, &lag)| [100.0 * curve(lag) * (1.0 + noise(block, place)), 100.0])
+                .collect()
+        };
+        let blocks: Vec<Sums> = (0..40).map(of_block).collect();
+        let total: Sums = (0..lags.len())
+            .map(|place| blocks.iter().fold([0.0; 2], |[x, w], b| [x + b[place][0], w + b[place][1]]))
+            .collect();
+        (carom_tables::block_sums::means(&total, std::slice::from_ref(&blocks)), blocks)
+    }
+
+    fn lags() -> Vec<f64> {
+        (0..10).chain((1..10).map(|n| 10 * n)).map(f64::from).collect()
+    }
+
+    /// A Langevin particle: 4D (t − τ (1 − exp(−t/τ))).
+    #[test]
+    fn the_plateau_of_a_langevin_particle_is_found_and_its_start_lies_in_the_diffusive_range() {
+        let square = |t: f64| 4.0 * 0.3 * (t - 2.0 * (1.0 - (-t / 2.0).exp()));
+        let lags = lags();
+        let (means, blocks) = measured(&lags, square, 1e-3);
+        let curve = Curve { lags: &lags, means: &means, blocks: &blocks };
+        let found = curve.plateau().unwrap();
+        assert!(found.is_constant && found.between[0] >= 5.0 && found.between[1] == 90.0, "{found:?}");
+        let Value { value, standard_error } = found.slope;
+        assert!((0.25 * value - 0.3).abs() < 0.003 && standard_error < 0.02, "{found:?}");
+        // A ballistic curve has none.
+        let (means, blocks) = measured(&lags, |t| t * t, 1e-3);
+        let curve = Curve { lags: &lags, means: &means, blocks: &blocks };
+        assert!(!curve.plateau().unwrap().is_constant);
+        assert_eq!(Curve { lags: &lags[..2], means: &means[..2], blocks: &blocks }.plateau(), None);
+    }
+
+    #[test]
+    fn the_integral_of_an_exponential_is_its_time_and_coarse_samples_have_none() {
+        let lags = lags();
+        let of = |time: f64| {
+            let (means, blocks) = measured(&lags, |t| (-t / time).exp(), 1e-3);
+            Curve { lags: &lags, means: &means, blocks: &blocks }.integral()
+        };
+        let (found, until) = of(6.0).unwrap();
+        assert!((found.value - 6.0).abs() < 0.3 && until == 90.0, "{found:?}");
+        assert!(of(0.5).is_none());
+    }
+}
