@@ -83,7 +83,15 @@ fn extended_xyz_reads_back_to_the_bit() {
         // Kinds: tee, bumper, gas.
         let kinds: Vec<f64> = frame.rows.iter().map(|row| row[12]).collect();
         assert_eq!((kinds[0], kinds[4], kinds[5], kinds[6], kinds[35]), (0.0, 0.0, 1.0, 2.0, 2.0));
+        for row in &frame.rows {
+            assert_eq!(
+                [row[13], row[14], row[15], row[16]],
+                [row[11] * row[3], row[11] * row[4], 0.0, row[11]]
+            );
+        }
     }
+    let comment = std::str::from_utf8(&text).unwrap().lines().nth(1).unwrap();
+    assert!(comment.contains("Kinds=\"tee fixed gas\""), "{comment}");
     // The last frame against its view: discs to the bit, atoms of the tee to rounding.
     let last = &frames[2];
     let view = simulation.view();
@@ -102,6 +110,24 @@ fn extended_xyz_reads_back_to_the_bit() {
         assert!((DVec2::new(row[0], row[1]) - place).length() < 1e-15, "atom {index}");
         assert_eq!([row[6], row[7], row[8]], [0.0, index as f64, 0.01]);
         assert_eq!([row[9], row[10], row[11]], [tee.orientation.radians(), tee.angular_velocity, 2.0]);
+    }
+}
+
+#[test]
+fn boxes_crossed_undo_the_jumps_of_positions_in_extended_xyz() {
+    // A disc that crosses the border at x = 1 twice and that at y = 0 once.
+    let molecule = vec![disc(DVec2::new(0.5, 0.25), DVec2::new(2.0, -0.5), 0.05, 3.0)];
+    let mut simulation = Simulation::new(&Scene { molecule, ..Scene::default() }).unwrap();
+    let mut text = Vec::new();
+    for time in [0.0, 1.0] {
+        simulation.run_until(time).unwrap();
+        write_extended_xyz(&simulation.view(), &mut text).unwrap();
+    }
+    let frames = parse_frames(std::str::from_utf8(&text).unwrap());
+    let [start, end] = [&frames[0].rows[0], &frames[1].rows[0]];
+    assert_eq!((&start[17..20], &end[17..20]), (&[0.0; 3][..], &[2.0, -1.0, 0.0][..]));
+    for (axis, moved) in [2.0, -0.5].into_iter().enumerate() {
+        assert!((end[axis] + end[17 + axis] - start[axis] - moved).abs() < 1e-15);
     }
 }
 

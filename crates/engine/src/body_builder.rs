@@ -45,8 +45,15 @@ pub(crate) fn molecule(
         Some(_) if !atoms.is_empty() => Err(problem("give `shape` or `atoms`, not both")),
         Some(name) => {
             let shape: Shape = name.parse().map_err(geometry(entry))?;
-            let radius = atom_radius.ok_or_else(|| problem("a named shape needs `atom_radius`"))?;
-            let mass = atom_mass.ok_or_else(|| problem("a named shape needs `atom_mass`"))?;
+            let [no_radius, no_mass] = match shape {
+                Shape::Disc => [
+                    "a disc needs a radius: `radius` in a gas, `atom_radius` in a molecule",
+                    "a disc needs a mass: `mass` in a gas, `atom_mass` in a molecule",
+                ],
+                _ => ["a named shape needs `atom_radius`", "a named shape needs `atom_mass`"],
+            };
+            let radius = atom_radius.ok_or_else(|| problem(no_radius))?;
+            let mass = atom_mass.ok_or_else(|| problem(no_mass))?;
             Molecule::named(shape, radius, mass).map_err(geometry(entry))
         }
         None if atom_radius.is_some() || atom_mass.is_some() => {

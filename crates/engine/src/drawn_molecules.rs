@@ -110,10 +110,16 @@ fn atoms(
         return Err("give `shape` or `atoms`, not both".to_owned());
     }
     if !has_radius {
-        return Err("a named shape needs `atom_radius`".to_owned());
+        return Err(match spec.shape {
+            Some(_) => "a named shape needs `atom_radius`".to_owned(),
+            None => "a disc needs `radius`".to_owned(),
+        });
     }
     if !has_mass && spec.density.is_none() {
-        return Err("a named shape needs `atom_mass` or `density`".to_owned());
+        return Err(match spec.shape {
+            Some(_) => "a named shape needs `atom_mass` or `density`".to_owned(),
+            None => "a disc needs `mass` or `density`".to_owned(),
+        });
     }
     Ok(name.parse().and_then(|shape: Shape| shape.atoms(1.0, 1.0)))
 }

@@ -52,7 +52,7 @@ pub enum SceneError {
         speed: f64,
     },
     /// Two bodies overlap at the start.
-    #[error("{first} and {second} overlap by {depth:e}; move them apart")]
+    #[error("{first} and {second} overlap by {}; move them apart", depth_in_words(*depth))]
     Overlap {
         /// The first entry.
         first: String,
@@ -62,9 +62,7 @@ pub enum SceneError {
         depth: f64,
     },
     /// A gas does not fit into the box.
-    #[error(
-        "{entry}: only {placed} of {wanted} molecules can be placed without overlap; reduce their number"
-    )]
+    #[error("{entry}: only {placed} of {wanted} molecules can be placed without overlap; {}", room(*placed))]
     Full {
         /// The entry.
         entry: String,
@@ -143,6 +141,20 @@ fn nearest_shape(reason: &GeometryError) -> String {
 /// A share of the box with four digits.
 fn share(share: f64) -> String {
     if share >= 1e-3 { format!("{share:.4}") } else { format!("{share:.3e}") }
+}
+
+/// What to do if no more molecules can be placed.
+fn room(placed: usize) -> &'static str {
+    if placed == 0 {
+        "there is no room for one: is it larger than the box, or is the box full?"
+    } else {
+        "reduce their number or their size"
+    }
+}
+
+/// A depth with four digits.
+pub(crate) fn depth_in_words(depth: f64) -> String {
+    if depth >= 1e-3 { format!("{depth:.4}") } else { format!("{depth:.3e}") }
 }
 
 /// A grid too fine, or a box too small or too large, for the bodies in it.

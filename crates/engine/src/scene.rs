@@ -13,7 +13,7 @@ use crate::{
     AtomSpec, GasSpec, HeatSpec, MeasureSpec, MethodSpec, RelabelSpec, Rotation, SceneError, StopSpec,
     ThermostatSpec,
     gas_spec::{energy_or_temperature, serialize_gases},
-    spelling::suggestion,
+    spelling::plain_words,
     two_numbers::{optional_vector, vector},
 };
 
@@ -519,8 +519,9 @@ impl Scene {
     /// [`SceneError::Syntax`] with line and key if the text is not TOML or has unknown or missing
     /// keys. Values are checked when a simulation is built.
     pub fn from_toml(text: &str) -> Result<Self, SceneError> {
-        let mut scene: Self = toml::from_str(text).map_err(|error| syntax(&error))?;
-        let table: toml::Table = text.parse().map_err(|error| syntax(&error))?;
+        let syntax = |error: toml::de::Error| SceneError::Syntax(plain_words(&error, text));
+        let mut scene: Self = toml::from_str(text).map_err(syntax)?;
+        let table: toml::Table = text.parse().map_err(syntax)?;
         require(&table, "molecule", "at", "")?;
         energy_or_temperature(&table)?;
         scene.finish_stages(&table)?;
@@ -566,11 +567,6 @@ impl Scene {
         self.run.until = end;
         Ok(())
     }
-}
-
-/// The error with line, key, the keys allowed there, and the nearest of them.
-fn syntax(error: &toml::de::Error) -> SceneError {
-    SceneError::Syntax(format!("{}{}", error.to_string().trim_end(), suggestion(error.message())))
 }
 
 /// Refuses entries without a key that the file must give. In code the key has a default; in a file

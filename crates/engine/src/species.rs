@@ -348,15 +348,44 @@ enum Wanted {
     Area(f64),
 }
 
+/// Area fraction of the closest packing of equal discs, π/√12 (Lagrange 1773 for lattices, Thue
+/// 1910 for all packings).
+const CLOSEST: f64 = 0.906_899_682_117_109;
+
+/// Whether all molecules of a gas are discs of one size.
+fn is_of_equal_discs(spec: &GasSpec) -> bool {
+    let is_disc = match spec.shape.as_deref() {
+        Some(shape) => shape == "disc",
+        None => spec.atoms.len() < 2,
+    };
+    is_disc && spec.radius_distribution.is_none() && spec.scale.is_none()
+}
+
 fn wanted(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Wanted, SceneError> {
     let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
     spec.region.map_or(Ok(()), |region| region.check(bounds)).map_err(|reason| problem(&reason))?;
     match (spec.area_fraction, spec.count) {
         (None, Some(count)) => Ok(Wanted::Count(count)),
+        // In a region discs may cover places outside it.
+        (Some(fraction), None)
+            if (CLOSEST..1.0).contains(&fraction) && spec.region.is_none() && is_of_equal_discs(spec) =>
+        {
+            Err(problem(&format!(
+                "equal discs cover at most {CLOSEST:.4} of the box, but `area_fraction` is {fraction}"
+            )))
+        }
         (Some(fraction), None) if (0.0..1.0).contains(&fraction) => {
             Ok(Wanted::Area(fraction * spec.region.unwrap_or_default().area(bounds)))
         }
-        (Some(_), None) => Err(problem("`area_fraction` must be at least 0 and below 1")),
+        (Some(fraction), None) => {
+            let share = fraction / 100.0;
+            let hint = if fraction > 1.0 && share < 1.0 {
+                format!(" (a share and no percentage: {share}?)")
+            } else {
+                String::new()
+            };
+            Err(problem(&format!("`area_fraction` must be at least 0 and below 1, but is {fraction}{hint}")))
+        }
         _ => Err(problem("give either `area_fraction` or `count`")),
     }
 }

@@ -20,12 +20,55 @@ pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) ->
     nearest.map_or_else(String::new, |(_, name)| format!("; did you mean `{name}`?"))
 }
 
+/// The error of a TOML text that is no scene, with line and key, in the words of a scene file: what
+/// to write where serde names a type of Rust, the keys allowed, and the nearest of them.
+pub(crate) fn plain_words(error: &toml::de::Error, text: &str) -> String {
+    let (shown, message) = (error.to_string(), error.message());
+    let place = error.span().and_then(|span| text.get(span)).unwrap_or_default();
+    let before = shown.trim_end().strip_suffix(message).unwrap_or(&shown);
+    format!("{before}{}{}", in_words(message, place), suggestion(message))
+}
+
+/// A message of serde about this part of the text.
+fn in_words(message: &str, place: &str) -> String {
+    let table = place.trim().strip_prefix('[').and_then(|rest| rest.split_once(']'));
+    let (message, is_list) = match message.strip_suffix(", expected a sequence") {
+        Some(start) => (start, true),
+        None => (message, false),
+    };
+    match (is_list, table) {
+        (true, Some((name, _))) if message.ends_with("map") => {
+            format!("there may be several of them, so that each has two brackets: [[{name}]]")
+        }
+        (true, _) if message.ends_with("map") => {
+            "there may be several of them: a list of tables [{ … }] is expected".to_owned()
+        }
+        (true, _) => format!("a list is expected: [{}]", place.trim()),
+        (false, _) => {
+            let words = ["usize", "u64", "u32"]
+                .iter()
+                .find_map(|kind| message.strip_suffix(&format!(", expected {kind}")))
+                .map(|start| start.replace("floating point", "number"));
+            words.map_or_else(
+                || message.to_owned(),
+                |start| format!("{start}: a whole number from 0 on is expected, without a point"),
+            )
+        }
+    }
+}
+
 /// A suggestion for an error message of serde, "unknown field `x`, expected one of `a`, `b`", or
 /// nothing for another message.
 pub(crate) fn suggestion(message: &str) -> String {
     let mut names = message.split('`').skip(1).step_by(2);
     match names.next() {
-        Some(word) if message.starts_with("unknown ") => did_you_mean(word, names),
+        Some(word) if message.starts_with("unknown ") => {
+            let (near, full): (String, Vec<&str>) = (format!("atom_{word}"), names.collect());
+            // A gas of discs has `radius` and `mass`, a molecule `atom_radius` and `atom_mass`.
+            let of_atoms = full.iter().find(|name| **name == near);
+            let of_atoms = of_atoms.map(|name| format!("; did you mean `{name}`?"));
+            of_atoms.unwrap_or_else(|| did_you_mean(word, full))
+        }
         _ => String::new(),
     }
 }
@@ -43,6 +86,23 @@ mod tests {
             "; did you mean `locked`?"
         );
         assert_eq!(suggestion("missing field `at`"), "");
+        let text = "unknown field `radius`, expected one of `at`, `atom_radius`, `atom_mass`";
+        assert_eq!(suggestion(text), "; did you mean `atom_radius`?");
         assert_eq!(suggestion("unknown field `xyz`, there are no fields"), "");
+    }
+
+    #[test]
+    fn types_of_rust_are_said_in_the_words_of_a_scene_file() {
+        for (text, expected) in [
+            ("[gas]\nradius = 0.1\n", "each has two brackets: [[gas]]"),
+            ("gas = { radius = 0.1 }\n", "a list of tables [{ … }] is expected"),
+            ("[[gas]]\ntags = \"gas\"\n", "a list is expected: [\"gas\"]"),
+            ("[[gas]]\ncount = 1e3\n", "number `1000.0`: a whole number from 0 on is expected"),
+            ("[box]\nseed = -1\n", "integer `-1`: a whole number from 0 on is expected"),
+        ] {
+            let message = crate::Scene::from_toml(text).unwrap_err().to_string();
+            assert!(message.contains(expected), "{expected}: {message}");
+            assert!(!message.contains("sequence") && !message.contains("usize") && !message.contains("u64"));
+        }
     }
 }

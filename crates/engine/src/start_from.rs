@@ -16,6 +16,7 @@ use crate::{
     Body, RandomStream, Scene, SceneError, World,
     body_builder::geometry,
     contents::Contents,
+    error::depth_in_words,
     limits::refuse_slow,
     single_bodies::{Singles, deepest_overlap},
     sites::Sites,
@@ -274,7 +275,8 @@ fn refuse_overlaps(contents: &Contents, lines: &[usize]) -> Result<(), SceneErro
                 let entry = contents.singles.entry_of(body, &counts);
                 if lines[body] == 0 { entry } else { format!("{entry} of line {}", lines[body]) }
             };
-            return Err(problem(format!("{} and {} overlap by {depth:e}", name(other), name(index))));
+            let depth = depth_in_words(depth);
+            return Err(problem(format!("{} and {} overlap by {depth}", name(other), name(index))));
         }
         sites.add(world, index);
     }

@@ -77,6 +77,9 @@ impl Method {
     pub fn tiling(&self, threads: usize) -> Tiling {
         match self.tiles {
             TilesName::Automatic => Tiling::with_threads(threads),
+            TilesName::Always => {
+                Tiling { least_bodies: 0, least_molecules: 0, ..Tiling::with_threads(threads) }
+            }
             TilesName::Never => Tiling::NONE,
         }
     }
@@ -118,6 +121,7 @@ impl fmt::Display for Method {
         }
         match self.tiles {
             TilesName::Automatic => Ok(()),
+            TilesName::Always => write!(f, "; tiles in a system of any size"),
             TilesName::Never => write!(f, "; no tiles"),
         }
     }
@@ -279,6 +283,7 @@ mod tests {
             "scheduler = \"heap\"\ncells_per_side = 20",
             "scheduler = \"heap\"\nunchecked_cells_per_side = 50",
             "instructions = \"avx2\"",
+            "tiles = \"always\"",
         ] {
             let read = method(text).unwrap();
             let written = toml::to_string(&MethodSpec::from(&read)).unwrap();

@@ -1,24 +1,35 @@
 //! Snapshots as frames of extended XYZ, one line per atom, readable by OVITO and ASE.
 //!
-//! Columns, in the user's units: element symbol (X for atoms of fixed bodies, H for all others),
-//! position of the centre, velocity of the material point there, number of the molecule, index of
-//! the atom in it, radius, orientation of the molecule in radians, its angular velocity, mass of
-//! the atom, kind of the molecule (0, 1, … in order of appearance; one for all molecules of a gas
-//! that draws its sizes). Floats are written in the shortest form that is read back to the same
-//! bits. z is 0 in a cell with a thickness of the largest diameter, periodic in x and y. Molecules
-//! are kept whole: an atom may lie outside the cell that holds the centre of its molecule. Walls
-//! have no line; the comment line lists them as `Walls="…"` with five numbers each: x and y of one
-//! end, x and y of the other, and half the thickness.
+//! Columns, in the user's units:
+//!
+//! | column | meaning |
+//! | --- | --- |
+//! | `species` | X for atoms of fixed bodies, H for all others: ASE accepts symbols of elements only |
+//! | `pos` | centre of the atom |
+//! | `velo` | velocity of the material point there |
+//! | `molecule_id`, `atom` | number of the molecule, index of the atom in it |
+//! | `radius` | radius of the atom |
+//! | `angle`, `angular_velocity` | orientation of the molecule (radians), and its change per time |
+//! | `mass` | mass of the atom |
+//! | `kind` | kind of the molecule: 0, 1, … in order of appearance; one for a gas of drawn sizes |
+//! | `momenta`, `masses` | `mass × velo` and `mass` again, from which ASE has velocities |
+//! | `map_shift` | boxes that the molecule has crossed along x, y, z: `pos + map_shift × sides` has no jumps |
+//!
+//! Floats are written in the shortest form that is read back to the same bits. z is 0 in a cell
+//! with a thickness of the largest diameter, periodic in x and y. Molecules are kept whole: an atom
+//! may lie outside the cell that holds the centre of its molecule. The comment line names the kinds
+//! by their tags, `Kinds="…"`. Walls have no line; the comment line lists them as `Walls="…"` with
+//! five numbers each: x and y of one end, x and y of the other, and half the thickness.
 
 use std::io;
 
 use carom_engine::{BodyView, View};
 use carom_geometry::Atom;
 
-use crate::kinds::kinds_of_groups;
+use crate::kinds::{kinds_of_groups, names_of_kinds};
 
 const PROPERTIES: &str = "species:S:1:pos:R:3:velo:R:3:molecule_id:I:1:atom:I:1:radius:R:1:angle:R:1:\
-                          angular_velocity:R:1:mass:R:1:kind:I:1";
+                          angular_velocity:R:1:mass:R:1:kind:I:1:momenta:R:3:masses:R:1:map_shift:I:3";
 
 /// Writes one frame; successive frames form a trajectory.
 ///
@@ -46,16 +57,19 @@ pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Resu
     let largest = radii.fold(0.0, f64::max);
     let sides = view.bounds().sides();
     let thickness = if largest > 0.0 { 2.0 * largest } else { sides.min_element() };
+    let kinds = kinds_of_groups(view);
     writeln!(out, "{count}")?;
     writeln!(
         out,
-        "Lattice=\"{:?} 0.0 0.0 0.0 {:?} 0.0 0.0 0.0 {thickness:?}\" Properties={PROPERTIES} pbc=\"T T F\" Time={:?}{}",
+        "Lattice=\"{:?} 0.0 0.0 0.0 {:?} 0.0 0.0 0.0 {thickness:?}\" Properties={PROPERTIES} pbc=\"T T F\" \
+         Kinds=\"{}\" Time={:?}{}",
         sides.x,
         sides.y,
+        names_of_kinds(view, &kinds).join(" "),
         view.time().to_f64(),
         walls(view)
     )?;
-    let mut molecules = view.bodies().zip(kinds_of_groups(view)).filter(|(view, _)| !view.body.is_wall());
+    let mut molecules = view.bodies().zip(kinds).filter(|(view, _)| !view.body.is_wall());
     molecules.try_for_each(|(body, kind)| write_molecule(&body, kind, out))
 }
 
@@ -71,7 +85,7 @@ fn walls(view: &View<'_>) -> String {
 }
 
 fn write_molecule(view: &BodyView<'_>, kind: usize, out: &mut impl io::Write) -> io::Result<()> {
-    let BodyView { body, motion, .. } = view;
+    let BodyView { body, motion, winding: [right, up], .. } = view;
     let species = if body.is_fixed() { "X" } else { "H" };
     let rotation = motion.orientation.cos_sin();
     let (id, angle, spin) = (body.id(), motion.orientation.radians(), motion.angular_velocity);
@@ -79,10 +93,12 @@ fn write_molecule(view: &BodyView<'_>, kind: usize, out: &mut impl io::Write) ->
         let arm = rotation.rotate(atom.offset());
         let (place, velocity) = (motion.position + arm, motion.velocity_of(arm));
         let (radius, mass) = (atom.radius(), atom.mass());
+        let momentum = velocity * mass;
         writeln!(
             out,
-            "{species} {:?} {:?} 0.0 {:?} {:?} 0.0 {id} {index} {radius:?} {angle:?} {spin:?} {mass:?} {kind}",
-            place.x, place.y, velocity.x, velocity.y
+            "{species} {:?} {:?} 0.0 {:?} {:?} 0.0 {id} {index} {radius:?} {angle:?} {spin:?} {mass:?} {kind} {:?} \
+             {:?} 0.0 {mass:?} {right} {up} 0",
+            place.x, place.y, velocity.x, velocity.y, momentum.x, momentum.y
         )?;
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use carom_engine::{Body, Tag, View};
+use carom_engine::{Body, BodyView, Tag, View};
 
 /// The common properties of a kind: fixed or not, tags, number of atoms; size and mass.
 type Likeness<'a> = (bool, &'a [Tag], usize, [u64; 2]);
@@ -52,6 +52,32 @@ pub fn kinds_of_groups(view: &View<'_>) -> Vec<usize> {
     })
 }
 
+/// A name for each kind of a numbering in order of appearance: its tags, or what it is. Kinds of the
+/// same tags have numbers. A name has no spaces and no quotes.
+pub fn names_of_kinds(view: &View<'_>, kinds: &[usize]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    let mut known = BTreeSet::new();
+    for (BodyView { body, .. }, &kind) in view.bodies().zip(kinds) {
+        if kind < names.len() {
+            continue;
+        }
+        let tags: Vec<&str> = body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
+        let name = match tags.as_slice() {
+            [] if body.is_wall() => "wall".to_owned(),
+            [] if body.is_fixed() => "fixed".to_owned(),
+            [] => "molecule".to_owned(),
+            tags => tags.join("+").replace(|c: char| c.is_whitespace() || c.is_control() || c == '"', "_"),
+        };
+        // One of so many names is new.
+        let numbered = (2..=known.len() + 2).map(|number| format!("{name}-{number}"));
+        let new = std::iter::once(name.clone()).chain(numbered).find(|name| !known.contains(name));
+        let new = new.unwrap_or(name);
+        known.insert(new.clone());
+        names.push(new);
+    }
+    names
+}
+
 /// Numbers bodies by their likeness, in order of appearance.
 fn numbered<'a>(view: &View<'a>, likeness: impl Fn(&'a Body) -> Likeness<'a>) -> Vec<usize> {
     let mut known: BTreeMap<Likeness<'a>, usize> = BTreeMap::new();
@@ -88,6 +114,7 @@ mod tests {
         assert_eq!((&found[..20], &found[50..]), (&[0; 20][..], &[3; 5][..]));
         let two: BTreeSet<usize> = found[20..50].iter().copied().collect();
         assert_eq!(two.into_iter().collect::<Vec<_>>(), [1, 2]);
+        assert_eq!(names_of_kinds(&simulation.view(), &found), ["drawn", "two", "two-2", "equal"]);
     }
 
     #[test]

@@ -146,6 +146,6 @@ pub use coarse_atoms::{MOST_CIRCLES, drawn_circles};
 #[doc(hidden)]
 pub use hexatic_order::local_orders;
 #[doc(hidden)]
-pub use kinds::kinds_of_groups;
+pub use kinds::{kinds_of_groups, names_of_kinds};
 #[doc(hidden)]
 pub use picture::{close_up, colour, coloured_kinds};

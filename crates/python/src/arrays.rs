@@ -6,9 +6,14 @@ use std::collections::HashMap;
 use carom::{
     View,
     engine::{BodyView, Tag},
+    observers::{kinds_of_groups, names_of_kinds},
 };
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
-use pyo3::{exceptions::PyValueError, prelude::*, types::PyTuple};
+use pyo3::{
+    exceptions::PyValueError,
+    prelude::*,
+    types::{PyDict, PyTuple},
+};
 
 /// An array of rows of `width` numbers.
 pub fn rows<'py, T: Element>(
@@ -58,6 +63,41 @@ fn owned<'py>(py: Python<'py>, view: &View<'_>, name: &str) -> PyResult<Bound<'p
         }
         _ => Err(PyValueError::new_err(format!("unknown array {name:?}"))),
     }
+}
+
+/// Quantities of all atoms by name, one row each, with the numbers and the names of their kinds.
+pub fn atoms<'py>(py: Python<'py>, view: &View<'_>) -> PyResult<Bound<'py, PyDict>> {
+    let (mut positions, mut velocities, mut images) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut angles, mut radii, mut masses) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut ids, mut kind_of, mut fixed) = (Vec::new(), Vec::new(), Vec::new());
+    let kinds = kinds_of_groups(view);
+    for (body, &kind) in view.bodies().zip(&kinds).filter(|(body, _)| !body.body.is_wall()) {
+        let rotation = body.motion.orientation.cos_sin();
+        for atom in body.body.molecule().atoms() {
+            let arm = rotation.rotate(atom.offset());
+            positions.extend((body.motion.position + arm).to_array());
+            velocities.extend(body.motion.velocity_of(arm).to_array());
+            images.extend(body.winding);
+            angles.push(body.motion.orientation.radians());
+            radii.push(atom.radius());
+            masses.push(atom.mass());
+            ids.push(body.body.id());
+            kind_of.push(kind as u64);
+            fixed.push(body.body.is_fixed());
+        }
+    }
+    let atoms = PyDict::new(py);
+    atoms.set_item("positions", rows(py, positions, 2)?)?;
+    atoms.set_item("velocities", rows(py, velocities, 2)?)?;
+    atoms.set_item("images", rows(py, images, 2)?)?;
+    atoms.set_item("angles", PyArray1::from_vec(py, angles))?;
+    atoms.set_item("radii", PyArray1::from_vec(py, radii))?;
+    atoms.set_item("masses", PyArray1::from_vec(py, masses))?;
+    atoms.set_item("ids", PyArray1::from_vec(py, ids))?;
+    atoms.set_item("kinds", PyArray1::from_vec(py, kind_of))?;
+    atoms.set_item("fixed", PyArray1::from_vec(py, fixed))?;
+    atoms.set_item("names", names_of_kinds(view, &kinds))?;
+    Ok(atoms)
 }
 
 /// The tags of each body.

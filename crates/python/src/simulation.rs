@@ -27,7 +27,7 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::{
     exceptions::PyValueError,
     prelude::*,
-    types::{PyBytes, PyTuple},
+    types::{PyBytes, PyDict, PyTuple},
 };
 
 use crate::{
@@ -235,6 +235,10 @@ impl Core {
 
     fn array<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         arrays::named(py, &self.lock()?.simulation.view(), name)
+    }
+
+    fn atoms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        arrays::atoms(py, &self.lock()?.simulation.view())
     }
 
     fn tags(&self, py: Python<'_>) -> PyResult<Vec<Py<PyTuple>>> {

@@ -39,6 +39,9 @@ def run(name, value, names):
 def test_examples_give_what_they_show(name, value, owner):
     if (".plot" in name or ".to_pandas" in name) and not has_optional_packages():
         pytest.skip("no Matplotlib or pandas")
+    for member, package in {"to_ase": "ase", "to_freud": "freud", "to_gsd": "gsd.hoomd"}.items():
+        if name.endswith(member):
+            pytest.importorskip(package)
     # The examples of members continue from that of their class.
     names = {} if owner is None else run(owner.__name__, owner, {})
     run(name, value, names)

@@ -36,6 +36,7 @@ pub mod price;
 pub mod progress;
 pub mod record;
 pub mod reference;
+mod remarks;
 pub mod report;
 pub mod resumable;
 pub mod run;

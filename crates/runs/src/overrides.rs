@@ -110,9 +110,12 @@ impl Place<'_> {
 
 fn entry<'a>(list: &'a mut [Value], key: &str, walked: &str) -> Result<&'a mut Value> {
     let count = list.len();
-    let index: usize = key
-        .parse()
-        .with_context(|| format!("`{walked}` is a list, whose entries are numbers from 0, not `{key}`"))?;
+    let index: Option<usize> = key.parse().ok();
+    let index = index.with_context(|| {
+        format!(
+            "`{walked}` is a list, whose entries are numbers from 0, not `{key}`; write `{walked}.0.{key}`"
+        )
+    })?;
     list.get_mut(index).with_context(|| format!("`{walked}` has {count} entries; {index} is out of range"))
 }
 

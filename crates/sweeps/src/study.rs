@@ -383,9 +383,11 @@ fn refuse_repeated_keys(vary: &[Vary]) -> Result<()> {
 
 /// The error of a study file, with a hint where its tables are those of a scene.
 fn unknown_key(error: &toml::de::Error, text: &str) -> anyhow::Error {
-    let is_scene = ["\n[[gas]]", "\n[box]", "\n[[molecule]]"].iter().any(|table| text.contains(table));
+    let is_scene = ["[[gas]]", "[box]", "[[molecule]]", "[run]"];
+    let is_scene = text.lines().any(|line| is_scene.iter().any(|table| line.starts_with(table)));
     let hint = if is_scene && error.message().starts_with("unknown field") {
-        "; a scene inside a study is in its table [scene]: [scene.box], [[scene.gas]], …"
+        "; this is a scene, which `carom run` runs; inside a study it is in the table [scene]: [scene.box], \
+         [[scene.gas]], …"
     } else {
         ""
     };

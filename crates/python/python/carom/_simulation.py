@@ -12,6 +12,7 @@ import numpy as np
 from . import _carom
 from ._collisions import Collision, of_bytes
 from ._errors import MeasureError
+from ._exports import to_ase, to_freud, to_gsd
 from ._html import Html, frame
 from ._molecule import Molecule
 from ._plain import array, ids, is_mask, masked, number, pixels, plain, read_only, vectors, word
@@ -28,16 +29,6 @@ if TYPE_CHECKING:
     Ids = NDArray[np.uint64]
     Which = Union[str, ArrayLike, None]
 Callback = TypeVar("Callback", bound=Callable[[Collision], object])
-
-# Other names of measures, as in the literature and in other programs.
-ALIASES = {
-    "vacf": "correlation",
-    "msd": "correlation",
-    "rdf": "pair-distribution",
-    "g(r)": "pair-distribution",
-    "s(k)": "structure-factor",
-    "psi6": "hexatic-order",
-}
 
 
 class Measure:
@@ -643,7 +634,6 @@ class Simulation:
         'length'
         """
         kind = word("kind", kind)
-        kind = ALIASES.get(kind.lower(), kind)
         if every is None:
             every = self.scene.tables["run"]["sample_interval"]
         for key in ("every", "interval"):
@@ -988,6 +978,54 @@ class Simulation:
         raise TypeError(
             "a Simulation cannot be pickled: pickle its Scene, or use `save` and `carom.load` for its state"
         )
+
+    # ----------------------------------------------------------- other programs
+
+    def to_ase(self) -> Any:
+        """The atoms as ``ase.Atoms``; needs ASE.
+
+        Molecules are whole: an atom may lie outside the box. ``get_velocities()`` is in the units
+        of the scene. Further arrays: ``radius``, ``angle``, ``molecule_id``, ``kind``. Walls have
+        no atoms.
+
+        Examples
+        --------
+        >>> atoms = sim.to_ase()
+        >>> len(atoms) == len(sim), bool(np.allclose(atoms.get_velocities()[:, :2], sim.velocities))
+        (True, True)
+        """
+        return to_ase(self._core)
+
+    def to_freud(self) -> tuple[Any, Any]:
+        """The box, and the centres of mass in a box about the origin; needs freud.
+
+        freud's functions take the pair as a system. For its mean squared displacement, use
+        ``unwrapped_positions``.
+
+        Examples
+        --------
+        >>> import freud
+        >>> rdf = freud.density.RDF(bins=20, r_max=0.2)
+        >>> rdf.compute(sim.to_freud()).rdf.shape
+        (20,)
+        """
+        return to_freud(self._core)
+
+    def to_gsd(self) -> Any:
+        """The atoms as ``gsd.hoomd.Frame``, to be appended to a file; needs gsd.
+
+        Positions are in a box about the origin in single precision, image numbers count the boxes
+        that the molecule has crossed, types bear the names of the tags, and ``log["time"]`` is the
+        time.
+
+        Examples
+        --------
+        >>> frame = sim.to_gsd()
+        >>> frame.validate()
+        >>> frame.particles.N == len(sim)
+        True
+        """
+        return to_gsd(self._core)
 
     # --------------------------------------------------------------- pictures
 

@@ -33,6 +33,7 @@ use crate::{
     interruption::Signals,
     measures::Measures,
     print_line,
+    remarks::remarks,
     run::{self, SceneFile, continued, parent::Parent, placement::Placement},
 };
 
@@ -52,6 +53,8 @@ struct Report {
     is_exact: bool,
     /// The price of a method that is not exact.
     price: Option<&'static str>,
+    /// What is most likely not meant.
+    remarks: Vec<String>,
     contents: Contents,
     costs: Vec<Cost>,
     limits: Vec<Limit>,
@@ -112,6 +115,7 @@ fn report(file: &SceneFile, scene: &Scene, method: &Method, parent: Option<&Pare
         method: method.to_string(),
         is_exact: method.is_exact(),
         price: costs::price(method),
+        remarks: if parent.is_none() { remarks(scene) } else { Vec::new() },
         contents,
         costs,
         limits,
@@ -143,7 +147,9 @@ impl Report {
         let warning = if self.is_exact { "" } else { ": NOT EXACT" };
         let price = self.price.map_or_else(String::new, |price| format!("\n  price  {price}"));
         let head = format!("{}: valid\n{}", self.scene, self.contents.text());
+        let remarks: Vec<String> = self.remarks.iter().map(|remark| format!("  {remark}")).collect();
         let sections = [
+            ("Remarks", remarks.join("\n")),
             ("Method", format!("  {}{warning}{price}\n  tiles  {}", self.method, self.tiles)),
             ("Paid for", self.costs(true)),
             ("Not paid for", self.costs(false)),

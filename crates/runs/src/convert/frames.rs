@@ -7,8 +7,8 @@ use anyhow::{Context, Result, bail, ensure};
 /// The longest line (bytes). Smaller: scenes of many walls, which share a line, are refused.
 const LONGEST_LINE: u64 = 1 << 26;
 
-/// The columns that are read: name, type and number of values.
-const COLUMNS: [(&str, char, usize); 10] = [
+/// The columns that are read: name, type and number of values. The last may be absent.
+const COLUMNS: [(&str, char, usize); 11] = [
     ("species", 'S', 1),
     ("pos", 'R', 3),
     ("velo", 'R', 3),
@@ -19,7 +19,11 @@ const COLUMNS: [(&str, char, usize); 10] = [
     ("angular_velocity", 'R', 1),
     ("mass", 'R', 1),
     ("kind", 'I', 1),
+    ("map_shift", 'I', 3),
 ];
+
+/// The place of the first value of each of [`COLUMNS`] in a line.
+type Places = [Option<usize>; COLUMNS.len()];
 
 /// One frame.
 #[derive(Debug, Default)]
@@ -32,6 +36,8 @@ pub(super) struct Frame {
     pub(super) thickness: f64,
     /// Five numbers a wall: x and y of one end, x and y of the other, half the thickness (length).
     pub(super) walls: Vec<f64>,
+    /// Names of the kinds, as far as they are known.
+    pub(super) kinds: Vec<String>,
     pub(super) atoms: Vec<AtomLine>,
 }
 
@@ -39,6 +45,8 @@ pub(super) struct Frame {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct AtomLine {
     pub(super) position: [f64; 2],
+    /// Boxes that its molecule has crossed.
+    pub(super) image: [i32; 2],
     pub(super) velocity: [f64; 2],
     /// Number of its molecule.
     pub(super) molecule: u64,
@@ -106,8 +114,8 @@ impl<R: BufRead> Frames<R> {
         Ok(read > 0)
     }
 
-    /// Parses the comment line and returns the place of each of [`COLUMNS`].
-    fn comment(&self, frame: &mut Frame) -> Result<[usize; COLUMNS.len()]> {
+    /// Parses the comment line and returns the places of the columns.
+    fn comment(&self, frame: &mut Frame) -> Result<Places> {
         let entries = entries(&self.line)?;
         let entry = |name: &str| entries.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
         let needed = |name: &str| entry(name).with_context(|| format!("the entry {name}=… is missing"));
@@ -122,14 +130,17 @@ impl<R: BufRead> Frames<R> {
         frame.time = number(needed("Time")?).context("Time")?;
         frame.walls = entry("Walls").map_or(Ok(Vec::new()), numbers).context("Walls")?;
         ensure!(frame.walls.len().is_multiple_of(5), "Walls: expected five numbers a wall");
+        let kinds = entry("Kinds").unwrap_or_default();
+        frame.kinds = kinds.split_ascii_whitespace().map(str::to_owned).collect();
         places(needed("Properties")?).context("Properties")
     }
 
-    fn atom(&self, columns: &[usize; COLUMNS.len()]) -> Result<AtomLine> {
+    fn atom(&self, columns: &Places) -> Result<AtomLine> {
         let words: Vec<&str> = self.line.split_ascii_whitespace().collect();
         let word = |column: usize, offset: usize| {
             let name = COLUMNS[column].0;
-            words.get(columns[column] + offset).with_context(|| format!("the column {name} is missing"))
+            let place = columns[column].map(|first| first + offset);
+            place.and_then(|place| words.get(place)).with_context(|| format!("the column {name} is missing"))
         };
         let real = |column: usize, offset: usize| {
             number(word(column, offset)?).with_context(|| format!("column {}", COLUMNS[column].0))
@@ -153,10 +164,18 @@ impl<R: BufRead> Frames<R> {
             ensure!(value > 0.0, "column {}: {value} is not positive", COLUMNS[column].0);
             Ok(value)
         };
+        let boxes = |axis: usize| -> Result<i32> {
+            if columns[10].is_none() {
+                return Ok(0);
+            }
+            let text = word(10, axis)?;
+            text.parse().with_context(|| format!("column map_shift: '{text}' is not a number of boxes"))
+        };
         let kind = whole(9)?;
         Ok(AtomLine {
             is_fixed: *word(0, 0)? == "X",
             position: planar(1)?,
+            image: [boxes(0)?, boxes(1)?],
             velocity: planar(2)?,
             molecule: whole(3)?,
             index: whole(4)?,
@@ -186,8 +205,8 @@ fn entries(line: &str) -> Result<Vec<(&str, &str)>> {
     Ok(entries)
 }
 
-/// The place of the first value of each of [`COLUMNS`] in a line.
-fn places(properties: &str) -> Result<[usize; COLUMNS.len()]> {
+/// The places of the columns in a line.
+fn places(properties: &str) -> Result<Places> {
     let words: Vec<&str> = properties.split(':').collect();
     let (columns, []) = words.as_chunks::<3>() else {
         bail!("expected name:type:count, repeated");
@@ -204,10 +223,10 @@ fn places(properties: &str) -> Result<[usize; COLUMNS.len()]> {
         }
         place = place.checked_add(count).with_context(|| format!("{name}: {count} values"))?;
     }
-    for (place, (name, ..)) in found.iter().zip(COLUMNS) {
+    for (place, (name, ..)) in found.iter().zip(COLUMNS).take(COLUMNS.len() - 1) {
         ensure!(place.is_some(), "the column {name} is missing; a run writes it");
     }
-    Ok(found.map(Option::unwrap_or_default))
+    Ok(found)
 }
 
 fn numbers(text: &str) -> Result<Vec<f64>> {

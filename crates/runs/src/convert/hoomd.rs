@@ -1,7 +1,8 @@
 //! A trajectory in the HOOMD schema of GSD: each atom is a particle in a box about the origin.
 //!
 //! Particles have the orientation of their molecule and its number as `body` (-1 for a molecule of
-//! one atom), the kind as type, and the diameter of the atom. Time is `log/time`; the step is the
+//! one atom), the kind as type with its name and shape, and the diameter of the atom. The image
+//! counts the boxes that the molecule has crossed, so that displacements have no jumps. Time is `log/time`; the step is the
 //! number of the frame. Walls are `log/walls`, five numbers each, in the coordinates of the scene.
 //! What does not change is in the first frame only, as the schema provides.
 
@@ -77,13 +78,8 @@ fn constant(frame: &Frame) -> Result<Vec<Chunk>> {
     let count = u32::try_from(atoms.len()).context("more than 2³² atoms")?;
     let kinds = atoms.iter().map(|atom| atom.kind.saturating_add(1)).max().unwrap_or(1);
     ensure!(kinds <= MOST_KINDS, "kind {}: at most {MOST_KINDS} kinds have a name", kinds - 1);
-    let names: Vec<String> = (0..kinds).map(|kind| format!("kind {kind}")).collect();
-    let longest = names.iter().map(String::len).max().unwrap_or(0) + 1;
-    let padded = |name: &String| {
-        let mut bytes = name.clone().into_bytes();
-        bytes.resize(longest, 0);
-        bytes
-    };
+    let name = |kind: u32| frame.kinds.get(kind as usize).cloned().unwrap_or_else(|| format!("kind {kind}"));
+    let names: Vec<String> = (0..kinds).map(name).collect();
     let positive = |value: f64| -> Result<f32> {
         let value_single = single(value)?;
         ensure!(value_single > 0.0, "{value:e} is too small for single precision");
@@ -97,7 +93,8 @@ fn constant(frame: &Frame) -> Result<Vec<Chunk>> {
         ("configuration/box", Data::F32(vec![x, y, 0.0, 0.0, 0.0, 0.0]), 1),
         ("configuration/dimensions", Data::U8(vec![2]), 1),
         ("particles/N", Data::U32(vec![count]), 1),
-        ("particles/types", Data::I8(names.iter().flat_map(padded).collect()), longest),
+        texts("particles/types", &names),
+        texts("particles/type_shapes", &shapes(atoms, kinds)),
         ("particles/typeid", Data::U32(atoms.iter().map(|atom| atom.kind).collect()), 1),
         ("particles/mass", floats(&|atom| positive(atom.mass))?, 1),
         ("particles/diameter", floats(&|atom| positive(2.0 * atom.radius))?, 1),
@@ -105,13 +102,42 @@ fn constant(frame: &Frame) -> Result<Vec<Chunk>> {
     ])
 }
 
+/// Texts as rows of equal length, filled with zeros.
+fn texts(name: &'static str, texts: &[String]) -> Chunk {
+    let longest = texts.iter().map(String::len).max().unwrap_or(0) + 1;
+    let mut bytes = Vec::with_capacity(longest * texts.len());
+    for text in texts {
+        bytes.extend(text.bytes());
+        bytes.resize(bytes.len() + longest - text.len(), 0);
+    }
+    (name, Data::I8(bytes), longest)
+}
+
+/// The shape of the atoms of each kind: a disc, which the schema calls a sphere in two dimensions;
+/// none for a kind of atoms of several sizes.
+fn shapes(atoms: &[AtomLine], kinds: u32) -> Vec<String> {
+    let mut radii: Vec<Vec<f64>> = vec![Vec::new(); kinds as usize];
+    for atom in atoms {
+        let radii = &mut radii[atom.kind as usize];
+        if radii.len() < 2 && !radii.contains(&atom.radius) {
+            radii.push(atom.radius);
+        }
+    }
+    let shape = |radii: &Vec<f64>| match radii[..] {
+        [radius] => format!("{{\"type\": \"Sphere\", \"diameter\": {:?}}}", 2.0 * radius),
+        _ => "{}".to_owned(),
+    };
+    radii.iter().map(shape).collect()
+}
+
 /// The chunks of every frame.
 fn changing(frame: &Frame) -> Result<Vec<Chunk>> {
     let (mut positions, mut images) = (Vec::new(), Vec::new());
     let (mut velocities, mut orientations) = (Vec::new(), Vec::new());
     for atom in &frame.atoms {
-        for (place, side) in atom.position.into_iter().zip(frame.sides) {
-            let (place, image) = wrapped(place, side)?;
+        for axis in 0..2 {
+            let (place, image) = wrapped(atom.position[axis], frame.sides[axis])?;
+            let image = image.checked_add(atom.image[axis]).context("more than 2³¹ boxes crossed")?;
             positions.push(place);
             images.push(image);
         }

@@ -7,9 +7,10 @@ use super::frames::Frame;
 /// Writes a frame with its number, from 0, as the time step.
 ///
 /// Columns: number of the atom in the frame, number of its molecule, type (the kind, from 1), x y
-/// z, vx vy vz, radius, mass, orientation of the molecule (radians), its angular velocity, and the
-/// time of the frame, named as LAMMPS names a column of a variable. Every digit is kept. Molecules
-/// are whole: an atom may lie outside the box.
+/// z, ix iy iz, vx vy vz, radius, mass, orientation of the molecule (radians), its angular
+/// velocity, and the time of the frame, named as LAMMPS names a column of a variable. Every digit
+/// is kept. Molecules are whole: an atom may lie outside the box. The image numbers ix iy are the
+/// boxes that its molecule has crossed: x + ix · lx has no jumps.
 ///
 /// The head of a frame has the nine lines that all readers know. MDAnalysis counts them, so that
 /// the optional section `ITEM: TIME` of LAMMPS would shift its frames.
@@ -19,12 +20,12 @@ pub(super) fn write(frame: &Frame, step: u64, out: &mut impl Write) -> io::Resul
     writeln!(out, "ITEM: TIMESTEP\n{step}")?;
     writeln!(out, "ITEM: NUMBER OF ATOMS\n{}", frame.atoms.len())?;
     writeln!(out, "ITEM: BOX BOUNDS pp pp pp\n0.0 {x:?}\n0.0 {y:?}\n{:?} {half:?}", -half)?;
-    writeln!(out, "ITEM: ATOMS id mol type x y z vx vy vz radius mass angle omegaz v_time")?;
+    writeln!(out, "ITEM: ATOMS id mol type x y z ix iy iz vx vy vz radius mass angle omegaz v_time")?;
     for (index, atom) in frame.atoms.iter().enumerate() {
-        let ([x, y], [vx, vy]) = (atom.position, atom.velocity);
+        let ([x, y], [ix, iy], [vx, vy]) = (atom.position, atom.image, atom.velocity);
         writeln!(
             out,
-            "{} {} {} {x:?} {y:?} 0.0 {vx:?} {vy:?} 0.0 {:?} {:?} {:?} {:?} {:?}",
+            "{} {} {} {x:?} {y:?} 0.0 {ix} {iy} 0 {vx:?} {vy:?} 0.0 {:?} {:?} {:?} {:?} {:?}",
             index + 1,
             atom.molecule,
             u64::from(atom.kind) + 1,

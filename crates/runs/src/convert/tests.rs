@@ -5,21 +5,21 @@ use std::{collections::HashMap, fs, path::PathBuf};
 use super::*;
 
 const HEAD: &str = "Lattice=\"2.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 0.2\" Properties=species:S:1:pos:R:3:velo:R:3:\
-                    molecule_id:I:1:atom:I:1:radius:R:1:angle:R:1:angular_velocity:R:1:mass:R:1:kind:I:1 \
-                    pbc=\"T T F\"";
+                    molecule_id:I:1:atom:I:1:radius:R:1:angle:R:1:angular_velocity:R:1:mass:R:1:kind:I:1:\
+                    map_shift:I:3 Kinds=\"rod wall+hot\" pbc=\"T T F\"";
 
 /// A dumbbell at the border of the box and a fixed disc; in the second frame the dumbbell has
 /// moved.
 fn two_frames() -> String {
     format!(
         "3\n{HEAD} Time=0.0 Walls=\"0.5 0.0 0.5 1.0 0.0\"\n\
-         H 1.95 0.25 0.0 0.1 -0.2 0.0 7 0 0.1 0.0 0.5 1.5 0\n\
-         H 2.05 0.25 0.0 0.1 0.3 0.0 7 1 0.1 0.0 0.5 1.5 0\n\
-         X 0.5 -0.125 0.0 0.0 0.0 0.0 9 0 0.05 0.0 0.0 1.0 1\n\
+         H 1.95 0.25 0.0 0.1 -0.2 0.0 7 0 0.1 0.0 0.5 1.5 0 -3 1 0\n\
+         H 2.05 0.25 0.0 0.1 0.3 0.0 7 1 0.1 0.0 0.5 1.5 0 -3 1 0\n\
+         X 0.5 -0.125 0.0 0.0 0.0 0.0 9 0 0.05 0.0 0.0 1.0 1 0 0 0\n\
          3\n{HEAD} Time=0.1\n\
-         H 0.1 0.3333333333333333 0.0 0.1 -0.2 0.0 7 0 0.1 1.5707963267948966 0.5 1.5 0\n\
-         H 0.1 0.4333333333333333 0.0 0.1 0.3 0.0 7 1 0.1 1.5707963267948966 0.5 1.5 0\n\
-         X 0.5 -0.125 0.0 0.0 0.0 0.0 9 0 0.05 0.0 0.0 1.0 1\n"
+         H 0.1 0.3333333333333333 0.0 0.1 -0.2 0.0 7 0 0.1 1.5707963267948966 0.5 1.5 0 -3 1 0\n\
+         H 0.1 0.4333333333333333 0.0 0.1 0.3 0.0 7 1 0.1 1.5707963267948966 0.5 1.5 0 -3 1 0\n\
+         X 0.5 -0.125 0.0 0.0 0.0 0.0 9 0 0.05 0.0 0.0 1.0 1 0 0 0\n"
     )
 }
 
@@ -94,13 +94,17 @@ fn gsd_holds_the_atoms_in_a_box_about_the_origin() {
     for (found, expected) in places.iter().zip([0.95, -0.25, 0.0, -0.95, -0.25, 0.0, -0.5, 0.375, 0.0]) {
         assert!((found - expected).abs() < 1e-7, "{places:?}");
     }
-    assert_eq!(integers(&chunks, 0, "particles/image"), [0, 0, 0, 1, 0, 0, 0, -1, 0]);
+    assert_eq!(integers(&chunks, 0, "particles/image"), [-3, 1, 0, -2, 1, 0, 0, -1, 0]);
     assert_eq!(integers(&chunks, 0, "particles/body"), [7, 7, -1]);
     assert_eq!(integers(&chunks, 0, "particles/typeid"), [0, 0, 1]);
     assert_eq!(floats(&chunks, 0, "particles/diameter"), [0.2, 0.2, 0.1]);
     assert_eq!(floats(&chunks, 0, "particles/mass"), [1.5, 1.5, 1.0]);
     assert_eq!(floats(&chunks, 0, "particles/velocity")[..3], [0.1, -0.2, 0.0]);
-    assert_eq!(chunks[&(0, "particles/types".to_owned())], (5, 2, 7, b"kind 0\0kind 1\0".to_vec()));
+    assert_eq!(chunks[&(0, "particles/types".to_owned())], (5, 2, 9, b"rod\0\0\0\0\0\0wall+hot\0".to_vec()));
+    let (.., shapes) = &chunks[&(0, "particles/type_shapes".to_owned())];
+    let shapes = String::from_utf8(shapes.clone()).unwrap();
+    let expected = "{\"type\": \"Sphere\", \"diameter\": 0.2}\0{\"type\": \"Sphere\", \"diameter\": 0.1}\0";
+    assert_eq!(shapes, expected);
     assert_eq!(chunks[&(0, "log/walls".to_owned())].1, 1);
     // A quarter turn; time with every digit; nothing twice.
     let half = std::f32::consts::FRAC_1_SQRT_2;
@@ -114,7 +118,7 @@ fn gsd_holds_the_atoms_in_a_box_about_the_origin() {
 
 #[test]
 fn a_frame_of_another_number_of_atoms_is_whole() {
-    let one = format!("1\n{HEAD} Time=0.2\nX 0.5 0.5 0.0 0.0 0.0 0.0 9 0 0.05 0.0 0.0 1.0 1\n");
+    let one = format!("1\n{HEAD} Time=0.2\nX 0.5 0.5 0.0 0.0 0.0 0.0 9 0 0.05 0.0 0.0 1.0 1 0 0 0\n");
     let chunks = chunks(&converted(&(two_frames() + &one), "out.gsd").unwrap());
     assert_eq!(integers(&chunks, 2, "particles/N"), [1]);
     for name in ["particles/mass", "particles/types", "particles/typeid", "particles/diameter"] {
@@ -132,9 +136,12 @@ fn a_dump_keeps_every_digit() {
         lines[..7],
         ["1", "ITEM: NUMBER OF ATOMS", "3", "ITEM: BOX BOUNDS pp pp pp", "0.0 2.0", "0.0 1.0", "-0.1 0.1"]
     );
-    assert_eq!(lines[7], "ITEM: ATOMS id mol type x y z vx vy vz radius mass angle omegaz v_time");
-    assert_eq!(lines[8], "1 7 1 0.1 0.3333333333333333 0.0 0.1 -0.2 0.0 0.1 1.5 1.5707963267948966 0.5 0.1");
-    assert_eq!(lines[10], "3 9 2 0.5 -0.125 0.0 0.0 0.0 0.0 0.05 1.0 0.0 0.0 0.1");
+    assert_eq!(lines[7], "ITEM: ATOMS id mol type x y z ix iy iz vx vy vz radius mass angle omegaz v_time");
+    assert_eq!(
+        lines[8],
+        "1 7 1 0.1 0.3333333333333333 0.0 -3 1 0 0.1 -0.2 0.0 0.1 1.5 1.5707963267948966 0.5 0.1"
+    );
+    assert_eq!(lines[10], "3 9 2 0.5 -0.125 0.0 0 0 0 0.0 0.0 0.0 0.05 1.0 0.0 0.0 0.1");
     assert_eq!((frames.len(), lines.len()), (2, 11));
 }
 
@@ -147,7 +154,7 @@ fn bad_input_is_refused_by_line_and_column() {
         (with("3\n", "three\n"), "line 1: 'three' is not the number"),
         (with("H 2.05", "H nan"), "line 4: column pos"),
         (with("0.1 0.3 0.0 7 1 0.1", "0.1 0.3 0.0 7 1 -0.1"), "line 4: column radius: -0.1 is not positive"),
-        (with(" 0.5 1.5 0\n", " 0.5 1.5\n"), "line 3: the column kind is missing"),
+        (with(" 0.5 1.5 0 -3 1 0\n", " 0.5 1.5\n"), "line 3: the column kind is missing"),
         (with(" Time=0.0", ""), "line 2: the entry Time=… is missing"),
         (with("pos:R:3", "pos:R:2"), "line 2: Properties: pos"),
         (

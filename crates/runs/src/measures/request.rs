@@ -145,9 +145,22 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
     Ok(requests)
 }
 
+/// Other names of measures, as in the literature and in other programs.
+const ALIASES: [(&str, &str); 7] = [
+    ("msd", "correlation"),
+    ("vacf", "correlation"),
+    ("rdf", "pair-distribution"),
+    ("g(r)", "pair-distribution"),
+    ("s(k)", "structure-factor"),
+    ("psi6", "hexatic-order"),
+    ("stress", "pressure-tensor"),
+];
+
 /// The kind of measure with this name.
 pub(super) fn find(kind: &str) -> Option<&'static Kind> {
-    KINDS.iter().find(|known| known.name == kind)
+    let alias = ALIASES.iter().find(|(alias, _)| kind.eq_ignore_ascii_case(alias));
+    let name = alias.map_or(kind, |(_, name)| name);
+    KINDS.iter().find(|known| known.name == name)
 }
 
 fn names() -> impl Iterator<Item = &'static str> {

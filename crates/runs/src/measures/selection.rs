@@ -59,9 +59,8 @@ impl<'a> Selection<'a> {
     pub fn only_body(&self) -> Result<BodyView<'a>> {
         let mut members = self.view.bodies().filter(|body| self.group.contains(body.body));
         let (first, another) = (members.next(), members.next());
-        let entry = &self.request.entry;
-        ensure!(another.is_none(), "{entry}: several bodies carry that tag, but only one can be observed");
-        first.with_context(|| format!("{entry}: no body carries that tag"))
+        ensure!(another.is_none(), "several bodies carry that tag, but only one can be observed");
+        first.context("no body carries that tag")
     }
 
     /// A parameter, if the scene gives it.

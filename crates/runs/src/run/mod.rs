@@ -39,9 +39,11 @@ use crate::{
     output::{Existing, Folder},
     price::PRICE,
     record::Record,
+    remarks::remarks,
     report::{self, State},
     resumable::{Choices, Task, without_end},
     sampling_times::sampling_times,
+    terminal::note,
 };
 
 /// Options of `carom run`.
@@ -71,6 +73,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let parent = Parent::find(from, &folder_path(options), options.choices.resumption.resume)?;
     let scene = options.file.read(parent.as_ref())?;
     let method = Method::try_from(&scene.method).context("[method]")?;
+    // The contents of the box come from the parent.
+    let remarks = if parent.is_none() { remarks(&scene) } else { Vec::new() };
+    for remark in &remarks {
+        note(remark);
+    }
     let what = describe(&scene, parent.as_ref());
     let signals = Signals::watch()?;
     let mut place = Place::new(options, &scene, parent.as_ref());
@@ -117,7 +124,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let title = format!("Scene {}", options.file.path.display());
     if let Some(error) = ended.error {
         let mut summary = ended.outcome.summary_of_failed(title, &task.method, scene.run.until);
-        name_parent(&mut summary, parent.as_ref());
+        put_first(&mut summary, parent.as_ref(), &remarks);
         // The cause comes first: on a full disk none of this can be written.
         let recorded = place.fail(summary.totals.cpu_seconds(), &error);
         let written = write_failed(&folder, &ended.outcome, &summary, &error);
@@ -126,7 +133,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         return Err(Followed::by(error, later));
     }
     let mut summary = ended.outcome.summary(title, &task.method);
-    name_parent(&mut summary, parent.as_ref());
+    put_first(&mut summary, parent.as_ref(), &remarks);
     let written = write_ended(&folder, &ended.outcome, &summary, &scene, &task.method);
     written.map_err(|error| place.record(error))?;
     place.complete(summary.totals.cpu_seconds())?;
@@ -163,12 +170,12 @@ fn write_failed(folder: &Folder, outcome: &Outcome, summary: &Summary, error: &E
     report::write(folder, State::Failed(format!("{error:#}")))
 }
 
-/// Puts the run from which this one starts into the first note.
-fn name_parent(summary: &mut Summary, parent: Option<&Parent>) {
-    if let Some(parent) = parent {
-        let note = [parent.origin.sentence(), std::mem::take(&mut summary.note)];
-        summary.note = note.join(" ").trim_end().into();
-    }
+/// Puts the run from which this one starts, and remarks on the scene, before the note.
+fn put_first(summary: &mut Summary, parent: Option<&Parent>, remarks: &[String]) {
+    let mut note: Vec<String> = parent.map(|parent| parent.origin.sentence()).into_iter().collect();
+    note.extend_from_slice(remarks);
+    note.push(std::mem::take(&mut summary.note));
+    summary.note = note.join(" ").trim_end().into();
 }
 
 /// Validates `[run]` and the times of the stages.

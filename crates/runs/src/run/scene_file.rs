@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    io::ErrorKind,
     path::{Path, PathBuf},
 };
 
@@ -57,9 +58,17 @@ impl SceneFile {
     /// invalid.
     pub fn read(&self, parent: Option<&Parent>) -> Result<Scene> {
         let path = self.path.display();
-        let text =
-            fs::read_to_string(&self.path).with_context(|| format!("cannot read the scene file {path}"))?;
-        let mut scene = Scene::from_toml(&text).with_context(|| format!("scene {path}"))?;
+        let text = match fs::read_to_string(&self.path) {
+            Err(error) if error.kind() == ErrorKind::InvalidData => {
+                bail!("cannot read the scene file {path}: it is not a text file")
+            }
+            text => text.with_context(|| format!("cannot read the scene file {path}"))?,
+        };
+        let mut scene = Scene::from_toml(&text).map_err(|error| {
+            let is_study = text.contains("[scene]") || text.contains("[scene.") || text.contains("[[scene.");
+            let hint = if is_study { " (this is a study of many scenes: `carom sweep` runs it)" } else { "" };
+            Error::new(error).context(format!("scene {path}{hint}"))
+        })?;
         if !self.set.is_empty() || parent.is_some() {
             let mut table: toml::Table = text.parse().with_context(|| format!("scene {path}"))?;
             for change in &self.set {

@@ -1,0 +1,90 @@
+"""The present state as an object of another program: ASE, freud or GSD."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+import numpy as np
+
+from . import _carom
+
+__all__ = ["to_ase", "to_freud", "to_gsd"]
+
+
+def to_ase(core: _carom.Core) -> Any:
+    """An ``ase.Atoms`` of all atoms; see :meth:`Simulation.to_ase`."""
+    ase = _package("ase", "ase")
+    atoms, (x, y) = core.atoms(), core.sides()
+    thickness = 2 * atoms["radii"].max(initial=0.0) or min(x, y)
+    found = ase.Atoms(
+        # X stands for no element: the atoms of fixed bodies.
+        numbers=np.where(atoms["fixed"], 0, 1),
+        positions=_spatial(atoms["positions"]),
+        momenta=_spatial(atoms["velocities"]) * atoms["masses"][:, None],
+        masses=atoms["masses"],
+        cell=[x, y, thickness],
+        pbc=[True, True, False],
+        info={"Time": core.time(), "kinds": atoms["names"]},
+    )
+    found.set_array("radius", atoms["radii"])
+    found.set_array("angle", atoms["angles"])
+    found.set_array("molecule_id", atoms["ids"])
+    found.set_array("kind", atoms["kinds"])
+    return found
+
+
+def to_freud(core: _carom.Core) -> tuple[Any, Any]:
+    """Box and centres of mass for ``freud``; see :meth:`Simulation.to_freud`."""
+    freud = _package("freud", "freud-analysis")
+    x, y = core.sides()
+    points = _spatial(core.array("positions") - [x / 2, y / 2])
+    return freud.box.Box(Lx=x, Ly=y), points.astype(np.float32)
+
+
+def to_gsd(core: _carom.Core) -> Any:
+    """A ``gsd.hoomd.Frame`` of all atoms; see :meth:`Simulation.to_gsd`."""
+    hoomd = _package("gsd.hoomd", "gsd")
+    atoms, sides = core.atoms(), np.array(core.sides())
+    boxes = np.floor(atoms["positions"] / sides)
+    inside = atoms["positions"] - (boxes + 0.5) * sides
+    half = np.zeros(len(inside))
+    alone = np.bincount(atoms["ids"].astype(np.int64), minlength=1)[atoms["ids"].astype(np.int64)] == 1
+    frame = hoomd.Frame()
+    frame.configuration.box = [*sides, 0, 0, 0, 0]
+    frame.configuration.dimensions = 2
+    particles = frame.particles
+    particles.N = len(inside)
+    # Rounded to single precision a place may lie on the upper border.
+    particles.position = np.minimum(_spatial(inside).astype(np.float32), [*(sides / 2), 0]).astype(np.float32)
+    particles.image = _spatial(boxes + atoms["images"]).astype(np.int32)
+    particles.velocity = _spatial(atoms["velocities"])
+    particles.orientation = np.column_stack(
+        [np.cos(atoms["angles"] / 2), half, half, np.sin(atoms["angles"] / 2)]
+    )
+    particles.mass = atoms["masses"]
+    particles.diameter = 2 * atoms["radii"]
+    particles.body = np.where(alone, -1, atoms["ids"].astype(np.int64))
+    particles.typeid = atoms["kinds"]
+    particles.types = atoms["names"]
+    particles.type_shapes = [_shape(atoms["radii"][atoms["kinds"] == kind]) for kind in range(len(atoms["names"]))]
+    frame.log = {"time": np.array([core.time()])}
+    return frame
+
+
+def _shape(radii: Any) -> dict[str, Any]:
+    """A disc, which the schema calls a sphere in two dimensions, if all atoms of a kind are equal."""
+    sizes = np.unique(radii)
+    return {"type": "Sphere", "diameter": 2 * float(sizes[0])} if len(sizes) == 1 else {}
+
+
+def _spatial(pairs: Any) -> Any:
+    """Rows of two numbers with a third that is 0."""
+    return np.column_stack([pairs, np.zeros(len(pairs))])
+
+
+def _package(module: str, name: str) -> Any:
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise ImportError(f"this needs the package {name}: pip install {name}") from error
