@@ -255,8 +255,8 @@ fn distributions_out_of_range_are_refused_by_name() {
         ),
         ("radius = 0.01\nmass = { uniform = [1, 2] }\ndensity = 1.0", "either `density` or a mass"),
         ("radius = 0.01\ndensity = -1.0", "`density` must be from"),
-        ("radius = { uniform = [0.01, 0.02] }", "needs `atom_mass` or `density`"),
-        ("density = 1.0", "needs `atom_radius`"),
+        ("radius = { uniform = [0.01, 0.02] }", "a disc needs `mass` or `density`"),
+        ("density = 1.0", "a disc needs `radius`"),
         (
             "atoms = [{ at = [0, 0], radius = 0.01, mass = 1 }]\nradius = { uniform = [1, 2] }",
             "a list of atoms has a `scale`",

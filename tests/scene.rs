@@ -78,8 +78,8 @@ fn impossible_molecules_are_refused_by_name() {
 
     refuse_molecule(named("tea", 0.01, 1.0, [0.5, 0.5]), "unknown shape 'tea'");
     refuse_molecule(named("rod:0", 0.01, 1.0, [0.5, 0.5]), "a rod must have 1 to 4096 atoms, but has 0");
-    refuse_molecule(MoleculeSpec { atom_radius: None, ..good() }, "needs `atom_radius`");
-    refuse_molecule(MoleculeSpec { atom_mass: None, ..good() }, "needs `atom_mass`");
+    refuse_molecule(MoleculeSpec { atom_radius: None, ..good() }, "`atom_radius`");
+    refuse_molecule(MoleculeSpec { atom_mass: None, ..good() }, "`atom_mass`");
     refuse_molecule(
         MoleculeSpec { atoms: vec![atom(0.0, 0.1, 1.0)], ..good() },
         "`shape` or `atoms`, not both",
@@ -145,7 +145,7 @@ fn impossible_gases_are_refused_by_name() {
     }
     refuse_gas(GasSpec { radius: Some(0.01), ..good() }, "give either `radius` or `atom_radius`, not both");
     refuse_gas(GasSpec { mass: Some(1.0), ..good() }, "give either `mass` or `atom_mass`, not both");
-    refuse_gas(GasSpec { atom_radius: None, ..good() }, "needs `atom_radius`");
+    refuse_gas(GasSpec { atom_radius: None, ..good() }, "a disc needs a radius: `radius` in a gas");
     refuse_gas(GasSpec { energy: -1.0, ..good() }, "must not be negative");
     refuse_gas(GasSpec { energy: f64::NAN, ..good() }, "must be finite");
     refuse_gas(GasSpec { atom_mass: Some(0.0), ..good() }, "must be positive");

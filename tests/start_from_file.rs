@@ -171,7 +171,7 @@ fn bad_snapshots_are_refused_by_line() {
     let good = format!("2\n{head}\nH 0.25 0.5 0\nH 0.75 0.5 0\n");
     assert!(Simulation::new(&from(scene, &good)).is_ok());
     for (from, to, expected) in [
-        ("H 0.75", "H 0.35", "start.from: gas[0] of line 3 and gas[0] of line 4 overlap by 1"),
+        ("H 0.75", "H 0.35", "start.from: gas[0] of line 3 and gas[0] of line 4 overlap by 0.1"),
         ("H 0.75", "H 1.15", "start.from: gas[0] of line 3 and gas[0] of line 4 overlap"),
         ("H 0.75", "H 2.75", "line 4: [2.75, 0.5] is more than a side of the box away"),
         ("H 0.75", "H NaN", "line 4: a finite number is expected, not \"NaN\""),

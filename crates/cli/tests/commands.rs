@@ -173,7 +173,10 @@ fn a_run_starts_from_a_snapshot_and_its_folder_stands_alone() {
         rows.map(|row| row.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect()).collect()
     };
     let (before, after) = (first_frame("out/start.extxyz"), first_frame("out/trajectory.extxyz"));
-    assert_eq!(before[5..], after[5..].to_vec()[..], "the discs of the gas, to the bit");
+    // The boxes crossed, in the last three columns, are counted from the start of a run.
+    let discs =
+        |rows: &[Vec<f64>]| -> Vec<Vec<f64>> { rows[5..].iter().map(|row| row[..17].to_vec()).collect() };
+    assert_eq!(discs(&before), discs(&after), "the discs of the gas, to the bit");
     for (before, after) in before.iter().zip(&after) {
         // Places and velocities.
         assert!(before[..5].iter().zip(&after[..5]).all(|(one, other)| (one - other).abs() < 1e-13));

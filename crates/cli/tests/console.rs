@@ -69,8 +69,12 @@ fn a_short_run_prints_its_result_and_nothing_else() {
     let root = folder();
     let run = carom(root.path(), &["run", "scene.toml", "--out", "run"]);
     assert_eq!(text(&run.stderr), "");
-    assert_eq!(text(&run.stdout).lines().count(), 2, "{}", text(&run.stdout));
-    assert!(text(&run.stdout).ends_with("report.html\n"));
+    let said = text(&run.stdout);
+    let lines: Vec<&str> = said.lines().collect();
+    let [first, figures @ .., last] = lines.as_slice() else { panic!("{said}") };
+    assert!(first.starts_with("Scene scene.toml: ") && *last == "run/report.html", "{said}");
+    assert_eq!(figures.len(), 3, "{said}");
+    assert!(figures.iter().all(|figure| figure.starts_with("  ")), "{said}");
 }
 
 #[test]

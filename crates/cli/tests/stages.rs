@@ -180,7 +180,14 @@ fn edits_at_the_start_of_a_stage_equal_those_by_code_to_the_bit() {
         .unwrap();
     simulation.run_until(0.6).unwrap();
     assert!(simulation.view().ledger().lost > 0.0);
-    simulation.edit(|batch| batch.reset_energy_of_all(2.0)).unwrap();
+    let moving = simulation.view().bodies().filter(|body| !body.body.is_fixed());
+    let moving: Vec<BodyKey> = moving.map(|body| body.body.key()).collect();
+    simulation
+        .edit(|batch| {
+            moving.iter().try_for_each(|&key| batch.tag(key, "moving").map(|_| ()))?;
+            batch.reset_energy_of_all(2.0)
+        })
+        .unwrap();
     simulation.run_until(0.8).unwrap();
     assert!(last_frame(&root) == frame(&simulation), "the last frames differ");
 }

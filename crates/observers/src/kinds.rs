@@ -52,8 +52,8 @@ pub fn kinds_of_groups(view: &View<'_>) -> Vec<usize> {
     })
 }
 
-/// A name for each kind of a numbering in order of appearance: its tags, or what it is. Kinds of the
-/// same tags have numbers. A name has no spaces and no quotes.
+/// A name for each kind of a numbering in order of appearance: its tags, or what it is. Kinds of
+/// the same tags have numbers. A name has no spaces and no quotes.
 pub fn names_of_kinds(view: &View<'_>, kinds: &[usize]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     let mut known = BTreeSet::new();

@@ -1,5 +1,5 @@
-//! Colours of charts that colour-blind readers can distinguish (Okabe and Ito 2008, "Color universal
-//! design"), in the reader's light or dark theme.
+//! Colours of charts that colour-blind readers can distinguish (Okabe and Ito 2008, "Color
+//! universal design"), in the reader's light or dark theme.
 
 /// A colour of the theme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

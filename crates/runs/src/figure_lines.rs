@@ -9,8 +9,8 @@ const MAX_LINES: usize = 30;
 /// Longer names are cut.
 const MAX_NAME: usize = 56;
 
-/// A line for each figure: name and unit, the value with its error, and its prediction. What changed
-/// during its measurement is marked.
+/// A line for each figure: name and unit, the value with its error, and its prediction. What
+/// changed during its measurement is marked.
 pub fn figure_lines(figures: &[Figure]) -> Vec<String> {
     let names = figures.iter().map(|figure| named(&figure.name, &figure.unit));
     let names: Vec<String> = names.map(|name| name.chars().take(MAX_NAME).collect()).collect();

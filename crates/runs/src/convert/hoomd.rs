@@ -2,9 +2,10 @@
 //!
 //! Particles have the orientation of their molecule and its number as `body` (-1 for a molecule of
 //! one atom), the kind as type with its name and shape, and the diameter of the atom. The image
-//! counts the boxes that the molecule has crossed, so that displacements have no jumps. Time is `log/time`; the step is the
-//! number of the frame. Walls are `log/walls`, five numbers each, in the coordinates of the scene.
-//! What does not change is in the first frame only, as the schema provides.
+//! counts the boxes that the molecule has crossed, so that displacements have no jumps. Time is
+//! `log/time`; the step is the number of the frame. Walls are `log/walls`, five numbers each, in
+//! the coordinates of the scene. What does not change is in the first frame only, as the schema
+//! provides.
 
 use std::io::{Seek, Write};
 
