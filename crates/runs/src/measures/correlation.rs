@@ -75,7 +75,7 @@ impl Measured for TimeCorrelation {
         ));
         let mut figures: Vec<Figure> = diffusion(&lags, &squares, context).into_iter().collect();
         let curve = |means| Curve { lags: &lags, means, blocks: context.blocks };
-        figures.extend(curve(&squares).plateau().map(|plateau| at_long_lags(&plateau, context)));
+        figures.extend(curve(&squares).plateau(&products).map(|plateau| at_long_lags(&plateau, context)));
         figures.extend(curve(&products).integral().map(|integral| of_velocities(integral, context)));
         Results { tables: vec![table], figures, ..Results::default() }
     }

@@ -13,6 +13,10 @@ const AGREES: f64 = 2.5;
 /// Fewest pieces of a plateau.
 const MIN_PIECES: usize = 2;
 
+/// A plateau begins where the velocities have lost all but this share of their memory: at shorter
+/// lags the displacement is still on its way to diffusion, which noise can hide.
+const DECAYED: f64 = 0.05;
+
 /// An autocorrelation is integrated only if it has not fallen below this share of its value at lag
 /// 0 at the first lag: a coarser one says nothing about what lies between.
 const RESOLVED: f64 = 0.5;
@@ -85,10 +89,11 @@ impl Curve<'_> {
         ends
     }
 
-    /// The slope of the curve at long lags.
+    /// The slope of the curve at long lags; `memory` is the autocorrelation of the velocities at
+    /// the same lags.
     ///
-    /// `None` if it has fewer than two pieces.
-    pub(super) fn plateau(&self) -> Option<Plateau> {
+    /// `None` if the curve has fewer than two pieces.
+    pub(super) fn plateau(&self, memory: &[BlockMean]) -> Option<Plateau> {
         let ends = self.ends();
         let pieces: Vec<Value> =
             ends.windows(2).map(|ends| self.slope(ends[0], ends[1])).collect::<Option<_>>()?;
@@ -98,7 +103,14 @@ impl Curve<'_> {
             let between = [self.lags[ends[from]], self.lags[last]];
             Some(Plateau { slope, between, is_constant })
         };
+        let value = |place: usize| memory.get(place).and_then(|mean| mean.value);
+        let decayed = value(0).and_then(|start| {
+            (0..memory.len()).find(|&place| value(place).is_some_and(|value| value <= DECAYED * start))
+        });
         let is_constant = |from: usize| {
+            if decayed.is_none_or(|decayed| ends[from] < decayed) {
+                return false;
+            }
             let Some(whole) = self.slope(ends[from], last) else { return false };
             let agrees = |piece: &Value| (piece.value - whole.value).abs() <= AGREES * piece.standard_error;
             pieces[from..].iter().all(agrees)
@@ -162,17 +174,27 @@ mod tests {
     fn the_plateau_of_a_langevin_particle_is_found_and_its_start_lies_in_the_diffusive_range() {
         let square = |t: f64| 4.0 * 0.3 * (t - 2.0 * (1.0 - (-t / 2.0).exp()));
         let lags = lags();
+        let (memory, _) = measured(&lags, |t| (-t / 2.0).exp(), 1e-3);
         let (means, blocks) = measured(&lags, square, 1e-3);
         let curve = Curve { lags: &lags, means: &means, blocks: &blocks };
-        let found = curve.plateau().unwrap();
+        let found = curve.plateau(&memory).unwrap();
         assert!(found.is_constant && found.between[0] >= 5.0 && found.between[1] == 90.0, "{found:?}");
         let Value { value, standard_error } = found.slope;
         assert!((0.25 * value - 0.3).abs() < 0.003 && standard_error < 0.02, "{found:?}");
-        // A ballistic curve has none.
+        // A curve on its way to diffusion has none, also where its slopes are too noisy to tell.
+        let [(short, of_short), (noisy, of_noisy)] =
+            [1e-3, 0.3].map(|scatter| measured(&lags[..5], square, scatter));
+        for (means, blocks) in [(&short, &of_short), (&noisy, &of_noisy)] {
+            let curve = Curve { lags: &lags[..5], means, blocks };
+            assert!(!curve.plateau(&memory).unwrap().is_constant);
+        }
+        // Nor has a ballistic one, whatever the memory of the velocities.
         let (means, blocks) = measured(&lags, |t| t * t, 1e-3);
+        let (lost, _) = measured(&lags, |t| if t > 0.0 { 0.0 } else { 1.0 }, 1e-3);
         let curve = Curve { lags: &lags, means: &means, blocks: &blocks };
-        assert!(!curve.plateau().unwrap().is_constant);
-        assert_eq!(Curve { lags: &lags[..2], means: &means[..2], blocks: &blocks }.plateau(), None);
+        assert!(!curve.plateau(&lost).unwrap().is_constant);
+        let curve = Curve { lags: &lags[..2], means: &means[..2], blocks: &blocks };
+        assert_eq!(curve.plateau(&memory), None);
     }
 
     #[test]
