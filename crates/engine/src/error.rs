@@ -52,7 +52,7 @@ pub enum SceneError {
         speed: f64,
     },
     /// Two bodies overlap at the start.
-    #[error("{first} and {second} overlap by {}; move them apart", depth_in_words(*depth))]
+    #[error("{first} and {second} overlap by {}; move them apart", short(*depth))]
     Overlap {
         /// The first entry.
         first: String,
@@ -76,9 +76,9 @@ pub enum SceneError {
         "the gases jam at an area fraction of {}, below the {} that they would cover: {smaller} of {molecules} \
          molecules, with a share of {} of the area of the gases, are still smaller than in the scene, the smallest \
          by a factor of {smallest_scale:.4}, and no longer grow; reduce their number or their size",
-        share(*reached),
-        share(*wanted),
-        share(*area_share)
+        short(*reached),
+        short(*wanted),
+        short(*area_share)
     )]
     Jammed {
         /// Area of the gases where they jam, as a share of the box.
@@ -138,9 +138,9 @@ fn nearest_shape(reason: &GeometryError) -> String {
     }
 }
 
-/// A share of the box with four digits.
-fn share(share: f64) -> String {
-    if share >= 1e-3 { format!("{share:.4}") } else { format!("{share:.3e}") }
+/// A number from 0 on with four digits.
+pub(crate) fn short(number: f64) -> String {
+    if number >= 1e-3 { format!("{number:.4}") } else { format!("{number:.3e}") }
 }
 
 /// What to do if no more molecules can be placed.
@@ -150,11 +150,6 @@ fn room(placed: usize) -> &'static str {
     } else {
         "reduce their number or their size"
     }
-}
-
-/// A depth with four digits.
-pub(crate) fn depth_in_words(depth: f64) -> String {
-    if depth >= 1e-3 { format!("{depth:.4}") } else { format!("{depth:.3e}") }
 }
 
 /// A grid too fine, or a box too small or too large, for the bodies in it.

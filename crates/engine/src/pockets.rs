@@ -34,21 +34,15 @@ impl Pockets {
     /// Whether the centre of a disc that overlaps no molecule is in a pocket.
     pub fn contain(&self, bounds: &PeriodicBox, centre: DVec2) -> bool {
         self.0.iter().any(|(motion, region)| {
-            let apart = shortest(centre - motion.position, bounds);
+            let apart = bounds.nearest_image(centre - motion.position);
             // Into the frame of the molecule.
             region.contains((motion.orientation.cos_sin() * DVec2::new(1.0, -1.0)).rotate(apart))
         })
     }
 }
 
-/// The shortest of all periodic images of a vector.
-fn shortest(vector: DVec2, bounds: &PeriodicBox) -> DVec2 {
-    vector - bounds.sides() * (vector / bounds.sides()).round()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::shortest;
     use crate::{Scene, Simulation};
     use glam::DVec2;
 
@@ -59,7 +53,7 @@ mod tests {
     fn placed(gas: &str, start: &str) -> (usize, usize) {
         let simulation = Simulation::new(&Scene::from_toml(&format!("{start}{RING}{gas}")).unwrap()).unwrap();
         let view = simulation.view();
-        let is_in = |at: DVec2| shortest(at - DVec2::new(0.95, 0.5), view.bounds()).length() < 0.12;
+        let is_in = |at: DVec2| view.bounds().nearest_image(at - DVec2::new(0.95, 0.5)).length() < 0.12;
         let all = || view.bodies().skip(1);
         (all().count(), all().filter(|body| is_in(body.motion.position)).count())
     }

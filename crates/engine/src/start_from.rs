@@ -16,7 +16,7 @@ use crate::{
     Body, RandomStream, Scene, SceneError, World,
     body_builder::geometry,
     contents::Contents,
-    error::depth_in_words,
+    error::short,
     limits::refuse_slow,
     single_bodies::{Singles, deepest_overlap},
     sites::Sites,
@@ -147,7 +147,7 @@ fn move_singles(singles: &mut Singles, rows: &mut Rows<'_>, lines: &mut [usize])
             let arms =
                 body.molecule().atoms().iter().map(|atom| motion.orientation.cos_sin().rotate(atom.offset()));
             for (row, arm) in atoms.iter().zip(arms) {
-                let off = nearest_image(bounds, row.place - (motion.position + arm)).length();
+                let off = bounds.nearest_image(row.place - (motion.position + arm)).length();
                 if off > MOST_OFF * body.molecule().bounding_radius() {
                     let text = format!(
                         "line {}: a fixed body has another place, {off:e} away, in the scene",
@@ -188,7 +188,7 @@ fn motion(
     }
     // The atoms around the first one, in case they have been wrapped into the box.
     let places: Vec<DVec2> =
-        rows.iter().map(|row| rows[0].place + nearest_image(bounds, row.place - rows[0].place)).collect();
+        rows.iter().map(|row| rows[0].place + bounds.nearest_image(row.place - rows[0].place)).collect();
     let orientation = match rows[0].angle {
         Some(angle) => Orientation::from_radians(check_length("angle", angle).map_err(geometry(ENTRY))?),
         None if atoms.len() > 1 => fitted(&places, molecule),
@@ -258,11 +258,6 @@ fn velocities(rows: &[AtomRow], atoms: &[Atom], arms: &[DVec2], turns: bool, dra
     (momentum / mass, angular_velocity)
 }
 
-/// The shortest of a vector and its periodic images.
-fn nearest_image(bounds: &PeriodicBox, vector: DVec2) -> DVec2 {
-    vector - bounds.sides() * (vector / bounds.sides()).round()
-}
-
 fn refuse_overlaps(contents: &Contents, lines: &[usize]) -> Result<(), SceneError> {
     let world = &contents.singles.world;
     let mut sites = Sites::new(world);
@@ -275,7 +270,7 @@ fn refuse_overlaps(contents: &Contents, lines: &[usize]) -> Result<(), SceneErro
                 let entry = contents.singles.entry_of(body, &counts);
                 if lines[body] == 0 { entry } else { format!("{entry} of line {}", lines[body]) }
             };
-            let depth = depth_in_words(depth);
+            let depth = short(depth);
             return Err(problem(format!("{} and {} overlap by {depth}", name(other), name(index))));
         }
         sites.add(world, index);

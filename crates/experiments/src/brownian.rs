@@ -359,17 +359,10 @@ fn control(molecule: &Molecule, entry: &MoleculeSpec) -> MoleculeSpec {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::Parser;
     use std::fs;
 
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        options: Options,
-    }
-
     fn options(words: &[&str]) -> Options {
-        Line::try_parse_from([&["carom"], words].concat()).unwrap().options
+        crate::written_study::options(words)
     }
 
     fn study(words: &[&str]) -> Study {

@@ -32,11 +32,11 @@ pub fn loschmidt_echo(simulation: &mut AnySimulation, duration: f64) -> Result<(
     simulation.reverse();
     let home = simulation.time().after(ran);
     simulation.observe_until_epoch_time(home, &mut ())?;
-    let sides = simulation.view().bounds().sides();
-    let distances = places(simulation).into_iter().zip(&start).map(|(end, start)| {
-        let off = end - *start;
-        (off - sides * (off / sides).round()).length()
-    });
+    let bounds = *simulation.view().bounds();
+    let distances = places(simulation)
+        .into_iter()
+        .zip(&start)
+        .map(|(end, start)| bounds.nearest_image(end - *start).length());
     let farthest = distances.fold(0.0, f64::max);
     Ok((2.0 * collisions as f64 / start.len().max(1) as f64, farthest))
 }

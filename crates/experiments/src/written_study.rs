@@ -71,3 +71,11 @@ pub fn measure(kind: &str, tag: &str, bins: i64) -> Value {
 pub fn table_of(scene: &Scene) -> Result<Table> {
     Ok(scene.to_toml().parse()?)
 }
+
+/// The options that a command line without its command gives, for tests.
+#[cfg(test)]
+pub fn options<T: clap::Args>(words: &[&str]) -> T {
+    let command = T::augment_args(clap::Command::new("carom"));
+    let matches = command.try_get_matches_from([&["carom"], words].concat()).unwrap();
+    T::from_arg_matches(&matches).unwrap()
+}

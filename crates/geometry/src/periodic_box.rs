@@ -70,6 +70,20 @@ impl PeriodicBox {
         (DVec2::new(x, y), [image_x, image_y])
     }
 
+    /// The shortest of all periodic images of a vector (length).
+    ///
+    /// ```
+    /// use carom_geometry::PeriodicBox;
+    /// use glam::DVec2;
+    ///
+    /// let bounds = PeriodicBox::new(DVec2::new(2.0, 1.0))?;
+    /// assert_eq!(bounds.nearest_image(DVec2::new(1.5, -0.25)), DVec2::new(-0.5, -0.25));
+    /// # Ok::<(), carom_geometry::GeometryError>(())
+    /// ```
+    pub fn nearest_image(&self, vector: DVec2) -> DVec2 {
+        vector - self.sides * (vector / self.sides).round()
+    }
+
     /// The shift (length) by `image` boxes.
     pub fn shift(&self, image: [i64; 2]) -> DVec2 {
         DVec2::new(image[0] as f64 * self.sides.x, image[1] as f64 * self.sides.y)

@@ -444,3 +444,29 @@ def test_the_size_of_a_picture_is_bounded():
     for size in (0, 16385, 2**32 - 1):
         with pytest.raises(ValueError, match="from 1 to 16384 pixels"):
             gas()._core.picture(size)
+
+
+def test_exports_agree_with_the_arrays_for_any_molecule():
+    hoomd, ase, freud = (pytest.importorskip(name) for name in ("gsd.hoomd", "ase", "freud"))
+    ring = {"shape": "ring:7", "atom_radius": 0.02, "atom_mass": 1, "at": [1.29, 0.01], "velocity": [3, -2]}
+    rods = {"shape": "rod:3", "atom_radius": 0.008, "atom_mass": 1, "temperature": 1, "count": 50}
+    scene = carom.Scene(box=[1.3, 0.7], molecule=ring, gas={**rods, "tags": ["rods"]}, wall={"x": 0.9})
+    sim = carom.Simulation(scene)
+    sim.run(until=2)
+    frame = sim.to_gsd()
+    frame.validate()
+    assert isinstance(frame, hoomd.Frame)
+    particles, sides = frame.particles, np.array(sim.box)
+    assert particles.N == 7 + 150 and {"molecule", "rods"} <= set(particles.types)
+    # Atoms of equal masses: their mean is the centre of mass.
+    places = particles.position[:, :2] + sides / 2 + particles.image[:, :2] * sides
+    atoms = np.array(particles.body)
+    assert (atoms >= 0).all() and np.abs(particles.image).max() > 0
+    for body in np.unique(atoms):
+        centre = places[atoms == body].mean(axis=0)
+        assert np.abs(centre - sim.unwrapped_positions[sim.ids == body]).max() < 1e-6
+    copy = sim.to_ase()
+    assert isinstance(copy, ase.Atoms) and len(copy) == particles.N
+    assert np.allclose(copy.get_velocities()[:, :2], particles.velocity[:, :2], rtol=1e-6)
+    box, points = sim.to_freud()
+    assert isinstance(box, freud.box.Box) and points.shape == (51, 3)

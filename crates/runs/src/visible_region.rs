@@ -146,11 +146,7 @@ fn tags<'a>(body: &BodyView<'a>) -> &'a [carom::engine::Tag] {
 /// Distance along x or y, the larger of the two, from a place to the nearest point of a body
 /// (length).
 fn distance(view: &View<'_>, body: &BodyView<'_>, place: DVec2) -> f64 {
-    let nearest = |point: DVec2| {
-        let sides = view.bounds().sides();
-        let apart = point - place;
-        (apart - sides * (apart / sides).round()).abs().max_element()
-    };
+    let nearest = |point: DVec2| view.bounds().nearest_image(point - place).abs().max_element();
     let Some([from, to]) = body.wall() else {
         return nearest(body.motion.position) - body.body.molecule().bounding_radius();
     };

@@ -29,9 +29,9 @@ const CANCELLING: f64 = 0.25;
 /// independent blocks. A larger c with b = 0: a memory of several blocks, which 64 blocks cannot
 /// tell from a drift.
 const SMALLEST: i32 = -1;
-const LARGEST_MEMORY: i32 = 3;
-const LARGEST_CANCELLING: i32 = 9;
-const LARGEST_OF_BOTH: i32 = 4;
+const MAX_MEMORY: i32 = 3;
+const MAX_CANCELLING: i32 = 9;
+const MAX_OF_BOTH: i32 = 4;
 
 /// Ordinates of the periodogram, summed over runs of equal numbers of blocks.
 struct Ordinates {
@@ -81,10 +81,9 @@ impl Spectrum {
         self.weigh([0.0; 2], INDEPENDENT, &mut models);
         if self.by_count.keys().next_back().is_some_and(|count| *count >= MIN_CORRELATED) {
             let powers = |largest: i32| (SMALLEST..=largest).map(|power| 2f64.powi(power));
-            let memory: Vec<[f64; 2]> = powers(LARGEST_MEMORY).map(|c| [0.0, c]).collect();
-            let of_both = |b: f64| powers(LARGEST_OF_BOTH).filter(move |c| 2.0 * c <= b).map(move |c| [b, c]);
-            let cancelling =
-                powers(LARGEST_CANCELLING).flat_map(|b| [[b, 0.0]].into_iter().chain(of_both(b)));
+            let memory: Vec<[f64; 2]> = powers(MAX_MEMORY).map(|c| [0.0, c]).collect();
+            let of_both = |b: f64| powers(MAX_OF_BOTH).filter(move |c| 2.0 * c <= b).map(move |c| [b, c]);
+            let cancelling = powers(MAX_CANCELLING).flat_map(|b| [[b, 0.0]].into_iter().chain(of_both(b)));
             let cancelling: Vec<[f64; 2]> = cancelling.collect();
             for (family, weight) in [(memory, WITH_MEMORY), (cancelling, CANCELLING)] {
                 let share = weight / family.len() as f64;

@@ -128,7 +128,7 @@ impl Obstacles {
     }
 
     /// The shortest of all periodic images of a vector.
-    pub fn nearest(&self, vector: DVec2) -> DVec2 {
+    fn nearest(&self, vector: DVec2) -> DVec2 {
         vector - self.sides() * (vector / self.sides()).round()
     }
 }

@@ -261,17 +261,10 @@ impl Options {
 mod tests {
     use super::*;
     use carom_runs::{interruption::Signals, run::record};
-    use clap::Parser;
     use std::fs;
 
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        options: Options,
-    }
-
     fn options(words: &[&str]) -> Options {
-        Line::try_parse_from([&["carom"], words].concat()).unwrap().options
+        crate::written_study::options(words)
     }
 
     /// Runs the first replica of each point, and verifies that all is as expected.

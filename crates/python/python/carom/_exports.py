@@ -38,7 +38,9 @@ def to_freud(core: _carom.Core) -> tuple[Any, Any]:
     """Box and centres of mass for ``freud``; see :meth:`Simulation.to_freud`."""
     freud = _package("freud", "freud-analysis")
     x, y = core.sides()
-    points = _spatial(core.array("positions") - [x / 2, y / 2])
+    # Walls have no atoms, and no point.
+    has_atoms = np.isin(core.array("ids"), core.atoms()["ids"])
+    points = _spatial(core.array("positions")[has_atoms] - [x / 2, y / 2])
     return freud.box.Box(Lx=x, Ly=y), points.astype(np.float32)
 
 
@@ -49,7 +51,7 @@ def to_gsd(core: _carom.Core) -> Any:
     boxes = np.floor(atoms["positions"] / sides)
     inside = atoms["positions"] - (boxes + 0.5) * sides
     half = np.zeros(len(inside))
-    alone = np.bincount(atoms["ids"].astype(np.int64), minlength=1)[atoms["ids"].astype(np.int64)] == 1
+    _, molecule, count = np.unique(atoms["ids"], return_inverse=True, return_counts=True)
     frame = hoomd.Frame()
     frame.configuration.box = [*sides, 0, 0, 0, 0]
     frame.configuration.dimensions = 2
@@ -64,7 +66,7 @@ def to_gsd(core: _carom.Core) -> Any:
     )
     particles.mass = atoms["masses"]
     particles.diameter = 2 * atoms["radii"]
-    particles.body = np.where(alone, -1, atoms["ids"].astype(np.int64))
+    particles.body = np.where(count[molecule] == 1, -1, atoms["ids"].astype(np.int64))
     particles.typeid = atoms["kinds"]
     particles.types = atoms["names"]
     particles.type_shapes = [_shape(atoms["radii"][atoms["kinds"] == kind]) for kind in range(len(atoms["names"]))]

@@ -997,7 +997,7 @@ class Simulation:
         return to_ase(self._core)
 
     def to_freud(self) -> tuple[Any, Any]:
-        """The box, and the centres of mass in a box about the origin; needs freud.
+        """The box, and the centres of mass of all but walls in a box about the origin; needs freud.
 
         freud's functions take the pair as a system. For its mean squared displacement, use
         ``unwrapped_positions``.

@@ -109,13 +109,12 @@ impl Billiard {
 
 /// Whether all bodies, and their images, are farther apart than `distance` (length).
 fn are_apart<'a>(view: &View<'_>, bodies: impl Iterator<Item = BodyView<'a>>, distance: f64) -> bool {
-    let sides = view.bounds().sides();
+    let bounds = view.bounds();
     let places: Vec<DVec2> = bodies.map(|body| body.motion.position).collect();
-    let nearest = |apart: DVec2| (apart - sides * (apart / sides).round()).length();
     let is_free = |(index, place): (usize, &DVec2)| {
-        places[..index].iter().all(|other| nearest(*place - *other) > distance)
+        places[..index].iter().all(|other| bounds.nearest_image(*place - *other).length() > distance)
     };
-    distance < sides.min_element() && places.iter().enumerate().all(is_free)
+    distance < bounds.sides().min_element() && places.iter().enumerate().all(is_free)
 }
 
 /// Parts relative to their sum.

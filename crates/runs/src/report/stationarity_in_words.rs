@@ -5,6 +5,8 @@ use std::cmp::Reverse;
 use carom_report::page::{two_digits, with_error};
 use carom_tables::{Figure, Stationarity};
 
+use super::tests_in_words::with_place;
+
 /// What changed during the measurement, by how much, and from when on it does not; `None` if
 /// nothing did. Each figure has a word for where it belongs, which may be empty.
 pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
@@ -16,7 +18,6 @@ pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
     let in_errors = |found: &Stationarity| (found.change / found.standard_error).abs();
     changing.sort_by_key(|(.., found)| Reverse((1e3 * in_errors(found)) as u64));
     let (place, figure, found) = changing.first()?;
-    let place = if place.is_empty() { String::new() } else { format!(" ({place})") };
     let verb = if found.change < 0.0 { "falls" } else { "rises" };
     let share = (found.change / figure.value).abs();
     let amount = if share.is_finite() && share < 10.0 {
@@ -41,8 +42,8 @@ pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
         },
     );
     Some(format!(
-        "Not stationary: {}{place} {verb} by {amount} during the measurement, {:.0} standard errors{others}. {remedy}",
-        figure.name,
+        "Not stationary: {} {verb} by {amount} during the measurement, {:.0} standard errors{others}. {remedy}",
+        with_place(figure, place),
         in_errors(found)
     ))
 }

@@ -12,10 +12,7 @@ pub const NEEDED: &str = "measurement that a verdict needs";
 /// empty. `None` without a test.
 pub fn tests_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
     let tests = || figures.iter().copied().filter(|(_, figure)| figure.is_test);
-    let name = |(place, figure): (&str, &Figure)| match place {
-        "" => figure.name.clone(),
-        place => format!("{} ({place})", figure.name),
-    };
+    let name = |(place, figure): (&str, &Figure)| with_place(figure, place);
     let judged = || tests().filter_map(|test| Some((test, test.1.deviation()?)));
     let unknown = tests().filter(|(_, figure)| figure.standard_error.is_none()).count();
     let lacking = (unknown > 0).then(|| {
@@ -57,6 +54,11 @@ pub fn tests_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
     });
     let sentences: Vec<String> = found.into_iter().chain(lacking).collect();
     (!sentences.is_empty()).then(|| sentences.join(" "))
+}
+
+/// The name of a figure with the word for where it belongs, which may be empty.
+pub(super) fn with_place(figure: &Figure, place: &str) -> String {
+    if place.is_empty() { figure.name.clone() } else { format!("{} ({place})", figure.name) }
 }
 
 /// The smallest difference that would have been found in all tests of the first one's name.

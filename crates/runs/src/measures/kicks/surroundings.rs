@@ -90,12 +90,11 @@ fn has_full_pocket(view: &View<'_>, body: &BodyView<'_>, disc: &Body) -> bool {
     if region.hidden_arcs().is_empty() {
         return false;
     }
-    let sides = view.bounds().sides();
     // Turns the frame of the box into that of the body.
     let turn = body.motion.orientation.cos_sin() * DVec2::new(1.0, -1.0);
     view.bodies().filter(|other| !other.body.is_fixed() && other.body.key() != body.body.key()).any(|other| {
-        let apart = other.motion.position - body.motion.position;
-        region.contains(turn.rotate(apart - sides * (apart / sides).round()))
+        let apart = view.bounds().nearest_image(other.motion.position - body.motion.position);
+        region.contains(turn.rotate(apart))
     })
 }
 
