@@ -14,6 +14,7 @@ mod growth;
 mod images;
 mod inelastic;
 mod invariants;
+mod joint_contacts;
 mod observers;
 mod oracles;
 mod overlap;

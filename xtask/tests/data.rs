@@ -98,7 +98,7 @@ fn the_program_of_the_readme_draws_the_histogram() {
 fn ase_reads_a_trajectory_back_to_the_bit() {
     let Some(python) = python("ase_reads_a_trajectory_back_to_the_bit", "ase.io, json, sys") else { return };
     let root = tempfile::tempdir().unwrap();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/mixture.toml");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
     xtask(root.path(), &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
     let path = root.path().join("out/trajectory.extxyz");
     let program = "frames = ase.io.read(sys.argv[1], index=':')\n\
@@ -142,7 +142,7 @@ fn mdanalysis_reads_a_converted_dump() {
     let test = "mdanalysis_reads_a_converted_dump";
     let Some(python) = python(test, "numpy, MDAnalysis") else { return };
     let root = tempfile::tempdir().unwrap();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/mixture.toml");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
     xtask(root.path(), &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
     let (trajectory, dump) = (root.path().join("out/trajectory.extxyz"), root.path().join("out.lammpstrj"));
     assert_eq!(carom_runs::convert::convert(&trajectory, &dump).unwrap(), 6);
@@ -170,7 +170,7 @@ fn hoomd_and_ase_read_converted_trajectories() {
     let test = "hoomd_and_ase_read_converted_trajectories";
     let Some(python) = python(test, "numpy, ase.io, gsd.hoomd") else { return };
     let root = tempfile::tempdir().unwrap();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/mixture.toml");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
     xtask(root.path(), &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
     let trajectory = root.path().join("out/trajectory.extxyz");
     for name in ["out.gsd", "out.lammpstrj"] {

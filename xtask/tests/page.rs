@@ -60,7 +60,7 @@ fn pages_are_complete_and_the_gas_moves() {
     xtask(folder, &[&brownian[..], &["--out", "both"]].concat());
     check(&seen(browser, &folder.join("both/report.html")), 2, &charts);
 
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/walls.toml");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/walls.toml");
     xtask(folder, &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "run"]);
     check(&seen(browser, &folder.join("run/report.html")), 1, &["t = 0"]);
 

@@ -1,12 +1,14 @@
 //! The command `carom`: runs scenes of rigid molecules, validates scene files, and finds first
 //! contacts.
 
+mod completions;
+
 use anyhow::Result;
 use carom_experiments::{billiard, brownian, trade};
 use carom_runs::{
     check,
     console::{Console, Program},
-    convert, detect, measures, merge, report, run,
+    convert, detect, examples, measures, merge, report, run,
 };
 use carom_sweeps::{reference, several, sweep};
 use carom_tables::Verdict;
@@ -57,6 +59,10 @@ pub enum Command {
     Convert(convert::Options),
     /// List the quantities that a scene can measure, with their parameters
     Measures,
+    /// List scenes and studies to begin with; print one, or write it to a file
+    Example(examples::Options),
+    /// Print completions of commands and options for a shell, or the manual page
+    Completions(completions::Options),
     /// Print the JSON Schema of scene or study files, with which editors complete and check keys
     Schema(reference::Options),
 }
@@ -87,6 +93,8 @@ impl Program for Cli {
             Command::Report(options) => report::run(options),
             Command::Convert(options) => convert::run(options),
             Command::Measures => Ok(measures::list()),
+            Command::Example(options) => examples::run(options),
+            Command::Completions(options) => completions::run(options),
             Command::Schema(options) => reference::run(options),
         }
     }

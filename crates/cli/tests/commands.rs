@@ -23,7 +23,7 @@ fn text(bytes: &[u8]) -> String {
 fn a_scene_is_checked_and_run_and_its_folder_names_the_command() {
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("scene.toml"), SCENE).unwrap();
-    let check = carom(root.path(), &["check", "scene.toml", "--set", "gas.0.count=60"]);
+    let check = carom(root.path(), &["check", "scene.toml", "--verbose", "--set", "gas.0.count=60"]);
     assert!(check.status.success(), "{}", text(&check.stderr));
     let printed = text(&check.stdout);
     assert!(
@@ -34,6 +34,15 @@ fn a_scene_is_checked_and_run_and_its_folder_names_the_command() {
     for words in ["Not paid for", "size ratio", "speed ratio", "an estimate: molecules", "checkpoint"] {
         assert!(printed.contains(words), "{words}: {printed}");
     }
+    // Without that the answers, in ten lines.
+    let check = carom(root.path(), &["check", "scene.toml", "--set", "gas.0.count=60"]);
+    let printed = text(&check.stdout);
+    for words in
+        ["mean free time", "collisions, ", "mean free times", "of each body", "1/√number", "checkpoint"]
+    {
+        assert!(printed.contains(words), "{words}: {printed}");
+    }
+    assert!(printed.lines().count() <= 11, "{printed}");
     assert!(!root.path().join("out").exists(), "a check writes nothing");
 
     let run = carom(root.path(), &["run", "scene.toml", "--until", "0.3", "--out", "run"]);
@@ -80,7 +89,7 @@ fn a_method_that_is_not_exact_is_named_everywhere_and_is_part_of_the_run() {
     let root = tempfile::tempdir().unwrap();
     let scene = format!("{SCENE}[method]\ndetector = \"fixed-step\"\nstep = 0.3\n");
     fs::write(root.path().join("scene.toml"), scene).unwrap();
-    let check = carom(root.path(), &["check", "scene.toml"]);
+    let check = carom(root.path(), &["check", "scene.toml", "--verbose"]);
     assert!(text(&check.stdout).contains("NOT EXACT"), "{}", text(&check.stdout));
     assert!(text(&check.stdout).contains("not measured; `carom trade SCENE` measures it"));
     let run = carom(root.path(), &["run", "scene.toml", "--out", "run"]);

@@ -459,7 +459,7 @@ fn a_run_starts_from_the_end_of_another_and_resumes_without_it() {
     assert_eq!(manifest["parent"]["is_end"], true);
     assert_eq!(manifest["parent"]["scene_crc32"].as_str().unwrap().len(), 8);
     assert!(read("next/report.html").contains("Starts from the end of the run in out"));
-    let check = carom(root.path(), &["check", "second.toml", "--from", "out"]);
+    let check = carom(root.path(), &["check", "second.toml", "--verbose", "--from", "out"]);
     assert!(text(&check.stdout).contains("  100     gas   disc"), "{}", text(&check.stdout));
 
     // Another folder of the same run, killed and resumed, at last without the first run.

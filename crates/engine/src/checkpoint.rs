@@ -343,6 +343,8 @@ impl Checkpoint {
             fixed_collisions,
             thermal_collisions,
             guarded_collisions,
+            joint_collisions,
+            simultaneous_collisions,
             epochs,
             scheduler,
         } = self.counters;
@@ -353,6 +355,8 @@ impl Checkpoint {
             fixed_collisions,
             thermal_collisions,
             guarded_collisions,
+            joint_collisions,
+            simultaneous_collisions,
             epochs,
             crossings,
             stale,

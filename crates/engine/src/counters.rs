@@ -20,6 +20,11 @@ pub struct Counters {
     /// Their energy is in [`Ledger::spared`]. Contacts of a response that ignores the raised
     /// elasticity are not counted.
     pub guarded_collisions: u64,
+    /// Contacts of two bodies at several points at one instant, with one joint impulse.
+    pub joint_collisions: u64,
+    /// Contacts that follow another contact of one of their bodies at the same instant. They are
+    /// resolved one after the other, and the result depends on their order.
+    pub simultaneous_collisions: u64,
     /// Epochs begun: periods at the start of which all events are predicted anew.
     pub epochs: u64,
     /// Work of the scheduler.

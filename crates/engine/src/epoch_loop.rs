@@ -205,6 +205,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             impulse,
             elasticity: Elasticity::ELASTIC,
             image,
+            points: 1,
         };
         if let Some(observer) = &mut self.observer {
             observer.collision(&report);
@@ -236,6 +237,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         self.counters.collisions += 1;
         self.counters.guarded_collisions += u64::from(resolved.spared.is_some());
         self.counters.fixed_collisions += u64::from(resolved.met_fixed);
+        self.counters.joint_collisions += u64::from(resolved.points > 1);
         self.ledger.spared += resolved.spared.unwrap_or(0.0);
         self.ledger.lost += resolved.lost.unwrap_or(0.0);
         if let Some(observer) = &mut self.observer
@@ -258,6 +260,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                 impulse: resolved.impulse,
                 elasticity: resolved.elasticity,
                 image,
+                points: resolved.points,
             });
         }
         Ok(())
@@ -267,6 +270,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     #[cold]
     #[inline(never)]
     fn count_repeated(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
+        self.counters.simultaneous_collisions += 1;
         match self.simultaneous.count(bodies, &self.world.bodies) {
             Some((body, contacts)) => Err(self.stalled(body, time, contacts)),
             None => Ok(()),

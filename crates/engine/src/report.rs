@@ -16,7 +16,8 @@ pub struct Side<'a> {
     /// touched between its ends.
     pub atom: Option<u32>,
     /// Arm from the centre of mass to the touching atom's centre; for a wall, to the touched point
-    /// of its face (length).
+    /// of its face (length). Where the bodies touch at several points, to a point on the line of
+    /// action of the resultant.
     pub arm: DVec2,
     /// The motion at the instant of contact, before the impulse.
     pub before: Motion,
@@ -65,13 +66,17 @@ pub struct CollisionReport<'a> {
     pub point: DVec2,
     /// Unit vector from the first body to the second at the point of contact.
     pub normal: DVec2,
-    /// Impulse on the second body (mass × length / time); the first receives its opposite.
+    /// Impulse on the second body (mass × length / time); the first receives its opposite. Where
+    /// the bodies touch at several points, the resultant.
     pub impulse: DVec2,
     /// The elasticity of the contact: that of the two bodies, or a higher one if the guard against
     /// inelastic collapse has raised it.
     pub elasticity: Elasticity,
     /// The image of the second body that was touched, in boxes relative to its position.
     pub image: [i64; 2],
+    /// Number of points at which the two bodies touch: 1, but for bodies that meet flat or in a
+    /// notch.
+    pub points: u32,
 }
 
 impl<'a> CollisionReport<'a> {

@@ -11,11 +11,12 @@ use carom_response::{ContactFrame, Elasticity, Response, apply_impulse};
 use glam::DVec2;
 
 use crate::{
-    Body, ElasticityTable, World,
-    contact_event::{ContactEvent, Parts},
+    ElasticityTable, World,
+    contact_event::ContactEvent,
+    contact_geometry::contact_geometry,
     guard::Partner,
+    joint_contact::{JointContact, joint_contact, may_be_joint},
     separation::{missing_impulse, round_outwards},
-    wall::{arm, contact_frame},
 };
 
 /// The rules that determine the outcome of a contact, in addition to the motions of its two bodies.
@@ -60,6 +61,8 @@ pub(crate) struct Resolved {
     pub met_fixed: bool,
     /// Whether rounding alone separates the surfaces, and no guard prevents more such contacts.
     pub is_unresolved: bool,
+    /// Number of points at which the two bodies touch, if the impulse takes them all into account.
+    pub points: u32,
 }
 
 /// The outcome of a contact of two discs where all contacts are elastic.
@@ -113,7 +116,7 @@ impl<R: Response> Rules<'_, R> {
         let Encounter { contact, before, last_contacts, repeats } = encounter;
         let ContactEvent { time, bodies, parts, .. } = *contact;
         let pair = bodies.map(|body| &self.world.bodies[body as usize]);
-        let (frame, depth) = contact_geometry(self.world, contact, before);
+        let (mut frame, depth) = contact_geometry(self.world, contact, before);
         let of_table = self.elasticity.between(pair[0], pair[1]);
         let mut elasticity = of_table;
         if let Some(last) = last_contacts
@@ -131,6 +134,19 @@ impl<R: Response> Rules<'_, R> {
         if elasticity != of_table {
             spared = self.spared(&frame, before, inertias, of_table, (impulse, &after));
         }
+        let energy = |motions: &[Motion; 2]| {
+            kinetic_energy(&motions[0], inertias[0]) + kinetic_energy(&motions[1], inertias[1])
+        };
+        let mut points = 1;
+        if may_be_joint(pair, parts)
+            && let Some(joint) = self.joint(encounter, &frame, with_inertia, elasticity)
+        {
+            if elasticity != of_table {
+                let unguarded = self.joint(encounter, &frame, with_inertia, of_table);
+                spared = unguarded.map(|unguarded| energy(&joint.after) - energy(&unguarded.after));
+            }
+            (frame, impulse, after, points) = (joint.frame, joint.impulse, joint.after, joint.points);
+        }
         let changes_energy = *repeats || !self.response.conserves_energy(elasticity);
         let mut is_unresolved = false;
         if changes_energy
@@ -144,18 +160,46 @@ impl<R: Response> Rules<'_, R> {
             )
         {
             impulse += missing;
-            after = pushed(&frame, before, inertias, impulse);
+            // The resultant of several points that cancel out has no frame.
+            after = if points > 1 {
+                pushed(&frame, &after, inertias, missing)
+            } else {
+                pushed(&frame, before, inertias, impulse)
+            };
             // The guard has already acted, or there is none: nothing else ends a collapse.
             is_unresolved = last_contacts.is_none() || elasticity == Elasticity::ELASTIC;
         }
-        let energy = |motions: &[Motion; 2]| {
-            kinetic_energy(&motions[0], inertias[0]) + kinetic_energy(&motions[1], inertias[1])
-        };
         let lost = changes_energy.then(|| energy(before) - energy(&after));
         let mut onwards = after;
         round_outwards(self.world, depth, &frame, inertias, &mut onwards);
         let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
-        Resolved { frame, elasticity, impulse, after, onwards, spared, lost, met_fixed, is_unresolved }
+        Resolved {
+            frame,
+            elasticity,
+            impulse,
+            after,
+            onwards,
+            spared,
+            lost,
+            met_fixed,
+            is_unresolved,
+            points,
+        }
+    }
+
+    /// The outcome of a contact at several points, whose first is that of `frame`; `None` if there
+    /// is one, or if the response resolves them one by one.
+    fn joint(
+        &self,
+        encounter: &Encounter,
+        frame: &ContactFrame,
+        bodies: [(&Motion, &Inertia); 2],
+        elasticity: Elasticity,
+    ) -> Option<JointContact> {
+        let Encounter { contact, before, .. } = encounter;
+        let impulses = |frames: &[ContactFrame]| self.response.joint_impulses(frames, bodies, elasticity);
+        let inertias = bodies.map(|(_, inertia)| inertia);
+        joint_contact(self.world, contact, (before, inertias), frame, self.separation_error, impulses)
     }
 
     /// The energy that the guard has saved, if the response depends on the guard: `impulse` and
@@ -216,29 +260,6 @@ impl<R: Response> Rules<'_, R> {
     fn reflected(&self, to_other: DVec2, before: DVec2, inverse_mass: f64, after: DVec2) -> DVec2 {
         if inverse_mass == 0.0 { before } else { self.response.reflected(to_other, before).unwrap_or(after) }
     }
-}
-
-/// Lever arms and normal of any contact, and the depth by which the two bodies overlap (length).
-#[inline(always)]
-pub(crate) fn contact_geometry(
-    world: &World,
-    contact: &ContactEvent,
-    before: &[Motion; 2],
-) -> (ContactFrame, f64) {
-    let ContactEvent { bodies, image, parts, .. } = *contact;
-    let pair = bodies.map(|body| &world.bodies[body as usize]);
-    let arms = match parts {
-        Parts::Atoms(i, j) => [arm(pair[0], i, &before[0]), arm(pair[1], j, &before[1])],
-        _ => [DVec2::ZERO; 2],
-    };
-    let mut d = (before[1].position - before[0].position) + (arms[1] - arms[0]);
-    if image != [0, 0] {
-        d += world.bounds.shift(image);
-    }
-    let between_centres = ContactFrame { line_of_centres: d, arms };
-    let (frame, distance) =
-        contact_frame(world, contact, before).unwrap_or_else(|| (between_centres, d.length()));
-    (frame, parts.contact_distance(pair.map(Body::molecule)) - distance)
 }
 
 /// The velocity of the touching point of the second body relative to that of the first

@@ -10,10 +10,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    AtomSpec, GasSpec, HeatSpec, MeasureSpec, MethodSpec, RelabelSpec, Rotation, SceneError, StopSpec,
+    AtomSpec, GasSpec, HeatSpec, MeasureFrom, MeasureSpec, MethodSpec, RelabelSpec, Rotation, StopSpec,
     ThermostatSpec,
-    gas_spec::{energy_or_temperature, serialize_gases},
-    spelling::plain_words,
+    gas_spec::serialize_gases,
     two_numbers::{optional_vector, vector},
 };
 
@@ -258,9 +257,9 @@ pub struct StartSpec {
     /// refused. Default: false.
     #[serde(skip_serializing_if = "is_default")]
     pub empty_pockets: bool,
-    /// A file of extended XYZ with the places of all atoms of the scene, relative to the folder of
-    /// the scene file: bodies start there, with the orientations and velocities of the file if it
-    /// has them. Excludes `placement` and `relax`.
+    /// A file of extended XYZ, a GSD file of HOOMD or a LAMMPS dump with the places of all atoms of
+    /// the scene, relative to the folder of the scene file: bodies start there, with the
+    /// orientations and velocities of the file if it has them. Excludes `placement` and `relax`.
     ///
     /// `carom run` writes such files as snapshots, and other programs do. The atoms are those of
     /// the single molecules, the bumpers and the gases, in order; fixed bodies may be left out. A
@@ -311,6 +310,13 @@ impl StartSpec {
 /// touching parts. A scene in which the share could exceed a thousandth is refused: s must be at
 /// least 6·10⁻¹¹ sides, and up to 5·10⁻¹⁰ in a dilute scene or one with a single moving body. Two
 /// discs, and the faces of walls, keep their coefficient to rounding at any size.
+///
+/// Two bodies that touch at several points at one instant, such as a rod that falls flat on a wall,
+/// get one joint impulse: the smallest set of impulses along the normals after which each point
+/// separates at least as fast as the coefficient demands, so that a symmetric contact stays
+/// symmetric. Contacts of one body with several others at one instant are resolved one after the
+/// other, in the order of the numbers of their two bodies; the result depends on that order, and
+/// the run counts them.
 ///
 /// A body that meets the common end of two walls has its contact with one of them, and the last
 /// digit of the two times decides with which. This matters only where the two walls differ in
@@ -385,11 +391,11 @@ pub struct RunSpec {
     #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0.0)))]
     pub check_interval: Option<f64>,
     /// Quantities are averaged from the first sample at or after this time on, so that the approach
-    /// to equilibrium does not count (time); from 0 to less than `until`. The short form of a stage
-    /// that is not measured, and not allowed with stages.
-    #[serde(skip_serializing_if = "is_zero")]
-    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
-    pub measure_from: f64,
+    /// to equilibrium does not count (time); from 0 to less than `until`. `"auto"`: from when on no
+    /// mean changes any more, at the latest from half of the run on. The short form of a stage that
+    /// is not measured, and not allowed with stages.
+    #[serde(skip_serializing_if = "MeasureFrom::is_start")]
+    pub measure_from: MeasureFrom,
     /// Names of the quantities to measure; `carom measures` lists them.
     pub observe: Vec<String>,
     /// Format of snapshots; none if absent.
@@ -502,82 +508,12 @@ impl Default for RunSpec {
             sample_interval: 1.0,
             snapshot_interval: None,
             check_interval: None,
-            measure_from: 0.0,
+            measure_from: MeasureFrom::default(),
             observe: Vec::new(),
             snapshots: None,
             animation: true,
             animation_from: 0.0,
             stop: None,
         }
-    }
-}
-
-impl Scene {
-    /// Reads a scene from the text of a scene file.
-    ///
-    /// # Errors
-    /// [`SceneError::Syntax`] with line and key if the text is not TOML or has unknown or missing
-    /// keys. Values are checked when a simulation is built.
-    pub fn from_toml(text: &str) -> Result<Self, SceneError> {
-        let syntax = |error: toml::de::Error| SceneError::Syntax(plain_words(&error, text));
-        let mut scene: Self = toml::from_str(text).map_err(syntax)?;
-        let table: toml::Table = text.parse().map_err(syntax)?;
-        require(&table, "molecule", "at", "")?;
-        energy_or_temperature(&table)?;
-        scene.finish_stages(&table)?;
-        Ok(scene)
-    }
-
-    /// Returns the scene as the text of a scene file.
-    ///
-    /// # Panics
-    /// Never: a scene is plain data.
-    pub fn to_toml(&self) -> String {
-        toml::to_string_pretty(self).expect("a scene is plain data, which TOML can always hold")
-    }
-}
-
-impl Scene {
-    /// Validates the presence of the keys of stages, and sets the end of the run to that of the
-    /// last stage.
-    fn finish_stages(&mut self, table: &toml::Table) -> Result<(), SceneError> {
-        let Some(last) = self.stage.last() else { return Ok(()) };
-        require(table, "stage", "until", "")?;
-        let stages = table.get("stage").and_then(toml::Value::as_array).into_iter().flatten();
-        for (index, stage) in stages.filter_map(toml::Value::as_table).enumerate() {
-            for (entries, keys) in [
-                ("add", &["at"][..]),
-                ("tag", &["name"]),
-                ("untag", &["name"]),
-                ("set_energy", &["tag"]),
-                ("thermostat", &["tag", "every"]),
-            ] {
-                keys.iter().try_for_each(|key| require(stage, entries, key, &format!("stage[{index}].")))?;
-            }
-        }
-        let end = last.until;
-        let is_given = table.get("run").is_some_and(|run| run.get("until").is_some());
-        if is_given && self.run.until != end {
-            let problem = format!(
-                "`until` = {} differs from the end of the last stage, {end}: leave it out",
-                self.run.until
-            );
-            return Err(SceneError::Entry { entry: "run".to_owned(), problem });
-        }
-        self.run.until = end;
-        Ok(())
-    }
-}
-
-/// Refuses entries without a key that the file must give. In code the key has a default; in a file
-/// its absence is most likely an error.
-fn require(table: &toml::Table, entries: &str, key: &str, before: &str) -> Result<(), SceneError> {
-    let Some(toml::Value::Array(list)) = table.get(entries) else { return Ok(()) };
-    match list.iter().position(|entry| entry.get(key).is_none()) {
-        None => Ok(()),
-        Some(index) => Err(SceneError::Entry {
-            entry: format!("{before}{entries}[{index}]"),
-            problem: format!("`{key}` is missing"),
-        }),
     }
 }

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use carom_geometry::{LARGEST, Molecule, PeriodicBox, check_length};
+use carom_geometry::{LARGEST, Molecule, PeriodicBox, Shape, check_length};
 use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
 
@@ -65,7 +65,11 @@ pub(crate) fn sample(world: &World, species: &[Species]) -> (World, Vec<usize>) 
 }
 
 impl Species {
-    fn new(scene: &Scene, index: usize, bounds: &PeriodicBox) -> Result<Self, SceneError> {
+    /// The molecules of a gas of a scene.
+    ///
+    /// # Errors
+    /// Its entry is invalid.
+    pub fn new(scene: &Scene, index: usize, bounds: &PeriodicBox) -> Result<Self, SceneError> {
         let spec = &scene.gas[index];
         let entry = format!("gas[{index}]");
         let problem = |problem: &str| SceneError::Entry { entry: entry.clone(), problem: problem.to_owned() };
@@ -355,7 +359,7 @@ const CLOSEST: f64 = 0.906_899_682_117_109;
 /// Whether all molecules of a gas are discs of one size.
 fn is_of_equal_discs(spec: &GasSpec) -> bool {
     let is_disc = match spec.shape.as_deref() {
-        Some(shape) => shape == "disc",
+        Some(shape) => shape.parse() == Ok(Shape::Disc),
         None => spec.atoms.len() < 2,
     };
     is_disc && spec.radius_distribution.is_none() && spec.scale.is_none()

@@ -45,6 +45,9 @@ fn in_words(message: &str, place: &str) -> String {
         }
         (true, _) => format!("a list is expected: [{}]", place.trim()),
         (false, _) => {
+            if let Some(start) = message.strip_suffix(", expected f64") {
+                return format!("{start}: a number is expected, or an expression such as \"sqrt(3)/2\"");
+            }
             let words = ["usize", "u64", "u32"]
                 .iter()
                 .find_map(|kind| message.strip_suffix(&format!(", expected {kind}")))

@@ -11,8 +11,9 @@ use glam::DVec2;
 
 use crate::{
     RandomStream,
+    contact_geometry::contact_geometry,
     random::{normal_pair, rayleigh},
-    resolution::{Encounter, Resolved, Rules, contact_geometry},
+    resolution::{Encounter, Resolved, Rules},
     separation::{missing_impulse, round_outwards},
 };
 
@@ -69,6 +70,7 @@ pub(crate) fn resolve<R>(
         lost: None,
         met_fixed: true,
         is_unresolved: false,
+        points: 1,
     };
     Some((resolved, heat))
 }

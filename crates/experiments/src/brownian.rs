@@ -289,7 +289,7 @@ impl Options {
             }],
             run: RunSpec {
                 observe: observe.map(str::to_owned).to_vec(),
-                measure_from,
+                measure_from: measure_from.into(),
                 until,
                 sample_interval,
                 ..RunSpec::default()
@@ -401,7 +401,7 @@ mod tests {
         assert!((disc.area() / original.area() - 1.0).abs() < 1e-14);
         let run = |study: &Study| {
             let run = &study.points[0].scene.run;
-            [run.measure_from, run.until, run.sample_interval]
+            [run.measure_from.time().unwrap(), run.until, run.sample_interval]
         };
         assert_eq!(run(&both), DENSE);
         let words = |more: &[&str]| study(&[&TEE[..], more].concat());
@@ -443,7 +443,7 @@ mod tests {
         );
         let study = of_scene(&["--from", "2", "--until", "4"]).unwrap();
         let run = &study.points[0].scene.run;
-        assert_eq!((run.measure_from, run.until), (2.0, 4.0));
+        assert_eq!((run.measure_from, run.until), (2.0.into(), 4.0));
     }
 
     #[test]

@@ -128,7 +128,7 @@ impl FromStr for Shape {
             None => (text, None),
         };
         let shape = match (name, count) {
-            ("disc", None) => Self::Disc,
+            ("disc" | "disk", None) => Self::Disc,
             ("dumbbell", None) => Self::Dumbbell,
             ("cross", None) => Self::Cross,
             ("tee", None) => Self::Tee,

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use carom::Scene;
+use carom_runs::examples::Example;
 use serde::Serialize;
 
 /// A scene of the gallery.
@@ -14,7 +15,7 @@ pub struct Exhibit {
     /// A measure that shows it, by name.
     pub measure: &'static str,
     #[serde(skip)]
-    text: &'static str,
+    example: &'static str,
 }
 
 /// All scenes.
@@ -23,55 +24,55 @@ pub const EXHIBITS: [Exhibit; 9] = [
         name: "tee",
         about: "The molecule of the thesis: a tee in a gas of discs, which push it about",
         measure: "drift:molecule",
-        text: include_str!("../scenes/tee.toml"),
+        example: "tee",
     },
     Exhibit {
         name: "mixture",
         about: "Rings and rods in a gas of discs, with a bumper; rods lose energy when they meet",
         measure: "velocities:gas",
-        text: include_str!("../../../xtask/scenes/mixture.toml"),
+        example: "mixture",
     },
     Exhibit {
         name: "clustering",
         about: "Contacts that lose energy: the gas cools, and clusters form",
         measure: "temperature:gas",
-        text: include_str!("../scenes/clustering.toml"),
+        example: "clustering",
     },
     Exhibit {
         name: "two-temperatures",
         about: "Heat flows from hot discs to cold ones, each held at its temperature",
         measure: "temperature:cold",
-        text: include_str!("../../../xtask/scenes/two-temperatures.toml"),
+        example: "two-temperatures",
     },
     Exhibit {
         name: "depletion",
         about: "Small discs push two big ones together",
         measure: "drift:left",
-        text: include_str!("../scenes/depletion.toml"),
+        example: "depletion",
     },
     Exhibit {
         name: "sinai",
         about: "Sinai's billiard: one disc and one bumper; its flights are chaotic",
         measure: "free-path:particle",
-        text: include_str!("../scenes/sinai.toml"),
+        example: "sinai",
     },
     Exhibit {
         name: "walls",
         about: "Two kinds of molecules in a closed box of two chambers with a gap between them",
         measure: "pressure",
-        text: include_str!("../../../xtask/scenes/walls.toml"),
+        example: "walls",
     },
     Exhibit {
         name: "conduction",
         about: "A gas of many sizes conducts heat from a hot wall to a cold one",
         measure: "wall-heat:hot",
-        text: include_str!("../../../xtask/scenes/conduction.toml"),
+        example: "conduction",
     },
     Exhibit {
         name: "tracer",
         about: "A dumbbell among light and heavy discs at one temperature",
         measure: "velocities:light",
-        text: include_str!("../../../xtask/scenes/measures.toml"),
+        example: "measures",
     },
 ];
 
@@ -82,7 +83,8 @@ pub const EXHIBITS: [Exhibit; 9] = [
 pub fn scene(name: &str) -> Result<Scene> {
     let exhibit = EXHIBITS.iter().find(|exhibit| exhibit.name == name);
     let exhibit = exhibit.with_context(|| format!("the gallery has no scene {name:?}"))?;
-    Scene::from_toml(exhibit.text).with_context(|| format!("the scene {name:?} of the gallery"))
+    Scene::from_toml(Example::named(exhibit.example)?.text)
+        .with_context(|| format!("the scene {name:?} of the gallery"))
 }
 
 #[cfg(test)]

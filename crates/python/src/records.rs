@@ -115,7 +115,10 @@ pub fn record_contents<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py
     all.set_item("tables", PyList::new(py, tables?)?)?;
     let figures: Vec<_> = figures
         .into_iter()
-        .map(|f| (f.name, f.value, f.standard_error, f.unit, f.prediction, f.source))
+        .map(|f| {
+            let stationary = f.stationarity.map(|found| found.is_stationary);
+            (f.name, f.value, f.standard_error, f.unit, f.prediction, f.source, stationary)
+        })
         .collect();
     all.set_item("figures", figures)?;
     let runs: Vec<_> = record

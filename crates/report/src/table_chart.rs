@@ -1,7 +1,7 @@
 //! Charts of a table: measured columns with error bands, and predictions.
 
 use anyhow::Result;
-use carom_tables::{Column, Level, Role, Spacing, Table};
+use carom_tables::{Column, Guide, Level, Role, Spacing, Table};
 
 use crate::{
     axis::{Axis, height, range},
@@ -25,6 +25,7 @@ const BAND: f64 = 2.0;
 /// # Errors
 /// A chart cannot be drawn.
 pub fn charts(table: &Table) -> Result<Vec<String>> {
+    let table = &table.as_drawn();
     let Some(abscissa) = table.columns.iter().find(|column| column.role == Role::Abscissa) else {
         return Ok(Vec::new());
     };
@@ -196,6 +197,9 @@ fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -
     };
     let label = named(&quantity, &group[0].unit);
     let (up, mut layers) = (height(low, high), layers(places, group, &levels, x));
+    if is_logarithmic && table.spacing == Spacing::Logarithmic {
+        layers.extend(guides(table, places, group, x, [least, high]));
+    }
     let up = if is_logarithmic {
         for layer in &mut layers {
             layer.shape.leave_out_below(least);
@@ -243,6 +247,30 @@ fn layers(places: &Places, group: &[&Column], levels: &[&Level], x: (f64, f64)) 
         }
     }
     bands.into_iter().chain(lines).chain(predictions).collect()
+}
+
+/// The powers of the abscissa beside a column, within the range of the chart.
+fn guides(
+    table: &Table,
+    places: &Places,
+    group: &[&Column],
+    (first, last): (f64, f64),
+    [low, high]: [f64; 2],
+) -> Vec<Layer> {
+    let of = |guide: &Guide| {
+        let column = group.iter().find(|column| column.name == guide.column)?;
+        let points: Vec<(f64, f64)> =
+            places.points(column).into_iter().filter(|point| point.1 > 0.0).collect();
+        let &(x, y) = if guide.from_end { points.last()? } else { points.first()? };
+        let at = |abscissa: f64| (abscissa, y * (abscissa / x).powf(guide.power));
+        let reaches = |height: f64| x * (height / y).powf(1.0 / guide.power);
+        // Two points are a straight line where both axes are logarithmic.
+        let [left, right] = if guide.power > 0.0 { [low, high] } else { [high, low] }.map(reaches);
+        let ends = [first.max(left), last.min(right)].map(at);
+        let shape = Shape::Thin(ends.to_vec());
+        (ends[0].0 < ends[1].0).then(|| Layer { name: guide.label.clone(), ink: Ink::Quiet, shape })
+    };
+    table.guides.iter().filter_map(of).collect()
 }
 
 /// A curve in pieces, of which the first carries the name.
@@ -334,6 +362,19 @@ mod tests {
         assert!(
             chart.contains("predicted") && chart.contains("share") && chart.matches("<circle").count() >= 3
         );
+    }
+
+    #[test]
+    fn powers_are_drawn_where_both_axes_are_logarithmic() {
+        let table = Table::new("t", "Displacement")
+            .abscissa("lag", "time", vec![0.0, 1.0, 10.0])
+            .value("square", "length²", vec![Some(0.0), Some(1.0), Some(30.0)])
+            .guide("square", 2.0, "∝ t²", false)
+            .guide("square", 1.0, "∝ t", true);
+        let steep = table.clone().logarithmic().in_decades(&["square"]);
+        let drawn = charts(&steep).unwrap();
+        assert!(drawn[0].contains("∝ t²") && drawn[0].contains("∝ t<"));
+        assert!(!charts(&table).unwrap()[0].contains('∝'));
     }
 
     #[test]

@@ -5,32 +5,10 @@
 use carom_kinematics::{Inertia, Motion, two_product, two_sum};
 use glam::DVec2;
 
-use crate::{Elasticity, Response, reflection::reflected};
-
-/// The geometry of a contact: the direction of the normal and the lever arms.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactFrame {
-    /// Vector from the centre of the touching part of A to that of B, or any other vector along the
-    /// normal with a length other than 0.
-    pub line_of_centres: DVec2,
-    /// Vectors from each centre of mass to the centre of the touching atom (length). The remaining
-    /// vector to the point of contact is along the normal and has no moment.
-    pub arms: [DVec2; 2],
-}
-
-impl ContactFrame {
-    /// Unit vector from A to B at the point of contact.
-    ///
-    /// This uses the square root of the standard library, which compiles to an instruction of the
-    /// same generation as the surrounding ones. glam's own uses an older instruction (SSE) in any
-    /// case, for which code compiled for AVX waits hundreds of cycles.
-    #[inline(always)]
-    pub fn normal(&self) -> DVec2 {
-        let d = self.line_of_centres;
-        let inverse = 1.0 / d.length_squared().sqrt();
-        if inverse.is_finite() && inverse > 0.0 { d * inverse } else { DVec2::X }
-    }
-}
+use crate::{
+    ContactFrame, Elasticity, Response, contact_frame::scaled_approach, joint_impulses::joint_impulses,
+    reflection::reflected,
+};
 
 /// Whether d is along the x or the y axis; false for d = 0.
 #[inline]
@@ -164,6 +142,15 @@ impl Response for Impact {
         factor * approach / yielding * d
     }
 
+    fn joint_impulses(
+        &self,
+        frames: &[ContactFrame],
+        bodies: [(&Motion, &Inertia); 2],
+        elasticity: Elasticity,
+    ) -> Option<Vec<DVec2>> {
+        joint_impulses(frames, bodies, elasticity)
+    }
+
     #[inline]
     fn conserves_energy(&self, elasticity: Elasticity) -> bool {
         elasticity == Elasticity::ELASTIC
@@ -177,26 +164,10 @@ impl Response for Impact {
     }
 }
 
-/// Speed u at which the two surfaces approach each other along the normal (length / time); negative
-/// if they separate.
-pub fn approach_speed(frame: &ContactFrame, motions: [&Motion; 2]) -> f64 {
-    scaled_approach(frame, motions) / frame.line_of_centres.length()
-}
-
 /// Reduced mass μ of the contact (mass); 0 if neither body can move.
 pub fn reduced_mass(frame: &ContactFrame, inertias: [&Inertia; 2]) -> f64 {
     let inverse = scaled_inverse_mass(frame, inertias);
     if inverse > 0.0 { frame.line_of_centres.length_squared() / inverse } else { 0.0 }
-}
-
-/// u |d|
-fn scaled_approach(frame: &ContactFrame, [a, b]: [&Motion; 2]) -> f64 {
-    let d = frame.line_of_centres;
-    let [arm_a, arm_b] = frame.arms;
-    // The rotation enters as ω (r × d), which is exactly 0 for a disc.
-    let translation = (a.velocity - b.velocity).dot(d);
-    let rotation = a.angular_velocity * arm_a.perp_dot(d) - b.angular_velocity * arm_b.perp_dot(d);
-    translation + rotation
 }
 
 /// |d|²/μ
@@ -238,6 +209,7 @@ pub fn apply_impulse(motion: &Motion, inertia: &Inertia, arm: DVec2, impulse: DV
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::approach_speed;
     use carom_kinematics::{angular_momentum, kinetic_energy, momentum};
     use proptest::prelude::*;
 

@@ -26,13 +26,16 @@
 //! assert_eq!(impulse, DVec2::X);
 //! ```
 
+mod contact_frame;
 mod elasticity;
 mod impulse;
+mod joint_impulses;
 mod reflection;
 mod thermal_wall;
 
+pub use contact_frame::{ContactFrame, approach_speed};
 pub use elasticity::{Elasticity, ElasticityError};
-pub use impulse::{ContactFrame, Impact, apply_impulse, approach_speed, reduced_mass};
+pub use impulse::{Impact, apply_impulse, reduced_mass};
 pub use thermal_wall::{ThermalDraw, thermal_motion};
 
 use carom_kinematics::{Inertia, Motion};
@@ -119,6 +122,19 @@ pub trait Response: Sync {
             inverse_masses.map(|inverse_mass| Inertia { inverse_mass, inverse_moment: 0.0 });
         let frame = ContactFrame { line_of_centres, arms: [DVec2::ZERO; 2] };
         self.impulse(&frame, [(&a, &inertia_a), (&b, &inertia_b)], elasticity)
+    }
+
+    /// The impulses on B (mass × length / time) where two bodies touch at several points at one
+    /// instant, in the order of `frames`; `None` if the points are to be resolved one by one, which
+    /// is the default. The engine asks only for two or more points.
+    fn joint_impulses(
+        &self,
+        frames: &[ContactFrame],
+        bodies: [(&Motion, &Inertia); 2],
+        elasticity: Elasticity,
+    ) -> Option<Vec<DVec2>> {
+        let _ = (frames, bodies, elasticity);
+        None
     }
 
     /// Whether contacts of this elasticity conserve the kinetic energy, to rounding. The engine

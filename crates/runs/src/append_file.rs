@@ -174,13 +174,20 @@ impl AppendFiles {
     }
 
     /// Writes the points of a series that are not yet in its table, whose file has another name
-    /// than usual. The first call creates the table, even for an empty series.
+    /// than usual. The first call creates the table, even for an empty series. A series with fewer
+    /// points than the table has begun anew: all its points follow.
     ///
     /// # Errors
     /// The table cannot be written.
     pub fn append_to<T>(&mut self, name: &str, table: &SeriesFormat<T>, series: &[T]) -> Result<()> {
         let written = self.files.iter().find(|file| file.name == name).map_or(0, |file| file.records);
-        self.append_new_to(name, table, &series[written.min(series.len())..])
+        let new = series.get(written..).unwrap_or(series);
+        if new.len() == series.len()
+            && let Some(file) = self.files.iter_mut().find(|file| file.name == name)
+        {
+            file.records = 0;
+        }
+        self.append_new_to(name, table, new)
     }
 
     /// Writes points that are stored nowhere else. The first call creates the table, even without

@@ -41,7 +41,14 @@ mod tests {
 
     #[test]
     fn figures_are_aligned_and_marked() {
-        let found = Stationarity { is_stationary: false, change: 1.0, standard_error: 0.1, settled_at: None };
+        let found = Stationarity {
+            is_stationary: false,
+            change: 1.0,
+            standard_error: 0.1,
+            settled_at: None,
+            independent_blocks: 32.0,
+            correlation_time: None,
+        };
         let changing = Figure { stationarity: Some(found), ..Figure::new("kT", 2.0, "energy").error(0.128) };
         let figures =
             [Figure::new("bodies", 40.0, "1"), changing, Figure::new("p", 3.0, "1").predicted(3.5, "Liu")];

@@ -254,6 +254,18 @@ impl Folder {
         self.written.as_ref().map_or(Ok(()), |written| written.files.remove_earlier())
     }
 
+    /// Removes all that this process has written into the folder, and the folder if it is empty
+    /// then.
+    ///
+    /// # Errors
+    /// A file cannot be removed.
+    pub(crate) fn remove_own(&self) -> Result<()> {
+        self.written.as_ref().map_or(Ok(()), |written| written.files.remove_own())?;
+        // It stays if other files are in it.
+        let _ = fs::remove_dir(&self.path);
+        Ok(())
+    }
+
     /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.path

@@ -69,7 +69,7 @@ pub fn scene_schema() -> Value {
     add(&mut run["observe"]["items"], one_of(observable().iter().map(String::as_str)));
     // Defaults that are left out of a written scene.
     let default = RunSpec::default();
-    run["measure_from"]["default"] = default.measure_from.into();
+    run["measure_from"]["default"] = default.measure_from.time().into();
     run["animation"]["default"] = default.animation.into();
     run["animation_from"]["default"] = default.animation_from.into();
     types["GasSpec"]["properties"]["velocities"]["default"] = json!(StartVelocities::default());

@@ -2,6 +2,8 @@
 
 use carom::observers::{Contact, Impulse, LedgerPoint, PressurePoint, RatePoint, RunningPoint};
 
+use carom_tables::fifteen_digits;
+
 use crate::append_file::SeriesFormat;
 
 /// `energy.csv`.
@@ -9,7 +11,13 @@ pub const ENERGY: SeriesFormat<LedgerPoint> = SeriesFormat {
     name: "energy.csv",
     header: &["time", "energy", "booked_energy", "momentum_x", "momentum_y"],
     row: |csv, point| {
-        csv.serialize((point.time, point.energy, point.booked, point.momentum.x, point.momentum.y))
+        csv.serialize((
+            fifteen_digits(point.time),
+            point.energy,
+            point.booked,
+            point.momentum.x,
+            point.momentum.y,
+        ))
     },
 };
 
@@ -17,7 +25,7 @@ pub const ENERGY: SeriesFormat<LedgerPoint> = SeriesFormat {
 pub const RATES: SeriesFormat<RatePoint> = SeriesFormat {
     name: "collision-rate.csv",
     header: &["time", "collisions", "rate_per_body"],
-    row: |csv, point| csv.serialize((point.time, point.collisions, point.rate)),
+    row: |csv, point| csv.serialize((fifteen_digits(point.time), point.collisions, point.rate)),
 };
 
 /// `pressure.csv`.
@@ -26,7 +34,7 @@ pub const PRESSURE: SeriesFormat<PressurePoint> = SeriesFormat {
     header: &["time", "pressure", "ideal", "virial", "momentum_flux"],
     row: |csv, point| {
         let (pressure, flux) = (point.pressure(), point.momentum_flux());
-        csv.serialize((point.time, pressure, point.ideal, point.virial, flux))
+        csv.serialize((fifteen_digits(point.time), pressure, point.ideal, point.virial, flux))
     },
 };
 
@@ -36,7 +44,7 @@ pub const AVERAGES: SeriesFormat<RunningPoint> = SeriesFormat {
     header: &["time", "force_x", "force_y", "velocity_x", "velocity_y"],
     row: |csv, point| {
         let (force, velocity) = (point.momentum, point.velocity);
-        csv.serialize((point.time, force.x, force.y, velocity.x, velocity.y))
+        csv.serialize((fifteen_digits(point.time), force.x, force.y, velocity.x, velocity.y))
     },
 };
 

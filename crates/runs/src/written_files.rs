@@ -138,6 +138,20 @@ impl WrittenFiles {
     pub fn remove_states(&self) -> Result<()> {
         remove_states(&self.folder)
     }
+
+    /// Removes all files of this process, with its list and its lock.
+    ///
+    /// # Errors
+    /// A file cannot be removed.
+    pub fn remove_own(&self) -> Result<()> {
+        remove_states(&self.folder)?;
+        let own = std::mem::take(&mut self.lock().own);
+        for name in own.iter().map(String::as_str).filter(|name| is_inside(name)).chain([LIST, LOCK]) {
+            remove(&self.folder.join(name))?;
+            remove(&part_of(&self.folder.join(name)))?;
+        }
+        Ok(())
+    }
 }
 
 /// Whether a folder holds nothing but what a process has left that was killed before it wrote a

@@ -42,7 +42,9 @@ pub fn charts(study: &Study, points: &[PointResults]) -> Result<(Vec<DataChart>,
     // Figures that are tested, and then those with a prediction, carry the answer.
     shown.sort_by_key(|quantity| {
         let tested = study.place_of_expectation(&quantity.name);
-        (tested.unwrap_or(usize::MAX), std::cmp::Reverse(quantity.predicted), !quantity.has_error)
+        // What every run measures comes after what the scene asks for.
+        let is_rate = quantity.name.starts_with("collisions per");
+        (tested.unwrap_or(usize::MAX), std::cmp::Reverse(quantity.predicted), !quantity.has_error, is_rate)
     });
     let panels = panels(study, others);
     let most = (MOST / panels.len()).max(1);

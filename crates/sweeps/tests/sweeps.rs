@@ -729,9 +729,10 @@ fn the_study_of_the_readme_is_valid() {
 
 #[test]
 fn the_studies_of_the_repository_are_valid() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../xtask/studies");
-    let files = |folder: &Path| fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let all: Vec<PathBuf> = files(&folder).chain(files(&folder.join("theory"))).collect();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let files = |folder: &str| fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
+    let folders = ["xtask/studies", "xtask/studies/theory", "crates/runs/examples/studies"];
+    let all: Vec<PathBuf> = folders.into_iter().flat_map(files).collect();
     let mut points = 0;
     for path in all.into_iter().filter(|path| path.extension().is_some_and(|ending| ending == "toml")) {
         let text = fs::read_to_string(&path).unwrap();

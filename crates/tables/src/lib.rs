@@ -29,4 +29,4 @@ pub use estimate::Estimate;
 pub use run_sums::{MergeError, MergedSums, Replica, RunSums, SumsError};
 pub use stationarity::Stationarity;
 pub use summary::*;
-pub use table::{Column, Level, Role, Spacing, Table};
+pub use table::{Column, Guide, Level, Role, Spacing, Table, fifteen_digits};

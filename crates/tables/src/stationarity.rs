@@ -23,6 +23,10 @@ const CHANGED: f64 = 5.0;
 /// A mean has settled if what is left changes by no more standard errors.
 const SETTLED: f64 = 3.0;
 
+/// Blocks whose mean scatters by this factor more than that of independent ones are correlated.
+/// Smaller: chance of 64 independent blocks. Larger: short correlations are not told.
+const CORRELATED: f64 = 1.5;
+
 /// Earlier parts that are compared with the rest, as shares of all blocks.
 const EARLIER: [f64; 3] = [0.125, 0.25, 0.5];
 
@@ -42,6 +46,11 @@ pub struct Stationarity {
     /// The time from which no change is found; `None` if there is none in the first half, or if the
     /// mean is stationary.
     pub settled_at: Option<f64>,
+    /// Effective number of independent blocks, at most that of all blocks.
+    pub independent_blocks: f64,
+    /// Integrated correlation time; `None` if it is not resolved, since it is shorter than half a
+    /// block.
+    pub correlation_time: Option<f64>,
 }
 
 impl Stationarity {
@@ -76,8 +85,27 @@ impl Stationarity {
             .find(|&begin| clearest_change(&blocks[begin..]).is_some_and(|[rest, ..]| rest <= SETTLED))
             .map(|begin| span[0] + (span[1] - span[0]) * begin as f64 / count as f64)
             .filter(|_| !is_stationary);
-        Some(Self { is_stationary, change, standard_error, settled_at })
+        let inefficiency = statistical_inefficiency(runs)?;
+        let all: usize = runs.iter().map(Vec::len).sum();
+        let half_a_block = 0.5 * (span[1] - span[0]) / count as f64;
+        Some(Self {
+            is_stationary,
+            change,
+            standard_error,
+            settled_at,
+            independent_blocks: all as f64 / inefficiency.max(1.0),
+            correlation_time: (inefficiency > CORRELATED).then_some(inefficiency * half_a_block),
+        })
     }
+}
+
+/// The variance of the mean over that of independent blocks: twice the correlation time in blocks,
+/// if blocks are shorter than that.
+fn statistical_inefficiency(runs: &[Vec<[f64; 2]>]) -> Option<f64> {
+    let blocks = runs.iter().flatten().map(|&[x, w]| (x, w));
+    let independent = Estimate::of_ratio(blocks)?.standard_error;
+    let correlated = Estimate::of_runs(runs)?.standard_error;
+    Some((correlated / independent).powi(2)).filter(|ratio| ratio.is_finite())
 }
 
 /// The clearest difference of a later from an earlier part: in standard errors, in the unit of the
@@ -156,6 +184,25 @@ mod tests {
         // A transient of eight standard deviations that is over after a tenth.
         let [changing, settled] = shares(0.0, |t| 100.0 + 8.0 * (-t / 0.04).exp());
         assert!(changing > 0.9 && settled > 0.85, "{changing} {settled}");
+    }
+
+    #[test]
+    fn correlation_times_are_those_of_the_noise() {
+        let mut random = Random(11);
+        let of = |memory: f64, random: &mut Random| {
+            let found: Vec<Stationarity> = (0..100)
+                .map(|_| Stationarity::of(&[run(random, memory, |_| 100.0)], [0.0, 64.0]).unwrap())
+                .collect();
+            let times = found.iter().filter_map(|one| one.correlation_time);
+            let independent = found.iter().map(|one| one.independent_blocks).sum::<f64>() / 100.0;
+            (times.clone().count(), times.clone().sum::<f64>() / times.count().max(1) as f64, independent)
+        };
+        // (1 + a)/(1 − a) is the inefficiency: τ = 1/2 (1 + a)/(1 − a) blocks.
+        let (count, _, independent) = of(0.0, &mut random);
+        assert!(count <= 10 && independent > 55.0, "{count} {independent}");
+        let (count, time, independent) = of(0.7, &mut random);
+        assert!(count > 80 && (1.8..4.0).contains(&time), "{count} {time}");
+        assert!((8.0..22.0).contains(&independent), "{independent}");
     }
 
     #[test]

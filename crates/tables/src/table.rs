@@ -31,6 +31,10 @@ pub struct Table {
     pub spacing: Spacing,
     /// Names of columns that are drawn by their logarithms, if all their values are positive.
     pub decades: Vec<String>,
+    /// Names of columns that are drawn in units of their value in the first row.
+    pub relative: Vec<String>,
+    /// Lines beside the curves that show how a power of the abscissa would run.
+    pub guides: Vec<Guide>,
     /// Whether the abscissa is drawn as a direction, too: degrees at the middle of equal sectors of
     /// the turn.
     pub is_polar: bool,
@@ -53,6 +57,19 @@ pub struct Level {
     pub value: f64,
     /// Where it comes from.
     pub source: String,
+}
+
+/// A power of the abscissa, drawn beside a column whose axes are both logarithmic.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Guide {
+    /// Name of the column.
+    pub column: String,
+    /// The power.
+    pub power: f64,
+    /// Name in the legend.
+    pub label: String,
+    /// Whether it goes through the last point of the column instead of the first.
+    pub from_end: bool,
 }
 
 /// How an abscissa is drawn.
@@ -137,6 +154,8 @@ impl Table {
             caption: String::new(),
             spacing: Spacing::Linear,
             decades: Vec::new(),
+            relative: Vec::new(),
+            guides: Vec::new(),
             is_polar: false,
             names: Vec::new(),
             columns: Vec::new(),
@@ -162,6 +181,57 @@ impl Table {
         Self { decades: columns.iter().map(|name| (*name).to_owned()).collect(), ..self }
     }
 
+    /// Draws these columns in units of their value in the first row, and leaves out what its error
+    /// exceeds.
+    #[must_use]
+    pub fn relative_to_first(self, columns: &[&str]) -> Self {
+        Self { relative: columns.iter().map(|name| (*name).to_owned()).collect(), ..self }
+    }
+
+    /// Draws a power of the abscissa through the first or the last point of a column, if both its
+    /// axes are logarithmic.
+    #[must_use]
+    pub fn guide(mut self, column: &str, power: f64, label: &str, from_end: bool) -> Self {
+        self.guides.push(Guide { column: column.to_owned(), power, label: label.to_owned(), from_end });
+        self
+    }
+
+    /// The table as its charts show it: columns that are [relative](Self::relative_to_first) are
+    /// divided by their first value; what their errors exceed is left out, and so is what the
+    /// errors of columns [in decades](Self::in_decades) exceed.
+    #[must_use]
+    pub fn as_drawn(&self) -> Self {
+        let mut table = self.clone();
+        let mut of_value: Option<(usize, f64, bool)> = None;
+        for place in 0..table.columns.len() {
+            let column = &mut table.columns[place];
+            if column.role.is_curve() {
+                let is_relative = self.relative.contains(&column.name);
+                let is_resolved = is_relative || self.decades.contains(&column.name);
+                let first = column.values.iter().flatten().copied().find(|_| is_relative).unwrap_or(1.0);
+                if is_relative && first > 0.0 {
+                    column.label = format!("{} over that at lag 0", column.label);
+                    "1".clone_into(&mut column.unit);
+                }
+                of_value = Some((place, if first > 0.0 { first } else { 1.0 }, is_resolved));
+            }
+            let Some((value, scale, is_resolved)) = of_value else { continue };
+            let belongs = matches!(column.role, Role::StandardError | Role::Prediction { .. });
+            if place == value || belongs {
+                column.values.iter_mut().flatten().for_each(|number| *number /= scale);
+            }
+            if column.role == Role::StandardError && is_resolved {
+                let errors = column.values.clone();
+                let values = &mut table.columns[value].values;
+                for (number, error) in values.iter_mut().zip(errors) {
+                    let is_noise = |number: &f64| error.is_some_and(|error| error > number.abs());
+                    *number = number.filter(|number| !is_noise(number));
+                }
+            }
+        }
+        table
+    }
+
     /// Names the rows on the axis.
     #[must_use]
     pub fn named(self, names: Vec<String>) -> Self {
@@ -175,10 +245,15 @@ impl Table {
         Self { is_polar: true, ..self }
     }
 
-    /// Adds the quantity that the others depend on.
+    /// Adds the quantity that the others depend on. Times are rounded to 15 digits: those of
+    /// samples are products, 3 · 0.1 = 0.30000000000000004.
     #[must_use]
     pub fn abscissa(self, name: &str, unit: &str, values: Vec<f64>) -> Self {
-        let values = values.into_iter().map(Some).collect();
+        let is_time = unit == "time";
+        let values = values
+            .into_iter()
+            .map(|value| Some(if is_time { fifteen_digits(value) } else { value }))
+            .collect();
         self.column(name, name, unit, Role::Abscissa, values)
     }
 
@@ -299,6 +374,18 @@ impl Table {
     }
 }
 
+/// A number rounded to 15 significant digits, which a rounding error of the last bit does not
+/// change.
+///
+/// ```
+/// use carom_tables::fifteen_digits;
+///
+/// assert_eq!(fifteen_digits(3.0 * 0.1), 0.3);
+/// ```
+pub fn fifteen_digits(number: f64) -> f64 {
+    format!("{number:.14e}").parse().unwrap_or(number)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -313,6 +400,25 @@ mod tests {
         assert_eq!(rows[1], [Some(1.0), Some(4.0), None]);
         assert_eq!(rows[2], [Some(2.0), Some(5.0), None]);
         assert_eq!(table.columns[2].unit, "length");
+    }
+
+    #[test]
+    fn what_is_drawn_is_relative_and_resolved() {
+        let some = |values: [f64; 3]| values.map(Some).to_vec();
+        let table = Table::new("t", "T")
+            .abscissa("lag", "time", vec![0.0, 1.0, 2.0])
+            .value("velocity_autocorrelation", "length²/time²", some([4.0, 2.0, 0.1]))
+            .errors(some([0.2, 0.1, 0.3]))
+            .prediction("theory", some([4.0, 1.0, 0.4]), "S")
+            .value("other", "1", some([0.1, 0.2, 0.3]))
+            .errors(some([1.0; 3]))
+            .relative_to_first(&["velocity_autocorrelation"]);
+        let drawn = table.as_drawn();
+        assert_eq!(drawn.columns[1].values, [Some(1.0), Some(0.5), None]);
+        assert_eq!(drawn.columns[2].values, [Some(0.05), Some(0.025), Some(0.075)]);
+        assert_eq!(drawn.columns[3].values, some([1.0, 0.25, 0.1]));
+        assert_eq!((drawn.columns[1].unit.as_str(), &drawn.columns[4]), ("1", &table.columns[4]));
+        assert_eq!(table.columns[1].values, some([4.0, 2.0, 0.1]));
     }
 
     #[test]

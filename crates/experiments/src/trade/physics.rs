@@ -78,7 +78,7 @@ impl Physics {
 /// of the scene.
 pub fn suited(scene: &Scene, duration: f64) -> Scene {
     let mut suited = scene.clone();
-    suited.run.measure_from = 0.0;
+    suited.run.measure_from = 0.0.into();
     suited.stage.iter_mut().for_each(|stage| stage.measure = true);
     let wanted = duration / SAMPLES;
     let divisor = (scene.run.sample_interval / wanted).ceil().max(1.0);
@@ -180,7 +180,7 @@ mod tests {
         let found = suited(&scene, 8.0);
         assert_eq!(found.run.sample_interval, 0.125);
         assert_eq!(found.run.observe, ["velocities:gas", "pressure"]);
-        assert_eq!((found.run.measure_from, found.measure.len()), (0.0, 1));
+        assert_eq!((found.run.measure_from, found.measure.len()), (0.0.into(), 1));
         assert!(requests(&found).is_ok());
     }
 

@@ -26,6 +26,7 @@ from ._errors import (
     EditError,
     MeasureError,
     MoleculeError,
+    NotStationaryWarning,
     RunError,
     SceneError,
 )
@@ -52,6 +53,7 @@ __all__ = [
     "MeasureError",
     "Molecule",
     "MoleculeError",
+    "NotStationaryWarning",
     "Results",
     "RunError",
     "Scene",

@@ -9,6 +9,7 @@ __all__ = [
     "EditError",
     "MeasureError",
     "MoleculeError",
+    "NotStationaryWarning",
     "RunError",
     "SceneError",
 ]
@@ -141,6 +142,19 @@ class BusyError(RunError):
     Traceback (most recent call last):
         ...
     carom.BusyError: the simulation is running: wait until `run` returns, or use `copy()` before it
+    """
+
+    __module__ = "carom"
+
+
+class NotStationaryWarning(UserWarning):
+    """A mean changed during its measurement, so that its error is not that of a mean at rest.
+
+    Examples
+    --------
+    >>> import carom
+    >>> import warnings
+    >>> warnings.simplefilter("ignore", carom.NotStationaryWarning)  # of a gas that is to cool
     """
 
     __module__ = "carom"

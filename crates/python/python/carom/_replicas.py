@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Union
 
 from . import _carom
+from ._errors import NotStationaryWarning
 from ._plain import number, whole
 from ._results import Results
 from ._scene import Scene
@@ -67,6 +68,11 @@ def run(
     RunError
         An entry of the scene is invalid, or the run cannot continue.
 
+    Warns
+    -----
+    NotStationaryWarning
+        A mean changed during its measurement.
+
     Examples
     --------
     >>> import carom
@@ -75,7 +81,7 @@ def run(
     >>> found.figures["pressure"].prediction is not None
     True
     """
-    return _run(_prepared(scene, until, measures), None)
+    return _judged(_run(_prepared(scene, until, measures), None))
 
 
 def replicas(
@@ -126,12 +132,12 @@ def replicas(
     prepared = _prepared(scene, until, measures)
     scenes = [prepared.replaced(replica=begin + index) for index in range(count)]
     if executor is not None:
-        return _merged([executor.submit(_run, one, None) for one in scenes])
+        return _judged(_merged([executor.submit(_run, one, None) for one in scenes]))
     stop = Event()
     with ThreadPoolExecutor(min(workers, count), "carom") as pool:
         futures = [pool.submit(_run, one, stop.is_set) for one in scenes]
         try:
-            return _merged(futures)
+            return _judged(_merged(futures))
         except BaseException:
             # Also Ctrl-C: the replicas that run end soon, the others do not begin.
             stop.set()
@@ -154,6 +160,21 @@ def _merged(futures: list[Future[Results]]) -> Results:
 
 def _run(scene: Scene, stop: Callable[[], bool] | None) -> Results:
     return Results(_carom.run_scene(scene._text, scene._snapshot, stop))
+
+
+def _judged(results: Results) -> Results:
+    """Warns of what changed during its measurement."""
+    changing = [figure.name for figure in results.figures.values() if figure.stationary is False]
+    if changing:
+        import warnings
+
+        warnings.warn(
+            f"not stationary: {', '.join(changing)} changed during the measurement; measure from later "
+            'on (run.measure_from = "auto"), or longer',
+            NotStationaryWarning,
+            stacklevel=3,
+        )
+    return results
 
 
 def _prepared(scene: Any, until: float | None, measures: Wanted) -> Scene:

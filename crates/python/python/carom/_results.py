@@ -41,12 +41,16 @@ class Figure:
         Predicted value.
     source : str or None
         Source of the prediction.
+    stationary : bool or None
+        Whether no change was found during the measurement; ``None`` if that was not judged.
 
     Examples
     --------
     >>> from carom import Figure
     >>> print(Figure("pressure", 1.234567, 0.012, "mass/time²", None, None))
     pressure: 1.235 ± 0.012 mass/time²
+    >>> print(Figure("pressure", 9.285, 0.029, "mass/time²", None, None, stationary=False))
+    pressure: 9.285 ± 0.029 mass/time² (not stationary)
     """
 
     __module__ = "carom"
@@ -57,6 +61,7 @@ class Figure:
     unit: str
     prediction: float | None
     source: str | None
+    stationary: bool | None = None
 
     def __float__(self) -> float:
         return self.value
@@ -64,7 +69,9 @@ class Figure:
     def __str__(self) -> str:
         unit = "" if self.unit == "1" else f" {self.unit}"
         predicted = "" if self.prediction is None else f" (predicted: {self.prediction:.6g})"
-        return f"{self.name}: {with_error(self.value, self.standard_error)}{unit}{predicted}"
+        changing = " (not stationary)" if self.stationary is False else ""
+        value = with_error(self.value, self.standard_error)
+        return f"{self.name}: {value}{unit}{predicted}{changing}"
 
     def _repr_html_(self) -> str:
         return rows(_FIGURE, [_cells(self)])

@@ -123,6 +123,8 @@ class Scene:
             text, self._snapshot = _carom.scene_of_file(source)  # type: ignore[arg-type]
             return _tables(text)
         if isinstance(source, str):
+            if "\n" not in source and os.path.isdir(source):
+                raise SceneError(f"{source!r} is a folder, not a scene file")
             return _tables(_carom.scene_of_text(source))
         raise TypeError(f"a scene is a mapping, a text or a path, not {source!r:.60}")
 

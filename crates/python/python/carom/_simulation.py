@@ -129,6 +129,10 @@ class Simulation:
     (``np.array(sim.positions)`` is a copy that can). A body keeps its number (``ids``) when others
     are removed.
 
+    Two bodies that touch at several points at one instant get one joint impulse. Contacts of one
+    body with several others at one instant are resolved one after the other, in the order of the
+    numbers of their bodies.
+
     Parameters
     ----------
     scene : Scene or mapping or str or path

@@ -24,6 +24,11 @@ pub enum Part {
 impl Part {
     const ALL: [Self; 6] = [Self::Answer, Self::Motion, Self::Results, Self::Data, Self::Again, Self::Checks];
 
+    /// Whether the part opens on demand: what a reader seldom needs.
+    fn is_folded(self) -> bool {
+        matches!(self, Self::Data | Self::Checks)
+    }
+
     /// Heading of the part; the answer needs none, and results have headings of their own.
     fn heading(self) -> &'static str {
         match self {
@@ -70,7 +75,13 @@ impl Parts {
                 continue;
             }
             html.push_str("<section>\n");
-            if !part.heading().is_empty() {
+            if part.is_folded() {
+                // What has failed is open.
+                let has_failed =
+                    |block: &Block| matches!(block, Block::Html(html) if html.contains("class=\"bad\""));
+                let open = if blocks.iter().any(has_failed) { " open" } else { "" };
+                let _ = writeln!(html, "<details{open}>\n<summary><h2>{}</h2></summary>", part.heading());
+            } else if !part.heading().is_empty() {
                 let _ = writeln!(html, "<h2>{}</h2>", part.heading());
             }
             for (index, block) in blocks.iter().enumerate() {
@@ -82,7 +93,7 @@ impl Parts {
                     Block::Heading(..) => (),
                 }
             }
-            html.push_str("</section>\n");
+            html.push_str(if part.is_folded() { "</details>\n</section>\n" } else { "</section>\n" });
         }
         html
     }

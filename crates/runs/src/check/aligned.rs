@@ -17,7 +17,7 @@ pub(super) fn table<const N: usize>(rows: impl IntoIterator<Item = [String; N]>)
 }
 
 /// A number with four significant digits, in short form.
-pub(super) fn short(number: f64) -> String {
+pub(crate) fn short(number: f64) -> String {
     if number == 0.0 || !number.is_finite() {
         return number.to_string();
     }

@@ -114,6 +114,20 @@ impl Contents {
         }
     }
 
+    /// Bodies, box and temperature in one line.
+    pub(super) fn sentence(&self) -> String {
+        let temperature =
+            self.temperature.map_or_else(String::new, |kt| format!("; kT {}", with_error(kt, None)));
+        let turning = if self.turning > 0 { format!(", {} turn", self.turning) } else { String::new() };
+        format!(
+            "{} bodies move{turning}; they cover {} of a box of {} × {}{temperature}",
+            self.moving,
+            short(self.area_fraction),
+            short(self.sides[0]),
+            short(self.sides[1])
+        )
+    }
+
     /// Several lines of text.
     pub(super) fn text(&self) -> String {
         let head = ["number", "tags", "shape", "size", "mass", "area"].map(str::to_owned);

@@ -2,7 +2,8 @@
 //! limits of the numbers.
 
 mod actions;
-mod aligned;
+pub(crate) mod aligned;
+mod answers;
 mod collisions;
 mod contents;
 mod costs;
@@ -21,6 +22,7 @@ use serde::Serialize;
 
 use self::{
     aligned::{bytes, duration, short, table},
+    answers::{Answers, mean_speed},
     collisions::Expected,
     contents::Contents,
     costs::Cost,
@@ -43,6 +45,9 @@ pub struct Options {
     /// The scene file and changes to it
     #[command(flatten)]
     pub file: SceneFile,
+    /// Print all: bodies by kind, what is paid for, and the limits of the numbers
+    #[arg(long)]
+    pub verbose: bool,
 }
 
 /// What is known about a scene before its run.
@@ -62,6 +67,7 @@ struct Report {
     tiles: String,
     expected: Expected,
     estimate: Estimate,
+    answers: Answers,
 }
 
 /// Reads a scene, places its molecules, runs it for about a second, and prints its content, its
@@ -82,7 +88,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     } else {
         let report = report(file, &scene, &method, parent.as_ref())?;
         put("check", &report);
-        report.text()
+        if options.verbose { report.text() } else { report.short_text() }
     };
     if !is_json() {
         print_line(&text);
@@ -106,10 +112,12 @@ fn report(file: &SceneFile, scene: &Scene, method: &Method, parent: Option<&Pare
     let contents = Contents::of(scene, &view);
     let costs = costs::costs(scene, &view, &measures, &contents);
     let (limits, expected) = (limits::limits(scene, &view), Expected::of(scene, &view));
+    let speed = mean_speed(&view);
     let mut all_measured = Measures::begin(&measured(scene), &view)?;
     let trial = Trial::of(&mut simulation, &mut all_measured, scene.run.until)?;
     // The measures of the trial may hold contacts that a run writes to files.
     let estimate = trial.estimate(&mut simulation, &measures, scene, &contents)?;
+    let answers = Answers::of(scene, &contents, &estimate, speed);
     Ok(Report {
         scene: file.path.display().to_string(),
         method: method.to_string(),
@@ -122,6 +130,7 @@ fn report(file: &SceneFile, scene: &Scene, method: &Method, parent: Option<&Pare
         tiles,
         expected,
         estimate,
+        answers,
     })
 }
 
@@ -134,7 +143,7 @@ pub fn expected_collisions(scene: &Scene, view: &View<'_>) -> Option<f64> {
 /// The scene with all of its run measured, so that a short trial has the cost of the measures.
 fn measured(scene: &Scene) -> Scene {
     let mut measured = scene.clone();
-    measured.run.measure_from = 0.0;
+    measured.run.measure_from = 0.0.into();
     measured.stage.iter_mut().for_each(|stage| stage.measure = true);
     measured
 }
@@ -143,6 +152,16 @@ fn measured(scene: &Scene) -> Scene {
 const NEVER: std::time::Duration = std::time::Duration::MAX;
 
 impl Report {
+    /// Ten lines, and what is most likely not meant.
+    fn short_text(&self) -> String {
+        let warning = if self.is_exact { "" } else { " (NOT EXACT)" };
+        let method = format!("{}{warning}", self.method);
+        let lines = self.answers.lines(&self.contents, &self.estimate, &method, &self.tiles);
+        let head = format!("{}: valid (all of it: --verbose)", self.scene);
+        let remarks = self.remarks.iter().map(|remark| format!("  {remark}"));
+        [head, lines].into_iter().chain(remarks).collect::<Vec<_>>().join("\n")
+    }
+
     fn text(&self) -> String {
         let warning = if self.is_exact { "" } else { ": NOT EXACT" };
         let price = self.price.map_or_else(String::new, |price| format!("\n  price  {price}"));

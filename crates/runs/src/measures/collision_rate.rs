@@ -17,6 +17,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::System,
     span: Span::Measurement,
     parameters: &[],
+    figures: &["collisions per body that moves"],
     begin: |_| Ok(in_blocks(Rate::default())),
     resume: resumed::<Rate>,
 };

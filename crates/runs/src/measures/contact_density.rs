@@ -12,6 +12,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::OneBody,
     span: Span::Measurement,
     parameters: &[Parameter::whole("bins", Default::Number(72.0), "bins of the whole turn around each atom")],
+    figures: &["force from the contact density"],
     begin: |selection| Ok(in_blocks(observer(selection)?)),
     resume: resumed::<ContactDensity>,
 };

@@ -8,7 +8,7 @@ use super::{
     hard_discs::SONINE,
     in_blocks, resumed,
     slope::Slope,
-    transport::{Curve, Plateau, Value},
+    transport::{Curve, MIN_PAIRS, Plateau, Taken, Value},
 };
 
 /// The autocorrelation is compared with its exponential up to this many mean free times; later the
@@ -20,9 +20,6 @@ const FREE_TIMES: f64 = 5.0;
 const SLOPE_FROM: f64 = 10.0;
 const SLOPE_TO: f64 = 40.0;
 
-/// Lags with fewer pairs are left out: their means are noise.
-const MIN_PAIRS: u64 = 30;
-
 /// Source of the fourth moment: at short lags the displacements are not Gaussian.
 const DIFFUSION: &str = "approximation, long lags: diffusion equation";
 
@@ -32,6 +29,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[LONGEST_LAG],
+    figures: &["diffusion coefficient", "apparent diffusion coefficient"],
     begin: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(TimeCorrelation::new(selection.group, interval, longest)?))
@@ -70,11 +68,14 @@ impl Measured for TimeCorrelation {
         .prediction("2 ⟨|Δr|²⟩², Gaussian", gaussian, DIFFUSION)
         .logarithmic()
         .in_decades(&["mean_square_displacement", "mean_fourth_displacement"])
+        .relative_to_first(&["velocity_autocorrelation"])
+        .guide("mean_square_displacement", 2.0, "∝ t²", false)
+        .guide("mean_square_displacement", 1.0, "∝ t", true)
         .caption(context.theory(
             "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",
         ));
         let mut figures: Vec<Figure> = diffusion(&lags, &squares, context).into_iter().collect();
-        let curve = |means| Curve { lags: &lags, means, blocks: context.blocks };
+        let curve = |means| Curve { lags: &lags, means, blocks: context.blocks, of: Taken::Itself };
         figures.extend(curve(&squares).plateau(&products).map(|plateau| at_long_lags(&plateau, context)));
         figures.extend(curve(&products).integral().map(|integral| of_velocities(integral, context)));
         Results { tables: vec![table], figures, ..Results::default() }

@@ -21,6 +21,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[Parameter::whole("bins", Default::Number(72.0), "sectors of the whole turn")],
+    figures: &["share of contacts", "directions", "contacts by atom"],
     begin: |selection| {
         let group = selection.group;
         let facts = Billiard::of(selection.view).filter(|billiard| {

@@ -11,6 +11,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::OneBody,
     span: Span::Measurement,
     parameters: &[],
+    figures: &["mean force", "mean torque", "mean velocity", "mean angular velocity"],
     begin: |selection| {
         let body = selection.only_body()?.body;
         Ok(in_blocks(Known { observer: Drift::new(body.key()), facts: body.is_fixed() }))

@@ -13,6 +13,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::System,
     span: Span::WholeRun,
     parameters: &[],
+    figures: &[],
     begin: |_| Ok(in_blocks(EnergyLedger::default())),
     resume: resumed::<EnergyLedger>,
 };
@@ -29,15 +30,16 @@ impl Measured for EnergyLedger {
         let drift =
             points.iter().map(|point| Some((point.energy - point.booked) / first.max(point.exchanged)));
         let (energy, momentum) = ("mass·length²/time²", "mass·length/time");
-        let table = Table::new(context.table("energy"), "Energy drift relative to the ledger")
+        let table = Table::new(context.table("energy"), "Energy")
             .abscissa("time", "time", of(|point| point.time))
             .undrawn("energy", energy, of(|point| point.energy))
             .undrawn("booked_energy", energy, of(|point| point.booked))
             .undrawn("momentum_x", momentum, of(|point| point.momentum.x))
             .undrawn("momentum_y", momentum, of(|point| point.momentum.y))
+            .derived("E", energy, points.iter().map(|point| Some(point.energy)).collect())
             .derived("(E − booked E) / E(0)", "1", drift.collect())
             .caption(
-                "The difference is rounding error; it must stay below 10⁻¹², or 3.6·10⁻¹⁵ √n after more than \
+                "The difference of energy and ledger is rounding error; it must stay below 10⁻¹², or 3.6·10⁻¹⁵ √n after more than \
                  80 000 contacts n. Once contacts have lost, or edits put in, more than E(0), it is relative to \
                  that.",
             );

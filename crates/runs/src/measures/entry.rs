@@ -3,7 +3,7 @@
 use anyhow::{Context as _, Result, bail};
 use carom::{
     CollisionReport, Observer, Scene, View,
-    engine::{Body, RunSpec},
+    engine::{Body, MeasureFrom, RunSpec},
 };
 use carom_tables::{Estimate, Figure, Stationarity, Sums, block_sums};
 use serde::{Deserialize, Serialize};
@@ -13,6 +13,10 @@ use crate::{record::MeasureRecord, run::stages, sampling_times::sampling_count};
 use super::{
     Context, HardDiscs, Kind, Label, Measure, Request, Results, Selection, Span, overlap, request::find,
 };
+
+/// Samples of the run after which it is judged for the first time whether it has settled. Fewer:
+/// too few blocks to judge.
+const FIRST_JUDGED: u64 = 64;
 
 /// A sample counts as reached if its time is too early by this share: times of samples are rounded.
 const ROUNDING: f64 = 1e-9;
@@ -45,6 +49,9 @@ pub(super) struct Head {
     pub(super) every: u64,
     /// Samples of the run since it began.
     seen: u64,
+    /// Samples since it began after which it is judged whether the run has settled; `None` once the
+    /// measurement proper has begun.
+    judged_at: Option<u64>,
 }
 
 /// Whether a measure observes.
@@ -75,6 +82,7 @@ impl Entry {
             is_check: request.kind.name == overlap::KIND.name && scene.run.check_interval.is_some(),
             every: request.every,
             seen: 0,
+            judged_at: (is_measured && scene.run.measure_from == MeasureFrom::Auto).then_some(FIRST_JUDGED),
         };
         Ok(Self { head, kind: request.kind, measure })
     }
@@ -144,17 +152,26 @@ impl Entry {
     pub(super) fn results(&self, scene: &Scene, hard_discs: &Result<HardDiscs, String>) -> Results {
         let Self { head, measure, .. } = self;
         let rules = scene.elasticity.pair.iter().map(|rule| rule.coefficient);
-        let is_elastic = rules.chain([scene.elasticity.default]).all(|coefficient| coefficient == 1.0);
+        let mut rules = rules.chain([scene.elasticity.default]);
+        let is_elastic = rules.clone().all(|coefficient| coefficient == 1.0);
+        let loses = rules.any(|coefficient| coefficient < 1.0);
         let block = (measure.records_per_block() * head.every) as f64 * scene.run.sample_interval;
         let is_heated = scene.wall.iter().any(|wall| wall.temperature.is_some());
         let is_equilibrium = is_elastic && !is_heated && stages::is_disturbed(scene).is_none();
+        let is_alone = !is_heated && scene.stage.iter().all(|stage| stage.thermostat.is_empty());
+        let is_cooling = is_alone && loses;
+        let label = &head.label;
         let context =
-            Context { label: &head.label, block, blocks: &[], is_elastic, is_equilibrium, hard_discs };
+            Context { label, block, blocks: &[], is_elastic, is_equilibrium, is_cooling, hard_discs };
         let mut results = measure.results(&context);
         if !head.is_asked {
             results.tables.clear();
             results.files.clear();
             results.drawings.clear();
+        }
+        if let Some(word) = head.label.word() {
+            // Charts of several groups stand side by side.
+            results.tables.iter_mut().for_each(|table| table.title = format!("{}, {word}", table.title));
         }
         let sums = measure.run_sums();
         let begin = if head.from.is_finite() { head.from } else { 0.0 };
@@ -166,6 +183,9 @@ impl Entry {
             Figure { stationarity, ..figure.judged_by(sums.blocks.len()) }
         };
         results.figures = results.figures.into_iter().map(judged).collect();
+        if head.is_asked && results.figures.is_empty() && !self.kind.figures.is_empty() {
+            results.silent.push(self.name());
+        }
         results.records.push(MeasureRecord {
             span,
             sums,
@@ -174,6 +194,45 @@ impl Entry {
             drawings: results.drawings.clone(),
         });
         results
+    }
+
+    /// Whether it takes part in the search for the time from which on the run has settled, and now
+    /// is the sample at which that is judged.
+    pub(super) fn is_judged_now(&self) -> bool {
+        self.head.judged_at.is_some_and(|at| self.head.seen > at)
+    }
+
+    /// Whether it takes part in that search.
+    pub(super) fn may_begin_anew(&self) -> bool {
+        self.head.judged_at.is_some()
+    }
+
+    /// Ends the search: what has been measured counts.
+    pub(super) fn settle(&mut self) {
+        self.head.judged_at = None;
+    }
+
+    /// Begins the measurement anew with the present sample, to be judged when it has twice as many
+    /// samples; without a further judgement if `is_last`.
+    pub(super) fn begin_anew(&mut self, mut fresh: Self, is_last: bool, view: &View<'_>) {
+        fresh.head.from = view.time().to_f64();
+        fresh.head.judged_at = self.head.judged_at.filter(|_| !is_last).map(|at| 2 * at);
+        *self = fresh;
+        self.sample(view);
+    }
+
+    /// The time from which on it has measured; `None` before.
+    pub(super) fn measured_from(&self) -> Option<f64> {
+        (self.kind.span == Span::Measurement && self.head.from.is_finite() && self.head.seen > 0)
+            .then_some(self.head.from)
+    }
+
+    /// Its kind and label, as in `run.observe`.
+    pub(super) fn name(&self) -> String {
+        match self.head.label.word() {
+            Some(word) => format!("{}:{word}", self.kind.name),
+            None => self.kind.name.to_owned(),
+        }
     }
 
     fn is_open(&self) -> bool {

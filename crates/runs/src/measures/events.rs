@@ -13,6 +13,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Pair,
     span: Span::EveryContact,
     parameters: &[],
+    figures: &[],
     begin: |selection| Ok(in_blocks(ContactLog::new(filter(selection)))),
     resume: resumed::<ContactLog>,
 };

@@ -21,6 +21,7 @@ pub(super) const KIND: Kind = Kind {
         Parameter::whole("bins", Default::Number(120.0), "bins of the histogram"),
         Parameter::positive(range::MAX, range::FOLLOWS, "longest path in the bins (length)"),
     ],
+    figures: &["mean free path", "share of the free paths"],
     begin: |selection| {
         let facts = Billiard::of(selection.view).filter(|_| selection.moving().next().is_some());
         Ok(in_blocks(Known { observer: observer(selection)?, facts }))

@@ -12,6 +12,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[],
+    figures: &["impulses per body", "short-time", "initial decay"],
     begin: |selection| Ok(in_blocks(Friction::new(selection.group))),
     resume: resumed::<Friction>,
 };

@@ -19,6 +19,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::System,
     span: Span::Measurement,
     parameters: &[LONGEST_LAG],
+    figures: &["heat conductivity"],
     begin: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(Heat(HelfandMoment::of_energy(interval, longest)?)))

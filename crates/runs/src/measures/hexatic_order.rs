@@ -11,6 +11,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[],
+    figures: &["mean |ψ₆|", "|mean ψ₆|"],
     begin: |selection| Ok(in_blocks(HexaticOrder::new(selection.group))),
     resume: resumed::<HexaticOrder>,
 };

@@ -16,6 +16,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::OneBody,
     span: Span::EveryContact,
     parameters: &[Parameter::records("max", Default::Number(1e6), "largest number of rows (0.2 kB each)")],
+    figures: &[],
     begin: |selection| {
         Ok(in_blocks(ImpulseLog::new(selection.only_body()?.body.key(), selection.whole("max") as u64)))
     },

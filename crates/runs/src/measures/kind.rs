@@ -19,6 +19,8 @@ pub struct Kind {
     pub span: Span,
     /// Its parameters besides those of [`Span::parameters`].
     pub parameters: &'static [Parameter],
+    /// Beginnings of the names of its figures; a name ends with the label of the measure.
+    pub figures: &'static [&'static str],
     /// Starts it.
     pub(super) begin: fn(&Selection<'_>) -> Result<Box<dyn Measure>>,
     /// Restores it from a checkpoint.

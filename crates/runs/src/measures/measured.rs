@@ -42,6 +42,11 @@ pub trait Measured: Observer + Serialize + DeserializeOwned + Send + 'static {
         Vec::new()
     }
 
+    /// Quantities of the last interval, by short names, for a table of the state of a run.
+    fn present(&self) -> Vec<(&'static str, Option<f64>)> {
+        Vec::new()
+    }
+
     /// Tables and figures. `means` belong to [`Self::sums`] and to the bins of
     /// [`Self::distributions`].
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results;
@@ -96,6 +101,8 @@ pub struct Context<'a> {
     /// Whether the measured part can be at equilibrium: all contacts conserve energy, and neither
     /// thermostats nor heated walls act.
     pub is_equilibrium: bool,
+    /// Whether contacts lose energy that nothing gives back: the gas cools.
+    pub is_cooling: bool,
     /// The gas to which theory applies, or why it does not.
     pub hard_discs: &'a Result<HardDiscs, String>,
 }
@@ -184,6 +191,9 @@ pub struct Results {
     pub overlap_checks: u64,
     /// Sums, tables and figures of each measure, for merging with other runs.
     pub records: Vec<MeasureRecord>,
+    /// Measures that the scene asks for and that have no figure, although their kind has some:
+    /// there was too little data.
+    pub silent: Vec<String>,
 }
 
 impl Results {
@@ -200,6 +210,7 @@ impl Results {
         totals.max_overlap = totals.max_overlap.max(found.max_overlap);
         self.overlap_checks += other.overlap_checks;
         self.records.extend(other.records);
+        self.silent.extend(other.silent);
     }
 
     /// Writes the tables as CSV files.
@@ -242,6 +253,7 @@ pub(super) trait Measure: Observer + Send {
     fn results(&self, context: &Context<'_>) -> Results;
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()>;
     fn bytes_per_sample(&self) -> usize;
+    fn present(&self) -> Vec<(&'static str, Option<f64>)>;
     fn records_per_block(&self) -> u64;
     /// Number of complete blocks.
     fn blocks(&self) -> usize;
@@ -328,6 +340,10 @@ impl<M: Measured> Measure for InBlocks<M> {
 
     fn bytes_per_sample(&self) -> usize {
         self.measured.bytes_per_sample()
+    }
+
+    fn present(&self) -> Vec<(&'static str, Option<f64>)> {
+        self.measured.present()
     }
 
     fn records_per_block(&self) -> u64 {

@@ -150,11 +150,7 @@ impl Measures {
     /// The measures that the scene asks for and that watch contacts, by name and label.
     pub(crate) fn watching(&self) -> Vec<String> {
         let watching = self.0.iter().filter(|entry| entry.head.is_asked && entry.measure.watches_any());
-        let name = |entry: &Entry| match entry.head.label.word() {
-            Some(word) => format!("{}:{word}", entry.kind.name),
-            None => entry.kind.name.to_owned(),
-        };
-        watching.map(name).collect()
+        watching.map(Entry::name).collect()
     }
 
     /// Checks for overlaps, if the run has times of their own for that.
@@ -190,6 +186,49 @@ impl Measures {
     pub(crate) fn figures_with_errors(&self, scene: &Scene) -> Vec<String> {
         let figures = self.0.iter().flat_map(|entry| entry.figures(scene));
         figures.filter(|figure| figure.standard_error.is_some()).map(|figure| figure.name).collect()
+    }
+
+    /// With `run.measure_from = "auto"`: drops what has been measured so far if a mean changed, and
+    /// begins anew with the present sample. That is judged after 64 samples, and then whenever the
+    /// number of samples has doubled, in the first half of the run. Returns whether it has begun
+    /// anew. Call it after each sample.
+    ///
+    /// # Errors
+    /// A measure cannot be begun.
+    pub(crate) fn begin_anew_unless_settled(&mut self, scene: &Scene, view: &View<'_>) -> Result<bool> {
+        if !self.0.iter().any(Entry::is_judged_now) {
+            return Ok(false);
+        }
+        let judged: Vec<Figure> = self
+            .0
+            .iter()
+            .filter(|entry| entry.may_begin_anew())
+            .flat_map(|entry| entry.figures(scene))
+            .collect();
+        let (now, half) = (view.time().to_f64(), 0.5 * scene.run.until);
+        if carom_tables::are_stationary(&judged) == Some(true) || now >= half {
+            self.0.iter_mut().for_each(Entry::settle);
+            return Ok(false);
+        }
+        // The next judgement would come after half of the run.
+        let is_last = 2.0 * now > half;
+        let Self(fresh) = Self::begin(scene, view)?;
+        for (entry, fresh) in self.0.iter_mut().zip(fresh) {
+            if entry.may_begin_anew() {
+                entry.begin_anew(fresh, is_last, view);
+            }
+        }
+        Ok(true)
+    }
+
+    /// What the measures say of the present state, by short names.
+    pub(crate) fn present(&self) -> Vec<(&'static str, Option<f64>)> {
+        self.0.iter().flat_map(|entry| entry.measure.present()).collect()
+    }
+
+    /// The time from which on the run is measured; `None` if nothing has been measured.
+    pub(crate) fn measured_from(&self) -> Option<f64> {
+        self.0.iter().find_map(Entry::measured_from)
     }
 
     /// Writes the last sample to the files that grow with the run.

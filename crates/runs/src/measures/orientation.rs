@@ -2,10 +2,13 @@
 //! direction is preferred.
 
 use carom::{CollisionReport, Observer, OrientationCorrelation, View, engine::Body, observers::Group};
-use carom_tables::{BlockMean, Table};
+use carom_tables::{BlockMean, Figure, Table};
 use serde::{Deserialize, Serialize};
 
-use super::{Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, in_blocks, resumed};
+use super::{
+    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, in_blocks, resumed,
+    transport::{Curve, MIN_PAIRS, Plateau, Taken, Value},
+};
 
 pub(super) const KIND: Kind = Kind {
     name: "orientation",
@@ -13,6 +16,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[LONGEST_LAG],
+    figures: &["mean cos", "rotational diffusion coefficient", "apparent rotational diffusion coefficient"],
     begin: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(Orientations {
@@ -90,28 +94,78 @@ impl Measured for Orientations {
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         // Lags without pairs are the longest.
         let lags = self.correlation.lags();
-        let measured = self.correlation.points().len();
+        let points = self.correlation.points();
+        let measured = points.len();
         let (means, harmonics) = means.split_at(means.len().saturating_sub(HARMONICS));
         let quantity = |index: usize| {
             let begin = (index * lags.len()).min(means.len());
-            context.resolved(&means[begin..], &lags[..measured])
+            let mut found = context.resolved(&means[begin..], &lags[..measured]);
+            for (mean, _) in found.iter_mut().zip(&points).filter(|(_, point)| point.pairs < MIN_PAIRS) {
+                *mean = BlockMean::default();
+            }
+            found
         };
+        let (cosines, products) = (quantity(0), quantity(2));
         let table = Table::new(
             context.table("orientation"),
             "Correlation of orientations and of angular velocities",
         )
         .logarithmic()
         .abscissa("lag", "time", lags[..measured].to_vec())
-        .counts("pairs", self.correlation.points().iter().map(|point| point.pairs).collect())
-        .means("cos_Δθ", "1", &quantity(0))
+        .counts("pairs", points.iter().map(|point| point.pairs).collect())
+        .means("cos_Δθ", "1", &cosines)
         .means("cos_2Δθ", "1", &quantity(1))
-        .means("angular_velocity_autocorrelation", "1/time²", &quantity(2))
+        .means("angular_velocity_autocorrelation", "1/time²", &products)
+        .relative_to_first(&["angular_velocity_autocorrelation"])
         .caption(
-            "⟨cos Δθ⟩ and ⟨cos 2Δθ⟩ of the bodies that turn: 1 at lag 0, 0 when orientations are forgotten.",
+            "⟨cos Δθ⟩ and ⟨cos 2Δθ⟩ of the bodies that turn: 1 at lag 0, 0 when orientations are forgotten. Lags with \
+             fewer than 30 pairs have no value.",
         );
         let isotropic = (context.is_equilibrium && self.is_free).then_some(0.0);
         let names = ["mean cos θ", "mean cos 2θ", "mean cos 3θ", "mean cos 4θ"];
-        let figures = context.figures(names.map(|name| (name, "1", isotropic)), harmonics, "isotropy");
+        let mut figures = rotational_diffusion(&lags[..measured], &cosines, &products, context);
+        figures.extend(context.figures(names.map(|name| (name, "1", isotropic)), harmonics, "isotropy"));
         Results { tables: vec![table], figures, ..Results::default() }
     }
+}
+
+/// ⟨cos Δθ⟩ below this is not used for the rotational diffusion coefficient: its logarithm is
+/// noise.
+const MIN_COSINE: f64 = 0.1;
+
+/// ⟨cos Δθ⟩ must exceed this number of its standard errors, for its logarithm to be known.
+const MIN_RESOLUTION: f64 = 4.0;
+
+/// The rotational diffusion coefficient D_r, with ⟨cos Δθ⟩ ∝ exp(−D_r t) at long lags: from that
+/// decay, and as the integral of the autocorrelation of the angular velocity.
+fn rotational_diffusion(
+    lags: &[f64],
+    cosines: &[BlockMean],
+    products: &[BlockMean],
+    context: &Context<'_>,
+) -> Vec<Figure> {
+    let is_usable = |mean: &BlockMean| {
+        let (Some(value), Some(error)) = (mean.value, mean.standard_error) else { return false };
+        value >= MIN_COSINE && value >= MIN_RESOLUTION * error
+    };
+    let forgotten = cosines.iter().position(|mean| mean.value.is_none_or(|value| value < MIN_COSINE));
+    let cosines: Vec<BlockMean> = cosines[..forgotten.unwrap_or(cosines.len())]
+        .iter()
+        .map(|mean| BlockMean { standard_error: mean.standard_error.filter(|_| is_usable(mean)), ..*mean })
+        .collect();
+    let of_cosines = Curve { lags, means: &cosines, blocks: context.blocks, of: Taken::MinusLogarithm };
+    let of_products = Curve { lags, means: products, blocks: context.blocks, of: Taken::Itself };
+    let decay = of_cosines.plateau(products).map(|plateau| {
+        let Plateau { slope: Value { value, standard_error }, between: [begin, end], is_constant } = plateau;
+        let [what, lack] = if is_constant { ["", ""] } else { ["apparent ", ", no plateau"] };
+        let name =
+            format!("{what}rotational diffusion coefficient D_r at long lags, {begin:.3} to {end:.3}{lack}");
+        Figure::new(context.named(&name), value, "1/time").error(standard_error)
+    });
+    let integral = of_products.integral().map(|(integral, until)| {
+        let name =
+            format!("rotational diffusion coefficient D_r from angular velocities, up to lag {until:.3}");
+        Figure::new(context.named(&name), integral.value, "1/time").error(integral.standard_error)
+    });
+    decay.into_iter().chain(integral).collect()
 }

@@ -11,6 +11,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::System,
     span: Span::WholeRun,
     parameters: &[],
+    figures: &[],
     begin: |_| Ok(in_blocks(OverlapCheck::default())),
     resume: resumed::<OverlapCheck>,
 };

@@ -32,6 +32,7 @@ pub(super) const KIND: Kind = Kind {
             "longest distance (length)",
         ),
     ],
+    figures: &["g(r) at contact"],
     begin: |selection| Ok(in_blocks(observer(selection)?)),
     resume: resumed::<PairDistribution>,
 };

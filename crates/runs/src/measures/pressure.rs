@@ -21,6 +21,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::System,
     span: Span::Measurement,
     parameters: &[],
+    figures: &["pressure", "compressibility factor βpA/N"],
     begin: |_| Ok(in_blocks(Virial::default())),
     resume: resumed::<Virial>,
 };
@@ -83,6 +84,14 @@ impl Measured for Virial {
 
     fn bytes_per_sample(&self) -> usize {
         point_bytes(self.observer.series())
+    }
+
+    fn present(&self) -> Vec<(&'static str, Option<f64>)> {
+        let last = self.observer.series().last();
+        vec![
+            ("p", last.map(PressurePoint::pressure)),
+            ("Z", last.and_then(PressurePoint::compressibility_factor)),
+        ]
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {

@@ -11,6 +11,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::System,
     span: Span::Measurement,
     parameters: &[],
+    figures: &["p_xx", "p_xy", "p_yx", "p_yy"],
     begin: |_| Ok(in_blocks(PressureTensor::default())),
     resume: resumed::<PressureTensor>,
 };

@@ -21,6 +21,7 @@ pub(super) const KIND: Kind = Kind {
         Parameter::whole("bins", Default::Number(160.0), "bins of the histogram"),
         Parameter::positive(range::MAX, range::FOLLOWS, "half the range (mass·length/time)"),
     ],
+    figures: &["share of the"],
     begin: |selection| Ok(in_blocks(Projections::new(selection)?)),
     resume: resumed::<Projections>,
 };

@@ -11,6 +11,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::OneBody,
     span: Span::Measurement,
     parameters: &[],
+    figures: &[],
     begin: |selection| Ok(in_blocks(RunningAverage::new(selection.only_body()?.body.key()))),
     resume: resumed::<RunningAverage>,
 };

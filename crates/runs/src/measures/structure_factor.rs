@@ -12,6 +12,7 @@ pub(super) const KIND: Kind = Kind {
     span: Span::Measurement,
     // More: a sample costs more, in proportion.
     parameters: &[Parameter::whole("shells", Default::Number(200.0), "smallest shells of wave vectors")],
+    figures: &[],
     begin: |selection| {
         Ok(in_blocks(StructureFactor::new(
             selection.group,

@@ -11,6 +11,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[],
+    figures: &["kT of the translation", "kT of the rotation", "mean velocity along"],
     begin: |selection| Ok(in_blocks(TemperatureByTag::new(selection.group))),
     resume: resumed::<TemperatureByTag>,
 };
@@ -31,6 +32,17 @@ fn caption(flow_is_zero: [bool; 2]) -> String {
     format!("{frame} The mean velocity of all bodies along {axes} is conserved, and 0 in this frame.")
 }
 
+/// The table of a gas that cools, by logarithms: homogeneous cooling ends as t⁻² (Haff, J. Fluid
+/// Mech. 134 (1983) 401).
+fn cooling(table: Table) -> Table {
+    table.logarithmic().in_decades(&["translation", "rotation"]).guide(
+        "translation",
+        -2.0,
+        "∝ t⁻², Haff (1983)",
+        true,
+    )
+}
+
 impl Measured for TemperatureByTag {
     /// Translation, then rotation, then the velocity of the centre of mass.
     fn sums(&self) -> Vec<[f64; 2]> {
@@ -49,6 +61,7 @@ impl Measured for TemperatureByTag {
             .value("translation", UNIT, points.iter().map(|point| point.translation).collect())
             .value("rotation", UNIT, points.iter().map(|point| point.rotation).collect())
             .caption(caption(self.flow_is_zero()));
+        let table = if context.is_cooling { cooling(table) } else { table };
         let names = [
             ("kT of the translation", UNIT),
             ("kT of the rotation", UNIT),

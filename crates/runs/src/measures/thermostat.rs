@@ -12,6 +12,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::System,
     span: Span::Measurement,
     parameters: &[],
+    figures: &["energy lost in contacts", "heat given per time"],
     begin: |_| Ok(in_blocks(ThermostatLedger::default())),
     resume: resumed::<ThermostatLedger>,
 };

@@ -1,5 +1,6 @@
 //! Diffusion coefficients from curves over the lag, with errors from blocks: the slope of a mean
-//! square where it has become constant, and the integral of an autocorrelation.
+//! square, or of the logarithm of a correlation, where it has become constant, and the integral of
+//! an autocorrelation.
 
 use carom_tables::{BlockMean, Estimate, Sums, block_sums::of_quantity};
 
@@ -17,6 +18,9 @@ const MIN_PIECES: usize = 2;
 /// lags the displacement is still on its way to diffusion, which noise can hide.
 const DECAYED: f64 = 0.05;
 
+/// Lags with fewer pairs are left out: their means are noise.
+pub(super) const MIN_PAIRS: u64 = 30;
+
 /// An autocorrelation is integrated only if it has not fallen below this share of its value at lag
 /// 0 at the first lag: a coarser one says nothing about what lies between.
 const RESOLVED: f64 = 0.5;
@@ -29,6 +33,27 @@ pub(super) struct Curve<'a> {
     pub means: &'a [BlockMean],
     /// The sums of each block.
     pub blocks: &'a [Sums],
+    /// What is taken of each mean.
+    pub of: Taken,
+}
+
+/// What is taken of each mean of a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Taken {
+    /// The mean itself.
+    Itself,
+    /// −ln of it, which grows in proportion to the lag where the mean decays exponentially.
+    MinusLogarithm,
+}
+
+impl Taken {
+    /// The value, and its derivative by the mean; `None` where it has none.
+    fn of(self, mean: f64) -> Option<[f64; 2]> {
+        match self {
+            Self::Itself => Some([mean, 1.0]),
+            Self::MinusLogarithm => (mean > 0.0).then(|| [-mean.ln(), -1.0 / mean]),
+        }
+    }
 }
 
 /// A number with its standard error.
@@ -55,11 +80,12 @@ impl Curve<'_> {
         for &(place, factor) in factors {
             let mean = self.means.get(place)?;
             let (ratio, quantity) = (mean.value?, mean.quantity?);
-            value += factor * ratio;
+            let [of_ratio, slope] = self.of.of(ratio)?;
+            value += factor * of_ratio;
             let blocks = of_quantity(self.blocks, quantity);
             let weight: f64 = blocks.iter().map(|[_, weight]| weight).sum();
             for (deviation, [x, w]) in deviations.iter_mut().zip(blocks) {
-                *deviation += factor * (x - ratio * w) / weight;
+                *deviation += factor * slope * (x - ratio * w) / weight;
             }
         }
         // The error of a sum over the blocks is that of their mean times their number.
@@ -176,7 +202,7 @@ mod tests {
         let lags = lags();
         let (memory, _) = measured(&lags, |t| (-t / 2.0).exp(), 1e-3);
         let (means, blocks) = measured(&lags, square, 1e-3);
-        let curve = Curve { lags: &lags, means: &means, blocks: &blocks };
+        let curve = Curve { lags: &lags, means: &means, blocks: &blocks, of: Taken::Itself };
         let found = curve.plateau(&memory).unwrap();
         assert!(found.is_constant && found.between[0] >= 5.0 && found.between[1] == 90.0, "{found:?}");
         let Value { value, standard_error } = found.slope;
@@ -185,15 +211,30 @@ mod tests {
         let [(short, of_short), (noisy, of_noisy)] =
             [1e-3, 0.3].map(|scatter| measured(&lags[..5], square, scatter));
         for (means, blocks) in [(&short, &of_short), (&noisy, &of_noisy)] {
-            let curve = Curve { lags: &lags[..5], means, blocks };
+            let curve = Curve { lags: &lags[..5], means, blocks, of: Taken::Itself };
             assert!(!curve.plateau(&memory).unwrap().is_constant);
         }
         // Nor has a ballistic one, whatever the memory of the velocities.
         let (means, blocks) = measured(&lags, |t| t * t, 1e-3);
         let (lost, _) = measured(&lags, |t| if t > 0.0 { 0.0 } else { 1.0 }, 1e-3);
-        let curve = Curve { lags: &lags, means: &means, blocks: &blocks };
+        let curve = Curve { lags: &lags, means: &means, blocks: &blocks, of: Taken::Itself };
         assert!(!curve.plateau(&lost).unwrap().is_constant);
-        let curve = Curve { lags: &lags[..2], means: &means[..2], blocks: &blocks };
+        let curve = Curve { lags: &lags[..2], means: &means[..2], blocks: &blocks, of: Taken::Itself };
+        assert_eq!(curve.plateau(&memory), None);
+    }
+
+    /// ⟨cos Δθ⟩ = exp(−D t), as of a body that has forgotten its angular velocity.
+    #[test]
+    fn the_logarithm_of_an_exponential_has_its_rate_as_plateau() {
+        let lags = lags();
+        let (memory, _) = measured(&lags, |t| (-t / 2.0).exp(), 1e-3);
+        let (means, blocks) = measured(&lags, |t| (-0.02 * t).exp(), 1e-3);
+        let curve = Curve { lags: &lags, means: &means, blocks: &blocks, of: Taken::MinusLogarithm };
+        let Plateau { slope, is_constant, .. } = curve.plateau(&memory).unwrap();
+        assert!(is_constant && (slope.value - 0.02).abs() < 2e-4, "{slope:?}");
+        assert!(slope.standard_error > 0.0 && slope.standard_error < 1e-3, "{slope:?}");
+        let (negative, blocks) = measured(&lags, |t| 0.5 - t, 1e-3);
+        let curve = Curve { lags: &lags, means: &negative, blocks: &blocks, of: Taken::MinusLogarithm };
         assert_eq!(curve.plateau(&memory), None);
     }
 
@@ -202,7 +243,7 @@ mod tests {
         let lags = lags();
         let of = |time: f64| {
             let (means, blocks) = measured(&lags, |t| (-t / time).exp(), 1e-3);
-            Curve { lags: &lags, means: &means, blocks: &blocks }.integral()
+            Curve { lags: &lags, means: &means, blocks: &blocks, of: Taken::Itself }.integral()
         };
         let (found, until) = of(6.0).unwrap();
         assert!((found.value - 6.0).abs() < 0.3 && until == 90.0, "{found:?}");

@@ -30,6 +30,7 @@ pub(super) const KIND: Kind = Kind {
             "largest speed and component in the bins (length/time)",
         ),
     ],
+    figures: &["kurtosis of the velocit", "largest rise of H_x", "χ² of the speeds", "share of the"],
     begin: |selection| Ok(in_blocks(Velocities::new(selection)?)),
     resume: resumed::<Velocities>,
 };

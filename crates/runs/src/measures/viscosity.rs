@@ -18,6 +18,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::System,
     span: Span::Measurement,
     parameters: &[LONGEST_LAG],
+    figures: &["shear viscosity"],
     begin: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(HelfandMoment::new(interval, longest)?))

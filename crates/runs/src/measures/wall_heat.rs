@@ -12,6 +12,7 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[],
+    figures: &["heat received from walls", "contacts with thermal walls"],
     begin: |selection| {
         let is_wall = |body: carom::engine::BodyView<'_>| {
             body.body.wall_temperature().is_some() && selection.group.contains(body.body)

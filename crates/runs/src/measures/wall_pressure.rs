@@ -29,6 +29,7 @@ pub(super) const KIND: Kind = Kind {
             "distance from which the density far from the walls is taken (length)",
         ),
     ],
+    figures: &["pressure on the walls", "density far from the walls"],
     begin: |selection| Ok(in_blocks(OfGas::new(selection)?)),
     resume: resumed::<OfGas>,
 };

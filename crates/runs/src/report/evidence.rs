@@ -4,7 +4,7 @@ use anyhow::Result;
 use carom_report::{page::DataChart, table_chart};
 use carom_tables::{Role, Table};
 
-use crate::measures;
+use crate::{measures, series::ENERGY};
 
 /// All charts of a run.
 #[derive(Debug, Default)]
@@ -45,7 +45,10 @@ impl Charts {
         order.sort_by_key(|&index| std::cmp::Reverse(drawn[index].0));
         order.truncate(count);
         let evidence = order.iter().map(|&index| drawn[index].1.remove(0)).collect();
-        Ok(Self { evidence, others: drawn.into_iter().flat_map(|(_, charts)| charts).collect(), undrawn })
+        // The energy is a check: it comes after what the scene asks for.
+        let (checks, asked): (Vec<DataChart>, Vec<DataChart>) =
+            drawn.into_iter().flat_map(|(_, charts)| charts).partition(|chart| chart.file == ENERGY.name);
+        Ok(Self { evidence, others: [asked, checks].concat(), undrawn })
     }
 }
 

@@ -3,14 +3,15 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use carom::Scene;
+use carom::{Scene, engine::MeasureFrom};
 use carom_report::page::{DataChart, Page, Part};
-use carom_tables::Summary;
+use carom_tables::{Figure, Summary};
 
 use super::{
     contents::{Contents, Kind, State},
     evidence::Charts,
-    files, verdict,
+    files,
+    verdict::{self, FIXED_BODIES},
 };
 use crate::{animation::FLIGHTS, run::stages, visible_region::caption_of, whole_box::MAPS};
 
@@ -29,6 +30,12 @@ pub(super) fn html(contents: &Contents) -> Result<String> {
     let charts = charts(contents)?;
     let mut pictures = system(contents);
     page.part(Part::Answer);
+    let figures = contents.summary.as_ref().map_or(&[][..], |summary| &summary.figures);
+    let (state, others): (Vec<Figure>, Vec<Figure>) = figures.iter().cloned().partition(is_of_state);
+    if !state.is_empty() {
+        page.heading("State");
+        page.figures(&state);
+    }
     // Without charts the states of the system are the answer.
     let evidence = [contents.drawings.clone(), charts.evidence].concat();
     let lacking = 2usize.saturating_sub(evidence.len()).min(pictures.len());
@@ -40,7 +47,7 @@ pub(super) fn html(contents: &Contents) -> Result<String> {
     page.part(Part::Results);
     page.heading("Figures");
     let summary = contents.summary.as_ref();
-    page.figures(summary.map_or(&[][..], |summary| &summary.figures));
+    page.figures(&others);
     if let Some(price) = &contents.price {
         price.show(&mut page);
     }
@@ -59,6 +66,24 @@ pub(super) fn html(contents: &Contents) -> Result<String> {
         checks(contents, summary, &mut page);
     }
     Ok(page.html())
+}
+
+/// Whether a figure belongs to the state of the system, which leads the page: temperature,
+/// pressure, diffusion, and the rate of collisions.
+fn is_of_state(figure: &Figure) -> bool {
+    let begins = [
+        "bodies",
+        FIXED_BODIES,
+        "temperature kT at the end",
+        "pressure",
+        "compressibility factor",
+        "collisions per body",
+        "mean free path",
+        "measured from",
+    ];
+    let is_diffusion = figure.name.contains("diffusion coefficient") && figure.standard_error.is_some();
+    is_diffusion
+        || begins.iter().any(|begin| figure.name.starts_with(begin) && !figure.name.contains("on the walls"))
 }
 
 /// The charts of the tables. With a drawing the answer has three of them, else two.
@@ -110,8 +135,12 @@ fn lead(contents: &Contents) -> String {
     if run.stop.is_some() && contents.state == State::Ended && end < run.until {
         let _ = write!(lead, " It ended at t = {end}, by the rule in run.stop.");
     }
-    if run.measure_from > 0.0 {
-        let _ = write!(lead, " Measured from t = {} on.", run.measure_from);
+    match run.measure_from {
+        MeasureFrom::Time(time) if time > 0.0 => {
+            let _ = write!(lead, " Measured from t = {time} on.");
+        }
+        MeasureFrom::Time(_) => {}
+        MeasureFrom::Auto => lead.push_str(" Measured from when on no mean changed."),
     }
     for (index, stage) in stages::describe(scene).iter().enumerate() {
         let _ = write!(lead, " Stage {}: {stage}.", index + 1);

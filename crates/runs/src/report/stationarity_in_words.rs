@@ -53,8 +53,14 @@ mod tests {
     use super::*;
 
     fn figure(name: &str, value: f64, change: f64, settled_at: Option<f64>) -> Figure {
-        let stationarity =
-            Stationarity { is_stationary: change == 0.0, change, standard_error: 0.01, settled_at };
+        let stationarity = Stationarity {
+            is_stationary: change == 0.0,
+            change,
+            standard_error: 0.01,
+            settled_at,
+            independent_blocks: 32.0,
+            correlation_time: None,
+        };
         Figure { stationarity: Some(stationarity), ..Figure::new(name, value, "energy/length²") }
     }
 

@@ -67,6 +67,8 @@ fn head(table: &Table) -> Value {
         "caption": table.caption,
         "spacing": if table.spacing == Spacing::Logarithmic { "logarithmic" } else { "linear" },
         "decades": table.decades,
+        "relative": table.relative,
+        "guides": table.guides,
         "polar": table.is_polar,
         "names": table.names,
         "columns": columns,
@@ -150,6 +152,8 @@ fn table(head: &Value, file: &str, cells: &BTreeMap<&str, Vec<Option<f64>>>) -> 
         caption: string(&head["caption"]),
         spacing: if head["spacing"] == "logarithmic" { Spacing::Logarithmic } else { Spacing::Linear },
         decades: list("decades").iter().map(string).collect(),
+        relative: list("relative").iter().map(string).collect(),
+        guides: serde_json::from_value(head["guides"].clone()).unwrap_or_default(),
         is_polar: head["polar"] == true,
         names: list("names").iter().map(string).collect(),
         columns,
@@ -190,7 +194,12 @@ mod tests {
                 .errors(vec![Some(0.5), None])
                 .prediction("theory", vec![Some(2.0), Some(3.0)], "a source")
                 .level("level", Some(0.7), "another"),
-            Table::new("two", "Second").polar().named(vec!["A".to_owned()]).in_decades(&["x"]),
+            Table::new("two", "Second")
+                .polar()
+                .named(vec!["A".to_owned()])
+                .in_decades(&["x"])
+                .relative_to_first(&["y"])
+                .guide("x", 2.0, "∝ t²", true),
         ];
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();

@@ -439,7 +439,7 @@ impl InteractiveRun {
     /// Puts a stage behind the present one, which ends at `start`; returns its index.
     fn begin_stage(&mut self, start: f64, edit: &StageSpec, hold: Option<&[ThermostatSpec]>) -> usize {
         if self.scene.stage.is_empty() {
-            self.scene.run.measure_from = 0.0;
+            self.scene.run.measure_from = 0.0.into();
             self.scene.stage.push(StageSpec { until: ENDLESS, ..StageSpec::default() });
         }
         let present = &mut self.scene.stage[self.stage];

@@ -1,5 +1,6 @@
 //! `carom run`: runs any scene and writes what its `[run]` requests.
 
+mod before_placement;
 pub mod interactive;
 pub(crate) mod outcome;
 pub(crate) mod parent;
@@ -9,6 +10,7 @@ mod scene_file;
 pub(crate) mod schedule;
 pub(crate) mod stage_edits;
 pub(crate) mod stages;
+mod state_table;
 mod steps;
 pub(crate) mod stop;
 
@@ -103,7 +105,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
     // Built before anything is written, so that an invalid scene leaves no folder, except for a
     // growth that takes long. A run that is resumed need not place its bodies again.
     let resumes = options.choices.resumption.resume;
-    let started = if resumes { None } else { Some(start(&mut place)?) };
+    if !resumes {
+        options.choices.resumption.destination.check(&place.path.display().to_string())?;
+    }
+    let started = if resumes { None } else { Some(start(&mut place).map_err(|error| place.give_up(error))?) };
     let folder = place.open()?;
     let task = Task {
         folder: &folder,
@@ -281,6 +286,19 @@ impl<'a> Place<'a> {
     fn fail(&mut self, cpu_seconds: f64, error: &Error) -> Result<()> {
         let folder = self.describe()?;
         self.ended().map_or(Ok(()), |manifest| manifest.fail(&folder, cpu_seconds, error))
+    }
+
+    /// Removes what a run has written that did not start, unless it was interrupted: a growth goes
+    /// on from there.
+    fn give_up(&mut self, error: Error) -> Error {
+        if error.chain().any(|cause| cause.is::<Interrupted>() || cause.is::<Ousted>()) {
+            return error;
+        }
+        let Some((folder, lock)) = self.opened.take() else { return error };
+        self.manifest = None;
+        let removed = folder.remove_own();
+        drop(lock);
+        Followed::by(error, removed.err())
     }
 
     /// Puts an error that is not an interruption into the manifest, and returns it.

@@ -3,7 +3,7 @@
 use anyhow::{Error, Result};
 use carom::{
     Observer, Scene, View,
-    engine::{ElasticitySpec, RunSpec, TileCounters},
+    engine::{ElasticitySpec, MeasureFrom, RunSpec, TileCounters},
 };
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Check, Figure, OVERLAPPING_PAIRS, Summary, Totals};
@@ -33,6 +33,10 @@ use crate::{
 /// Longer side of a picture of the system (pixels).
 pub(super) const PICTURE: u32 = 720;
 
+/// Figures of contacts at one instant.
+const JOINT: &str = "contacts at several points at once";
+const SIMULTANEOUS: &str = "contacts at one instant with another of the same body";
+
 /// A run ends at its end to this share of it: rounding of the clock.
 const END: f64 = 1e-12;
 
@@ -50,6 +54,11 @@ pub struct Outcome {
     /// Number of contacts whose elasticity the guard against inelastic collapse raised, and the
     /// energy that it spared divided by the energy lost; `None` if there was none.
     guarded: Option<(u64, f64)>,
+    /// Contacts of two bodies at several points at one instant, and contacts that follow another
+    /// one of the same body at the same instant.
+    at_once: [u64; 2],
+    /// The time from which on the run was measured, if the run has found it.
+    measured_from: Option<f64>,
     /// Number of bodies at rest that thermostats have left out, summed over their actions, by tag.
     left_at_rest: Vec<(String, u64)>,
     /// What the method saves and gets wrong, if it is not the default.
@@ -197,6 +206,8 @@ pub(super) fn outcome_of(view: &View<'_>, measures: &Measures, seconds: f64, sce
         fixed: view.bodies().filter(|body| body.body.is_fixed()).count(),
         temperature: view.temperature(),
         left_at_rest: left_at_rest(view),
+        at_once: [view.counters().joint_collisions, view.counters().simultaneous_collisions],
+        measured_from: measures.measured_from().filter(|_| scene.run.measure_from == MeasureFrom::Auto),
         price: None,
         guarded: (view.ledger().spared > 0.0).then(|| {
             let ledger = view.ledger();
@@ -243,7 +254,13 @@ impl Outcome {
         let bodies = Figure::new("bodies", self.bodies as f64, "1");
         let temperature = |kt: f64| Figure::new("temperature kT at the end", kt, "mass·length²/time²");
         let fixed = (self.fixed > 0).then(|| Figure::new(FIXED_BODIES, self.fixed as f64, "1"));
-        std::iter::once(bodies).chain(fixed).chain(self.temperature.map(temperature)).collect()
+        let from = |time: f64| Figure::new("measured from", time, "time");
+        let [joint, simultaneous] = self.at_once;
+        let several = (joint > 0).then(|| Figure::new(JOINT, joint as f64, "1"));
+        let at_once = (simultaneous > 0).then(|| Figure::new(SIMULTANEOUS, simultaneous as f64, "1"));
+        let optional =
+            [fixed, self.temperature.map(temperature), self.measured_from.map(from), several, at_once];
+        std::iter::once(bodies).chain(optional.into_iter().flatten()).collect()
     }
 
     /// Figures and checks.
@@ -272,7 +289,21 @@ impl Outcome {
             figures.push(Figure::new("deepest overlap at a sample, by the smaller diameter", depth, "1"));
         }
         figures.extend(self.price.iter().flat_map(Price::figures));
+        if !self.results.silent.is_empty() {
+            note = format!(
+                "{note} Too little data for a figure of {}: run longer, or sample more often.",
+                self.results.silent.join(", ")
+            );
+        }
+        if self.at_once[1] > 0 {
+            note = format!(
+                "{note} {} contacts followed another contact of the same body at the same instant. They were resolved \
+                 one after the other, the body first in the scene first; another order would give another result.",
+                self.at_once[1]
+            );
+        }
         checks.extend(figures.iter().filter_map(Figure::check));
+        let note = note.trim_start().to_owned();
         Summary { title, note, totals: self.totals, checks, figures, runs: Vec::new() }
     }
 

@@ -9,12 +9,12 @@ use std::{
 use anyhow::{Context, Error, Result, bail, ensure};
 use carom::{
     Scene,
-    engine::{MAX_TIME, RunSpec, StartSpec, frame_of},
+    engine::{MAX_TIME, RunSpec, StartSpec},
 };
 use clap::Args;
 
-use super::{parent::Parent, stages, stop};
-use crate::{measures, overrides::Override};
+use super::{before_placement, parent::Parent, stages, stop};
+use crate::{foreign_frames::extended_xyz, measures, overrides::Override};
 
 /// The only supported format of snapshots.
 pub const EXTENDED_XYZ: &str = "extxyz";
@@ -93,6 +93,7 @@ impl SceneFile {
         stages::check(&scene)?;
         let Some(parent) = parent else {
             stages::refuse_unknown_tags(&scene, tags(&scene))?;
+            before_placement::refuse(&scene)?;
             return self.with_start(scene);
         };
         // The bodies come from that run, not from the file from which it may have started.
@@ -115,8 +116,8 @@ impl SceneFile {
 fn read_start(start: &mut StartSpec, file: &Path) -> Result<()> {
     let length = fs::metadata(file).context("cannot read the file")?.len();
     ensure!(length <= LARGEST_START, "the file has {length} bytes, more than {LARGEST_START}");
-    let text = fs::read_to_string(file).context("cannot read the file")?;
-    let frame = frame_of(&text, start.frame.take()).map_err(Error::msg)?;
+    let bytes = fs::read(file).context("cannot read the file")?;
+    let frame = extended_xyz(&bytes, start.frame.take())?;
     let checksum = crc32fast::hash(frame.as_bytes());
     if let Some(expected) = start.checksum {
         ensure!(
@@ -174,8 +175,8 @@ pub fn check(run: &RunSpec) -> Result<()> {
         run.snapshot_interval.is_none() || run.snapshots.is_some(),
         "run.snapshot_interval is given, but run.snapshots is not"
     );
-    for (entry, time) in [("run.animation_from", run.animation_from), ("run.measure_from", run.measure_from)]
-    {
+    let measure_from = run.measure_from.time().unwrap_or(0.0);
+    for (entry, time) in [("run.animation_from", run.animation_from), ("run.measure_from", measure_from)] {
         ensure!(
             (0.0..run.until).contains(&time),
             "{entry} must be from 0 to before run.until = {:?}, but is {time:?}",
@@ -183,7 +184,7 @@ pub fn check(run: &RunSpec) -> Result<()> {
         );
     }
     ensure!(
-        run.measure_from == 0.0 || run.measure_from + run.sample_interval <= run.until,
+        measure_from == 0.0 || measure_from + run.sample_interval <= run.until,
         "run.measure_from = {} leaves no interval of {} before run.until = {}",
         run.measure_from,
         run.sample_interval,
@@ -219,8 +220,8 @@ mod tests {
             (RunSpec { animation_from: -0.5, ..good.clone() }, "run.animation_from"),
             (RunSpec { animation_from: good.until, ..good.clone() }, "run.animation_from"),
             (RunSpec { animation_from: f64::NAN, ..good.clone() }, "run.animation_from"),
-            (RunSpec { measure_from: 2.0 * good.until, ..good.clone() }, "run.measure_from"),
-            (RunSpec { measure_from: 0.5, ..good.clone() }, "leaves no interval"),
+            (RunSpec { measure_from: (2.0 * good.until).into(), ..good.clone() }, "run.measure_from"),
+            (RunSpec { measure_from: 0.5.into(), ..good.clone() }, "leaves no interval"),
         ];
         for (run, expected) in cases {
             let error = format!("{:#}", check(&run).unwrap_err());

@@ -32,7 +32,7 @@ pub fn check(scene: &Scene) -> Result<()> {
         last.until
     );
     ensure!(
-        run.measure_from == 0.0,
+        run.measure_from.is_start(),
         "run.measure_from cannot be given with [[stage]]: give the first stages `measure = false` instead"
     );
     for (index, (stage, span)) in stages.iter().zip(spans(stages)).enumerate() {
@@ -113,7 +113,7 @@ pub fn is_sampled(scene: &Scene) -> bool {
 /// is infinite if the run is measured to its end.
 pub fn window(scene: &Scene) -> (f64, f64) {
     if scene.stage.is_empty() {
-        return (scene.run.measure_from, f64::INFINITY);
+        return (scene.run.measure_from.time().unwrap_or(0.0), f64::INFINITY);
     }
     let mut measured = scene.stage.iter().zip(spans(&scene.stage)).filter(|(stage, _)| stage.measure);
     let Some((_, (from, first_end))) = measured.next() else { return (f64::INFINITY, f64::INFINITY) };

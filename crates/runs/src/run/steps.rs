@@ -9,7 +9,9 @@ use carom_methods::AnySimulation;
 
 use super::{
     schedule::{Schedule, Step, What},
-    stage_edits, stop,
+    stage_edits,
+    state_table::StateTable,
+    stop,
 };
 use crate::{
     animation, file_names::TRAJECTORY, interruption::Signals, measures::Measures, progress::Progress,
@@ -48,6 +50,7 @@ pub(super) fn go_on(
     let begun = going.simulation.time().to_f64();
     let is_shown = output == Output::Files && run.animation && begun <= run.animation_from;
     let mut animation_from = is_shown.then_some(run.animation_from);
+    let mut table = (output == Output::Files).then(|| StateTable::new(begun, run.until));
     for Step { time, what } in Schedule::new(scene).skip(going.steps()) {
         if let Some(from) = animation_from.take_if(|from| *from < time) {
             // A run split in two makes the same contacts, to the bit.
@@ -58,6 +61,11 @@ pub(super) fn go_on(
         }
         pace.run_to(going, time, task)?;
         take(going, task, scene, what, output)?;
+        if what == What::Sample
+            && let Some(table) = &mut table
+        {
+            table.sample(&going.simulation.view(), &going.observers);
+        }
         let is_last = what == What::Sample
             && stop::is_met(scene, &going.simulation.view(), &going.observers)?
             && time < run.until;
@@ -136,7 +144,10 @@ pub(super) fn take_all(
             signals.check()?;
         }
         match what {
-            What::Sample => measures.sample(&simulation.view()),
+            What::Sample => {
+                measures.sample(&simulation.view());
+                measures.begin_anew_unless_settled(scene, &simulation.view())?;
+            }
             What::Check => measures.check(&simulation.view()),
             What::Snapshot => (),
             What::Stage(_) | What::Thermostat { .. } => {
@@ -166,7 +177,9 @@ fn take(
     match what {
         What::Sample => {
             going.sample();
-            return append_sample(going, &scene.run, output);
+            append_sample(going, &scene.run, output)?;
+            going.observers.begin_anew_unless_settled(scene, &going.simulation.view())?;
+            return Ok(());
         }
         What::Snapshot if output == Output::Files => append_frame(going)?,
         What::Snapshot => (),

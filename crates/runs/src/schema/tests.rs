@@ -86,7 +86,7 @@ fn of_scene(text: &str) -> Vec<String> {
 /// All scene files, and the scenes in the README.
 fn scenes() -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let files = fs::read_dir(root.join("xtask/scenes")).unwrap().map(|entry| entry.unwrap().path());
+    let files = fs::read_dir(root.join("crates/runs/examples")).unwrap().map(|entry| entry.unwrap().path());
     let files = files.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
     let mut scenes: Vec<_> = files.map(|path| (path.clone(), fs::read_to_string(path).unwrap())).collect();
     let readme = fs::read_to_string(root.join("README.md")).unwrap();

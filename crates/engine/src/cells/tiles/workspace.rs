@@ -527,7 +527,7 @@ impl Workspace {
             let contact = ContactEvent { time: now, bodies: indices, image: [across, up], parts };
             let encounter = self.encounter(&contact, pair, [is_own[1], is_own[0]]);
             let resolved = job.rules.resolve(&encounter);
-            outcome.needs_order |= (is_own[0] | is_own[1]) && resolved.is_unresolved;
+            outcome.needs_order |= (is_own[0] | is_own[1]) && (resolved.is_unresolved || resolved.points > 1);
             if counts {
                 outcome.add(&task.span, past, &Impact::of(&encounter, &resolved));
                 outcome.add_resolved(job, &encounter, &resolved);

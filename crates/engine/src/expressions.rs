@@ -1,0 +1,238 @@
+//! Numbers of a scene file that are written as expressions: `"sqrt(3)/2"`, `"2*pi/7"`.
+
+use std::{f64::consts::PI, ops::Range};
+
+use toml::de::{DeTable, DeValue};
+
+/// Keys whose text is a name that a user chooses, and never a number.
+const NAMES: [&str; 9] = ["tags", "tag", "name", "of", "between", "observe", "remove", "figure", "from"];
+
+/// Longer texts are no expressions. Longer: hostile files take long.
+const MAX_LENGTH: usize = 200;
+
+/// Deepest nesting of parentheses, signs and powers.
+const MAX_DEPTH: usize = 32;
+
+/// Largest whole number that is written without a point.
+const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
+
+/// The text of a scene file in which all expressions are replaced by their values. Lines stay as
+/// they are, so that messages name the right ones. A text that is not TOML is returned as it is.
+pub(crate) fn evaluated(text: &str) -> String {
+    let Ok(table) = DeTable::parse(text) else { return text.to_owned() };
+    let mut found = Vec::new();
+    in_table(table.get_ref(), &mut found);
+    found.sort_by_key(|(span, _)| span.start);
+    let (mut all, mut done) = (String::with_capacity(text.len()), 0);
+    for (span, value) in found {
+        all.push_str(&text[done..span.start]);
+        all.push_str(&value);
+        done = span.end;
+    }
+    all.push_str(&text[done..]);
+    all
+}
+
+fn in_table(table: &DeTable<'_>, found: &mut Vec<(Range<usize>, String)>) {
+    for (key, value) in table {
+        if !NAMES.contains(&key.get_ref().as_ref()) {
+            in_value(value.get_ref(), value.span(), found);
+        }
+    }
+}
+
+fn in_value(value: &DeValue<'_>, span: Range<usize>, found: &mut Vec<(Range<usize>, String)>) {
+    match value {
+        DeValue::String(text) => found.extend(value_of(text).map(|number| (span, literal(number)))),
+        DeValue::Array(list) => {
+            list.iter().for_each(|entry| in_value(entry.get_ref(), entry.span(), found));
+        }
+        DeValue::Table(table) => in_table(table, found),
+        _ => {}
+    }
+}
+
+/// A number as TOML; whole ones without a point, so that they can be counts.
+fn literal(number: f64) -> String {
+    if number.fract() == 0.0 && number.abs() <= MAX_WHOLE {
+        format!("{number:.0}")
+    } else {
+        format!("{number:?}")
+    }
+}
+
+/// The value of an expression: numbers, `pi`, + − * / ^, parentheses, `sqrt`, `exp`, `ln`, `sin`,
+/// `cos` and `tan` (radians). `None` if it is none, or has no finite value.
+pub(crate) fn value_of(text: &str) -> Option<f64> {
+    if text.len() > MAX_LENGTH {
+        return None;
+    }
+    let mut parser = Parser { rest: text, depth: 0 };
+    let value = parser.sum()?;
+    (parser.next().is_none() && value.is_finite()).then_some(value)
+}
+
+struct Parser<'a> {
+    rest: &'a str,
+    depth: usize,
+}
+
+impl Parser<'_> {
+    /// The next character that is not blank.
+    fn next(&mut self) -> Option<char> {
+        self.rest = self.rest.trim_start();
+        self.rest.chars().next()
+    }
+
+    /// Takes the next character, if it is this one.
+    fn take(&mut self, wanted: char) -> bool {
+        let found = self.next() == Some(wanted);
+        if found {
+            self.rest = &self.rest[wanted.len_utf8()..];
+        }
+        found
+    }
+
+    /// Terms with + or − between them.
+    fn sum(&mut self) -> Option<f64> {
+        let mut value = self.product()?;
+        loop {
+            if self.take('+') {
+                value += self.product()?;
+            } else if self.take('-') {
+                value -= self.product()?;
+            } else {
+                return Some(value);
+            }
+        }
+    }
+
+    fn product(&mut self) -> Option<f64> {
+        let mut value = self.signed()?;
+        loop {
+            if self.take('*') {
+                value *= self.signed()?;
+            } else if self.take('/') {
+                value /= self.signed()?;
+            } else {
+                return Some(value);
+            }
+        }
+    }
+
+    fn signed(&mut self) -> Option<f64> {
+        self.deeper(|parser| {
+            if parser.take('-') {
+                return Some(-parser.signed()?);
+            }
+            let base = parser.atom()?;
+            // −2^2 is −4, and 2^3^2 is 2^9, as in mathematics.
+            if parser.take('^') { Some(base.powf(parser.signed()?)) } else { Some(base) }
+        })
+    }
+
+    /// A number, a name, or an expression in parentheses.
+    fn atom(&mut self) -> Option<f64> {
+        if self.take('(') {
+            let value = self.deeper(Self::sum)?;
+            return self.take(')').then_some(value);
+        }
+        let name = self.taken(|c| c.is_ascii_alphabetic());
+        if name.is_empty() {
+            return self.number();
+        }
+        let function: fn(f64) -> f64 = match name.as_str() {
+            "pi" => return Some(PI),
+            "sqrt" => f64::sqrt,
+            "exp" => libm::exp,
+            "ln" => libm::log,
+            "sin" => libm::sin,
+            "cos" => libm::cos,
+            "tan" => libm::tan,
+            _ => return None,
+        };
+        if !self.take('(') {
+            return None;
+        }
+        let value = self.deeper(Self::sum)?;
+        self.take(')').then(|| function(value))
+    }
+
+    fn number(&mut self) -> Option<f64> {
+        let mut digits = self.taken(|c| c.is_ascii_digit() || c == '.');
+        if self.rest.starts_with(['e', 'E']) && !digits.is_empty() {
+            self.rest = &self.rest[1..];
+            let sign = if self.rest.starts_with(['-', '+']) { &self.rest[..1] } else { "" };
+            self.rest = &self.rest[sign.len()..];
+            digits = format!("{digits}e{sign}{}", self.taken(|c| c.is_ascii_digit()));
+        }
+        digits.parse().ok()
+    }
+
+    /// Takes the characters of a kind.
+    fn taken(&mut self, of: impl Fn(char) -> bool) -> String {
+        self.rest = self.rest.trim_start();
+        let end = self.rest.find(|c| !of(c)).unwrap_or(self.rest.len());
+        let (taken, rest) = self.rest.split_at(end);
+        self.rest = rest;
+        taken.to_owned()
+    }
+
+    fn deeper(&mut self, parse: impl FnOnce(&mut Self) -> Option<f64>) -> Option<f64> {
+        self.depth += 1;
+        let value = (self.depth <= MAX_DEPTH).then(|| parse(self)).flatten();
+        self.depth -= 1;
+        value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn expressions_have_their_values() {
+        for (text, value) in [
+            ("sqrt(3)/2", 3f64.sqrt() / 2.0),
+            ("2*pi/7", 2.0 * PI / 7.0),
+            (" 1 + 2 * 3 ", 7.0),
+            ("-2^2", -4.0),
+            ("2^3^2", 512.0),
+            ("2^-1", 0.5),
+            ("(1 + 2) * -3", -9.0),
+            ("1e-3*2", 2e-3),
+            ("8 - 2 - 1", 5.0),
+            ("exp(ln(5))", 5.0),
+            ("cos(0) + sin(0) + tan(0)", 1.0),
+        ] {
+            assert!((value_of(text).unwrap() - value).abs() < 1e-15 * value.abs().max(1.0), "{text}");
+        }
+        let deep = "(".repeat(60) + "1" + &")".repeat(60);
+        for text in
+            ["", "disc", "rod:9", "1/0", "sqrt(-1)", "2 3", "1..2", "e", "sqrt 2", "(1", "1)", "1e", &deep]
+        {
+            assert_eq!(value_of(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn texts_keep_their_lines_and_names() {
+        let text = "[box]\nsides = [\"sqrt(3)\", 1]\n[[gas]]\ntags = [\"12\"]\ncount = \"3*4\" # twelve\nshape = \"rod:3\"\n";
+        let expected = format!(
+            "[box]\nsides = [{:?}, 1]\n[[gas]]\ntags = [\"12\"]\ncount = 12 # twelve\nshape = \"rod:3\"\n",
+            3f64.sqrt()
+        );
+        assert_eq!(evaluated(text), expected);
+        assert_eq!(evaluated("no = = toml"), "no = = toml");
+        let inline = "x = { y = [\"1/4\", { z = \"pi\" }], from = \"1\" }";
+        assert_eq!(evaluated(inline), format!("x = {{ y = [0.25, {{ z = {PI:?} }}], from = \"1\" }}"));
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_hangs_or_panics(text in "[-+*/^()0-9.epi sqrt]{0,80}") {
+            let _ = value_of(&text);
+        }
+    }
+}

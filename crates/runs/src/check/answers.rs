@@ -1,0 +1,179 @@
+//! What a physicist asks before a run, in ten lines: how long bodies fly, how often they collide,
+//! whether samples and their start are sensible, and what it costs.
+
+use carom::{Scene, View, engine::MeasureFrom};
+use carom_report::page::with_error;
+use serde::Serialize;
+
+use super::{
+    aligned::{bytes, duration, short, table},
+    contents::Contents,
+    trial::Estimate,
+};
+use crate::run::stages;
+
+/// Collisions of each body after which the start is forgotten, in a fluid that is not near its
+/// transition.
+const FORGOTTEN: f64 = 50.0;
+
+/// Samples that are farther apart than this many mean free times miss what happens between
+/// collisions; that only matters for correlations in time.
+const COARSE: f64 = 100.0;
+
+/// The answers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Answers {
+    /// Mean time between two collisions of a body that moves (time); `None` if it is not known.
+    mean_free_time: Option<f64>,
+    /// Mean path between two collisions of a body that moves (length).
+    mean_free_path: Option<f64>,
+    /// Collisions of each body that moves until the end of the run.
+    collisions_per_body: Option<f64>,
+    /// Interval of samples in mean free times, and in words whether it is sensible.
+    sample_interval_in_free_times: Option<f64>,
+    sampling: String,
+    /// From when on it is measured, and in words whether that is sensible.
+    measured: String,
+    /// Relative error of a mean over all collisions, at least.
+    least_relative_error: Option<f64>,
+}
+
+impl Answers {
+    /// `speed` is the mean speed of the bodies that move (length / time).
+    pub(super) fn of(scene: &Scene, contents: &Contents, estimate: &Estimate, speed: Option<f64>) -> Self {
+        let run = &scene.run;
+        let collisions = estimate.collisions.filter(|number| *number >= 1.0);
+        let per_body = collisions.map(|number| 2.0 * number / contents.moving.max(1) as f64);
+        let free_time = per_body.map(|number| run.until / number);
+        let interval = free_time.map(|time| run.sample_interval / time);
+        let from = stages::window(scene).0;
+        let measured_collisions = collisions.map(|number| number * (1.0 - from / run.until).clamp(0.0, 1.0));
+        Self {
+            mean_free_time: free_time,
+            mean_free_path: free_time.zip(speed).map(|(time, speed)| time * speed),
+            collisions_per_body: per_body,
+            sample_interval_in_free_times: interval,
+            sampling: sampling(interval),
+            measured: measured(run.measure_from, scene, per_body, from),
+            least_relative_error: measured_collisions
+                .filter(|number| *number >= 1.0)
+                .map(|number| 1.0 / number.sqrt()),
+        }
+    }
+
+    /// The lines for a terminal, without the head.
+    pub(super) fn lines(
+        &self,
+        contents: &Contents,
+        estimate: &Estimate,
+        method: &str,
+        tiles: &str,
+    ) -> String {
+        let number = |number: Option<f64>| number.map_or_else(|| "unknown".to_owned(), short);
+        let time = match estimate.seconds {
+            Some(seconds) => format!(
+                "about {} of processor time at {} collisions a second",
+                duration(seconds),
+                short(estimate.collisions_per_second)
+            ),
+            None => "unknown: the trial made no progress in time".to_owned(),
+        };
+        let error = self.least_relative_error.map_or_else(
+            || "unknown".to_owned(),
+            |share| {
+                let percent = with_error(100.0 * share, Some(0.1 * 100.0 * share));
+                let percent = percent.split(' ').next().unwrap_or_default().to_owned();
+                format!("at least {percent} % for a mean over all collisions, 1/√number")
+            },
+        );
+        let row = |name: &str, words: String| [name.to_owned(), words];
+        table([
+            row("system", contents.sentence()),
+            row(
+                "run",
+                format!(
+                    "to t = {}: {} collisions, {} of each body",
+                    contents.until,
+                    number(estimate.collisions),
+                    number(self.collisions_per_body)
+                ),
+            ),
+            row(
+                "flights",
+                format!(
+                    "mean free time {}, mean free path {}",
+                    number(self.mean_free_time),
+                    number(self.mean_free_path)
+                ),
+            ),
+            row("samples", format!("{}, {}", contents.samples, self.sampling)),
+            row("measured", self.measured.clone()),
+            row("error", error),
+            row("time", time),
+            row("memory", {
+                let series = estimate.series;
+                let more =
+                    if series > 0 { format!(", {} more for samples", bytes(series)) } else { String::new() };
+                format!("{}, checkpoint {}{more}", bytes(estimate.memory), bytes(estimate.checkpoint))
+            }),
+            row("method", format!("{method}; tiles {tiles}")),
+        ])
+    }
+}
+
+/// Whether the interval of samples is sensible, in mean free times.
+fn sampling(interval: Option<f64>) -> String {
+    let Some(interval) = interval else { return "at an interval that cannot be compared".to_owned() };
+    let words = match interval {
+        _ if interval < 1.0 => ": neighbours are alike, as correlations in time need it",
+        _ if interval > COARSE => ": too coarse for correlations in time",
+        _ => "",
+    };
+    format!("one in {} mean free times{words}", short(interval))
+}
+
+/// Whether the start of the measurement is sensible.
+fn measured(measure_from: MeasureFrom, scene: &Scene, per_body: Option<f64>, from: f64) -> String {
+    if measure_from == MeasureFrom::Auto {
+        return "from when on no mean changes, at the latest from half of the run on".to_owned();
+    }
+    if !from.is_finite() {
+        return "not at all: no stage is measured".to_owned();
+    }
+    let before = per_body.map(|number| number * from / scene.run.until);
+    let words = match before {
+        None => String::new(),
+        Some(before) if before < FORGOTTEN && scene.start.from.is_none() => format!(
+            ", after {} collisions of each body: means may hold the approach to equilibrium; measure_from = \"auto\" \
+             leaves it out",
+            short(before)
+        ),
+        Some(before) => format!(", after {} collisions of each body", short(before)),
+    };
+    format!("from t = {} on{words}", short(from))
+}
+
+/// Mean speed of the bodies that move (length / time); `None` if nothing moves.
+pub(super) fn mean_speed(view: &View<'_>) -> Option<f64> {
+    let speeds = view.bodies().filter(|body| !body.body.is_fixed()).map(|body| body.motion.velocity.length());
+    let (sum, count) = speeds.fold((0.0, 0.0), |(sum, count), speed| (sum + speed, count + 1.0));
+    (sum > 0.0).then(|| sum / count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_and_starts_are_judged() {
+        assert!(sampling(Some(0.2)).contains("one in 0.2 mean free times: neighbours are alike"));
+        assert_eq!(sampling(Some(5.0)), "one in 5 mean free times");
+        assert!(sampling(Some(1e4)).contains("too coarse"));
+        let scene = Scene::from_toml("[run]\nuntil = 10.0\n").unwrap();
+        let of = |from: f64, per_body: f64| measured(from.into(), &scene, Some(per_body), from);
+        assert!(of(0.0, 1000.0).contains("measure_from = \"auto\""));
+        assert_eq!(of(5.0, 1000.0), "from t = 5 on, after 500 collisions of each body");
+        assert!(measured(MeasureFrom::Auto, &scene, None, 0.0).contains("no mean changes"));
+        assert!(measured(0.0.into(), &scene, None, f64::INFINITY).contains("no stage is measured"));
+    }
+}

@@ -1,0 +1,124 @@
+//! What can be refused before bodies are placed: measures of bodies that are not there, and a
+//! figure that no measure has. A dense start may take minutes.
+
+use anyhow::{Result, ensure};
+use carom::{
+    Scene,
+    engine::{Placement, did_you_mean},
+};
+use carom_methods::AnySimulation;
+
+use super::stage_edits;
+use crate::measures::{Measures, requests};
+
+/// Molecules of each gas in the scene with which measures are tried.
+const SAMPLE: usize = 2;
+
+/// Refuses what the scene cannot measure.
+///
+/// # Errors
+/// A measure cannot begin, or no measure has the figure of `[run.stop]`.
+pub(super) fn refuse(scene: &Scene) -> Result<()> {
+    refuse_unknown_figure(scene)?;
+    // A scene without gases is placed at once, and the places of a frame are given.
+    if scene.gas.is_empty() || scene.start.from.is_some() || scene.start.snapshot.is_some() {
+        return Ok(());
+    }
+    let Some(sample) = sample(scene) else { return Ok(()) };
+    // Whatever else is wrong has its own words where it is met.
+    let Ok(mut simulation) = AnySimulation::new(&sample) else { return Ok(()) };
+    if stage_edits::prepare(&mut simulation, &sample, 0).is_err() {
+        return Ok(());
+    }
+    Measures::begin(&sample, &simulation.view()).map(drop)
+}
+
+/// The scene with at most two molecules of each gas; `None` if their number is not known.
+fn sample(scene: &Scene) -> Option<Scene> {
+    let mut sample = scene.clone();
+    sample.start.placement = Some(Placement::Lattice);
+    for index in 0..scene.gas.len() {
+        let alone =
+            Scene { gas: vec![scene.gas[index].clone()], bounds: scene.bounds.clone(), ..Scene::default() };
+        let count = alone.expected_bodies().ok()?;
+        (sample.gas[index].count, sample.gas[index].area_fraction) = (Some(count.min(SAMPLE)), None);
+    }
+    Some(sample)
+}
+
+/// Refuses the name of a figure in `[run.stop]` that no measure of the scene can have.
+fn refuse_unknown_figure(scene: &Scene) -> Result<()> {
+    let Some(name) = scene.run.stop.as_ref().and_then(|stop| stop.figure.as_ref()) else { return Ok(()) };
+    let requests = requests(scene)?;
+    let rate = crate::measures::COLLISION_RATE.to_owned();
+    let mut known = vec![(rate.clone(), rate)];
+    for request in &requests {
+        let label = request.name.clone().or_else(|| request.tag());
+        let end = label.map_or_else(String::new, |label| format!(", {label}"));
+        known.extend(request.kind.figures.iter().map(|begin| ((*begin).to_owned(), format!("{begin}{end}"))));
+    }
+    let is_known = known.iter().any(|(begin, whole)| {
+        let end = whole.strip_prefix(begin.as_str()).unwrap_or_default();
+        name.starts_with(begin) && name.ends_with(end)
+    });
+    ensure!(
+        is_known,
+        "run.stop.figure: no measure of this scene has a figure '{name}'{}; their names begin with {}",
+        did_you_mean(name, known.iter().map(|(_, whole)| whole.as_str())),
+        known.iter().map(|(begin, _)| format!("'{begin}'")).collect::<Vec<_>>().join(", ")
+    );
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GAS: &str =
+        "[[gas]]\ntags = [\"gas\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.7\n";
+
+    fn refused(more: &str) -> String {
+        let scene = Scene::from_toml(&format!("{GAS}{more}")).unwrap();
+        refuse(&scene).map_or_else(|error| format!("{error:#}"), |()| String::new())
+    }
+
+    #[test]
+    fn measures_of_what_is_not_there_are_refused_without_placing_anything() {
+        for (observe, expected) in [
+            ("drift:gas", "several bodies carry that tag"),
+            ("velocities:gass", "did you mean `gas`?"),
+            ("contact-density:rod", "no gas of discs"),
+        ] {
+            let rods = "[[molecule]]\ntags = [\"rod\"]\nshape = \"rod:3\"\natom_radius = 0.01\natom_mass = 1.0\nat = [0.5, 0.5]\n";
+            let more = if observe.ends_with(":rod") {
+                let gas = "[[gas]]\nshape = \"rod:3\"\natom_radius = 0.003\natom_mass = 1.0\nenergy = 1.0\ncount = 5\n";
+                let text = format!("{rods}{gas}[run]\nobserve = [\"{observe}\"]\n");
+                format!("{:#}", refuse(&Scene::from_toml(&text).unwrap()).unwrap_err())
+            } else {
+                refused(&format!("[run]\nobserve = [\"{observe}\"]\n"))
+            };
+            assert!(more.contains(expected), "{observe}: {more}");
+        }
+        assert_eq!(refused("[run]\nobserve = [\"velocities:gas\", \"pressure\"]\n"), "");
+    }
+
+    #[test]
+    fn a_figure_that_no_measure_has_is_refused() {
+        let stop = |observe: &str, figure: &str| {
+            refused(&format!(
+                "[run]\nobserve = [{observe}]\n[run.stop]\nfigure = \"{figure}\"\nrelative_error = 0.01\n"
+            ))
+        };
+        let misspelt = stop("\"pressure\"", "presure");
+        assert!(misspelt.contains("did you mean `pressure`?"), "{misspelt}");
+        assert!(stop("\"velocities:gas\"", "kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩²").contains("no measure"));
+        for (observe, figure) in [
+            ("\"pressure\"", "compressibility factor βpA/N"),
+            ("", "collisions per body that moves"),
+            ("\"velocities:gas\"", "kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩², gas"),
+            ("\"correlation:gas\"", "diffusion coefficient from velocities, up to lag 3.000, gas"),
+        ] {
+            assert_eq!(stop(observe, figure), "", "{figure}");
+        }
+    }
+}
