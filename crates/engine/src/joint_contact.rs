@@ -91,11 +91,13 @@ fn touching(
     let pair = contact.bodies.map(|body| &world.bodies[body as usize]);
     let mut frames = SmallVec::from_slice(&[*first]);
     if let Some(wall) = pair.iter().position(|body| body.is_wall()) {
-        for atom in 0..pair[1 - wall].molecule().atoms().len() as u32 {
+        let touched = atom_at_wall(contact.parts, wall);
+        for atom in (0..pair[1 - wall].molecule().atoms().len() as u32).filter(|atom| Some(*atom) != touched)
+        {
             let part = Part::Atom(atom);
             let parts = if wall == 0 { Parts::FaceOfA(part) } else { Parts::FaceOfB(part) };
             let (frame, depth) = contact_geometry(world, &ContactEvent { parts, ..*contact }, before);
-            if parts != contact.parts && depth >= -tolerance {
+            if depth >= -tolerance {
                 frames.push(frame);
             }
         }
@@ -117,6 +119,15 @@ fn touching(
         }
     }
     frames
+}
+
+/// The atom of the other body that touches a wall, at its face or at an end.
+fn atom_at_wall(parts: Parts, wall: usize) -> Option<u32> {
+    match parts {
+        Parts::FaceOfA(Part::Atom(atom)) | Parts::FaceOfB(Part::Atom(atom)) => Some(atom),
+        Parts::Atoms(a, b) => Some(if wall == 0 { b } else { a }),
+        _ => None,
+    }
 }
 
 /// An atom of a body in its present orientation.

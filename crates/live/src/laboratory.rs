@@ -330,12 +330,20 @@ impl Bench {
         self.run = self.bookmark.clone().context("there is no bookmark")?;
         // Measures of a course that has not happened mean nothing.
         self.watching.measures.clear();
+        self.keep_measures();
         let view = self.run.view();
         self.watching.followers().for_each(|follower| follower.restart(&view));
         self.watch = Watch::new(&self.run.view());
         self.error = None;
         self.has_changed();
         Ok(json!({ "time": self.now() }))
+    }
+
+    /// Lets a saved run have the present measures.
+    fn keep_measures(&mut self) {
+        let watched = self.watching.measures.iter();
+        let watched = watched.map(|one| (one.spec.clone(), one.tracked.measure.interval()));
+        self.run.set_watched(watched.collect());
     }
 
     fn stop(&mut self, error: &anyhow::Error) {
@@ -554,6 +562,7 @@ impl Laboratory {
                 let before = bench.watching.measures.len();
                 bench.watching.measures.retain(|measured| measured.id != id);
                 ensure!(bench.watching.measures.len() < before, "there is no measure {id}");
+                bench.keep_measures();
                 self.next_measures = Instant::now();
                 Ok(Value::Null)
             }
@@ -606,7 +615,8 @@ impl Laboratory {
         let measure = SingleMeasure::begin(spec, interval, &scene, &bench.run.view())?;
         let tracked = Tracked::begin(measure, &bench.run.view());
         let name = spec.of.as_ref().map_or_else(|| spec.kind.clone(), |of| format!("{}:{of}", spec.kind));
-        bench.watching.measures.push(Measured { id, name: name.clone(), tracked });
+        bench.watching.measures.push(Measured { id, name: name.clone(), spec: spec.clone(), tracked });
+        bench.keep_measures();
         self.measures_so_far = id;
         self.next_measures = Instant::now();
         Ok(json!({ "id": id, "name": name, "interval": interval }))

@@ -7,7 +7,7 @@ use std::{
 
 use carom::{
     Scene, View,
-    engine::{Ledger, Tag},
+    engine::{Ledger, MeasureSpec, Tag},
 };
 use carom_runs::{measures::Tracked, run::interactive::InteractiveRun};
 use carom_tables::{Figure, Role, Table};
@@ -195,6 +195,8 @@ pub struct Measured {
     pub id: u64,
     /// Its name.
     pub name: String,
+    /// What was asked for.
+    pub spec: MeasureSpec,
     /// The measure.
     pub tracked: Tracked,
 }
@@ -203,7 +205,7 @@ pub struct Measured {
 pub fn results(measures: &[Measured], run: &InteractiveRun) -> Value {
     let rules = Scene { elasticity: run.elasticity().clone(), ..run.scene().clone() };
     let view = &run.view();
-    let of = |Measured { id, name, tracked }: &Measured| {
+    let of = |Measured { id, name, tracked, .. }: &Measured| {
         let edited = "the system has been edited since the measure began";
         let disturbed = if tracked.is_disturbed {
             Some(edited)

@@ -6,8 +6,8 @@ use std::{fs, path::Path, time::Duration};
 use carom::{
     EpochTime, Scene,
     engine::{
-        BodyKey, ElasticityRule, ElasticitySpec, HeatSpec, MoleculeSpec, RelabelSpec, StageSpec,
-        ThermostatKind, ThermostatSpec, WallSpec,
+        BodyKey, ElasticityRule, ElasticitySpec, HeatSpec, MeasureParameter, MeasureSpec, MoleculeSpec,
+        RelabelSpec, StageSpec, ThermostatKind, ThermostatSpec, WallSpec,
     },
 };
 use carom_runs::{
@@ -404,4 +404,25 @@ fn the_command_of_a_saved_run_is_quoted_for_a_shell() {
     let folder = root.path().join("it's $(here)");
     let saved = run.save(&folder).unwrap();
     assert!(saved.command.contains("it'\\''s $(here)/config.toml' --out '"), "{}", saved.command);
+}
+
+/// Measures that are begun while the run goes on are measures of the saved run; those of the scene
+/// stay single.
+#[test]
+fn measures_begun_meanwhile_are_measured_by_the_saved_run() {
+    let scene = Scene::from_toml(SCENE).unwrap();
+    let mut run = InteractiveRun::begin(&scene).unwrap();
+    run.advance(EpochTime::from(0.7), &mut ()).unwrap();
+    let measure = |kind: &str, of: Option<&str>, interval: f64| {
+        let of = of.map(str::to_owned);
+        (MeasureSpec { kind: kind.to_owned(), of, ..MeasureSpec::default() }, interval)
+    };
+    run.set_watched(vec![measure("velocities", Some("hot"), 0.21), measure("temperature", Some("hot"), 0.1)]);
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("1");
+    assert_eq!(run.save(&path).unwrap().left_out, Vec::<String>::new());
+    let saved = Scene::from_toml(&fs::read_to_string(path.join("config.toml")).unwrap()).unwrap();
+    assert_eq!((saved.measure.len(), saved.measure[0].kind.as_str()), (1, "velocities"));
+    // The nearest multiple of the samples of the run.
+    assert_eq!(saved.measure[0].parameters["every"], MeasureParameter::Number(2.0));
 }

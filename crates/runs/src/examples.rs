@@ -111,7 +111,7 @@ fn list() {
     let entry = |example: &Example| json!({ "name": example.name, "about": example.about(), "command": example.command });
     put("examples", &EXAMPLES.iter().map(entry).collect::<Vec<_>>());
     for example in EXAMPLES {
-        print_line(&format!("{:<18}{}", example.name, example.about()));
+        print_line(&format!("{:<20}{}", example.name, example.about()));
     }
     print_line("\nTo begin with one: carom example mixture --out mixture.toml && carom run mixture.toml");
 }

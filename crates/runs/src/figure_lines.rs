@@ -6,14 +6,17 @@ use carom_tables::Figure;
 /// More figures are counted: the page has them all.
 const MAX_LINES: usize = 30;
 
-/// Longer names are cut.
-const MAX_NAME: usize = 56;
+/// Longer names are cut before their last words, which are the tag and the unit.
+const MAX_NAME: usize = 72;
+
+/// Characters that remain at the end of a name that is cut.
+const END: usize = 24;
 
 /// A line for each figure: name and unit, the value with its error, and its prediction. What
 /// changed during its measurement is marked.
 pub fn figure_lines(figures: &[Figure]) -> Vec<String> {
     let names = figures.iter().map(|figure| named(&figure.name, &figure.unit));
-    let names: Vec<String> = names.map(|name| name.chars().take(MAX_NAME).collect()).collect();
+    let names: Vec<String> = names.map(|name| shortened(&name)).collect();
     let values: Vec<String> =
         figures.iter().map(|figure| with_error(figure.value, figure.standard_error)).collect();
     let width =
@@ -32,6 +35,16 @@ pub fn figure_lines(figures: &[Figure]) -> Vec<String> {
     let more = figures.len().saturating_sub(MAX_LINES);
     let more = (more > 0).then(|| format!("  {more} more figures are on the page"));
     lines.chain(more).collect()
+}
+
+/// A name of at most [`MAX_NAME`] characters.
+fn shortened(name: &str) -> String {
+    let all: Vec<char> = name.chars().collect();
+    if all.len() <= MAX_NAME {
+        return name.to_owned();
+    }
+    let (start, end) = (&all[..MAX_NAME - END - 1], &all[all.len() - END..]);
+    start.iter().chain(&['…']).chain(end).collect()
 }
 
 #[cfg(test)]
@@ -60,6 +73,15 @@ mod tests {
         assert_eq!(figure_lines(&figures), expected);
         let many = vec![Figure::new("x".repeat(99), 1.0, "1"); 40];
         let lines = figure_lines(&many);
-        assert!(lines.len() == MAX_LINES + 1 && lines[MAX_LINES].contains("10 more") && lines[0].len() < 80);
+        assert!(
+            lines.len() == MAX_LINES + 1
+                && lines[MAX_LINES].contains("10 more")
+                && lines[0].chars().count() < 80
+        );
+        let long = format!("{}, tag (length²/time)", "x".repeat(90));
+        assert!(
+            shortened(&long).ends_with("x, tag (length²/time)")
+                && shortened(&long).chars().count() == MAX_NAME
+        );
     }
 }

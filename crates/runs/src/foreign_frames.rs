@@ -103,7 +103,7 @@ impl<'a> Gsd<'a> {
     fn new(bytes: &'a [u8]) -> Result<Self> {
         let [index_at, entries, names_at, names] =
             [8, 16, 24, 32].map(|at| number(bytes, at).unwrap_or(u64::MAX));
-        let schema = bytes.get(48..112).unwrap_or_default();
+        let schema = bytes.get(112..176).unwrap_or_default();
         ensure!(schema.starts_with(b"hoomd\0"), "the GSD file has another schema than HOOMD's");
         let part = |at: u64, count: u64, size: usize| -> Result<&'a [u8]> {
             let (at, count) = (usize::try_from(at)?, usize::try_from(count)?);

@@ -222,9 +222,11 @@ impl Table {
             }
             if column.role == Role::StandardError && is_resolved {
                 let errors = column.values.clone();
+                let is_known = errors.iter().any(Option::is_some);
                 let values = &mut table.columns[value].values;
                 for (number, error) in values.iter_mut().zip(errors) {
-                    let is_noise = |number: &f64| error.is_some_and(|error| error > number.abs());
+                    // What has no error although others have one is not resolved either.
+                    let is_noise = |number: &f64| error.map_or(is_known, |error| error > number.abs());
                     *number = number.filter(|number| !is_noise(number));
                 }
             }

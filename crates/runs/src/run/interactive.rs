@@ -19,7 +19,7 @@ use std::{
 use anyhow::{Context, Result, bail, ensure};
 use carom::{
     Checkpoint, EpochTime, Observer, Scene, View,
-    engine::{ElasticitySpec, RunSpec, StageSpec, ThermostatSpec},
+    engine::{ElasticitySpec, MeasureParameter, MeasureSpec, RunSpec, StageSpec, ThermostatSpec},
     geometry::LARGEST,
 };
 use carom_methods::{AnySimulation, Method};
@@ -37,7 +37,7 @@ use crate::{
     file_names::PICTURES,
     interruption::Signals,
     manifest::Manifest,
-    measures::Measures,
+    measures::{Measures, requests},
     memory::{self, Demand},
     output::{Existing, Folder},
     picture_of,
@@ -135,6 +135,9 @@ pub struct InteractiveRun {
     limit: CallLimit,
     /// Length of the next piece (time).
     piece: f64,
+    /// Measures besides those of the scene, with the time between their samples: a saved run
+    /// measures them too.
+    watched: Vec<(MeasureSpec, f64)>,
 }
 
 /// A run that has been saved.
@@ -177,10 +180,27 @@ impl InteractiveRun {
         end_at(&mut scene, ENDLESS);
         let schedule = Schedule::changes(&scene, 0).peekable();
         let piece = first_piece(&simulation.view());
-        let mut run = Self { simulation, scene, until, schedule, stage: 0, done: 0, actions, limit, piece };
+        let mut run = Self {
+            simulation,
+            scene,
+            until,
+            schedule,
+            stage: 0,
+            done: 0,
+            actions,
+            limit,
+            piece,
+            watched: Vec::new(),
+        };
         // Thermostats of the first stage act at time 0.
         ensure!(run.advance(EpochTime::ZERO, &mut ())?, "the run was interrupted at its start");
         Ok(run)
+    }
+
+    /// Sets the measures that a saved run has besides those of the scene, with the time between
+    /// their samples. They begin anew in that run.
+    pub fn set_watched(&mut self, watched: Vec<(MeasureSpec, f64)>) {
+        self.watched = watched;
     }
 
     /// The system at the present time.
@@ -466,6 +486,7 @@ impl InteractiveRun {
         };
         let time = state.time();
         let mut scene = ahead.ending_after(time.to_f64())?;
+        add_measures(&mut scene, &self.watched);
         left_out.extend(leave_out_measures(&mut scene, &ahead.simulation.view()));
         left_out.extend(self.scene.run.stop.as_ref().map(|_| NO_STOP.to_owned()));
         let is_measured = |scene: &Scene| scene.stage.iter().any(|stage| stage.measure);
@@ -677,6 +698,20 @@ fn leave_out_measures(scene: &mut Scene, view: &View<'_>) -> Vec<String> {
     });
     scene.measure.retain(|spec| can_begin(&Scene { measure: vec![spec.clone()], ..alone.clone() }));
     left_out
+}
+
+/// Adds measures to a scene, at samples of its run; those that it has already are left out.
+fn add_measures(scene: &mut Scene, measures: &[(MeasureSpec, f64)]) {
+    for (spec, interval) in measures {
+        let mut spec = spec.clone();
+        spec.parameters.remove("interval");
+        let every = (interval / scene.run.sample_interval).round().max(1.0);
+        spec.parameters.insert("every".to_owned(), MeasureParameter::Number(every));
+        scene.measure.push(spec);
+        if requests(scene).is_err() {
+            scene.measure.pop();
+        }
+    }
 }
 
 /// Ends the run and its last stage at `until`.
