@@ -278,6 +278,8 @@ fn atom(columns: &[&str], values: &[f64], corner: [f64; 2], sides: [f64; 2]) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::convert::convert;
+    use carom::{Scene, engine::Simulation, observers::write_extended_xyz};
 
     const TWO_FRAMES: &str = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS pp pp pp\n-1.0 1.0\n\
         -2.0 2.0\n-0.5 0.5\nITEM: ATOMS id type x y z vx vy\n2 1 0.5 0.5 0 1.0 2.0\n1 1 -0.5 -1.5 0 3.0 4.0\n\
@@ -303,6 +305,36 @@ mod tests {
             assert!(error.contains(expected), "{error}");
         }
         assert!(extended_xyz(TWO_FRAMES.as_bytes(), Some(2)).is_err());
+    }
+
+    /// A gas of dumbbells starts again from what `convert` has written of it.
+    #[test]
+    fn a_gas_starts_from_its_own_frames_in_other_formats() {
+        let text = "[box]\nsides = [3.0, 2.0]\n[[gas]]\nshape = \"dumbbell\"\natom_radius = 0.05\natom_mass = 1.0\n\
+                    temperature = 1.0\ncount = 20\n";
+        let scene = Scene::from_toml(text).unwrap();
+        let simulation = Simulation::new(&scene).unwrap();
+        let root = tempfile::tempdir().unwrap();
+        let path = |name: &str| root.path().join(name);
+        let mut frame = Vec::new();
+        write_extended_xyz(&simulation.view(), &mut frame).unwrap();
+        std::fs::write(path("a.extxyz"), frame).unwrap();
+        for (name, tolerance) in [("a.gsd", 1e-6), ("a.lammpstrj", 1e-14)] {
+            convert(&path("a.extxyz"), &path(name)).unwrap();
+            let read = extended_xyz(&std::fs::read(path(name)).unwrap(), None).unwrap();
+            let mut again = scene.clone();
+            again.start.from = Some(name.to_owned());
+            again.start.snapshot = Some(read.into());
+            let again = Simulation::new(&again).unwrap();
+            for (one, other) in simulation.view().bodies().zip(again.view().bodies()) {
+                let (one, other) = (one.motion, other.motion);
+                let away = (one.position - other.position).length();
+                assert!(away < 2.0 * tolerance, "{name}: {one:?} {other:?}");
+                assert!((one.velocity - other.velocity).length() < 10.0 * tolerance, "{name}");
+                let turned = one.orientation.cos_sin() - other.orientation.cos_sin();
+                assert!(turned.length() < 10.0 * tolerance, "{name}: {one:?} {other:?}");
+            }
+        }
     }
 
     #[test]

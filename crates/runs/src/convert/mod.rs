@@ -1,13 +1,15 @@
 //! `carom convert`: trajectories in the formats of other programs.
 //!
 //! The input is the extended XYZ file that `carom run` writes with `run.snapshots = "extxyz"`. It
-//! is read and written frame by frame. The output is a GSD file with the schema of HOOMD (`.gsd`)
-//! or a text dump of LAMMPS (`.lammpstrj`, `.dump`).
+//! is read and written frame by frame. The output is a GSD file with the schema of HOOMD (`.gsd`),
+//! a text dump of LAMMPS (`.lammpstrj`, `.dump`), or a structured array of NumPy (`.npy`). A table
+//! of a run, such as `events.csv`, becomes an array too.
 
 mod frames;
 mod gsd;
 mod hoomd;
 mod lammps;
+mod npy;
 
 use std::{
     fs::File,
@@ -25,10 +27,11 @@ use frames::{Frame, Frames};
 /// Options of `carom convert`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// Trajectory of a run: extended XYZ
-    #[arg(value_name = "IN.extxyz")]
+    /// Trajectory of a run, extended XYZ; or a table of numbers, .csv, for an array
+    #[arg(value_name = "IN")]
     pub input: PathBuf,
-    /// Output file; its ending selects the format: .gsd (HOOMD), .lammpstrj or .dump (LAMMPS text)
+    /// Output file; its ending selects the format: .gsd (HOOMD), .lammpstrj or .dump (LAMMPS text), .npy
+    /// (NumPy)
     #[arg(value_name = "OUT")]
     pub output: PathBuf,
 }
@@ -41,13 +44,20 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let frames = convert(&options.input, &options.output)?;
     put("frames", &frames);
     put("output", &options.output);
+    let unit = if is_table(&options.input) { "row" } else { "frame" };
     let plural = if frames == 1 { "" } else { "s" };
-    print_line(&format!("{}: {frames} frame{plural}", options.output.display()));
+    print_line(&format!("{}: {frames} {unit}{plural}", options.output.display()));
     Ok(Verdict::Passed)
 }
 
+/// Whether a file is a table of numbers.
+fn is_table(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
+}
+
 /// Writes the trajectory `input` (extended XYZ of a run) to `output` in the format of its ending,
-/// `gsd`, `lammpstrj` or `dump`, and returns the number of frames.
+/// `gsd`, `lammpstrj`, `dump` or `npy`, and returns the number of frames; or a table of numbers,
+/// `csv`, as an array, `npy`, and returns the number of rows.
 ///
 /// GSD holds single precision: positions keep seven digits of the box. A dump keeps every digit. An
 /// existing file is replaced at the end.
@@ -60,8 +70,14 @@ pub fn convert(input: &Path, output: &Path) -> Result<u64> {
     let format = match ending.as_deref() {
         Some("gsd") => Format::Gsd,
         Some("lammpstrj" | "dump") => Format::Lammps,
-        _ => bail!("{}: expected an ending .gsd, .lammpstrj or .dump", output.display()),
+        Some("npy") => Format::Npy,
+        _ => bail!("{}: expected an ending .gsd, .lammpstrj, .dump or .npy", output.display()),
     };
+    ensure!(
+        !is_table(input) || matches!(format, Format::Npy),
+        "{} is a table: it becomes an array, .npy, alone",
+        input.display()
+    );
     let is_same = matches!((input.canonicalize(), output.canonicalize()), (Ok(a), Ok(b)) if a == b);
     ensure!(!is_same, "{} is both input and output", input.display());
     ensure!(
@@ -71,8 +87,16 @@ pub fn convert(input: &Path, output: &Path) -> Result<u64> {
         input.join("trajectory.extxyz").display()
     );
     let file = File::open(input).with_context(|| format!("cannot read {}", input.display()))?;
-    let mut frames = Frames::new(BufReader::new(file));
+    let input_file = BufReader::new(file);
     let mut count = 0;
+    if is_table(input) {
+        write_streamed(output, |out| {
+            count = npy::of_table(input_file, out).with_context(|| input.display().to_string())?;
+            Ok(out.flush()?)
+        })?;
+        return Ok(count);
+    }
+    let mut frames = Frames::new(input_file);
     write_streamed(output, |out| {
         count = format.write(&mut frames, out).with_context(|| input.display().to_string())?;
         Ok(())
@@ -85,6 +109,7 @@ pub fn convert(input: &Path, output: &Path) -> Result<u64> {
 enum Format {
     Gsd,
     Lammps,
+    Npy,
 }
 
 impl Format {
@@ -100,6 +125,15 @@ impl Format {
                     count += 1;
                     progress.count(1);
                 }
+            }
+            Self::Npy => {
+                let mut array = npy::Array::begin(out, &npy::ATOMS)?;
+                while frames.read(&mut frame)? {
+                    array.frame(&frame, count)?;
+                    count += 1;
+                    progress.count(1);
+                }
+                array.end()?;
             }
             Self::Gsd => {
                 let mut trajectory = hoomd::Trajectory::begin(out)?;

@@ -174,5 +174,5 @@ fn bad_input_is_refused_by_line_and_column() {
         assert!(message.contains("in.extxyz") && message.contains(expected), "{expected}: {message}");
     }
     let message = format!("{:#}", converted(&good, "out.xyz").unwrap_err());
-    assert!(message.contains(".gsd, .lammpstrj or .dump"), "{message}");
+    assert!(message.contains(".gsd, .lammpstrj, .dump or .npy"), "{message}");
 }
