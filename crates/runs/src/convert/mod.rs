@@ -30,8 +30,8 @@ pub struct Options {
     /// Trajectory of a run, extended XYZ; or a table of numbers, .csv, for an array
     #[arg(value_name = "IN")]
     pub input: PathBuf,
-    /// Output file; its ending selects the format: .gsd (HOOMD), .lammpstrj or .dump (LAMMPS text), .npy
-    /// (NumPy)
+    /// Output file; its ending selects the format: .gsd (HOOMD), .lammpstrj or .dump (LAMMPS text),
+    /// .npy (NumPy)
     #[arg(value_name = "OUT")]
     pub output: PathBuf,
 }
