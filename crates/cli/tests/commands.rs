@@ -10,12 +10,12 @@ const SCENE: &str = "[box]\nseed = 3\n[[gas]]\ntags = [\"gas\"]\nradius = 0.02\n
                      count = 50\n[[molecule]]\nshape = \"tee\"\natom_radius = 0.01\natom_mass = 1.0\nat = [0.5, 0.5]\n\
                      [run]\nuntil = 0.5\nsample_interval = 0.1\nobserve = [\"energy\"]\n";
 
-fn carom(folder: &Path, arguments: &[&str]) -> Output {
+pub fn carom(folder: &Path, arguments: &[&str]) -> Output {
     let program = env!("CARGO_BIN_EXE_carom");
     Command::new(program).current_dir(folder).args(arguments).output().expect("the program starts")
 }
 
-fn text(bytes: &[u8]) -> String {
+pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 

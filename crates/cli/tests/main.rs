@@ -5,6 +5,7 @@ mod commands;
 mod console;
 mod folders;
 mod live;
+mod measure_from;
 mod page_layout;
 mod stages;
 mod sweep;

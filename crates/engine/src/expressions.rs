@@ -4,8 +4,12 @@ use std::{f64::consts::PI, ops::Range};
 
 use toml::de::{DeTable, DeValue};
 
-/// Keys whose text is a name that a user chooses, and never a number.
-const NAMES: [&str; 9] = ["tags", "tag", "name", "of", "between", "observe", "remove", "figure", "from"];
+/// Keys whose text, or list of texts, is a name that a user chooses, and never a number.
+const NAMES: [&str; 10] =
+    ["tags", "tag", "name", "of", "between", "observe", "remove", "lock", "unlock", "figure"];
+
+/// The table whose `from` is the name of a file; that of a wall is a place.
+const WITH_FILE: &str = "start";
 
 /// Longer texts are no expressions. Longer: hostile files take long.
 const MAX_LENGTH: usize = 200;
@@ -21,7 +25,7 @@ const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
 pub(crate) fn evaluated(text: &str) -> String {
     let Ok(table) = DeTable::parse(text) else { return text.to_owned() };
     let mut found = Vec::new();
-    in_table(table.get_ref(), &mut found);
+    in_table(table.get_ref(), "", &mut found);
     found.sort_by_key(|(span, _)| span.start);
     let (mut all, mut done) = (String::with_capacity(text.len()), 0);
     for (span, value) in found {
@@ -33,21 +37,32 @@ pub(crate) fn evaluated(text: &str) -> String {
     all
 }
 
-fn in_table(table: &DeTable<'_>, found: &mut Vec<(Range<usize>, String)>) {
+fn in_table(table: &DeTable<'_>, name: &str, found: &mut Vec<(Range<usize>, String)>) {
     for (key, value) in table {
-        if !NAMES.contains(&key.get_ref().as_ref()) {
-            in_value(value.get_ref(), value.span(), found);
+        let key = key.get_ref().as_ref();
+        let may_be_name = NAMES.contains(&key) || (key == "from" && name == WITH_FILE);
+        if !(may_be_name && is_text(value.get_ref())) {
+            in_value(value.get_ref(), key, value.span(), found);
         }
     }
 }
 
-fn in_value(value: &DeValue<'_>, span: Range<usize>, found: &mut Vec<(Range<usize>, String)>) {
+/// Whether a value is a text or a list of texts.
+fn is_text(value: &DeValue<'_>) -> bool {
+    match value {
+        DeValue::String(_) => true,
+        DeValue::Array(list) => list.iter().all(|entry| matches!(entry.get_ref(), DeValue::String(_))),
+        _ => false,
+    }
+}
+
+fn in_value(value: &DeValue<'_>, name: &str, span: Range<usize>, found: &mut Vec<(Range<usize>, String)>) {
     match value {
         DeValue::String(text) => found.extend(value_of(text).map(|number| (span, literal(number)))),
         DeValue::Array(list) => {
-            list.iter().for_each(|entry| in_value(entry.get_ref(), entry.span(), found));
+            list.iter().for_each(|entry| in_value(entry.get_ref(), name, entry.span(), found));
         }
-        DeValue::Table(table) => in_table(table, found),
+        DeValue::Table(table) => in_table(table, name, found),
         _ => {}
     }
 }
@@ -225,8 +240,19 @@ mod tests {
         );
         assert_eq!(evaluated(text), expected);
         assert_eq!(evaluated("no = = toml"), "no = = toml");
-        let inline = "x = { y = [\"1/4\", { z = \"pi\" }], from = \"1\" }";
-        assert_eq!(evaluated(inline), format!("x = {{ y = [0.25, {{ z = {PI:?} }}], from = \"1\" }}"));
+        for (text, expected) in [
+            ("lock = [\"1\", \"pi\"]", "lock = [\"1\", \"pi\"]"),
+            ("[start]\nfrom = \"1\"", "[start]\nfrom = \"1\""),
+            ("[[wall]]\nfrom = [\"1/2\", \"1/4\"]", "[[wall]]\nfrom = [0.5, 0.25]"),
+            (
+                "[[stage]]\ntag = [{ name = \"1\", count = \"3*4\" }]",
+                "[[stage]]\ntag = [{ name = \"1\", count = 12 }]",
+            ),
+        ] {
+            assert_eq!(evaluated(text), expected);
+        }
+        let inline = "x = { y = [\"1/4\", { z = \"pi\" }], of = \"1\" }";
+        assert_eq!(evaluated(inline), format!("x = {{ y = [0.25, {{ z = {PI:?} }}], of = \"1\" }}"));
     }
 
     proptest! {

@@ -129,8 +129,9 @@ pub struct GasSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0)))]
     pub area_fraction: Option<f64>,
-    /// Number of molecules. Either this or `area_fraction`; with both, a file gives no
-    /// `box.sides`, and the box is the square in which so many molecules cover that share.
+    /// Number of molecules. Alone, or, of equal molecules, with `area_fraction`: then the file
+    /// gives no `box.sides`, and the box is the square in which so many molecules cover that
+    /// share.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(max = MOST_MOLECULES)))]
     pub count: Option<usize>,

@@ -1,4 +1,4 @@
-//! From when on a run is measured: a time, or as soon as it has settled.
+//! The time at which the measurement of a run starts: a given one, or that at which it has settled.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use serde::{
 /// The word in a file.
 const AUTO: &str = "auto";
 
-/// From when on quantities are averaged. In a file a number or `"auto"`.
+/// The time at which the averages of a run start. In a file a number or `"auto"`.
 ///
 /// ```
 /// use carom_engine::{MeasureFrom, Scene};
@@ -24,9 +24,9 @@ const AUTO: &str = "auto";
 pub enum MeasureFrom {
     /// From the first sample at or after this time on (time).
     Time(f64),
-    /// From the first sample on after which no figure changes any more: what was measured before is
-    /// dropped, at 64, 128, 256, … samples, until no mean changes within a measurement; at half of
-    /// the run at the latest.
+    /// When no mean changes any more. After 64 samples it is judged whether a mean has changed
+    /// since the measurement started; if so, all is dropped, the measurement starts anew, and is
+    /// judged again after twice as many samples.
     Auto,
 }
 

@@ -316,7 +316,7 @@ impl StartSpec {
 /// separates at least as fast as the coefficient demands, so that a symmetric contact stays
 /// symmetric. Contacts of one body with several others at one instant are resolved one after the
 /// other, in the order of the numbers of their two bodies; the result depends on that order, and
-/// the run counts them.
+/// the run counts them. So are the points of a body on a wall that has a temperature.
 ///
 /// A body that meets the common end of two walls has its contact with one of them, and the last
 /// digit of the two times decides with which. This matters only where the two walls differ in
@@ -391,9 +391,10 @@ pub struct RunSpec {
     #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0.0)))]
     pub check_interval: Option<f64>,
     /// Quantities are averaged from the first sample at or after this time on, so that the approach
-    /// to equilibrium does not count (time); from 0 to less than `until`. `"auto"`: from when on no
-    /// mean changes any more, at the latest from half of the run on. The short form of a stage that
-    /// is not measured, and not allowed with stages.
+    /// to equilibrium does not count (time); from 0 to less than `until`. `"auto"`: the
+    /// measurement starts when no mean changes any more, which is judged after 64 samples, and then
+    /// after twice as many as before. The short form of a stage that is not measured, and not
+    /// allowed with stages.
     #[serde(skip_serializing_if = "MeasureFrom::is_start")]
     pub measure_from: MeasureFrom,
     /// Names of the quantities to measure; `carom measures` lists them.

@@ -126,7 +126,7 @@ pub trait Response: Sync {
 
     /// The impulses on B (mass × length / time) where two bodies touch at several points at one
     /// instant, in the order of `frames`; `None` if the points are to be resolved one by one, which
-    /// is the default. The engine asks only for two or more points.
+    /// is the default. The engine calls it for two or more points.
     fn joint_impulses(
         &self,
         frames: &[ContactFrame],

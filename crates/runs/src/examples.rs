@@ -117,7 +117,7 @@ fn list() {
 }
 
 fn write(example: &Example, path: &Path) -> Result<()> {
-    ensure!(!path.exists(), "{} exists, and stays: choose another file with --out", path.display());
+    ensure!(!path.exists(), "{} exists already: choose another file with --out", path.display());
     write_whole(path, example.text.as_bytes())?;
     print_line(&command([example.command.into(), path.as_os_str().to_owned()]));
     Ok(())

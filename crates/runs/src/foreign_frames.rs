@@ -170,7 +170,7 @@ impl<'a> Gsd<'a> {
     }
 
     fn frame(&self, wanted: Option<usize>) -> Result<String> {
-        let frames = self.index.iter().map(|chunk| chunk.frame + 1).max().unwrap_or(0);
+        let frames = self.index.iter().map(|chunk| chunk.frame.saturating_add(1)).max().unwrap_or(0);
         let frame = wanted.map_or(frames.saturating_sub(1), |wanted| wanted as u64);
         ensure!(frame < frames, "the file has {frames} frames, numbered from 0; {frame} is out of range");
         let edges = self.floats("configuration/box", frame, 6)?.context("the file has no box")?;

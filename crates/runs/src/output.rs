@@ -258,8 +258,9 @@ impl Folder {
     /// then.
     ///
     /// # Errors
-    /// A file cannot be removed.
+    /// Another process has come, where locks do not reach it, or a file cannot be removed.
     pub(crate) fn remove_own(&self) -> Result<()> {
+        self.check_holder()?;
         self.written.as_ref().map_or(Ok(()), |written| written.files.remove_own())?;
         // It stays if other files are in it.
         let _ = fs::remove_dir(&self.path);

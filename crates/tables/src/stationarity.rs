@@ -24,7 +24,8 @@ const CHANGED: f64 = 5.0;
 const SETTLED: f64 = 3.0;
 
 /// Blocks whose mean scatters by this factor more than that of independent ones are correlated.
-/// Smaller: chance of 64 independent blocks. Larger: short correlations are not told.
+/// Smaller: 64 independent blocks are called correlated by chance. Larger: a correlation time of
+/// less than a block is not found.
 const CORRELATED: f64 = 1.5;
 
 /// Earlier parts that are compared with the rest, as shares of all blocks.

@@ -105,6 +105,12 @@ class Scene:
             entries = tables.get(key)
             for entry in entries if isinstance(entries, list) else []:
                 _use_molecule(entry)
+        if gas is not None and box is None and isinstance(tables.get("box"), dict):
+            # The new gas may set the sides of the box.
+            entries = tables.get("gas")
+            fits = any("count" in entry and "area_fraction" in entry for entry in entries or [])
+            if fits:
+                tables["box"] = {k: v for k, v in tables["box"].items() if k != "sides"}
         rules = tables.get("elasticity")
         if isinstance(rules, (int, float)) and not isinstance(rules, bool):
             tables["elasticity"] = {"default": rules}

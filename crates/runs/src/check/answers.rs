@@ -1,5 +1,5 @@
-//! What a physicist asks before a run, in ten lines: how long bodies fly, how often they collide,
-//! whether samples and their start are sensible, and what it costs.
+//! Ten lines about a run before it starts: mean free time and path, collisions of each body,
+//! whether samples and the start of the measurement are sensible, and the cost.
 
 use carom::{Scene, View, engine::MeasureFrom};
 use carom_report::page::with_error;
@@ -32,7 +32,7 @@ pub(super) struct Answers {
     /// Interval of samples in mean free times, and in words whether it is sensible.
     sample_interval_in_free_times: Option<f64>,
     sampling: String,
-    /// From when on it is measured, and in words whether that is sensible.
+    /// The start of the measurement, and in words whether it is sensible.
     measured: String,
     /// Relative error of a mean over all collisions, at least.
     least_relative_error: Option<f64>,
@@ -123,9 +123,9 @@ impl Answers {
 
 /// Whether the interval of samples is sensible, in mean free times.
 fn sampling(interval: Option<f64>) -> String {
-    let Some(interval) = interval else { return "at an interval that cannot be compared".to_owned() };
+    let Some(interval) = interval else { return "the mean free time is unknown".to_owned() };
     let words = match interval {
-        _ if interval < 1.0 => ": neighbours are alike, as correlations in time need it",
+        _ if interval < 1.0 => ": correlated with their neighbours, which correlations in time need",
         _ if interval > COARSE => ": too coarse for correlations in time",
         _ => "",
     };
@@ -135,7 +135,7 @@ fn sampling(interval: Option<f64>) -> String {
 /// Whether the start of the measurement is sensible.
 fn measured(measure_from: MeasureFrom, scene: &Scene, per_body: Option<f64>, from: f64) -> String {
     if measure_from == MeasureFrom::Auto {
-        return "from when on no mean changes, at the latest from half of the run on".to_owned();
+        return "from the time at which no mean changes any more".to_owned();
     }
     if !from.is_finite() {
         return "not at all: no stage is measured".to_owned();
@@ -166,14 +166,14 @@ mod tests {
 
     #[test]
     fn intervals_and_starts_are_judged() {
-        assert!(sampling(Some(0.2)).contains("one in 0.2 mean free times: neighbours are alike"));
+        assert!(sampling(Some(0.2)).contains("one in 0.2 mean free times: correlated"));
         assert_eq!(sampling(Some(5.0)), "one in 5 mean free times");
         assert!(sampling(Some(1e4)).contains("too coarse"));
         let scene = Scene::from_toml("[run]\nuntil = 10.0\n").unwrap();
         let of = |from: f64, per_body: f64| measured(from.into(), &scene, Some(per_body), from);
         assert!(of(0.0, 1000.0).contains("measure_from = \"auto\""));
         assert_eq!(of(5.0, 1000.0), "from t = 5 on, after 500 collisions of each body");
-        assert!(measured(MeasureFrom::Auto, &scene, None, 0.0).contains("no mean changes"));
+        assert!(measured(MeasureFrom::Auto, &scene, None, 0.0).contains("no mean changes any more"));
         assert!(measured(0.0.into(), &scene, None, f64::INFINITY).contains("no stage is measured"));
     }
 }

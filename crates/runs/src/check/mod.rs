@@ -157,7 +157,7 @@ impl Report {
         let warning = if self.is_exact { "" } else { " (NOT EXACT)" };
         let method = format!("{}{warning}", self.method);
         let lines = self.answers.lines(&self.contents, &self.estimate, &method, &self.tiles);
-        let head = format!("{}: valid (all of it: --verbose)", self.scene);
+        let head = format!("{}: valid (--verbose prints more)", self.scene);
         let remarks = self.remarks.iter().map(|remark| format!("  {remark}"));
         [head, lines].into_iter().chain(remarks).collect::<Vec<_>>().join("\n")
     }

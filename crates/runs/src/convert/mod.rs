@@ -75,7 +75,7 @@ pub fn convert(input: &Path, output: &Path) -> Result<u64> {
     };
     ensure!(
         !is_table(input) || matches!(format, Format::Npy),
-        "{} is a table: it becomes an array, .npy, alone",
+        "{}: a CSV table can only be converted to .npy",
         input.display()
     );
     let is_same = matches!((input.canonicalize(), output.canonicalize()), (Ok(a), Ok(b)) if a == b);

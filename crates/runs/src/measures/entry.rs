@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use crate::{record::MeasureRecord, run::stages, sampling_times::sampling_count};
 
 use super::{
-    Context, HardDiscs, Kind, Label, Measure, Request, Results, Selection, Span, overlap, request::find,
+    Context, HardDiscs, Kind, Label, Measure, Request, Results, Selection, Span, correlation,
+    heat_conductivity, overlap, request::find, viscosity,
 };
 
 /// Samples of the run after which it is judged for the first time whether it has settled. Fewer:
@@ -125,7 +126,9 @@ impl Entry {
     /// joined by two and by four.
     pub(super) fn figures_of_whole_blocks(&self, scene: &Scene, least: usize) -> Vec<Figure> {
         let is_new = self.head.seen > 0 && (self.head.seen - 1).is_multiple_of(self.head.every.max(1));
-        let is_whole = self.is_open() && is_new && self.measure.is_whole() && self.measure.blocks() >= least;
+        // What is not settled yet may still be dropped.
+        let is_kept = self.is_open() && self.head.judged_at.is_none();
+        let is_whole = is_kept && is_new && self.measure.is_whole() && self.measure.blocks() >= least;
         if !is_whole {
             return Vec::new();
         }
@@ -145,7 +148,8 @@ impl Entry {
 
     /// Whether the measure has at least `least` blocks, or never will.
     pub(super) fn is_settled(&self, least: usize) -> bool {
-        self.head.is_check || self.head.stage == Stage::HasEnded || self.measure.blocks() >= least
+        let is_kept = self.head.judged_at.is_none();
+        self.head.is_check || self.head.stage == Stage::HasEnded || is_kept && self.measure.blocks() >= least
     }
 
     /// Tables and figures of the measure, with its record.
@@ -183,7 +187,9 @@ impl Entry {
             Figure { stationarity, ..figure.judged_by(sums.blocks.len()) }
         };
         results.figures = results.figures.into_iter().map(judged).collect();
-        if head.is_asked && results.figures.is_empty() && !self.kind.figures.is_empty() {
+        let needs_gas = [viscosity::KIND.name, heat_conductivity::KIND.name].contains(&self.kind.name);
+        let grows_with_time = needs_gas && hard_discs.is_ok() || self.kind.name == correlation::KIND.name;
+        if head.is_asked && results.figures.is_empty() && grows_with_time {
             results.silent.push(self.name());
         }
         results.records.push(MeasureRecord {
@@ -213,10 +219,10 @@ impl Entry {
     }
 
     /// Begins the measurement anew with the present sample, to be judged when it has twice as many
-    /// samples; without a further judgement if `is_last`.
-    pub(super) fn begin_anew(&mut self, mut fresh: Self, is_last: bool, view: &View<'_>) {
+    /// samples as this one.
+    pub(super) fn begin_anew(&mut self, mut fresh: Self, view: &View<'_>) {
         fresh.head.from = view.time().to_f64();
-        fresh.head.judged_at = self.head.judged_at.filter(|_| !is_last).map(|at| 2 * at);
+        fresh.head.judged_at = self.head.judged_at.map(|at| 2 * at);
         *self = fresh;
         self.sample(view);
     }

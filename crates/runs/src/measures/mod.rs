@@ -189,9 +189,10 @@ impl Measures {
     }
 
     /// With `run.measure_from = "auto"`: drops what has been measured so far if a mean changed, and
-    /// begins anew with the present sample. That is judged after 64 samples, and then whenever the
-    /// number of samples has doubled, in the first half of the run. Returns whether it has begun
-    /// anew. Call it after each sample.
+    /// begins anew with the present sample. That is judged after 64 samples, and then after twice
+    /// as many as before, until no mean has changed. It depends on the samples alone, so that a
+    /// run that is extended measures the same as a long one. Returns whether it has begun anew.
+    /// Call it after each sample.
     ///
     /// # Errors
     /// A measure cannot be begun.
@@ -205,23 +206,20 @@ impl Measures {
             .filter(|entry| entry.may_begin_anew())
             .flat_map(|entry| entry.figures(scene))
             .collect();
-        let (now, half) = (view.time().to_f64(), 0.5 * scene.run.until);
-        if carom_tables::are_stationary(&judged) == Some(true) || now >= half {
+        if carom_tables::are_stationary(&judged) == Some(true) {
             self.0.iter_mut().for_each(Entry::settle);
             return Ok(false);
         }
-        // The next judgement would come after half of the run.
-        let is_last = 2.0 * now > half;
         let Self(fresh) = Self::begin(scene, view)?;
         for (entry, fresh) in self.0.iter_mut().zip(fresh) {
             if entry.may_begin_anew() {
-                entry.begin_anew(fresh, is_last, view);
+                entry.begin_anew(fresh, view);
             }
         }
         Ok(true)
     }
 
-    /// What the measures say of the present state, by short names.
+    /// Values of the last interval, by short names, from the measures that have them.
     pub(crate) fn present(&self) -> Vec<(&'static str, Option<f64>)> {
         self.0.iter().flat_map(|entry| entry.measure.present()).collect()
     }

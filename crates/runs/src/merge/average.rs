@@ -13,6 +13,7 @@ use super::rebin::with_common_bins;
 use crate::{
     measures::Results,
     record::{MeasureRecord, Record, RunRecord},
+    run::outcome::is_shown,
 };
 
 /// Abscissae of different runs agree if they differ by at most this share: rounding.
@@ -24,7 +25,8 @@ pub fn results(record: &Record) -> Results {
     let runs: Vec<_> = record.runs.values().collect();
     let Some(first) = runs.first() else { return results };
     let of_system: Vec<Vec<Figure>> = runs.iter().map(|run| run.figures.clone()).collect();
-    results.figures.extend(first.figures.iter().map(|figure| averaged(figure, &of_system)));
+    let of_system = first.figures.iter().map(|figure| averaged(figure, &of_system));
+    results.figures.extend(of_system.filter(is_shown));
     for (replicas, parts) in measures(record) {
         let mut sums = MergedSums::default();
         for (&replica, part) in replicas.iter().zip(&parts) {
@@ -101,7 +103,11 @@ impl<'a> Merged<'a> {
 
     /// Whether the mean of a quantity changes in the runs together.
     fn stationarity(&self, quantity: usize) -> Option<Stationarity> {
+        // Blocks of different times cannot be added: each run has found its own start.
         let shortest = self.parts.iter().min_by_key(|part| part.sums.blocks.len())?;
+        if self.parts.iter().any(|part| part.span[0] != shortest.span[0]) {
+            return None;
+        }
         let of = |part: &&MeasureRecord| block_sums::of_quantity(&part.sums.blocks, quantity);
         Stationarity::of(&self.parts.iter().map(of).collect::<Vec<_>>(), shortest.span)
     }

@@ -180,7 +180,20 @@ fn type_of(schema: &Value, property: &Value) -> String {
         Some("object") => "table".to_owned(),
         Some(name) => name.to_owned(),
         None => {
-            entry["pattern"].as_str().map_or_else(String::new, |pattern| format!("`{}`", readable(pattern)))
+            let text = entry["pattern"].as_str().map(|pattern| format!("`\"{}\"`", readable(pattern)));
+            match entry["type"].as_array() {
+                Some(types) => {
+                    types
+                        .iter()
+                        .filter_map(Value::as_str)
+                        .map(|name| {
+                            if name == "string" { text.clone().unwrap_or_default() } else { name.to_owned() }
+                        })
+                        .collect::<Vec<_>>()
+                        .join(" or ")
+                }
+                None => text.map_or_else(String::new, |text| text.replace('"', "")),
+            }
         }
     }
 }

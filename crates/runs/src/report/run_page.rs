@@ -13,7 +13,12 @@ use super::{
     files,
     verdict::{self, FIXED_BODIES},
 };
-use crate::{animation::FLIGHTS, run::stages, visible_region::caption_of, whole_box::MAPS};
+use crate::{
+    animation::FLIGHTS,
+    run::{outcome::MEASURED_FROM, stages},
+    visible_region::caption_of,
+    whole_box::MAPS,
+};
 
 /// A longer scene file is not repeated on the page (bytes).
 const LONGEST_SCENE: usize = 100_000;
@@ -79,7 +84,7 @@ fn is_of_state(figure: &Figure) -> bool {
         "compressibility factor",
         "collisions per body",
         "mean free path",
-        "measured from",
+        MEASURED_FROM,
     ];
     let is_diffusion = figure.name.contains("diffusion coefficient") && figure.standard_error.is_some();
     is_diffusion
@@ -140,7 +145,16 @@ fn lead(contents: &Contents) -> String {
             let _ = write!(lead, " Measured from t = {time} on.");
         }
         MeasureFrom::Time(_) => {}
-        MeasureFrom::Auto => lead.push_str(" Measured from when on no mean changed."),
+        MeasureFrom::Auto => {
+            let figures = contents.summary.as_ref().map_or(&[][..], |summary| &summary.figures);
+            if let Some(from) = figures.iter().find(|figure| figure.name == MEASURED_FROM) {
+                let _ = write!(
+                    lead,
+                    " Measured from t = {} on, by run.measure_from = \"auto\"; series in time show the whole run.",
+                    from.value
+                );
+            }
+        }
     }
     for (index, stage) in stages::describe(scene).iter().enumerate() {
         let _ = write!(lead, " Stage {}: {stage}.", index + 1);

@@ -24,8 +24,15 @@ pub(super) fn refuse(scene: &Scene) -> Result<()> {
     if scene.gas.is_empty() || scene.start.from.is_some() || scene.start.snapshot.is_some() {
         return Ok(());
     }
+    // Tags of the first so many bodies, or of one by its number, are those of the whole scene.
+    let counts = scene.stage.first().is_some_and(|stage| {
+        stage.tag.iter().chain(&stage.untag).any(|relabel| relabel.count.is_some() || relabel.body.is_some())
+    });
+    if counts {
+        return Ok(());
+    }
     let Some(sample) = sample(scene) else { return Ok(()) };
-    // Whatever else is wrong has its own words where it is met.
+    // Other errors are reported where the whole scene is built.
     let Ok(mut simulation) = AnySimulation::new(&sample) else { return Ok(()) };
     if stage_edits::prepare(&mut simulation, &sample, 0).is_err() {
         return Ok(());
@@ -37,6 +44,7 @@ pub(super) fn refuse(scene: &Scene) -> Result<()> {
 fn sample(scene: &Scene) -> Option<Scene> {
     let mut sample = scene.clone();
     sample.start.placement = Some(Placement::Lattice);
+    sample.start.relax = None;
     for index in 0..scene.gas.len() {
         let alone =
             Scene { gas: vec![scene.gas[index].clone()], bounds: scene.bounds.clone(), ..Scene::default() };
@@ -59,7 +67,8 @@ fn refuse_unknown_figure(scene: &Scene) -> Result<()> {
     }
     let is_known = known.iter().any(|(begin, whole)| {
         let end = whole.strip_prefix(begin.as_str()).unwrap_or_default();
-        name.starts_with(begin) && name.ends_with(end)
+        // The heat of a thermostat is named by the tag that it heats.
+        name.starts_with(begin) && (name.ends_with(end) || begin.starts_with("heat given"))
     });
     ensure!(
         is_known,

@@ -288,13 +288,16 @@ impl<'a> Place<'a> {
         self.ended().map_or(Ok(()), |manifest| manifest.fail(&folder, cpu_seconds, error))
     }
 
-    /// Removes what a run has written that did not start, unless it was interrupted: a growth goes
-    /// on from there.
+    /// Removes what a run has written that did not start, unless it was interrupted, or has stored
+    /// a growth, which continues from there.
     fn give_up(&mut self, error: Error) -> Error {
         if error.chain().any(|cause| cause.is::<Interrupted>() || cause.is::<Ousted>()) {
             return error;
         }
         let Some((folder, lock)) = self.opened.take() else { return error };
+        if folder.path().join(placement::GROWTH).exists() {
+            return error;
+        }
         self.manifest = None;
         let removed = folder.remove_own();
         drop(lock);

@@ -33,9 +33,12 @@ use crate::{
 /// Longer side of a picture of the system (pixels).
 pub(super) const PICTURE: u32 = 720;
 
-/// Figures of contacts at one instant.
-const JOINT: &str = "contacts at several points at once";
-const SIMULTANEOUS: &str = "contacts at one instant with another of the same body";
+/// Figures of contacts at one instant, which are not shown where they are 0.
+pub const AT_ONCE: [&str; 2] =
+    ["contacts at several points at once", "contacts at one instant with another of the same body"];
+
+/// The figure of the time at which the measurement started.
+pub const MEASURED_FROM: &str = "measured from";
 
 /// A run ends at its end to this share of it: rounding of the clock.
 const END: f64 = 1e-12;
@@ -243,6 +246,11 @@ fn left_at_rest(view: &View<'_>) -> Vec<(String, u64)> {
     heats.map(|heat| (view.tag_names().name(heat.tag).to_owned(), heat.counts.at_rest)).collect()
 }
 
+/// Whether a figure is shown: contacts at one instant are, where there are any.
+pub fn is_shown(figure: &Figure) -> bool {
+    figure.value != 0.0 || !AT_ONCE.contains(&figure.name.as_str())
+}
+
 impl Outcome {
     /// What the method saves and gets wrong, if it is not the default.
     pub fn price(&self) -> Option<&Price> {
@@ -254,10 +262,11 @@ impl Outcome {
         let bodies = Figure::new("bodies", self.bodies as f64, "1");
         let temperature = |kt: f64| Figure::new("temperature kT at the end", kt, "mass·length²/time²");
         let fixed = (self.fixed > 0).then(|| Figure::new(FIXED_BODIES, self.fixed as f64, "1"));
-        let from = |time: f64| Figure::new("measured from", time, "time");
+        let from = |time: f64| Figure::new(MEASURED_FROM, time, "time");
         let [joint, simultaneous] = self.at_once;
-        let several = (joint > 0).then(|| Figure::new(JOINT, joint as f64, "1"));
-        let at_once = (simultaneous > 0).then(|| Figure::new(SIMULTANEOUS, simultaneous as f64, "1"));
+        // Also where there are none: a mean over replicas needs all of them.
+        let several = Some(Figure::new(AT_ONCE[0], joint as f64, "1"));
+        let at_once = Some(Figure::new(AT_ONCE[1], simultaneous as f64, "1"));
         let optional =
             [fixed, self.temperature.map(temperature), self.measured_from.map(from), several, at_once];
         std::iter::once(bodies).chain(optional.into_iter().flatten()).collect()
@@ -266,6 +275,7 @@ impl Outcome {
     /// Figures and checks.
     pub fn summary(&self, title: String, method: &Method) -> Summary {
         let mut figures = self.system_figures();
+        figures.retain(is_shown);
         figures.extend(self.results.figures.iter().cloned());
         if let Some((guarded, share)) = self.guarded {
             figures.push(Figure::new("contacts that the guard against collapse raised", guarded as f64, "1"));
@@ -297,9 +307,8 @@ impl Outcome {
         }
         if self.at_once[1] > 0 {
             note = format!(
-                "{note} {} contacts followed another contact of the same body at the same instant. They were resolved \
-                 one after the other, the body first in the scene first; another order would give another result.",
-                self.at_once[1]
+                "{note} Some contacts followed another one of the same body at the same instant. They were resolved one \
+                 after the other, in the order of the numbers of their bodies, on which the result depends."
             );
         }
         checks.extend(figures.iter().filter_map(Figure::check));

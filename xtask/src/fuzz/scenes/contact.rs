@@ -83,7 +83,39 @@ pub fn check(
     if exceeds(-least, bound) {
         report.fail("gap", format!("{least:e} at a contact of other parts, allowed {bound:e}"));
     }
+    if contact.points > 1 {
+        return check_joint(contact, &touch, bound, report);
+    }
     check_impulse(contact, &touch, rules, bound, report)
+}
+
+/// Checks of a contact at several points, whose impulse is a resultant: momentum, and an energy
+/// that does not grow, and stays where the contact is elastic.
+fn check_joint(
+    contact: &CollisionReport<'_>,
+    touch: &Touch,
+    place_error: f64,
+    report: &mut Report,
+) -> Measured {
+    let Sums { speed, .. } = check_momentum(contact, None, touch, place_error, report);
+    let [before, after] =
+        [false, true].map(|after| energy(&contact.sides[0], after) + energy(&contact.sides[1], after));
+    // The normals and arms of all points have the error of the one that is named.
+    let share = 4096.0 * U + 64.0 * place_error / touch.distance;
+    let (lost, allowed) = (before - after, share * before.max(after));
+    let elasticity = contact.elasticity.coefficient();
+    let grows = elasticity <= 1.0 && exceeds(-lost, allowed);
+    let falls = elasticity == 1.0 && exceeds(lost, allowed);
+    if before.max(after) > 1e-280 && (grows || falls) {
+        report
+            .fail("energy", format!("decreases by {lost:e} at {} points, e = {elasticity}", contact.points));
+    }
+    let relative = along(
+        rate(&contact.sides[1], touch.arms[1], false),
+        -1.0,
+        rate(&contact.sides[0], touch.arms[0], false),
+    );
+    Measured { approach: -dot(relative, touch.normal), speed, distance: touch.distance, lost }
 }
 
 fn rate(side: &Side<'_>, arm: Pair, after: bool) -> Pair {
@@ -127,7 +159,8 @@ fn check_impulse(
     let impulse = contact.impulse.to_array();
     let size = length(impulse);
     let normal_error = 32.0 * U + 2.0 * place_error / touch.distance;
-    let Sums { speed, spins, inverse_mass } = check_momentum(contact, touch, place_error, report);
+    let Sums { speed, spins, inverse_mass } =
+        check_momentum(contact, Some(touch.arms), touch, place_error, report);
     check_direction(impulse, touch, normal_error, report);
     let relative = |after: bool| {
         along(rate(&sides[1], touch.arms[1], after), -1.0, rate(&sides[0], touch.arms[0], after))
@@ -169,9 +202,11 @@ fn check_impulse(
     Measured { approach, speed, distance: touch.distance, lost: before - after }
 }
 
-/// Checks that the impulse changes the momentum and the spin of each body as it must.
+/// Checks that the impulse changes the momentum of each body as it must, and the spin, if it acts
+/// at the ends of these arms.
 fn check_momentum(
     contact: &CollisionReport<'_>,
+    at: Option<[Pair; 2]>,
     touch: &Touch,
     place_error: f64,
     report: &mut Report,
@@ -193,7 +228,7 @@ fn check_momentum(
         let spin = side.after.angular_velocity.abs() + side.before.angular_velocity.abs();
         let arm_length = length(arm);
         let allowed = 32.0 * U * spin + inertia.inverse_moment * size * (place_error + 32.0 * U * arm_length);
-        if exceeds((turned - torque).abs(), allowed) {
+        if at.is_some() && exceeds((turned - torque).abs(), allowed) {
             report.fail("torque", format!("spin changes by {turned:e}, not by {torque:e}"));
         }
         sums.speed += speeds + spin * arm_length;
