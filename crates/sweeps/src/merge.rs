@@ -8,6 +8,7 @@ use std::{collections::BTreeMap, fs, path::PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use carom_runs::{
     experiment::threads,
+    folder_lock::FolderLock,
     left_out::{Damaged, command_of},
     manifest::Manifest,
     merge,
@@ -44,6 +45,8 @@ pub fn run(options: &merge::Options) -> Result<Verdict> {
 
 fn merge_sweeps(paths: &[PathBuf], destination: &Destination) -> Result<Verdict> {
     let sources = paths.iter().map(|path| SweepFolder::open(path)).collect::<Result<Vec<_>>>()?;
+    // Held to the end: no other process begins to write there.
+    let (_locks, in_use) = locked(&sources);
     let (study, shards) = common(&sources)?;
     let path = destination.folder("out/merge");
     if let Some(same) = sources.iter().find(|source| is_same_folder(source.folder.path(), &path)) {
@@ -61,8 +64,22 @@ fn merge_sweeps(paths: &[PathBuf], destination: &Destination) -> Result<Verdict>
     let again = merge::again(paths, &path);
     let manifest = Manifest::begin(&target.folder, &again, &[])?;
     let pool = threads(None)?;
-    let remarks = copy(&study, &sources, &target, &pool)?;
+    let mut remarks = copy(&study, &sources, &target, &pool)?;
+    remarks.notes.extend(in_use);
     report::write(&target, &study, &shards, (manifest, &again), remarks, &pool)
+}
+
+/// Locks the folders that are read, and notes those in which another process is writing: their
+/// finished replicas do not change, and can be merged.
+fn locked(sources: &[SweepFolder]) -> (Vec<FolderLock>, Vec<String>) {
+    let (mut locks, mut in_use) = (Vec::new(), Vec::new());
+    for source in sources {
+        match FolderLock::shared(source.folder.path()) {
+            Ok(lock) => locks.push(lock),
+            Err(error) => in_use.push(format!("{error:#}: only its finished replicas are merged.")),
+        }
+    }
+    (locks, in_use)
 }
 
 /// The study and the shards of all folders.

@@ -8,8 +8,8 @@ use std::{
 };
 
 use anyhow::Result;
-use carom_runs::interruption::Signals;
 use carom_runs::run::record;
+use carom_runs::{folder_lock::FolderLock, interruption::Signals};
 use carom_sweeps::{Size, Study, merge, several};
 use carom_tables::Verdict;
 use clap::{Args, Parser};
@@ -205,6 +205,14 @@ fn shards_merged_in_any_order_and_tree_give_the_tables_of_one_process_to_the_dig
     // Shard 2 is in both halves.
     assert!(place.read("c/report.html").contains("replicas are in several folders, with the same content"));
     assert!(place.read("a/report.html").contains("All 3 points are complete, with 9 replicas"));
+
+    // A folder in which another process writes gives what is finished, with a note.
+    let writing = FolderLock::exclusive(&place.path("shard-2")).unwrap();
+    place.merge(&shards, "meanwhile").unwrap();
+    drop(writing);
+    assert_eq!(tables(&place.path("meanwhile"))["table.csv"], expected["table.csv"]);
+    let page = place.read("meanwhile/report.html");
+    assert!(page.contains("shard-2") && page.contains("only its finished replicas are merged"), "{page}");
 
     // What is missing is named, and can be done later.
     let half = place.read("left/report.html");
