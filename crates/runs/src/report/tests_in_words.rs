@@ -68,9 +68,9 @@ fn would_have_been_found<'a>(tests: impl Iterator<Item = &'a Figure> + Clone) ->
     let least = same.filter_map(|test| test.smallest_difference).fold(0.0, f64::max);
     let unit = if first.unit == "1" { String::new() } else { format!(" {}", first.unit) };
     format!(
-        " In {} a difference of {}{unit} would have been found.",
-        first.name,
-        with_error(two_digits(least), None)
+        " A difference of {}{unit} in the {} would have been found.",
+        with_error(two_digits(least), None),
+        first.name
     )
 }
 
@@ -93,8 +93,8 @@ mod tests {
         let [x, y] = [test("vx", 0.01, Some(0.01)), test("vy", 0.02, Some(0.01))];
         assert_eq!(
             words(&[plain, x.clone(), y]).unwrap(),
-            "All 2 tested means are as predicted: the largest deviation is 2.0 standard errors, of vy (tee). In vx a \
-             difference of 0.056 length/time would have been found."
+            "All 2 tested means are as predicted: the largest deviation is 2.0 standard errors, of vy (tee). A difference \
+             of 0.056 length/time in the vx would have been found."
         );
         let biased = words(&[x.clone(), test("vy", 0.05, Some(0.01))]).unwrap();
         assert!(biased.starts_with("Not as predicted: vy (tee) = 0.050"), "{biased}");
