@@ -114,20 +114,15 @@ fn smallest_set(points: &[Point], demanded: &[f64], inertias: [&Inertia; 2]) -> 
             for (&k, size) in active.iter().zip(&found) {
                 sizes[k] += step * (size - sizes[k]);
             }
-            let pulled: Vec<bool> =
-                active.iter().zip(&found).map(|(&k, size)| *size <= 0.0 && sizes[k] <= 0.0).collect();
-            let mut release = pulled.iter();
-            let before = active.len();
-            active.retain(|&k| {
-                let is_released = release.next().is_some_and(|pulled| *pulled);
-                if is_released {
-                    sizes[k] = 0.0;
-                }
-                !is_released
-            });
-            if active.len() == before {
+            let pulled = active.iter().zip(&found).filter(|&(&k, size)| *size <= 0.0 && sizes[k] <= 0.0);
+            let released: Vec<usize> = pulled.map(|(&k, _)| k).collect();
+            if released.is_empty() {
                 return None;
             }
+            for &k in &released {
+                sizes[k] = 0.0;
+            }
+            active.retain(|k| !released.contains(k));
             found = solve(&active, demanded, yielding)?;
         }
         for (&k, size) in active.iter().zip(&found) {

@@ -202,18 +202,20 @@ impl Table {
     #[must_use]
     pub fn as_drawn(&self) -> Self {
         let mut table = self.clone();
+        // The place of the last value, what it is divided by, and whether noise is left out.
         let mut of_value: Option<(usize, f64, bool)> = None;
         for place in 0..table.columns.len() {
             let column = &mut table.columns[place];
             if column.role.is_curve() {
                 let is_relative = self.relative.contains(&column.name);
                 let is_resolved = is_relative || self.decades.contains(&column.name);
-                let first = column.values.iter().flatten().copied().find(|_| is_relative).unwrap_or(1.0);
-                if is_relative && first > 0.0 {
-                    column.label = format!("{} over that at lag 0", column.label);
+                let first = column.values.iter().flatten().copied().next();
+                let scale = first.filter(|first| is_relative && *first > 0.0);
+                if scale.is_some() {
+                    column.label = format!("{} over its first value", column.label);
                     "1".clone_into(&mut column.unit);
                 }
-                of_value = Some((place, if first > 0.0 { first } else { 1.0 }, is_resolved));
+                of_value = Some((place, scale.unwrap_or(1.0), is_resolved));
             }
             let Some((value, scale, is_resolved)) = of_value else { continue };
             let belongs = matches!(column.role, Role::StandardError | Role::Prediction { .. });

@@ -97,7 +97,7 @@ fn check_joint(
     place_error: f64,
     report: &mut Report,
 ) -> Measured {
-    let Sums { speed, .. } = check_momentum(contact, None, touch, place_error, report);
+    let Sums { speed, .. } = check_momentum(contact, touch, report);
     let [before, after] =
         [false, true].map(|after| energy(&contact.sides[0], after) + energy(&contact.sides[1], after));
     // The normals and arms of all points have the error of the one that is named.
@@ -159,8 +159,8 @@ fn check_impulse(
     let impulse = contact.impulse.to_array();
     let size = length(impulse);
     let normal_error = 32.0 * U + 2.0 * place_error / touch.distance;
-    let Sums { speed, spins, inverse_mass } =
-        check_momentum(contact, Some(touch.arms), touch, place_error, report);
+    let Sums { speed, spins, inverse_mass } = check_momentum(contact, touch, report);
+    check_torque(contact, touch, place_error, report);
     check_direction(impulse, touch, normal_error, report);
     let relative = |after: bool| {
         along(rate(&sides[1], touch.arms[1], after), -1.0, rate(&sides[0], touch.arms[0], after))
@@ -202,17 +202,9 @@ fn check_impulse(
     Measured { approach, speed, distance: touch.distance, lost: before - after }
 }
 
-/// Checks that the impulse changes the momentum of each body as it must, and the spin, if it acts
-/// at the ends of these arms.
-fn check_momentum(
-    contact: &CollisionReport<'_>,
-    at: Option<[Pair; 2]>,
-    touch: &Touch,
-    place_error: f64,
-    report: &mut Report,
-) -> Sums {
+/// Checks that the impulse changes the momentum of each body as it must.
+fn check_momentum(contact: &CollisionReport<'_>, touch: &Touch, report: &mut Report) -> Sums {
     let impulse = contact.impulse.to_array();
-    let size = length(impulse);
     let mut sums = Sums::default();
     for (side, (sign, arm)) in contact.sides.iter().zip([(-1.0, touch.arms[0]), (1.0, touch.arms[1])]) {
         let inertia = side.body.inertia();
@@ -223,20 +215,29 @@ fn check_momentum(
         if exceeds(length(along(change, -1.0, expected)), 32.0 * U * (speeds + length(expected))) {
             report.fail("momentum", format!("velocity changes by {change:?}, not by {expected:?}"));
         }
-        let turned = side.after.angular_velocity - side.before.angular_velocity;
-        let torque = sign * inertia.inverse_moment * cross(arm, impulse);
         let spin = side.after.angular_velocity.abs() + side.before.angular_velocity.abs();
-        let arm_length = length(arm);
-        let allowed = 32.0 * U * spin + inertia.inverse_moment * size * (place_error + 32.0 * U * arm_length);
-        if at.is_some() && exceeds((turned - torque).abs(), allowed) {
-            report.fail("torque", format!("spin changes by {turned:e}, not by {torque:e}"));
-        }
-        sums.speed += speeds + spin * arm_length;
+        sums.speed += speeds + spin * length(arm);
         sums.spins += spin;
         let lever = cross(arm, touch.normal);
         sums.inverse_mass += inertia.inverse_mass + inertia.inverse_moment * lever * lever;
     }
     sums
+}
+
+/// Checks that the impulse changes the spin of each body as it must.
+fn check_torque(contact: &CollisionReport<'_>, touch: &Touch, place_error: f64, report: &mut Report) {
+    let impulse = contact.impulse.to_array();
+    for (side, (sign, arm)) in contact.sides.iter().zip([(-1.0, touch.arms[0]), (1.0, touch.arms[1])]) {
+        let inverse_moment = side.body.inertia().inverse_moment;
+        let turned = side.after.angular_velocity - side.before.angular_velocity;
+        let torque = sign * inverse_moment * cross(arm, impulse);
+        let spin = side.after.angular_velocity.abs() + side.before.angular_velocity.abs();
+        let place = place_error + 32.0 * U * length(arm);
+        let allowed = 32.0 * U * spin + inverse_moment * length(impulse) * place;
+        if exceeds((turned - torque).abs(), allowed) {
+            report.fail("torque", format!("spin changes by {turned:e}, not by {torque:e}"));
+        }
+    }
 }
 
 /// Checks that the impulse is along the normal and separates the bodies.
