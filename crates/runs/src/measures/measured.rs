@@ -191,8 +191,7 @@ pub struct Results {
     pub overlap_checks: u64,
     /// Sums, tables and figures of each measure, for merging with other runs.
     pub records: Vec<MeasureRecord>,
-    /// Measures that the scene asks for and that have no figure because the run was too short:
-    /// there was too little data.
+    /// Measures that the scene asks for and that have no figure because the run was too short.
     pub silent: Vec<String>,
 }
 

@@ -191,14 +191,13 @@ impl Measures {
     /// With `run.measure_from = "auto"`: drops what has been measured so far if a mean changed, and
     /// begins anew with the present sample. That is judged after 64 samples, and then after twice
     /// as many as before, until no mean has changed. It depends on the samples alone, so that a
-    /// run that is extended measures the same as a long one. Returns whether it has begun anew.
-    /// Call it after each sample.
+    /// run that is extended measures the same as a long one. Call it after each sample.
     ///
     /// # Errors
     /// A measure cannot be begun.
-    pub(crate) fn begin_anew_unless_settled(&mut self, scene: &Scene, view: &View<'_>) -> Result<bool> {
+    pub(crate) fn begin_anew_unless_settled(&mut self, scene: &Scene, view: &View<'_>) -> Result<()> {
         if !self.0.iter().any(Entry::is_judged_now) {
-            return Ok(false);
+            return Ok(());
         }
         let judged: Vec<Figure> = self
             .0
@@ -208,7 +207,7 @@ impl Measures {
             .collect();
         if carom_tables::are_stationary(&judged) == Some(true) {
             self.0.iter_mut().for_each(Entry::settle);
-            return Ok(false);
+            return Ok(());
         }
         let Self(fresh) = Self::begin(scene, view)?;
         for (entry, fresh) in self.0.iter_mut().zip(fresh) {
@@ -216,7 +215,7 @@ impl Measures {
                 entry.begin_anew(fresh, view);
             }
         }
-        Ok(true)
+        Ok(())
     }
 
     /// Values of the last interval, by short names, from the measures that have them.

@@ -178,8 +178,7 @@ fn take(
         What::Sample => {
             going.sample();
             append_sample(going, &scene.run, output)?;
-            going.observers.begin_anew_unless_settled(scene, &going.simulation.view())?;
-            return Ok(());
+            return going.observers.begin_anew_unless_settled(scene, &going.simulation.view());
         }
         What::Snapshot if output == Output::Files => append_frame(going)?,
         What::Snapshot => (),
