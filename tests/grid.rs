@@ -92,7 +92,7 @@ fn mixtures() {
     let start = Scene { gas: vec![gas("disc", 0.09, 6), gas("disc", 0.02, 90)], ..Scene::default() };
     compare_with_each("mixture", &start, &[1, 2, 3, 4, 5]);
     let mut start = Scene { gas: vec![gas("disc", 0.15, 1), gas("disc", 0.015, 150)], ..Scene::default() };
-    start.gas[0].atom_mass = Some(50.0);
+    start.gas[0].atom_mass = Some(50.0.into());
     compare_with_each("one big disc", &start, &[2, 3]);
 }
 

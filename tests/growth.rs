@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use crate::support::{bits, bumper, gas, named, simulate};
 use carom_detection::Exact;
 use carom_engine::{
-    AtomSpec, CellsPerSide, GasSpec, Growth, HeapScheduler, Instructions, MoleculeSpec, Placement, Scene,
-    SceneError, Simulation, StartSpec, WallSpec,
+    AtomSpec, CellsPerSide, GasSpec, Growth, HeapScheduler, Instructions, MoleculeSpec, Placement, Quantity,
+    Scene, SceneError, Simulation, StartSpec, WallSpec,
 };
 use carom_geometry::{Atom, Molecule};
 use carom_response::Impact;
@@ -42,7 +42,8 @@ fn tagged(tag: &str, gas: GasSpec) -> GasSpec {
 /// The molecule that the entry of a gas describes.
 fn molecule(gas: &GasSpec) -> Molecule {
     if let Some(shape) = &gas.shape {
-        let (radius, mass) = (gas.atom_radius.unwrap(), gas.atom_mass.unwrap());
+        let [radius, mass] = [&gas.atom_radius, &gas.atom_mass]
+            .map(|given| given.as_ref().and_then(Quantity::number).unwrap());
         return Molecule::named(shape.parse().unwrap(), radius, mass).unwrap();
     }
     let atom = |spec: &AtomSpec| Atom::new(DVec2::from(spec.at), spec.radius, spec.mass).unwrap();
@@ -340,7 +341,8 @@ fn invalid_starts_are_refused_by_name() {
 /// of events, not after the collisions that a dense gas has.
 #[test]
 fn growth_and_relaxation_of_gases_that_seldom_collide_end() {
-    let gas = GasSpec { radius: Some(0.02), mass: Some(1.0), count: Some(20), ..GasSpec::default() };
+    let gas =
+        GasSpec { radius: Some(0.02.into()), mass: Some(1.0.into()), count: Some(20), ..GasSpec::default() };
     let mut scene = Scene { gas: vec![GasSpec { energy: 1.0, ..gas }], ..Scene::default() };
     scene.bounds.sides = [1.0, 1e6];
     scene.start = StartSpec { placement: Some(Placement::Grown), relax: Some(5.0), ..StartSpec::default() };

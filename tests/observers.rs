@@ -52,8 +52,8 @@ fn tee(at: DVec2, orientation: f64) -> MoleculeSpec {
 fn gas(tag: &str, count: usize) -> GasSpec {
     GasSpec {
         tags: vec![tag.into()],
-        radius: Some(0.02),
-        mass: Some(1.0),
+        radius: Some(0.02.into()),
+        mass: Some(1.0.into()),
         energy: 1.0,
         count: Some(count),
         ..GasSpec::default()
@@ -70,7 +70,7 @@ fn hard_discs(count: usize, area_fraction: f64, seed: u64) -> Scene {
     let side = (count as f64 * 0.25 * PI / area_fraction).sqrt();
     let mut scene = Scene::default();
     (scene.bounds.sides, scene.bounds.seed) = ([side; 2], seed);
-    let spec = GasSpec { radius: Some(0.5), zero_momentum: Some(true), ..gas("gas", count) };
+    let spec = GasSpec { radius: Some(0.5.into()), zero_momentum: Some(true), ..gas("gas", count) };
     scene.gas.push(spec);
     scene
 }

@@ -50,7 +50,13 @@ impl Observer for Counts {
 }
 
 fn disc(radius: f64, count: usize) -> GasSpec {
-    GasSpec { radius: Some(radius), mass: Some(1.0), energy: 1.0, count: Some(count), ..GasSpec::default() }
+    GasSpec {
+        radius: Some(radius.into()),
+        mass: Some(1.0.into()),
+        energy: 1.0,
+        count: Some(count),
+        ..GasSpec::default()
+    }
 }
 
 fn counts(detector: impl Detection) -> Counts {
@@ -102,7 +108,7 @@ fn paths(detector: impl Detection, scene: &Scene) -> Vec<[f64; 4]> {
 /// matters; and with light discs that become faster than any body at the start.
 #[test]
 fn discs_move_equally_with_a_called_detector_and_in_closed_form() {
-    let light = GasSpec { mass: Some(1e-3), energy: 1e-9, ..disc(0.005, 60) };
+    let light = GasSpec { mass: Some((1e-3).into()), energy: 1e-9, ..disc(0.005, 60) };
     let gases = [
         (vec![disc(0.03, 100)], [1.0, 1.0]),
         (vec![disc(0.008, 120)], [1.0, 1.0]),

@@ -214,11 +214,11 @@ fn a_scene_with_distributions_survives_its_text() {
         "[[gas]]\nradius = { normal = [0.01, 0.001] }\natom_mass = { values = [1.0, 2.0] }\ntemperature = 1.0\ncount = 9\n\
          [[gas]]\nshape = \"tee\"\natom_radius = 0.01\ndensity = 3.0\nscale = { uniform = [1, 2] }\nenergy = 1.0\ncount = 3\n",
     );
-    assert_eq!(scene.gas[0].radius_distribution, Some(Distribution::Normal([0.01, 0.001])));
+    assert_eq!(scene.gas[0].radius, Some(Distribution::Normal([0.01, 0.001]).into()));
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
     let by_code = GasSpec {
-        radius_distribution: Some(Distribution::Uniform([0.01, 0.02])),
-        mass: Some(1.0),
+        radius: Some(Distribution::Uniform([0.01, 0.02]).into()),
+        mass: Some(1.0.into()),
         temperature: Some(1.0),
         velocities: StartVelocities::Maxwell,
         count: Some(10),

@@ -143,12 +143,15 @@ fn impossible_gases_are_refused_by_name() {
     for bad in [1.0, -0.1, f64::NAN, f64::INFINITY] {
         refuse_gas(GasSpec { count: None, area_fraction: Some(bad), ..good() }, "`area_fraction` must be");
     }
-    refuse_gas(GasSpec { radius: Some(0.01), ..good() }, "give either `radius` or `atom_radius`, not both");
-    refuse_gas(GasSpec { mass: Some(1.0), ..good() }, "give either `mass` or `atom_mass`, not both");
+    refuse_gas(
+        GasSpec { radius: Some(0.01.into()), ..good() },
+        "give either `radius` or `atom_radius`, not both",
+    );
+    refuse_gas(GasSpec { mass: Some(1.0.into()), ..good() }, "give either `mass` or `atom_mass`, not both");
     refuse_gas(GasSpec { atom_radius: None, ..good() }, "a disc needs a radius: `radius` in a gas");
     refuse_gas(GasSpec { energy: -1.0, ..good() }, "must not be negative");
     refuse_gas(GasSpec { energy: f64::NAN, ..good() }, "must be finite");
-    refuse_gas(GasSpec { atom_mass: Some(0.0), ..good() }, "must be positive");
+    refuse_gas(GasSpec { atom_mass: Some(0.0.into()), ..good() }, "must be positive");
     refuse_gas(
         GasSpec { shape: Some("ring:2".to_owned()), ..good() },
         "a ring must have 3 to 4096 atoms, but has 2",

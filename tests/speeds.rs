@@ -91,7 +91,7 @@ fn slow_discs_are_refused_with_an_error_that_names_them() {
     let error = refused(&of_gas);
     assert!(matches!(&error, SceneError::TooSlow { entry, .. } if entry == "gas[0]"), "{error}");
     // Energies and masses must not give speeds that are too large either.
-    (of_gas.gas[0].energy, of_gas.gas[0].atom_mass) = (1e60, Some(1e-60));
+    (of_gas.gas[0].energy, of_gas.gas[0].atom_mass) = (1e60, Some(1e-60.into()));
     let message = refused(&of_gas).to_string();
     assert!(message.contains("gas[0]: the angular velocity that `energy` gives must be finite"), "{message}");
     of_gas.gas[0].energy = 0.0;

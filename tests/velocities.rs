@@ -129,7 +129,7 @@ fn a_gas_starts_at_the_requested_temperature() {
 fn each_gas_of_a_mixture_has_its_temperature() {
     let tagged = |tag: &str, gas: GasSpec| GasSpec { tags: vec![tag.to_owned()], ..gas };
     for velocities in BOTH {
-        let discs = tagged("disc", GasSpec { atom_mass: Some(5.0), ..warm("disc", 7, velocities) });
+        let discs = tagged("disc", GasSpec { atom_mass: Some(5.0.into()), ..warm("disc", 7, velocities) });
         let tees = tagged("tee", warm("tee", 10, velocities));
         let scene = of(vec![discs.clone(), tees.clone()]);
         assert_warm(&start(&scene).view(), "mixture");
@@ -254,7 +254,7 @@ fn contradictory_energies_are_refused_by_name() {
     // Speeds beyond the range of the engine.
     for velocities in BOTH {
         let gas = warm("disc", 10, velocities);
-        let fast = GasSpec { temperature: Some(1e60), atom_mass: Some(1e-60), ..gas.clone() };
+        let fast = GasSpec { temperature: Some(1e60), atom_mass: Some((1e-60).into()), ..gas.clone() };
         assert!(refusal(fast).contains("the speed that `temperature` gives"));
         let slow = GasSpec { temperature: Some(1e-150), ..gas };
         assert!(refusal(slow).contains("must be 0 or at least 1e-70"));

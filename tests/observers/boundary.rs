@@ -90,7 +90,7 @@ fn a_dilute_gas_at_a_fixed_disc_has_the_density_of_the_gas() {
 fn bodies_other_than_the_discs_of_the_gas_are_counted_separately() {
     let mut scene = Scene::default();
     scene.gas.push(gas("gas", 60));
-    scene.gas.push(GasSpec { radius: Some(0.03), ..gas("large", 10) });
+    scene.gas.push(GasSpec { radius: Some(0.03.into()), ..gas("large", 10) });
     scene.bumper.push(BumperSpec { tags: vec![], radius: 0.1, at: [0.5, 0.5] });
     let mut simulation = Simulation::new(&scene).unwrap();
     let fixed = simulation.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.clone();

@@ -110,8 +110,8 @@ fn collision_rate_and_pressure_of_hard_discs_are_those_of_kinetic_theory() {
     let mut scene = Scene::default();
     (scene.bounds.sides, scene.bounds.seed) = ([side; 2], 20_170_131);
     scene.gas.push(GasSpec {
-        radius: Some(radius),
-        mass: Some(1.0),
+        radius: Some(radius.into()),
+        mass: Some(1.0.into()),
         energy: 1.0,
         count: Some(count as usize),
         zero_momentum: Some(true),
@@ -156,7 +156,7 @@ fn virial_of_dumbbells(area_fraction: f64) -> (f64, f64) {
     scene.gas.push(GasSpec {
         shape: Some("dumbbell".into()),
         zero_momentum: Some(true),
-        ..GasSpec { radius: Some(0.5), ..gas("gas", count as usize) }
+        ..GasSpec { radius: Some(0.5.into()), ..gas("gas", count as usize) }
     });
     let mut simulation = Simulation::new(&scene).unwrap();
     simulation.run_until(2.0 / area_fraction).unwrap();

@@ -86,8 +86,8 @@ pub fn gas(shape: &str, atom_radius: f64, count: usize) -> GasSpec {
     let atoms = shape.parse::<carom_geometry::Shape>().unwrap().atoms(1.0, 1.0).unwrap().len();
     GasSpec {
         shape: Some(shape.to_owned()),
-        atom_radius: Some(atom_radius),
-        atom_mass: Some(1.0 / atoms as f64),
+        atom_radius: Some(atom_radius.into()),
+        atom_mass: Some((1.0 / atoms as f64).into()),
         energy: 1.0,
         count: Some(count),
         ..GasSpec::default()
@@ -127,7 +127,7 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
     };
     let of_discs = |radius, count| with(vec![], vec![], vec![gas("disc", radius, count)]);
     // Light discs that soon become faster than any body at the start.
-    let light = GasSpec { atom_mass: Some(1e-3), energy: 1e-9, ..gas("disc", 0.004, 60) };
+    let light = GasSpec { atom_mass: Some((1e-3).into()), energy: 1e-9, ..gas("disc", 0.004, 60) };
     let mut kicked = with(vec![], vec![], vec![gas("disc", 0.004, 60), light]);
     kicked.bounds.sides = [1.5, 0.5];
     let middle = |shape: &str, atom_radius| named(shape, atom_radius, 2.0, [0.5, 0.5]);

@@ -52,7 +52,7 @@ pub fn run() -> Result<Verdict> {
     // tests run, so that one run shows every failure.
     let command = std::env::current_exe().context("the path of this program is unknown")?;
     steps.tests(&format!(
-        "eval \"$(.ci/tools)\"; failed=0; CAROM_COMMAND='{}' .ci/python || failed=1; \
+        "eval \"$(.ci/tools)\"; failed=0; CAROM_COMMAND=\"'{}' carom\" .ci/python || failed=1; \
          tests/slurm.sh || failed=1; cargo test --workspace --no-fail-fast && exit $failed",
         command.display()
     ))

@@ -1,10 +1,7 @@
 //! The command line of `cargo xtask`.
 
 use anyhow::Result;
-use carom_runs::{
-    console::{Console, Program},
-    detect, run,
-};
+use carom_runs::console::{Console, Program};
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -33,10 +30,6 @@ pub enum Command {
     /// Run an experiment and write a page about it
     #[command(subcommand)]
     Experiment(Experiment),
-    /// Run any scene with the options of its [run] table
-    Run(run::Options),
-    /// Find the first contacts of pairs of molecules
-    Detect(detect::Options),
     /// Time whole simulations
     #[command(subcommand)]
     Bench(bench::Bench),
@@ -46,8 +39,8 @@ pub enum Command {
     /// Disturb the program by signals, failing files, losses of power, second processes and mutated
     /// files, and compare with undisturbed runs
     Attack(attack::Options),
-    /// Run a command of `carom`: a part of `attack`
-    #[command(hide = true, name = attack::process::COMMAND)]
+    /// Run a command of `carom`, with the build of the repository
+    #[command(name = attack::process::COMMAND)]
     Carom(carom_cli::Cli),
     /// Run cases from standard input: a part of `fuzz`
     #[command(hide = true, name = fuzz::worker::COMMAND)]
@@ -133,7 +126,7 @@ impl Program for Cli {
     /// Chores of the repository print what they do, and workers are parts of other commands.
     fn shows_progress(&self) -> bool {
         match &self.command {
-            Command::Experiment(_) | Command::Run(_) | Command::Detect(_) => true,
+            Command::Experiment(_) => true,
             Command::Carom(carom) => carom.shows_progress(),
             _ => false,
         }
@@ -159,8 +152,6 @@ impl Program for Cli {
             Command::Experiment(Experiment::Ratchet(options)) => studies::run("ratchet", options),
             Command::Experiment(Experiment::All(options)) => all::run(options),
             Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
-            Command::Run(options) => run::run(options),
-            Command::Detect(options) => detect::run(options),
             Command::Bench(bench) => bench::run(bench),
             Command::Fuzz(fuzz) => fuzz::run(fuzz),
             Command::Attack(options) => attack::run(options),

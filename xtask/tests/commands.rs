@@ -65,7 +65,7 @@ fn an_animation_can_be_omitted_or_start_late_and_the_report_does_not_grow_with_t
         );
         fs::write(&scene, text).unwrap();
         let out = root.path().join(name);
-        let fixed = ["run", scene.to_str().unwrap(), "--out", out.to_str().unwrap()];
+        let fixed = ["carom", "run", scene.to_str().unwrap(), "--out", out.to_str().unwrap()];
         let (code, said) = outcome(&[&fixed, more].concat());
         assert_eq!(code, Some(0), "{said}");
         let report = fs::read_to_string(out.join("report.html")).unwrap();
@@ -175,7 +175,7 @@ const SCENE: &str = "[box]\nseed = 3\n\n[[gas]]\nradius = 0.02\nmass = 1.0\nener
 fn run(folder: &Path, scene: &str, more: &[&str]) -> (Option<i32>, String) {
     let (file, out) = (folder.join("scene.toml"), folder.join("out"));
     fs::write(&file, scene).unwrap();
-    outcome(&[&["run", file.to_str().unwrap(), "--out", out.to_str().unwrap()], more].concat())
+    outcome(&[&["carom", "run", file.to_str().unwrap(), "--out", out.to_str().unwrap()], more].concat())
 }
 
 #[test]
@@ -194,7 +194,7 @@ fn a_scene_can_be_run_again_from_its_written_configuration() {
 
     let again = root.path().join("again");
     let config = out.join("config.toml");
-    let (code, said) = outcome(&["run", config.to_str().unwrap(), "--out", again.to_str().unwrap()]);
+    let (code, said) = outcome(&["carom", "run", config.to_str().unwrap(), "--out", again.to_str().unwrap()]);
     assert_eq!(code, Some(0), "{said}");
     assert_eq!(data(&out), data(&again));
 }
@@ -238,7 +238,7 @@ fn invalid_input_is_refused_by_name() {
         &["experiment", "upside-down"][..],
         &["experiment", "brownian", "--quick", "--paper"],
         &["experiment", "brownian", "--threads", "0"],
-        &["run", "no-such-scene.toml"],
+        &["carom", "run", "no-such-scene.toml"],
         &["fly"],
     ] {
         assert_eq!(outcome(wrong).0, Some(2), "{wrong:?}");
@@ -272,6 +272,7 @@ fn detect_finds_first_contacts() {
     .unwrap();
     for detector in ["exact", "golden-secant", "bounding-circles"] {
         let (code, said) = outcome(&[
+            "carom",
             "detect",
             cases.to_str().unwrap(),
             "--detector",
@@ -285,5 +286,8 @@ fn detect_finds_first_contacts() {
         assert_eq!(cells[2], "contact", "{detector}: {text}");
         assert!((cells[3].parse::<f64>().unwrap() - 2.0).abs() < 1e-12, "{detector}: {text}");
     }
-    assert_eq!(outcome(&["detect", cases.to_str().unwrap(), "--detector", "guess", "--out", "x"]).0, Some(2));
+    assert_eq!(
+        outcome(&["carom", "detect", cases.to_str().unwrap(), "--detector", "guess", "--out", "x"]).0,
+        Some(2)
+    );
 }

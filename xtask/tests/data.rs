@@ -49,7 +49,7 @@ fn the_table_of_kicks_agrees_with_the_histogram() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
     fs::write(folder.join("tee.toml"), KICKS).unwrap();
-    xtask(folder, &["run", "tee.toml", "--out", "all"]);
+    xtask(folder, &["carom", "run", "tee.toml", "--out", "all"]);
     let (mut counts, mut atoms) = (vec![0.0; 360], vec![0.0; 5]);
     let kicks = rows(&folder.join("all/impulses.csv"));
     let kicks: Vec<_> = kicks.into_iter().filter(|kick| kick[0] >= 0.5).collect();
@@ -83,7 +83,7 @@ fn the_program_of_the_readme_draws_the_histogram() {
     let program = programs.find(|program| program.contains("impulses.csv")).expect("a program in Python");
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("tee.toml"), KICKS).unwrap();
-    xtask(root.path(), &["run", "tee.toml", "--out", "out/run-tee"]);
+    xtask(root.path(), &["carom", "run", "tee.toml", "--out", "out/run-tee"]);
     let output = Command::new(python)
         .current_dir(root.path())
         .env("MPLBACKEND", "Agg")
@@ -99,7 +99,7 @@ fn ase_reads_a_trajectory_back_to_the_bit() {
     let Some(python) = python("ase_reads_a_trajectory_back_to_the_bit", "ase.io, json, sys") else { return };
     let root = tempfile::tempdir().unwrap();
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
-    xtask(root.path(), &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
+    xtask(root.path(), &["carom", "run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
     let path = root.path().join("out/trajectory.extxyz");
     let program = "frames = ase.io.read(sys.argv[1], index=':')\n\
                    json.dump([[f.info['Time'], f.cell.lengths().tolist(), f.pbc.tolist(), exact(f.positions), \
@@ -143,7 +143,7 @@ fn mdanalysis_reads_a_converted_dump() {
     let Some(python) = python(test, "numpy, MDAnalysis") else { return };
     let root = tempfile::tempdir().unwrap();
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
-    xtask(root.path(), &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
+    xtask(root.path(), &["carom", "run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
     let (trajectory, dump) = (root.path().join("out/trajectory.extxyz"), root.path().join("out.lammpstrj"));
     assert_eq!(carom_runs::convert::convert(&trajectory, &dump).unwrap(), 6);
     let program = r"
@@ -171,7 +171,7 @@ fn hoomd_and_ase_read_converted_trajectories() {
     let Some(python) = python(test, "numpy, ase.io, gsd.hoomd") else { return };
     let root = tempfile::tempdir().unwrap();
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
-    xtask(root.path(), &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
+    xtask(root.path(), &["carom", "run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
     let trajectory = root.path().join("out/trajectory.extxyz");
     for name in ["out.gsd", "out.lammpstrj"] {
         assert_eq!(carom_runs::convert::convert(&trajectory, &root.path().join(name)).unwrap(), 6);
@@ -217,7 +217,7 @@ fn freud_finds_the_displacements_and_the_pair_distribution_of_the_run() {
     let Some(python) = python(test, "numpy, gsd.hoomd, freud") else { return };
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("gas.toml"), FREUD).unwrap();
-    xtask(root.path(), &["run", "gas.toml", "--out", "out"]);
+    xtask(root.path(), &["carom", "run", "gas.toml", "--out", "out"]);
     let trajectory = root.path().join("out/trajectory.extxyz");
     assert_eq!(carom_runs::convert::convert(&trajectory, &root.path().join("out.gsd")).unwrap(), 41);
     let program = r"
@@ -244,6 +244,40 @@ ours = column('out/pair-distribution-gas.csv', 'g')
 # A pair at the border of two bins may change over in single precision.
 assert np.allclose(rdf.rdf, ours, atol=0.02), (rdf.rdf, ours)
 assert ours.max() > 1 and ours[0] == 0
+";
+    let output = Command::new(python).current_dir(root.path()).args(["-c", program]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn ovito_reads_places_images_and_kinds() {
+    let Some(python) = python("ovito_reads_places_images_and_kinds", "numpy, ovito.io") else { return };
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("gas.toml"), FREUD).unwrap();
+    xtask(root.path(), &["carom", "run", "gas.toml", "--out", "out"]);
+    let trajectory = root.path().join("out/trajectory.extxyz");
+    for name in ["out.gsd", "out.lammpstrj"] {
+        assert_eq!(carom_runs::convert::convert(&trajectory, &root.path().join(name)).unwrap(), 41);
+    }
+    let program = r"
+import csv, numpy as np
+from ovito.io import import_file
+ours = [float(row['mean_square_displacement']) for row in csv.DictReader(open('out/correlation-gas.csv'))]
+for name in ['out/trajectory.extxyz', 'out.gsd', 'out.lammpstrj']:
+    frames = import_file(name)
+    assert frames.source.num_frames == 41, name
+    places = []
+    for index in range(41):
+        data = frames.compute(index)
+        sides = np.diag(np.asarray(data.cell)[:, :3])[:2]
+        image = np.asarray(data.particles['Periodic Image'])[:, :2]
+        order = np.argsort(np.asarray(data.particles['Particle Identifier'])) if name.endswith('trj') else slice(None)
+        places.append((np.asarray(data.particles.positions)[:, :2] + image * sides)[order])
+    places = np.array(places)
+    squares = ((places[9:] - places[:-9]) ** 2).sum(axis=2).mean()
+    assert abs(squares / ours[9] - 1) < 1e-4, (name, squares, ours[9])
+kinds = import_file('out.gsd').compute(0).particles.particle_types.types
+assert [kind.name for kind in kinds] == ['gas']
 ";
     let output = Command::new(python).current_dir(root.path()).args(["-c", program]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

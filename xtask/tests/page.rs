@@ -61,12 +61,12 @@ fn pages_are_complete_and_the_gas_moves() {
     check(&seen(browser, &folder.join("both/report.html")), 2, &charts);
 
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/walls.toml");
-    xtask(folder, &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "run"]);
+    xtask(folder, &["carom", "run", scene.to_str().unwrap(), "--until", "0.5", "--out", "run"]);
     check(&seen(browser, &folder.join("run/report.html")), 1, &["t = 0"]);
 
     // Of a large system a part of the box is shown.
     let gas = "[[gas]]\nradius = 0.002\nmass = 1.0\nenergy = 1.0\ncount = 20000\n[run]\nuntil = 0.01\nsample_interval = 0.01\n";
     fs::write(folder.join("large.toml"), gas).unwrap();
-    xtask(folder, &["run", "large.toml", "--out", "large"]);
+    xtask(folder, &["carom", "run", "large.toml", "--out", "large"]);
     check(&seen(browser, &folder.join("large/report.html")), 1, &["t = 0"]);
 }

@@ -50,8 +50,8 @@ observe = ["energy", "collision-rate", "pressure", "overlap", "impulses:tee", "v
 snapshots = "extxyz"
 "#;
 
-/// `cargo xtask run` of that scene, with checkpoints so frequent that most kills leave one.
-const RUN: &[&str] = &["run", "scene.toml", "--out", "out", "--checkpoint-every", "0.02"];
+/// `cargo xtask carom run` of that scene, with checkpoints so frequent that most kills leave one.
+const RUN: &[&str] = &["carom", "run", "scene.toml", "--out", "out", "--checkpoint-every", "0.02"];
 
 /// Tees at a density that no lattice reaches: most of the time is spent on the placement.
 const GROWN: &str = r#"
@@ -71,8 +71,8 @@ sample_interval = 0.1
 observe = ["energy"]
 "#;
 
-/// `cargo xtask run` of that scene.
-const GROW: &[&str] = &["run", "grown.toml", "--out", "out", "--checkpoint-every", "0.02"];
+/// `cargo xtask carom run` of that scene.
+const GROW: &[&str] = &["carom", "run", "grown.toml", "--out", "out", "--checkpoint-every", "0.02"];
 
 /// A folder with the scene. Paths are relative to it, so that they are equal in all folders.
 struct Place(TempDir);
@@ -203,7 +203,8 @@ fn an_interrupted_run_writes_a_checkpoint_and_prints_the_command_to_resume() {
     for (signal, code) in [("TERM", 143), ("INT", 130)] {
         let place = Place::new();
         // The interval is so long that only the first checkpoint and that of the signal are taken.
-        let seldom: &[&[&str]] = &[&["run", "scene.toml", "--out", "out", "--checkpoint-every", "1000"]];
+        let seldom: &[&[&str]] =
+            &[&["carom", "run", "scene.toml", "--out", "out", "--checkpoint-every", "1000"]];
         let child = place.start(seldom);
         let grown = || fs::metadata(place.path("out/energy.csv")).is_ok_and(|file| file.len() > 2000);
         while !grown() {
@@ -215,7 +216,7 @@ fn an_interrupted_run_writes_a_checkpoint_and_prints_the_command_to_resume() {
         assert_eq!(found, Some(code), "{said}");
         assert!(said.contains(&format!("SIG{signal}")), "{said}");
         assert!(
-            said.contains("cargo xtask run scene.toml --out out --checkpoint-every 1000 --resume"),
+            said.contains("cargo xtask carom run scene.toml --out out --checkpoint-every 1000 --resume"),
             "{said}"
         );
         // The checkpoint is from after the signal, not from the beginning.
@@ -246,7 +247,7 @@ observe = ["energy"]
 #[cfg(unix)]
 #[test]
 fn a_signal_within_an_epoch_ends_the_run_within_a_second_and_keeps_the_last_checkpoint() {
-    let run: &[&str] = &["run", "long.toml", "--out", "out", "--checkpoint-every", "0"];
+    let run: &[&str] = &["carom", "run", "long.toml", "--out", "out", "--checkpoint-every", "0"];
     let place = || {
         let place = Place::new();
         place.write("long.toml", LONG_EPOCH);
@@ -274,7 +275,10 @@ fn a_signal_within_an_epoch_ends_the_run_within_a_second_and_keeps_the_last_chec
         assert!(asked.elapsed() < Duration::from_secs(1), "{:?}", asked.elapsed());
         assert_eq!(found, Some(code), "{said}");
         assert!(said.contains(&format!("SIG{signal} before the next checkpoint")), "{said}");
-        assert!(said.contains("cargo xtask run long.toml --out out --checkpoint-every 0 --resume"), "{said}");
+        assert!(
+            said.contains("cargo xtask carom run long.toml --out out --checkpoint-every 0 --resume"),
+            "{said}"
+        );
         // The epoch has not ended: the checkpoint is the first, and the files have the lengths in
         // it.
         assert!(fs::read(place.path("out/checkpoint")).unwrap() == checkpoint);
@@ -407,7 +411,7 @@ fn invalid_checkpoints_are_refused_by_name_and_not_modified() {
 
     // A folder in use by another process.
     let endless =
-        ["run", "scene.toml", "--out", "busy", "--until", "1e6", "--set", "run.sample_interval=1e3"];
+        ["carom", "run", "scene.toml", "--out", "busy", "--until", "1e6", "--set", "run.sample_interval=1e3"];
     let mut child = foreign.start(&[&endless]);
     while !foreign.path("busy/checkpoint").exists() {
         sleep(Duration::from_millis(2));

@@ -510,8 +510,8 @@ mod tests {
     fn sound() -> Checkpoint {
         let gas = GasSpec {
             tags: vec!["gas".to_owned()],
-            radius: Some(0.02),
-            mass: Some(1.0),
+            radius: Some(0.02.into()),
+            mass: Some(1.0.into()),
             energy: 1.0,
             count: Some(3),
             ..GasSpec::default()

@@ -193,44 +193,85 @@ impl Serialize for Distribution {
     }
 }
 
-/// A value of a scene file: one number, or a distribution.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Given {
+/// A positive quantity of the molecules of a gas: one number for all, or a distribution from which
+/// each draws its own.
+///
+/// ```
+/// use carom_engine::{Distribution, GasSpec, Quantity};
+///
+/// let equal = GasSpec { radius: Some(0.01.into()), ..GasSpec::default() };
+/// let drawn = GasSpec { radius: Some(Distribution::Uniform([0.01, 0.02]).into()), ..equal.clone() };
+/// assert_eq!(equal.radius.and_then(|radius| radius.number()), Some(0.01));
+/// assert_eq!(drawn.radius.and_then(|radius| radius.number()), None);
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Quantity {
+    /// The same for all.
     Number(f64),
+    /// Drawn for each.
     Drawn(Distribution),
 }
 
-impl Given {
-    /// The number, or else the distribution.
-    pub fn split(given: Option<Self>) -> (Option<f64>, Option<Distribution>) {
-        match given {
-            None => (None, None),
-            Some(Self::Number(number)) => (Some(number), None),
-            Some(Self::Drawn(distribution)) => (None, Some(distribution)),
+impl Quantity {
+    /// The number; `None` if it is drawn.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Drawn(_) => None,
+        }
+    }
+
+    /// The distribution from which it is drawn; that of a number has one value.
+    pub(crate) fn distribution(&self) -> Distribution {
+        match self {
+            Self::Number(number) => Distribution::Values { values: vec![*number], weights: Vec::new() },
+            Self::Drawn(distribution) => distribution.clone(),
+        }
+    }
+
+    /// Whether all molecules have the same.
+    pub(crate) fn is_one(&self) -> bool {
+        match self {
+            Self::Drawn(Distribution::Values { values, .. }) => values.len() == 1,
+            Self::Drawn(_) => false,
+            Self::Number(_) => true,
+        }
+    }
+
+    /// Refuses a distribution out of range; the message does not name the key. A number is refused
+    /// where it becomes an atom.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        match self {
+            Self::Number(_) => Ok(()),
+            Self::Drawn(distribution) => distribution.check(),
         }
     }
 }
 
-impl<'de> Deserialize<'de> for Given {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(GivenVisitor)
+impl From<f64> for Quantity {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
     }
 }
 
-impl<'de> Deserialize<'de> for Distribution {
+impl From<Distribution> for Quantity {
+    fn from(distribution: Distribution) -> Self {
+        Self::Drawn(distribution)
+    }
+}
+
+impl<'de> Deserialize<'de> for Quantity {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        match Given::deserialize(deserializer)? {
-            Given::Drawn(distribution) => Ok(distribution),
-            Given::Number(value) => Ok(Self::Values { values: vec![value], weights: Vec::new() }),
-        }
+        deserializer.deserialize_any(QuantityVisitor)
     }
 }
 
 /// As the visitor reads it.
 #[cfg(feature = "schema")]
-impl schemars::JsonSchema for Distribution {
+impl schemars::JsonSchema for Quantity {
     fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Distribution".into()
+        "Quantity".into()
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
@@ -252,31 +293,31 @@ impl schemars::JsonSchema for Distribution {
     }
 }
 
-struct GivenVisitor;
+struct QuantityVisitor;
 
 const FORMS: &str =
     "`{ uniform = [a, b] }`, `{ normal = [mean, deviation] }` or `{ values = [...], weights = [...] }`";
 
-impl<'de> Visitor<'de> for GivenVisitor {
-    type Value = Given;
+impl<'de> Visitor<'de> for QuantityVisitor {
+    type Value = Quantity;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "a number, {FORMS}")
     }
 
-    fn visit_f64<E: Error>(self, number: f64) -> Result<Given, E> {
-        Ok(Given::Number(number))
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Quantity, E> {
+        Ok(Quantity::Number(number))
     }
 
-    fn visit_i64<E: Error>(self, number: i64) -> Result<Given, E> {
-        Ok(Given::Number(number as f64))
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Quantity, E> {
+        Ok(Quantity::Number(number as f64))
     }
 
-    fn visit_u64<E: Error>(self, number: u64) -> Result<Given, E> {
-        Ok(Given::Number(number as f64))
+    fn visit_u64<E: Error>(self, number: u64) -> Result<Quantity, E> {
+        Ok(Quantity::Number(number as f64))
     }
 
-    fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Given, M::Error> {
+    fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Quantity, M::Error> {
         let (mut simple, mut values, mut weights) = (None, None, None);
         while let Some(key) = map.next_key::<String>()? {
             match key.as_str() {
@@ -294,9 +335,9 @@ impl<'de> Visitor<'de> for GivenVisitor {
             }
         }
         match (simple, values, weights) {
-            (Some(simple), None, None) => Ok(Given::Drawn(simple)),
+            (Some(simple), None, None) => Ok(Quantity::Drawn(simple)),
             (None, Some(values), weights) => {
-                Ok(Given::Drawn(Distribution::Values { values, weights: weights.unwrap_or_default() }))
+                Ok(Quantity::Drawn(Distribution::Values { values, weights: weights.unwrap_or_default() }))
             }
             _ => Err(M::Error::custom(format!("give {FORMS}"))),
         }

@@ -5,7 +5,7 @@ use glam::DVec2;
 use rand_pcg::Pcg64;
 
 use crate::{
-    AtomSpec, Distribution, GasSpec, RandomStream, Scene, SceneError,
+    AtomSpec, Distribution, GasSpec, Quantity, RandomStream, Scene, SceneError,
     body_builder::{geometry, molecule},
     gas_spec::{TWO_MASSES, TWO_RADII},
 };
@@ -37,14 +37,12 @@ impl Described {
         let spec = &scene.gas[index];
         let problem =
             |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
-        let radius = one(spec.radius, spec.atom_radius, spec.radius_distribution.as_ref())
-            .ok_or_else(|| problem(TWO_RADII))?;
-        let mass = one(spec.mass, spec.atom_mass, spec.mass_distribution.as_ref())
-            .ok_or_else(|| problem(TWO_MASSES))?;
-        check(spec, mass.is_some()).map_err(|reason| problem(&reason))?;
-        let is_drawn = spec.radius_distribution.is_some() || spec.mass_distribution.is_some();
+        let radius = spec.one_radius().ok_or_else(|| problem(TWO_RADII))?;
+        let mass = spec.one_mass().ok_or_else(|| problem(TWO_MASSES))?;
+        check(spec, radius, mass).map_err(|reason| problem(&reason))?;
+        let is_drawn = [radius, mass].into_iter().flatten().any(|given| given.number().is_none());
         if !is_drawn && spec.scale.is_none() && spec.density.is_none() {
-            let (radius, mass) = (spec.radius.or(spec.atom_radius), spec.mass.or(spec.atom_mass));
+            let [radius, mass] = [radius, mass].map(|given| given.and_then(Quantity::number));
             let molecule = molecule(entry, shape(spec), &spec.atoms, radius, mass)?;
             return Ok(Self::Equal(Box::new(molecule)));
         }
@@ -52,14 +50,13 @@ impl Described {
         let mut random = RandomStream::Sizes.generator(scene.bounds.seed, scene.bounds.replica);
         // A gas needs fewer than 2^64 numbers: its sizes do not depend on the gases before it.
         random.advance((index as u128) << 64);
-        let (entry, scale, density) = (entry.to_owned(), spec.scale.clone(), spec.density);
+        let given = [radius, mass, spec.scale.as_ref()];
+        let is_one = given.into_iter().flatten().all(Quantity::is_one);
+        let [radius, mass, scale] = given.map(|given| given.map(Quantity::distribution));
+        let (entry, density) = (entry.to_owned(), spec.density);
         let atoms = atoms.map_err(geometry(&entry))?;
         let mut drawing = Drawing { entry, atoms, radius, mass, scale, density, random };
-        if has_one_size(spec) {
-            Ok(Self::Equal(Box::new(drawing.next()?)))
-        } else {
-            Ok(Self::Drawn(Box::new(drawing)))
-        }
+        if is_one { Ok(Self::Equal(Box::new(drawing.next()?))) } else { Ok(Self::Drawn(Box::new(drawing))) }
     }
 }
 
@@ -70,20 +67,17 @@ fn shape(spec: &GasSpec) -> Option<&str> {
 }
 
 /// Validates the distributions and the density of a gas.
-fn check(spec: &GasSpec, has_mass: bool) -> Result<(), String> {
+fn check(spec: &GasSpec, radius: Option<&Quantity>, mass: Option<&Quantity>) -> Result<(), String> {
     if let Some(density) = spec.density {
-        if has_mass {
+        if mass.is_some() {
             return Err("give either `density` or a mass, not both".to_owned());
         }
         if !(1e-60..=1e60).contains(&density) {
             return Err(format!("`density` must be from 1e-60 to 1e60 (mass / length²), but is {density:?}"));
         }
     }
-    let GasSpec { radius_distribution, mass_distribution, scale, .. } = spec;
-    for (key, distribution) in
-        [("radius", radius_distribution), ("mass", mass_distribution), ("scale", scale)]
-    {
-        if let Some(Err(reason)) = distribution.as_ref().map(Distribution::check) {
+    for (key, given) in [("radius", radius), ("mass", mass), ("scale", spec.scale.as_ref())] {
+        if let Some(Err(reason)) = given.map(Quantity::check) {
             return Err(format!("`{key}`: {reason}"));
         }
     }
@@ -122,29 +116,6 @@ fn atoms(
         });
     }
     Ok(name.parse().and_then(|shape: Shape| shape.atoms(1.0, 1.0)))
-}
-
-/// Whether all molecules are equal: `density` alone makes no difference between them.
-fn has_one_size(spec: &GasSpec) -> bool {
-    [&spec.radius_distribution, &spec.mass_distribution, &spec.scale]
-        .into_iter()
-        .flatten()
-        .all(|distribution| matches!(distribution, Distribution::Values { values, .. } if values.len() == 1))
-}
-
-/// The one of these that is given, if any; `None` if several are.
-#[expect(clippy::option_option, reason = "several and none are different")]
-fn one(
-    first: Option<f64>,
-    second: Option<f64>,
-    drawn: Option<&Distribution>,
-) -> Option<Option<Distribution>> {
-    let single = |value: f64| Distribution::Values { values: vec![value], weights: Vec::new() };
-    match (first.or(second), drawn) {
-        _ if first.is_some() && second.is_some() => None,
-        (Some(_), Some(_)) => None,
-        (value, drawn) => Some(value.map(single).or_else(|| drawn.cloned())),
-    }
 }
 
 impl Drawing {

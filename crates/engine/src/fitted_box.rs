@@ -31,7 +31,7 @@ pub(crate) fn fit_box(scene: &mut Scene, table: &toml::Table) -> Result<(), Scen
                  and below 1, but they are {count} and {fraction}"
             )));
         }
-        if gas.radius_distribution.is_some() || gas.scale.is_some() {
+        if gas.has_drawn_sizes() {
             return Err(problem(
                 "`count` and `area_fraction` set the sides of the box for equal molecules alone: with drawn sizes give \
                  `box.sides`"

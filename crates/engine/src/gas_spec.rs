@@ -1,10 +1,10 @@
 //! The description of a gas: its molecules, their number, and their velocities at the start.
 
 #[cfg(feature = "schema")]
-use carom_geometry::{LARGEST, SMALLEST};
+use carom_geometry::LARGEST;
 use serde::{Deserialize, Serialize, Serializer, ser::Error};
 
-use crate::{AtomSpec, Distribution, Region, Rotation, SceneError, distribution::Given};
+use crate::{AtomSpec, Quantity, Region, Rotation, SceneError};
 
 /// Most molecules of one kind. More exceed the memory and soon the range of their counters.
 pub(crate) const MOST_MOLECULES: usize = 1 << 27;
@@ -40,8 +40,7 @@ pub(crate) const TWO_MASSES: &str = "give either `mass` or `atom_mass`, not both
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "schema", schemars(!try_from, deny_unknown_fields, default))]
-#[serde(try_from = "GasFile")]
+#[serde(deny_unknown_fields, default)]
 pub struct GasSpec {
     /// Tags of the molecules.
     pub tags: Vec<String>,
@@ -51,43 +50,32 @@ pub struct GasSpec {
     /// The list of atoms. Excludes `shape`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub atoms: Vec<AtomSpec>,
-    /// Radius of each atom of a named shape (length).
+    /// Radius of each atom of a named shape (length): a number, or a distribution from which each
+    /// molecule draws its own.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
-    pub atom_radius: Option<f64>,
-    /// Mass of each atom of a named shape (mass).
+    pub atom_radius: Option<Quantity>,
+    /// Mass of each atom of a named shape (mass): a number, or a distribution, independent of that
+    /// of the radius.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
-    pub atom_mass: Option<f64>,
+    pub atom_mass: Option<Quantity>,
     /// Radius of a disc (length); equivalent to `atom_radius`.
     ///
-    /// In a file also a distribution, from which each molecule draws its own: `{ uniform = [a, b]
-    /// }`, `{ normal = [mean, deviation] }` or `{ values = [...], weights = [...] }`. So are
-    /// `mass`, `atom_radius` and `atom_mass`.
+    /// Instead of a number also a distribution, from which each molecule draws its own: `{ uniform
+    /// = [a, b] }`, `{ normal = [mean, deviation] }` or `{ values = [...], weights = [...] }`. So
+    /// are `mass`, `atom_radius`, `atom_mass` and `scale`.
+    #[doc(alias = "polydispersity")]
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
-    pub radius: Option<f64>,
+    pub radius: Option<Quantity>,
     /// Mass of a disc (mass); equivalent to `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
-    pub mass: Option<f64>,
-    /// Distribution of the radius of all atoms of a molecule of a named shape (length); in a file,
-    /// `radius` or `atom_radius` is a table. Excludes `radius` and `atom_radius`.
+    pub mass: Option<Quantity>,
+    /// A factor on all lengths of a molecule, for any shape. Masses stay, unless `density` sets
+    /// them. Default: 1.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[doc(alias = "polydispersity")]
-    pub radius_distribution: Option<Distribution>,
-    /// Distribution of the mass of all atoms of a molecule of a named shape, independent of its
-    /// size; in a file, `mass` or `atom_mass` is a table. Excludes `mass`, `atom_mass` and
-    /// `density`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mass_distribution: Option<Distribution>,
-    /// Distribution of a factor on all lengths of a molecule, for any shape; in a file, a table or
-    /// a number. Masses stay, unless `density` sets them. Default: 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scale: Option<Distribution>,
+    pub scale: Option<Quantity>,
     /// Mass of a molecule per area of the union of its atoms (mass / length²), above 0. The atoms
     /// of a named shape share the mass equally, those of a list in proportion to their masses.
-    /// Excludes `mass`, `atom_mass` and their distribution.
+    /// Excludes `mass` and `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
     /// Mean kinetic energy of a molecule at the start (mass × length² / time²), from 0 to 1e60.
@@ -151,64 +139,31 @@ pub struct GasSpec {
     pub rotation: Rotation,
 }
 
-/// The keys of a gas in a file, in which a radius, a mass and a scale may be a number or a table.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct GasFile {
-    tags: Vec<String>,
-    shape: Option<String>,
-    atoms: Vec<AtomSpec>,
-    atom_radius: Option<Given>,
-    atom_mass: Option<Given>,
-    radius: Option<Given>,
-    mass: Option<Given>,
-    scale: Option<Distribution>,
-    density: Option<f64>,
-    energy: f64,
-    temperature: Option<f64>,
-    velocities: StartVelocities,
-    region: Option<Region>,
-    area_fraction: Option<f64>,
-    count: Option<usize>,
-    zero_momentum: Option<bool>,
-    rotation: Rotation,
+impl GasSpec {
+    /// The radius of an atom or of a disc, if there is one; `None` if there are two.
+    #[expect(clippy::option_option, reason = "two and none are different")]
+    pub(crate) fn one_radius(&self) -> Option<Option<&Quantity>> {
+        one([self.radius.as_ref(), self.atom_radius.as_ref()])
+    }
+
+    /// The mass of an atom or of a disc, if there is one; `None` if there are two.
+    #[expect(clippy::option_option, reason = "two and none are different")]
+    pub(crate) fn one_mass(&self) -> Option<Option<&Quantity>> {
+        one([self.mass.as_ref(), self.atom_mass.as_ref()])
+    }
+
+    /// Whether molecules have different sizes.
+    pub(crate) fn has_drawn_sizes(&self) -> bool {
+        let given = [&self.radius, &self.atom_radius].into_iter().flatten();
+        self.scale.is_some() || given.into_iter().any(|given| given.number().is_none())
+    }
 }
 
-impl TryFrom<GasFile> for GasSpec {
-    type Error = &'static str;
-
-    fn try_from(file: GasFile) -> Result<Self, Self::Error> {
-        let (radius, disc_radii) = Given::split(file.radius);
-        let (mass, disc_masses) = Given::split(file.mass);
-        let (atom_radius, atom_radii) = Given::split(file.atom_radius);
-        let (atom_mass, atom_masses) = Given::split(file.atom_mass);
-        if disc_radii.is_some() && atom_radii.is_some() {
-            return Err(TWO_RADII);
-        }
-        if disc_masses.is_some() && atom_masses.is_some() {
-            return Err(TWO_MASSES);
-        }
-        Ok(Self {
-            tags: file.tags,
-            shape: file.shape,
-            atoms: file.atoms,
-            atom_radius,
-            atom_mass,
-            radius,
-            mass,
-            radius_distribution: disc_radii.or(atom_radii),
-            mass_distribution: disc_masses.or(atom_masses),
-            scale: file.scale,
-            density: file.density,
-            energy: file.energy,
-            temperature: file.temperature,
-            velocities: file.velocities,
-            region: file.region,
-            area_fraction: file.area_fraction,
-            count: file.count,
-            zero_momentum: file.zero_momentum,
-            rotation: file.rotation,
-        })
+#[expect(clippy::option_option, reason = "two and none are different")]
+fn one(given: [Option<&Quantity>; 2]) -> Option<Option<&Quantity>> {
+    match given {
+        [Some(_), Some(_)] => None,
+        [first, second] => Some(first.or(second)),
     }
 }
 
@@ -255,30 +210,17 @@ pub(crate) fn energy_or_temperature(table: &toml::Table) -> Result<(), SceneErro
     Ok(())
 }
 
-/// Writes gases as in a file: without the energy 0 of those with a temperature, since a file must
-/// not give both, and with distributions under the keys of the numbers that they replace.
+/// Writes gases as in a file, which must not give two energies: without the energy 0 of those with
+/// a temperature.
 pub(crate) fn serialize_gases<S: Serializer>(gases: &[GasSpec], serializer: S) -> Result<S::Ok, S::Error> {
     struct Written<'a>(&'a GasSpec);
     impl Serialize for Written<'_> {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-            let has_two_energies = self.0.temperature.is_none() || self.0.energy != 0.0;
-            let is_drawn = self.0.radius_distribution.is_some() || self.0.mass_distribution.is_some();
-            if has_two_energies && !is_drawn {
+            if self.0.temperature.is_none() || self.0.energy != 0.0 {
                 return self.0.serialize(serializer);
             }
             let mut table = toml::Table::try_from(self.0).map_err(S::Error::custom)?;
-            if !has_two_energies {
-                table.remove("energy");
-            }
-            for (distribution, keys) in [
-                ("radius_distribution", ["radius", "atom_radius"]),
-                ("mass_distribution", ["mass", "atom_mass"]),
-            ] {
-                if let Some(value) = table.remove(distribution) {
-                    let key = keys.into_iter().find(|&key| !table.contains_key(key)).unwrap_or(distribution);
-                    table.insert(key.to_owned(), value);
-                }
-            }
+            table.remove("energy");
             table.serialize(serializer)
         }
     }

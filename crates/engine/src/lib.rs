@@ -128,7 +128,7 @@ pub use cells::{CellScheduler, Instructions};
 pub use centre_of_mass::{CentreOfMassFrame, ThermalEnergy};
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use counters::{Counters, Ledger, SchedulerCounters};
-pub use distribution::Distribution;
+pub use distribution::{Distribution, Quantity};
 pub(crate) use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError, StallCause};
 pub use gas_spec::{GasSpec, StartVelocities};

@@ -301,8 +301,8 @@ mod tests {
 
     fn gas(radius: f64, count: usize) -> Scene {
         let gas = GasSpec {
-            radius: Some(radius),
-            mass: Some(1.0),
+            radius: Some(radius.into()),
+            mass: Some(1.0.into()),
             energy: 1.0,
             count: Some(count),
             ..GasSpec::default()

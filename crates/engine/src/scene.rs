@@ -23,7 +23,7 @@ use crate::{
 ///
 /// let mut scene = Scene::default();
 /// scene.bumper.push(BumperSpec { radius: 0.05, at: [0.5, 0.5], tags: vec![] });
-/// let gas = GasSpec { radius: Some(0.01), mass: Some(1.0), ..GasSpec::default() };
+/// let gas = GasSpec { radius: Some(0.01.into()), mass: Some(1.0.into()), ..GasSpec::default() };
 /// scene.gas.push(GasSpec { count: Some(100), ..gas });
 /// let text = scene.to_toml();
 /// assert_eq!(Scene::from_toml(&text)?, scene);

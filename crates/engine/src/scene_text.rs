@@ -55,8 +55,16 @@ impl Scene {
         let end = last.until;
         let is_given = table.get("run").is_some_and(|run| run.get("until").is_some());
         if is_given && self.run.until != end {
+            let disordered = self.stage.windows(2).position(|pair| pair[1].until <= pair[0].until);
+            let and = disordered.map_or_else(String::new, |index| {
+                let [before, after] = [index, index + 1].map(|index| self.stage[index].until);
+                format!(
+                    "; and stage[{}] ends at {after}, no later than the stage before it, {before}",
+                    index + 1
+                )
+            });
             let problem = format!(
-                "`until` = {} differs from the end of the last stage, {end}: leave it out",
+                "`until` = {} differs from the end of the last stage, {end}: leave it out{and}",
                 self.run.until
             );
             return Err(SceneError::Entry { entry: "run".to_owned(), problem });

@@ -429,8 +429,8 @@ mod tests {
     #[test]
     fn a_large_body_among_many_small_ones_is_listed_at_most_once_per_cell() {
         let gas = GasSpec {
-            radius: Some(1e-3),
-            mass: Some(1.0),
+            radius: Some((1e-3).into()),
+            mass: Some(1.0.into()),
             energy: 1.0,
             count: Some(20_000),
             ..GasSpec::default()

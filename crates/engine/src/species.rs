@@ -362,7 +362,7 @@ fn is_of_equal_discs(spec: &GasSpec) -> bool {
         Some(shape) => shape.parse() == Ok(Shape::Disc),
         None => spec.atoms.len() < 2,
     };
-    is_disc && spec.radius_distribution.is_none() && spec.scale.is_none()
+    is_disc && !spec.has_drawn_sizes()
 }
 
 fn wanted(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Wanted, SceneError> {

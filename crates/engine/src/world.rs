@@ -265,11 +265,11 @@ mod tests {
         assert_eq!(kinds(&Scene { molecule, ..Scene::default() }), 2);
         let gas = |radius| GasSpec {
             radius: Some(radius),
-            mass: Some(1.0),
+            mass: Some(1.0.into()),
             count: Some(200),
             energy: 1.0,
             ..GasSpec::default()
         };
-        assert!(kinds(&Scene { gas: vec![gas(0.01), gas(0.02)], ..Scene::default() }) <= 4);
+        assert!(kinds(&Scene { gas: vec![gas(0.01.into()), gas(0.02.into())], ..Scene::default() }) <= 4);
     }
 }

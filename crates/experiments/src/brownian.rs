@@ -281,8 +281,8 @@ impl Options {
             }],
             gas: vec![GasSpec {
                 tags: vec!["gas".to_owned()],
-                radius: Some(radius),
-                mass: Some(GAS_MASS),
+                radius: Some(radius.into()),
+                mass: Some(GAS_MASS.into()),
                 energy: GAS_ENERGY,
                 area_fraction: Some(area_fraction),
                 ..GasSpec::default()
@@ -393,7 +393,7 @@ mod tests {
         let both = study(&TEE);
         let [tee, control] = both.points.as_slice() else { panic!("two points") };
         assert_eq!((both.name(0).as_str(), both.name(1).as_str(), both.replicas), ("tee", "control", 1));
-        assert_eq!((tee.scene.bounds.sides, tee.scene.gas[0].radius), ([1.0; 2], Some(0.01)));
+        assert_eq!((tee.scene.bounds.sides, tee.scene.gas[0].radius.clone()), ([1.0; 2], Some(0.01.into())));
         assert_eq!((tee.scene.bumper[0].radius, tee.scene.molecule[0].at), (0.0025, [0.5; 2]));
         let [original, disc] =
             [tee, control].map(|point| point.scene.molecule[0].molecule("molecule").unwrap());
@@ -460,7 +460,10 @@ mod tests {
         assert_eq!((study.name(0), study.name(1), study.replicas), ("small".into(), "large".into(), 3));
         assert!(name == "sizes" && study.title.as_deref() == Some("Brownian motion: study sizes"));
         let scene = &study.points[1].scene;
-        assert_eq!((scene.gas[0].radius, scene.measure[0].kind.as_str()), (Some(0.04), "kicks"));
+        assert_eq!(
+            (scene.gas[0].radius.clone(), scene.measure[0].kind.as_str()),
+            (Some(0.04.into()), "kicks")
+        );
         let more = of(&["--body", "probe", "--replicas", "7", "--until", "4"]).study().unwrap().0;
         assert_eq!((more.replicas, more.points[0].scene.run.until), (7, 4.0));
         for (words, expected) in [

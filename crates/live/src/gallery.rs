@@ -1,8 +1,13 @@
 //! The scenes that a page offers: those of this repository, and a few for the laboratory alone.
 
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, PoisonError},
+};
+
 use anyhow::{Context, Result};
 use carom::Scene;
-use carom_runs::examples::Example;
+use carom_runs::{examples::Example, picture_of, run::interactive::InteractiveRun};
 use serde::Serialize;
 
 /// A scene of the gallery.
@@ -87,14 +92,33 @@ pub fn scene(name: &str) -> Result<Scene> {
         .with_context(|| format!("the scene {name:?} of the gallery"))
 }
 
+/// The longer side of a small picture (pixels).
+const THUMBNAIL: u32 = 160;
+
+/// The start of a scene of the gallery as a small picture (SVG), which is drawn once.
+///
+/// # Errors
+/// There is no scene of this name.
+pub fn thumbnail(name: &str) -> Result<Arc<str>> {
+    static DRAWN: Mutex<BTreeMap<String, Arc<str>>> = Mutex::new(BTreeMap::new());
+    let drawn = || DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(picture) = drawn().get(name) {
+        return Ok(Arc::clone(picture));
+    }
+    let run = InteractiveRun::begin(&scene(name)?)?;
+    let picture: Arc<str> = picture_of(&run.view(), THUMBNAIL).into();
+    drawn().insert(name.to_owned(), Arc::clone(&picture));
+    Ok(picture)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use carom::{EpochTime, engine::MeasureSpec};
-    use carom_runs::{measures::SingleMeasure, run::interactive::InteractiveRun};
+    use carom_runs::measures::SingleMeasure;
 
     #[test]
-    fn every_scene_runs_and_has_its_measure() {
+    fn every_scene_runs_and_has_its_measure_and_a_small_picture() {
         for exhibit in EXHIBITS {
             let scene = scene(exhibit.name).unwrap();
             let mut run = InteractiveRun::begin(&scene).unwrap();
@@ -105,6 +129,7 @@ mod tests {
             let interval = scene.run.sample_interval;
             SingleMeasure::begin(&spec, interval, &scene, &run.view()).unwrap();
             run.advance(EpochTime::from(1e-3 * scene.run.until), &mut ()).unwrap();
+            assert!(thumbnail(exhibit.name).unwrap().len() < 500_000, "{}", exhibit.name);
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use carom::View;
+use carom_runs::run::pieces::first_length;
 
 /// Time between two frames.
 pub const FRAME: Duration = Duration::from_micros(16_600);
@@ -18,9 +19,6 @@ const SHARE_OF_SEVERAL: f64 = 0.03;
 /// are refilled. That is 40 ns at 10⁵ discs (`goals`); the whole of it would leave fewer than the
 /// 20 frames a second that they should have.
 const END_OF_PIECE: f64 = 15e-9;
-
-/// The first piece lasts this share of the time in which the fastest body crosses the box.
-const FIRST_PIECE: f64 = 1e-4;
 
 /// The shortest piece, as a share of the interval of frames: also how much earlier than due a frame
 /// may be. Otherwise a piece that ends just before the time of its frame would delay it by a piece.
@@ -49,11 +47,7 @@ pub struct Pace {
 impl Pace {
     /// A pace for a run at its present state.
     pub fn new(view: &View<'_>, speed: Option<f64>) -> Self {
-        let speeds = view.bodies().map(|body| body.motion.velocity.length());
-        let fastest = speeds.fold(0.0, f64::max);
-        let piece = FIRST_PIECE * view.bounds().sides().min_element() / fastest;
-        let piece = if piece.is_finite() && piece > 0.0 { piece } else { FIRST_PIECE };
-        let rate = piece / FRAME.as_secs_f64();
+        let rate = first_length(view) / FRAME.as_secs_f64();
         let since = (view.time().to_f64(), Instant::now());
         let end = Duration::from_secs_f64(END_OF_PIECE * view.len() as f64);
         Self { speed, since, rate, cost: Duration::ZERO, end, share: SHARE_OF_FRAMES }

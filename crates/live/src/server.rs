@@ -36,7 +36,7 @@ use tokio::sync::Notify;
 
 use crate::{
     connections,
-    gallery::EXHIBITS,
+    gallery::{self, EXHIBITS},
     laboratory::{Ended, Laboratory, Message, panicked},
     protocol::{self, Command, Request},
     random_word,
@@ -65,9 +65,12 @@ pub const SAVE_INTERVAL: Duration = Duration::from_secs(30);
 /// Requests that wait for the engine. More are refused.
 const MOST_WAITING: usize = 256;
 
+/// Where the pictures of the gallery are.
+const THUMBNAILS: &str = "thumbnail/";
+
 /// What the page may load and do.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
-                      connect-src 'self'; img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+                      connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// A server that is bound to its address.
 #[derive(Debug)]
@@ -300,6 +303,9 @@ async fn answer(
         return refusal.into_response();
     }
     let rest = uri.path().splitn(3, '/').nth(2).unwrap_or("");
+    if let Some(name) = rest.strip_prefix(THUMBNAILS).and_then(|name| name.strip_suffix(".svg")) {
+        return thumbnail(name.to_owned()).await;
+    }
     match (rest, upgrade) {
         ("", _) => page(),
         ("socket", Ok(upgrade)) if Door::admits_origin(&headers) => {
@@ -308,6 +314,22 @@ async fn answer(
         }
         ("socket", Ok(_)) => (StatusCode::FORBIDDEN, "A page of another origin.").into_response(),
         _ => (StatusCode::NOT_FOUND, "There is no such page.").into_response(),
+    }
+}
+
+/// The picture of a scene of the gallery, which may have to be placed first.
+async fn thumbnail(name: String) -> Response {
+    let drawn = tokio::task::spawn_blocking(move || gallery::thumbnail(&name)).await;
+    match drawn {
+        Ok(Ok(picture)) => {
+            let headers = [
+                (header::CONTENT_TYPE, "image/svg+xml"),
+                (header::CACHE_CONTROL, "private, max-age=3600"),
+                (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+            ];
+            (headers, picture.to_string()).into_response()
+        }
+        _ => (StatusCode::NOT_FOUND, "There is no such picture.").into_response(),
     }
 }
 

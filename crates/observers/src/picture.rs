@@ -9,8 +9,9 @@ use glam::DVec2;
 
 use crate::{coarse_atoms::drawn_circles, kinds::few_kinds};
 
-/// Colours that colour-blind readers can distinguish (Okabe & Ito 2008); fixed bodies are grey.
-const COLOURS: [&str; 7] = ["#d55e00", "#0072b2", "#56b4e9", "#009e73", "#cc79a7", "#e69f00", "#f0e442"];
+/// Colours that colour-blind readers can distinguish (Okabe & Ito 2008); fixed bodies are grey. In
+/// charts the curves of a kind of bodies have its colour, and predictions the last one.
+const COLOURS: [&str; 7] = ["#0072b2", "#009e73", "#e69f00", "#cc79a7", "#56b4e9", "#f0e442", "#d55e00"];
 const FIXED: &str = "#4d4d4d";
 /// Line width of walls without thickness, in pixels.
 const THINNEST: f64 = 1.5;

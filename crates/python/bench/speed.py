@@ -1,6 +1,6 @@
 """Speeds of the package: python crates/python/bench/speed.py COMMAND
 
-COMMAND is the command `carom` (or target/release/xtask). Both run the same scene in turn; times are
+COMMAND is the command `carom`. Both run the same scene in turn; times are
 processor times. With the package `billiards` installed, a small closed gas is run by both.
 """
 

@@ -2,12 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use carom::{
-    CollisionReport, EpochTime, Observer, RunError, Scene, View,
-    engine::{Body, MAX_TIME},
-};
+use carom::{CollisionReport, EpochTime, Observer, RunError, Scene, View, engine::Body};
 use carom_methods::AnySimulation;
-use carom_runs::measures::Tracked;
+use carom_runs::{measures::Tracked, run::pieces::Pieces};
 
 use crate::collisions::Rows;
 
@@ -15,9 +12,6 @@ use crate::collisions::Rows;
 /// stay below a hundredth of it.
 const PIECE: Duration = Duration::from_millis(100);
 const PIECE_OF_BODY: Duration = Duration::from_micros(2);
-
-/// The first piece lasts this share of the time in which the fastest body crosses the box.
-const FIRST_PIECE: f64 = 1e-3;
 
 /// All that observes a run.
 #[derive(Default)]
@@ -68,8 +62,8 @@ pub struct State {
     pub scene: Scene,
     /// Measures and collisions.
     pub watching: Watching,
-    /// Duration of a piece (time); `None` before the first.
-    piece: Option<f64>,
+    /// `None` before the first piece, and after an edit.
+    pieces: Option<Pieces>,
 }
 
 /// Where a piece of a run has ended.
@@ -86,7 +80,7 @@ pub enum Ended {
 impl State {
     /// A state without measures.
     pub fn new(simulation: AnySimulation, scene: Scene) -> Self {
-        Self { simulation, scene, watching: Watching::default(), piece: None }
+        Self { simulation, scene, watching: Watching::default(), pieces: None }
     }
 
     /// The time of the next sample, but not after `until`.
@@ -95,23 +89,25 @@ impl State {
         times.fold(until, |earliest, time| if time < earliest { time } else { earliest })
     }
 
-    /// The end of the next piece, and whether the next sample or `until` is there.
-    fn next_end(&mut self, until: EpochTime) -> (EpochTime, bool) {
-        let target = self.target(until);
-        let piece = *self.piece.get_or_insert_with(|| first_piece(&self.simulation.view()));
-        let end = self.simulation.time().after(piece);
-        if end >= target { (target, true) } else { (end, false) }
+    /// The pieces that this state of the run allows.
+    fn pieces(&mut self) -> &mut Pieces {
+        self.pieces.get_or_insert_with(|| {
+            let view = self.simulation.view();
+            Pieces::new(&view, PIECE + PIECE_OF_BODY * view.len() as u32)
+        })
     }
 
-    /// Changes the duration of pieces after one that took `wall` of the wall time `limit`, and
-    /// takes the samples that are due at its end; returns `is_whole`.
-    fn end_piece(&mut self, (end, is_whole): (EpochTime, bool), wall: Duration, limit: Duration) -> bool {
-        let piece = self.piece.unwrap_or(1.0);
-        if wall > limit {
-            self.piece = Some(0.5 * piece);
-        } else if !is_whole && 4 * wall < limit {
-            self.piece = Some((2.0 * piece).min(MAX_TIME));
-        }
+    /// The end of the next piece, and whether the next sample or `until` is there.
+    fn next_end(&mut self, until: EpochTime) -> (EpochTime, bool) {
+        let (now, target) = (self.simulation.time(), self.target(until));
+        let end = self.pieces().end(now, target);
+        (end, end == target)
+    }
+
+    /// Learns from the duration of a piece, and takes the samples that are due at its end; returns
+    /// `is_whole`.
+    fn end_piece(&mut self, (end, is_whole): (EpochTime, bool), wall: Duration) -> bool {
+        self.pieces().has_taken(wall);
         if is_whole {
             self.watching.sample(end, &self.simulation.view());
         }
@@ -130,7 +126,7 @@ impl State {
             let before = begun.elapsed();
             self.simulation.observe_until_epoch_time(end, &mut self.watching)?;
             let wall = begun.elapsed() - before;
-            if self.end_piece((end, is_whole), wall, limit) && end >= until {
+            if self.end_piece((end, is_whole), wall) && end >= until {
                 return Ok(Ended::AtEnd);
             }
         }
@@ -151,7 +147,7 @@ impl State {
                 return Ok(Ended::AtCollision);
             }
             let wall = begun.elapsed() - before;
-            if !has_hit && self.end_piece((end, is_whole), wall, PIECE) && end >= until {
+            if !has_hit && self.end_piece((end, is_whole), wall) && end >= until {
                 return Ok(Ended::AtEnd);
             }
         }
@@ -173,14 +169,6 @@ impl State {
             tracked.measure.start(&view);
             tracked.is_disturbed = true;
         }
-        self.piece = None;
+        self.pieces = None;
     }
-}
-
-/// A duration in which little happens (time).
-fn first_piece(view: &View<'_>) -> f64 {
-    let speeds = view.bodies().map(|body| body.motion.velocity.length());
-    let fastest = speeds.fold(0.0, f64::max);
-    let piece = FIRST_PIECE * view.bounds().sides().min_element() / fastest;
-    if piece.is_finite() && piece > 0.0 { piece } else { 1.0 }
 }

@@ -5,6 +5,7 @@ import json
 import multiprocessing
 import os
 import pathlib
+import shlex
 import shutil
 import subprocess
 
@@ -22,17 +23,17 @@ def scene(**changes):
 
 @pytest.fixture(scope="session")
 def command():
-    """The command `carom`, which CI builds before."""
+    """The words of the command `carom`, which CI builds before."""
     found = os.environ.get("CAROM_COMMAND") or shutil.which("carom")
     if not found:
         pytest.skip("the command `carom` is not installed, and CAROM_COMMAND does not name it")
-    return found
+    return shlex.split(found)
 
 
 def run_command(command, scene, folder, *options):
     file = folder.with_suffix(".toml")
     file.write_text(scene.to_toml())
-    subprocess.run([command, "run", str(file), "--out", str(folder), *options], check=True, capture_output=True)
+    subprocess.run([*command, "run", str(file), "--out", str(folder), *options], check=True, capture_output=True)
 
 
 def state(sim):

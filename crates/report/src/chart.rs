@@ -1,11 +1,11 @@
 //! A chart: layers of lines, bands and points on two axes, as SVG.
 
 use anyhow::{Result, ensure};
+use carom_tables::in_parentheses;
 
 use crate::{
     axis::Axis,
     ink::Ink,
-    page::in_parentheses,
     svg::{Anchor, CHARACTER, Svg, fitting},
 };
 

@@ -28,9 +28,9 @@ pub enum Ink {
 const SEQUENCE: [[f64; 3]; 3] = [[60.0, 10.0, 110.0], [30.0, 145.0, 140.0], [215.0, 170.0, 20.0]];
 
 impl Ink {
-    /// The colours of curves, in order.
+    /// The colours of curves, in order: those of the kinds of bodies in pictures.
     pub const CURVES: [Self; 6] =
-        [Self::Blue, Self::Green, Self::Orange, Self::Purple, Self::Text, Self::Sky];
+        [Self::Blue, Self::Green, Self::Orange, Self::Purple, Self::Sky, Self::Text];
 
     /// The colour of one of `count` curves: one of [`Self::CURVES`], or of many curves one of a
     /// sequence.

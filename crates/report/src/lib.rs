@@ -1,10 +1,12 @@
 //! Charts and HTML pages from tables and figures, independent of the engine.
 //!
 //! ```
-//! use carom_report::page::with_error;
+//! use carom_report::page::{Page, Part};
 //!
-//! // As many digits as the standard error justifies.
-//! assert_eq!(with_error(7.987_123, Some(0.0004)), "7.98712 ± 0.00040");
+//! let mut page = Page::new("A gas", "What it shows.");
+//! page.part(Part::Results);
+//! page.paragraph("Its pressure is 7.98712 ± 0.00040.");
+//! assert!(page.html().contains("7.98712"));
 //! ```
 
 pub mod axis;

@@ -5,18 +5,16 @@
 //! verdict with what carries it, the moving picture, results, data, the command, and checks.
 
 mod inert_svg;
-mod numbers;
 mod parts;
 
 use std::fmt::Write as _;
 
 use base64::{Engine as _, prelude::BASE64_STANDARD};
-use carom_tables::{Check, Figure, OneRun, Totals};
+use carom_tables::{
+    Check, Figure, OneRun, Totals, grouped, in_parentheses, named, predicted, two_digits, with_error,
+};
 use sha2::{Digest as _, Sha256};
 
-pub(crate) use numbers::in_parentheses;
-use numbers::predicted;
-pub use numbers::{grouped, named, two_digits, with_error};
 pub use parts::Part;
 use parts::Parts;
 

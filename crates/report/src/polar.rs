@@ -1,12 +1,12 @@
 //! Polar charts as SVG: a positive quantity as a function of direction.
 
 use anyhow::{Result, ensure};
+use carom_tables::in_parentheses;
 
 use crate::{
     axis::tick,
     chart::{HEADING, TEXT, staircase},
     ink::Ink,
-    page::in_parentheses,
     svg::{Anchor, Svg, fitting},
 };
 

@@ -1,14 +1,13 @@
 //! Charts of a table: measured columns with error bands, and predictions.
 
 use anyhow::Result;
-use carom_tables::{Column, Guide, Level, Role, Spacing, Table};
+use carom_tables::{Column, Guide, Level, Role, Spacing, Table, named};
 
 use crate::{
     axis::{Axis, height, range},
     chart::{Chart, Layer, Shape},
     error_bars::{Abscissa, Curve, ErrorBars, Value},
     ink::Ink,
-    page::named,
     polar::Polar,
 };
 
@@ -51,6 +50,51 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
         });
     }
     Ok(charts)
+}
+
+/// Draws one quantity of tables of one kind, such as g(r) at several densities, each curve under
+/// the name of its table. Without a second curve nothing is drawn.
+///
+/// # Errors
+/// The chart cannot be drawn.
+pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>> {
+    let (mut bands, mut lines, mut points, mut found) = (Vec::new(), Vec::new(), Vec::new(), None);
+    for (index, (name, table)) in tables.iter().enumerate() {
+        let table = table.as_drawn();
+        let Some(abscissa) = table.columns.iter().find(|column| column.role == Role::Abscissa) else {
+            continue;
+        };
+        let Some(place) = table.columns.iter().position(|other| other.name == column) else { continue };
+        let (places, ink) = (Places::of(abscissa, table.spacing), Ink::of_curve(index, tables.len()));
+        let value = &table.columns[place];
+        if let Some(errors) = table.columns.get(place + 1).filter(|next| next.role == Role::StandardError) {
+            let band = |points| Layer { name: String::new(), ink, shape: Shape::Band(points) };
+            bands.extend(places.band(value, errors).into_iter().map(band));
+        }
+        points.extend(places.points(value));
+        lines.extend(curve(name, ink, places.curve(value)));
+        found.get_or_insert((table.clone(), abscissa.clone(), value.clone()));
+    }
+    let Some((table, abscissa, value)) = found.filter(|_| lines.len() > 1) else { return Ok(None) };
+    let x = range(points.iter().map(|point| point.0)).filter(|(first, last)| first != last);
+    let (Some(x), Some((low, high))) = (x, range(points.iter().map(|point| point.1))) else {
+        return Ok(None);
+    };
+    let label = named(&abscissa.label.replace('_', " "), &abscissa.unit);
+    let along = match table.spacing {
+        Spacing::Linear => Axis::new(label, x),
+        Spacing::Logarithmic => Axis::logarithmic(label, x),
+    };
+    let (label, mut layers) = (named(&value.label, &value.unit), [bands, lines].concat());
+    let least = range(points.iter().map(|point| point.1).filter(|y| *y > 0.0)).map_or(1.0, |range| range.0);
+    let is_logarithmic = table.decades.contains(&value.name) && low >= 0.0 && high > least;
+    let up = if is_logarithmic {
+        layers.iter_mut().for_each(|layer| layer.shape.leave_out_below(least));
+        Axis::logarithmic(label, (0.7 * least, 1.4 * high))
+    } else {
+        Axis::new(label, height(low, high))
+    };
+    Chart::new(&table.title, along, up, layers).svg().map(Some)
 }
 
 /// The measured quantities of a group as points over the names of the rows.
@@ -196,7 +240,7 @@ fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -
         Spacing::Logarithmic => Axis::logarithmic(label, x),
     };
     let label = named(&quantity, &group[0].unit);
-    let (up, mut layers) = (height(low, high), layers(places, group, &levels, x));
+    let (up, mut layers) = (height(low, high), layers(places, group, &levels, x, table.colour));
     if is_logarithmic && table.spacing == Spacing::Logarithmic {
         layers.extend(guides(table, places, group, x, [least, high]));
     }
@@ -212,14 +256,14 @@ fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -
 }
 
 /// Error bands, measured curves and predictions, from back to front.
-fn layers(places: &Places, group: &[&Column], levels: &[&Level], x: (f64, f64)) -> Vec<Layer> {
+fn layers(places: &Places, group: &[&Column], levels: &[&Level], x: (f64, f64), colour: usize) -> Vec<Layer> {
     let (mut bands, mut lines, mut predictions) = (Vec::new(), Vec::new(), Vec::new());
     let mut last: Option<(&Column, Ink)> = None;
     let mut count = 0;
     for &column in group {
         match &column.role {
             Role::Value | Role::Derived => {
-                let ink = Ink::CURVES[count % Ink::CURVES.len()];
+                let ink = Ink::CURVES[(colour + count) % Ink::CURVES.len()];
                 count += 1;
                 last = Some((column, ink));
                 lines.extend(curve(&column.label, ink, places.curve(column)));
@@ -300,6 +344,25 @@ mod tests {
         let charts = charts(&table).unwrap();
         assert_eq!(charts.len(), 2);
         assert!(charts[0].contains("near, far (length)") && charts[1].contains("speed (length/time)"));
+    }
+
+    #[test]
+    fn the_curves_of_several_tables_share_a_chart_under_their_names() {
+        let table = |factor: f64, count: usize| {
+            let x: Vec<f64> = (0..count).map(|index| index as f64).collect();
+            let y = x.iter().map(|x| Some(factor * x)).collect();
+            Table::new("g", "g(r)")
+                .abscissa("r", "length", x)
+                .value("g", "1", y)
+                .errors(vec![Some(0.1); count])
+        };
+        let tables = [table(1.0, 4), table(2.0, 7), table(3.0, 4)];
+        let named: Vec<(&str, &Table)> = ["thin", "dense", "solid"].into_iter().zip(&tables).collect();
+        let chart = overlay(&named, "g").unwrap().unwrap();
+        assert!(["thin", "dense", "solid", "r (length)"].iter().all(|name| chart.contains(name)), "{chart}");
+        assert_eq!(chart, overlay(&named, "g").unwrap().unwrap());
+        assert_eq!(overlay(&named[..1], "g").unwrap(), None);
+        assert_eq!(overlay(&named, "h").unwrap(), None);
     }
 
     #[test]

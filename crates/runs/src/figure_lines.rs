@@ -1,7 +1,6 @@
 //! The figures of a run as lines of a table for the terminal.
 
-use carom_report::page::{named, with_error};
-use carom_tables::Figure;
+use carom_tables::{Figure, named, with_error};
 
 /// More figures are counted: the page has them all.
 const MAX_LINES: usize = 30;

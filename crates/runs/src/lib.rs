@@ -55,8 +55,7 @@ pub mod written_files;
 
 pub use visible_region::picture_of;
 
-use carom_report::page::with_error;
-use carom_tables::Summary;
+use carom_tables::{Summary, with_error};
 
 use crate::{figure_lines::figure_lines, output::Folder};
 

@@ -598,6 +598,6 @@ mod tests {
         };
         let simulation = simulation.checkpoint().unwrap();
         let kept = encode(&(head, State { simulation, observers, seconds: 0.5, files: Vec::new() })).unwrap();
-        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (14, 912, 3_836_691_579));
+        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (15, 912, 3_836_691_579));
     }
 }

@@ -54,15 +54,6 @@ pub fn scene_schema() -> Value {
     for gas_or_molecule in ["MoleculeSpec", "GasSpec"] {
         add(&mut types[gas_or_molecule]["properties"]["shape"], one_of(Shape::NAMES.into_iter()));
     }
-    // In a file a distribution stands in the place of the number.
-    let gas = &mut types["GasSpec"]["properties"];
-    for key in ["radius", "mass"] {
-        gas.as_object_mut().map(|keys| keys.remove(&format!("{key}_distribution")));
-        for key in [key.to_owned(), format!("atom_{key}")] {
-            gas[&key].as_object_mut().map(|entry| entry.remove("type"));
-            add(&mut gas[&key], json!({ "allOf": [{ "$ref": "#/definitions/Distribution" }] }));
-        }
-    }
     add(&mut types["MeasureSpec"]["properties"]["kind"], one_of(KINDS.iter().map(|kind| kind.name)));
     let run = &mut types["RunSpec"]["properties"];
     add(&mut run["snapshots"], json!({ "enum": [EXTENDED_XYZ] }));
@@ -83,9 +74,28 @@ pub fn scene_schema() -> Value {
     schema
 }
 
-/// Returns a schema as text.
+/// Returns a schema as text, in which a number may also be an expression in quotes: scene files
+/// have those, and editors should not mark them.
 pub fn text(schema: &Value) -> String {
+    let mut schema = schema.clone();
+    admit_expressions(&mut schema);
     format!("{schema:#}\n")
+}
+
+fn admit_expressions(schema: &mut Value) {
+    match schema {
+        Value::Object(entry) => {
+            if let Some(Value::String(name)) = entry.get("type")
+                && ["number", "integer"].contains(&name.as_str())
+            {
+                let types = json!([name, "string"]);
+                entry.insert("type".to_owned(), types);
+            }
+            entry.values_mut().for_each(admit_expressions);
+        }
+        Value::Array(list) => list.iter_mut().for_each(admit_expressions),
+        _ => (),
+    }
 }
 
 /// The names of `run.observe`: `name`, `name:TAG`, or both for a measure of any group.

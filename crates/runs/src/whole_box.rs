@@ -5,10 +5,8 @@ use carom::{
     View,
     observers::{density_map, order_map},
 };
-use carom_report::{
-    map::{ColourBar, Map},
-    page::with_error,
-};
+use carom_report::map::{ColourBar, Map};
+use carom_tables::with_error;
 
 use crate::visible_region::VisibleRegion;
 

@@ -4,8 +4,10 @@
 use anyhow::Result;
 use carom_report::{
     error_bars::{Abscissa, Curve, ErrorBars, Value as Point},
-    page::{DataChart, named},
+    page::DataChart,
+    table_chart,
 };
+use carom_tables::{Role, Table, named};
 
 use crate::{
     point::short,
@@ -56,6 +58,49 @@ pub fn charts(study: &Study, points: &[PointResults]) -> Result<(Vec<DataChart>,
         }
     }
     Ok((charts, left_out))
+}
+
+/// The curves of all points in one chart for each table that has a measured curve: those that are no
+/// series in time, which each run has for itself.
+///
+/// # Errors
+/// A chart cannot be drawn.
+pub fn overlaid(points: &[PointResults]) -> Result<Vec<DataChart>> {
+    let mut names: Vec<&str> = Vec::new();
+    for table in points.iter().flat_map(|point| &point.tables) {
+        let is_series = table.columns.first().is_some_and(|column| column.name == "time");
+        if !is_series && table.names.is_empty() && !names.contains(&table.name.as_str()) {
+            names.push(&table.name);
+        }
+    }
+    let mut charts = Vec::new();
+    for name in names.into_iter().take(MOST) {
+        let labels: Vec<String> = points.iter().enumerate().map(legend).collect();
+        let of_points = points.iter().zip(&labels);
+        let tables: Vec<(&str, &Table)> = of_points
+            .filter_map(|(point, label)| {
+                let table = point.tables.iter().find(|table| table.name == name)?;
+                Some((label.as_str(), table))
+            })
+            .collect();
+        let Some((_, first)) = tables.first() else { continue };
+        let Some(column) = first.columns.iter().find(|column| column.role == Role::Value) else { continue };
+        let svg = table_chart::overlay(&tables, &column.name)?;
+        charts.extend(svg.map(|svg| DataChart { svg, caption: String::new(), file: String::new() }));
+    }
+    Ok(charts)
+}
+
+/// The name of a point in a legend: its values in words, or the values alone where these are long.
+fn legend((index, point): (usize, &PointResults)) -> String {
+    let words = point.short_label();
+    let values =
+        || words.split(", ").map(|part| part.rsplit(" = ").next().unwrap_or(part)).collect::<Vec<_>>();
+    let fits = |label: &String| label.chars().count() <= LONGEST_LABEL;
+    [words.clone(), values().join(", ")]
+        .into_iter()
+        .find(fits)
+        .unwrap_or_else(|| format!("point {}", index + 1))
 }
 
 /// What one chart shows.
@@ -205,6 +250,7 @@ mod tests {
             answers: Vec::new(),
             errors: Vec::new(),
             evidence: Vec::new(),
+            tables: Vec::new(),
             note: String::new(),
         };
         let points: Vec<PointResults> = study.points.iter().enumerate().map(result).collect();
@@ -217,7 +263,7 @@ mod tests {
         }
         for (index, point) in study.points.iter().enumerate() {
             let mass = study.setting(index, 1);
-            assert_eq!(point.scene.gas[0].mass, Some(1.0 + mass as f64));
+            assert_eq!(point.scene.gas[0].mass, Some((1.0 + mass as f64).into()));
         }
     }
 }

@@ -3,8 +3,7 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use carom::engine::did_you_mean;
-use carom_report::page::with_error;
-use carom_tables::{Check, Figure, Role, Table};
+use carom_tables::{Check, Figure, Role, Table, with_error};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;

@@ -3,16 +3,16 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use carom_report::page::{Page, Part, checks_in_words, named, two_digits, with_error};
+use carom_report::page::{Page, Part, checks_in_words};
 use carom_runs::{
     left_out::Damaged,
     output::Folder,
     report::{PAGE, stationarity_in_words, tests_in_words},
 };
-use carom_tables::Summary;
+use carom_tables::{Summary, named, two_digits, with_error};
 
 use crate::{
-    charts::charts,
+    charts::{charts, overlaid},
     errors,
     expect::Answer,
     layout::{STUDY, SweepFolder},
@@ -76,6 +76,11 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     let (header, rows) = on_page(study, points);
     page.table(&header.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
     smallest_differences(&mut page, study, points);
+    let overlaid = overlaid(points)?;
+    if !overlaid.is_empty() {
+        page.heading("The curves of all points");
+        page.charts(&overlaid);
+    }
     page.heading("All figures");
     page.charts(&others);
     if left_out > 0 {

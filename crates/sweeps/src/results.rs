@@ -11,7 +11,7 @@ use carom_runs::{
     record::Record,
     report,
 };
-use carom_tables::{Calibration, Check, Figure, Summary, Totals};
+use carom_tables::{Calibration, Check, Figure, Summary, Table, Totals};
 use rayon::{ThreadPool, prelude::*};
 use serde::Serialize;
 
@@ -27,6 +27,10 @@ use crate::{
 /// The page of a study of at most so many points has their main charts. More: it would be long, and
 /// the figures over the points are its answer.
 const FEW_POINTS: usize = 4;
+
+/// The page of a study of at most so many points draws the curves of all of them in one chart.
+/// More: no colour is found again in the legend.
+const MAX_OVERLAID: usize = 12;
 
 /// The results of one point.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -52,6 +56,9 @@ pub struct PointResults {
     /// The charts that carry its answer, of a study of few points.
     #[serde(skip)]
     pub evidence: Vec<DataChart>,
+    /// Its tables, of a study of several points whose curves fit into one chart.
+    #[serde(skip)]
+    pub tables: Vec<Table>,
     /// First note of its runs, such as that the method is not exact.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
@@ -120,6 +127,7 @@ fn of_point(
             answers: Vec::new(),
             errors: Vec::new(),
             evidence: Vec::new(),
+            tables: Vec::new(),
             note: String::new(),
         });
     };
@@ -143,8 +151,23 @@ fn of_point(
     } else {
         Vec::new()
     };
+    let is_overlaid = (2..=MAX_OVERLAID).contains(&study.points.len());
+    let tables = if is_overlaid { merged.tables().to_vec() } else { Vec::new() };
     let Summary { figures, totals, checks, note, .. } = merged.summary;
-    Ok(PointResults { point: key, label, replicas, figures, totals, checks, answers, errors, evidence, note })
+    let point = key;
+    Ok(PointResults {
+        point,
+        label,
+        replicas,
+        figures,
+        totals,
+        checks,
+        answers,
+        errors,
+        evidence,
+        tables,
+        note,
+    })
 }
 
 /// The charts that carry the answer of a point, whose folder has this path on the page of the

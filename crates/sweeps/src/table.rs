@@ -1,9 +1,8 @@
 //! The table of a sweep: one row a point, with the varied values and all figures.
 
 use anyhow::Result;
-use carom_report::page::{named, two_digits, with_error};
 use carom_runs::output::Folder;
-use carom_tables::Figure;
+use carom_tables::{Figure, named, two_digits, with_error};
 
 use crate::{figure_name::without_numbers, point::short, results::PointResults, study::Study, vary::Vary};
 
@@ -212,6 +211,7 @@ mod tests {
             answers: Vec::new(),
             errors: Vec::new(),
             evidence: Vec::new(),
+            tables: Vec::new(),
             note: String::new(),
         };
         let points =
@@ -245,6 +245,7 @@ mod tests {
             answers: Vec::new(),
             errors: Vec::new(),
             evidence: Vec::new(),
+            tables: Vec::new(),
             note: String::new(),
         };
         let (header, rows) = tests_on_page(&study, &[point]);

@@ -15,6 +15,7 @@ pub mod blocking;
 pub mod calibration;
 pub mod chi_square;
 pub mod estimate;
+pub mod numbers;
 pub mod power_law;
 pub mod run_sums;
 pub mod spectrum;
@@ -26,7 +27,10 @@ pub use block_sums::{BlockMean, BlockSums, Sums};
 pub use blocking::Blocking;
 pub use calibration::Calibration;
 pub use estimate::Estimate;
+pub use numbers::{
+    fifteen_digits, grouped, in_parentheses, named, predicted, significant, two_digits, with_error,
+};
 pub use run_sums::{MergeError, MergedSums, Replica, RunSums, SumsError};
 pub use stationarity::Stationarity;
 pub use summary::*;
-pub use table::{Column, Guide, Level, Role, Spacing, Table, fifteen_digits};
+pub use table::{Column, Guide, Level, Role, Spacing, Table};

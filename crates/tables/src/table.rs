@@ -4,7 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::BlockMean;
+use crate::{BlockMean, fifteen_digits};
 
 /// A table of equally long columns.
 ///
@@ -40,6 +40,8 @@ pub struct Table {
     pub is_polar: bool,
     /// A name for each row, which stands on the axis in place of the abscissa; may be empty.
     pub names: Vec<String>,
+    /// Place of the first curve's colour in the palette: that of the bodies measured.
+    pub colour: usize,
     /// The columns, the abscissa first.
     pub columns: Vec<Column>,
     /// Predictions that do not depend on the abscissa.
@@ -158,6 +160,7 @@ impl Table {
             guides: Vec::new(),
             is_polar: false,
             names: Vec::new(),
+            colour: 0,
             columns: Vec::new(),
             levels: Vec::new(),
         }
@@ -376,18 +379,6 @@ impl Table {
         self.columns.push(Column { name, label, unit, role, values, quantities: Vec::new() });
         self
     }
-}
-
-/// A number rounded to 15 significant digits, which a rounding error of the last bit does not
-/// change.
-///
-/// ```
-/// use carom_tables::fifteen_digits;
-///
-/// assert_eq!(fifteen_digits(3.0 * 0.1), 0.3);
-/// ```
-pub fn fifteen_digits(number: f64) -> f64 {
-    format!("{number:.14e}").parse().unwrap_or(number)
 }
 
 #[cfg(test)]

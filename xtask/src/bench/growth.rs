@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use anyhow::{Result, ensure};
 use carom::{
     Scene,
-    engine::{AtomSpec, GasSpec, Growth, StartSpec},
+    engine::{AtomSpec, GasSpec, Growth, Quantity, StartSpec},
 };
 use carom_runs::print_line;
 use carom_tables::Verdict;
@@ -110,8 +110,8 @@ fn molecules(options: &Options, goal: &Goal) -> usize {
 fn gases(goal: &Goal) -> Vec<GasSpec> {
     let named = |shape: &str, radius: f64| GasSpec {
         shape: Some(shape.to_owned()),
-        atom_radius: Some(radius),
-        atom_mass: Some(1.0),
+        atom_radius: Some(radius.into()),
+        atom_mass: Some(1.0.into()),
         energy: 1.0,
         ..GasSpec::default()
     };
@@ -140,7 +140,7 @@ fn scene(goal: &Goal, options: &Options, seed: u64) -> Scene {
         let name = gas.shape.as_deref().unwrap_or("rod:3");
         let shape = name.parse::<carom::geometry::Shape>().map(|shape| shape.atoms(1.0, 1.0));
         let count = shape.ok().and_then(Result::ok).map_or(0, |atoms| atoms.len());
-        count as f64 * gas.atom_radius.unwrap_or(1.0).powi(2)
+        count as f64 * gas.atom_radius.as_ref().and_then(Quantity::number).unwrap_or(1.0).powi(2)
     };
     let area = PI * each as f64 * gas.iter().map(atoms).sum::<f64>();
     let side = (area / options.area_fraction.unwrap_or(goal.area_fraction)).sqrt();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use carom::engine::{AtomSpec, BumperSpec, GasSpec, MoleculeSpec, Scene, WallSpec};
+use carom::engine::{AtomSpec, BumperSpec, GasSpec, MoleculeSpec, Quantity, Scene, WallSpec};
 use clap::ValueEnum;
 
 type Build = Box<dyn Fn() -> Scene>;
@@ -44,7 +44,13 @@ pub fn all() -> Vec<(&'static str, Build)> {
 }
 
 fn discs(radius: f64, mass: f64, count: usize) -> GasSpec {
-    GasSpec { radius: Some(radius), mass: Some(mass), energy: 1.0, count: Some(count), ..GasSpec::default() }
+    GasSpec {
+        radius: Some(radius.into()),
+        mass: Some(mass.into()),
+        energy: 1.0,
+        count: Some(count),
+        ..GasSpec::default()
+    }
 }
 
 fn fraction(radius: f64, area_fraction: f64) -> GasSpec {
@@ -91,7 +97,8 @@ impl LargeGas {
                 Scene { wall, ..gas_only(discs) }
             }
             Self::AmongBumpers => {
-                let (side, radius) = ((count as f64 / 16.0).sqrt().round(), discs.radius.unwrap_or(0.0));
+                let radius = discs.radius.as_ref().and_then(Quantity::number).unwrap_or(0.0);
+                let side = (count as f64 / 16.0).sqrt().round();
                 let places = 0..(side * side) as usize;
                 let bumper = places.map(|place| BumperSpec {
                     tags: Vec::new(),
@@ -127,8 +134,8 @@ fn single(shape: &str, atom_radius: f64, atom_mass: f64) -> MoleculeSpec {
 fn molecules(shape: &str, atom_radius: f64, atom_mass: f64, count: usize) -> GasSpec {
     GasSpec {
         shape: Some(shape.to_owned()),
-        atom_radius: Some(atom_radius),
-        atom_mass: Some(atom_mass),
+        atom_radius: Some(atom_radius.into()),
+        atom_mass: Some(atom_mass.into()),
         energy: 1.5,
         count: Some(count),
         ..GasSpec::default()
@@ -164,7 +171,7 @@ fn dumbbells(area_fraction: f64) -> GasSpec {
 
 fn one_big_disc() -> Scene {
     let gas = filling(10_000, 0.4);
-    let radius = 20.0 * gas.radius.unwrap_or(0.0);
+    let radius = 20.0 * gas.radius.as_ref().and_then(Quantity::number).unwrap_or(0.0);
     let big = AtomSpec { at: [0.0; 2], radius, mass: 400.0 };
     let molecule = MoleculeSpec { atoms: vec![big], at: [0.5, 0.5], ..MoleculeSpec::default() };
     with_gas(vec![molecule], vec![gas])

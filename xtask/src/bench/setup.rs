@@ -39,8 +39,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
 
 fn time(count: usize, options: &Options) -> Result<String> {
     let gas = GasSpec {
-        radius: Some((0.5 / (std::f64::consts::PI * count as f64)).sqrt()),
-        mass: Some(1.0),
+        radius: Some(((0.5 / (std::f64::consts::PI * count as f64)).sqrt()).into()),
+        mass: Some(1.0.into()),
         energy: 1.0,
         count: Some(count),
         ..GasSpec::default()

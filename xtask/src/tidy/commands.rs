@@ -96,11 +96,11 @@ mod tests {
     fn commands_are_found_in_blocks_and_between_backticks() {
         let page = "Say `cargo xtask tidy`, or `cargo xtask`.\n\
                     ```sh\n\
-                    $ cargo xtask run a.toml --until 3   # short\n\
+                    $ cargo xtask carom run a.toml --until 3   # short\n\
                     cargo test\n\
                     cargo xtask experiment spheres \\\n  --seed 2\n\
                     ```\n";
-        let xtask = ["tidy", "run a.toml --until 3", "experiment spheres  --seed 2"];
+        let xtask = ["tidy", "carom run a.toml --until 3", "experiment spheres  --seed 2"];
         let expected = xtask.map(|command| ("cargo xtask", command.to_owned()));
         assert_eq!(commands(page), expected);
         assert_eq!(commands("`carom check a.toml`, `carom`"), [("carom", "check a.toml".to_owned())]);
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn unknown_commands_are_faults() {
-        let page = "`cargo xtask fly` `cargo xtask run --seed 3` `cargo xtask run a.toml --untill 3` \
+        let page = "`cargo xtask fly` `cargo xtask carom run --seed 3` `cargo xtask carom run a.toml --untill 3` \
                     `cargo xtask experiment brownian --case 'no such'` `cargo xtask --help` \
                     `carom chek a.toml` `carom run a.toml`";
         assert_eq!(refused(page).len(), 5, "{:?}", refused(page));

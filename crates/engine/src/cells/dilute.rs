@@ -154,7 +154,13 @@ mod tests {
     use carom_response::Impact;
 
     fn disc(mass: f64, energy: f64) -> GasSpec {
-        GasSpec { radius: Some(0.004), mass: Some(mass), energy, count: Some(60), ..GasSpec::default() }
+        GasSpec {
+            radius: Some(0.004.into()),
+            mass: Some(mass.into()),
+            energy,
+            count: Some(60),
+            ..GasSpec::default()
+        }
     }
 
     /// Number of contacts after which the filter is disabled.

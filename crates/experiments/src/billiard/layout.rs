@@ -1,7 +1,7 @@
 //! Where the obstacles of a billiard are.
 
 use anyhow::{Context, Result, ensure};
-use carom_report::page::with_error;
+use carom_tables::with_error;
 use clap::ValueEnum;
 use glam::DVec2;
 use rand::{Rng, RngExt as _};

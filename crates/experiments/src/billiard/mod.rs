@@ -190,8 +190,8 @@ impl Options {
         let gas = if self.moves == Mover::Disc {
             GasSpec {
                 tags: vec![DISC.to_owned()],
-                radius: Some(self.gas_radius),
-                mass: Some(1.0),
+                radius: Some(self.gas_radius.into()),
+                mass: Some(1.0.into()),
                 energy: 0.5,
                 ..GasSpec::default()
             }
@@ -202,8 +202,8 @@ impl Options {
                 tags: vec![TARGET.to_owned()],
                 shape,
                 atoms,
-                atom_radius,
-                atom_mass,
+                atom_radius: atom_radius.map(Into::into),
+                atom_mass: atom_mass.map(Into::into),
                 energy: 0.5 * named.molecule.mass(),
                 rotation: if is_locked { Rotation::Locked } else { Rotation::Free },
                 ..GasSpec::default()

@@ -1,9 +1,9 @@
 //! The page: first the advice, one table and one picture over all knobs, then everything else.
 
 use anyhow::Result;
-use carom_report::page::{Layout, Page, Part, with_error};
+use carom_report::page::{Layout, Page, Part};
 use carom_runs::{output::Folder, price::TOLERANCE};
-use carom_tables::{Check, Figure, Summary, Totals};
+use carom_tables::{Check, Figure, Summary, Totals, with_error};
 use serde::Serialize;
 
 use super::{

@@ -1,6 +1,6 @@
 //! Tables: what each setting saves and gets wrong, in short for the page and in full for the files.
 
-use carom_report::page::with_error;
+use carom_tables::{significant, with_error};
 
 use super::{
     difference::Difference,
@@ -83,16 +83,7 @@ pub fn deepest(found: &KnobResult) -> String {
     if found.tally.intervals == 0 {
         return NONE.to_owned();
     }
-    small(found.tally.deepest.max(found.physics.deepest))
-}
-
-/// A small number in the tables, with two digits.
-fn small(number: f64) -> String {
-    match number {
-        0.0 => "0".to_owned(),
-        1e-3..1e3 => format!("{number:.0$}", (1.0 - number.log10().floor()).max(0.0) as usize),
-        _ => format!("{number:.1e}"),
-    }
+    significant(found.tally.deepest.max(found.physics.deepest), 2)
 }
 
 /// Effective error in the tables.
@@ -192,7 +183,7 @@ pub fn full(result: &SceneResult) -> Vec<Vec<String>> {
             );
             let none = tally.wrong() == 0.0;
             cells.push(if none { format!("{:.1}", tally.upper_bound_of_none()) } else { NONE.to_owned() });
-            cells.push(small(tally.largest));
+            cells.push(significant(tally.largest, 2));
         }
         cells.push(if tally.intervals == 0 {
             NONE.to_owned()
@@ -267,11 +258,5 @@ mod tests {
         let cells = [one(-20.0, None), one(0.0, None), one(0.4, Some(0.2)), one(0.4, Some(8.0))];
         let cells = cells.map(|one| difference(&one));
         assert_eq!(cells, ["too short", "0", "+10.00 ± 5.00 %", "+4.00e-1 ± 8.0e0"]);
-    }
-
-    #[test]
-    fn small_numbers_have_two_digits_and_no_exponent_within_reach() {
-        let shown = [0.0, 1.2, 0.17, 0.023, 12.0, 8.9e-6].map(small);
-        assert_eq!(shown, ["0", "1.2", "0.17", "0.023", "12", "8.9e-6"]);
     }
 }

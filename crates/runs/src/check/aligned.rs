@@ -1,5 +1,7 @@
 //! Short tables of text with aligned columns.
 
+use carom_tables::significant;
+
 /// Space between two columns.
 const SPACE: &str = "  ";
 
@@ -16,20 +18,9 @@ pub(super) fn table<const N: usize>(rows: impl IntoIterator<Item = [String; N]>)
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// A number with four significant digits, in short form.
+/// A number with four significant digits.
 pub(crate) fn short(number: f64) -> String {
-    if number == 0.0 || !number.is_finite() {
-        return number.to_string();
-    }
-    if !(1e-3..1e5).contains(&number.abs()) {
-        let text = format!("{number:.3e}");
-        let Some((digits, exponent)) = text.split_once('e') else { return text };
-        let digits = digits.trim_end_matches('0').trim_end_matches('.');
-        return format!("{digits}e{exponent}");
-    }
-    let decimals = (3 - number.abs().log10().floor() as i32).max(0) as usize;
-    let text = format!("{number:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    significant(number, 4)
 }
 
 /// A number of bytes with its unit.
@@ -74,19 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_short() {
-        for (number, text) in [
-            (0.0, "0"),
-            (0.5, "0.5"),
-            (-2.0, "-2"),
-            (1234.56, "1235"),
-            (1e12, "1e12"),
-            (8.796e12, "8.796e12"),
-            (1e-13, "1e-13"),
-            (100.0, "100"),
-        ] {
-            assert_eq!(short(number), text);
-        }
+    fn bytes_and_durations_have_units() {
         assert_eq!([bytes(12), bytes(4_200_000), bytes(325_000_000)], ["12 bytes", "4.2 MB", "325 MB"]);
         assert_eq!([duration(3e-7), duration(0.0123), duration(90.0)], ["300 ns", "12 ms", "90 s"]);
         assert_eq!([duration(600.0), duration(1e9)], ["10 minutes", "32 years"]);

@@ -2,7 +2,7 @@
 //! whether samples and the start of the measurement are sensible, and the cost.
 
 use carom::{Scene, View, engine::MeasureFrom};
-use carom_report::page::with_error;
+use carom_tables::with_error;
 use serde::Serialize;
 
 use super::{

@@ -1,12 +1,12 @@
 //! What is in a scene: its bodies by kind, its energy, and what its run does.
 
+use carom_tables::with_error;
 use std::collections::{BTreeMap, HashMap};
 
 use carom::{
     Scene, View,
     engine::{Body, Tag},
 };
-use carom_report::page::with_error;
 use serde::Serialize;
 
 use super::aligned::{short, table};

@@ -50,6 +50,8 @@ pub(super) struct Head {
     pub(super) every: u64,
     /// Samples of the run since it began.
     seen: u64,
+    /// The kind of its bodies in the numbering of pictures: its curves have their colour.
+    kind_of_body: usize,
     /// Samples since it began after which it is judged whether the run has settled; `None` once the
     /// measurement proper has begun.
     judged_at: Option<u64>,
@@ -83,6 +85,7 @@ impl Entry {
             is_check: request.kind.name == overlap::KIND.name && scene.run.check_interval.is_some(),
             every: request.every,
             seen: 0,
+            kind_of_body: selection.kind_of_body(),
             judged_at: (is_measured && scene.run.measure_from == MeasureFrom::Auto).then_some(FIRST_JUDGED),
         };
         Ok(Self { head, kind: request.kind, measure })
@@ -173,6 +176,7 @@ impl Entry {
             results.files.clear();
             results.drawings.clear();
         }
+        results.tables.iter_mut().for_each(|table| table.colour = head.kind_of_body);
         if let Some(word) = head.label.word() {
             // Charts of several groups stand side by side.
             results.tables.iter_mut().for_each(|table| table.title = format!("{}, {word}", table.title));

@@ -4,6 +4,7 @@ use anyhow::{Context, Result, ensure};
 use carom::{
     Group, View,
     engine::{BodyView, RunSpec, Tag, did_you_mean},
+    observers::coloured_kinds,
 };
 
 use super::{
@@ -94,6 +95,16 @@ impl<'a> Selection<'a> {
     /// The moving bodies of the group.
     pub fn moving(&self) -> impl Iterator<Item = BodyView<'a>> {
         self.view.bodies().filter(|body| !body.body.is_fixed() && self.group.contains(body.body))
+    }
+
+    /// The kind of the first body with the tag of the measure in the numbering of pictures; 0 for
+    /// all bodies.
+    pub fn kind_of_body(&self) -> usize {
+        if self.tags[0].is_none() {
+            return 0;
+        }
+        let place = self.view.bodies().position(|body| self.group.contains(body.body));
+        place.and_then(|place| coloured_kinds(self.view).get(place).copied()).unwrap_or(0)
     }
 
     /// The largest bounding radius of a body of the group, without walls (length).

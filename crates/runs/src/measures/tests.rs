@@ -206,6 +206,11 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
         let is_absent = ["drift", "friction", "overlap", "wall-heat", "wall-pressure"].contains(&kind.name);
         assert!(has_table || has_file || is_absent, "{}", kind.name);
     }
+    // The names by which a scene is refused before its bodies are placed are those of its figures.
+    for figure in &results.figures {
+        let begins = |kind: &Kind| kind.figures.iter().any(|begin| figure.name.starts_with(begin));
+        assert!(KINDS.iter().any(begins), "no measure announces the figure {:?}", figure.name);
+    }
     // Six of the drift, four of the orientation, two of the contact density, five shares of the
     // directions, and of the kicks: two rates, six means and three energies, two times and that
     // which a verdict needs, six shares, and two of the geometry.

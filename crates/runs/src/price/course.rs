@@ -4,11 +4,12 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use carom::{Checkpoint, Observer, Scene};
+use carom::{Checkpoint, EpochTime, Observer, Scene};
 use carom_methods::{AnySimulation, Method};
 
 use super::Setting;
 use crate::run::{
+    pieces::Pieces,
     schedule::{Schedule, Step, What},
     stage_edits,
 };
@@ -17,10 +18,9 @@ use crate::run::{
 /// pieces change no bit of the run. Shorter: clocks cost time. Longer: the limit is passed.
 const PIECE: Duration = Duration::from_millis(20);
 
-/// A flight begins with this share of its length, and no piece is shorter than the second. Smaller:
-/// more pieces. Larger: a slow detector passes its limit in the first one.
+/// A flight begins with this share of its length. Smaller: more pieces. Larger: a slow detector
+/// passes its limit in the first one.
 const FIRST_PIECE: f64 = 1.0 / 1024.0;
-const LEAST_PIECE: f64 = FIRST_PIECE * FIRST_PIECE;
 
 /// A state of the run of a scene, from which any setting can start.
 #[derive(Debug, Clone)]
@@ -145,21 +145,19 @@ impl<'a> Course<'a> {
 
     /// Flies to `until` in pieces.
     fn fly(&mut self, until: f64, observer: &mut dyn Observer, deadline: Instant) -> Result<Reached> {
-        let whole = until - self.time();
-        let mut piece = FIRST_PIECE * whole;
+        let mut pieces = Pieces::with_first(FIRST_PIECE * (until - self.time()), PIECE);
+        let until = EpochTime::from(until);
         loop {
             let clock = Instant::now();
-            let target = self.time() + piece;
-            let is_last = target >= until || target <= self.time();
-            self.simulation.observe_until(if is_last { until } else { target }, observer)?;
-            if is_last {
+            let end = pieces.end(self.simulation.time(), until);
+            self.simulation.observe_until_epoch_time(end, observer)?;
+            if end == until {
                 return Ok(Reached::Target);
             }
             if Instant::now() >= deadline {
                 return Ok(Reached::Deadline);
             }
-            piece =
-                if clock.elapsed() < PIECE { 2.0 * piece } else { (0.5 * piece).max(LEAST_PIECE * whole) };
+            pieces.has_taken(clock.elapsed());
         }
     }
 

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 use carom::Scene;
 use carom_methods::{AnySimulation, Method};
-use carom_report::page::{Page, with_error};
-use carom_tables::Figure;
+use carom_report::page::Page;
+use carom_tables::{Figure, with_error};
 use serde::{Deserialize, Serialize};
 
 use super::{

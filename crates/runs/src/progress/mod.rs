@@ -18,6 +18,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use carom_tables::grouped;
 use indicatif::HumanDuration;
 
 pub use self::screen::suspend;
@@ -156,10 +157,10 @@ impl Task {
         let elapsed = now.saturating_duration_since(begun).as_secs_f64();
         match self.unit {
             Unit::Time(until) => (Some((state.done / until).clamp(0.0, 1.0)), state.of_time(until, elapsed)),
-            Unit::Items(plural, None) => (None, format!("{} {plural}", grouped(state.done))),
+            Unit::Items(plural, None) => (None, format!("{} {plural}", whole(state.done))),
             Unit::Items(plural, Some(number)) => {
                 let all = number as f64;
-                let words = format!("{} of {} {plural}", grouped(state.done), grouped(all));
+                let words = format!("{} of {} {plural}", whole(state.done), whole(all));
                 let share = if number == 0 { 1.0 } else { (state.done / all).clamp(0.0, 1.0) };
                 (Some(share), format!("{words}{}", state.remaining(all, elapsed)))
             }
@@ -261,12 +262,8 @@ fn rounded(number: f64) -> String {
 }
 
 /// A whole number in groups of three digits.
-pub(crate) fn grouped(number: f64) -> String {
-    let digits = format!("{number:.0}");
-    let first = digits.len() % 3;
-    let groups = digits.as_bytes()[first..].chunks(3);
-    let groups = std::iter::once(&digits.as_bytes()[..first]).filter(|group| !group.is_empty()).chain(groups);
-    groups.map(String::from_utf8_lossy).collect::<Vec<_>>().join(" ")
+fn whole(number: f64) -> String {
+    grouped(&format!("{number:.0}"))
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -284,12 +281,5 @@ mod tests {
         assert_eq!(state.of_time(100.0, 5.0), "3.00 M collisions  600 k/s  20 seconds left");
         assert_eq!(State { done: 100.0, ..state }.of_time(100.0, 5.0), "3.00 M collisions  done");
         assert_eq!(State { done: 5.0, skipped: 5.0, ..State::default() }.of_time(100.0, 0.0), "begins");
-    }
-
-    #[test]
-    fn numbers_are_grouped_by_three_digits() {
-        for (number, text) in [(0.0, "0"), (999.0, "999"), (1000.0, "1 000"), (123_456.0, "123 456")] {
-            assert_eq!(grouped(number), text);
-        }
     }
 }

@@ -185,8 +185,8 @@ mod tests {
         assert_eq!(lines.len(), 5, "{said}");
         assert_eq!(lines[0], "carom run: 2 seconds so far");
         assert!(lines[1].starts_with("first   25.0 %  5 k collisions  "), "{said}");
-        assert!(lines[2].starts_with(" 75.0 %  9 000 of 12 000 pairs  "), "{said}");
-        assert_eq!(lines[3], "1 234 567 frames");
+        assert!(lines[2].starts_with(" 75.0 %  9000 of 12\u{202f}000 pairs  "), "{said}");
+        assert_eq!(lines[3], "1\u{202f}234\u{202f}567 frames");
         assert_eq!(lines[4], "carom run: 67 minutes so far");
     }
 }

@@ -2,8 +2,7 @@
 
 use std::cmp::Reverse;
 
-use carom_report::page::{two_digits, with_error};
-use carom_tables::{Figure, Stationarity};
+use carom_tables::{Figure, Stationarity, two_digits, with_error};
 
 use super::tests_in_words::with_place;
 

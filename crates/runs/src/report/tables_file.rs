@@ -71,6 +71,7 @@ fn head(table: &Table) -> Value {
         "guides": table.guides,
         "polar": table.is_polar,
         "names": table.names,
+        "colour": table.colour,
         "columns": columns,
         "levels": levels.collect::<Vec<Value>>(),
         "derived": derived.collect::<Vec<Value>>(),
@@ -156,6 +157,7 @@ fn table(head: &Value, file: &str, cells: &BTreeMap<&str, Vec<Option<f64>>>) -> 
         guides: serde_json::from_value(head["guides"].clone()).unwrap_or_default(),
         is_polar: head["polar"] == true,
         names: list("names").iter().map(string).collect(),
+        colour: head["colour"].as_u64().unwrap_or(0) as usize,
         columns,
         levels: list("levels").iter().filter_map(level).collect(),
     }

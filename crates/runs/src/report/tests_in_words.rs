@@ -1,8 +1,7 @@
 //! The verdict on the means that test their predictions, in words: as predicted, not, or not yet
 //! known.
 
-use carom_report::page::{two_digits, with_error};
-use carom_tables::{Figure, THRESHOLD};
+use carom_tables::{Figure, THRESHOLD, two_digits, with_error};
 
 /// First words of the name of a figure with the duration of a measurement that would give errors
 /// (time).

@@ -3,8 +3,8 @@
 
 use std::fmt::Write as _;
 
-use carom_report::page::{checks_in_words, named, with_error};
-use carom_tables::{Figure, Summary};
+use carom_report::page::checks_in_words;
+use carom_tables::{Figure, Summary, named, with_error};
 
 use super::{
     contents::{Contents, Kind},

@@ -27,6 +27,7 @@ use carom_methods::{AnySimulation, Method};
 use super::{
     START, describe,
     outcome::PICTURE,
+    pieces::Pieces,
     scene_file::{self, MOST_SAMPLES, tags},
     schedule::{Schedule, Step, What, spans},
     stage_edits,
@@ -88,9 +89,6 @@ const LONGEST_SEARCH: Duration = Duration::from_secs(5);
 /// signal. Shorter: large systems are slower, because each piece stores all motions at its end.
 const PIECE: Duration = Duration::from_millis(100);
 
-/// The first piece lasts this share of the time in which the fastest body crosses the box.
-const FIRST_PIECE: f64 = 1e-4;
-
 /// How long one call of a method of [`InteractiveRun`] may run. A call that is cut short has run
 /// part of its way, and the next one goes on from there with the bits of an uncut call.
 #[derive(Debug, Clone)]
@@ -133,8 +131,7 @@ pub struct InteractiveRun {
     /// Number of draws of random numbers by thermostats so far.
     actions: u64,
     limit: CallLimit,
-    /// Length of the next piece (time).
-    piece: f64,
+    pieces: Pieces,
     /// Measures besides those of the scene, with the time between their samples: a saved run
     /// measures them too.
     watched: Vec<(MeasureSpec, f64)>,
@@ -179,7 +176,7 @@ impl InteractiveRun {
         let (until, mut scene) = (scene.run.until, scene.clone());
         end_at(&mut scene, ENDLESS);
         let schedule = Schedule::changes(&scene, 0).peekable();
-        let piece = first_piece(&simulation.view());
+        let pieces = Pieces::new(&simulation.view(), PIECE);
         let mut run = Self {
             simulation,
             scene,
@@ -189,7 +186,7 @@ impl InteractiveRun {
             done: 0,
             actions,
             limit,
-            piece,
+            pieces,
             watched: Vec::new(),
         };
         // Thermostats of the first stage act at time 0.
@@ -265,24 +262,14 @@ impl InteractiveRun {
     /// whether `until` has been reached.
     fn run_piece(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool> {
         let begun = Instant::now();
-        let end = self.simulation.time().after(self.piece);
-        let target = if end < until { end } else { until };
+        let target = self.pieces.end(self.simulation.time(), until);
         let reached = self.simulation.observe_epoch(target, observer)?;
         let last = begun.elapsed();
         // The end of an epoch cuts a piece short: then its duration is no reason for longer ones.
         if reached || last > PIECE {
-            self.adapt_piece(last);
+            self.pieces.has_taken(last);
         }
         Ok(reached && target == until)
-    }
-
-    /// Changes the length of pieces by the duration of the last one.
-    fn adapt_piece(&mut self, last: Duration) {
-        if last > 2 * PIECE {
-            self.piece *= 0.5;
-        } else if last < PIECE / 4 {
-            self.piece = (2.0 * self.piece).min(ENDLESS);
-        }
     }
 
     /// The latest time of the run.
@@ -303,11 +290,11 @@ impl InteractiveRun {
             let target = self.not_past(step.map_or(until, |step| step.time));
             loop {
                 let (now, clock) = (self.simulation.time().to_f64(), Instant::now());
-                let end = (now + self.piece).max(now.next_up()).min(target);
+                let end = (now + self.pieces.length()).max(now.next_up()).min(target);
                 if self.simulation.step(end, observer)? {
                     return Ok(true);
                 }
-                self.adapt_piece(clock.elapsed());
+                self.pieces.has_taken(clock.elapsed());
                 if end >= target {
                     break;
                 }
@@ -384,7 +371,7 @@ impl InteractiveRun {
         edited.limit = CallLimit::default();
         edited.advance(EpochTime::from(start), &mut ())?;
         edited.limit = self.limit.clone();
-        edited.piece = first_piece(&edited.simulation.view());
+        edited.pieces = Pieces::new(&edited.simulation.view(), PIECE);
         observer.pause(&self.simulation.view());
         observer.start(&edited.simulation.view());
         *self = edited;
@@ -628,14 +615,6 @@ impl InteractiveRun {
         }
         done
     }
-}
-
-/// A first length of pieces (time): a small share of the time in which the fastest body crosses the
-/// box; it is adapted at once.
-fn first_piece(view: &View<'_>) -> f64 {
-    let fastest = view.bodies().map(|body| body.motion.velocity.length()).fold(0.0, f64::max);
-    let piece = FIRST_PIECE * view.bounds().sides().min_element() / fastest;
-    if piece > 0.0 { piece.min(ENDLESS) } else { FIRST_PIECE }
 }
 
 /// Creates a folder, or takes an empty one.

@@ -4,6 +4,7 @@ mod before_placement;
 pub mod interactive;
 pub(crate) mod outcome;
 pub(crate) mod parent;
+pub mod pieces;
 pub(crate) mod placement;
 pub mod replica;
 mod scene_file;

@@ -1,13 +1,14 @@
 //! The steps of a run in the order of its schedule: samples, snapshots, checks, stages, and actions
 //! of thermostats.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use carom::{EpochTime, Observer as _, Scene, engine::RunSpec, observers::write_extended_xyz};
 use carom_methods::AnySimulation;
 
 use super::{
+    pieces::Pieces,
     schedule::{Schedule, Step, What},
     stage_edits,
     state_table::StateTable,
@@ -18,14 +19,12 @@ use crate::{
     resumable::Resumable, resumable::Task,
 };
 
-/// The first slice of a run between two looks at its progress, and the shortest, as shares of the
-/// run. A slice costs the time to store all motions.
-const FIRST_SLICE: f64 = 1.0 / 64.0;
-const SHORTEST_SLICE: f64 = 1e-6;
+/// The first piece of a run between two looks at its progress, as a share of the run.
+const FIRST_PIECE: f64 = 1.0 / 64.0;
 
-/// Slices are lengthened or shortened until they take between these times (seconds).
-const SHORT_SLICE: f64 = 0.5;
-const LONG_SLICE: f64 = 2.0;
+/// Progress is shown about as often as this. More often: each look costs the time to store all
+/// motions.
+const PIECE: Duration = Duration::from_secs(1);
 
 /// What a run writes besides checkpoints while it goes on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,7 +44,7 @@ pub(super) fn go_on(
     progress: &Progress,
 ) -> Result<()> {
     let run = &scene.run;
-    let mut pace = Pace { progress, slice: FIRST_SLICE * run.until };
+    let mut pace = Pace { progress, pieces: Pieces::with_first(FIRST_PIECE * run.until, PIECE) };
     // A run killed before its first checkpoint after this point records the animation again.
     let begun = going.simulation.time().to_f64();
     let is_shown = output == Output::Files && run.animation && begun <= run.animation_from;
@@ -94,8 +93,7 @@ fn end_early(going: &mut Resumable<Measures>, run: &RunSpec, output: Output) -> 
 /// the bit.
 struct Pace<'a> {
     progress: &'a Progress,
-    /// The simulated time between two looks.
-    slice: f64,
+    pieces: Pieces,
 }
 
 impl Pace<'_> {
@@ -104,22 +102,17 @@ impl Pace<'_> {
             (going.simulation.time().to_f64(), going.simulation.view().counters().collisions)
         };
         let mut before = now(going);
-        // The shortest slice bounds their number.
-        // A slice shorter than a window of tiles would cut it.
-        let slice =
-            |pace: &Self, going: &Resumable<Measures>| pace.slice.max(going.simulation.window_length());
-        while time - before.0 > 2.0 * slice(self, going) {
+        // A piece shorter than a window of tiles would cut it.
+        let length = |pace: &Self, going: &Resumable<Measures>| {
+            pace.pieces.length().max(going.simulation.window_length())
+        };
+        while time - before.0 > 2.0 * length(self, going) {
             let clock = Instant::now();
-            going.run_to_and(before.0 + slice(self, going), task, Measures::append_contacts)?;
+            going.run_to_and(before.0 + length(self, going), task, Measures::append_contacts)?;
             let after = now(going);
             self.progress.advance(after.0 - before.0, after.1 - before.1);
             before = after;
-            let seconds = clock.elapsed().as_secs_f64();
-            if seconds < SHORT_SLICE {
-                self.slice *= 2.0;
-            } else if seconds > LONG_SLICE {
-                self.slice = (0.5 * self.slice).max(task.until * SHORTEST_SLICE);
-            }
+            self.pieces.has_taken(clock.elapsed());
         }
         going.run_to_and(time, task, Measures::append_contacts)?;
         self.progress.advance(time - before.0, now(going).1 - before.1);

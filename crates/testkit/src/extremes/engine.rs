@@ -50,8 +50,8 @@ impl Engine {
 pub fn gas(shape: &str, radius: f64, atom_mass: f64, count: usize) -> GasSpec {
     GasSpec {
         shape: Some(shape.to_owned()),
-        radius: Some(radius),
-        mass: Some(atom_mass),
+        radius: Some(radius.into()),
+        mass: Some(atom_mass.into()),
         energy: 1.0,
         count: Some(count),
         ..GasSpec::default()

@@ -195,8 +195,8 @@ pub fn scene(variant: Variant) -> Scene {
     let radius = radius();
     let discs = |count: usize, radius: f64, mass: f64| GasSpec {
         tags: vec!["gas".to_owned()],
-        radius: Some(radius),
-        mass: Some(mass),
+        radius: Some(radius.into()),
+        mass: Some(mass.into()),
         energy: 1.0,
         count: Some(count),
         ..GasSpec::default()
@@ -216,8 +216,8 @@ pub fn scene(variant: Variant) -> Scene {
     let dumbbells = |count: usize, rotation: Rotation| GasSpec {
         shape: Some("dumbbell".to_owned()),
         // The area of a disc.
-        atom_radius: Some(radius / 2f64.sqrt()),
-        atom_mass: Some(0.5),
+        atom_radius: Some((radius / 2f64.sqrt()).into()),
+        atom_mass: Some(0.5.into()),
         rotation,
         radius: None,
         mass: None,

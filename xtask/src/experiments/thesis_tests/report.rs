@@ -2,10 +2,10 @@
 
 use anyhow::Result;
 use carom_report::{
-    page::{Layout, Page, Part, with_error},
+    page::{Layout, Page, Part},
     scatter::{Mark, Point, Scatter},
 };
-use carom_tables::Summary;
+use carom_tables::{Summary, with_error};
 
 use super::{
     results::{Costs, Results, Test},

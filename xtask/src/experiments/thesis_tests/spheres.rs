@@ -41,8 +41,8 @@ const ENGINES: [&str; 3] = [NO_GRID, GRID, "cells"];
 
 fn scene(count: usize, seed: u64) -> Scene {
     let gas = GasSpec {
-        radius: Some(RADIUS),
-        mass: Some(1.0),
+        radius: Some(RADIUS.into()),
+        mass: Some(1.0.into()),
         energy: 1.0,
         count: Some(count),
         ..GasSpec::default()

@@ -1,6 +1,6 @@
 //! Mutated scene files: each is refused by name, or builds a system that runs without overlap.
 
-use carom::engine::{Distribution, GasSpec, Placement, RunError, Scene, StartVelocities, View};
+use carom::engine::{Distribution, GasSpec, Placement, Quantity, RunError, Scene, StartVelocities, View};
 use carom_kinematics::EpochTime;
 use carom_methods::AnySimulation;
 
@@ -29,8 +29,8 @@ pub fn draw(draw: &mut Draw) -> Vec<u8> {
         scene.gas.push(GasSpec {
             tags: vec!["gas".to_owned()],
             shape: draw.happens(0.3).then(|| "dumbbell".to_owned()),
-            atom_radius: Some(0.02 * scene.bounds.sides[0]),
-            atom_mass: Some(1.0),
+            atom_radius: Some((0.02 * scene.bounds.sides[0]).into()),
+            atom_mass: Some(1.0.into()),
             energy: 1.0,
             count: draw.happens(0.5).then_some(20),
             ..GasSpec::default()
@@ -46,8 +46,7 @@ pub fn draw(draw: &mut Draw) -> Vec<u8> {
             (gas.energy, gas.temperature) = (0.0, Some(1.0));
             if draw.happens(0.3) {
                 let side = scene.bounds.sides[0];
-                gas.atom_radius = None;
-                gas.radius_distribution = Some(Distribution::Uniform([0.01 * side, 0.02 * side]));
+                gas.atom_radius = Some(Distribution::Uniform([0.01 * side, 0.02 * side]).into());
             }
             gas.velocities = draw.one_of(&[StartVelocities::EqualEnergy, StartVelocities::Maxwell]);
         }
@@ -101,12 +100,15 @@ fn has_nan(scene: &Scene) -> bool {
 }
 
 /// Mean or least number of a distribution.
-fn small(distribution: &Distribution) -> f64 {
-    match distribution {
-        Distribution::Uniform([from, to]) => 0.5 * (from + to),
-        Distribution::Normal([mean, _]) => *mean,
-        Distribution::Values { values, .. } => values.iter().copied().fold(f64::INFINITY, f64::min),
-        _ => 0.0,
+fn small(given: &Quantity) -> f64 {
+    match given {
+        Quantity::Number(number) => *number,
+        Quantity::Drawn(Distribution::Uniform([from, to])) => 0.5 * (from + to),
+        Quantity::Drawn(Distribution::Normal([mean, _])) => *mean,
+        Quantity::Drawn(Distribution::Values { values, .. }) => {
+            values.iter().copied().fold(f64::INFINITY, f64::min)
+        }
+        Quantity::Drawn(_) => 0.0,
     }
 }
 
@@ -120,15 +122,15 @@ fn size(scene: &Scene) -> f64 {
     let of_molecules: f64 =
         scene.molecule.iter().map(|molecule| atoms(molecule.shape.as_ref(), molecule.atoms.len())).sum();
     let of_gas = |gas: &GasSpec| {
-        let drawn = gas.radius_distribution.as_ref().map(small);
-        let radius = gas.radius.or(gas.atom_radius).or(drawn).or(gas.atoms.first().map(|atom| atom.radius));
+        let given = gas.radius.as_ref().or(gas.atom_radius.as_ref());
+        let radius = given.map(small).or(gas.atoms.first().map(|atom| atom.radius));
         let scale = gas.scale.as_ref().map_or(1.0, small);
         let covered = std::f64::consts::PI * (scale * radius.unwrap_or(1.0)).powi(2);
         let by_area = gas.area_fraction.map_or(0.0, |share| share * (width * height / covered).abs());
         let count = gas.count.map_or(by_area, |count| count as f64);
         let atoms = atoms(gas.shape.as_ref(), gas.atoms.len());
         // A scene with more molecules is refused, at once if they are equal.
-        let is_equal = gas.radius_distribution.is_none() && gas.scale.is_none();
+        let is_equal = given.is_none_or(|given| given.number().is_some()) && gas.scale.is_none();
         if is_equal && count > 134_217_728.0 * atoms { 0.0 } else { count * atoms }
     };
     of_molecules + scene.gas.iter().map(of_gas).sum::<f64>()

@@ -1,7 +1,7 @@
 //! Random scenes: bodies of all kinds, walls, elasticities, scales, and edits between runs.
 
 use carom::engine::{
-    AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Rotation, Scene,
+    AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Quantity, Rotation, Scene,
     StartVelocities, WallSpec,
 };
 use carom_geometry::{Atom, Molecule, Shape};
@@ -72,8 +72,8 @@ pub fn draw(seed: u64) -> Case {
     if class == "discs" && draw.happens(0.5) {
         sketch.scene.gas.push(GasSpec {
             tags: vec!["a".to_owned()],
-            radius: Some(draw.scale(0.1, 0.5) * size),
-            mass: Some(draw.scale(0.1, 10.0)),
+            radius: Some((draw.scale(0.1, 0.5) * size).into()),
+            mass: Some(draw.scale(0.1, 10.0).into()),
             energy: draw.scale(1e-3, 1.0),
             count: Some(draw.integer(1, 30) as usize),
             velocities: draw.one_of(&[StartVelocities::EqualEnergy, StartVelocities::Maxwell]),
@@ -383,10 +383,15 @@ fn scale_scene(scene: &mut Scene, length: f64, speed: f64, mass: f64) {
         bumper.at = bumper.at.map(|x| x * length);
     }
     for gas in &mut scene.gas {
-        gas.radius = gas.radius.map(|radius| radius * length);
-        gas.mass = gas.mass.map(|one| one * mass);
+        gas.radius = scaled(gas.radius.as_ref(), length);
+        gas.mass = scaled(gas.mass.as_ref(), mass);
         gas.energy *= mass * speed * speed;
     }
+}
+
+/// A quantity of a gas of equal molecules, times a factor.
+fn scaled(given: Option<&Quantity>, factor: f64) -> Option<Quantity> {
+    given.and_then(Quantity::number).map(|number| (factor * number).into())
 }
 
 fn scale_molecule(spec: &mut MoleculeSpec, length: f64, speed: f64, mass: f64) {

@@ -8,15 +8,20 @@ use glam::DVec2;
 
 use crate::{
     AtomSpec, CollisionReport, Counters, ElasticityRule, ElasticitySpec, GasSpec, Ledger, MoleculeSpec,
-    Observer, RunError, Scene, Simulation, TileCounters, Tiling,
+    Observer, Quantity, RunError, Scene, Simulation, TileCounters, Tiling,
 };
+
+/// The radius of the discs of a gas.
+fn radius_of(gas: &GasSpec) -> f64 {
+    gas.radius.as_ref().and_then(Quantity::number).unwrap()
+}
 
 /// A gas of discs of mass 1 and energy 1 at this area fraction.
 fn gas(count: usize, area_fraction: f64, seed: u64) -> Scene {
     let radius = (area_fraction / (std::f64::consts::PI * count as f64)).sqrt();
     let gas = GasSpec {
-        radius: Some(radius),
-        mass: Some(1.0),
+        radius: Some(radius.into()),
+        mass: Some(1.0.into()),
         energy: 1.0,
         count: Some(count),
         ..GasSpec::default()
@@ -29,7 +34,7 @@ fn gas(count: usize, area_fraction: f64, seed: u64) -> Scene {
 /// The time in which a disc of such a gas has about this many contacts.
 fn time_of(scene: &Scene, contacts: f64) -> f64 {
     let gas = &scene.gas[0];
-    let (radius, count) = (gas.radius.unwrap(), gas.count.unwrap() as f64);
+    let (radius, count) = (radius_of(gas), gas.count.unwrap() as f64);
     let filled = count * std::f64::consts::PI * radius * radius;
     let contact_value = (1.0 - 7.0 / 16.0 * filled) / (1.0 - filled).powi(2);
     contacts / (4.0 * radius * count * contact_value * std::f64::consts::PI.sqrt())
@@ -242,7 +247,7 @@ fn hostile_scenes_keep_their_bits() {
     // A projectile of thirty times the speed of the gas, one that is hit by it later, and half the
     // box hot.
     let mut projectile = gas(8000, 0.5, 11);
-    let radius = projectile.gas[0].radius.unwrap();
+    let radius = radius_of(&projectile.gas[0]);
     let disc = MoleculeSpec {
         atoms: vec![AtomSpec { at: [0.0; 2], radius, mass: 1.0 }],
         at: [0.5, 0.5],
@@ -251,7 +256,7 @@ fn hostile_scenes_keep_their_bits() {
     };
     projectile.molecule.push(disc.clone());
     let mut late = gas(8000, 0.3, 12);
-    let heavy = AtomSpec { at: [0.0; 2], radius: late.gas[0].radius.unwrap(), mass: 1e6 };
+    let heavy = AtomSpec { at: [0.0; 2], radius: radius_of(&late.gas[0]), mass: 1e6 };
     late.molecule.push(MoleculeSpec { atoms: vec![heavy], velocity: [8.0, 3.0], ..disc });
     let mut hot = gas(8000, 0.5, 13);
     hot.gas[0].count = Some(4000);
@@ -272,8 +277,8 @@ fn hostile_scenes_keep_their_bits() {
 fn a_mixture_keeps_its_bits() {
     let mut scene = gas(4000, 0.25, 21);
     let mut smaller = scene.gas[0].clone();
-    smaller.radius = scene.gas[0].radius.map(|radius| 0.7 * radius);
-    smaller.mass = Some(0.3);
+    smaller.radius = Some((0.7 * radius_of(&scene.gas[0])).into());
+    smaller.mass = Some(0.3.into());
     scene.gas.push(smaller);
     let times = [4.0, 30.0].map(|contacts| time_of(&scene, contacts));
     let (expected, _) = run(&scene, &Tiling::NONE, &times);
@@ -341,7 +346,7 @@ fn any_division_is_accepted() {
 fn a_gas_at_rest_and_a_single_moving_disc_keep_their_bits() {
     let mut scene = gas(3000, 0.3, 6);
     scene.gas[0].energy = 0.0;
-    let radius = scene.gas[0].radius.unwrap();
+    let radius = radius_of(&scene.gas[0]);
     for velocity in [[0.0, 0.0], [1.0, 0.3]] {
         let disc = AtomSpec { at: [0.0; 2], radius, mass: 1.0 };
         scene.molecule =
@@ -359,7 +364,7 @@ const RADIUS: f64 = 23.0 * UNIT;
 /// Discs of [`RADIUS`] at rest.
 fn at_rest() -> Scene {
     let mut scene = gas(3000, 0.3, 6);
-    (scene.gas[0].radius, scene.gas[0].energy) = (Some(RADIUS), 0.0);
+    (scene.gas[0].radius, scene.gas[0].energy) = (Some(RADIUS.into()), 0.0);
     scene
 }
 

@@ -11,6 +11,7 @@ use carom_report::{
     panels::{Column, Ink, Mark, Panel, Point, Sample, Stroke, Vertical},
     pose_picture::{self, Pose},
 };
+use carom_tables::significant;
 
 use super::{
     Course,
@@ -100,7 +101,7 @@ impl Subject<'_> {
         }
         let radii = self.encounter.molecules.each_ref().map(Molecule::bounding_radius);
         let pose = |(what, time): (String, f64)| Pose {
-            label: [what, format!("t = {}", short(time))],
+            label: [what, format!("t = {}", significant(time, 6))],
             atoms: self.gaps.atoms(time),
             circles: [(glam::DVec2::ZERO, radii[0]), (self.gaps.separation(time), radii[1])],
             velocity: self.encounter.motions[1].velocity - self.encounter.motions[0].velocity,
@@ -225,7 +226,7 @@ impl Subject<'_> {
              and the bar is the time for which they prove the pair free: all time up to the contact.",
         );
         if let Some(step) = fixed.segments.iter().rev().find(|segment| segment.end > segment.begin) {
-            let step = short(step.end - step.begin);
+            let step = significant(step.end - step.begin, 6);
             let _ =
                 write!(text, " fixed-step tests for overlap every {step}, {} times.", fixed.segments.len());
         }
@@ -236,8 +237,8 @@ impl Subject<'_> {
             let _ = write!(
                 text,
                 " Of the window, from {} to {}, the lower panels show a part.",
-                short(window.begin),
-                short(window.end)
+                significant(window.begin, 6),
+                significant(window.end, 6)
             );
         }
         text
@@ -376,18 +377,4 @@ fn widened((low, high): (f64, f64), share: f64) -> (f64, f64) {
     let span = high - low;
     let room = if span > 0.0 { share * span } else { low.abs().max(f64::MIN_POSITIVE) * 1e-9 };
     (low - room, high + room)
-}
-
-/// A number with six digits.
-fn short(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let digits = 5 - value.abs().log10().floor() as i32;
-    if (0..12).contains(&digits) {
-        let text = format!("{value:.0$}", digits as usize);
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-    } else {
-        format!("{value:.5e}")
-    }
 }

@@ -1,6 +1,6 @@
-//! Numbers as a page shows them: as many digits as the error justifies, in groups of three.
+//! Numbers as a reader sees them: as many digits as the error justifies, in groups of three.
 
-use carom_tables::Figure;
+use crate::Figure;
 
 /// Between groups of digits: a narrow space at which no line breaks.
 const SPACE: char = '\u{202f}';
@@ -19,15 +19,50 @@ pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
             let decimals = (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize;
             format!("{value:.decimals$} ± {error:.decimals$}")
         }
-        _ if value == 0.0 => "0".to_owned(),
         _ if value.fract() == 0.0 && value.abs() < 1e15 => format!("{value:.0}"),
-        _ if value.abs() >= 1e6 || value.abs() < 1e-4 => format!("{value:.3e}"),
-        _ => {
-            let decimals = (5.0 - value.abs().log10().floor()).clamp(0.0, 12.0) as usize;
-            let text = format!("{value:.decimals$}");
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        }
+        _ => significant(value, 6),
     }
+}
+
+/// Formats a number with at most this many digits, without zeros at its end; below 1e-4, and above
+/// the larger of 1e6 and 10^`digits`, with an exponent.
+///
+/// ```
+/// use carom_tables::significant;
+///
+/// assert_eq!([significant(0.12345, 3), significant(8.796e12, 4)], ["0.123", "8.796e12"]);
+/// ```
+pub fn significant(value: f64, digits: u8) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 { "0".to_owned() } else { value.to_string() };
+    }
+    let most = 10f64.powi(i32::from(digits.max(6)));
+    let is_plain = (1e-4..most).contains(&value.abs());
+    let trimmed = |text: &str| {
+        let is_decimal = text.contains('.');
+        if is_decimal { text.trim_end_matches('0').trim_end_matches('.') } else { text }.to_owned()
+    };
+    if is_plain {
+        let decimals = (f64::from(digits) - 1.0 - value.abs().log10().floor()).max(0.0) as usize;
+        return trimmed(&format!("{value:.decimals$}"));
+    }
+    let text = format!("{value:.*e}", usize::from(digits.max(1)) - 1);
+    match text.split_once('e') {
+        Some((mantissa, exponent)) => format!("{}e{exponent}", trimmed(mantissa)),
+        None => text,
+    }
+}
+
+/// A number rounded to 15 significant digits, which a rounding error of the last bit does not
+/// change.
+///
+/// ```
+/// use carom_tables::fifteen_digits;
+///
+/// assert_eq!(fifteen_digits(3.0 * 0.1), 0.3);
+/// ```
+pub fn fifteen_digits(number: f64) -> f64 {
+    format!("{number:.14e}").parse().unwrap_or(number)
 }
 
 /// A value with two digits, such as a tolerance.
@@ -36,7 +71,7 @@ pub fn two_digits(value: f64) -> f64 {
 }
 
 /// Formats a prediction with one digit more than the measured value.
-pub(super) fn predicted(value: f64, figure: &Figure) -> String {
+pub fn predicted(value: f64, figure: &Figure) -> String {
     match figure.standard_error {
         Some(error) if value != 0.0 && error > 0.0 && error.is_finite() => {
             format!("{value:.0$}", (2.0 - error.log10().floor()).clamp(0.0, 12.0) as usize)
@@ -49,7 +84,7 @@ pub(super) fn predicted(value: f64, figure: &Figure) -> String {
 /// 13 979 096. Digits after a decimal point, in a word or in an exponent stay as they are.
 ///
 /// ```
-/// use carom_report::page::grouped;
+/// use carom_tables::grouped;
 ///
 /// assert_eq!(grouped("13979096 of 4000"), "13\u{202f}979\u{202f}096 of 4000");
 /// assert_eq!(grouped("0.0012345 ± 1e10000"), "0.0012345 ± 1e10000");
@@ -92,7 +127,7 @@ pub fn grouped(text: &str) -> String {
 /// is called by its unit, such as time, is not named twice.
 ///
 /// ```
-/// use carom_report::page::named;
+/// use carom_tables::named;
 ///
 /// assert_eq!(named("pressure", "energy/length²"), "pressure (energy/length²)");
 /// assert_eq!(named("kurtosis", "1"), "kurtosis");
@@ -104,7 +139,7 @@ pub fn named(name: &str, unit: &str) -> String {
 
 /// A label whose unit stands in brackets at its end, with parentheses instead: units look the same
 /// in tables and charts.
-pub(crate) fn in_parentheses(label: &str) -> String {
+pub fn in_parentheses(label: &str) -> String {
     let parts = label.strip_suffix(']').and_then(|rest| rest.rsplit_once(" ["));
     parts.map_or_else(|| label.to_owned(), |(name, unit)| named(name, unit))
 }
@@ -119,9 +154,29 @@ mod tests {
         assert_eq!(with_error(0.029_12, Some(0.0017)), "0.0291 ± 0.0017");
         assert_eq!(with_error(1234.5, Some(30.0)), "1234 ± 30");
         assert_eq!(with_error(0.25, None), "0.25");
-        assert_eq!(with_error(3e-16, None), "3.000e-16");
+        assert_eq!(with_error(3e-16, None), "3e-16");
         assert_eq!(with_error(12_345_678.0, None), "12345678");
         assert_eq!(with_error(f64::NAN, None), "NaN");
+    }
+
+    #[test]
+    fn a_number_has_the_digits_that_are_asked_for() {
+        for (number, digits, text) in [
+            (0.0, 4, "0"),
+            (0.5, 4, "0.5"),
+            (-2.0, 4, "-2"),
+            (1234.56, 4, "1235"),
+            (1234.56, 6, "1234.56"),
+            (100.0, 4, "100"),
+            (0.012_345, 2, "0.012"),
+            (0.17, 2, "0.17"),
+            (8.9e-6, 2, "8.9e-6"),
+            (1e12, 4, "1e12"),
+            (-1e-13, 4, "-1e-13"),
+            (f64::INFINITY, 4, "inf"),
+        ] {
+            assert_eq!(significant(number, digits), text);
+        }
     }
 
     #[test]
