@@ -29,10 +29,34 @@ const CASES: [Case; 8] = {
     use Shape::{Cross, Disc, Dumbbell, Tee};
     const AT_REST: [f64; 2] = [0.0; 2];
     [
-        Case { name: "skim reject", shapes: [Tee, Cross], across: 7.0, spins: [0.7, -0.4], hit: false },
-        Case { name: "disc-disc", shapes: [Disc, Disc], across: 0.6, spins: AT_REST, hit: true },
-        Case { name: "disc-tee hit", shapes: [Disc, Tee], across: 0.6, spins: [0.0, 0.7], hit: true },
-        Case { name: "disc-tee miss", shapes: [Disc, Tee], across: 4.5, spins: [0.0, 0.7], hit: false },
+        Case {
+            name: "skim reject",
+            shapes: [Tee, Cross],
+            across: 7.0,
+            spins: [0.7, -0.4],
+            hit: false,
+        },
+        Case {
+            name: "disc-disc",
+            shapes: [Disc, Disc],
+            across: 0.6,
+            spins: AT_REST,
+            hit: true,
+        },
+        Case {
+            name: "disc-tee hit",
+            shapes: [Disc, Tee],
+            across: 0.6,
+            spins: [0.0, 0.7],
+            hit: true,
+        },
+        Case {
+            name: "disc-tee miss",
+            shapes: [Disc, Tee],
+            across: 4.5,
+            spins: [0.0, 0.7],
+            hit: false,
+        },
         Case {
             name: "dumbbells hit",
             shapes: [Dumbbell, Dumbbell],
@@ -47,8 +71,20 @@ const CASES: [Case; 8] = {
             spins: [0.3, 0.7],
             hit: false,
         },
-        Case { name: "tee-cross hit", shapes: [Tee, Cross], across: 0.6, spins: [0.7, -0.4], hit: true },
-        Case { name: "tee-cross miss", shapes: [Tee, Cross], across: 6.3, spins: [0.7, -0.4], hit: false },
+        Case {
+            name: "tee-cross hit",
+            shapes: [Tee, Cross],
+            across: 0.6,
+            spins: [0.7, -0.4],
+            hit: true,
+        },
+        Case {
+            name: "tee-cross miss",
+            shapes: [Tee, Cross],
+            across: 6.3,
+            spins: [0.7, -0.4],
+            hit: false,
+        },
     ]
 };
 
@@ -60,13 +96,19 @@ impl Case {
     /// The encounter with both molecules turned at the start (by `turns`, and by three times as
     /// many).
     fn turned(&self, turns: f64) -> Encounter {
-        let molecules = self.shapes.map(|shape| Molecule::named(shape, 1.0, 1.0).unwrap());
+        let molecules = self
+            .shapes
+            .map(|shape| Molecule::named(shape, 1.0, 1.0).unwrap());
         let motion = RelativeMotion {
             orientation: [0.1 + turns, -0.3 + 3.0 * turns].map(Orientation::from_turns),
             angular_velocity: self.spins,
             ..RelativeMotion::exactly(DVec2::new(15.0, self.across), DVec2::new(-1.0, 0.0))
         };
-        Encounter { molecules, motion, horizon: 100.0 }
+        Encounter {
+            molecules,
+            motion,
+            horizon: 100.0,
+        }
     }
 }
 
@@ -80,8 +122,15 @@ fn first_contact(criterion: &mut Criterion) {
         let encounter = case.encounter();
         for (name, ask) in [("exact", EXACT), ("golden-secant", GOLDEN_SECANT)] {
             let query = || ask(black_box(&encounter));
-            assert_eq!(query().outcome.contact().is_some(), case.hit, "{} by {name}", case.name);
-            group.bench_function(BenchmarkId::new(case.name, name), |bencher| bencher.iter(query));
+            assert_eq!(
+                query().outcome.contact().is_some(),
+                case.hit,
+                "{} by {name}",
+                case.name
+            );
+            group.bench_function(BenchmarkId::new(case.name, name), |bencher| {
+                bencher.iter(query)
+            });
         }
     }
 }
@@ -136,29 +185,40 @@ fn ratios() {
     println!("time of golden-secant over exact");
     for case in CASES {
         let turned = (0..100).map(|part| case.turned(0.01 * f64::from(part)));
-        let encounters: Vec<Encounter> =
-            turned.filter(|encounter| EXACT(encounter).outcome.contact().is_some() == case.hit).collect();
+        let encounters: Vec<Encounter> = turned
+            .filter(|encounter| EXACT(encounter).outcome.contact().is_some() == case.hit)
+            .collect();
         let mut ratios: Vec<f64> = (0..15)
             .map(|_| seconds(GOLDEN_SECANT, &encounters, 1) / seconds(EXACT, &encounters, 20))
             .collect();
         ratios.sort_by(f64::total_cmp);
         let exact = 1e9 * seconds(EXACT, &encounters, 50);
         let ratio = ratios[ratios.len() / 2];
-        println!("{:>15}: {ratio:6.1}   exact {exact:6.0} ns, {} pairs", case.name, encounters.len());
+        println!(
+            "{:>15}: {ratio:6.1}   exact {exact:6.0} ns, {} pairs",
+            case.name,
+            encounters.len()
+        );
     }
 }
 
 /// Prints the growth of the time of the exact detector with the number of atoms of each molecule.
 #[expect(clippy::print_stdout, reason = "prints a table")]
 fn growth() {
-    println!("ns for a query of N against N atoms, N = 2, 4, … 256, and the exponent log2(t(256)/t(2))/7");
+    println!(
+        "ns for a query of N against N atoms, N = 2, 4, … 256, and the exponent log2(t(256)/t(2))/7"
+    );
     for (name, class) in [("rods", Class::Rods), ("blobs", Class::Blobs)] {
         for kind in [Kind::Hit, Kind::Miss] {
-            let times: Vec<f64> =
-                (0..8).map(|size| 1e9 * seconds(EXACT, &encounters(class, size, kind), 50)).collect();
+            let times: Vec<f64> = (0..8)
+                .map(|size| 1e9 * seconds(EXACT, &encounters(class, size, kind), 50))
+                .collect();
             let row: Vec<String> = times.iter().map(|time| format!("{time:7.0}")).collect();
             let exponent = (times[7] / times[0]).log2() / 7.0;
-            println!("{name:>6} {kind:?}: {}  exponent {exponent:.2}", row.join(" "));
+            println!(
+                "{name:>6} {kind:?}: {}  exponent {exponent:.2}",
+                row.join(" ")
+            );
         }
     }
 }

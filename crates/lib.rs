@@ -67,10 +67,10 @@ pub use carom_engine::{
 pub use carom_geometry::{Atom, Molecule, PeriodicBox, Shape};
 pub use carom_kinematics::{EpochTime, Motion, Orientation};
 pub use carom_observers::{
-    CollisionRate, ContactDensity, DirectionHistogram, EnergyLedger, FreePaths, Group, HelfandMoment,
-    HexaticOrder, OrientationCorrelation, OverlapCheck, PairDistribution, Pressure, PressureTensor,
-    ProjectionHistogram, RunningAverage, StructureFactor, Subscriptions, TemperatureByTag, ThermostatLedger,
-    TimeCorrelation, VelocityDistribution,
+    CollisionRate, ContactDensity, DirectionHistogram, EnergyLedger, FreePaths, Group,
+    HelfandMoment, HexaticOrder, OrientationCorrelation, OverlapCheck, PairDistribution, Pressure,
+    PressureTensor, ProjectionHistogram, RunningAverage, StructureFactor, Subscriptions,
+    TemperatureByTag, ThermostatLedger, TimeCorrelation, VelocityDistribution,
 };
 pub use carom_response::{Elasticity, Impact, Response};
 

@@ -15,27 +15,49 @@ fn ask(detector: &dyn Detection, pair: &Pair<'_>, horizon: f64) -> Answer {
 
 fn contact(detector: &dyn Detection, pair: &Pair<'_>, horizon: f64) -> Contact {
     let answer = ask(detector, pair, horizon);
-    answer.outcome.contact().unwrap_or_else(|| panic!("no contact: {answer:?}"))
+    answer
+        .outcome
+        .contact()
+        .unwrap_or_else(|| panic!("no contact: {answer:?}"))
 }
 
 /// The certified detector and that of the thesis.
 fn both() -> [Box<dyn Detection>; 2] {
-    [Box::new(Exact::default()), Box::new(GoldenSecant::default())]
+    [
+        Box::new(Exact::default()),
+        Box::new(GoldenSecant::default()),
+    ]
 }
 
 #[test]
 fn discs_on_pythagorean_triangles() {
     // Two discs with σ = 5 and impact parameter 3 touch 4 before the foot of the perpendicular; the
     // other cases are analogous.
-    for (across, along, sigma) in [(0.0, 5.0, 5.0), (3.0, 4.0, 5.0), (5.0, 12.0, 13.0), (20.0, 21.0, 29.0)] {
-        let (a, b) = (Molecule::disc(2.0, 1.0).unwrap(), Molecule::disc(sigma - 2.0, 1.0).unwrap());
+    for (across, along, sigma) in [
+        (0.0, 5.0, 5.0),
+        (3.0, 4.0, 5.0),
+        (5.0, 12.0, 13.0),
+        (20.0, 21.0, 29.0),
+    ] {
+        let (a, b) = (
+            Molecule::disc(2.0, 1.0).unwrap(),
+            Molecule::disc(sigma - 2.0, 1.0).unwrap(),
+        );
         for (speed, distance) in [(1.0, 100.0), (0.125, 64.0), (1024.0, 50.0)] {
-            let motion = RelativeMotion::exactly(DVec2::new(distance, across), DVec2::new(-speed, 0.0));
-            let pair = Pair { a: &a, b: &b, motion };
+            let motion =
+                RelativeMotion::exactly(DVec2::new(distance, across), DVec2::new(-speed, 0.0));
+            let pair = Pair {
+                a: &a,
+                b: &b,
+                motion,
+            };
             let expected = (distance - along) / speed;
             for detector in both() {
                 let time = contact(&*detector, &pair, 2.0 * distance / speed).time;
-                assert!((time - expected).abs() <= pair.time_tolerance((0, 0), expected), "{time}");
+                assert!(
+                    (time - expected).abs() <= pair.time_tolerance((0, 0), expected),
+                    "{time}"
+                );
             }
         }
     }
@@ -48,7 +70,11 @@ fn molecules_that_do_not_turn_touch_like_their_single_discs() {
     let cross = Molecule::named(Shape::Cross, 1.0, 1.0).unwrap();
     let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0).unwrap();
     let motion = RelativeMotion::exactly(DVec2::new(10.0, 1.2), DVec2::new(-0.5, 0.0));
-    let pair = Pair { a: &cross, b: &dumbbell, motion };
+    let pair = Pair {
+        a: &cross,
+        b: &dumbbell,
+        motion,
+    };
     for detector in both() {
         let found = contact(&*detector, &pair, 100.0);
         // The dumbbell's left atom starts at x = 9 and touches at 2 + √(2² − 1.2²) = 3.6.
@@ -71,7 +97,11 @@ fn turning_dumbbell<'a>(
         angular_velocity: [spin, 0.0],
         ..RelativeMotion::exactly(DVec2::new(distance, 0.0), DVec2::ZERO)
     };
-    Pair { a: dumbbell, b: disc, motion }
+    Pair {
+        a: dumbbell,
+        b: disc,
+        motion,
+    }
 }
 
 /// Angle between arm and disc at which the atom touches it: cos ψ = (a² + d² − s²)/(2 a d).
@@ -80,7 +110,9 @@ fn turning_dumbbell<'a>(
 /// graze.
 fn touching_angle(arm: f64, distance: f64, contact_distance: f64) -> f64 {
     let depth = arm + contact_distance - distance;
-    2.0 * (depth * (2.0 * contact_distance - depth) / (4.0 * arm * distance)).sqrt().asin()
+    2.0 * (depth * (2.0 * contact_distance - depth) / (4.0 * arm * distance))
+        .sqrt()
+        .asin()
 }
 
 #[test]
@@ -99,7 +131,11 @@ fn a_turning_arm_touches_a_disc_at_rest_at_the_known_angle() {
                 let to_go = (-spin.signum() * (start + behind)).rem_euclid(1.0) * 2.0 * PI - psi;
                 to_go / spin.abs()
             });
-            let (expected, atom) = if turned[0] < turned[1] { (turned[0], 0) } else { (turned[1], 1) };
+            let (expected, atom) = if turned[0] < turned[1] {
+                (turned[0], 0)
+            } else {
+                (turned[1], 1)
+            };
             let tolerance = 2.0 * pair.time_tolerance((atom, 0), expected);
             for detector in both() {
                 let found = contact(&*detector, &pair, 10.0 / spin.abs());
@@ -123,7 +159,11 @@ fn a_turning_arm_out_of_reach_misses_and_a_tangent_contact_gives_no_impulse() {
     for gap in [1e-3, 1e-6, 1e-9, 1e-12] {
         let pair = turning_dumbbell(&dumbbell, &disc, 2.5 * (1.0 + gap), -0.3, 1.0);
         for detector in both() {
-            assert_eq!(ask(&*detector, &pair, 10.0).outcome, Outcome::Free, "gap {gap}");
+            assert_eq!(
+                ask(&*detector, &pair, 10.0).outcome,
+                Outcome::Free,
+                "gap {gap}"
+            );
         }
     }
     // For d = a + s exactly, rounding decides whether they touch. If a contact is returned, the
@@ -132,7 +172,9 @@ fn a_turning_arm_out_of_reach_misses_and_a_tangent_contact_gives_no_impulse() {
     let pair = turning_dumbbell(&dumbbell, &disc, 2.5, -0.3, 1.0);
     for detector in both() {
         if let Outcome::Contact(found) = ask(&*detector, &pair, 10.0).outcome {
-            let Touch::Atoms(i, j) = found.touch else { panic!("{found:?}") };
+            let Touch::Atoms(i, j) = found.touch else {
+                panic!("{found:?}")
+            };
             assert!(pair.approach((i, j), found.time).rate.abs() < 1e-7);
         }
     }
@@ -149,7 +191,11 @@ fn a_pair_that_has_just_collided_meets_again_when_it_has_turned() {
         let expected = (PI - 2.0 * psi) / 3.0;
         for detector in both() {
             let found = contact(&*detector, &pair, 10.0);
-            assert!((found.time - expected).abs() < 1e-14, "{} against {expected}", found.time);
+            assert!(
+                (found.time - expected).abs() < 1e-14,
+                "{} against {expected}",
+                found.time
+            );
             assert_eq!(found.touch, Touch::Atoms(0, 0));
         }
     }
@@ -167,13 +213,20 @@ fn equal_angular_velocities_without_translation_give_a_circular_separation() {
             angular_velocity: [spin; 2],
             ..RelativeMotion::exactly(DVec2::new(distance, 0.0), DVec2::ZERO)
         };
-        let pair = Pair { a: &dumbbell, b: &dumbbell, motion };
+        let pair = Pair {
+            a: &dumbbell,
+            b: &dumbbell,
+            motion,
+        };
         let psi = touching_angle(2.0, distance, 2.0);
         let expected = (0.25 * PI - psi) / spin;
         for detector in both() {
             let found = contact(&*detector, &pair, 10.0);
             let tolerance = 2.0 * pair.time_tolerance((1, 0), expected);
-            assert!((found.time - expected).abs() < tolerance, "distance {distance}: {found:?}");
+            assert!(
+                (found.time - expected).abs() < tolerance,
+                "distance {distance}: {found:?}"
+            );
             assert_eq!(found.touch, Touch::Atoms(1, 0));
         }
     }
@@ -192,7 +245,11 @@ fn a_body_inside_a_ring_that_turns_with_it_never_touches() {
             angular_velocity: [1.0; 2],
             ..RelativeMotion::exactly(DVec2::ZERO, DVec2::ZERO)
         };
-        let pair = Pair { a: &ring, b: &inside, motion };
+        let pair = Pair {
+            a: &ring,
+            b: &inside,
+            motion,
+        };
         assert!((pair.smallest_gap(0.0) - gap).abs() < 1e-14);
         // Certified free, or free until some time: a stronger answer would need the fact that the
         // relative motion is rigid.
@@ -218,7 +275,11 @@ fn a_fast_rotor_is_touched_at_its_bounding_circle() {
                 angular_velocity: [spin, 0.0],
                 ..RelativeMotion::exactly(DVec2::new(3.5, 0.0), DVec2::new(-1.0, 0.0))
             };
-            let pair = Pair { a: &dumbbell, b: &disc, motion };
+            let pair = Pair {
+                a: &dumbbell,
+                b: &disc,
+                motion,
+            };
             for detector in both() {
                 let time = contact(&*detector, &pair, 10.0).time;
                 assert!(
@@ -237,10 +298,20 @@ fn bodies_whose_bounding_circles_do_not_meet_are_excluded() {
         angular_velocity: [5.0, -3.0],
         ..RelativeMotion::exactly(DVec2::new(50.0, 7.7), DVec2::new(-1.0, 0.0))
     };
-    let pair = Pair { a: &tee, b: &tee, motion };
+    let pair = Pair {
+        a: &tee,
+        b: &tee,
+        motion,
+    };
     // The bounding circles have radius 3.8.
     assert!(skim(&motion, 7.6, 1e3).is_none());
     for detector in both() {
-        assert_eq!(ask(&*detector, &pair, 1e3), Answer { outcome: Outcome::Free, evaluations: 0 });
+        assert_eq!(
+            ask(&*detector, &pair, 1e3),
+            Answer {
+                outcome: Outcome::Free,
+                evaluations: 0
+            }
+        );
     }
 }

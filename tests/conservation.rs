@@ -4,7 +4,8 @@
 use crate::support::property::cases;
 use crate::support::{named, scene, simulate, test_each_scheduler};
 use carom_engine::{
-    AtomSpec, Body, CollisionReport, MoleculeSpec, Observer, Rotation, Scene, Scheduler, View, rounding_bound,
+    AtomSpec, Body, CollisionReport, MoleculeSpec, Observer, Rotation, Scene, Scheduler, View,
+    rounding_bound,
 };
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{Motion, angular_momentum};
@@ -24,7 +25,13 @@ struct Laws {
 
 impl Laws {
     fn new(view: &View<'_>, elasticity: f64) -> Self {
-        Self { bounds: *view.bounds(), elasticity, guarded: 0, lost: 0.0, contacts: 0 }
+        Self {
+            bounds: *view.bounds(),
+            elasticity,
+            guarded: 0,
+            lost: 0.0,
+            contacts: 0,
+        }
     }
 }
 
@@ -45,7 +52,10 @@ impl Observer for Laws {
         self.contacts += 1;
         // The image of the second body that is touched.
         let shift = self.bounds.shift(report.image);
-        let moved = |motion: Motion| Motion { position: motion.position + shift, ..motion };
+        let moved = |motion: Motion| Motion {
+            position: motion.position + shift,
+            ..motion
+        };
         let [a, b] = &report.sides;
         let motions = [[a.before, a.after], [moved(b.before), moved(b.after)]];
         let (point, normal) = (report.point, report.normal);
@@ -57,11 +67,15 @@ impl Observer for Laws {
             let reach = a.body.molecule().bounding_radius() + b.body.molecule().bounding_radius();
             let bound = rounding_bound(self.bounds.sides(), reach);
             assert!(((point - centre).length() - atom.radius()).abs() < bound);
-            assert_eq!((before.position, before.orientation), (after.position, after.orientation));
+            assert_eq!(
+                (before.position, before.orientation),
+                (after.position, after.orientation)
+            );
         }
 
         let approach = |when: usize| {
-            surface_speed(&motions[0][when], point, normal) - surface_speed(&motions[1][when], point, normal)
+            surface_speed(&motions[0][when], point, normal)
+                - surface_speed(&motions[1][when], point, normal)
         };
         let inverse = inverse_mass_at(a.body, &motions[0][0], point, normal)
             + inverse_mass_at(b.body, &motions[1][0], point, normal);
@@ -76,7 +90,11 @@ impl Observer for Laws {
         self.guarded += u64::from(e != self.elasticity);
         // Surfaces approach at each contact, to rounding.
         assert!(u > -1e-12 * speeds, "u = {u}");
-        assert!((approach(1) + e * u).abs() < 1e-12 * speeds, "parting at {} after {u}", -approach(1));
+        assert!(
+            (approach(1) + e * u).abs() < 1e-12 * speeds,
+            "parting at {} after {u}",
+            -approach(1)
+        );
         let impulse = (1.0 + e) * u.max(0.0) / inverse;
         assert!((report.impulse - impulse * normal).length() < 1e-12 * (speeds / inverse));
 
@@ -87,7 +105,11 @@ impl Observer for Laws {
             .map(|(body, motion)| carom_kinematics::kinetic_energy(motion, body.inertia()))
             .sum();
         let scale = energies + (1.0 + e) * (1.0 + e) * u * u / inverse;
-        assert!((change + loss).abs() < 1e-12 * scale, "{change} against {}", -loss);
+        assert!(
+            (change + loss).abs() < 1e-12 * scale,
+            "{change} against {}",
+            -loss
+        );
         self.lost += loss;
 
         if !a.body.is_fixed() && !b.body.is_fixed() {
@@ -107,18 +129,25 @@ impl Observer for Laws {
             let difference = side.velocity_change() - received * inertia.inverse_mass;
             assert!(difference.length() <= 1e-14 * scale);
             if side.body.is_locked() {
-                assert_eq!((side.angular_velocity_change(), side.angular_momentum_change()), (0.0, 0.0));
+                assert_eq!(
+                    (
+                        side.angular_velocity_change(),
+                        side.angular_momentum_change()
+                    ),
+                    (0.0, 0.0)
+                );
                 continue;
             }
-            let scale =
-                before.angular_velocity.abs() / inertia.inverse_moment + arm.length() * received.length();
+            let scale = before.angular_velocity.abs() / inertia.inverse_moment
+                + arm.length() * received.length();
             let difference = side.angular_momentum_change() - arm.perp_dot(received);
             assert!(difference.abs() <= 1e-13 * scale, "{difference} of {scale}");
             // The impulse has no moment about the point of contact: each body alone conserves L
             // about it.
             let about = |motion: &Motion| angular_momentum(motion, side.body.inertia(), point);
             let arm = (point - before.position).length();
-            let scale = arm * (before.velocity.length() / side.body.inertia().inverse_mass + impulse)
+            let scale = arm
+                * (before.velocity.length() / side.body.inertia().inverse_mass + impulse)
                 + before.angular_velocity.abs() / side.body.inertia().inverse_moment;
             assert!((about(after) - about(before)).abs() < 1e-13 * scale);
         }
@@ -136,28 +165,47 @@ fn molecules() -> impl Strategy<Value = MoleculeSpec> {
         // A large atom and a small one of a different density.
         Just(("", 2.0)),
     ];
-    let numbers =
-        (0.04..0.15f64, -3.0..3.0f64, -1.0..1.0f64, -1.0..1.0f64, -5.0..5.0f64, 0.0..1.0f64, 0..5u8);
-    (shape, numbers).prop_map(|((shape, reach), (size, exponent, vx, vy, spin, turns, mobility))| {
-        let (radius, mass) = (size / reach, 10f64.powf(exponent));
-        let mut spec = if shape.is_empty() {
-            let atom = |x: f64, radius: f64, mass: f64| AtomSpec { at: [x, 0.0], radius, mass };
-            let atoms = vec![atom(0.0, 1.2 * radius, mass), atom(1.1 * radius, 0.4 * radius, 3.0 * mass)];
-            MoleculeSpec { atoms, ..MoleculeSpec::default() }
-        } else {
-            named(shape, radius, mass, [0.0; 2])
-        };
-        spec.orientation_turns = Some(turns);
-        match mobility {
-            0 => spec.fixed = true,
-            1 => (spec.rotation, spec.velocity) = (Rotation::Locked, [vx, vy]),
-            _ => spec.velocity = [vx, vy],
-        }
-        if mobility > 1 && shape != "disc" {
-            spec.angular_velocity = spin;
-        }
-        spec
-    })
+    let numbers = (
+        0.04..0.15f64,
+        -3.0..3.0f64,
+        -1.0..1.0f64,
+        -1.0..1.0f64,
+        -5.0..5.0f64,
+        0.0..1.0f64,
+        0..5u8,
+    );
+    (shape, numbers).prop_map(
+        |((shape, reach), (size, exponent, vx, vy, spin, turns, mobility))| {
+            let (radius, mass) = (size / reach, 10f64.powf(exponent));
+            let mut spec = if shape.is_empty() {
+                let atom = |x: f64, radius: f64, mass: f64| AtomSpec {
+                    at: [x, 0.0],
+                    radius,
+                    mass,
+                };
+                let atoms = vec![
+                    atom(0.0, 1.2 * radius, mass),
+                    atom(1.1 * radius, 0.4 * radius, 3.0 * mass),
+                ];
+                MoleculeSpec {
+                    atoms,
+                    ..MoleculeSpec::default()
+                }
+            } else {
+                named(shape, radius, mass, [0.0; 2])
+            };
+            spec.orientation_turns = Some(turns);
+            match mobility {
+                0 => spec.fixed = true,
+                1 => (spec.rotation, spec.velocity) = (Rotation::Locked, [vx, vy]),
+                _ => spec.velocity = [vx, vy],
+            }
+            if mobility > 1 && shape != "disc" {
+                spec.angular_velocity = spin;
+            }
+            spec
+        },
+    )
 }
 
 fn systems() -> impl Strategy<Value = Scene> {
@@ -193,8 +241,10 @@ fn check_system<S: Scheduler>(scene: &Scene, elasticity: f64, options: &S::Optio
     assert!((view.energy() - (view.ledger().initial - laws.lost)).abs() <= 1e-11 * scale);
     assert!((view.energy() - view.ledger().booked()).abs() <= 1e-11 * scale);
     if view.bodies().all(|body| !body.body.is_fixed()) {
-        let sizes: f64 =
-            view.bodies().map(|body| body.motion.velocity.length() / body.body.inertia().inverse_mass).sum();
+        let sizes: f64 = view
+            .bodies()
+            .map(|body| body.motion.velocity.length() / body.body.inertia().inverse_mass)
+            .sum();
         assert!((view.momentum() - start).length() <= 1e-12 * (sizes + start.length()));
     }
 }
@@ -235,18 +285,31 @@ fn check_cluster<S: Scheduler>(options: &S::Options) {
     let mut simulation = simulate::<S>(&scene, options);
     let about = DVec2::new(100.0, 100.0);
     let total = |view: &View<'_>| -> f64 {
-        view.bodies().map(|body| angular_momentum(&body.motion, body.body.inertia(), about)).sum()
+        view.bodies()
+            .map(|body| angular_momentum(&body.motion, body.body.inertia(), about))
+            .sum()
     };
     let before = total(&simulation.view());
     simulation.run_until(20.0).unwrap();
     let view = simulation.view();
-    assert!(view.counters().collisions >= 8, "{} contacts", view.counters().collisions);
+    assert!(
+        view.counters().collisions >= 8,
+        "{} contacts",
+        view.counters().collisions
+    );
     assert!(view.bodies().all(|body| body.winding == [0, 0]));
-    assert!((total(&view) - before).abs() < 1e-11 * before.abs(), "{} after {before}", total(&view));
+    assert!(
+        (total(&view) - before).abs() < 1e-11 * before.abs(),
+        "{} after {before}",
+        total(&view)
+    );
 }
 
 fn check_inelastic_gas<S: Scheduler>(options: &S::Options) {
-    let mut scene = Scene { gas: vec![crate::support::gas("disc", 0.02, 150)], ..Scene::default() };
+    let mut scene = Scene {
+        gas: vec![crate::support::gas("disc", 0.02, 150)],
+        ..Scene::default()
+    };
     // The gas drifts: a total momentum other than 0 must also be conserved.
     scene.gas[0].zero_momentum = Some(false);
     scene.elasticity.default = 0.9;
@@ -255,7 +318,9 @@ fn check_inelastic_gas<S: Scheduler>(options: &S::Options) {
     let momentum = simulation.view().momentum();
     let mut energy = simulation.view().energy();
     for tick in 1..=20 {
-        simulation.observe_until(0.1 * f64::from(tick), &mut laws).unwrap();
+        simulation
+            .observe_until(0.1 * f64::from(tick), &mut laws)
+            .unwrap();
         let view = simulation.view();
         assert!(view.energy() < energy);
         energy = view.energy();

@@ -29,11 +29,13 @@ fn spins() -> impl Strategy<Value = f64> {
 }
 
 fn motions() -> impl Strategy<Value = Motion> {
-    (vectors(-3.0..1.0), -0.5..0.5f64, spins()).prop_map(|(velocity, turns, angular_velocity)| Motion {
-        velocity,
-        orientation: Orientation::from_turns(turns),
-        angular_velocity,
-        ..Motion::at_rest(DVec2::ZERO)
+    (vectors(-3.0..1.0), -0.5..0.5f64, spins()).prop_map(|(velocity, turns, angular_velocity)| {
+        Motion {
+            velocity,
+            orientation: Orientation::from_turns(turns),
+            angular_velocity,
+            ..Motion::at_rest(DVec2::ZERO)
+        }
     })
 }
 
@@ -63,9 +65,14 @@ fn ask(pair: &Pair<'_>, horizon: f64) -> Answer {
 /// Checks a reported contact on its own: the atoms touch to 2 E and close, and no atoms touch
 /// before.
 fn assert_genuine(pair: &Pair<'_>, contact: Contact) {
-    let Touch::Atoms(i, j) = contact.touch else { panic!("{contact:?} names no atoms") };
+    let Touch::Atoms(i, j) = contact.touch else {
+        panic!("{contact:?} names no atoms")
+    };
     let at = pair.approach((i, j), contact.time);
-    assert!(at.gap.abs() <= 3.0 * pair.error((i, j), contact.time), "{contact:?}: {at:?}");
+    assert!(
+        at.gap.abs() <= 3.0 * pair.error((i, j), contact.time),
+        "{contact:?}: {at:?}"
+    );
     assert!(at.rate <= 0.0, "{contact:?}: {at:?}");
     pair.assert_nothing_before(contact.time);
 }
@@ -226,12 +233,25 @@ fn check_answers(
 ) -> Result<(), TestCaseError> {
     let places = motion.separation.is_finite() && motion.separation_error.is_finite();
     let velocities = motion.velocity.is_finite() && motion.velocity_error.is_finite();
-    let angles = motion.orientation.iter().all(|orientation| orientation.turns().is_finite())
-        && motion.angular_velocity.iter().chain(&motion.orientation_error).all(|number| number.is_finite());
+    let angles = motion
+        .orientation
+        .iter()
+        .all(|orientation| orientation.turns().is_finite())
+        && motion
+            .angular_velocity
+            .iter()
+            .chain(&motion.orientation_error)
+            .all(|number| number.is_finite());
     let is_finite = places && velocities && angles && !horizon.is_nan();
     let exact = Exact { most_steps: 100 };
-    let golden_secant = GoldenSecant { most_segments: 10, ..GoldenSecant::default() };
-    let fixed_step = FixedStep { most_steps: 100, ..FixedStep::default() };
+    let golden_secant = GoldenSecant {
+        most_segments: 10,
+        ..GoldenSecant::default()
+    };
+    let fixed_step = FixedStep {
+        most_steps: 100,
+        ..FixedStep::default()
+    };
     let detectors: [&dyn Detection; 4] = [&exact, &golden_secant, &BoundingCircles, &fixed_step];
     let pairs = (a.atoms().len() * b.atoms().len()) as u32;
     // Bound per atom pair: two golden-section searches and a secant search in each of ten segments.
@@ -242,7 +262,10 @@ fn check_answers(
             is_finite || answer.outcome == Outcome::OutOfRange,
             "detector {index}: {motion:?} {answer:?}"
         );
-        prop_assert!(answer.evaluations <= most_evaluations, "detector {index}: {answer:?}");
+        prop_assert!(
+            answer.evaluations <= most_evaluations,
+            "detector {index}: {answer:?}"
+        );
         let time = match answer.outcome {
             Outcome::Contact(contact) => {
                 prop_assert!(contact.time <= horizon, "detector {index}: {answer:?}");
@@ -251,7 +274,10 @@ fn check_answers(
             Outcome::FreeUntil(time) | Outcome::Unresolved(time) => time,
             Outcome::Free | Outcome::OutOfRange => 0.0,
         };
-        prop_assert!(time >= 0.0 && time.is_finite(), "detector {index}: {answer:?}");
+        prop_assert!(
+            time >= 0.0 && time.is_finite(),
+            "detector {index}: {answer:?}"
+        );
     }
     Ok(())
 }

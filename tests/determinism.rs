@@ -2,8 +2,8 @@
 //! time, or the order of bodies.
 
 use crate::support::{
-    Encounters, bits, bumper, frozen, gas, reference_scene, scenes, simulate, test_each_instruction_set,
-    test_each_scheduler,
+    Encounters, bits, bumper, frozen, gas, reference_scene, scenes, simulate,
+    test_each_instruction_set, test_each_scheduler,
 };
 use carom_detection::Exact;
 use carom_engine::{
@@ -40,7 +40,10 @@ fn check_pieces<S: Scheduler>(options: &S::Options) {
     whole.run_until(UNTIL).unwrap();
     let expected = bits(&whole.view());
     let collisions = whole.view().counters().collisions;
-    assert!(collisions > 30 * whole.view().len() as u64 / 2, "{collisions}");
+    assert!(
+        collisions > 30 * whole.view().len() as u64 / 2,
+        "{collisions}"
+    );
 
     let mut random = Pcg64::seed_from_u64(7);
     let mut pieces = simulate::<S>(&scene, options);
@@ -94,7 +97,10 @@ fn check_scaling<S: Scheduler>(options: &S::Options) {
 
 /// A gas so dilute that discs store contacts later than their next crossing.
 fn dilute(seed: u64) -> Scene {
-    let mut scene = Scene { gas: vec![gas("disc", 0.008, 120)], ..Scene::default() };
+    let mut scene = Scene {
+        gas: vec![gas("disc", 0.008, 120)],
+        ..Scene::default()
+    };
     scene.bounds.seed = seed;
     scene
 }
@@ -127,7 +133,11 @@ fn check_scaling_of<S: Scheduler>(
             assert_eq!(found.position, expected.position, "{case}");
             assert_eq!(found.orientation, expected.orientation, "{case}");
             assert_eq!(found.velocity, expected.velocity * factor, "{case}");
-            assert_eq!(found.angular_velocity, expected.angular_velocity * factor, "{case}");
+            assert_eq!(
+                found.angular_velocity,
+                expected.angular_velocity * factor,
+                "{case}"
+            );
         }
     }
     one
@@ -141,7 +151,10 @@ fn check_permutation<S: Scheduler>(options: &S::Options) {
     let unlike = vec![gas("disc", 0.015, 60), gas("disc", 0.1, 3)];
     // Long molecules among discs; each molecule covers several cells.
     let rods = vec![gas("rod:8", 0.008, 20), gas("disc", 0.02, 100)];
-    let gases = [molecules, dilute, unlike, rods].map(|gas| Scene { gas, ..Scene::default() });
+    let gases = [molecules, dilute, unlike, rods].map(|gas| Scene {
+        gas,
+        ..Scene::default()
+    });
     for start in [reference_scene(3)].into_iter().chain(gases) {
         check_permutation_of::<S>(&start, options);
     }
@@ -157,7 +170,10 @@ fn check_permutation_of<S: Scheduler>(start: &Scene, options: &S::Options) {
         let mut order: Vec<usize> = (0..expected.len()).collect();
         order.shuffle(&mut random);
         let permuted = Scene {
-            molecule: order.iter().map(|&index| base.molecule[index].clone()).collect(),
+            molecule: order
+                .iter()
+                .map(|&index| base.molecule[index].clone())
+                .collect(),
             ..base.clone()
         };
         let mut simulation = simulate::<S>(&permuted, options);
@@ -176,17 +192,29 @@ fn check_scaling_between_walls<S: Scheduler>(options: &S::Options) {
         base.elasticity.contact_time = contact_time;
         let one = check_scaling_of::<S>(&base, options, &[-50, -1, 31]);
         assert!(one.view().counters().fixed_collisions > 20);
-        assert_eq!(one.view().counters().guarded_collisions > 0, contact_time > 1e-3, "e = {e}");
+        assert_eq!(
+            one.view().counters().guarded_collisions > 0,
+            contact_time > 1e-3,
+            "e = {e}"
+        );
     }
 }
 
 /// Discs and dumbbells in a closed box with fixed discs, as single molecules.
 fn walled<S: Scheduler>(options: &S::Options, rotation: Rotation) -> Scene {
-    let line = |x: Option<f64>, y: Option<f64>| WallSpec { x, y, ..WallSpec::default() };
+    let line = |x: Option<f64>, y: Option<f64>| WallSpec {
+        x,
+        y,
+        ..WallSpec::default()
+    };
     let mut scene = Scene {
         wall: vec![line(Some(0.0), None), line(None, Some(0.25))],
         bumper: vec![bumper(0.05, [0.4, 0.75])],
-        gas: vec![gas("disc", 0.02, 50), gas("disc", 0.03, 10), gas("dumbbell", 0.02, 10)],
+        gas: vec![
+            gas("disc", 0.02, 50),
+            gas("disc", 0.03, 10),
+            gas("dumbbell", 0.02, 10),
+        ],
         ..Scene::default()
     };
     scene.gas[2].rotation = rotation;
@@ -203,7 +231,8 @@ fn check_exchange<S: Scheduler>(options: &S::Options) {
     straight.bounds.sides = [1.0, 1.0];
     for molecule in &mut straight.molecule {
         // Turned atoms instead of an orientation, which would have to be mirrored.
-        let turn = Orientation::from_turns(molecule.orientation_turns.take().unwrap_or(0.0)).cos_sin();
+        let turn =
+            Orientation::from_turns(molecule.orientation_turns.take().unwrap_or(0.0)).cos_sin();
         for atom in &mut molecule.atoms {
             atom.at = turn.rotate(DVec2::from(atom.at)).to_array();
         }
@@ -211,7 +240,10 @@ fn check_exchange<S: Scheduler>(options: &S::Options) {
     let swap = |[x, y]: [f64; 2]| [y, x];
     let mut mirrored = straight.clone();
     for molecule in &mut mirrored.molecule {
-        molecule.atoms.iter_mut().for_each(|atom| atom.at = swap(atom.at));
+        molecule
+            .atoms
+            .iter_mut()
+            .for_each(|atom| atom.at = swap(atom.at));
         (molecule.at, molecule.velocity) = (swap(molecule.at), swap(molecule.velocity));
     }
     for wall in &mut mirrored.wall {
@@ -227,7 +259,10 @@ fn check_exchange<S: Scheduler>(options: &S::Options) {
         };
         let (one, other) = (run(&straight), run(&mirrored));
         assert!(one.view().counters().collisions > 700);
-        assert_eq!(one.view().counters().collisions, other.view().counters().collisions);
+        assert_eq!(
+            one.view().counters().collisions,
+            other.view().counters().collisions
+        );
         for (place, (a, b)) in one.view().bodies().zip(other.view().bodies()).enumerate() {
             assert_eq!(
                 a.motion.position.to_array(),
@@ -244,15 +279,23 @@ fn check_exchange<S: Scheduler>(options: &S::Options) {
 }
 
 mod vector_instructions_give_the_bits_of_the_portable_path {
-    crate::support::test_of_instructions!(cells_avx512, Widest, |&set| super::check_against_portable(set));
-    crate::support::test_of_instructions!(cells_avx2, Avx2, |&set| super::check_against_portable(set));
+    crate::support::test_of_instructions!(cells_avx512, Widest, |&set| {
+        super::check_against_portable(set)
+    });
+    crate::support::test_of_instructions!(cells_avx2, Avx2, |&set| super::check_against_portable(
+        set
+    ));
 }
 
 fn check_against_portable(instructions: Instructions) {
-    let many = Scene { gas: vec![gas("disc", 0.015, 400)], ..Scene::default() };
-    for (name, scene) in
-        scenes().into_iter().chain([("reference_scene", reference_scene(4)), ("many discs", many)])
-    {
+    let many = Scene {
+        gas: vec![gas("disc", 0.015, 400)],
+        ..Scene::default()
+    };
+    for (name, scene) in scenes().into_iter().chain([
+        ("reference_scene", reference_scene(4)),
+        ("many discs", many),
+    ]) {
         let [found, portable] = [instructions, Instructions::Portable].map(|instructions| {
             let mut simulation = simulate::<CellScheduler>(&scene, &instructions);
             simulation.run_until(UNTIL).unwrap();
@@ -301,7 +344,9 @@ fn fingerprint(view: &View<'_>) -> u64 {
 fn fnv(words: impl Iterator<Item = u64>) -> u64 {
     words
         .flat_map(u64::to_le_bytes)
-        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        })
 }
 
 fn fingerprint_after<S: Scheduler>(scene: &Scene, collisions: u64, options: &S::Options) -> u64 {
@@ -329,13 +374,18 @@ fn check_pinned(instructions: Instructions) {
 
 #[test]
 fn the_trajectory_of_the_thesis_scheduler_is_pinned() {
-    let found = fingerprint_after::<HeapScheduler>(&reference_scene(42), 3000, &CellsPerSide::Automatic);
+    let found =
+        fingerprint_after::<HeapScheduler>(&reference_scene(42), 3000, &CellsPerSide::Automatic);
     assert_eq!(found, PINNED[0], "found {found:#018x?}");
 }
 
 /// Fingerprints with `HeapScheduler` and with `CellScheduler`; the third is the dilute gas with the
 /// latter.
-const PINNED: [u64; 3] = [0xc57d_9500_1952_43ae, 0xe7ed_c253_211b_6309, 0x43cf_21bd_d020_406b];
+const PINNED: [u64; 3] = [
+    0xc57d_9500_1952_43ae,
+    0xe7ed_c253_211b_6309,
+    0x43cf_21bd_d020_406b,
+];
 
 /// The scene file is that of a test of the Python package, which runs it by the command too and has
 /// angles in radians. A change of these bits changes `PINNED` as well.
@@ -346,9 +396,20 @@ fn check_three_ways(instructions: Instructions) {
     let numbers = |motion: Motion| {
         let (position, velocity) = (motion.position, motion.velocity);
         let (angle, angular_velocity) = (motion.orientation.radians(), motion.angular_velocity);
-        [position.x, position.y, velocity.x, velocity.y, angle, angular_velocity].map(f64::to_bits)
+        [
+            position.x,
+            position.y,
+            velocity.x,
+            velocity.y,
+            angle,
+            angular_velocity,
+        ]
+        .map(f64::to_bits)
     };
-    let found = fnv(simulation.view().bodies().flat_map(|body| numbers(body.motion)));
+    let found = fnv(simulation
+        .view()
+        .bodies()
+        .flat_map(|body| numbers(body.motion)));
     let pinned = include_str!("data/three_ways.fingerprint").trim();
     assert_eq!(format!("{found:#018x}"), pinned);
 }

@@ -25,13 +25,21 @@ fn check_elasticity<S: Scheduler>(options: &S::Options) {
     for (e, at) in [(0.0, 1.0), (0.5, 1.999), (1.5, 0.0)] {
         let mut simulation = head_on::<S>(options);
         simulation.run_until(at).unwrap();
-        simulation.set_elasticity(&ElasticitySpec { default: e, ..ElasticitySpec::default() }).unwrap();
+        simulation
+            .set_elasticity(&ElasticitySpec {
+                default: e,
+                ..ElasticitySpec::default()
+            })
+            .unwrap();
         simulation.run_until(2.5).unwrap();
         // At e = 0 discs separate at a speed above the rounding of velocities, so that they do not
         // sink into each other.
         for (index, expected) in [(0, -e), (1, e)] {
             let off = (velocity(&simulation.view(), index) - DVec2::new(expected, 0.0)).length();
-            assert!(off <= if e == 0.0 { 1e-15 } else { 0.0 }, "e = {e}: off by {off:e}");
+            assert!(
+                off <= if e == 0.0 { 1e-15 } else { 0.0 },
+                "e = {e}: off by {off:e}"
+            );
         }
         assert!((simulation.view().ledger().lost - (1.0 - e * e)).abs() < 1e-15);
     }
@@ -39,7 +47,11 @@ fn check_elasticity<S: Scheduler>(options: &S::Options) {
 
 fn check_tags<S: Scheduler>(options: &S::Options) {
     let rules = ElasticitySpec {
-        pair: vec![rule(&["sticky"], 0.5), rule(&["left", "sticky"], 0.0), rule(&["left", "right"], 0.25)],
+        pair: vec![
+            rule(&["sticky"], 0.5),
+            rule(&["left", "sticky"], 0.0),
+            rule(&["left", "right"], 0.25),
+        ],
         ..ElasticitySpec::default()
     };
     // The tags of the second disc at the contact, and the ratio of the speeds after and before it.
@@ -58,19 +70,31 @@ fn check_tags<S: Scheduler>(options: &S::Options) {
         simulation.run_until(1.0).unwrap();
         for name in &names {
             let tag = simulation.tag(right, name).unwrap();
-            assert!(simulation.view().tagged(tag).any(|view| view.body.key() == right));
+            assert!(
+                simulation
+                    .view()
+                    .tagged(tag)
+                    .any(|view| view.body.key() == right)
+            );
         }
         if let Some(name) = untagged {
             simulation.untag(right, name).unwrap();
         }
         simulation.run_until(3.0).unwrap();
         let off = (velocity(&simulation.view(), 1) - DVec2::new(e, 0.0)).length();
-        assert!(off <= if e == 0.0 { 1e-15 } else { 0.0 }, "{names:?}: off by {off:e}");
+        assert!(
+            off <= if e == 0.0 { 1e-15 } else { 0.0 },
+            "{names:?}: off by {off:e}"
+        );
     }
 
     // The rule for the single tag applies where that for the pair does not.
     let mut simulation = head_on::<S>(options);
-    let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let keys: Vec<_> = simulation
+        .view()
+        .bodies()
+        .map(|view| view.body.key())
+        .collect();
     simulation.set_elasticity(&rules).unwrap();
     simulation.untag(keys[0], "left").unwrap();
     simulation.tag(keys[1], "sticky").unwrap();
@@ -82,7 +106,10 @@ fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
     // Added in the path of the left disc at time 1: the gap of their surfaces is 0.5.
     let mut simulation = head_on::<S>(options);
     simulation.run_until(1.0).unwrap();
-    let wall = MoleculeSpec { fixed: true, ..disc(0.5, 1.0, [10.0, 5.0], [0.0; 2]) };
+    let wall = MoleculeSpec {
+        fixed: true,
+        ..disc(0.5, 1.0, [10.0, 5.0], [0.0; 2])
+    };
     let wall = simulation.add(&wall).unwrap();
     simulation.run_until(1.5).unwrap();
     // Both discs touch it at exactly this time, which belongs to the run.
@@ -108,13 +135,25 @@ fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
     let partner = simulation.view().bodies().nth(1).unwrap().body.key();
     simulation.remove(partner).unwrap();
     assert_eq!(simulation.view().ledger().put_in, -0.5);
-    let newcomer = simulation.add(&disc(0.5, 1.0, [2.0, 2.0], [0.0; 2])).unwrap();
+    let newcomer = simulation
+        .add(&disc(0.5, 1.0, [2.0, 2.0], [0.0; 2]))
+        .unwrap();
     assert_ne!(newcomer, partner);
-    assert_eq!(simulation.reset_energy(partner, 1.0), Err(EditError::NoSuchBody(partner)));
+    assert_eq!(
+        simulation.reset_energy(partner, 1.0),
+        Err(EditError::NoSuchBody(partner))
+    );
     simulation.run_until(8.0).unwrap();
     assert_eq!(simulation.view().counters().collisions, 0);
-    assert_eq!(simulation.view().bodies().next().unwrap().motion.position, DVec2::new(15.5, 5.0));
-    let ids: Vec<u64> = simulation.view().bodies().map(|view| view.body.id()).collect();
+    assert_eq!(
+        simulation.view().bodies().next().unwrap().motion.position,
+        DVec2::new(15.5, 5.0)
+    );
+    let ids: Vec<u64> = simulation
+        .view()
+        .bodies()
+        .map(|view| view.body.id())
+        .collect();
     assert_eq!(ids, [0, 2]);
 }
 
@@ -126,8 +165,18 @@ fn check_batches<S: Scheduler>(options: &S::Options) {
         simulation
     };
     let (mut at_once, mut one_by_one) = (start(), start());
-    let keys: Vec<_> = at_once.view().bodies().map(|view| view.body.key()).collect();
-    let fixed = at_once.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.key();
+    let keys: Vec<_> = at_once
+        .view()
+        .bodies()
+        .map(|view| view.body.key())
+        .collect();
+    let fixed = at_once
+        .view()
+        .bodies()
+        .find(|view| view.body.is_fixed())
+        .unwrap()
+        .body
+        .key();
     let leaver = at_once.view().body(keys[0]).unwrap().motion.position;
     let seeds: Vec<MoleculeSpec> = (0..40)
         .map(|n| {
@@ -145,24 +194,38 @@ fn check_batches<S: Scheduler>(options: &S::Options) {
         .edit(|batch| {
             batch.remove(keys[0])?;
             batch.remove(fixed)?;
-            let added: Vec<_> = seeds.iter().filter_map(|seed| batch.add(seed).ok()).collect();
+            let added: Vec<_> = seeds
+                .iter()
+                .filter_map(|seed| batch.add(seed).ok())
+                .collect();
             batch.tag(added[0], "seed")?;
             batch.tag(keys[3], "seed")?;
             batch.reset_energy(keys[10], 2.0)?;
             batch.set_rotation(keys[10], Rotation::Locked)?;
-            batch.set_elasticity(&ElasticitySpec { default: 0.9, ..ElasticitySpec::default() })?;
+            batch.set_elasticity(&ElasticitySpec {
+                default: 0.9,
+                ..ElasticitySpec::default()
+            })?;
             Ok(added)
         })
         .unwrap();
     assert!(added.len() >= 20, "{}", added.len());
     one_by_one.remove(keys[0]).unwrap();
     one_by_one.remove(fixed).unwrap();
-    let alone: Vec<_> = seeds.iter().filter_map(|seed| one_by_one.add(seed).ok()).collect();
+    let alone: Vec<_> = seeds
+        .iter()
+        .filter_map(|seed| one_by_one.add(seed).ok())
+        .collect();
     one_by_one.tag(alone[0], "seed").unwrap();
     one_by_one.tag(keys[3], "seed").unwrap();
     one_by_one.reset_energy(keys[10], 2.0).unwrap();
     one_by_one.set_rotation(keys[10], Rotation::Locked).unwrap();
-    one_by_one.set_elasticity(&ElasticitySpec { default: 0.9, ..ElasticitySpec::default() }).unwrap();
+    one_by_one
+        .set_elasticity(&ElasticitySpec {
+            default: 0.9,
+            ..ElasticitySpec::default()
+        })
+        .unwrap();
     assert_eq!(added, alone);
     assert!((at_once.view().ledger().put_in - one_by_one.view().ledger().put_in).abs() < 1e-12);
     let begun = at_once.view().counters().epochs;
@@ -172,13 +235,24 @@ fn check_batches<S: Scheduler>(options: &S::Options) {
         simulation.run_until(1.0).unwrap();
     }
     assert!(at_once.view().counters().collisions > 20);
-    assert_eq!(crate::support::bits(&at_once.view()), crate::support::bits(&one_by_one.view()));
+    assert_eq!(
+        crate::support::bits(&at_once.view()),
+        crate::support::bits(&one_by_one.view())
+    );
     let ids = |simulation: &Simulation<Exact, Impact, S>| -> Vec<u64> {
-        simulation.view().bodies().map(|view| view.body.id()).collect()
+        simulation
+            .view()
+            .bodies()
+            .map(|view| view.body.id())
+            .collect()
     };
     assert_eq!(ids(&at_once), ids(&one_by_one));
     let seed = at_once.find_tag("seed").unwrap();
-    let tagged: Vec<_> = at_once.view().tagged(seed).map(|view| view.body.key()).collect();
+    let tagged: Vec<_> = at_once
+        .view()
+        .tagged(seed)
+        .map(|view| view.body.key())
+        .collect();
     assert_eq!(tagged, [keys[3], added[0]]);
 }
 
@@ -186,18 +260,27 @@ fn check_batches<S: Scheduler>(options: &S::Options) {
 fn equal_bodies_share_their_description_after_many_edits_in_a_batch() {
     // A thousand discs are added to an empty box, at different positions, and half of them are
     // removed.
-    let mut simulation =
-        simulate::<carom_engine::CellScheduler>(&scene(Vec::new()), &carom_engine::Instructions::Widest);
+    let mut simulation = simulate::<carom_engine::CellScheduler>(
+        &scene(Vec::new()),
+        &carom_engine::Instructions::Widest,
+    );
     let sides = simulation.view().bounds().sides();
-    let place = |n: u32| (sides * DVec2::new(f64::from(n % 50) / 50.0, f64::from(n / 50) / 50.0)).to_array();
+    let place = |n: u32| {
+        (sides * DVec2::new(f64::from(n % 50) / 50.0, f64::from(n / 50) / 50.0)).to_array()
+    };
     let radius = 0.004 * sides.min_element();
     let keys = simulation
         .edit(|batch| {
             let keys: Vec<_> = (0..1000)
                 .map(|n| batch.add(&disc(radius, 1.0, place(n), [1.0, 0.3])))
                 .collect::<Result<_, _>>()?;
-            keys.iter().step_by(2).try_for_each(|&key| batch.remove(key))?;
-            keys.iter().skip(1).step_by(2).try_for_each(|&key| batch.tag(key, "left over").map(|_| ()))?;
+            keys.iter()
+                .step_by(2)
+                .try_for_each(|&key| batch.remove(key))?;
+            keys.iter()
+                .skip(1)
+                .step_by(2)
+                .try_for_each(|&key| batch.tag(key, "left over").map(|_| ()))?;
             Ok(keys)
         })
         .unwrap();
@@ -205,7 +288,11 @@ fn equal_bodies_share_their_description_after_many_edits_in_a_batch() {
     assert_eq!((view.len(), view.overlaps().pairs), (500, 0));
     assert!((view.ledger().put_in - view.energy()).abs() < 1e-13 * view.energy());
     let tag = simulation.find_tag("left over").unwrap();
-    assert!(view.tagged(tag).map(|view| view.body.key()).eq(keys.iter().skip(1).step_by(2).copied()));
+    assert!(
+        view.tagged(tag)
+            .map(|view| view.body.key())
+            .eq(keys.iter().skip(1).step_by(2).copied())
+    );
     simulation.run_until(1.0).unwrap();
     assert_eq!(simulation.view().counters().epochs, 1);
 }
@@ -215,7 +302,11 @@ fn check_energy_resets<S: Scheduler>(options: &S::Options) {
     let mut turnover = simulation.view().energy();
     for (round, energy) in [1.0, 0.1, 3.7e-9, 2.5e7, 1.0 / 3.0].into_iter().enumerate() {
         simulation.run_until(0.01 * round as f64).unwrap();
-        let bodies: Vec<_> = simulation.view().bodies().map(|view| (view.body.key(), view.motion)).collect();
+        let bodies: Vec<_> = simulation
+            .view()
+            .bodies()
+            .map(|view| (view.body.key(), view.motion))
+            .collect();
         for (key, before) in bodies {
             let present = simulation.view().body(key).unwrap();
             if present.body.is_fixed() {
@@ -263,11 +354,17 @@ fn check_faster<S: Scheduler>(options: &S::Options) {
 
     // All bodies of a tag change together, or none if one of them is refused.
     let mut simulation = head_on::<S>(options);
-    let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let keys: Vec<_> = simulation
+        .view()
+        .bodies()
+        .map(|view| view.body.key())
+        .collect();
     let tag = simulation.tag(keys[1], "left").unwrap();
     simulation.reset_energy_of_tag(tag, 2.0).unwrap();
     assert_eq!(simulation.view().energy(), 4.0);
-    let idle = simulation.add(&disc(0.1, 1.0, [1.0, 1.0], [0.0; 2])).unwrap();
+    let idle = simulation
+        .add(&disc(0.1, 1.0, [1.0, 1.0], [0.0; 2]))
+        .unwrap();
     simulation.tag(idle, "left").unwrap();
     assert!(
         matches!(simulation.reset_energy_of_tag(tag, 1.0), Err(EditError::NoEnergy(name)) if name.key == idle)
@@ -276,7 +373,10 @@ fn check_faster<S: Scheduler>(options: &S::Options) {
 
     // Fixed bodies have no energy and are skipped; all others are reset.
     simulation.remove(idle).unwrap();
-    let fixed = MoleculeSpec { fixed: true, ..disc(0.1, 1.0, [1.0, 1.0], [0.0; 2]) };
+    let fixed = MoleculeSpec {
+        fixed: true,
+        ..disc(0.1, 1.0, [1.0, 1.0], [0.0; 2])
+    };
     let fixed = simulation.add(&fixed).unwrap();
     simulation.tag(fixed, "left").unwrap();
     simulation.reset_energy_of_tag(tag, 0.5).unwrap();
@@ -296,13 +396,20 @@ fn check_reversal<S: Scheduler>(options: &S::Options) {
     assert_eq!(view.counters().collisions, 2);
     assert_eq!(velocity(&view, 0), DVec2::new(-1.0, 0.0));
     let x: Vec<f64> = view.bodies().map(|body| body.motion.position.x).collect();
-    assert!((x[0] - 7.5).abs() < 1e-14 && (x[1] - 12.5).abs() < 1e-14, "{x:?}");
+    assert!(
+        (x[0] - 7.5).abs() < 1e-14 && (x[1] - 12.5).abs() < 1e-14,
+        "{x:?}"
+    );
     assert_eq!(view.ledger().put_in, 0.0);
 
     // Angular velocities too: all collisions in a reference scene of molecules are reversed.
     let mut simulation = simulate::<S>(&reference_scene(7), options);
     let places = |simulation: &Simulation<Exact, Impact, S>| -> Vec<DVec2> {
-        simulation.view().bodies().map(|body| body.motion.position).collect()
+        simulation
+            .view()
+            .bodies()
+            .map(|body| body.motion.position)
+            .collect()
     };
     let start = places(&simulation);
     let mut time = 0.0;
@@ -342,15 +449,22 @@ fn check_locking<S: Scheduler>(options: &S::Options) {
     assert!((turns - (0.25 + 0.25 / std::f64::consts::TAU)).abs() < 1e-16);
     locked.run_until(20.0).unwrap();
     assert_eq!(locked.view().counters().collisions, 0);
-    assert_eq!(locked.view().body(key).unwrap().motion.orientation.turns(), turns);
+    assert_eq!(
+        locked.view().body(key).unwrap().motion.orientation.turns(),
+        turns
+    );
 
     // Hit at one end from below: locked it does not turn, free it does. The masses are 2 and 1, the
     // speed 1 each time.
-    for (rotation, impulse, spin) in
-        [(Rotation::Locked, 4.0 / 3.0, 0.0), (Rotation::Free, 12.0 / 11.0, 8.0 / 11.0)]
-    {
+    for (rotation, impulse, spin) in [
+        (Rotation::Locked, 4.0 / 3.0, 0.0),
+        (Rotation::Free, 12.0 / 11.0, 8.0 / 11.0),
+    ] {
         let mut scene = crate::support::scene(vec![
-            MoleculeSpec { rotation: Rotation::Locked, ..named("dumbbell", 0.5, 1.0, [5.0, 5.0]) },
+            MoleculeSpec {
+                rotation: Rotation::Locked,
+                ..named("dumbbell", 0.5, 1.0, [5.0, 5.0])
+            },
             disc(0.5, 1.0, [5.5, 3.0], [0.0, 1.0]),
         ]);
         scene.bounds.sides = [10.0, 10.0];
@@ -371,7 +485,11 @@ fn check_counters<S: Scheduler>(options: &S::Options) {
     for round in 0..4 {
         simulation.run_until(0.3 * f64::from(round + 1)).unwrap();
         let now = simulation.view().counters().scheduler;
-        assert!(now.crossings > before.crossings && now.pairs > before.pairs && now.stale > before.stale);
+        assert!(
+            now.crossings > before.crossings
+                && now.pairs > before.pairs
+                && now.stale > before.stale
+        );
         before = now;
         let last = simulation.view().bodies().last().unwrap().body.key();
         match round {
@@ -386,13 +504,23 @@ fn check_counters<S: Scheduler>(options: &S::Options) {
 fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
     let mut simulation = head_on::<S>(options);
     simulation.run_until(1.0).unwrap();
-    let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let keys: Vec<_> = simulation
+        .view()
+        .bodies()
+        .map(|view| view.body.key())
+        .collect();
     let left = simulation.find_tag("left").unwrap();
     let moving = disc(0.1, 1.0, [1.0, 1.0], [0.0, 1.0]);
-    let fixed = MoleculeSpec { fixed: true, ..disc(0.1, 1.0, [3.0, 1.0], [0.0; 2]) };
+    let fixed = MoleculeSpec {
+        fixed: true,
+        ..disc(0.1, 1.0, [3.0, 1.0], [0.0; 2])
+    };
     let idle = disc(0.1, 1.0, [1.0, 1.0], [0.0; 2]);
     // One body has no energy to scale: the edit changes neither bodies nor energies.
-    let before = (crate::support::bits(&simulation.view()), *simulation.view().ledger());
+    let before = (
+        crate::support::bits(&simulation.view()),
+        *simulation.view().ledger(),
+    );
     let mut newcomer = None;
     let refused = simulation.edit(|batch| {
         batch.remove(keys[1])?;
@@ -401,7 +529,13 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
         batch.reset_energy_of_all(3.0)
     });
     assert!(matches!(refused, Err(EditError::NoEnergy(name)) if Some(name.key) == newcomer));
-    assert_eq!((crate::support::bits(&simulation.view()), *simulation.view().ledger()), before);
+    assert_eq!(
+        (
+            crate::support::bits(&simulation.view()),
+            *simulation.view().ledger()
+        ),
+        before
+    );
     // A reset that is refused within a batch changes none of the other bodies.
     simulation
         .edit(|batch| {
@@ -410,7 +544,13 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
             batch.remove(idle)
         })
         .unwrap();
-    assert_eq!((crate::support::bits(&simulation.view()), *simulation.view().ledger()), before);
+    assert_eq!(
+        (
+            crate::support::bits(&simulation.view()),
+            *simulation.view().ledger()
+        ),
+        before
+    );
 
     let epochs = simulation.view().counters().epochs;
     let (newcomer, other) = simulation
@@ -424,7 +564,11 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
             Ok((newcomer, fixed))
         })
         .unwrap();
-    let energies: Vec<_> = simulation.view().bodies().map(|view| (view.body.key(), view.energy())).collect();
+    let energies: Vec<_> = simulation
+        .view()
+        .bodies()
+        .map(|view| (view.body.key(), view.energy()))
+        .collect();
     assert_eq!(energies, [(keys[0], 0.5), (newcomer, 2.0), (other, 0.0)]);
     // The energy changes from 1 to 2.5.
     assert!((simulation.view().ledger().put_in - 1.5).abs() < 1e-14);

@@ -3,7 +3,9 @@
 use std::{collections::BTreeMap, path::Path};
 
 use crate::support::formulas::Pair;
-use carom_detection::{Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch};
+use carom_detection::{
+    Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch,
+};
 use carom_kinematics::Motion;
 use carom_runs::encounters::{self, EncounterRecord, Expected};
 
@@ -11,13 +13,20 @@ fn all() -> Vec<EncounterRecord> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/encounters.csv");
     let all = encounters::read(&file).unwrap();
     assert_eq!(all.len(), 450);
-    assert!(all.iter().all(|encounter| encounter.expected.is_some() && encounter.window_end.is_some()));
+    assert!(
+        all.iter()
+            .all(|encounter| encounter.expected.is_some() && encounter.window_end.is_some())
+    );
     all
 }
 
 fn pair(encounter: &EncounterRecord) -> Pair<'_> {
     let [a, b] = &encounter.molecules;
-    Pair { a, b, motion: encounter.pair_at(0.0) }
+    Pair {
+        a,
+        b,
+        motion: encounter.pair_at(0.0),
+    }
 }
 
 fn ask(detector: &dyn Detection, pair: &Pair<'_>, horizon: f64) -> Answer {
@@ -39,7 +48,9 @@ enum Verdict {
 /// Times are right within the tolerance of the pair at the known contact.
 fn verdict(encounter: &EncounterRecord, outcome: Outcome) -> Verdict {
     match (encounter.expected.unwrap(), outcome) {
-        (_, Outcome::FreeUntil(_) | Outcome::Unresolved(_) | Outcome::OutOfRange) => Verdict::Unresolved,
+        (_, Outcome::FreeUntil(_) | Outcome::Unresolved(_) | Outcome::OutOfRange) => {
+            Verdict::Unresolved
+        }
         (Expected::Free, Outcome::Free) => Verdict::Right,
         (Expected::Free, Outcome::Contact(_)) => Verdict::False,
         (Expected::Contact { .. }, Outcome::Free) => Verdict::Missed,
@@ -63,7 +74,9 @@ fn tally(name: &str, detector: &dyn Detection) -> BTreeMap<(String, Verdict), us
     let mut counts = BTreeMap::new();
     for encounter in &all() {
         let answer = ask(detector, &pair(encounter), encounter.window_end.unwrap());
-        *counts.entry((encounter.class.clone(), verdict(encounter, answer.outcome))).or_default() += 1;
+        *counts
+            .entry((encounter.class.clone(), verdict(encounter, answer.outcome)))
+            .or_default() += 1;
     }
     for ((class, verdict), count) in &counts {
         eprintln!("{name:13} {class:12} {verdict:?} {count}");
@@ -78,7 +91,13 @@ fn exact_finds_each_known_contact_and_no_other() {
         let pair = pair(encounter);
         let answer = ask(&Exact::default(), &pair, encounter.window_end.unwrap());
         let verdict = verdict(encounter, answer.outcome);
-        assert_eq!(verdict, Verdict::Right, "{} {}: {answer:?}", encounter.class, encounter.id);
+        assert_eq!(
+            verdict,
+            Verdict::Right,
+            "{} {}: {answer:?}",
+            encounter.class,
+            encounter.id
+        );
         if let (Some(Expected::Contact { time, .. }), Outcome::Contact(found)) =
             (encounter.expected, answer.outcome)
         {
@@ -86,7 +105,10 @@ fn exact_finds_each_known_contact_and_no_other() {
         }
     }
     deviations.sort_by(f64::total_cmp);
-    let (median, largest) = (deviations[deviations.len() / 2], deviations[deviations.len() - 1]);
+    let (median, largest) = (
+        deviations[deviations.len() / 2],
+        deviations[deviations.len() - 1],
+    );
     eprintln!("|Δt| in natural times: median {median:.1e}, largest {largest:.1e}");
     assert_eq!(deviations.len(), 350);
     assert!(median < 1e-14);
@@ -98,7 +120,11 @@ fn golden_secant_finds_each_known_contact() {
     // golden-section search.
     let counts = tally("golden-secant", &GoldenSecant::default());
     assert_eq!(counts.len(), 10);
-    assert!(counts.iter().all(|((_, verdict), count)| *verdict == Verdict::Right && *count == 45));
+    assert!(
+        counts
+            .iter()
+            .all(|((_, verdict), count)| *verdict == Verdict::Right && *count == 45)
+    );
 }
 
 #[test]
@@ -106,7 +132,11 @@ fn fixed_steps_miss_grazes_and_bounding_circles_are_early() {
     let fixed = tally("fixed-step", &FixedStep::default());
     assert!(fixed[&("grazing".to_owned(), Verdict::Missed)] > 0);
     assert_eq!(fixed[&("generic".to_owned(), Verdict::Right)], 45);
-    assert!(fixed.keys().all(|(_, verdict)| matches!(verdict, Verdict::Right | Verdict::Missed)));
+    assert!(
+        fixed
+            .keys()
+            .all(|(_, verdict)| matches!(verdict, Verdict::Right | Verdict::Missed))
+    );
     let circles = tally("circles", &BoundingCircles);
     // All 41 contacts of `generic` are early, and 4 pairs whose circles meet never touch.
     assert_eq!(circles[&("generic".to_owned(), Verdict::Early)], 41);
@@ -118,7 +148,13 @@ fn detectors() -> [(&'static str, Box<dyn Detection>); 4] {
         ("exact", Box::new(Exact::default())),
         ("golden-secant", Box::new(GoldenSecant::default())),
         ("bounding-circles", Box::new(BoundingCircles)),
-        ("fixed-step", Box::new(FixedStep { step: 1e-2, ..FixedStep::default() })),
+        (
+            "fixed-step",
+            Box::new(FixedStep {
+                step: 1e-2,
+                ..FixedStep::default()
+            }),
+        ),
     ]
 }
 
@@ -129,7 +165,11 @@ fn exchanging_the_bodies_changes_no_bit() {
         for encounter in &all {
             let horizon = encounter.window_end.unwrap();
             let pair = pair(encounter);
-            let exchanged = Pair { a: pair.b, b: pair.a, motion: pair.motion.exchanged() };
+            let exchanged = Pair {
+                a: pair.b,
+                b: pair.a,
+                motion: pair.motion.exchanged(),
+            };
             let mut other = ask(&*detector, &exchanged, horizon).outcome;
             if let Outcome::Contact(contact) = &mut other {
                 contact.touch = contact.touch.exchanged();
@@ -158,7 +198,11 @@ fn velocities_times_a_power_of_two_give_the_same_bits() {
                 if let Outcome::Contact(contact) = &mut scaled.outcome {
                     contact.time *= factor;
                 }
-                assert_eq!(answer, scaled, "{name} × {factor}, {} {}", encounter.class, encounter.id);
+                assert_eq!(
+                    answer, scaled,
+                    "{name} × {factor}, {} {}",
+                    encounter.class, encounter.id
+                );
             }
         }
     }

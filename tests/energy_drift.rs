@@ -4,8 +4,8 @@
 use crate::support::{bumper, disc, scene, simulate, test_each_scheduler, velocity};
 use carom_detection::Exact;
 use carom_engine::{
-    AtomSpec, GridError, MoleculeSpec, Rotation, RunError, Scene, SceneError, Scheduler, Simulation,
-    StallCause, WallSpec,
+    AtomSpec, GridError, MoleculeSpec, Rotation, RunError, Scene, SceneError, Scheduler,
+    Simulation, StallCause, WallSpec,
 };
 use carom_response::Impact;
 
@@ -30,9 +30,15 @@ fn check_line_with_wall<S: Scheduler>(options: &S::Options) {
                 disc(0.05, masses[1], turned([0.7, 0.5]), turned([-0.3, 0.0])),
             ]);
             line.wall = vec![if along_y {
-                WallSpec { y: Some(0.0), ..WallSpec::default() }
+                WallSpec {
+                    y: Some(0.0),
+                    ..WallSpec::default()
+                }
             } else {
-                WallSpec { x: Some(0.0), ..WallSpec::default() }
+                WallSpec {
+                    x: Some(0.0),
+                    ..WallSpec::default()
+                }
             }];
             let mut simulation = simulate::<S>(&line, options);
             simulation.run_until(30_000.0).unwrap();
@@ -40,7 +46,10 @@ fn check_line_with_wall<S: Scheduler>(options: &S::Options) {
             let contacts = view.counters().collisions;
             let drift = (view.energy() / view.ledger().initial - 1.0).abs();
             assert!(contacts > 20_000, "{masses:?}: {contacts}");
-            assert!(drift < allowed(contacts), "{masses:?}: {drift:e} after {contacts} contacts");
+            assert!(
+                drift < allowed(contacts),
+                "{masses:?}: {drift:e} after {contacts} contacts"
+            );
         }
     }
 }
@@ -48,10 +57,15 @@ fn check_line_with_wall<S: Scheduler>(options: &S::Options) {
 fn check_pi<S: Scheduler>(options: &S::Options) {
     // Galperin, Playing pool with π (2003): a wall, a disc at rest, and one of mass 100ⁿ.
     for (mass, expected) in [(1.0, 3), (1e2, 31), (1e4, 314), (1e6, 3141), (1e8, 31_415)] {
-        let mut pool =
-            scene(vec![disc(0.05, 1.0, [0.3, 0.5], [0.0; 2]), disc(0.05, mass, [0.6, 0.5], [-1.0, 0.0])]);
+        let mut pool = scene(vec![
+            disc(0.05, 1.0, [0.3, 0.5], [0.0; 2]),
+            disc(0.05, mass, [0.6, 0.5], [-1.0, 0.0]),
+        ]);
         pool.bounds.sides = [4.0, 1.0];
-        pool.wall = vec![WallSpec { x: Some(0.1), ..WallSpec::default() }];
+        pool.wall = vec![WallSpec {
+            x: Some(0.1),
+            ..WallSpec::default()
+        }];
         let mut simulation = simulate::<S>(&pool, options);
         simulation.run_until(2.0).unwrap();
         let view = simulation.view();
@@ -67,28 +81,48 @@ fn check_words<S: Scheduler>(options: &S::Options) {
         ended => panic!("{ended:?}"),
     };
     // A light disc between a wall and a heavy disc that presses on it.
-    let mut vice =
-        scene(vec![disc(0.05, 1e-2, [0.3, 0.0], [0.0; 2]), disc(0.1, 1e2, [0.6, 0.0], [-1.0, 0.0])]);
-    vice.wall = vec![WallSpec { x: Some(0.1), ..WallSpec::default() }];
+    let mut vice = scene(vec![
+        disc(0.05, 1e-2, [0.3, 0.0], [0.0; 2]),
+        disc(0.1, 1e2, [0.6, 0.0], [-1.0, 0.0]),
+    ]);
+    vice.wall = vec![WallSpec {
+        x: Some(0.1),
+        ..WallSpec::default()
+    }];
     vice.elasticity.default = 0.05;
     vice.elasticity.contact_time = 0.0;
     let (found, words) = cause(&vice);
     assert_eq!(found, StallCause::InelasticCollapse);
-    assert!(words.contains("inelastic collapse") && words.contains("elasticity.contact_time"), "{words}");
+    assert!(
+        words.contains("inelastic collapse") && words.contains("elasticity.contact_time"),
+        "{words}"
+    );
     // An elastic disc in a wedge that it touches on both sides at one instant.
     let mut funnel = scene(vec![disc(0.0625, 1.0, [0.25, 0.5], [1.0, 0.0])]);
     let away = 0.125 + 0.0625 * (1.0 - 1e-9);
-    funnel.bumper = vec![bumper(0.125, [0.625, 0.5 - away]), bumper(0.125, [0.625, 0.5 + away])];
+    funnel.bumper = vec![
+        bumper(0.125, [0.625, 0.5 - away]),
+        bumper(0.125, [0.625, 0.5 + away]),
+    ];
     let (found, words) = cause(&funnel);
     assert_eq!(found, StallCause::NoFreeSpace);
-    assert!(words.contains("no free space") && !words.contains("contact_time"), "{words}");
+    assert!(
+        words.contains("no free space") && !words.contains("contact_time"),
+        "{words}"
+    );
 }
 
 fn check_small_atoms<S: Scheduler>(options: &S::Options) {
     for others in [0, 1] {
         for e in [0.0, 0.5, 0.9] {
-            for radius in [1e-2, 1e-4, 1e-6, 1e-8, 1e-9, 1e-11, 1e-12, 2e-13, 1e-13, 5.1e-14] {
-                let atom = |x| AtomSpec { at: [x, 0.0], radius, mass: 1.0 };
+            for radius in [
+                1e-2, 1e-4, 1e-6, 1e-8, 1e-9, 1e-11, 1e-12, 2e-13, 1e-13, 5.1e-14,
+            ] {
+                let atom = |x| AtomSpec {
+                    at: [x, 0.0],
+                    radius,
+                    mass: 1.0,
+                };
                 let mut head_on = scene(vec![MoleculeSpec {
                     atoms: vec![atom(-0.05), atom(0.05)],
                     at: [0.6, 0.5],
@@ -96,11 +130,17 @@ fn check_small_atoms<S: Scheduler>(options: &S::Options) {
                     rotation: Rotation::Locked,
                     ..MoleculeSpec::default()
                 }]);
-                head_on.molecule.extend((0..others).map(|_| disc(0.01, 1.0, [0.5, 0.1], [0.0, 0.01])));
+                head_on
+                    .molecule
+                    .extend((0..others).map(|_| disc(0.01, 1.0, [0.5, 0.1], [0.0, 0.01])));
                 head_on.bumper = vec![bumper(radius, [0.25, 0.5])];
                 head_on.elasticity.default = e;
-                let built =
-                    Simulation::<Exact, Impact, S>::with(&head_on, Exact::default(), Impact, options.clone());
+                let built = Simulation::<Exact, Impact, S>::with(
+                    &head_on,
+                    Exact::default(),
+                    Impact,
+                    options.clone(),
+                );
                 if radius < 2e-11 {
                     let Err(SceneError::Grid { reason, .. }) = built else {
                         panic!("{radius:e} is accepted")
@@ -108,7 +148,11 @@ fn check_small_atoms<S: Scheduler>(options: &S::Options) {
                     let GridError::UnresolvedElasticity { reach, least, .. } = reason else {
                         panic!("{reason}")
                     };
-                    assert!((reach / (2.0 * radius) - 1.0).abs() < 1e-12 && least > reach && least < 1e-9);
+                    assert!(
+                        (reach / (2.0 * radius) - 1.0).abs() < 1e-12
+                            && least > reach
+                            && least < 1e-9
+                    );
                     continue;
                 }
                 let mut simulation = built.unwrap();
@@ -116,8 +160,14 @@ fn check_small_atoms<S: Scheduler>(options: &S::Options) {
                 assert_eq!(simulation.view().counters().collisions, 1);
                 let parting = velocity(&simulation.view(), 0).x;
                 // Up to 3e-4 at e = 0 for a radius of 1e-9.
-                assert!((parting - e).abs() < 1e-3 && parting > 0.0, "{radius:e}, e = {e}: {parting}");
-                assert!(e == 0.0 || (parting - e).abs() < 1e-12, "{radius:e}, e = {e}: {parting}");
+                assert!(
+                    (parting - e).abs() < 1e-3 && parting > 0.0,
+                    "{radius:e}, e = {e}: {parting}"
+                );
+                assert!(
+                    e == 0.0 || (parting - e).abs() < 1e-12,
+                    "{radius:e}, e = {e}: {parting}"
+                );
             }
         }
     }

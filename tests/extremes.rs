@@ -13,8 +13,12 @@ fn check(case: &Case) -> Vec<String> {
             .iter()
             .filter(|finding| !finding.holds())
             .map(|finding| {
-                let (id, what, found, allowed) = (case.id, &finding.what, finding.found, finding.allowed);
-                format!("{id} {}: {what} is {found:e}, allowed is {allowed:e}", case.name)
+                let (id, what, found, allowed) =
+                    (case.id, &finding.what, finding.found, finding.allowed);
+                format!(
+                    "{id} {}: {what} is {found:e}, allowed is {allowed:e}",
+                    case.name
+                )
             })
             .collect(),
     }

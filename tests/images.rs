@@ -8,7 +8,11 @@ use crate::support::{Encounters, disc, scene, simulate, test_each_scheduler};
 
 #[test]
 fn a_disc_wider_than_half_the_box_is_hit_through_both_images() {
-    for cells in [CellsPerSide::Given(1), CellsPerSide::Given(2), CellsPerSide::Automatic] {
+    for cells in [
+        CellsPerSide::Given(1),
+        CellsPerSide::Given(2),
+        CellsPerSide::Automatic,
+    ] {
         check_wide::<HeapScheduler>(&cells);
     }
     check_wide::<carom_engine::CellScheduler>(&carom_engine::Instructions::Widest);
@@ -20,7 +24,10 @@ fn check_wide<S: Scheduler>(options: &S::Options) {
     for axis in 0..2 {
         let along = |x: f64| if axis == 0 { [x, 0.25] } else { [0.25, x] };
         let motion = |v: f64| if axis == 0 { [v, 0.0] } else { [0.0, v] };
-        let wide = MoleculeSpec { fixed: true, ..disc(0.3, 1.0, along(0.25), [0.0; 2]) };
+        let wide = MoleculeSpec {
+            fixed: true,
+            ..disc(0.3, 1.0, along(0.25), [0.0; 2])
+        };
         let narrow = disc(0.1, 1.0, along(0.75), motion(1.0));
         let mut simulation = simulate::<S>(&scene(vec![wide, narrow]), options);
         let mut bounces = Encounters::since(EpochTime::ZERO);
@@ -66,7 +73,10 @@ fn check_images<S: Scheduler>(options: &S::Options) {
     // The target is at rest 0.3 to the left of the other disc, which moves right: its path is 0.7
     // less σ.
     let mut simulation = simulate::<S>(
-        &scene(vec![disc(0.1, 1.0, [0.5, 0.5], [1.0, 0.0]), disc(0.1, 1.0, [0.2, 0.5], [0.0; 2])]),
+        &scene(vec![
+            disc(0.1, 1.0, [0.5, 0.5], [1.0, 0.0]),
+            disc(0.1, 1.0, [0.2, 0.5], [0.0; 2]),
+        ]),
         options,
     );
     assert!(simulation.step(10.0, &mut ()).unwrap());
@@ -75,7 +85,10 @@ fn check_images<S: Scheduler>(options: &S::Options) {
     // Through a corner: along the diagonal, from (0.75, 0.75) to the target at (0.25, 0.25).
     let speed = 0.5f64.sqrt();
     let mut simulation = simulate::<S>(
-        &scene(vec![disc(0.1, 1.0, [0.75, 0.75], [speed, speed]), disc(0.1, 1.0, [0.25, 0.25], [0.0; 2])]),
+        &scene(vec![
+            disc(0.1, 1.0, [0.75, 0.75], [speed, speed]),
+            disc(0.1, 1.0, [0.25, 0.25], [0.0; 2]),
+        ]),
         options,
     );
     let mut list = Encounters::since(EpochTime::ZERO);
@@ -87,7 +100,10 @@ fn check_images<S: Scheduler>(options: &S::Options) {
     let target = DVec2::new(1.0, 2.5);
     let way = target.normalize();
     let mut simulation = simulate::<S>(
-        &scene(vec![disc(0.01, 1.0, [0.5, 0.25], way.to_array()), disc(0.01, 1.0, [0.5, 0.75], [0.0; 2])]),
+        &scene(vec![
+            disc(0.01, 1.0, [0.5, 0.25], way.to_array()),
+            disc(0.01, 1.0, [0.5, 0.75], [0.0; 2]),
+        ]),
         options,
     );
     assert!(simulation.step(10.0, &mut ()).unwrap());
@@ -103,7 +119,20 @@ fn the_borders_of_any_number_of_cells_do_not_affect_the_motion() {
 
 fn check_borders<S: Scheduler>(options: &S::Options) {
     let last = 1.0f64.next_down();
-    for x in [0.0, -0.0, 0.25, 1.0 / 3.0, 0.5, 0.2, 0.75, last, 1.0, -1e-17, -0.25, 7.5] {
+    for x in [
+        0.0,
+        -0.0,
+        0.25,
+        1.0 / 3.0,
+        0.5,
+        0.2,
+        0.75,
+        last,
+        1.0,
+        -1e-17,
+        -0.25,
+        7.5,
+    ] {
         // Along the border of cells, in both directions of both axes; the other component is 0 or
         // −0.
         for zero in [0.0, -0.0] {
@@ -115,11 +144,17 @@ fn check_borders<S: Scheduler>(options: &S::Options) {
             ] {
                 let target = if b[0] == 0.0 { [x, 0.5] } else { [0.5, x] };
                 let mut simulation = simulate::<S>(
-                    &scene(vec![disc(0.05, 1.0, a, b), disc(0.05, 1.0, target, [0.0; 2])]),
+                    &scene(vec![
+                        disc(0.05, 1.0, a, b),
+                        disc(0.05, 1.0, target, [0.0; 2]),
+                    ]),
                     options,
                 );
                 assert!(simulation.step(10.0, &mut ()).unwrap());
-                assert!((simulation.time().to_f64() - 0.15).abs() < 1e-15, "from {a:?} with {b:?}");
+                assert!(
+                    (simulation.time().to_f64() - 0.15).abs() < 1e-15,
+                    "from {a:?} with {b:?}"
+                );
                 let view = simulation.view();
                 assert_eq!(view.counters().collisions, 1);
                 assert!(view.bodies().all(|body| {
@@ -130,8 +165,14 @@ fn check_borders<S: Scheduler>(options: &S::Options) {
         }
     }
     // Through the corners of cells, along the diagonal, forever.
-    let mut simulation = simulate::<S>(&scene(vec![disc(0.05, 1.0, [0.0, 0.0], [1.0, 1.0])]), options);
+    let mut simulation = simulate::<S>(
+        &scene(vec![disc(0.05, 1.0, [0.0, 0.0], [1.0, 1.0])]),
+        options,
+    );
     simulation.run_until(100.0).unwrap();
     let body = simulation.view().bodies().next().unwrap();
-    assert_eq!(body.unwrapped(simulation.view().bounds()), DVec2::splat(100.0));
+    assert_eq!(
+        body.unwrapped(simulation.view().bounds()),
+        DVec2::splat(100.0)
+    );
 }

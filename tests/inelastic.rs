@@ -4,7 +4,8 @@
 use std::f64::consts::PI;
 
 use crate::support::{
-    bits, bumper, disc, frozen, gas, reference_scene, scene, simulate, test_each_scheduler, velocity,
+    bits, bumper, disc, frozen, gas, reference_scene, scene, simulate, test_each_scheduler,
+    velocity,
 };
 use carom_engine::{CollisionReport, MoleculeSpec, Observer, RunError, Scene, Scheduler, WallSpec};
 
@@ -17,7 +18,11 @@ struct Losses {
 
 impl Observer for Losses {
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let change: f64 = report.sides.iter().map(carom_engine::Side::energy_change).sum();
+        let change: f64 = report
+            .sides
+            .iter()
+            .map(carom_engine::Side::energy_change)
+            .sum();
         let before: f64 = report
             .sides
             .iter()
@@ -46,7 +51,10 @@ fn check_rattle<S: Scheduler>(options: &S::Options) {
     // diameters: 10⁻⁵.
     for (gap, guarded) in [(0.9e-5, true), (1.1e-5, false)] {
         let mut narrow = scene(vec![disc(0.05, 1.0, [0.5, 0.5], [1.0, 0.0])]);
-        narrow.bumper = vec![bumper(0.1, [0.35 - 0.5 * gap, 0.5]), bumper(0.1, [0.65 + 0.5 * gap, 0.5])];
+        narrow.bumper = vec![
+            bumper(0.1, [0.35 - 0.5 * gap, 0.5]),
+            bumper(0.1, [0.65 + 0.5 * gap, 0.5]),
+        ];
         narrow.elasticity.default = 0.5;
         let mut simulation = simulate::<S>(&narrow, options);
         let mut losses = Losses::default();
@@ -59,9 +67,16 @@ fn check_rattle<S: Scheduler>(options: &S::Options) {
         assert_eq!(losses.elasticities, expected);
         let speed = if guarded { 0.5 } else { 0.5f64.powi(10) };
         assert_eq!(velocity(&view, 0).x.abs(), speed);
-        assert_eq!(view.counters().guarded_collisions, if guarded { 9 } else { 0 });
+        assert_eq!(
+            view.counters().guarded_collisions,
+            if guarded { 9 } else { 0 }
+        );
         // ½ (1 − e²) u² for each guarded contact.
-        let spared = if guarded { 9.0 * 0.5 * 0.75 * 0.25 } else { 0.0 };
+        let spared = if guarded {
+            9.0 * 0.5 * 0.75 * 0.25
+        } else {
+            0.0
+        };
         assert!((view.ledger().spared - spared).abs() < 1e-15);
         assert!((view.energy() - view.ledger().booked()).abs() < 1e-15);
     }
@@ -71,7 +86,10 @@ fn check_crowd<S: Scheduler>(options: &S::Options) {
     // Discs hit a large one from all sides, 10⁻⁹ apart in time; each of them has had no contact
     // before.
     for fixed in [true, false] {
-        let mut list = vec![MoleculeSpec { fixed, ..disc(0.2, 1e6, [0.5, 0.5], [0.0; 2]) }];
+        let mut list = vec![MoleculeSpec {
+            fixed,
+            ..disc(0.2, 1e6, [0.5, 0.5], [0.0; 2])
+        }];
         for n in 0..8 {
             let towards = glam::DVec2::from_angle(f64::from(n) * PI / 4.0);
             let at = 0.5 + towards * (0.3 + 1e-9 * f64::from(n));
@@ -91,7 +109,11 @@ fn check_crowd<S: Scheduler>(options: &S::Options) {
 fn column(count: usize, e: f64, contact_time: f64) -> Scene {
     const RADIUS: f64 = 0.01;
     let height = |n: usize| 0.1 + 0.025 * (n + 1) as f64 + 0.001 * ((n * 7) % 5) as f64;
-    let mut column = scene((0..count).map(|n| disc(RADIUS, 1.0, [height(n), 0.5], [-1.0, 0.0])).collect());
+    let mut column = scene(
+        (0..count)
+            .map(|n| disc(RADIUS, 1.0, [height(n), 0.5], [-1.0, 0.0]))
+            .collect(),
+    );
     column.bumper = vec![bumper(RADIUS, [0.1, 0.5])];
     column.bounds.sides = [10.0, 1.0];
     column.elasticity.default = e;
@@ -103,17 +125,27 @@ fn check_column<S: Scheduler>(options: &S::Options) {
     for (count, e) in [(6, 0.1), (12, 0.3), (24, 0.1), (12, 0.5), (24, 0.7)] {
         if e < 0.5 {
             let mut bare = simulate::<S>(&column(count, e, 0.0), options);
-            assert!(matches!(bare.run_until(3.0), Err(RunError::Stalled { .. })), "{count} discs, e = {e}");
+            assert!(
+                matches!(bare.run_until(3.0), Err(RunError::Stalled { .. })),
+                "{count} discs, e = {e}"
+            );
         }
         let mut guarded = simulate::<S>(&column(count, e, 1e-4), options);
         guarded.run_until(3.0).unwrap();
         let view = guarded.view();
         assert_eq!((view.time().to_f64(), view.overlaps().pairs), (3.0, 0));
         let counters = view.counters();
-        assert!((100..10_000).contains(&counters.collisions), "{count} discs, e = {e}: {counters:?}");
+        assert!(
+            (100..10_000).contains(&counters.collisions),
+            "{count} discs, e = {e}: {counters:?}"
+        );
         assert!((1..counters.collisions).contains(&counters.guarded_collisions));
         // Nearly all of the energy is lost, even with the guard.
-        assert!(view.energy() < 0.03 * view.ledger().initial, "{count} discs, e = {e}: {}", view.energy());
+        assert!(
+            view.energy() < 0.03 * view.ledger().initial,
+            "{count} discs, e = {e}: {}",
+            view.energy()
+        );
     }
 }
 
@@ -130,7 +162,10 @@ fn check_cooling<S: Scheduler>(options: &S::Options) {
     let chi = (1.0 - 7.0 * AREA / 16.0) / (1.0 - AREA).powi(2);
     let mut logarithm = [0.0; 3];
     for seed in 0..RUNS {
-        let mut cooling = Scene { gas: vec![gas("disc", radius, COUNT)], ..Scene::default() };
+        let mut cooling = Scene {
+            gas: vec![gas("disc", radius, COUNT)],
+            ..Scene::default()
+        };
         (cooling.gas[0].zero_momentum, cooling.bounds.seed) = (Some(true), seed);
         cooling.elasticity.default = E;
         let mut simulation = simulate::<S>(&cooling, options);
@@ -147,31 +182,53 @@ fn check_cooling<S: Scheduler>(options: &S::Options) {
         let tau = tau(initial);
         for (time, sum) in times.into_iter().zip(&mut logarithm) {
             simulation.run_until(begun + time * tau).unwrap();
-            *sum += (simulation.view().energy() / initial * (1.0 + time).powi(2)).ln() / RUNS as f64;
+            *sum +=
+                (simulation.view().energy() / initial * (1.0 + time).powi(2)).ln() / RUNS as f64;
         }
         let view = simulation.view();
         assert!(view.counters().collisions > 30 * COUNT as u64);
-        assert!(view.counters().guarded_collisions <= 2, "{:?}", view.counters());
+        assert!(
+            view.counters().guarded_collisions <= 2,
+            "{:?}",
+            view.counters()
+        );
         assert!(view.ledger().spared < 1e-3 * view.ledger().lost);
     }
     // A single run scatters by 5%. Velocities of discs that have met are slightly more correlated
     // than the law assumes, so that the gas cools more slowly, by about 3% in the rate.
-    assert!(logarithm.iter().all(|error| error.abs() < 0.1), "{logarithm:?}");
+    assert!(
+        logarithm.iter().all(|error| error.abs() < 0.1),
+        "{logarithm:?}"
+    );
 }
 
 fn check_molecules<S: Scheduler>(options: &S::Options) {
-    for (shape, atom_radius, count) in [("dumbbell", 0.03, 60), ("tee", 0.02, 30), ("rod:4", 0.015, 40)] {
+    for (shape, atom_radius, count) in [
+        ("dumbbell", 0.03, 60),
+        ("tee", 0.02, 30),
+        ("rod:4", 0.015, 40),
+    ] {
         for e in [0.0, 0.05, 0.3, 0.9] {
-            let mut dense = Scene { gas: vec![gas(shape, atom_radius, count)], ..Scene::default() };
+            let mut dense = Scene {
+                gas: vec![gas(shape, atom_radius, count)],
+                ..Scene::default()
+            };
             dense.gas[0].zero_momentum = Some(true);
             dense.elasticity.default = e;
             let mut simulation = simulate::<S>(&dense, options);
             let mut losses = Losses::default();
             let mut energy = simulation.view().energy();
             for tick in 1..=40 {
-                simulation.observe_until(0.25 * f64::from(tick), &mut losses).unwrap();
+                simulation
+                    .observe_until(0.25 * f64::from(tick), &mut losses)
+                    .unwrap();
                 let view = simulation.view();
-                assert_eq!(view.overlaps().pairs, 0, "{shape}, e = {e}: {:?}", view.overlaps());
+                assert_eq!(
+                    view.overlaps().pairs,
+                    0,
+                    "{shape}, e = {e}: {:?}",
+                    view.overlaps()
+                );
                 assert!(view.energy() <= energy * (1.0 + 1e-14));
                 energy = view.energy();
             }
@@ -181,8 +238,14 @@ fn check_molecules<S: Scheduler>(options: &S::Options) {
             assert!(energy < 0.1 * ledger.initial, "{shape}, e = {e}");
             // Without the guard there would be millions of contacts at the lower two elasticities.
             let collisions = view.counters().collisions;
-            assert!(collisions < 2000 * count as u64, "{shape}, e = {e}: {collisions}");
-            assert!(ledger.spared < 0.02 * ledger.lost, "{shape}, e = {e}: {ledger:?}");
+            assert!(
+                collisions < 2000 * count as u64,
+                "{shape}, e = {e}: {collisions}"
+            );
+            assert!(
+                ledger.spared < 0.02 * ledger.lost,
+                "{shape}, e = {e}: {ledger:?}"
+            );
         }
     }
 }
@@ -225,7 +288,11 @@ fn check_bits<S: Scheduler>(options: &S::Options) {
             }
             let mut simulation = simulate::<S>(&scaled, options);
             simulation.run_until(4.0 / factor).unwrap();
-            assert_eq!(simulation.view().counters(), whole.view().counters(), "e = {e}, 2^{exponent}");
+            assert_eq!(
+                simulation.view().counters(),
+                whole.view().counters(),
+                "e = {e}, 2^{exponent}"
+            );
             for (scaled, one) in simulation.view().bodies().zip(whole.view().bodies()) {
                 assert_eq!(scaled.motion.position, one.motion.position);
                 assert_eq!(scaled.motion.orientation, one.motion.orientation);
@@ -237,9 +304,14 @@ fn check_bits<S: Scheduler>(options: &S::Options) {
 
 fn check_edits<S: Scheduler>(options: &S::Options) {
     // A disc rattles in a gap of 0.9 t_c; a disc inserted before it is removed; another is added.
-    let mut narrow =
-        scene(vec![disc(0.01, 1.0, [0.1, 0.1], [0.0; 2]), disc(0.05, 1.0, [0.5, 0.5], [1.0, 0.0])]);
-    narrow.bumper = vec![bumper(0.1, [0.35 - 0.45e-5, 0.5]), bumper(0.1, [0.65 + 0.45e-5, 0.5])];
+    let mut narrow = scene(vec![
+        disc(0.01, 1.0, [0.1, 0.1], [0.0; 2]),
+        disc(0.05, 1.0, [0.5, 0.5], [1.0, 0.0]),
+    ]);
+    narrow.bumper = vec![
+        bumper(0.1, [0.35 - 0.45e-5, 0.5]),
+        bumper(0.1, [0.65 + 0.45e-5, 0.5]),
+    ];
     narrow.elasticity.default = 0.5;
     let mut simulation = simulate::<S>(&narrow, options);
     let mut losses = Losses::default();
@@ -251,7 +323,9 @@ fn check_edits<S: Scheduler>(options: &S::Options) {
     let first = simulation.view().bodies().next().unwrap().body.key();
     simulation.remove(first).unwrap();
     assert_eq!(step(&mut simulation), 1.0);
-    simulation.add(&disc(0.01, 1.0, [0.9, 0.9], [0.0; 2])).unwrap();
+    simulation
+        .add(&disc(0.01, 1.0, [0.9, 0.9], [0.0; 2]))
+        .unwrap();
     assert_eq!(step(&mut simulation), 1.0);
     // Where no contact loses energy, no times are kept: the first contact after that has no contact
     // before it.
@@ -279,20 +353,33 @@ fn check_short_walls<S: Scheduler>(options: &S::Options) {
     // A light disc between a wall and a heavy disc that presses on it: without a guard there are
     // contacts without end.
     let vice = |length: f64, contact_time: f64| {
-        let mut vice =
-            scene(vec![disc(0.05, 1e-2, [0.3, 0.0], [0.0; 2]), disc(0.1, 1e2, [0.6, 0.0], [-1.0, 0.0])]);
+        let mut vice = scene(vec![
+            disc(0.05, 1e-2, [0.3, 0.0], [0.0; 2]),
+            disc(0.1, 1e2, [0.6, 0.0], [-1.0, 0.0]),
+        ]);
         let ends = [[0.1, -0.5 * length], [0.1, 0.5 * length]].map(Some);
-        vice.wall = vec![WallSpec { from: ends[0], to: ends[1], ..WallSpec::default() }];
+        vice.wall = vec![WallSpec {
+            from: ends[0],
+            to: ends[1],
+            ..WallSpec::default()
+        }];
         vice.elasticity.default = 0.05;
         vice.elasticity.contact_time = contact_time;
-        let (mut simulation, mut with_wall) = (simulate::<S>(&vice, options), RaisedAtFixed::default());
+        let (mut simulation, mut with_wall) =
+            (simulate::<S>(&vice, options), RaisedAtFixed::default());
         (simulation.observe_until(1.0, &mut with_wall), with_wall.0)
     };
     for length in [0.5, 1e-3, 1e-20, 1e-50] {
         // From the end of a short wall the disc may slip aside.
         let (ended, _) = vice(length, 0.0);
-        assert!(matches!(ended, Err(RunError::Stalled { .. })) || length < 1e-10, "{length:e}: {ended:?}");
+        assert!(
+            matches!(ended, Err(RunError::Stalled { .. })) || length < 1e-10,
+            "{length:e}: {ended:?}"
+        );
         let (ended, guarded) = vice(length, 1e-4);
-        assert!(ended.is_ok() && guarded > 10, "{length:e}: {ended:?} {guarded}");
+        assert!(
+            ended.is_ok() && guarded > 10,
+            "{length:e}: {ended:?} {guarded}"
+        );
     }
 }

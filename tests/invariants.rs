@@ -11,7 +11,10 @@ fn walk<S: Scheduler + Clone>(name: &str, scene: &Scene, options: &S::Options, e
         if let Err(violation) = simulation.check_invariants(1.0) {
             panic!("{name}, event {event}: {violation}");
         }
-        assert!(simulation.step(1e3, &mut ()).unwrap(), "{name}: there are no more contacts");
+        assert!(
+            simulation.step(1e3, &mut ()).unwrap(),
+            "{name}: there are no more contacts"
+        );
     }
 }
 
@@ -28,19 +31,41 @@ fn walk_with_each(name: &str, mut scene: Scene) {
     scene.bounds.seed = 17;
     walk::<CellScheduler>(&format!("{name}, fast"), &scene, &Instructions::Widest, 60);
     scene.elasticity.default = 0.7;
-    walk::<HeapScheduler>(&format!("{name}, inelastic"), &scene, &CellsPerSide::Automatic, 60);
-    walk::<CellScheduler>(&format!("{name}, fast and inelastic"), &scene, &Instructions::Widest, 60);
+    walk::<HeapScheduler>(
+        &format!("{name}, inelastic"),
+        &scene,
+        &CellsPerSide::Automatic,
+        60,
+    );
+    walk::<CellScheduler>(
+        &format!("{name}, fast and inelastic"),
+        &scene,
+        &Instructions::Widest,
+        60,
+    );
 }
 
 #[test]
 fn discs() {
-    walk_with_each("discs", Scene { gas: vec![gas("disc", 0.08, 10)], ..Scene::default() });
+    walk_with_each(
+        "discs",
+        Scene {
+            gas: vec![gas("disc", 0.08, 10)],
+            ..Scene::default()
+        },
+    );
 }
 
 #[test]
 fn mixtures() {
     let gases = vec![gas("disc", 0.1, 3), gas("disc", 0.03, 10)];
-    walk_with_each("mixture", Scene { gas: gases, ..Scene::default() });
+    walk_with_each(
+        "mixture",
+        Scene {
+            gas: gases,
+            ..Scene::default()
+        },
+    );
     // Cells so small that some lie wholly inside a large disc. The large discs are light and so
     // fast that they often leave their shells and hit each other, the bumper and the tee.
     let mut start = scene(vec![named("tee", 0.02, 1.0, [0.5, 0.5])]);
@@ -49,13 +74,28 @@ fn mixtures() {
     start.gas[0].atom_mass = Some(0.01.into());
     walk::<CellScheduler>("fast large discs", &start, &Instructions::Widest, 400);
     start.molecule.clear();
-    walk::<CellScheduler>("fast large discs among discs alone", &start, &Instructions::Widest, 400);
+    walk::<CellScheduler>(
+        "fast large discs among discs alone",
+        &start,
+        &Instructions::Widest,
+        400,
+    );
 }
 
 #[test]
 fn tees_and_dumbbells() {
-    let gases = vec![gas("tee", 0.025, 3), gas("dumbbell", 0.04, 4), gas("disc", 0.04, 5)];
-    walk_with_each("tees", Scene { gas: gases, ..Scene::default() });
+    let gases = vec![
+        gas("tee", 0.025, 3),
+        gas("dumbbell", 0.04, 4),
+        gas("disc", 0.04, 5),
+    ];
+    walk_with_each(
+        "tees",
+        Scene {
+            gas: gases,
+            ..Scene::default()
+        },
+    );
 }
 
 #[test]
@@ -72,7 +112,9 @@ fn all_kinds_of_scenes_keep_the_invariants() {
     for (name, scene) in scenes() {
         let mut cells = simulate::<CellScheduler>(&scene, &Instructions::Widest);
         for _ in 0..60 {
-            cells.check_invariants(0.05).unwrap_or_else(|violation| panic!("{name}: {violation}"));
+            cells
+                .check_invariants(0.05)
+                .unwrap_or_else(|violation| panic!("{name}: {violation}"));
             for _ in 0..7 {
                 cells.step(1e3, &mut ()).unwrap();
             }
@@ -89,15 +131,23 @@ fn the_invariants_hold_after_edits() {
         for _ in 0..7 {
             simulation.step(1e3, &mut ()).unwrap();
         }
-        let keys: Vec<_> = simulation.view().bodies().map(|body| body.body.key()).collect();
+        let keys: Vec<_> = simulation
+            .view()
+            .bodies()
+            .map(|body| body.body.key())
+            .collect();
         match round % 4 {
             0 => simulation.remove(keys[keys.len() / 2]).unwrap(),
             1 => simulation.reset_energy(keys[0], 3.0).unwrap(),
-            2 => simulation.set_scheduler_options(&CellsPerSide::Given(2 + round % 3)).unwrap(),
+            2 => simulation
+                .set_scheduler_options(&CellsPerSide::Given(2 + round % 3))
+                .unwrap(),
             _ => {
                 let spot = (0..100).find_map(|k| {
                     let at = [f64::from(k % 10) / 10.0, f64::from(k / 10) / 10.0];
-                    simulation.add(&crate::support::disc(0.02, 0.5, at, [1.0, 0.3])).ok()
+                    simulation
+                        .add(&crate::support::disc(0.02, 0.5, at, [1.0, 0.3]))
+                        .ok()
                 });
                 assert!(spot.is_some(), "no space for one more disc");
             }

@@ -2,7 +2,9 @@
 //! contacts stay symmetric.
 
 use crate::support::{simulate, test_each_scheduler};
-use carom_engine::{CellScheduler, CollisionReport, Instructions, Observer, Scene, Scheduler, View};
+use carom_engine::{
+    CellScheduler, CollisionReport, Instructions, Observer, Scene, Scheduler, View,
+};
 
 test_each_scheduler! {
     a_rod_that_falls_flat_on_a_wall_leaves_without_spin: check_flat_rod;
@@ -27,7 +29,9 @@ impl Observer for Log {
         for (side, impulse) in report.sides.iter().zip([-report.impulse, report.impulse]) {
             if side.body.can_turn() {
                 let torque = side.arm.perp_dot(impulse);
-                self.torque_error = self.torque_error.max((torque - side.angular_momentum_change()).abs());
+                self.torque_error = self
+                    .torque_error
+                    .max((torque - side.angular_momentum_change()).abs());
             }
         }
     }
@@ -46,7 +50,14 @@ fn contacts<S: Scheduler>(
     }
     let motions = |view: &View<'_>| {
         let moving = view.bodies().filter(|body| !body.body.is_fixed());
-        moving.map(|body| (body.motion.velocity.to_array(), body.motion.angular_velocity)).collect()
+        moving
+            .map(|body| {
+                (
+                    body.motion.velocity.to_array(),
+                    body.motion.angular_velocity,
+                )
+            })
+            .collect()
     };
     let joint = simulation.view().counters().joint_collisions;
     (log, motions(&simulation.view()), joint)
@@ -56,7 +67,11 @@ fn check_flat_rod<S: Scheduler>(options: &S::Options) {
     for atoms in [2u32, 3, 8, 9, 40] {
         for tilted in [false, true] {
             // Along the axes, and with all directions turned by a third of a radian.
-            let (sin, cos) = if tilted { (1.0f64 / 3.0).sin_cos() } else { (0.0, 1.0) };
+            let (sin, cos) = if tilted {
+                (1.0f64 / 3.0).sin_cos()
+            } else {
+                (0.0, 1.0)
+            };
             let turned = |[x, y]: [f64; 2]| [0.5 + cos * x - sin * y, 0.5 + sin * x + cos * y];
             let [from, to] = [turned([-0.4, -0.2]), turned([0.4, -0.2])];
             let angle = sin.atan2(cos);
@@ -68,9 +83,16 @@ fn check_flat_rod<S: Scheduler>(options: &S::Options) {
             );
             let (log, motions, joint) = contacts::<S>(&text, options, 1);
             let ([vx, vy], spin) = motions[0];
-            assert!((vx + sin).abs() < 1e-14 && (vy - cos).abs() < 1e-14, "rod:{atoms} {motions:?}");
+            assert!(
+                (vx + sin).abs() < 1e-14 && (vy - cos).abs() < 1e-14,
+                "rod:{atoms} {motions:?}"
+            );
             assert!(spin.abs() < 1e-12, "rod:{atoms} {spin}");
-            assert_eq!((log.points[0], log.impulses.len(), joint), (atoms, 1, 1), "{log:?}");
+            assert_eq!(
+                (log.points[0], log.impulses.len(), joint),
+                (atoms, 1, 1),
+                "{log:?}"
+            );
             assert!(log.torque_error < 1e-12, "{log:?}");
         }
     }
@@ -88,8 +110,14 @@ fn check_notch<S: Scheduler>(options: &S::Options) {
         assert_eq!((log.points.as_slice(), joint), ([2].as_slice(), 1));
         // Head-on: the disc of mass 3 goes on with (3 − 1)/(3 + 1) of its speed, or turns round.
         let ([vx, vy], _) = motions[motions.len() - 1];
-        assert!(vx.abs() < 1e-15 && (vy - speed).abs() < 1e-14, "{motions:?}");
-        assert!(motions.iter().all(|(_, spin)| spin.abs() < 1e-13), "{motions:?}");
+        assert!(
+            vx.abs() < 1e-15 && (vy - speed).abs() < 1e-14,
+            "{motions:?}"
+        );
+        assert!(
+            motions.iter().all(|(_, spin)| spin.abs() < 1e-13),
+            "{motions:?}"
+        );
     }
 }
 
@@ -104,12 +132,23 @@ fn check_rods<S: Scheduler>(options: &S::Options) {
     };
     let text = rod([0.5, 0.4], 0.5) + &rod([0.56, 0.6], -0.5);
     let (log, motions, joint) = contacts::<S>(&text, options, 1);
-    assert!(joint == 1 && log.points[0] > 1 && log.torque_error < 1e-12, "{log:?}");
-    let [(first, one), (second, other)] = motions[..] else { panic!("{motions:?}") };
-    assert!((first[1] + second[1]).abs() < 1e-15 && (one - other).abs() < 1e-12 && one != 0.0, "{motions:?}");
+    assert!(
+        joint == 1 && log.points[0] > 1 && log.torque_error < 1e-12,
+        "{log:?}"
+    );
+    let [(first, one), (second, other)] = motions[..] else {
+        panic!("{motions:?}")
+    };
+    assert!(
+        (first[1] + second[1]).abs() < 1e-15 && (one - other).abs() < 1e-12 && one != 0.0,
+        "{motions:?}"
+    );
     // Elastic: 6 masses of speed ½ and I = Σ m (x² + ½ r²) for each.
-    let moment: f64 = (0..6).map(|k| (0.02 * (f64::from(k) - 2.5)).powi(2) + 0.5 * 0.01 * 0.01).sum();
-    let energy = |v: [f64; 2], spin: f64| 3.0 * (v[0] * v[0] + v[1] * v[1]) + 0.5 * moment * spin * spin;
+    let moment: f64 = (0..6)
+        .map(|k| (0.02 * (f64::from(k) - 2.5)).powi(2) + 0.5 * 0.01 * 0.01)
+        .sum();
+    let energy =
+        |v: [f64; 2], spin: f64| 3.0 * (v[0] * v[0] + v[1] * v[1]) + 0.5 * moment * spin * spin;
     assert!((energy(first, one) + energy(second, other) - 1.5).abs() < 1e-14);
 }
 
@@ -118,7 +157,10 @@ fn check_inelastic<S: Scheduler>(options: &S::Options) {
                 atom_mass = 1.0\nat = [0.5, 0.5]\nvelocity = [0.25, -1.0]\n";
     let (_, motions, _) = contacts::<S>(text, options, 1);
     let ([vx, vy], spin) = motions[0];
-    assert!((vx - 0.25).abs() < 1e-15 && (0.0..1e-3).contains(&vy) && spin.abs() < 1e-12, "{motions:?}");
+    assert!(
+        (vx - 0.25).abs() < 1e-15 && (0.0..1e-3).contains(&vy) && spin.abs() < 1e-12,
+        "{motions:?}"
+    );
 }
 
 #[test]
@@ -132,5 +174,11 @@ fn contacts_with_several_bodies_at_one_instant_are_counted() {
     let mut simulation = simulate::<CellScheduler>(&scene, &Instructions::default());
     simulation.run_until(0.2).unwrap();
     let view = simulation.view();
-    assert_eq!((view.counters().collisions, view.counters().simultaneous_collisions), (3, 2));
+    assert_eq!(
+        (
+            view.counters().collisions,
+            view.counters().simultaneous_collisions
+        ),
+        (3, 2)
+    );
 }

@@ -18,19 +18,23 @@ mod whole_gas;
 use std::f64::consts::PI;
 
 use carom::{
-    BodyKey, CollisionRate, CollisionReport, DirectionHistogram, EnergyLedger, Observer, Orientation,
-    OverlapCheck, RunningAverage, Scene, Simulation, Subscriptions,
+    BodyKey, CollisionRate, CollisionReport, DirectionHistogram, EnergyLedger, Observer,
+    Orientation, OverlapCheck, RunningAverage, Scene, Simulation, Subscriptions,
     engine::{AtomSpec, GasSpec, MoleculeSpec},
     observers::{
-        Axis, ContactDensity, Drift, Group, ImpulseLog, PairDistribution, Pressure, ProjectionHistogram,
-        TagFilter, ThermostatLedger, TimeCorrelation, VelocityDistribution,
+        Axis, ContactDensity, Drift, Group, ImpulseLog, PairDistribution, Pressure,
+        ProjectionHistogram, TagFilter, ThermostatLedger, TimeCorrelation, VelocityDistribution,
     },
 };
 use glam::DVec2;
 
 fn disc(at: DVec2, velocity: DVec2, radius: f64, mass: f64) -> MoleculeSpec {
     MoleculeSpec {
-        atoms: vec![AtomSpec { at: [0.0; 2], radius, mass }],
+        atoms: vec![AtomSpec {
+            at: [0.0; 2],
+            radius,
+            mass,
+        }],
         at: at.into(),
         velocity: velocity.into(),
         ..MoleculeSpec::default()
@@ -70,7 +74,11 @@ fn hard_discs(count: usize, area_fraction: f64, seed: u64) -> Scene {
     let side = (count as f64 * 0.25 * PI / area_fraction).sqrt();
     let mut scene = Scene::default();
     (scene.bounds.sides, scene.bounds.seed) = ([side; 2], seed);
-    let spec = GasSpec { radius: Some(0.5.into()), zero_momentum: Some(true), ..gas("gas", count) };
+    let spec = GasSpec {
+        radius: Some(0.5.into()),
+        zero_momentum: Some(true),
+        ..gas("gas", count)
+    };
     scene.gas.push(spec);
     scene
 }
@@ -99,7 +107,10 @@ impl<T, F: FnMut(&CollisionReport<'_>) -> Option<T>> Observer for ByHand<T, F> {
 /// them; this must not change its results.
 #[test]
 fn results_for_one_body_do_not_depend_on_other_observers() {
-    let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)], ..Scene::default() };
+    let mut scene = Scene {
+        molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)],
+        ..Scene::default()
+    };
     scene.gas.push(gas("gas", 100));
     let mut alone = Simulation::new(&scene).unwrap();
     let mut in_company = alone.clone();
@@ -116,7 +127,9 @@ fn results_for_one_body_do_not_depend_on_other_observers() {
         )
     };
     let (mut one, mut other) = (of_the_tee(), of_the_tee());
-    let mut all = ByHand(Vec::new(), |report: &CollisionReport<'_>| Some(report.side_of(tee).is_some()));
+    let mut all = ByHand(Vec::new(), |report: &CollisionReport<'_>| {
+        Some(report.side_of(tee).is_some())
+    });
     observe(&mut alone, &mut one, 3.0, 7);
     observe(&mut in_company, &mut (&mut other, &mut all), 3.0, 7);
     assert_eq!(format!("{one:?}"), format!("{other:?}"));
@@ -131,7 +144,10 @@ fn results_for_one_body_do_not_depend_on_other_observers() {
 
 #[test]
 fn observers_change_no_bit() {
-    let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)], ..Scene::default() };
+    let mut scene = Scene {
+        molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)],
+        ..Scene::default()
+    };
     scene.gas.push(gas("gas", 100));
     let mut alone = Simulation::new(&scene).unwrap();
     let mut watched = alone.clone();
@@ -161,5 +177,8 @@ fn observers_change_no_bit() {
     for (one, other) in alone.view().bodies().zip(watched.view().bodies()) {
         assert_eq!((one.motion, one.winding), (other.motion, other.winding));
     }
-    assert_ne!(alone.view().bodies().next().unwrap().motion.orientation, Orientation::from_radians(0.7));
+    assert_ne!(
+        alone.view().bodies().next().unwrap().motion.orientation,
+        Orientation::from_radians(0.7)
+    );
 }

@@ -15,11 +15,17 @@ fn is_of_walls(class: Class) -> bool {
 
 #[test]
 fn exact_satisfies_its_guarantee_on_all_classes_of_molecules() {
-    let oracle = Oracle { most_intervals: 300_000 };
+    let oracle = Oracle {
+        most_intervals: 300_000,
+    };
     let (mut judged, mut unresolved, mut deviations) = (0, 0, Vec::new());
     for class in Class::ALL.into_iter().filter(|class| !is_of_walls(*class)) {
         // The oracle is slow for many atoms.
-        let count = if matches!(class, Class::Rods | Class::Blobs) { 21 } else { 100 };
+        let count = if matches!(class, Class::Rods | Class::Blobs) {
+            21
+        } else {
+            100
+        };
         for index in 0..count {
             let encounter = Encounter::draw(class, SEED, index);
             let answer = encounter.first_contact(&Exact::default());
@@ -29,28 +35,47 @@ fn exact_satisfies_its_guarantee_on_all_classes_of_molecules() {
                 continue;
             };
             judged += 1;
-            let kept = matches!(judgement.verdict, Verdict::Right | Verdict::Graze | Verdict::FreeUntil);
-            assert!(kept, "{class} {index}: {judgement:?}, {answer:?}, {reference:?}, {encounter:?}");
+            let kept = matches!(
+                judgement.verdict,
+                Verdict::Right | Verdict::Graze | Verdict::FreeUntil
+            );
+            assert!(
+                kept,
+                "{class} {index}: {judgement:?}, {answer:?}, {reference:?}, {encounter:?}"
+            );
             if class == Class::Generic {
                 deviations.extend(judgement.deviation);
             }
         }
     }
     eprintln!("{judged} judged, {unresolved} unresolved by the oracle");
-    assert!(judged > 2500 && unresolved < 60, "{judged} judged, {unresolved} unresolved");
+    assert!(
+        judged > 2500 && unresolved < 60,
+        "{judged} judged, {unresolved} unresolved"
+    );
     deviations.sort_by(f64::total_cmp);
-    assert!(deviations[deviations.len() / 2] < 1e-15, "median |Δt| {:e}", deviations[deviations.len() / 2]);
+    assert!(
+        deviations[deviations.len() / 2] < 1e-15,
+        "median |Δt| {:e}",
+        deviations[deviations.len() / 2]
+    );
 }
 
 /// Molecules against walls: faces and end points, tangential motion, any angular velocity, and
 /// contacts in quick succession.
 #[test]
 fn exact_satisfies_its_guarantee_at_walls() {
-    let oracle = Oracle { most_intervals: 300_000 };
+    let oracle = Oracle {
+        most_intervals: 300_000,
+    };
     let [mut judged, mut unresolved, mut faces, mut ends] = [0; 4];
     for class in Class::ALL.into_iter().filter(|class| is_of_walls(*class)) {
         let mut deviations = Vec::new();
-        let (count, tolerance) = if class == Class::Wall { (2000, 1e-15) } else { (200, 1e-6) };
+        let (count, tolerance) = if class == Class::Wall {
+            (2000, 1e-15)
+        } else {
+            (200, 1e-6)
+        };
         for index in 0..count {
             let encounter = Encounter::draw(class, SEED + 1, index);
             let answer = encounter.first_contact(&Exact::default());
@@ -65,8 +90,14 @@ fn exact_satisfies_its_guarantee_at_walls() {
                 continue;
             };
             judged += 1;
-            let kept = matches!(judgement.verdict, Verdict::Right | Verdict::Graze | Verdict::FreeUntil);
-            assert!(kept, "{class} {index}: {judgement:?}, {answer:?}, {reference:?}, {encounter:?}");
+            let kept = matches!(
+                judgement.verdict,
+                Verdict::Right | Verdict::Graze | Verdict::FreeUntil
+            );
+            assert!(
+                kept,
+                "{class} {index}: {judgement:?}, {answer:?}, {reference:?}, {encounter:?}"
+            );
             deviations.extend(judgement.deviation);
         }
         deviations.sort_by(f64::total_cmp);
@@ -87,12 +118,18 @@ fn exact_satisfies_its_guarantee_at_walls() {
 
 #[test]
 fn the_oracle_agrees_with_another_at_200_bits() {
-    let oracle = Oracle { most_intervals: 20_000 };
+    let oracle = Oracle {
+        most_intervals: 20_000,
+    };
     let mut contacts = 0;
     for class in Class::ALL {
         for index in 0..2 {
             let encounter = Encounter::draw(class, SEED, index);
-            if encounter.molecules.iter().any(|molecule| molecule.atoms().len() > 5) {
+            if encounter
+                .molecules
+                .iter()
+                .any(|molecule| molecule.atoms().len() > 5)
+            {
                 continue;
             }
             let one = oracle.first_contact::<DoubleDouble>(&encounter);
@@ -106,7 +143,10 @@ fn the_oracle_agrees_with_another_at_200_bits() {
                     for (one, other) in [(&one.time, &other.time), (&one.touch, &other.touch)] {
                         let off = Big::new(one.value()).minus(other).value()
                             + one.minus(&DoubleDouble::new(one.value())).value();
-                        assert!(off.abs() < 1e-20 * scale, "{class} {index}: off by {off:e} of {scale:e}");
+                        assert!(
+                            off.abs() < 1e-20 * scale,
+                            "{class} {index}: off by {off:e} of {scale:e}"
+                        );
                     }
                 }
                 (Reference::Free, Reference::Free)
@@ -134,7 +174,8 @@ fn the_oracle_scales_with_time() {
             oracle.first_contact::<DoubleDouble>(&slower),
         ) {
             (Reference::Deep(one), Reference::Deep(two)) => {
-                let off = one.touch.plus(&one.touch).minus(&two.touch).value() / encounter.natural_time();
+                let off =
+                    one.touch.plus(&one.touch).minus(&two.touch).value() / encounter.natural_time();
                 assert!(off.abs() < 1e-25, "{index}: {off:e}");
             }
             (Reference::Free, Reference::Free) => {}
@@ -152,14 +193,27 @@ fn the_oracle_distinguishes_wrong_answers_from_right_ones() {
         let answer = encounter.first_contact(&Exact::default());
         let reference = oracle.first_contact::<DoubleDouble>(&encounter);
         let verdict = |outcome| {
-            let answer = Answer { outcome, evaluations: 0 };
-            reference.judge(&encounter, &answer).expect("the oracle has an answer").verdict
+            let answer = Answer {
+                outcome,
+                evaluations: 0,
+            };
+            reference
+                .judge(&encounter, &answer)
+                .expect("the oracle has an answer")
+                .verdict
         };
         let Some(contact) = answer.outcome.contact() else {
             let touch = Touch::Atoms(0, 0);
-            let invented = Outcome::Contact(Contact { time: 0.5 * encounter.horizon, touch });
+            let invented = Outcome::Contact(Contact {
+                time: 0.5 * encounter.horizon,
+                touch,
+            });
             let pass = verdict(invented);
-            assert_eq!((verdict(Outcome::Free), pass), (Verdict::Right, Verdict::False), "{index}");
+            assert_eq!(
+                (verdict(Outcome::Free), pass),
+                (Verdict::Right, Verdict::False),
+                "{index}"
+            );
             seen[0] += 1;
             continue;
         };
@@ -167,18 +221,35 @@ fn the_oracle_distinguishes_wrong_answers_from_right_ones() {
         assert_eq!(verdict(Outcome::Free), Verdict::Missed, "{index}");
         assert_eq!(verdict(Outcome::Unresolved(0.0)), Verdict::GaveUp);
         let shift = 1e-6 * encounter.natural_time();
-        assert_eq!(verdict(Outcome::FreeUntil(contact.time - shift)), Verdict::FreeUntil, "{index}");
-        assert_eq!(verdict(Outcome::FreeUntil(contact.time + shift)), Verdict::Missed, "{index}");
-        for (time, expected) in
-            [(contact.time - shift, Verdict::Early), (contact.time + shift, Verdict::Late)]
-        {
-            assert_eq!(verdict(Outcome::Contact(Contact { time, ..contact })), expected, "{index}");
+        assert_eq!(
+            verdict(Outcome::FreeUntil(contact.time - shift)),
+            Verdict::FreeUntil,
+            "{index}"
+        );
+        assert_eq!(
+            verdict(Outcome::FreeUntil(contact.time + shift)),
+            Verdict::Missed,
+            "{index}"
+        );
+        for (time, expected) in [
+            (contact.time - shift, Verdict::Early),
+            (contact.time + shift, Verdict::Late),
+        ] {
+            assert_eq!(
+                verdict(Outcome::Contact(Contact { time, ..contact })),
+                expected,
+                "{index}"
+            );
         }
         // The right time, but other atoms, which do not touch.
         let atoms = encounter.molecules[1].atoms().len() as u32;
         if let (Touch::Atoms(i, j), true) = (contact.touch, atoms > 1) {
             let touch = Touch::Atoms(i, (j + 1) % atoms);
-            assert_eq!(verdict(Outcome::Contact(Contact { touch, ..contact })), Verdict::Early, "{index}");
+            assert_eq!(
+                verdict(Outcome::Contact(Contact { touch, ..contact })),
+                Verdict::Early,
+                "{index}"
+            );
         }
     }
     assert!(seen.iter().all(|&count| count > 3), "{seen:?}");

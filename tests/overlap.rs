@@ -2,7 +2,8 @@
 
 use crate::support::{bumper, gas, named, scene, simulate};
 use carom_engine::{
-    CellScheduler, CellsPerSide, CollisionReport, HeapScheduler, Instructions, Observer, Scene, Scheduler,
+    CellScheduler, CellsPerSide, CollisionReport, HeapScheduler, Instructions, Observer, Scene,
+    Scheduler,
 };
 
 /// Counts the collisions of the body inserted first.
@@ -39,12 +40,19 @@ fn run_the_tee<S: Scheduler>(scene: &Scene, collisions: u64, options: &S::Option
             simulation.observe_until(time, &mut tee).unwrap();
         }
         let census = simulation.view().overlaps();
-        assert_eq!(census.pairs, 0, "after {} collisions of the tee: {census:?}", tee.0);
+        assert_eq!(
+            census.pairs, 0,
+            "after {} collisions of the tee: {census:?}",
+            tee.0
+        );
         deepest = deepest.max(census.deepest_length);
     }
     // Rounding of positions in the box; a missed contact gives overlaps a hundred million times as
     // deep.
-    assert!(deepest < 4e-15 * scene.bounds.sides[0].max(0.25), "{deepest:e}");
+    assert!(
+        deepest < 4e-15 * scene.bounds.sides[0].max(0.25),
+        "{deepest:e}"
+    );
     let view = simulation.view();
     assert!((view.energy() / view.ledger().initial - 1.0).abs() < 1e-11);
     assert_eq!(view.counters().scheduler.unresolved, 0);

@@ -2,8 +2,8 @@
 
 use carom_detection::{Answer, DISC_LANES, Detection, DiscLanes, Exact, Outcome};
 use carom_engine::{
-    AtomSpec, BumperSpec, CellScheduler, CollisionReport, GasSpec, Instructions, MoleculeSpec, Observer,
-    Scene, Simulation,
+    AtomSpec, BumperSpec, CellScheduler, CollisionReport, GasSpec, Instructions, MoleculeSpec,
+    Observer, Scene, Simulation,
 };
 use carom_geometry::Outline;
 use carom_kinematics::{Motion, RelativeMotion};
@@ -17,9 +17,18 @@ struct SmallOnly {
 }
 
 impl Detection for SmallOnly {
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+    fn first_contact(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         if a.bounding_radius + b.bounding_radius > self.largest {
-            return Answer { outcome: Outcome::Free, evaluations: 0 };
+            return Answer {
+                outcome: Outcome::Free,
+                evaluations: 0,
+            };
         }
         Exact::default().first_contact(a, b, motion, horizon)
     }
@@ -44,8 +53,15 @@ struct Counts {
 
 impl Observer for Counts {
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let small = report.sides.iter().all(|side| side.body.molecule().bounding_radius() < 0.03);
-        *(if small { &mut self.small } else { &mut self.others }) += 1;
+        let small = report
+            .sides
+            .iter()
+            .all(|side| side.body.molecule().bounding_radius() < 0.03);
+        *(if small {
+            &mut self.small
+        } else {
+            &mut self.others
+        }) += 1;
     }
 }
 
@@ -62,12 +78,31 @@ fn disc(radius: f64, count: usize) -> GasSpec {
 fn counts(detector: impl Detection) -> Counts {
     let mut scene = Scene::default();
     scene.bounds.seed = 5;
-    let atom = |radius: f64| vec![AtomSpec { at: [0.0; 2], radius, mass: 25.0 }];
+    let atom = |radius: f64| {
+        vec![AtomSpec {
+            at: [0.0; 2],
+            radius,
+            mass: 25.0,
+        }]
+    };
     scene.molecule = vec![
-        MoleculeSpec { atoms: atom(0.15), at: [0.9, 0.1], ..MoleculeSpec::default() },
-        MoleculeSpec { atoms: atom(0.1), at: [0.3, 0.2], velocity: [1.0, 0.3], ..MoleculeSpec::default() },
+        MoleculeSpec {
+            atoms: atom(0.15),
+            at: [0.9, 0.1],
+            ..MoleculeSpec::default()
+        },
+        MoleculeSpec {
+            atoms: atom(0.1),
+            at: [0.3, 0.2],
+            velocity: [1.0, 0.3],
+            ..MoleculeSpec::default()
+        },
     ];
-    scene.bumper = vec![BumperSpec { radius: 0.08, at: [0.4, 0.7], tags: vec![] }];
+    scene.bumper = vec![BumperSpec {
+        radius: 0.08,
+        at: [0.4, 0.7],
+        tags: vec![],
+    }];
     scene.gas = vec![disc(0.02, 120)];
     let mut simulation: Simulation<_, Impact, CellScheduler> =
         Simulation::with(&scene, detector, Impact, Instructions::default())
@@ -82,7 +117,12 @@ fn counts(detector: impl Detection) -> Counts {
 #[test]
 fn pairs_without_a_contact_by_the_detector_do_not_collide() {
     let exact = counts(Exact::default());
-    assert!(exact.small > 100 && exact.others > 100, "{} and {}", exact.small, exact.others);
+    assert!(
+        exact.small > 100 && exact.others > 100,
+        "{} and {}",
+        exact.small,
+        exact.others
+    );
     let blind = counts(SmallOnly { largest: 0.05 });
     assert!(blind.small > 100, "{}", blind.small);
     assert_eq!(blind.others, 0);
@@ -97,8 +137,14 @@ fn paths(detector: impl Detection, scene: &Scene) -> Vec<[f64; 4]> {
         simulation.step(1e3, &mut ()).unwrap();
     }
     let view = simulation.view();
-    let numbers =
-        |motion: Motion| [motion.position.x, motion.position.y, motion.velocity.x, motion.velocity.y];
+    let numbers = |motion: Motion| {
+        [
+            motion.position.x,
+            motion.position.y,
+            motion.velocity.x,
+            motion.velocity.y,
+        ]
+    };
     view.bodies().map(|body| numbers(body.motion)).collect()
 }
 
@@ -108,7 +154,11 @@ fn paths(detector: impl Detection, scene: &Scene) -> Vec<[f64; 4]> {
 /// matters; and with light discs that become faster than any body at the start.
 #[test]
 fn discs_move_equally_with_a_called_detector_and_in_closed_form() {
-    let light = GasSpec { mass: Some((1e-3).into()), energy: 1e-9, ..disc(0.005, 60) };
+    let light = GasSpec {
+        mass: Some((1e-3).into()),
+        energy: 1e-9,
+        ..disc(0.005, 60)
+    };
     let gases = [
         (vec![disc(0.03, 100)], [1.0, 1.0]),
         (vec![disc(0.008, 120)], [1.0, 1.0]),
@@ -117,8 +167,14 @@ fn discs_move_equally_with_a_called_detector_and_in_closed_form() {
         (vec![disc(0.005, 60), light], [1.5, 0.5]),
     ];
     for (gas, sides) in gases {
-        let mut scene = Scene { gas, ..Scene::default() };
+        let mut scene = Scene {
+            gas,
+            ..Scene::default()
+        };
         (scene.bounds.seed, scene.bounds.sides) = (5, sides);
-        assert_eq!(paths(Exact::default(), &scene), paths(SmallOnly { largest: 1.0 }, &scene));
+        assert_eq!(
+            paths(Exact::default(), &scene),
+            paths(SmallOnly { largest: 1.0 }, &scene)
+        );
     }
 }

@@ -4,7 +4,9 @@
 use std::{cell::Cell, rc::Rc};
 
 use crate::support::{bits, reference_scene, scene, simulate};
-use carom_engine::{Body, CellScheduler, CollisionReport, Instructions, Observer, RunError, Tag, View};
+use carom_engine::{
+    Body, CellScheduler, CollisionReport, Instructions, Observer, RunError, Tag, View,
+};
 
 /// The data that an observer has received.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -77,7 +79,11 @@ fn run(observer: &mut dyn Observer) -> Vec<[u64; 6]> {
 fn an_observer_sees_the_same_run_in_each_container() {
     let expected = Count::default();
     let unwatched = run(&mut ());
-    assert_eq!(run(&mut expected.clone()), unwatched, "observers change no bit");
+    assert_eq!(
+        run(&mut expected.clone()),
+        unwatched,
+        "observers change no bit"
+    );
     let seen = expected.0.get();
     assert!(seen.collisions > 500 && seen.impulse > 0.0, "{seen:?}");
     assert_eq!((seen.starts, seen.samples, seen.last), (1, 8, 2.0));
@@ -89,8 +95,10 @@ fn an_observer_sees_the_same_run_in_each_container() {
     assert_eq!(boxed.0.get().collisions, 2 * seen.collisions);
 
     let listed = [Count::default(), Count::default()];
-    let mut list: Vec<Box<dyn Observer>> =
-        listed.iter().map(|count| Box::new(count.clone()) as Box<dyn Observer>).collect();
+    let mut list: Vec<Box<dyn Observer>> = listed
+        .iter()
+        .map(|count| Box::new(count.clone()) as Box<dyn Observer>)
+        .collect();
     run(&mut list);
     let paired = Count::default();
     run(&mut (paired.clone(), Vec::<Count>::new(), None::<Count>));
@@ -121,13 +129,24 @@ fn an_interval_that_is_not_positive_and_finite_is_refused() {
     let mut simulation = simulate::<CellScheduler>(&reference_scene(5), &Instructions::default());
     for interval in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-300] {
         let refused = simulation.sample_every(interval, 1.0, &mut ());
-        assert!(matches!(refused, Err(RunError::Interval(_))), "{interval}: {refused:?}");
+        assert!(
+            matches!(refused, Err(RunError::Interval(_))),
+            "{interval}: {refused:?}"
+        );
     }
-    assert!(matches!(simulation.sample_every(0.1, f64::NAN, &mut ()), Err(RunError::Time(_))));
+    assert!(matches!(
+        simulation.sample_every(0.1, f64::NAN, &mut ()),
+        Err(RunError::Time(_))
+    ));
     // An interval longer than the run: no sample is taken, but the run takes place.
     let count = Count::default();
-    simulation.sample_every(10.0, 0.5, &mut count.clone()).unwrap();
-    assert_eq!((count.0.get().samples, simulation.time().to_f64()), (0, 0.5));
+    simulation
+        .sample_every(10.0, 0.5, &mut count.clone())
+        .unwrap();
+    assert_eq!(
+        (count.0.get().samples, simulation.time().to_f64()),
+        (0, 0.5)
+    );
 }
 
 /// Records the time of each sample, as a float.
@@ -145,7 +164,9 @@ fn times(start: f64, interval: f64, until: f64) -> Vec<f64> {
     let mut simulation = simulate::<CellScheduler>(&scene(Vec::new()), &Instructions::default());
     simulation.run_until(start).unwrap();
     let mut times = Times::default();
-    simulation.sample_every(interval, until, &mut times).unwrap();
+    simulation
+        .sample_every(interval, until, &mut times)
+        .unwrap();
     assert_eq!(simulation.time().to_f64(), until);
     times.0
 }
@@ -157,7 +178,10 @@ fn rounding_loses_no_sample_at_the_end() {
         let times = times(0.0, 0.1, until);
         assert_eq!(times.len(), samples, "{until}");
         assert!(times.iter().all(|&time| time <= until), "{times:?}");
-        assert!(times.is_sorted_by(|one, next| (next - one - 0.1).abs() < 1e-13), "{times:?}");
+        assert!(
+            times.is_sorted_by(|one, next| (next - one - 0.1).abs() < 1e-13),
+            "{times:?}"
+        );
     }
     // The end of the run of an old system is rounded by more than four roundings of the duration.
     for start in [1e6, 1e6 + 0.1, 3e9 + 0.7] {

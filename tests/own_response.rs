@@ -6,7 +6,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use crate::support::{bits, bumper, disc, gas, named, scene};
 use carom_detection::Exact;
 use carom_engine::{
-    CellScheduler, CollisionReport, HeapScheduler, Observer, RunError, Scene, Scheduler, Side, Simulation,
+    CellScheduler, CollisionReport, HeapScheduler, Observer, RunError, Scene, Scheduler, Side,
+    Simulation,
 };
 use carom_kinematics::{EpochTime, Inertia, Motion};
 use carom_response::{ContactFrame, Elasticity, Impact, Response, approach_speed};
@@ -20,7 +21,12 @@ struct SpeedDependent {
 }
 
 impl Response for SpeedDependent {
-    fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], e: Elasticity) -> DVec2 {
+    fn impulse(
+        &self,
+        frame: &ContactFrame,
+        bodies: [(&Motion, &Inertia); 2],
+        e: Elasticity,
+    ) -> DVec2 {
         let approach = approach_speed(frame, [bodies[0].0, bodies[1].0]);
         let share = (0.1 * approach / self.reference).clamp(0.0, 1.0);
         // 1 where e is 1, so that the engine's guard against inelastic collapse works.
@@ -35,7 +41,12 @@ impl Response for SpeedDependent {
 struct Sticky;
 
 impl Response for Sticky {
-    fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], _: Elasticity) -> DVec2 {
+    fn impulse(
+        &self,
+        frame: &ContactFrame,
+        bodies: [(&Motion, &Inertia); 2],
+        _: Elasticity,
+    ) -> DVec2 {
         Impact.impulse(frame, bodies, Elasticity::new(0.0).expect("in range"))
     }
 }
@@ -69,7 +80,10 @@ fn the_ledger_records_what_a_response_loses() {
     check_ledger::<HeapScheduler, _>(&mixture(), &response);
     check_ledger::<CellScheduler, _>(&mixture(), &response);
     // A gas of discs uses a faster path of the engine.
-    let mut discs = Scene { gas: vec![gas("disc", 0.02, 100)], ..Scene::default() };
+    let mut discs = Scene {
+        gas: vec![gas("disc", 0.02, 100)],
+        ..Scene::default()
+    };
     discs.elasticity.default = 0.5;
     check_ledger::<CellScheduler, _>(&discs, &response);
 }
@@ -81,9 +95,15 @@ fn check_ledger<S: Scheduler + Clone, R: Response + Clone>(scene: &Scene, respon
     simulation.observe_until(1.0, &mut change).unwrap();
     let view = simulation.view();
     assert!(view.energy() < 0.9 * before);
-    assert!((view.energy() - before - change.0).abs() < 1e-12 * before, "{change:?}");
+    assert!(
+        (view.energy() - before - change.0).abs() < 1e-12 * before,
+        "{change:?}"
+    );
     let ledger = view.ledger();
-    assert!((ledger.lost + change.0).abs() < 1e-12 * before, "{ledger:?} {change:?}");
+    assert!(
+        (ledger.lost + change.0).abs() < 1e-12 * before,
+        "{ledger:?} {change:?}"
+    );
     assert!((view.energy() - ledger.booked()).abs() < 1e-12 * before);
     simulation.check_invariants(0.01).unwrap();
 }
@@ -103,8 +123,13 @@ fn check_bumper<S: Scheduler>(billiard: &Scene) {
     let mut simulation = simulate::<_, S>(billiard, SpeedDependent { reference: 1.0 });
     assert!(simulation.step(1.0, &mut ()).unwrap());
     let velocity = crate::support::velocity(&simulation.view(), 0);
-    assert!((velocity - DVec2::new(-0.55 * 9.0, 0.0)).length() < 1e-14, "{velocity}");
-    assert!((simulation.view().ledger().lost - 0.5 * 2.0 * 81.0 * (1.0 - 0.55 * 0.55)).abs() < 1e-12);
+    assert!(
+        (velocity - DVec2::new(-0.55 * 9.0, 0.0)).length() < 1e-14,
+        "{velocity}"
+    );
+    assert!(
+        (simulation.view().ledger().lost - 0.5 * 2.0 * 81.0 * (1.0 - 0.55 * 0.55)).abs() < 1e-12
+    );
 }
 
 /// Loses a share of the energy that the table gives: 1 − share (1 − e) instead of e.
@@ -114,8 +139,14 @@ struct Milder {
 }
 
 impl Response for Milder {
-    fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], e: Elasticity) -> DVec2 {
-        let milder = Elasticity::new(1.0 - self.share * (1.0 - e.coefficient())).expect("from e to 1");
+    fn impulse(
+        &self,
+        frame: &ContactFrame,
+        bodies: [(&Motion, &Inertia); 2],
+        e: Elasticity,
+    ) -> DVec2 {
+        let milder =
+            Elasticity::new(1.0 - self.share * (1.0 - e.coefficient())).expect("from e to 1");
         Impact.impulse(frame, bodies, milder)
     }
 }
@@ -125,18 +156,34 @@ impl Response for Milder {
 struct ThreeQuarters;
 
 impl Response for ThreeQuarters {
-    fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], _: Elasticity) -> DVec2 {
+    fn impulse(
+        &self,
+        frame: &ContactFrame,
+        bodies: [(&Motion, &Inertia); 2],
+        _: Elasticity,
+    ) -> DVec2 {
         Impact.impulse(frame, bodies, Elasticity::new(0.75).expect("in range"))
     }
 }
 
 #[test]
 fn saved_energy_is_counted_only_if_the_response_uses_the_raised_elasticity() {
-    for once in [check_rattle::<HeapScheduler, _>, check_rattle::<CellScheduler, _>] {
+    for once in [
+        check_rattle::<HeapScheduler, _>,
+        check_rattle::<CellScheduler, _>,
+    ] {
         // The first contact has no contact before it. Each later one would lose ½ (1 − 9/16) u².
-        once(Milder { share: 0.5 }, 0.75, 9, 9.0 * 0.5 * (7.0 / 16.0) * (9.0 / 16.0));
+        once(
+            Milder { share: 0.5 },
+            0.75,
+            9,
+            9.0 * 0.5 * (7.0 / 16.0) * (9.0 / 16.0),
+        );
     }
-    for once in [check_rattle::<HeapScheduler, _>, check_rattle::<CellScheduler, _>] {
+    for once in [
+        check_rattle::<HeapScheduler, _>,
+        check_rattle::<CellScheduler, _>,
+    ] {
         once(ThreeQuarters, 0.75f64.powi(10), 0, 0.0);
     }
 }
@@ -146,7 +193,10 @@ fn saved_energy_is_counted_only_if_the_response_uses_the_raised_elasticity() {
 /// has changed, and the energy saved.
 fn check_rattle<S: Scheduler, R: Response>(response: R, speed: f64, guarded: u64, spared: f64) {
     let mut narrow = scene(vec![disc(0.05, 1.0, [0.5, 0.5], [1.0, 0.0])]);
-    narrow.bumper = vec![bumper(0.1, [0.35 - 4.5e-6, 0.5]), bumper(0.1, [0.65 + 4.5e-6, 0.5])];
+    narrow.bumper = vec![
+        bumper(0.1, [0.35 - 4.5e-6, 0.5]),
+        bumper(0.1, [0.65 + 4.5e-6, 0.5]),
+    ];
     narrow.elasticity.default = 0.5;
     let mut simulation = simulate::<R, S>(&narrow, response);
     for _ in 0..10 {
@@ -157,7 +207,10 @@ fn check_rattle<S: Scheduler, R: Response>(response: R, speed: f64, guarded: u64
     assert_eq!(view.counters().guarded_collisions, guarded);
     let ledger = view.ledger();
     assert!((ledger.spared - spared).abs() < 1e-14, "{ledger:?}");
-    assert!((ledger.lost - 0.5 * (1.0 - speed * speed)).abs() < 1e-15, "{ledger:?}");
+    assert!(
+        (ledger.lost - 0.5 * (1.0 - speed * speed)).abs() < 1e-15,
+        "{ledger:?}"
+    );
 }
 
 /// Elasticities uniformly distributed from e to 1, by a hash of the velocities. These are rounded
@@ -168,15 +221,28 @@ struct RandomRestitution {
 }
 
 impl Response for RandomRestitution {
-    fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], e: Elasticity) -> DVec2 {
+    fn impulse(
+        &self,
+        frame: &ContactFrame,
+        bodies: [(&Motion, &Inertia); 2],
+        e: Elasticity,
+    ) -> DVec2 {
         let mut hasher = DefaultHasher::new();
         self.seed.hash(&mut hasher);
         for (motion, _) in bodies {
-            motion.velocity.to_array().map(|v| (v as f32).to_bits()).hash(&mut hasher);
+            motion
+                .velocity
+                .to_array()
+                .map(|v| (v as f32).to_bits())
+                .hash(&mut hasher);
         }
         let share = (hasher.finish() >> 11) as f64 / (1u64 << 53) as f64;
         let coefficient = 1.0 - share * (1.0 - e.coefficient());
-        Impact.impulse(frame, bodies, Elasticity::new(coefficient).expect("from e to 1"))
+        Impact.impulse(
+            frame,
+            bodies,
+            Elasticity::new(coefficient).expect("from e to 1"),
+        )
     }
 }
 
@@ -200,10 +266,14 @@ struct Restitutions(Vec<([u64; 2], f64)>);
 impl Observer for Restitutions {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let sides = &report.sides;
-        let frame = ContactFrame { line_of_centres: report.normal, arms: [sides[0].arm, sides[1].arm] };
+        let frame = ContactFrame {
+            line_of_centres: report.normal,
+            arms: [sides[0].arm, sides[1].arm],
+        };
         let before = approach_speed(&frame, [&sides[0].before, &sides[1].before]);
         let after = approach_speed(&frame, [&sides[0].after, &sides[1].after]);
-        self.0.push(([sides[0].body.id(), sides[1].body.id()], -after / before));
+        self.0
+            .push(([sides[0].body.id(), sides[1].body.id()], -after / before));
     }
 }
 
@@ -219,10 +289,16 @@ fn restitutions<S: Scheduler>() -> Restitutions {
 
 #[test]
 fn random_restitution_is_the_same_with_two_schedulers() {
-    let (one, other) = (restitutions::<HeapScheduler>(), restitutions::<CellScheduler>());
+    let (one, other) = (
+        restitutions::<HeapScheduler>(),
+        restitutions::<CellScheduler>(),
+    );
     for (n, ((bodies, e), (others, f))) in one.0.iter().zip(&other.0).enumerate() {
         assert_eq!(bodies, others, "contact {n}");
-        assert!((e - f).abs() < 1e-6, "contact {n} of {bodies:?}: {e} and {f}");
+        assert!(
+            (e - f).abs() < 1e-6,
+            "contact {n} of {bodies:?}: {e} and {f}"
+        );
         assert!((0.6 - 1e-9..=1.0 + 1e-9).contains(e), "contact {n}: {e}");
     }
     // Uniform from 0.6 to 1: the mean of 100 is 0.8 with a standard error of 0.4/√(12 · 100).
@@ -240,12 +316,20 @@ fn random_restitution_is_the_same_after_a_checkpoint() {
 fn check_resume<S: Scheduler>() {
     let (scene, response) = random_mixture();
     let mut simulation = simulate::<_, S>(&scene, response.clone());
-    assert!(!simulation.observe_epoch(EpochTime::from(1e3), &mut ()).unwrap());
+    assert!(
+        !simulation
+            .observe_epoch(EpochTime::from(1e3), &mut ())
+            .unwrap()
+    );
     let checkpoint = simulation.checkpoint().unwrap();
     let collisions = simulation.view().counters().collisions;
-    let mut resumed =
-        Simulation::<_, _, S>::resume_with(&checkpoint, Exact::default(), response, S::Options::default())
-            .unwrap();
+    let mut resumed = Simulation::<_, _, S>::resume_with(
+        &checkpoint,
+        Exact::default(),
+        response,
+        S::Options::default(),
+    )
+    .unwrap();
     let until = simulation.time().to_f64() + 3.0;
     simulation.run_until(until).unwrap();
     resumed.run_until(until).unwrap();
@@ -258,13 +342,18 @@ fn check_resume<S: Scheduler>() {
 fn a_response_that_ignores_the_guard_loses_its_own_energy() {
     // A dumbbell that turns comes to rest against a disc: contacts without end, since the response
     // ignores the guard's elasticity.
-    let mut lying =
-        scene(vec![named("dumbbell", 0.05, 1.0, [0.4, 0.5]), disc(0.05, 1.0, [0.55, 0.6], [-0.5, -0.4])]);
+    let mut lying = scene(vec![
+        named("dumbbell", 0.05, 1.0, [0.4, 0.5]),
+        disc(0.05, 1.0, [0.55, 0.6], [-0.5, -0.4]),
+    ]);
     lying.molecule[0].angular_velocity = 3.0;
     let mut simulation = simulate::<_, CellScheduler>(&lying, Sticky);
     let initial = simulation.view().energy();
     let ended = simulation.run_until(20.0);
-    assert!(matches!(ended, Ok(()) | Err(RunError::Stalled { .. })), "{ended:?}");
+    assert!(
+        matches!(ended, Ok(()) | Err(RunError::Stalled { .. })),
+        "{ended:?}"
+    );
     let view = simulation.view();
     assert_eq!(view.overlaps().pairs, 0);
     assert!((view.energy() - view.ledger().booked()).abs() < 1e-12 * initial);
@@ -272,7 +361,10 @@ fn a_response_that_ignores_the_guard_loses_its_own_energy() {
 
 #[test]
 fn a_collapse_with_a_response_that_ignores_the_guard_ends_with_an_error() {
-    for once in [check_collapse::<HeapScheduler>, check_collapse::<CellScheduler>] {
+    for once in [
+        check_collapse::<HeapScheduler>,
+        check_collapse::<CellScheduler>,
+    ] {
         for default in [0.5, 1.0] {
             once(default);
         }
@@ -283,14 +375,21 @@ fn check_collapse<S: Scheduler>(default: f64) {
     // A light disc is held between a bumper and a heavy disc that approaches. It takes the velocity
     // of the heavy disc and loses it at the bumper, 10¹⁸ times before the heavy disc has lost its
     // momentum.
-    let mut vice =
-        scene(vec![disc(0.05, 1e-9, [0.2, 0.5], [0.0; 2]), disc(0.1, 1e9, [0.5, 0.5], [-1.0, 0.0])]);
+    let mut vice = scene(vec![
+        disc(0.05, 1e-9, [0.2, 0.5], [0.0; 2]),
+        disc(0.1, 1e9, [0.5, 0.5], [-1.0, 0.0]),
+    ]);
     vice.bumper = vec![bumper(0.1, [0.0, 0.5])];
     vice.elasticity.default = default;
     let mut simulation = simulate::<_, S>(&vice, Sticky);
     let ended = simulation.run_until(20.0);
-    let Err(RunError::Stalled { time, contacts, .. }) = ended else { panic!("{default}: {ended:?}") };
+    let Err(RunError::Stalled { time, contacts, .. }) = ended else {
+        panic!("{default}: {ended:?}")
+    };
     // The two gaps between the three bodies, 0.5 − 0.2 − 0.1 together, close at speed 1.
-    assert!((time.to_f64() - 0.2).abs() < 1e-9 && contacts > 100, "{default}: {time}, {contacts}");
+    assert!(
+        (time.to_f64() - 0.2).abs() < 1e-9 && contacts > 100,
+        "{default}: {time}, {contacts}"
+    );
     assert_eq!(simulation.view().overlaps().pairs, 0);
 }

@@ -25,7 +25,10 @@ impl Scheduler for AllPairs {
     const CONTACTS_PER_EPOCH: u64 = 8;
 
     fn new((): &(), _: &World) -> Result<Self, GridError> {
-        Ok(Self { motions: Vec::new(), now: 0.0 })
+        Ok(Self {
+            motions: Vec::new(),
+            now: 0.0,
+        })
     }
 
     fn begin_epoch<D: Detection>(&mut self, world: &World, _: &D, _: f64) {
@@ -52,11 +55,22 @@ impl Scheduler for AllPairs {
 }
 
 impl EventQueue for AllPairs {
-    fn next_contact<D: Detection>(&mut self, world: &World, search: &D, stop: f64) -> Option<ContactEvent> {
+    fn next_contact<D: Detection>(
+        &mut self,
+        world: &World,
+        search: &D,
+        stop: f64,
+    ) -> Option<ContactEvent> {
         let (all, sides) = (world.bodies(), world.bounds().sides());
-        let fastest = self.motions.iter().map(|motion| motion.velocity.length()).fold(0.0, f64::max);
+        let fastest = self
+            .motions
+            .iter()
+            .map(|motion| motion.velocity.length())
+            .fold(0.0, f64::max);
         let pairs = (0..all.len()).flat_map(|a| (a + 1..all.len()).map(move |b| [a, b]));
-        let pairs: Vec<_> = pairs.filter(|pair| !pair.iter().all(|&body| all[body].is_fixed())).collect();
+        let pairs: Vec<_> = pairs
+            .filter(|pair| !pair.iter().all(|&body| all[body].is_fixed()))
+            .collect();
         loop {
             // In this time no two bodies approach each other by more than half a side, so that they
             // meet in the nearest image or in an image next to it within reach.
@@ -65,25 +79,41 @@ impl EventQueue for AllPairs {
             for &pair in &pairs {
                 let [a, b] = pair.map(|body| &self.motions[body]);
                 let molecules = pair.map(|body| all[body].molecule());
-                let reach: f64 = molecules.iter().map(|molecule| molecule.bounding_radius()).sum();
+                let reach: f64 = molecules
+                    .iter()
+                    .map(|molecule| molecule.bounding_radius())
+                    .sum();
                 let [w, h] = (reach / sides).to_array().map(|boxes| boxes.ceil() as i64);
                 let apart = a.position_at(self.now) - b.position_at(self.now);
                 let [x, y] = (apart / sides).round().to_array().map(|boxes| boxes as i64);
                 for image in (x - w..=x + w).flat_map(|x| (y - h..=y + h).map(move |y| [x, y])) {
-                    let relative = RelativeMotion::between(a, b, world.bounds().shift(image), self.now);
+                    let relative =
+                        RelativeMotion::between(a, b, world.bounds().shift(image), self.now);
                     let [a, b] = molecules.map(|molecule| molecule.outline());
-                    match search.first_contact(a, b, &relative, until - self.now).outcome {
+                    match search
+                        .first_contact(a, b, &relative, until - self.now)
+                        .outcome
+                    {
                         Outcome::Contact(contact) => {
                             let (time, parts) = (self.now + contact.time, contact.touch.into());
                             let bodies = pair.map(|body| body as u32);
-                            let found = ContactEvent { time, bodies, image, parts };
-                            soonest = soonest.filter(|best| best.in_order(&found).is_lt()).or(Some(found));
+                            let found = ContactEvent {
+                                time,
+                                bodies,
+                                image,
+                                parts,
+                            };
+                            soonest = soonest
+                                .filter(|best| best.in_order(&found).is_lt())
+                                .or(Some(found));
                         }
                         Outcome::FreeUntil(time) | Outcome::Unresolved(time) => {
                             until = until.min((self.now + time).max(self.now.next_up()));
                         }
                         Outcome::Free => {}
-                        Outcome::OutOfRange => panic!("bodies {pair:?} cannot be searched: {relative:?}"),
+                        Outcome::OutOfRange => {
+                            panic!("bodies {pair:?} cannot be searched: {relative:?}")
+                        }
                     }
                 }
             }
@@ -135,7 +165,10 @@ impl Observer for Last {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let [a, b] = &report.sides;
         let image = DVec2::new(report.image[0] as f64, report.image[1] as f64);
-        let frame = ContactFrame { line_of_centres: report.normal, arms: [a.arm, b.arm] };
+        let frame = ContactFrame {
+            line_of_centres: report.normal,
+            arms: [a.arm, b.arm],
+        };
         self.contact = Some(Contact {
             time: report.time.to_f64(),
             bodies: [a.body.id(), b.body.id()],
@@ -148,8 +181,14 @@ impl Observer for Last {
 
 /// Returns the next contact of a run.
 fn next<S: Scheduler>(simulation: &mut Simulation<Exact, Impact, S>, sides: DVec2) -> Contact {
-    let mut last = Last { sides, contact: None };
-    assert!(simulation.step(1e3, &mut last).unwrap(), "there is a contact");
+    let mut last = Last {
+        sides,
+        contact: None,
+    };
+    assert!(
+        simulation.step(1e3, &mut last).unwrap(),
+        "there is a contact"
+    );
     last.contact.expect("it was reported")
 }
 
@@ -201,15 +240,24 @@ fn compare<S: Scheduler>(options: &S::Options) {
     let (mut compared, mut possible) = (0, 0);
     for (name, mut scene) in scenes() {
         // A number of bodies for which all pairs in all images can be computed in a short time.
-        scene.gas.iter_mut().for_each(|gas| gas.count = gas.count.map(|count| count.div_ceil(3)));
+        scene
+            .gas
+            .iter_mut()
+            .for_each(|gas| gas.count = gas.count.map(|count| count.div_ceil(3)));
         let sides = DVec2::from(scene.bounds.sides);
         for run in 0..RUNS {
             let wall = scene.wall.clone();
-            scene = Scene { wall: wall.clone(), ..frozen(&simulate::<S>(&scene, options).view()) };
+            scene = Scene {
+                wall: wall.clone(),
+                ..frozen(&simulate::<S>(&scene, options).view())
+            };
             let mut all_pairs = simulate::<AllPairs>(&scene, &());
             let mut twin = simulate::<AllPairs>(&perturbed(scene.clone()), &());
             let mut simulation = simulate::<S>(&scene, options);
-            let reach = simulation.view().bodies().map(|body| body.body.molecule().bounding_radius());
+            let reach = simulation
+                .view()
+                .bodies()
+                .map(|body| body.body.molecule().bounding_radius());
             // Each finds the gap closed to within the bound on the rounding of a contact.
             let gap = rounding_bound(sides, reach.fold(0.0, f64::max));
             possible += CONTACTS;
@@ -233,13 +281,25 @@ fn compare<S: Scheduler>(options: &S::Options) {
                 let off = (found.separation - expected.separation).length();
                 let apart = deviation(&all_pairs, &simulation, sides);
                 // Before the first contact there are no others that amplify a rounding.
-                assert!(late < if n == 0 { ALLOWED * gap } else { allowed }, "{what}");
-                assert!(off < allowed && apart < allowed, "{what}: {off:e} and {apart:e} of {allowed:e}");
+                assert!(
+                    late < if n == 0 { ALLOWED * gap } else { allowed },
+                    "{what}"
+                );
+                assert!(
+                    off < allowed && apart < allowed,
+                    "{what}: {off:e} and {apart:e} of {allowed:e}"
+                );
             }
-            scene = Scene { wall, ..frozen(&all_pairs.view()) };
+            scene = Scene {
+                wall,
+                ..frozen(&all_pairs.view())
+            };
         }
     }
-    assert!(10 * compared > 9 * possible, "{compared} of {possible} contacts");
+    assert!(
+        10 * compared > 9 * possible,
+        "{compared} of {possible} contacts"
+    );
 }
 
 test_each_scheduler! {
@@ -249,22 +309,40 @@ test_each_scheduler! {
 #[test]
 fn a_user_defined_scheduler_runs_a_scene_through_many_epochs() {
     let mut scene = reference_scene(7);
-    scene.gas.iter_mut().for_each(|gas| gas.count = gas.count.map(|count| count.div_ceil(4)));
+    scene
+        .gas
+        .iter_mut()
+        .for_each(|gas| gas.count = gas.count.map(|count| count.div_ceil(4)));
     let mut simulation = simulate::<AllPairs>(&scene, &());
     let energy = simulation.view().energy();
     simulation.run_until(20.0).unwrap();
     let view = simulation.view();
-    assert!(view.counters().epochs > 10 && view.counters().collisions > 400, "{:?}", view.counters());
+    assert!(
+        view.counters().epochs > 10 && view.counters().collisions > 400,
+        "{:?}",
+        view.counters()
+    );
     assert_eq!(view.overlaps().pairs, 0);
     assert!((view.energy() - energy).abs() < 1e-13 * energy);
     let sides = DVec2::from(scene.bounds.sides);
-    assert!(view.bodies().all(|body| body.motion.position.cmplt(sides).all()));
-    assert!(view.bodies().any(|body| body.winding != [0, 0]), "a body has left the box");
+    assert!(
+        view.bodies()
+            .all(|body| body.motion.position.cmplt(sides).all())
+    );
+    assert!(
+        view.bodies().any(|body| body.winding != [0, 0]),
+        "a body has left the box"
+    );
 }
 
 #[test]
 fn ties_are_in_the_order_of_the_bodies() {
-    let at = |time, bodies| ContactEvent { time, bodies, image: [0; 2], parts: Parts::Discs };
+    let at = |time, bodies| ContactEvent {
+        time,
+        bodies,
+        image: [0; 2],
+        parts: Parts::Discs,
+    };
     assert!(at(1.0, [7, 8]).in_order(&at(2.0, [0, 1])).is_lt());
     assert!(at(1.0, [0, 8]).in_order(&at(1.0, [1, 2])).is_lt());
     assert!(at(1.0, [0, 3]).in_order(&at(1.0, [0, 2])).is_gt());

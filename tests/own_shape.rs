@@ -15,14 +15,20 @@ const HOOK: [([f64; 2], f64, f64); 5] = [
 
 fn atoms() -> Vec<Atom> {
     let atom = |(at, radius, mass): ([f64; 2], f64, f64)| Atom::new(DVec2::from(at), radius, mass);
-    HOOK.into_iter().map(|atom_of| atom(atom_of).unwrap()).collect()
+    HOOK.into_iter()
+        .map(|atom_of| atom(atom_of).unwrap())
+        .collect()
 }
 
 #[test]
 fn a_list_of_atoms_is_a_molecule_with_the_mass_and_moment_of_its_discs() {
     let hook = Molecule::new(atoms()).unwrap();
     let mass: f64 = HOOK.iter().map(|&(_, _, mass)| mass).sum();
-    let centre: DVec2 = HOOK.iter().map(|&(at, _, mass)| mass * DVec2::from(at)).sum::<DVec2>() / mass;
+    let centre: DVec2 = HOOK
+        .iter()
+        .map(|&(at, _, mass)| mass * DVec2::from(at))
+        .sum::<DVec2>()
+        / mass;
     // Each disc turns about its own centre (m r²/2), which is displaced from the common centre
     // (Steiner).
     let moment: f64 = HOOK
@@ -58,8 +64,9 @@ fn a_scene_of_molecules_from_a_list_of_atoms_conserves_energy_and_momentum() {
 #[test]
 fn a_named_shape_gives_the_atoms_that_a_list_would() {
     let named: Shape = "rod:3".parse().unwrap();
-    let listed: Vec<Atom> =
-        [-2.0, 0.0, 2.0].map(|x| Atom::new(DVec2::new(0.01 * x, 0.0), 0.01, 1.0).unwrap()).into();
+    let listed: Vec<Atom> = [-2.0, 0.0, 2.0]
+        .map(|x| Atom::new(DVec2::new(0.01 * x, 0.0), 0.01, 1.0).unwrap())
+        .into();
     let [named, listed] =
         [named.atoms(0.01, 1.0).unwrap(), listed].map(|atoms| Molecule::new(atoms).unwrap());
     assert_eq!(named.bounding_radius(), listed.bounding_radius());

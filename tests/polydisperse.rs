@@ -3,7 +3,8 @@
 
 use carom_detection::Exact;
 use carom_engine::{
-    CellScheduler, Distribution, GasSpec, HeapScheduler, Placement, Scene, Simulation, StartVelocities, View,
+    CellScheduler, Distribution, GasSpec, HeapScheduler, Placement, Scene, Simulation,
+    StartVelocities, View,
 };
 use carom_response::Impact;
 
@@ -23,22 +24,31 @@ fn refusal(gas: &str) -> String {
 }
 
 fn radii(view: &View<'_>) -> Vec<f64> {
-    view.bodies().map(|body| body.body.molecule().bounding_radius()).collect()
+    view.bodies()
+        .map(|body| body.body.molecule().bounding_radius())
+        .collect()
 }
 
 fn covered(view: &View<'_>) -> f64 {
-    view.bodies().map(|body| body.body.molecule().area()).sum::<f64>() / view.bounds().area()
+    view.bodies()
+        .map(|body| body.body.molecule().area())
+        .sum::<f64>()
+        / view.bounds().area()
 }
 
 #[test]
 fn drawn_radii_have_the_moments_of_their_distribution() {
-    let scene = read("[[gas]]\nradius = { uniform = [7e-4, 13e-4] }\nmass = 2\nenergy = 1.0\ncount = 5000");
+    let scene =
+        read("[[gas]]\nradius = { uniform = [7e-4, 13e-4] }\nmass = 2\nenergy = 1.0\ncount = 5000");
     let simulation = Simulation::new(&scene).unwrap();
     let radii = radii(&simulation.view());
     let count = radii.len() as f64;
     let mean = radii.iter().sum::<f64>() / count;
     // (a + b)/2, with the standard error (b − a)/√(12 N).
-    assert!((mean - 1e-3).abs() < TOLERANCE * 6e-4 / (12.0 * count).sqrt(), "{mean}");
+    assert!(
+        (mean - 1e-3).abs() < TOLERANCE * 6e-4 / (12.0 * count).sqrt(),
+        "{mean}"
+    );
     let square = radii.iter().map(|radius| radius * radius).sum::<f64>() / count;
     // (a² + ab + b²)/3; ⟨r⁴⟩ = (b⁵ − a⁵)/5(b − a).
     let (expected, fourth) = (1.03e-6, (1.3f64.powi(5) - 0.7f64.powi(5)) / 3.0 * 1e-12);
@@ -56,7 +66,10 @@ fn each_kind_of_gas_reaches_its_area_fraction_with_masses_by_area() {
         ));
         let simulation = Simulation::new(&scene).unwrap();
         let view = simulation.view();
-        let largest = view.bodies().map(|body| body.body.molecule().area()).fold(0.0, f64::max);
+        let largest = view
+            .bodies()
+            .map(|body| body.body.molecule().area())
+            .fold(0.0, f64::max);
         assert!((covered(&view) - 0.1).abs() <= 0.5 * largest, "{shape}");
         for body in view.bodies() {
             let molecule = body.body.molecule();
@@ -89,7 +102,10 @@ fn a_list_of_atoms_has_a_scale() {
     }
     assert_eq!(large + small, 400);
     // Binomial: 100 ± √(400 · 3/16).
-    assert!((f64::from(large) - 100.0).abs() < TOLERANCE * 75f64.sqrt(), "{large}");
+    assert!(
+        (f64::from(large) - 100.0).abs() < TOLERANCE * 75f64.sqrt(),
+        "{large}"
+    );
 }
 
 #[test]
@@ -98,18 +114,32 @@ fn the_seed_fixes_the_sizes_and_other_gases_keep_their_bits() {
     let bits = |text: &str| -> Vec<[u64; 3]> {
         let simulation = Simulation::new(&read(text)).unwrap();
         let of = |body: carom_engine::BodyView<'_>| {
-            [body.body.molecule().bounding_radius(), body.body.molecule().mass(), body.motion.position.x]
-                .map(f64::to_bits)
+            [
+                body.body.molecule().bounding_radius(),
+                body.body.molecule().mass(),
+                body.motion.position.x,
+            ]
+            .map(f64::to_bits)
         };
         simulation.view().bodies().map(of).collect()
     };
     assert_eq!(bits(drawn), bits(drawn));
     let replica = format!("box.replica = 1\n{drawn}");
-    assert!(bits(drawn).iter().zip(bits(&replica)).all(|(one, other)| one[0] != other[0]));
+    assert!(
+        bits(drawn)
+            .iter()
+            .zip(bits(&replica))
+            .all(|(one, other)| one[0] != other[0])
+    );
     // Sizes do not depend on the gases before.
     let plain = "[[gas]]\nradius = 0.005\nmass = 1.0\nenergy = 1.0\ncount = 3\n";
     let second = bits(&format!("{drawn}{plain}"));
-    assert!(bits(drawn).iter().zip(second).all(|(one, other)| one[..2] == other[..2]));
+    assert!(
+        bits(drawn)
+            .iter()
+            .zip(second)
+            .all(|(one, other)| one[..2] == other[..2])
+    );
     // One value is no distribution: the gas has the bits of equal molecules.
     let one = "[[gas]]\nradius = { values = [0.01] }\nmass = 1.0\nenergy = 1.0\ncount = 40\n";
     let equal = "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 40\n";
@@ -126,7 +156,11 @@ fn a_dense_polydisperse_gas_is_grown_without_overlap() {
     assert!((covered(&simulation.view()) - 0.8).abs() < 0.0025);
     assert_eq!(simulation.view().overlaps().pairs, 0);
     assert!((simulation.view().temperature().unwrap() - 1.0).abs() < 1e-12);
-    assert!(radii(&simulation.view()).iter().all(|radius| (0.021..=0.039).contains(radius)));
+    assert!(
+        radii(&simulation.view())
+            .iter()
+            .all(|radius| (0.021..=0.039).contains(radius))
+    );
     let time = 0.02;
     simulation.run_until(time).unwrap();
     assert_eq!(simulation.view().overlaps().pairs, 0);
@@ -142,7 +176,10 @@ fn a_dense_polydisperse_gas_is_grown_without_overlap() {
     let energies = [&simulation, &resumed].map(|one| one.view().energy().to_bits());
     assert_eq!(energies[0], energies[1]);
     let places = |one: &Simulation| -> Vec<[u64; 2]> {
-        one.view().bodies().map(|body| body.motion.position.to_array().map(f64::to_bits)).collect()
+        one.view()
+            .bodies()
+            .map(|body| body.motion.position.to_array().map(f64::to_bits))
+            .collect()
     };
     assert_eq!(places(&simulation), places(&resumed));
 }
@@ -180,10 +217,19 @@ fn heavy_and_light_molecules_share_the_energy() {
     }
     let (light, heavy) = (light / counts[0], heavy / counts[1]);
     let independent = 300.0 * samples / 10.0;
-    assert!((light - 1.0).abs() < TOLERANCE / f64::sqrt(independent), "{light}");
-    assert!((heavy - 1.0).abs() < TOLERANCE / f64::sqrt(independent), "{heavy}");
+    assert!(
+        (light - 1.0).abs() < TOLERANCE / f64::sqrt(independent),
+        "{light}"
+    );
+    assert!(
+        (heavy - 1.0).abs() < TOLERANCE / f64::sqrt(independent),
+        "{heavy}"
+    );
     let fourth = squares / (600.0 * samples);
-    assert!((fourth - 2.0).abs() < TOLERANCE * (20.0 / (2.0 * independent)).sqrt(), "{fourth}");
+    assert!(
+        (fourth - 2.0).abs() < TOLERANCE * (20.0 / (2.0 * independent)).sqrt(),
+        "{fourth}"
+    );
 }
 
 #[test]
@@ -200,11 +246,19 @@ fn both_schedulers_agree_and_equal_energies_have_no_momentum() {
         let energy = 0.5 * body.body.molecule().mass() * body.motion.velocity.length_squared();
         assert!((energy - 1.0).abs() < 0.5, "{energy}");
     }
-    let mut heap: Simulation<Exact, Impact, HeapScheduler> =
-        Simulation::with(&scene, Exact::default(), Impact, carom_engine::CellsPerSide::Automatic).unwrap();
+    let mut heap: Simulation<Exact, Impact, HeapScheduler> = Simulation::with(
+        &scene,
+        Exact::default(),
+        Impact,
+        carom_engine::CellsPerSide::Automatic,
+    )
+    .unwrap();
     cells.run_until(0.05).unwrap();
     heap.run_until(0.05).unwrap();
-    assert_eq!(cells.view().counters().collisions, heap.view().counters().collisions);
+    assert_eq!(
+        cells.view().counters().collisions,
+        heap.view().counters().collisions
+    );
     assert_eq!(cells.view().overlaps().pairs, 0);
 }
 
@@ -214,7 +268,10 @@ fn a_scene_with_distributions_survives_its_text() {
         "[[gas]]\nradius = { normal = [0.01, 0.001] }\natom_mass = { values = [1.0, 2.0] }\ntemperature = 1.0\ncount = 9\n\
          [[gas]]\nshape = \"tee\"\natom_radius = 0.01\ndensity = 3.0\nscale = { uniform = [1, 2] }\nenergy = 1.0\ncount = 3\n",
     );
-    assert_eq!(scene.gas[0].radius, Some(Distribution::Normal([0.01, 0.001]).into()));
+    assert_eq!(
+        scene.gas[0].radius,
+        Some(Distribution::Normal([0.01, 0.001]).into())
+    );
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
     let by_code = GasSpec {
         radius: Some(Distribution::Uniform([0.01, 0.02]).into()),
@@ -224,7 +281,10 @@ fn a_scene_with_distributions_survives_its_text() {
         count: Some(10),
         ..GasSpec::default()
     };
-    let mut scene = Scene { gas: vec![by_code], ..Scene::default() };
+    let mut scene = Scene {
+        gas: vec![by_code],
+        ..Scene::default()
+    };
     scene.start.placement = Some(Placement::Lattice);
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
     assert_eq!(Simulation::new(&scene).unwrap().view().len(), 10);
@@ -237,31 +297,70 @@ fn distributions_out_of_range_are_refused_by_name() {
             "radius = { uniform = [0.02, 0.01] }\nmass = 1.0",
             "gas[0]: `radius`: `uniform` must be two numbers",
         ),
-        ("radius = { uniform = [0.0, 0.01] }\nmass = 1.0", "ascending order from 1e-60"),
-        ("radius = { normal = [0.01, -1] }\nmass = 1.0", "standard deviation from 0"),
-        ("radius = { normal = [nan, 1] }\nmass = 1.0", "`normal` must be a mean"),
-        ("radius = { values = [] }\nmass = 1.0", "at least one number"),
-        ("radius = { values = [1, 2], weights = [1] }\nmass = 1.0", "2 `values` have 1 `weights`"),
-        ("radius = { values = [0.1, 0.2], weights = [0, 0] }\nmass = 1.0", "must be above 0"),
-        ("radius = { values = [0.1, 0.2], weights = [1, -1] }\nmass = 1.0", "`weights` must be from 0"),
-        ("radius = { uniform = [1, 2], normal = [1, 2] }\nmass = 1.0", "unexpected key `uniform`"),
-        ("radius = { lognormal = [1, 2] }\nmass = 1.0", "unexpected key `lognormal`: give `{ uniform"),
+        (
+            "radius = { uniform = [0.0, 0.01] }\nmass = 1.0",
+            "ascending order from 1e-60",
+        ),
+        (
+            "radius = { normal = [0.01, -1] }\nmass = 1.0",
+            "standard deviation from 0",
+        ),
+        (
+            "radius = { normal = [nan, 1] }\nmass = 1.0",
+            "`normal` must be a mean",
+        ),
+        (
+            "radius = { values = [] }\nmass = 1.0",
+            "at least one number",
+        ),
+        (
+            "radius = { values = [1, 2], weights = [1] }\nmass = 1.0",
+            "2 `values` have 1 `weights`",
+        ),
+        (
+            "radius = { values = [0.1, 0.2], weights = [0, 0] }\nmass = 1.0",
+            "must be above 0",
+        ),
+        (
+            "radius = { values = [0.1, 0.2], weights = [1, -1] }\nmass = 1.0",
+            "`weights` must be from 0",
+        ),
+        (
+            "radius = { uniform = [1, 2], normal = [1, 2] }\nmass = 1.0",
+            "unexpected key `uniform`",
+        ),
+        (
+            "radius = { lognormal = [1, 2] }\nmass = 1.0",
+            "unexpected key `lognormal`: give `{ uniform",
+        ),
         ("radius = { weights = [1] }\nmass = 1.0", "give `{ uniform"),
         ("radius = \"large\"\nmass = 1.0", "a number, `{ uniform"),
-        ("radius = { uniform = [1, 2] }\natom_radius = 1.0\nmass = 1.0", "either `radius` or `atom_radius`"),
+        (
+            "radius = { uniform = [1, 2] }\natom_radius = 1.0\nmass = 1.0",
+            "either `radius` or `atom_radius`",
+        ),
         (
             "radius = { uniform = [1, 2] }\natom_radius = { uniform = [1, 2] }",
             "either `radius` or `atom_radius`",
         ),
-        ("radius = 0.01\nmass = { uniform = [1, 2] }\ndensity = 1.0", "either `density` or a mass"),
+        (
+            "radius = 0.01\nmass = { uniform = [1, 2] }\ndensity = 1.0",
+            "either `density` or a mass",
+        ),
         ("radius = 0.01\ndensity = -1.0", "`density` must be from"),
-        ("radius = { uniform = [0.01, 0.02] }", "a disc needs `mass` or `density`"),
+        (
+            "radius = { uniform = [0.01, 0.02] }",
+            "a disc needs `mass` or `density`",
+        ),
         ("density = 1.0", "a disc needs `radius`"),
         (
             "atoms = [{ at = [0, 0], radius = 0.01, mass = 1 }]\nradius = { uniform = [1, 2] }",
             "a list of atoms has a `scale`",
         ),
-        ("radius = { uniform = [0.4, 0.9] }\nmass = 1.0", "only 0 of 10 molecules can be placed"),
+        (
+            "radius = { uniform = [0.4, 0.9] }\nmass = 1.0",
+            "only 0 of 10 molecules can be placed",
+        ),
     ] {
         let message = refusal(gas);
         assert!(message.contains(expected), "{gas}: {message}");
@@ -277,7 +376,9 @@ fn too_many_drawn_molecules_are_refused_before_they_are_drawn() {
         "shape = \"tee\"\natom_radius = 1.0\ndensity = 1.0\nscale = { values = [0.01, 0.02], weights = [1, 3] }\n\
          energy = 1.0\narea_fraction = 0.5",
     ] {
-        let scene = read(&format!("box.sides = [134217729.0, 0.3376]\n[[gas]]\n{gas}"));
+        let scene = read(&format!(
+            "box.sides = [134217729.0, 0.3376]\n[[gas]]\n{gas}"
+        ));
         let error = Simulation::new(&scene).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains("at most 2^27 molecules"), "{error}");
     }

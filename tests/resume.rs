@@ -1,10 +1,13 @@
 //! A run that is stored at the end of an epoch and resumed is equal, to the bit, to the run that
 //! continued.
 
-use crate::support::{bits, disc, gas, named, reference_scene, rule, scene, simulate, test_each_scheduler};
+use crate::support::{
+    bits, disc, gas, named, reference_scene, rule, scene, simulate, test_each_scheduler,
+};
 use carom::{
-    BodyKey, Checkpoint, CollisionRate, DirectionHistogram, EnergyLedger, EpochTime, Exact, Impact, Observer,
-    OverlapCheck, Pressure, ProjectionHistogram, RunningAverage, Scene, Scheduler, Simulation,
+    BodyKey, Checkpoint, CollisionRate, DirectionHistogram, EnergyLedger, EpochTime, Exact, Impact,
+    Observer, OverlapCheck, Pressure, ProjectionHistogram, RunningAverage, Scene, Scheduler,
+    Simulation,
     engine::{ElasticitySpec, GasSpec, Rotation},
     observers::{
         Axis, ContactDensity, Group, PairDistribution, ThermostatLedger, TimeCorrelation,
@@ -26,8 +29,18 @@ const SAMPLES: u32 = 64;
 /// All kinds of observers, of the first body and of the whole system.
 type Watched = (
     (EnergyLedger, CollisionRate, OverlapCheck, Pressure),
-    (DirectionHistogram, RunningAverage, ProjectionHistogram, ContactDensity),
-    (VelocityDistribution, TimeCorrelation, PairDistribution, ThermostatLedger),
+    (
+        DirectionHistogram,
+        RunningAverage,
+        ProjectionHistogram,
+        ContactDensity,
+    ),
+    (
+        VelocityDistribution,
+        TimeCorrelation,
+        PairDistribution,
+        ThermostatLedger,
+    ),
 );
 
 fn watched<S: Scheduler>(simulation: &Run<S>) -> Watched {
@@ -83,14 +96,21 @@ impl<S: Scheduler> Interrupted<'_, S> {
         *simulation = Simulation::resume_with(&read, Exact::default(), Impact, options).unwrap();
         *watched = observers;
         let again = (simulation.checkpoint().unwrap(), &*watched);
-        assert_eq!(postcard::to_stdvec(&again).unwrap(), written, "reading and writing gives the same bytes");
+        assert_eq!(
+            postcard::to_stdvec(&again).unwrap(),
+            written,
+            "reading and writing gives the same bytes"
+        );
         self.resumed += 1;
     }
 }
 
 impl<S: Scheduler> Going<S> for Interrupted<'_, S> {
     fn to(&mut self, time: f64, simulation: &mut Run<S>, watched: &mut Watched) {
-        while !simulation.observe_epoch(EpochTime::from(time), watched).unwrap() {
+        while !simulation
+            .observe_epoch(EpochTime::from(time), watched)
+            .unwrap()
+        {
             self.epochs += 1;
             if self.random.random_range(0..self.every) == 0 {
                 self.die_and_resume(simulation, watched);
@@ -103,23 +123,47 @@ type Edit<S> = fn(u32, &mut Run<S>, &[BodyKey]);
 
 /// Runs from sample to sample with edits at the samples; returns all bits at the end, and at the
 /// end of one more epoch.
-fn run<S: Scheduler>(scene: &Scene, options: &S::Options, edit: Edit<S>, going: &mut impl Going<S>) -> End {
+fn run<S: Scheduler>(
+    scene: &Scene,
+    options: &S::Options,
+    edit: Edit<S>,
+    going: &mut impl Going<S>,
+) -> End {
     let mut simulation = simulate::<S>(scene, options);
-    let keys: Vec<BodyKey> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let keys: Vec<BodyKey> = simulation
+        .view()
+        .bodies()
+        .map(|view| view.body.key())
+        .collect();
     let mut watched = watched(&simulation);
     watched.start(&simulation.view());
     for sample in 1..=SAMPLES {
-        going.to(SAMPLE_INTERVAL * f64::from(sample), &mut simulation, &mut watched);
+        going.to(
+            SAMPLE_INTERVAL * f64::from(sample),
+            &mut simulation,
+            &mut watched,
+        );
         watched.sample(&simulation.view());
         edit(sample, &mut simulation, &keys);
     }
     let bits = bits(&simulation.view());
     let collisions = simulation.view().counters().collisions;
-    let counters = format!("{:?} {:?}", simulation.view().counters(), simulation.view().ledger());
-    let reached = simulation.observe_epoch(EpochTime::from(1e6), &mut watched).unwrap();
+    let counters = format!(
+        "{:?} {:?}",
+        simulation.view().counters(),
+        simulation.view().ledger()
+    );
+    let reached = simulation
+        .observe_epoch(EpochTime::from(1e6), &mut watched)
+        .unwrap();
     assert!(!reached, "an epoch ends before a million");
     let state = postcard::to_stdvec(&(simulation.checkpoint().unwrap(), watched)).unwrap();
-    End { bits, collisions, counters, state }
+    End {
+        bits,
+        collisions,
+        counters,
+        state,
+    }
 }
 
 struct End {
@@ -137,12 +181,21 @@ fn check<S: Scheduler>(scene: &Scene, options: &S::Options, edit: Edit<S>) {
     assert!(expected.collisions > 500, "{}", expected.collisions);
     for (seed, every) in [(1, 1), (2, 2), (3, 3)] {
         let random = Pcg64::seed_from_u64(seed);
-        let mut going = Interrupted { random, every, options, epochs: 0, resumed: 0 };
+        let mut going = Interrupted {
+            random,
+            every,
+            options,
+            epochs: 0,
+            resumed: 0,
+        };
         let found = run(scene, options, edit, &mut going);
         assert!(going.resumed > 0, "{} epochs", going.epochs);
         assert_eq!(found.counters, expected.counters);
         assert_eq!(found.bits, expected.bits);
-        assert!(found.state == expected.state, "bodies, ledger or observers differ");
+        assert!(
+            found.state == expected.state,
+            "bodies, ledger or observers differ"
+        );
     }
 }
 
@@ -157,7 +210,10 @@ test_each_scheduler! {
 }
 
 fn check_discs<S: Scheduler>(options: &S::Options) {
-    let discs = Scene { gas: vec![gas("disc", 0.02, 150)], ..Scene::default() };
+    let discs = Scene {
+        gas: vec![gas("disc", 0.02, 150)],
+        ..Scene::default()
+    };
     check(&discs, options, no_edit::<S>);
 }
 
@@ -183,7 +239,12 @@ fn check_edits<S: Scheduler>(options: &S::Options) {
         4 => {
             simulation.tag(keys[0], "hot").unwrap();
             let pair = vec![rule(&["hot"], 0.95)];
-            simulation.set_elasticity(&ElasticitySpec { pair, ..ElasticitySpec::default() }).unwrap();
+            simulation
+                .set_elasticity(&ElasticitySpec {
+                    pair,
+                    ..ElasticitySpec::default()
+                })
+                .unwrap();
         }
         6 => simulation.reset_energy(keys[0], 3.0).unwrap(),
         8 => simulation.set_rotation(keys[0], Rotation::Locked).unwrap(),
@@ -198,8 +259,13 @@ fn check_edits<S: Scheduler>(options: &S::Options) {
         }
         12 => simulation.set_rotation(keys[0], Rotation::Free).unwrap(),
         14 => simulation.untag(keys[0], "hot").unwrap(),
-        16 => simulation.set_scheduler_options(&S::Options::default()).unwrap(),
-        18 => assert!(simulation.remove(keys[9]).is_err(), "a key is never used again"),
+        16 => simulation
+            .set_scheduler_options(&S::Options::default())
+            .unwrap(),
+        18 => assert!(
+            simulation.remove(keys[9]).is_err(),
+            "a key is never used again"
+        ),
         _ => {}
     };
     check(&reference_scene(23), options, edit);
@@ -208,20 +274,40 @@ fn check_edits<S: Scheduler>(options: &S::Options) {
 #[test]
 fn a_checkpoint_exists_only_at_the_end_of_an_epoch() {
     let dilute = Scene {
-        gas: vec![GasSpec { tags: vec!["gas".to_owned()], ..gas("disc", 0.01, 50) }],
+        gas: vec![GasSpec {
+            tags: vec!["gas".to_owned()],
+            ..gas("disc", 0.01, 50)
+        }],
         ..scene(vec![])
     };
     let mut simulation = Simulation::new(&dilute).unwrap();
-    assert_eq!(simulation.checkpoint().unwrap().time(), EpochTime::ZERO, "before the first");
+    assert_eq!(
+        simulation.checkpoint().unwrap().time(),
+        EpochTime::ZERO,
+        "before the first"
+    );
     simulation.run_until(0.01).unwrap();
     assert!(simulation.checkpoint().is_none(), "within one");
-    assert!(!simulation.observe_epoch(EpochTime::from(1e9), &mut ()).unwrap());
+    assert!(
+        !simulation
+            .observe_epoch(EpochTime::from(1e9), &mut ())
+            .unwrap()
+    );
     let ended = simulation.time();
     assert_eq!(simulation.checkpoint().unwrap().time(), ended);
-    assert!(simulation.observe_epoch(EpochTime::from(0.0), &mut ()).unwrap(), "a time that has passed");
+    assert!(
+        simulation
+            .observe_epoch(EpochTime::from(0.0), &mut ())
+            .unwrap(),
+        "a time that has passed"
+    );
     assert_eq!(simulation.time(), ended);
     for never in [f64::NAN, f64::INFINITY] {
-        assert!(simulation.observe_epoch(EpochTime::from(never), &mut ()).is_err());
+        assert!(
+            simulation
+                .observe_epoch(EpochTime::from(never), &mut ())
+                .is_err()
+        );
     }
     // A tag and its bodies are found again.
     let resumed = Simulation::resume(&simulation.checkpoint().unwrap()).unwrap();

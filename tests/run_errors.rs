@@ -27,13 +27,18 @@ fn check_blow_up<S: Scheduler>(options: &S::Options) {
     let mut simulation = simulate::<S>(&between, options);
     let ended = simulation.run_until(10.0).unwrap_err();
     assert!(ended.to_string().contains("body 0 is too fast"), "{ended}");
-    let RunError::BlowUp { time, speed, .. } = ended else { panic!("{ended}") };
+    let RunError::BlowUp { time, speed, .. } = ended else {
+        panic!("{ended}")
+    };
     assert!((time.to_f64() - 0.45).abs() < 1e-12 && speed > 1e60);
     assert!((199..=201).contains(&simulation.view().counters().collisions));
     // The run cannot continue, and a further call changes nothing.
     let stopped = simulation.view().bodies().next().unwrap().motion;
     let (at, collisions) = (simulation.time(), simulation.view().counters().collisions);
-    assert!(matches!(simulation.run_until(10.0), Err(RunError::BlowUp { .. })));
+    assert!(matches!(
+        simulation.run_until(10.0),
+        Err(RunError::BlowUp { .. })
+    ));
     let still = simulation.view().bodies().next().unwrap().motion;
     assert_eq!(still.velocity, stopped.velocity);
     assert!((still.position - stopped.position).length() < 1e-15);
@@ -42,12 +47,18 @@ fn check_blow_up<S: Scheduler>(options: &S::Options) {
     assert!((simulation.view().energy() / simulation.view().ledger().booked() - 1.0).abs() < 1e-12);
 
     // A gas of molecules with an elasticity just above 1.
-    let mut gas = Scene { gas: vec![gas("disc", 0.05, 20), gas("dumbbell", 0.03, 10)], ..Scene::default() };
+    let mut gas = Scene {
+        gas: vec![gas("disc", 0.05, 20), gas("dumbbell", 0.03, 10)],
+        ..Scene::default()
+    };
     gas.elasticity.default = 1.2;
     let mut simulation = simulate::<S>(&gas, options);
     // At such speeds the clock may stop advancing before a speed is out of range.
     let ended = simulation.run_until(1e3);
-    assert!(matches!(ended, Err(RunError::BlowUp { .. } | RunError::TimeStandsStill { .. })));
+    assert!(matches!(
+        ended,
+        Err(RunError::BlowUp { .. } | RunError::TimeStandsStill { .. })
+    ));
     let energy = simulation.view().energy();
     assert!(energy.is_finite(), "{energy}");
     assert_eq!(simulation.view().overlaps().pairs, 0);
@@ -58,15 +69,27 @@ fn check_refused_contact<S: Scheduler>(options: &S::Options) {
     // the contact elastic.
     let mut scene = scene(vec![
         disc(0.05, 1e9, [0.25, 0.5], [0.9e60, 0.0]),
-        MoleculeSpec { orientation_turns: Some(0.25), ..named("dumbbell", 0.05, 1.0, [0.6, 0.53]) },
+        MoleculeSpec {
+            orientation_turns: Some(0.25),
+            ..named("dumbbell", 0.05, 1.0, [0.6, 0.53])
+        },
     ]);
     scene.elasticity.default = 0.0;
     scene.elasticity.contact_time = 1.0;
     let mut simulation = simulate::<S>(&scene, options);
     for _ in 0..3 {
-        assert!(matches!(simulation.run_until(1e-59), Err(RunError::BlowUp { .. })));
+        assert!(matches!(
+            simulation.run_until(1e-59),
+            Err(RunError::BlowUp { .. })
+        ));
         let view = simulation.view();
-        assert_eq!((view.counters().guarded_collisions, view.counters().collisions), (0, 0));
+        assert_eq!(
+            (
+                view.counters().guarded_collisions,
+                view.counters().collisions
+            ),
+            (0, 0)
+        );
         assert_eq!((view.ledger().spared, view.ledger().lost), (0.0, 0.0));
     }
 }
@@ -115,7 +138,12 @@ fn check_chain<S: Scheduler>(options: &S::Options) {
     let mut blows = Encounters::since(EpochTime::ZERO);
     simulation.observe_until(1.5, &mut blows).unwrap();
     assert_eq!(blows.list.len(), COUNT);
-    assert!(blows.list.iter().all(|blow| (blow.time - 1.0).abs() < 1e-13));
+    assert!(
+        blows
+            .list
+            .iter()
+            .all(|blow| (blow.time - 1.0).abs() < 1e-13)
+    );
     assert!((velocity(&simulation.view(), COUNT) - DVec2::X).length() < 1e-13);
 }
 
@@ -124,8 +152,17 @@ fn check_lattice<S: Scheduler>(options: &S::Options) {
     // of cells and move outwards.
     const SIDE: usize = 8;
     let lattice = |velocity: fn(usize, usize) -> [f64; 2]| {
-        let place = |k: usize| [(k % SIDE) as f64 / SIDE as f64, (k / SIDE) as f64 / SIDE as f64];
-        scene((0..SIDE * SIDE).map(|k| disc(0.03125, 1.0, place(k), velocity(k % SIDE, k / SIDE))).collect())
+        let place = |k: usize| {
+            [
+                (k % SIDE) as f64 / SIDE as f64,
+                (k / SIDE) as f64 / SIDE as f64,
+            ]
+        };
+        scene(
+            (0..SIDE * SIDE)
+                .map(|k| disc(0.03125, 1.0, place(k), velocity(k % SIDE, k / SIDE)))
+                .collect(),
+        )
     };
     let mut together = simulate::<S>(&lattice(|_, _| [-1.0, -1.0]), options);
     together.run_until(3.0).unwrap();
@@ -134,7 +171,13 @@ fn check_lattice<S: Scheduler>(options: &S::Options) {
 
     // Neighbours in a row move towards each other: 32 pairs collide at one instant, and so on after
     // each reversal.
-    let mirrored = lattice(|column, _| if column % 2 == 0 { [1.0, 0.0] } else { [-1.0, 0.0] });
+    let mirrored = lattice(|column, _| {
+        if column % 2 == 0 {
+            [1.0, 0.0]
+        } else {
+            [-1.0, 0.0]
+        }
+    });
     let mut simulation = simulate::<S>(&mirrored, options);
     let mut list = Encounters::since(EpochTime::ZERO);
     simulation.observe_until(0.5, &mut list).unwrap();
@@ -147,13 +190,18 @@ fn check_lattice<S: Scheduler>(options: &S::Options) {
     assert_eq!(simulation.view().energy(), 32.0);
     assert_eq!(simulation.view().momentum(), DVec2::ZERO);
     // Events at the same instant, to the last bit, are in order of insertion of the first body.
-    let ties: Vec<_> = list.list.windows(2).filter(|pair| pair[0].time == pair[1].time).collect();
+    let ties: Vec<_> = list
+        .list
+        .windows(2)
+        .filter(|pair| pair[0].time == pair[1].time)
+        .collect();
     assert!(ties.len() > SIDE * SIDE && ties.iter().all(|pair| pair[0].bodies < pair[1].bodies));
 
     // Four discs meet at one point, from four sides.
     let four = [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]];
     let run = || {
-        let discs = four.map(|[x, y]| disc(0.0625, 1.0, [0.5 + 0.25 * x, 0.5 + 0.25 * y], [-x, -y]));
+        let discs =
+            four.map(|[x, y]| disc(0.0625, 1.0, [0.5 + 0.25 * x, 0.5 + 0.25 * y], [-x, -y]));
         let mut simulation = simulate::<S>(&scene(discs.to_vec()), options);
         simulation.run_until(0.5).unwrap();
         simulation
@@ -169,20 +217,35 @@ fn check_stall<S: Scheduler>(options: &S::Options) {
     // A disc is held between a bumper and a heavy disc that approaches. The faster it moves back
     // and forth, the smaller the gap, and elastic contacts would reverse the heavy disc. The
     // momentum of the heavy disc wins with e = 0.05.
-    let mut vice =
-        scene(vec![disc(0.05, 1e-9, [0.2, 0.5], [0.0; 2]), disc(0.1, 1e9, [0.5, 0.5], [-1.0, 0.0])]);
+    let mut vice = scene(vec![
+        disc(0.05, 1e-9, [0.2, 0.5], [0.0; 2]),
+        disc(0.1, 1e9, [0.5, 0.5], [-1.0, 0.0]),
+    ]);
     vice.bumper = vec![bumper(0.1, [0.0, 0.5])];
     vice.molecule[0].tags = vec!["small".to_owned(), "held".to_owned()];
     vice.elasticity.default = 0.05;
     vice.elasticity.contact_time = 0.0;
     let mut simulation = simulate::<S>(&vice, options);
     let ended = simulation.run_until(10.0).unwrap_err();
-    assert!(ended.to_string().contains("body 0 (tags small, held) has had"), "{ended}");
-    let RunError::Stalled { time, contacts, .. } = ended else { panic!("{ended}") };
+    assert!(
+        ended
+            .to_string()
+            .contains("body 0 (tags small, held) has had"),
+        "{ended}"
+    );
+    let RunError::Stalled { time, contacts, .. } = ended else {
+        panic!("{ended}")
+    };
     // The gap between bumper and heavy disc, 0.5 − 0.2 − 0.1, closes at speed 1.
-    assert!((time.to_f64() - 0.2).abs() < 1e-9 && contacts > 100, "{time}");
+    assert!(
+        (time.to_f64() - 0.2).abs() < 1e-9 && contacts > 100,
+        "{time}"
+    );
     for _ in 0..2 {
-        assert!(matches!(simulation.run_until(10.0), Err(RunError::Stalled { .. })));
+        assert!(matches!(
+            simulation.run_until(10.0),
+            Err(RunError::Stalled { .. })
+        ));
         assert!(simulation.time().since(time).abs() < 1e-12);
         assert!(simulation.view().overlaps().deepest_length < 1e-12);
     }
@@ -200,7 +263,10 @@ fn bodies_too_small_for_the_rounding_of_positions_are_refused() {
     };
     let refusal = |scene: &Scene| Simulation::new(scene).err().map(|error| error.to_string());
     let message = refusal(&pair(4e-14)).expect("it is refused");
-    assert!(message.contains("molecule[0] and molecule[1]") && message.contains("8e-14"), "{message}");
+    assert!(
+        message.contains("molecule[0] and molecule[1]") && message.contains("8e-14"),
+        "{message}"
+    );
     assert_eq!(refusal(&pair(6e-14)), None);
     // A point among large discs is accepted.
     let mut point = pair(0.05);
@@ -218,7 +284,10 @@ fn a_guard_below_the_rounding_of_positions_is_refused() {
     assert_eq!(refusal(0.0), None);
     assert_eq!(refusal(1e-5), None);
     let message = refusal(2e-6).expect("it is refused");
-    assert!(message.contains("elasticity.contact_time") && message.contains("2e-6"), "{message}");
+    assert!(
+        message.contains("elasticity.contact_time") && message.contains("2e-6"),
+        "{message}"
+    );
 }
 
 fn check_wedge<S: Scheduler>(options: &S::Options) {
@@ -226,29 +295,53 @@ fn check_wedge<S: Scheduler>(options: &S::Options) {
     // as at the tip of a wedge of 5e-5 radians, with π/5e-5 contacts in no time.
     let mut funnel = scene(vec![disc(0.0625, 1.0, [0.25, 0.5], [1.0, 0.0])]);
     let away = 0.125 + 0.0625 * (1.0 - 1e-9);
-    funnel.bumper = vec![bumper(0.125, [0.625, 0.5 - away]), bumper(0.125, [0.625, 0.5 + away])];
+    funnel.bumper = vec![
+        bumper(0.125, [0.625, 0.5 - away]),
+        bumper(0.125, [0.625, 0.5 + away]),
+    ];
     let ended = simulate::<S>(&funnel, options).run_until(1.0);
-    assert!(matches!(ended, Err(RunError::Stalled { contacts: 1001, .. })), "{ended:?}");
+    assert!(
+        matches!(ended, Err(RunError::Stalled { contacts: 1001, .. })),
+        "{ended:?}"
+    );
 }
 
 fn check_outpaced<S: Scheduler>(options: &S::Options) {
     let with_slow = |fast| scene(vec![fast, disc(0.02, 1.0, [0.7, 0.1], [1.0, 0.25])]);
     // An epoch ends after 64 turns, or a few crossings of the box, in which the slow disc moves by
     // about 1e-14 of the side.
-    let rotor = |spin: f64| MoleculeSpec { angular_velocity: spin, ..named("rod:6", 0.02, 10.0, [0.3, 0.5]) };
+    let rotor = |spin: f64| MoleculeSpec {
+        angular_velocity: spin,
+        ..named("rod:6", 0.02, 10.0, [0.3, 0.5])
+    };
     let flier = |speed: f64| disc(0.02, 1.0, [0.3, 0.5], [speed, 0.0]);
     let ended = |scene: &Scene, until: f64| simulate::<S>(scene, options).run_until(until);
     for fast in [rotor(4e16), rotor(4e30), flier(1e14), flier(1e30)] {
         let scene = with_slow(fast);
         let mut simulation = simulate::<S>(&scene, options);
         let error = simulation.run_until(0.2).unwrap_err();
-        let RunError::TimeScalesTooFarApart { time, speed, spin, way, .. } = error.clone() else {
+        let RunError::TimeScalesTooFarApart {
+            time,
+            speed,
+            spin,
+            way,
+            ..
+        } = error.clone()
+        else {
             panic!("{error}")
         };
-        assert!(spin == scene.molecule[0].angular_velocity && speed == scene.molecule[0].velocity[0]);
+        assert!(
+            spin == scene.molecule[0].angular_velocity && speed == scene.molecule[0].velocity[0]
+        );
         // The error is returned before any position has an error above 1e-10.
-        assert!(time.to_f64() > 0.0 && time.to_f64() < 1e-8 && way < 1e-13, "{time} {way}");
-        assert!(error.to_string().contains("body 0") && error.to_string().contains("body 1"), "{error}");
+        assert!(
+            time.to_f64() > 0.0 && time.to_f64() < 1e-8 && way < 1e-13,
+            "{time} {way}"
+        );
+        assert!(
+            error.to_string().contains("body 0") && error.to_string().contains("body 1"),
+            "{error}"
+        );
         // The run cannot continue, and a further call changes nothing.
         assert_eq!(simulation.run_until(0.2), Err(error));
         assert_eq!(simulation.view().overlaps().pairs, 0);
@@ -268,7 +361,9 @@ fn check_outpaced<S: Scheduler>(options: &S::Options) {
         let factor = 2f64.powi(power);
         let mut scene = with_slow(rotor(4e16 * factor));
         scene.molecule[1].velocity = [factor, 0.25 * factor];
-        let Err(RunError::TimeScalesTooFarApart { time, .. }) = ended(&scene, 0.2 / factor) else { panic!() };
+        let Err(RunError::TimeScalesTooFarApart { time, .. }) = ended(&scene, 0.2 / factor) else {
+            panic!()
+        };
         time.to_f64() * factor
     });
     assert!(times[1] == times[0], "{times:?}");

@@ -1,7 +1,9 @@
 //! `CellScheduler` in all kinds of scenes: crowded cells, long runs.
 
 use crate::support::{Encounters, disc, named, scene, scenes, simulate, test_each_instruction_set};
-use carom_engine::{CellScheduler, CellsPerSide, HeapScheduler, Instructions, MoleculeSpec, Scheduler};
+use carom_engine::{
+    CellScheduler, CellsPerSide, HeapScheduler, Instructions, MoleculeSpec, Scheduler,
+};
 use carom_kinematics::EpochTime;
 
 test_each_instruction_set! {
@@ -27,7 +29,10 @@ fn check_heap_of_discs(instructions: Instructions) {
 }
 
 fn check_heap_of_molecules(instructions: Instructions) {
-    check_heap(instructions, |at, velocity| MoleculeSpec { velocity, ..named("dumbbell", 0.0005, 1.0, at) });
+    check_heap(instructions, |at, velocity| MoleculeSpec {
+        velocity,
+        ..named("dumbbell", 0.0005, 1.0, at)
+    });
 }
 
 fn check_heap(instructions: Instructions, body: impl Fn([f64; 2], [f64; 2]) -> MoleculeSpec) {
@@ -39,14 +44,22 @@ fn check_heap(instructions: Instructions, body: impl Fn([f64; 2], [f64; 2]) -> M
     let heap = scene(heap.collect());
     let mut cells = simulate::<CellScheduler>(&heap, &instructions);
     let mut thesis = simulate::<HeapScheduler>(&heap, &CellsPerSide::Given(1));
-    let (mut ours, mut theirs) = (Encounters::since(EpochTime::ZERO), Encounters::since(EpochTime::ZERO));
+    let (mut ours, mut theirs) = (
+        Encounters::since(EpochTime::ZERO),
+        Encounters::since(EpochTime::ZERO),
+    );
     for _ in 0..100 {
         cells.step(1.0, &mut ours).unwrap();
         thesis.step(1.0, &mut theirs).unwrap();
         cells.check_invariants(0.01).unwrap();
     }
-    let partners =
-        |contacts: &Encounters| contacts.list.iter().map(|contact| contact.bodies).collect::<Vec<_>>();
+    let partners = |contacts: &Encounters| {
+        contacts
+            .list
+            .iter()
+            .map(|contact| contact.bodies)
+            .collect::<Vec<_>>()
+    };
     assert_eq!(partners(&ours), partners(&theirs));
 }
 

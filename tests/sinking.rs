@@ -14,10 +14,10 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 /// Deepest allowed overlap, in roundings (ε) of the side of the box.
-const DEEPEST: f64 = 16.0;
+const MAX_DEPTH: f64 = 16.0;
 
 /// A run stops after this many contacts, so that pairs that rattle at elasticity 1 end.
-const MOST_CONTACTS: u64 = 20_000;
+const MAX_CONTACTS: u64 = 20_000;
 
 /// Result of a run.
 #[derive(Debug, Clone, Copy, Default)]
@@ -34,7 +34,13 @@ impl Observer for Depth {
         // The box is the unit square.
         let image = DVec2::new(report.image[0] as f64, report.image[1] as f64);
         let separation = (b.before.position - a.before.position) + image;
-        let gap = gap_between(a.body.molecule(), rotation(a), b.body.molecule(), rotation(b), separation);
+        let gap = gap_between(
+            a.body.molecule(),
+            rotation(a),
+            b.body.molecule(),
+            rotation(b),
+            separation,
+        );
         self.deepest = self.deepest.max(-gap / f64::EPSILON);
         self.contacts += 1;
     }
@@ -88,7 +94,12 @@ impl Draw {
         let shape = self.one_of(&["disc", "disc", "dumbbell", "tee", "rod:4", "cross", "rod:9"]);
         let radius = 0.01 * 10f64.powf(self.between(-1.0, 0.0));
         let mass = 10f64.powf(self.between(-2.0, 2.0));
-        let mut body = named(shape, radius, mass, [self.between(0.4, 0.6), self.between(0.4, 0.6)]);
+        let mut body = named(
+            shape,
+            radius,
+            mass,
+            [self.between(0.4, 0.6), self.between(0.4, 0.6)],
+        );
         body.orientation = Some(self.between(0.0, TAU));
         let rotates = shape != "disc" && self.0.random::<f64>() < 0.8;
         if rotates {
@@ -101,7 +112,11 @@ impl Draw {
 
     /// The initial gap: none, or one between 10⁻¹⁷ and 10⁻⁹.
     fn gap(&mut self) -> f64 {
-        if self.0.random::<f64>() < 0.3 { 0.0 } else { 10f64.powf(self.between(-17.0, -9.0)) }
+        if self.0.random::<f64>() < 0.3 {
+            0.0
+        } else {
+            10f64.powf(self.between(-17.0, -9.0))
+        }
     }
 
     /// Places a body next to another, `gap` away from it in a random direction, with a slow or fast
@@ -110,8 +125,9 @@ impl Draw {
         let gap = self.gap();
         let towards = self.direction();
         let [a, b] = [first, &*body].map(molecule);
-        let rotation =
-            |spec: &MoleculeSpec| Orientation::from_radians(spec.orientation.unwrap_or(0.0)).cos_sin();
+        let rotation = |spec: &MoleculeSpec| {
+            Orientation::from_radians(spec.orientation.unwrap_or(0.0)).cos_sin()
+        };
         let mut distance = a.bounding_radius() + b.bounding_radius() + gap;
         for _ in 0..200 {
             let now = gap_between(&a, rotation(first), &b, rotation(body), distance * towards);
@@ -120,7 +136,8 @@ impl Draw {
         body.at = (DVec2::from_array(first.at) + distance * towards).to_array();
         let closing = self.one_of(&[0.0, 1e-15, 1e-12, 1e-9, 1e-3, 1.0]) * self.between(-0.2, 1.0);
         let slip = self.one_of(&[0.0, 1e-6, 1.0]) * self.between(-1.0, 1.0);
-        let velocity = DVec2::from_array(first.velocity) - closing * towards + slip * towards.perp();
+        let velocity =
+            DVec2::from_array(first.velocity) - closing * towards + slip * towards.perp();
         body.velocity = velocity.to_array();
     }
 
@@ -147,8 +164,14 @@ impl Draw {
         let mut scene = scene(bodies);
         if self.0.random::<f64>() < 0.2 {
             let [x, y] = [self.between(0.0, 0.3), self.between(0.0, 1.0)];
-            scene.wall.push(WallSpec { x: Some(x), ..WallSpec::default() });
-            scene.wall.push(WallSpec { y: Some(0.5 * y), ..WallSpec::default() });
+            scene.wall.push(WallSpec {
+                x: Some(x),
+                ..WallSpec::default()
+            });
+            scene.wall.push(WallSpec {
+                y: Some(0.5 * y),
+                ..WallSpec::default()
+            });
             for body in &mut scene.molecule {
                 body.at = [body.at[0] + 0.1, body.at[1] + 0.25];
             }
@@ -165,9 +188,16 @@ fn molecule(spec: &MoleculeSpec) -> Molecule {
 }
 
 fn gap_of(a: &MoleculeSpec, b: &MoleculeSpec) -> f64 {
-    let rotation = |spec: &MoleculeSpec| Orientation::from_radians(spec.orientation.unwrap_or(0.0)).cos_sin();
+    let rotation =
+        |spec: &MoleculeSpec| Orientation::from_radians(spec.orientation.unwrap_or(0.0)).cos_sin();
     let separation = DVec2::from_array(b.at) - DVec2::from_array(a.at);
-    gap_between(&molecule(a), rotation(a), &molecule(b), rotation(b), separation)
+    gap_between(
+        &molecule(a),
+        rotation(a),
+        &molecule(b),
+        rotation(b),
+        separation,
+    )
 }
 
 /// Defines two tests of a slow check, `name::thesis` and `name::cells_widest`.
@@ -195,11 +225,13 @@ test_both_schedulers! {
 }
 
 fn check_discs_together<S: Scheduler>(options: &S::Options) {
-    let mut together =
-        scene(vec![disc(0.05, 1.0, [0.38, 0.41], [1.24, 0.88]), disc(0.05, 1.0, [0.62, 0.59], [0.76, 0.52])]);
+    let mut together = scene(vec![
+        disc(0.05, 1.0, [0.38, 0.41], [1.24, 0.88]),
+        disc(0.05, 1.0, [0.62, 0.59], [0.76, 0.52]),
+    ]);
     together.elasticity.default = 0.0;
-    let result = depth::<S>(&together, options, 1e6, MOST_CONTACTS);
-    assert!(result.deepest <= DEEPEST, "{result:?}");
+    let result = depth::<S>(&together, options, 1e6, MAX_CONTACTS);
+    assert!(result.deepest <= MAX_DEPTH, "{result:?}");
 }
 
 /// Two free dumbbells that start a few roundings apart and at first touch about 10⁸ times per unit
@@ -229,7 +261,10 @@ fn check_chatter<S: Scheduler>(options: &S::Options) {
     ]);
     let result = depth::<S>(&chatter, options, 1e-2, u64::MAX);
     eprintln!("{result:?}");
-    assert!(result.contacts > 1000 && result.deepest <= DEEPEST, "{result:?}");
+    assert!(
+        result.contacts > 1000 && result.deepest <= MAX_DEPTH,
+        "{result:?}"
+    );
 }
 
 fn check_clusters<S: Scheduler>(options: &S::Options) {
@@ -247,8 +282,9 @@ fn check_unguarded_clusters<S: Scheduler>(options: &S::Options) {
 /// Runs random clusters; environment variables set their number and duration: `CASES=10000
 /// UNTIL=1e6` takes hours.
 fn check<S: Scheduler>(options: &S::Options, elasticity: f64, contact_time: Option<f64>) {
-    let setting =
-        |name: &str, default: f64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
+    let setting = |name: &str, default: f64| {
+        std::env::var(name).map_or(default, |text| text.parse().unwrap())
+    };
     let (cases, until) = (setting("CASES", 40.0) as u64, setting("UNTIL", 1e3));
     let mut worst = Depth::default();
     for case in 0..cases {
@@ -256,8 +292,12 @@ fn check<S: Scheduler>(options: &S::Options, elasticity: f64, contact_time: Opti
         if let Some(contact_time) = contact_time {
             scene.elasticity.contact_time = contact_time;
         }
-        let result = depth::<S>(&scene, options, until, MOST_CONTACTS);
-        assert!(result.deepest <= DEEPEST, "e = {elasticity}, case {case}: {result:?}\n{}", scene.to_toml());
+        let result = depth::<S>(&scene, options, until, MAX_CONTACTS);
+        assert!(
+            result.deepest <= MAX_DEPTH,
+            "e = {elasticity}, case {case}: {result:?}\n{}",
+            scene.to_toml()
+        );
         worst.deepest = worst.deepest.max(result.deepest);
         worst.contacts = worst.contacts.max(result.contacts);
     }

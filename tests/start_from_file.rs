@@ -68,7 +68,11 @@ fn differences(one: &Simulation, other: &Simulation) -> [f64; 4] {
         let apart = a.motion.position - b.motion.position;
         let turns = a.motion.orientation.turns() - b.motion.orientation.turns();
         // A disc has no orientation.
-        let turned = if a.body.molecule().is_disc() { 0.0 } else { (turns - turns.round()).abs() };
+        let turned = if a.body.molecule().is_disc() {
+            0.0
+        } else {
+            (turns - turns.round()).abs()
+        };
         let all = [
             (apart - sides * (apart / sides).round()).length(),
             (a.motion.velocity - b.motion.velocity).length(),
@@ -111,7 +115,10 @@ fn a_gas_of_discs_continues_to_the_bit() {
     first.run_until(0.2).unwrap();
     let second = Simulation::new(&from(gas, &snapshot(&first))).unwrap();
     assert_eq!(differences(&first, &second), [0.0; 4]);
-    assert_eq!(first.view().energy().to_bits(), second.view().energy().to_bits());
+    assert_eq!(
+        first.view().energy().to_bits(),
+        second.view().energy().to_bits()
+    );
 }
 
 /// A snapshot with other columns, as of another program: the rows of the atoms that move, after
@@ -125,7 +132,11 @@ fn reduced(text: &str, properties: &str, columns: impl Fn(&[&str]) -> String) ->
         .map(|words| columns(&words))
         .collect();
     let lattice = "Lattice=\"1.5 0.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0\"";
-    format!("{}\n{lattice} Properties={properties} pbc=\"T T F\"\n{}\n", rows.len(), rows.join("\n"))
+    format!(
+        "{}\n{lattice} Properties={properties} pbc=\"T T F\"\n{}\n",
+        rows.len(),
+        rows.join("\n")
+    )
 }
 
 #[test]
@@ -133,11 +144,23 @@ fn orientations_and_velocities_follow_from_those_of_the_atoms() {
     let mut first = Simulation::new(&Scene::from_toml(ALL).unwrap()).unwrap();
     first.run_until(0.3).unwrap();
     // Atoms wrapped into the box one by one, and momenta instead of velocities, as ASE writes them.
-    let text = reduced(&snapshot(&first), "species:S:1:pos:R:3:momenta:R:3", |words| {
-        let number = |index: usize| words[index].parse::<f64>().unwrap();
-        let (x, y, mass) = (number(1).rem_euclid(1.5), number(2).rem_euclid(1.0), number(12));
-        format!("Ar {x:?} {y:?} 0.0 {:?} {:?} 0.0", mass * number(4), mass * number(5))
-    });
+    let text = reduced(
+        &snapshot(&first),
+        "species:S:1:pos:R:3:momenta:R:3",
+        |words| {
+            let number = |index: usize| words[index].parse::<f64>().unwrap();
+            let (x, y, mass) = (
+                number(1).rem_euclid(1.5),
+                number(2).rem_euclid(1.0),
+                number(12),
+            );
+            format!(
+                "Ar {x:?} {y:?} 0.0 {:?} {:?} 0.0",
+                mass * number(4),
+                mass * number(5)
+            )
+        },
+    );
     let second = Simulation::new(&from(ALL, &text)).unwrap();
     let [place, velocity, turned, spin] = differences(&first, &second);
     assert!(place < 1e-14 && turned < 1e-13, "{place:e} {turned:e}");
@@ -149,7 +172,9 @@ fn velocities_that_the_file_lacks_are_drawn() {
     let mut first = Simulation::new(&Scene::from_toml(ALL).unwrap()).unwrap();
     let drawn = first.clone();
     first.run_until(0.3).unwrap();
-    let text = reduced(&snapshot(&first), "species:S:1:pos:R:3", |words| words[..4].join(" "));
+    let text = reduced(&snapshot(&first), "species:S:1:pos:R:3", |words| {
+        words[..4].join(" ")
+    });
     let second = Simulation::new(&from(ALL, &text)).unwrap();
     let [place, velocity, turned, _] = differences(&first, &second);
     assert!(place < 1e-13 && turned < 1e-12, "{place:e} {turned:e}");
@@ -161,7 +186,10 @@ fn velocities_that_the_file_lacks_are_drawn() {
 
 fn refusal(scene: &str, text: &str) -> String {
     let frame = frame_of(text, None).unwrap();
-    Simulation::new(&from(scene, frame)).map(|_| ()).expect_err("refused").to_string()
+    Simulation::new(&from(scene, frame))
+        .map(|_| ())
+        .expect_err("refused")
+        .to_string()
 }
 
 #[test]
@@ -171,11 +199,31 @@ fn bad_snapshots_are_refused_by_line() {
     let good = format!("2\n{head}\nH 0.25 0.5 0\nH 0.75 0.5 0\n");
     assert!(Simulation::new(&from(scene, &good)).is_ok());
     for (from, to, expected) in [
-        ("H 0.75", "H 0.35", "start.from: gas[0] of line 3 and gas[0] of line 4 overlap by 0.1"),
-        ("H 0.75", "H 1.15", "start.from: gas[0] of line 3 and gas[0] of line 4 overlap"),
-        ("H 0.75", "H 2.75", "line 4: [2.75, 0.5] is more than a side of the box away"),
-        ("H 0.75", "H NaN", "line 4: a finite number is expected, not \"NaN\""),
-        ("1 0 0 0 1", "1 0 0 0 2", "line 2: the box of the file is 1 × 2, that of the scene 1 × 1"),
+        (
+            "H 0.75",
+            "H 0.35",
+            "start.from: gas[0] of line 3 and gas[0] of line 4 overlap by 0.1",
+        ),
+        (
+            "H 0.75",
+            "H 1.15",
+            "start.from: gas[0] of line 3 and gas[0] of line 4 overlap",
+        ),
+        (
+            "H 0.75",
+            "H 2.75",
+            "line 4: [2.75, 0.5] is more than a side of the box away",
+        ),
+        (
+            "H 0.75",
+            "H NaN",
+            "line 4: a finite number is expected, not \"NaN\"",
+        ),
+        (
+            "1 0 0 0 1",
+            "1 0 0 0 2",
+            "line 2: the box of the file is 1 × 2, that of the scene 1 × 1",
+        ),
         ("2\nL", "1\nL", "the number of atoms is expected"),
     ] {
         let text = good.replacen(from, to, 1);
@@ -186,31 +234,49 @@ fn bad_snapshots_are_refused_by_line() {
         assert!(message.contains(expected), "{to}: {message}");
     }
     let one = format!("1\n{head}\nH 0.25 0.5 0\n");
-    assert!(refusal(scene, &one).contains("line 1: the file has 1 atoms, the bodies of the scene have 2"));
+    assert!(
+        refusal(scene, &one)
+            .contains("line 1: the file has 1 atoms, the bodies of the scene have 2")
+    );
     let radii = format!("2\n{head}:radius:R:1\nH 0.25 0.5 0 0.1\nH 0.75 0.5 0 0.2\n");
     assert!(refusal(scene, &radii).contains("line 4: the radius is 0.2, in the scene 0.1"));
     let fast = format!("2\n{head}:vel:R:3\nH 0.25 0.5 0 1e70 0 0\nH 0.75 0.5 0 0 0 0\n");
     assert!(refusal(scene, &fast).contains("start.from, line 3: the velocity must be"));
-    let dumbbell =
-        "[[gas]]\nshape = \"dumbbell\"\natom_radius = 0.1\natom_mass = 1.0\nenergy = 1.0\ncount = 1\n";
+    let dumbbell = "[[gas]]\nshape = \"dumbbell\"\natom_radius = 0.1\natom_mass = 1.0\nenergy = 1.0\ncount = 1\n";
     assert!(refusal(dumbbell, &good).contains("away from its place in the molecule of line 3"));
-    let bumper = format!("[[bumper]]\nradius = 0.1\nat = [0.25, 0.6]\n{}", scene.replace("= 2", "= 1"));
+    let bumper = format!(
+        "[[bumper]]\nradius = 0.1\nat = [0.25, 0.6]\n{}",
+        scene.replace("= 2", "= 1")
+    );
     assert!(refusal(&bumper, &good).contains("line 3: a fixed body has another place"));
     let mut grown = from(scene, &good);
     grown.start.relax = Some(1.0);
-    assert!(Simulation::new(&grown).unwrap_err().to_string().contains("either `from`, or `placement`"));
+    assert!(
+        Simulation::new(&grown)
+            .unwrap_err()
+            .to_string()
+            .contains("either `from`, or `placement`")
+    );
     let unread = Scene::from_toml(&format!("[start]\nfrom = \"end.extxyz\"\n{scene}")).unwrap();
-    assert!(Simulation::new(&unread).unwrap_err().to_string().contains("has not been read"));
+    assert!(
+        Simulation::new(&unread)
+            .unwrap_err()
+            .to_string()
+            .contains("has not been read")
+    );
     assert_eq!(Scene::from_toml(&unread.to_toml()).unwrap(), unread);
 }
 
 #[test]
 fn a_dumbbell_across_the_border_is_put_together() {
-    let scene =
-        "[[gas]]\nshape = \"dumbbell\"\natom_radius = 0.1\natom_mass = 1.0\nenergy = 1.0\ncount = 1\n";
+    let scene = "[[gas]]\nshape = \"dumbbell\"\natom_radius = 0.1\natom_mass = 1.0\nenergy = 1.0\ncount = 1\n";
     let text = "2\n\nH 0.95 0.5 0\nH 0.15 0.5 0\n";
     let simulation = Simulation::new(&from(scene, text)).unwrap();
     let motion = simulation.view().bodies().next().unwrap().motion;
-    assert!((motion.position - DVec2::new(0.05, 0.5)).length() < 1e-15, "{}", motion.position);
+    assert!(
+        (motion.position - DVec2::new(0.05, 0.5)).length() < 1e-15,
+        "{}",
+        motion.position
+    );
     assert!(motion.orientation.turns().abs() < 1e-15);
 }

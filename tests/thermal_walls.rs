@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 
 use carom_detection::Exact;
 use carom_engine::{
-    CellsPerSide, CollisionReport, HeapScheduler, Observer, Placement, Scene, SceneError, Simulation,
-    WallSpec,
+    CellsPerSide, CollisionReport, HeapScheduler, Observer, Placement, Scene, SceneError,
+    Simulation, WallSpec,
 };
 use carom_kinematics::EpochTime;
 use carom_response::Impact;
@@ -35,8 +35,14 @@ fn mean(blocks: &[f64]) -> (f64, f64) {
 
 fn assert_near(blocks: &[f64], expected: f64, what: &str) {
     let (mean, error) = mean(blocks);
-    assert!(error < 0.01 * expected.abs(), "{what}: {mean} ± {error} is too uncertain");
-    assert!((mean - expected).abs() < TOLERANCE * error, "{what}: {mean} ± {error}, expected {expected}");
+    assert!(
+        error < 0.01 * expected.abs(),
+        "{what}: {mean} ± {error} is too uncertain"
+    );
+    assert!(
+        (mean - expected).abs() < TOLERANCE * error,
+        "{what}: {mean} ± {error}, expected {expected}"
+    );
 }
 
 fn assert_booked(simulation: &Simulation) {
@@ -48,7 +54,13 @@ fn assert_booked(simulation: &Simulation) {
 
 /// kT of motion along x, along y and of rotation of all bodies: ⟨m v_x²⟩, ⟨m v_y²⟩, ⟨I ω²⟩.
 fn temperatures(simulation: &Simulation) -> [f64; 3] {
-    let moving = || simulation.view().bodies().filter(|body| !body.body.is_fixed()).collect::<Vec<_>>();
+    let moving = || {
+        simulation
+            .view()
+            .bodies()
+            .filter(|body| !body.body.is_fixed())
+            .collect::<Vec<_>>()
+    };
     let count = moving().len() as f64;
     let mut sums = [0.0; 3];
     for body in moving() {
@@ -68,7 +80,9 @@ fn a_gas_of_discs_reaches_the_temperature_of_its_walls() {
     simulation.run_until(10.0).unwrap();
     let mut blocks = [vec![], vec![]];
     for sample in 1..=1500 {
-        simulation.run_until(10.0 + 1.5 * f64::from(sample)).unwrap();
+        simulation
+            .run_until(10.0 + 1.5 * f64::from(sample))
+            .unwrap();
         let [x, y, _] = temperatures(&simulation);
         blocks[0].push(x);
         blocks[1].push(y);
@@ -98,7 +112,9 @@ fn dumbbells_between_equal_walls_share_the_energy_with_their_rotation() {
         let mut sums = [0.0; 3];
         let samples = 2000;
         for sample in 1..=samples {
-            simulation.run_until(20.0 + 0.5 * f64::from(sample)).unwrap();
+            simulation
+                .run_until(20.0 + 0.5 * f64::from(sample))
+                .unwrap();
             for (sum, kt) in sums.iter_mut().zip(temperatures(&simulation)) {
                 *sum += kt / f64::from(samples);
             }
@@ -147,7 +163,11 @@ struct Heat {
 
 impl Observer for Heat {
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some(wall) = report.sides.iter().position(|side| side.body.wall_temperature().is_some()) else {
+        let Some(wall) = report
+            .sides
+            .iter()
+            .position(|side| side.body.wall_temperature().is_some())
+        else {
             return;
         };
         let side = &report.sides[1 - wall];
@@ -182,7 +202,10 @@ fn heat_flows_between_walls_as_in_a_collisionless_gas() {
         let mut heat = Heat::default();
         let time = 15_000.0;
         simulation.observe_until(20.0 + time, &mut heat).unwrap();
-        assert_eq!(simulation.view().counters().collisions, simulation.view().counters().thermal_collisions);
+        assert_eq!(
+            simulation.view().counters().collisions,
+            simulation.view().counters().thermal_collisions
+        );
         flux.push(0.5 * (heat.given[0] - heat.given[1]) / time);
         rate.push(0.5 * (heat.hits[0] + heat.hits[1]) / time);
         assert_booked(&simulation);
@@ -194,7 +217,11 @@ fn heat_flows_between_walls_as_in_a_collisionless_gas() {
 /// A scene with thermal walls and all kinds of bodies.
 fn mixed() -> Scene {
     let mut scene = crate::support::reference_scene(8);
-    scene.wall = channel([1.0, 3.0], "radius = 0.1\nmass = 1.0\nenergy = 1.0\ncount = 1").wall;
+    scene.wall = channel(
+        [1.0, 3.0],
+        "radius = 0.1\nmass = 1.0\nenergy = 1.0\ncount = 1",
+    )
+    .wall;
     scene.wall[1].x = Some(0.13);
     scene.molecule.retain(|molecule| !molecule.fixed);
     scene.gas.truncate(1);
@@ -207,8 +234,15 @@ fn mixed() -> Scene {
 fn bits(bodies: impl Iterator<Item = carom_kinematics::Motion>) -> Vec<[u64; 6]> {
     let of = |motion: carom_kinematics::Motion| {
         let (place, velocity) = (motion.position, motion.velocity);
-        [place.x, place.y, velocity.x, velocity.y, motion.orientation.turns(), motion.angular_velocity]
-            .map(f64::to_bits)
+        [
+            place.x,
+            place.y,
+            velocity.x,
+            velocity.y,
+            motion.orientation.turns(),
+            motion.angular_velocity,
+        ]
+        .map(f64::to_bits)
     };
     bodies.map(of).collect()
 }
@@ -221,7 +255,9 @@ fn a_resumed_run_has_the_bits_of_an_uninterrupted_one() {
     let mut parts = Simulation::new(&scene).unwrap();
     let mut resumes = 0;
     while !parts.observe_epoch(EpochTime::from(1.0), &mut ()).unwrap() {
-        let Some(checkpoint) = parts.checkpoint() else { continue };
+        let Some(checkpoint) = parts.checkpoint() else {
+            continue;
+        };
         let written = postcard::to_stdvec(&checkpoint).unwrap();
         parts = Simulation::resume(&postcard::from_bytes(&written).unwrap()).unwrap();
         resumes += 1;
@@ -234,8 +270,20 @@ fn a_resumed_run_has_the_bits_of_an_uninterrupted_one() {
     // Another replica has other random numbers, from the same start.
     let mut other = scene.clone();
     other.bounds.replica = 1;
-    let start = bits(Simulation::new(&scene).unwrap().view().bodies().map(|body| body.motion));
-    let again = bits(Simulation::new(&other).unwrap().view().bodies().map(|body| body.motion));
+    let start = bits(
+        Simulation::new(&scene)
+            .unwrap()
+            .view()
+            .bodies()
+            .map(|body| body.motion),
+    );
+    let again = bits(
+        Simulation::new(&other)
+            .unwrap()
+            .view()
+            .bodies()
+            .map(|body| body.motion),
+    );
     assert_ne!(start, again);
 }
 
@@ -249,7 +297,10 @@ fn both_schedulers_draw_the_same_numbers() {
     let time = 0.1;
     cells.run_until(time).unwrap();
     heap.run_until(time).unwrap();
-    assert_eq!(cells.view().counters().thermal_collisions, heap.view().counters().thermal_collisions);
+    assert_eq!(
+        cells.view().counters().thermal_collisions,
+        heap.view().counters().thermal_collisions
+    );
     assert!(cells.view().counters().thermal_collisions > 3);
     let heats = [cells.view().ledger().heat, heap.view().ledger().heat];
     assert!((heats[0] / heats[1] - 1.0).abs() < 1e-6, "{heats:?}");
@@ -279,7 +330,11 @@ fn a_wall_added_during_a_run_heats_too() {
     assert_eq!(simulation.view().counters().thermal_collisions, 0);
     let place = simulation.view().bodies().next().unwrap().motion.position;
     let x = (place.x + 0.5).fract();
-    let wall = WallSpec { x: Some(x), temperature: Some(100.0), ..WallSpec::default() };
+    let wall = WallSpec {
+        x: Some(x),
+        temperature: Some(100.0),
+        ..WallSpec::default()
+    };
     let wall = simulation.edit(|batch| batch.add_wall(&wall)).unwrap();
     simulation.run_until(200.0).unwrap();
     assert_booked(&simulation);
@@ -293,13 +348,24 @@ fn a_wall_added_during_a_run_heats_too() {
 #[test]
 fn temperatures_out_of_range_are_refused() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e61] {
-        let mut scene = channel([1.0, 1.0], "radius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10");
+        let mut scene = channel(
+            [1.0, 1.0],
+            "radius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10",
+        );
         scene.wall[1].temperature = Some(bad);
         let error = Simulation::new(&scene).unwrap_err();
         assert!(matches!(error, SceneError::Entry { .. }), "{error}");
-        assert!(error.to_string().contains("wall[1]: `temperature` of a wall must be from 1e-60"), "{error}");
+        assert!(
+            error
+                .to_string()
+                .contains("wall[1]: `temperature` of a wall must be from 1e-60"),
+            "{error}"
+        );
     }
-    let scene = channel([1.0, 2.0], "radius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10");
+    let scene = channel(
+        [1.0, 2.0],
+        "radius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10",
+    );
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
 }
 
@@ -313,7 +379,11 @@ fn unlike_walls_in_the_same_place_are_refused() {
         temperature,
         ..WallSpec::default()
     };
-    let line = |x, temperature| WallSpec { x: Some(x), temperature, ..WallSpec::default() };
+    let line = |x, temperature| WallSpec {
+        x: Some(x),
+        temperature,
+        ..WallSpec::default()
+    };
     let build = |wall: &[WallSpec]| {
         let mut scene = Scene::from_toml("box.sides = [2.0, 1.0]").unwrap();
         scene.wall = wall.to_vec();
@@ -325,18 +395,33 @@ fn unlike_walls_in_the_same_place_are_refused() {
         [line(0.0, hot), line(2.0, None)],
         [line(0.7, hot), line(-3.3, cold)],
         [line(0.7, hot), segment([0.7, 0.2], [0.7, 0.4], cold)],
-        [segment([0.1, 0.9], [0.6, 1.4], hot), segment([0.3, 0.1], [0.4, 0.2], cold)],
-        [segment([-9.0, 0.5], [9.0, 0.5], hot), segment([1.9, 3.5], [1.95, 3.5], None)],
+        [
+            segment([0.1, 0.9], [0.6, 1.4], hot),
+            segment([0.3, 0.1], [0.4, 0.2], cold),
+        ],
+        [
+            segment([-9.0, 0.5], [9.0, 0.5], hot),
+            segment([1.9, 3.5], [1.95, 3.5], None),
+        ],
     ] {
         let error = build(&pair).unwrap_err().to_string();
-        assert!(error.starts_with("wall[1]: the wall has ") && error.contains("same place"), "{error}");
+        assert!(
+            error.starts_with("wall[1]: the wall has ") && error.contains("same place"),
+            "{error}"
+        );
     }
     for allowed in [
         vec![line(0.0, hot), line(1.0, cold)],
         vec![line(0.0, hot), line(2.0, hot)],
-        vec![segment([0.0, 0.0], [0.0, 0.5], hot), segment([0.0, 0.5], [0.0, 1.0], cold)],
+        vec![
+            segment([0.0, 0.0], [0.0, 0.5], hot),
+            segment([0.0, 0.5], [0.0, 1.0], cold),
+        ],
         vec![line(0.0, hot), segment([0.0, 0.5], [1.0, 0.5], cold)],
-        vec![segment([0.1, 0.9], [0.6, 1.4], hot), segment([0.3, 0.15], [0.4, 0.25], cold)],
+        vec![
+            segment([0.1, 0.9], [0.6, 1.4], hot),
+            segment([0.3, 0.15], [0.4, 0.25], cold),
+        ],
     ] {
         build(&allowed).unwrap();
     }

@@ -2,8 +2,8 @@
 //! changes.
 
 use crate::support::{
-    Encounters, bits, bumper, disc, frozen, named, reference_scene, scene, simulate, test_each_scheduler,
-    velocity,
+    Encounters, bits, bumper, disc, frozen, named, reference_scene, scene, simulate,
+    test_each_scheduler, velocity,
 };
 use carom_engine::{MoleculeSpec, RunError, Scene, Scheduler};
 use carom_kinematics::EpochTime;
@@ -20,7 +20,11 @@ test_each_scheduler! {
 
 fn check_nothing<S: Scheduler>(options: &S::Options) {
     let mut only_bumpers = scene(vec![]);
-    only_bumpers.bumper = vec![bumper(0.1, [0.0, 0.0]), bumper(0.2, [0.1, 0.1]), bumper(0.3, [0.5, 0.5])];
+    only_bumpers.bumper = vec![
+        bumper(0.1, [0.0, 0.0]),
+        bumper(0.2, [0.1, 0.1]),
+        bumper(0.3, [0.5, 0.5]),
+    ];
     let at_rest = scene(vec![
         disc(0.1, 1.0, [0.2, 0.2], [0.0; 2]),
         // Touching, to the bit.
@@ -61,19 +65,34 @@ fn check_times<S: Scheduler>(options: &S::Options) {
         assert!(!simulation.step(present, &mut ()).unwrap());
     }
     for past in [0.499, 0.5 - 1e-14, 0.0, -1.0, -1e300] {
-        let expected = RunError::Past { until: past, now: simulation.time() };
+        let expected = RunError::Past {
+            until: past,
+            now: simulation.time(),
+        };
         assert_eq!(simulation.run_until(past), Err(expected.clone()));
         assert_eq!(simulation.step(past, &mut ()), Err(expected.clone()));
         assert_eq!(simulation.sample_every(0.1, past, &mut ()), Err(expected));
     }
     assert_eq!(simulation.run_until(1e301), Err(RunError::Time(1e301)));
-    assert_eq!(simulation.sample_every(1e290, 1e301, &mut ()), Err(RunError::Time(1e301)));
+    assert_eq!(
+        simulation.sample_every(1e290, 1e301, &mut ()),
+        Err(RunError::Time(1e301))
+    );
     for never in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        assert!(matches!(simulation.run_until(never), Err(RunError::Time(_))));
-        assert!(matches!(simulation.step(never, &mut ()), Err(RunError::Time(_))));
+        assert!(matches!(
+            simulation.run_until(never),
+            Err(RunError::Time(_))
+        ));
+        assert!(matches!(
+            simulation.step(never, &mut ()),
+            Err(RunError::Time(_))
+        ));
     }
     assert_eq!(simulation.time().to_f64(), 0.5);
-    assert_eq!((bits(&simulation.view()), *simulation.view().counters()), (now, counters));
+    assert_eq!(
+        (bits(&simulation.view()), *simulation.view().counters()),
+        (now, counters)
+    );
 }
 
 /// A disc leaves the box or a cell after a time so short that its reciprocal is infinite.
@@ -92,8 +111,10 @@ fn check_least_times<S: Scheduler>(options: &S::Options) {
 
 fn check_last_instant<S: Scheduler>(options: &S::Options) {
     // The gap of 0.25 closes at speed 1 at exactly 0.25.
-    let pair =
-        scene(vec![disc(0.125, 1.0, [0.25, 0.5], [1.0, 0.0]), disc(0.125, 1.0, [0.75, 0.5], [0.0; 2])]);
+    let pair = scene(vec![
+        disc(0.125, 1.0, [0.25, 0.5], [1.0, 0.0]),
+        disc(0.125, 1.0, [0.75, 0.5], [0.0; 2]),
+    ]);
     let mut simulation = simulate::<S>(&pair, options);
     simulation.run_until(0.25f64.next_down()).unwrap();
     assert_eq!(simulation.view().counters().collisions, 0);
@@ -123,7 +144,10 @@ fn check_age<S: Scheduler>(options: &S::Options) {
     for age in [1.0, 1e6, 1e12, 2f64.powi(50)] {
         let (aged_motions, aged_list) = run(age);
         for (aged, young) in aged_list.iter().zip(&list) {
-            assert_eq!((aged.bodies, aged.atoms, aged.image), (young.bodies, young.atoms, young.image));
+            assert_eq!(
+                (aged.bodies, aged.atoms, aged.image),
+                (young.bodies, young.atoms, young.image)
+            );
             assert!((aged.time - young.time).abs() < 1e-15, "at {age:e}");
         }
         for (aged, young) in aged_motions.iter().zip(&motions) {

@@ -6,23 +6,33 @@ use crate::support::{
 };
 use carom_detection::{BoundingCircles, Exact, GoldenSecant};
 use carom_engine::{
-    CellsPerSide, CollisionReport, EditError, ElasticityRule, HeapScheduler, Instructions, MoleculeSpec,
-    Observer, Scene, SceneError, Scheduler, Simulation, WallSpec,
+    CellsPerSide, CollisionReport, EditError, ElasticityRule, HeapScheduler, Instructions,
+    MoleculeSpec, Observer, Scene, SceneError, Scheduler, Simulation, WallSpec,
 };
 use carom_kinematics::EpochTime;
 use carom_response::Impact;
 use glam::DVec2;
 
 fn line_x(x: f64) -> WallSpec {
-    WallSpec { x: Some(x), ..WallSpec::default() }
+    WallSpec {
+        x: Some(x),
+        ..WallSpec::default()
+    }
 }
 
 fn line_y(y: f64) -> WallSpec {
-    WallSpec { y: Some(y), ..WallSpec::default() }
+    WallSpec {
+        y: Some(y),
+        ..WallSpec::default()
+    }
 }
 
 fn segment(from: [f64; 2], to: [f64; 2]) -> WallSpec {
-    WallSpec { from: Some(from), to: Some(to), ..WallSpec::default() }
+    WallSpec {
+        from: Some(from),
+        to: Some(to),
+        ..WallSpec::default()
+    }
 }
 
 fn with_walls(wall: Vec<WallSpec>, scene: Scene) -> Scene {
@@ -42,7 +52,10 @@ fn check_bounces<S: Scheduler>(options: &S::Options) {
     // Powers of two: each time and position is a float, so that all agree to the bit. The second
     // pair of walls is equivalent to the first, in other images: a segment with a thickness, and a
     // line.
-    let thick = WallSpec { radius: 0.0625, ..segment([-2.1875, -2.0], [-2.1875, -1.0]) };
+    let thick = WallSpec {
+        radius: 0.0625,
+        ..segment([-2.1875, -2.0], [-2.1875, -1.0])
+    };
     for walls in [vec![line_x(0.25), line_x(0.75)], vec![line_x(5.25), thick]] {
         let start = scene(vec![disc(0.125, 1.0, [0.5, 0.5], [0.5, 0.0])]);
         let mut simulation = simulate::<S>(&with_walls(walls, start), options);
@@ -71,7 +84,10 @@ fn check_bounces<S: Scheduler>(options: &S::Options) {
                 "bounce {count}: {time} not {expected}"
             );
         }
-        assert_eq!(velocity(&simulation.view(), 0).abs(), DVec2::new(0.37, 0.21));
+        assert_eq!(
+            velocity(&simulation.view(), 0).abs(),
+            DVec2::new(0.37, 0.21)
+        );
     }
 }
 
@@ -83,16 +99,25 @@ fn check_ends<S: Scheduler>(options: &S::Options) {
     let wall = segment([0.9, 0.5], [1.25, 0.5]);
     let fall = |x: f64| disc(0.05, 1.0, [x, 0.875], [0.0, -0.5]);
     let first = |molecule: MoleculeSpec| {
-        let mut simulation = simulate::<S>(&with_walls(vec![wall.clone()], scene(vec![molecule])), options);
+        let mut simulation = simulate::<S>(
+            &with_walls(vec![wall.clone()], scene(vec![molecule])),
+            options,
+        );
         let mut met = Encounters::since(EpochTime::ZERO);
         let contact = simulation.step(1.0, &mut met).unwrap();
-        (contact.then(|| met.list[0]), velocity(&simulation.view(), 0))
+        (
+            contact.then(|| met.list[0]),
+            velocity(&simulation.view(), 0),
+        )
     };
     // On the face, on either side of the border: 0.325 down at speed 1/2, and straight back.
     for x in [0.95, 0.0, 0.1, 0.25] {
         let (met, after) = first(fall(x));
         let met = met.expect("the wall is hit");
-        assert!((met.time - 0.65).abs() < 1e-15 && met.atoms == [Some(0), None], "{x}: {met:?}");
+        assert!(
+            (met.time - 0.65).abs() < 1e-15 && met.atoms == [Some(0), None],
+            "{x}: {met:?}"
+        );
         assert_eq!(after, DVec2::new(0.0, 0.5), "{x}");
     }
     // 0.03 past the end: 0.04 above it at contact, and deflected by twice the angle of (3, 4)/5.
@@ -104,7 +129,10 @@ fn check_ends<S: Scheduler>(options: &S::Options) {
             "{met:?}"
         );
         let expected = 0.5 * DVec2::new(sideways * 0.96, 0.28);
-        assert!((after - expected).length() < 1e-14, "{after} against {expected}");
+        assert!(
+            (after - expected).length() < 1e-14,
+            "{after} against {expected}"
+        );
     }
     // Past the end by more than the radius.
     for x in [0.301, 0.849] {
@@ -118,16 +146,27 @@ fn check_ends<S: Scheduler>(options: &S::Options) {
 
 fn check_oblique<S: Scheduler>(options: &S::Options) {
     // Two parallel walls tilted by 3 : 4, with a disc between them.
-    let walls = vec![segment([-0.2, -0.1], [1.4, 1.1]), segment([0.1, -0.3], [1.7, 0.9])];
-    let mut simulation =
-        simulate::<S>(&with_walls(walls, scene(vec![disc(0.02, 1.0, [0.55, 0.25], [0.3, -0.4])])), options);
+    let walls = vec![
+        segment([-0.2, -0.1], [1.4, 1.1]),
+        segment([0.1, -0.3], [1.7, 0.9]),
+    ];
+    let mut simulation = simulate::<S>(
+        &with_walls(
+            walls,
+            scene(vec![disc(0.02, 1.0, [0.55, 0.25], [0.3, -0.4])]),
+        ),
+        options,
+    );
     let (normal, along) = (DVec2::new(-0.6, 0.8), DVec2::new(0.8, 0.6));
     let mut bounces = Encounters::since(EpochTime::ZERO);
     while bounces.list.len() < 10_000 {
         simulation.step(1e9, &mut bounces).unwrap();
         let velocity = velocity(&simulation.view(), 0);
         // v = (0.3, −0.4) is perpendicular to the walls. Each bounce may round by 1e-16.
-        assert!((velocity.dot(normal).abs() - 0.5).abs() < 1e-12, "{velocity}");
+        assert!(
+            (velocity.dot(normal).abs() - 0.5).abs() < 1e-12,
+            "{velocity}"
+        );
         assert!(velocity.dot(along).abs() < 1e-12, "{velocity}");
     }
     assert!((simulation.view().energy() - 0.125).abs() < 1e-13);
@@ -135,25 +174,47 @@ fn check_oblique<S: Scheduler>(options: &S::Options) {
 
 /// Five hundred discs and some molecules in a closed box with a flap in it.
 fn closed_box(seed: u64) -> Scene {
-    let flap = WallSpec { radius: 0.005, ..segment([0.3, 0.2], [0.6, 0.5]) };
-    let mut scene =
-        with_walls(vec![line_x(0.0), line_y(0.0), flap, segment([0.7, 0.0], [0.7, 0.4])], scene(vec![]));
+    let flap = WallSpec {
+        radius: 0.005,
+        ..segment([0.3, 0.2], [0.6, 0.5])
+    };
+    let mut scene = with_walls(
+        vec![
+            line_x(0.0),
+            line_y(0.0),
+            flap,
+            segment([0.7, 0.0], [0.7, 0.4]),
+        ],
+        scene(vec![]),
+    );
     scene.bounds.seed = seed;
     scene.bumper = vec![bumper(0.03, [0.0, 0.0])];
-    scene.gas = vec![gas("disc", 0.01, 200), gas("tee", 0.008, 20), gas("rod:7", 0.005, 10)];
+    scene.gas = vec![
+        gas("disc", 0.01, 200),
+        gas("tee", 0.008, 20),
+        gas("rod:7", 0.005, 10),
+    ];
     scene
 }
 
 fn check_closed_box<S: Scheduler>(options: &S::Options) {
     let mut simulation = simulate::<S>(&closed_box(3), options);
     let energy = simulation.view().energy();
-    let windings: Vec<_> = simulation.view().bodies().map(|body| body.winding).collect();
+    let windings: Vec<_> = simulation
+        .view()
+        .bodies()
+        .map(|body| body.winding)
+        .collect();
     for stop in 1..=20 {
         simulation.run_until(0.1 * f64::from(stop)).unwrap();
         let view = simulation.view();
         assert_eq!(view.overlaps().pairs, 0, "{:?}", view.overlaps());
         assert!((view.energy() - energy).abs() < 1e-12 * energy);
-        assert!(view.bodies().zip(&windings).all(|(body, winding)| body.winding == *winding));
+        assert!(
+            view.bodies()
+                .zip(&windings)
+                .all(|(body, winding)| body.winding == *winding)
+        );
     }
     assert!(simulation.view().counters().fixed_collisions > 1000);
 }
@@ -161,7 +222,10 @@ fn check_closed_box<S: Scheduler>(options: &S::Options) {
 fn check_scaling<S: Scheduler>(options: &S::Options) {
     let run = |factor: f64| {
         let mut scene = closed_box(4);
-        scene.gas.iter_mut().for_each(|gas| gas.energy *= factor * factor);
+        scene
+            .gas
+            .iter_mut()
+            .for_each(|gas| gas.energy *= factor * factor);
         let mut simulation = simulate::<S>(&scene, options);
         simulation.run_until(1.0 / factor).unwrap();
         let motions: Vec<_> = simulation.view().bodies().map(|body| body.motion).collect();
@@ -180,8 +244,10 @@ fn check_scaling<S: Scheduler>(options: &S::Options) {
 
 #[test]
 fn views_and_runs_in_pieces_change_no_bit() {
-    let mut whole = simulate::<carom_engine::CellScheduler>(&closed_box(5), &Instructions::default());
-    let mut pieces = simulate::<carom_engine::CellScheduler>(&closed_box(5), &Instructions::default());
+    let mut whole =
+        simulate::<carom_engine::CellScheduler>(&closed_box(5), &Instructions::default());
+    let mut pieces =
+        simulate::<carom_engine::CellScheduler>(&closed_box(5), &Instructions::default());
     whole.run_until(1.0).unwrap();
     for stop in 1..=50 {
         pieces.run_until(0.02 * f64::from(stop)).unwrap();
@@ -247,18 +313,28 @@ fn walls_receive_the_pressure_of_the_gas() {
         sums.sum::<DVec2>().to_array()
     };
     let [before, squares] = moment(&simulation);
-    let mut virial = Virial { squares, span: 10.0, ..Virial::default() };
+    let mut virial = Virial {
+        squares,
+        span: 10.0,
+        ..Virial::default()
+    };
     simulation.observe_until(until, &mut virial).unwrap();
     virial.go_on(until);
     let [after, _] = moment(&simulation);
     let theorem = virial.integral + virial.contacts;
-    assert!((after - before - theorem).abs() < 1e-9 * virial.integral, "{} not {theorem}", after - before);
+    assert!(
+        (after - before - theorem).abs() < 1e-9 * virial.integral,
+        "{} not {theorem}",
+        after - before
+    );
 
     let spans = (until / virial.span) as usize;
     // Four sides, of the length accessible to the centres.
     let length = 4.0 * (1.0 - 2.0 * radius);
-    let pressures: Vec<f64> =
-        virial.on_walls[..spans].iter().map(|impulse| impulse / (virial.span * length)).collect();
+    let pressures: Vec<f64> = virial.on_walls[..spans]
+        .iter()
+        .map(|impulse| impulse / (virial.span * length))
+        .collect();
     let mean = pressures.iter().sum::<f64>() / spans as f64;
     let spread = pressures.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (spans - 1) as f64;
     let error = (spread / spans as f64).sqrt();
@@ -266,15 +342,26 @@ fn walls_receive_the_pressure_of_the_gas() {
     let density = count as f64 / (1.0 - 2.0 * radius).powi(2);
     let expected = density * (1.0 + 2.0 * std::f64::consts::PI * radius * radius * density);
     assert!(error < 0.005 * mean, "{error} of {mean}");
-    assert!((mean - expected).abs() < 3.0 * error, "{mean} ± {error} against {expected}");
+    assert!(
+        (mean - expected).abs() < 3.0 * error,
+        "{mean} ± {error} against {expected}"
+    );
 }
 
 #[test]
 fn the_loss_at_an_inelastic_wall_agrees_with_the_ledger() {
-    let mut scene =
-        with_walls(vec![WallSpec { tags: vec!["soft".to_owned()], ..line_x(0.0) }], scene(vec![]));
+    let mut scene = with_walls(
+        vec![WallSpec {
+            tags: vec!["soft".to_owned()],
+            ..line_x(0.0)
+        }],
+        scene(vec![]),
+    );
     scene.molecule = vec![disc(0.1, 2.0, [0.5, 0.5], [1.0, 0.5])];
-    scene.elasticity.pair = vec![ElasticityRule { between: vec!["soft".to_owned()], coefficient: 0.5 }];
+    scene.elasticity.pair = vec![ElasticityRule {
+        between: vec!["soft".to_owned()],
+        coefficient: 0.5,
+    }];
     let mut simulation = Simulation::new(&scene).unwrap();
     simulation.run_until(0.5).unwrap();
     assert_eq!(velocity(&simulation.view(), 0), DVec2::new(-0.5, 0.5));
@@ -284,8 +371,10 @@ fn the_loss_at_an_inelastic_wall_agrees_with_the_ledger() {
 
 #[test]
 fn other_detectors_also_keep_molecules_inside() {
-    let mut scene =
-        with_walls(vec![line_x(0.0), line_y(0.0), segment([0.4, 0.5], [0.6, 0.5])], scene(vec![]));
+    let mut scene = with_walls(
+        vec![line_x(0.0), line_y(0.0), segment([0.4, 0.5], [0.6, 0.5])],
+        scene(vec![]),
+    );
     scene.molecule = vec![MoleculeSpec {
         velocity: [0.7, 0.4],
         angular_velocity: 5.0,
@@ -293,8 +382,13 @@ fn other_detectors_also_keep_molecules_inside() {
     }];
     let mut exact: Simulation<Exact, Impact, HeapScheduler> =
         Simulation::with(&scene, Exact::default(), Impact, CellsPerSide::Automatic).unwrap();
-    let mut golden: Simulation<GoldenSecant, Impact, HeapScheduler> =
-        Simulation::with(&scene, GoldenSecant::default(), Impact, CellsPerSide::Automatic).unwrap();
+    let mut golden: Simulation<GoldenSecant, Impact, HeapScheduler> = Simulation::with(
+        &scene,
+        GoldenSecant::default(),
+        Impact,
+        CellsPerSide::Automatic,
+    )
+    .unwrap();
     let mut circles: Simulation<BoundingCircles, Impact> =
         Simulation::with(&scene, BoundingCircles, Impact, Instructions::default()).unwrap();
     for _ in 0..12 {
@@ -310,12 +404,18 @@ fn other_detectors_also_keep_molecules_inside() {
         let tee = view.bodies().next().unwrap();
         let (place, radius) = (tee.motion.position, tee.body.molecule().bounding_radius());
         assert!(place.min_element() > radius - 1e-12 && place.max_element() < 1.0 - radius + 1e-12);
-        assert_eq!(tee.motion.angular_velocity, 5.0, "a contact cannot turn a circle");
+        assert_eq!(
+            tee.motion.angular_velocity, 5.0,
+            "a contact cannot turn a circle"
+        );
     }
 }
 
 fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
-    let mut simulation = simulate::<S>(&scene(vec![disc(0.125, 1.0, [0.5, 0.5], [0.5, 0.0])]), options);
+    let mut simulation = simulate::<S>(
+        &scene(vec![disc(0.125, 1.0, [0.5, 0.5], [0.5, 0.0])]),
+        options,
+    );
     simulation.run_until(1.0).unwrap();
     assert_eq!(simulation.view().bodies().next().unwrap().winding, [1, 0]);
     let EditError::Scene(SceneError::Overlap { depth, .. }) =
@@ -333,14 +433,24 @@ fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
     assert_eq!(simulation.view().counters().collisions, 1);
     // A molecule cannot be added across a wall either.
     simulation.add_wall(&line_y(0.0)).unwrap();
-    let across = MoleculeSpec { orientation_turns: Some(0.25), ..named("rod:4", 0.01, 1.0, [0.3, 0.99]) };
+    let across = MoleculeSpec {
+        orientation_turns: Some(0.25),
+        ..named("rod:4", 0.01, 1.0, [0.3, 0.99])
+    };
     let refused = simulation.add(&across).unwrap_err();
-    assert!(matches!(refused, EditError::Scene(SceneError::Overlap { .. })), "{refused}");
+    assert!(
+        matches!(refused, EditError::Scene(SceneError::Overlap { .. })),
+        "{refused}"
+    );
 }
 
 #[test]
 fn a_scene_with_walls_is_unchanged_by_writing_and_reading() {
-    let thick = WallSpec { radius: 0.005, tags: vec!["flap".to_owned()], ..segment([0.3, 0.2], [0.6, 0.5]) };
+    let thick = WallSpec {
+        radius: 0.005,
+        tags: vec!["flap".to_owned()],
+        ..segment([0.3, 0.2], [0.6, 0.5])
+    };
     let scene = with_walls(vec![line_x(0.0), thick], scene(vec![]));
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
     assert!(Scene::from_toml("[[wall]]\nx = 0.0\nlenght = 3").is_err());
@@ -354,17 +464,59 @@ fn invalid_walls_are_refused_with_their_entry() {
     };
     let nothing = || scene(vec![]);
     let cases = [
-        (segment([0.1, 0.2], [0.1, 0.2]), "wall[1]: the length of a wall"),
-        (segment([0.1, 0.2], [f64::NAN, 0.2]), "wall[1]: a place of a wall"),
+        (
+            segment([0.1, 0.2], [0.1, 0.2]),
+            "wall[1]: the length of a wall",
+        ),
+        (
+            segment([0.1, 0.2], [f64::NAN, 0.2]),
+            "wall[1]: a place of a wall",
+        ),
         (line_x(f64::INFINITY), "wall[1]: a place of a wall"),
-        (segment([0.0, 0.0], [17.0, 0.0]), "wall[1]: the wall must be at most 16 times"),
-        (line_x(1e12), "wall[1]: the wall must be at most 2^31 boxes away"),
-        (WallSpec { radius: -0.1, ..line_x(0.0) }, "wall[1]: the radius of a wall"),
-        (WallSpec { radius: f64::NAN, ..line_x(0.0) }, "wall[1]: the radius of a wall"),
+        (
+            segment([0.0, 0.0], [17.0, 0.0]),
+            "wall[1]: the wall must be at most 16 times",
+        ),
+        (
+            line_x(1e12),
+            "wall[1]: the wall must be at most 2^31 boxes away",
+        ),
+        (
+            WallSpec {
+                radius: -0.1,
+                ..line_x(0.0)
+            },
+            "wall[1]: the radius of a wall",
+        ),
+        (
+            WallSpec {
+                radius: f64::NAN,
+                ..line_x(0.0)
+            },
+            "wall[1]: the radius of a wall",
+        ),
         (WallSpec::default(), "wall[1]: give a wall"),
-        (WallSpec { x: Some(0.0), ..line_y(0.0) }, "wall[1]: give a wall"),
-        (WallSpec { to: None, ..segment([0.1, 0.2], [0.3, 0.4]) }, "wall[1]: give a wall"),
-        (WallSpec { x: Some(0.1), ..segment([0.1, 0.2], [0.3, 0.4]) }, "wall[1]: give a wall"),
+        (
+            WallSpec {
+                x: Some(0.0),
+                ..line_y(0.0)
+            },
+            "wall[1]: give a wall",
+        ),
+        (
+            WallSpec {
+                to: None,
+                ..segment([0.1, 0.2], [0.3, 0.4])
+            },
+            "wall[1]: give a wall",
+        ),
+        (
+            WallSpec {
+                x: Some(0.1),
+                ..segment([0.1, 0.2], [0.3, 0.4])
+            },
+            "wall[1]: give a wall",
+        ),
     ];
     for (wall, start) in cases {
         let message = words(wall.clone(), nothing());
@@ -372,21 +524,31 @@ fn invalid_walls_are_refused_with_their_entry() {
     }
     // Across a molecule, in the middle and at its very edge, also through the border; a wall across
     // a fixed molecule is accepted.
-    let across = |molecule: MoleculeSpec| words(segment([0.9, 0.1], [1.2, 0.1]), scene(vec![molecule]));
+    let across =
+        |molecule: MoleculeSpec| words(segment([0.9, 0.1], [1.2, 0.1]), scene(vec![molecule]));
     for at in [[0.95, 0.1], [0.05, 0.12], [0.1, 0.071], [0.0, 0.129]] {
         let message = across(disc(0.03, 1.0, at, [0.0; 2]));
-        assert!(message.starts_with("molecule[0] and wall[1] overlap by"), "{message}");
+        assert!(
+            message.starts_with("molecule[0] and wall[1] overlap by"),
+            "{message}"
+        );
     }
     let beside = with_walls(
         vec![segment([0.9, 0.1], [1.2, 0.1])],
         Scene {
             bumper: vec![bumper(0.05, [0.1, 0.1])],
-            ..scene(vec![disc(0.03, 1.0, [0.231, 0.1], [0.0; 2]), disc(0.03, 1.0, [0.0, 0.131], [0.0; 2])])
+            ..scene(vec![
+                disc(0.03, 1.0, [0.231, 0.1], [0.0; 2]),
+                disc(0.03, 1.0, [0.0, 0.131], [0.0; 2]),
+            ])
         },
     );
     Simulation::new(&beside).unwrap();
     // A gas that does not fit between two walls.
     let mut narrow = with_walls(vec![line_x(0.0), line_x(0.1), line_x(0.2)], scene(vec![]));
     narrow.gas = vec![gas("disc", 0.03, 400)];
-    assert!(matches!(Simulation::new(&narrow), Err(SceneError::Full { .. })));
+    assert!(matches!(
+        Simulation::new(&narrow),
+        Err(SceneError::Full { .. })
+    ));
 }

@@ -58,7 +58,11 @@ fn watch_sources(root: &Path) {
     for name in ["Cargo.toml", "Cargo.lock", "xtask/src"] {
         watch(&root.join(name));
     }
-    for entry in fs::read_dir(root.join("crates")).into_iter().flatten().flatten() {
+    for entry in fs::read_dir(root.join("crates"))
+        .into_iter()
+        .flatten()
+        .flatten()
+    {
         for name in ["Cargo.toml", "build.rs", "src"] {
             watch(&entry.path().join(name));
         }

@@ -13,8 +13,12 @@ use super::{disc, gas, hard_discs, key, observe, tee};
 
 /// χ² of the bins with many contacts against a uniform pressure, and their number.
 fn chi_squared(points: &[ContactPoint], expected: f64) -> (f64, f64) {
-    let many: Vec<&ContactPoint> = points.iter().filter(|point| point.contacts >= 100).collect();
-    let deviation = |point: &&ContactPoint| ((point.pressure - expected) / point.standard_error).powi(2);
+    let many: Vec<&ContactPoint> = points
+        .iter()
+        .filter(|point| point.contacts >= 100)
+        .collect();
+    let deviation =
+        |point: &&ContactPoint| ((point.pressure - expected) / point.standard_error).powi(2);
     (many.iter().map(deviation).sum(), many.len() as f64)
 }
 
@@ -25,14 +29,30 @@ fn one_disc_hits_the_boundary_of_a_fixed_molecule_uniformly() {
     // with atoms a = 0.005 and discs r = 0.01: P = 0.16448117 and A_excl = 0.00180353, from plane
     // geometry.
     let side = 0.13;
-    let still = MoleculeSpec { fixed: true, atom_radius: Some(0.005), ..tee(DVec2::new(0.06, 0.07), 0.7) };
+    let still = MoleculeSpec {
+        fixed: true,
+        atom_radius: Some(0.005),
+        ..tee(DVec2::new(0.06, 0.07), 0.7)
+    };
     let flight = disc(DVec2::new(0.013, 0.011), DVec2::new(0.6, 0.8), 0.01, 3.0);
-    let mut scene = Scene { molecule: vec![still, flight], ..Scene::default() };
+    let mut scene = Scene {
+        molecule: vec![still, flight],
+        ..Scene::default()
+    };
     scene.bounds.sides = [side; 2];
     let mut simulation = Simulation::new(&scene).unwrap();
-    let body = simulation.view().body(key(&simulation, 0)).unwrap().body.clone();
+    let body = simulation
+        .view()
+        .body(key(&simulation, 0))
+        .unwrap()
+        .body
+        .clone();
     let mut contacts = ContactDensity::new(&body, 0.01, 72).unwrap();
-    assert!((contacts.perimeter() - 0.164_481_17).abs() < 1e-8, "{}", contacts.perimeter());
+    assert!(
+        (contacts.perimeter() - 0.164_481_17).abs() < 1e-8,
+        "{}",
+        contacts.perimeter()
+    );
     assert!(contacts.mean().is_none() && contacts.points().is_empty());
     let time = 80_000.0;
     observe(&mut simulation, &mut contacts, time, 1);
@@ -42,16 +62,38 @@ fn one_disc_hits_the_boundary_of_a_fixed_molecule_uniformly() {
     let hits: u64 = points.iter().map(|point| point.contacts).sum();
     // v P / π (L² − A_excl) per time (Santaló's mean free path), Poisson to within a factor.
     let expected = time * contacts.perimeter() / (PI * (side * side - 0.001_803_53));
-    assert!((hits as f64 / expected - 1.0).abs() < 0.006, "{hits} of {expected}");
-    assert_eq!((contacts.others(), contacts.duration(), contacts.body()), (0, time, body.key()));
-    assert!((contacts.mean().unwrap() / pressure - 1.0).abs() < 0.006, "{:?} {pressure}", contacts.mean());
+    assert!(
+        (hits as f64 / expected - 1.0).abs() < 0.006,
+        "{hits} of {expected}"
+    );
+    assert_eq!(
+        (contacts.others(), contacts.duration(), contacts.body()),
+        (0, time, body.key())
+    );
+    assert!(
+        (contacts.mean().unwrap() / pressure - 1.0).abs() < 0.006,
+        "{:?} {pressure}",
+        contacts.mean()
+    );
     let (chi, bins) = chi_squared(&points, pressure);
-    assert!(bins > 100.0 && (chi - bins).abs() < 4.0 * (2.0 * bins).sqrt(), "{chi} of {bins} bins");
+    assert!(
+        bins > 100.0 && (chi - bins).abs() < 4.0 * (2.0 * bins).sqrt(),
+        "{chi} of {bins} bins"
+    );
     // Each piece of the boundary belongs to a point, and the stem (atom 3) has two pieces of only
     // 2.6°.
-    let arcs =
-        |atom| points.iter().filter(move |point| point.atom == atom).map(|point| point.arc).sum::<f64>();
-    assert!((arcs(3) - 0.015 * 5.193_5f64.to_radians()).abs() < 1e-7, "{}", arcs(3));
+    let arcs = |atom| {
+        points
+            .iter()
+            .filter(move |point| point.atom == atom)
+            .map(|point| point.arc)
+            .sum::<f64>()
+    };
+    assert!(
+        (arcs(3) - 0.015 * 5.193_5f64.to_radians()).abs() < 1e-7,
+        "{}",
+        arcs(3)
+    );
     assert!(
         points
             .iter()
@@ -68,9 +110,19 @@ fn a_dilute_gas_at_a_fixed_disc_has_the_density_of_the_gas() {
     let mut scene = hard_discs(count, eta, 11);
     scene.gas[0].zero_momentum = Some(false);
     let side = scene.bounds.sides[0];
-    scene.bumper.push(BumperSpec { tags: vec![], radius: 0.5, at: [0.3 * side, 0.9 * side] });
+    scene.bumper.push(BumperSpec {
+        tags: vec![],
+        radius: 0.5,
+        at: [0.3 * side, 0.9 * side],
+    });
     let mut simulation = Simulation::new(&scene).unwrap();
-    let fixed = simulation.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.clone();
+    let fixed = simulation
+        .view()
+        .bodies()
+        .find(|view| view.body.is_fixed())
+        .unwrap()
+        .body
+        .clone();
     let mut contacts = ContactDensity::new(&fixed, 0.5, 12).unwrap();
     simulation.run_until(1000.0).unwrap();
     observe(&mut simulation, &mut contacts, 1.0e6, 2);
@@ -81,19 +133,38 @@ fn a_dilute_gas_at_a_fixed_disc_has_the_density_of_the_gas() {
     // ⟨J²⟩/⟨J⟩² = 4/π for a Rayleigh distribution.
     let error = (4.0 / PI / hits as f64).sqrt();
     let found = contacts.mean().unwrap() / (temperature * density);
-    assert!(error < 0.012 && (found - 1.0).abs() < 4.0 * error, "{found} ± {error}");
+    assert!(
+        error < 0.012 && (found - 1.0).abs() < 4.0 * error,
+        "{found} ± {error}"
+    );
     let (chi, bins) = chi_squared(&points, temperature * density);
-    assert!(bins == 12.0 && (chi - bins).abs() < 4.0 * (2.0 * bins).sqrt(), "{chi}");
+    assert!(
+        bins == 12.0 && (chi - bins).abs() < 4.0 * (2.0 * bins).sqrt(),
+        "{chi}"
+    );
 }
 
 #[test]
 fn bodies_other_than_the_discs_of_the_gas_are_counted_separately() {
     let mut scene = Scene::default();
     scene.gas.push(gas("gas", 60));
-    scene.gas.push(GasSpec { radius: Some(0.03.into()), ..gas("large", 10) });
-    scene.bumper.push(BumperSpec { tags: vec![], radius: 0.1, at: [0.5, 0.5] });
+    scene.gas.push(GasSpec {
+        radius: Some(0.03.into()),
+        ..gas("large", 10)
+    });
+    scene.bumper.push(BumperSpec {
+        tags: vec![],
+        radius: 0.1,
+        at: [0.5, 0.5],
+    });
     let mut simulation = Simulation::new(&scene).unwrap();
-    let fixed = simulation.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.clone();
+    let fixed = simulation
+        .view()
+        .bodies()
+        .find(|view| view.body.is_fixed())
+        .unwrap()
+        .body
+        .clone();
     let mut observers = (
         ContactDensity::new(&fixed, 0.02, 1).unwrap(),
         ContactDensity::new(&fixed, 0.03, 1).unwrap(),
@@ -103,8 +174,14 @@ fn bodies_other_than_the_discs_of_the_gas_are_counted_separately() {
     let (small, large, none) = observers;
     let contacts = |observer: &ContactDensity| observer.points()[0].contacts;
     assert!(contacts(&small) > contacts(&large) && contacts(&large) > 0);
-    assert_eq!((contacts(&small), contacts(&large)), (large.others(), small.others()));
-    assert_eq!((contacts(&none), none.others()), (0, contacts(&small) + contacts(&large)));
+    assert_eq!(
+        (contacts(&small), contacts(&large)),
+        (large.others(), small.others())
+    );
+    assert_eq!(
+        (contacts(&none), none.others()),
+        (0, contacts(&small) + contacts(&large))
+    );
     assert_eq!(none.points()[0].standard_error, 0.0);
     assert!(ContactDensity::new(&fixed, -0.02, 1).is_err());
     // After its removal the observation time stops.

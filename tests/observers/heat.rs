@@ -10,9 +10,17 @@ use super::{ByHand, gas, observe};
 
 #[test]
 fn heat_from_hot_to_cold_agrees_with_sums_by_hand_to_rounding() {
-    let elasticity = ElasticitySpec { default: 0.95, ..ElasticitySpec::default() };
-    let mut scene = Scene { elasticity, ..Scene::default() };
-    scene.gas.extend([gas("hot", 60), gas("cold", 60), gas("between", 80)]);
+    let elasticity = ElasticitySpec {
+        default: 0.95,
+        ..ElasticitySpec::default()
+    };
+    let mut scene = Scene {
+        elasticity,
+        ..Scene::default()
+    };
+    scene
+        .gas
+        .extend([gas("hot", 60), gas("cold", 60), gas("between", 80)]);
     let mut simulation = Simulation::new(&scene).unwrap();
     let tag = |name: &str| simulation.find_tag(name).unwrap();
     let (hot, cold) = (tag("hot"), tag("cold"));
@@ -26,11 +34,18 @@ fn heat_from_hot_to_cold_agrees_with_sums_by_hand_to_rounding() {
     });
     let mut observers = (ThermostatLedger::default(), loss);
     let energy_of = |simulation: &Simulation, tag: Tag| -> f64 {
-        simulation.view().tagged(tag).map(|body| body.energy()).sum()
+        simulation
+            .view()
+            .tagged(tag)
+            .map(|body| body.energy())
+            .sum()
     };
     let initial = simulation.view().energy();
     observers.0.sample(&simulation.view());
-    assert_eq!((observers.0.mean_power(), observers.0.imbalance()), (None, 0.0));
+    assert_eq!(
+        (observers.0.mean_power(), observers.0.imbalance()),
+        (None, 0.0)
+    );
     let (mut heated, mut cooled) = (0.0, 0.0);
     for _ in 0..20 {
         // A sample after each reset records it separately, in an interval of length 0.
@@ -45,21 +60,51 @@ fn heat_from_hot_to_cold_agrees_with_sums_by_hand_to_rounding() {
     }
     let (ledger, ByHand(losses, _)) = observers;
     let lost: f64 = losses.iter().sum();
-    assert!(losses.len() > 1000 && lost > 1.0, "{} contacts took {lost}", losses.len());
+    assert!(
+        losses.len() > 1000 && lost > 1.0,
+        "{} contacts took {lost}",
+        losses.len()
+    );
     // The largest amount in the ledger determines the last digit.
     let near = |found: f64, expected: f64| (found - expected).abs() < 1e-12 * (heated + lost);
-    let put_in =
-        |step: usize| ledger.series().iter().skip(step).step_by(3).map(|point| point.put_in).sum::<f64>();
+    let put_in = |step: usize| {
+        ledger
+            .series()
+            .iter()
+            .skip(step)
+            .step_by(3)
+            .map(|point| point.put_in)
+            .sum::<f64>()
+    };
     assert_eq!((ledger.series().len(), put_in(0)), (60, 0.0));
-    assert!(heated > 0.0 && near(put_in(1), heated), "{} against {heated}", put_in(1));
-    assert!(cooled < 0.0 && near(put_in(2), cooled), "{} against {cooled}", put_in(2));
+    assert!(
+        heated > 0.0 && near(put_in(1), heated),
+        "{} against {heated}",
+        put_in(1)
+    );
+    assert!(
+        cooled < 0.0 && near(put_in(2), cooled),
+        "{} against {cooled}",
+        put_in(2)
+    );
     assert!(near(ledger.total_put_in(), heated + cooled) && near(ledger.total_lost(), lost));
-    assert!(near(simulation.view().energy() - initial, heated + cooled - lost));
+    assert!(near(
+        simulation.view().energy() - initial,
+        heated + cooled - lost
+    ));
     assert!(ledger.imbalance() < 1e-12, "{:e}", ledger.imbalance());
     for (index, point) in ledger.series().iter().enumerate() {
         let flown = index % 3 == 0;
-        assert_eq!((point.power().is_some(), point.lost > 0.0), (flown, flown), "{point:?}");
-        assert!(point.dissipation().is_none_or(|rate| (rate * 0.1 - point.lost).abs() < 1e-9));
+        assert_eq!(
+            (point.power().is_some(), point.lost > 0.0),
+            (flown, flown),
+            "{point:?}"
+        );
+        assert!(
+            point
+                .dissipation()
+                .is_none_or(|rate| (rate * 0.1 - point.lost).abs() < 1e-9)
+        );
     }
     assert!((ledger.mean_power().unwrap() - f64::midpoint(heated, cooled)).abs() < 1e-9);
 }
@@ -72,7 +117,14 @@ fn the_ledger_begins_at_the_first_sample() {
     let gas = simulation.find_tag("gas").unwrap();
     simulation.reset_energy_of_tag(gas, 2.0).unwrap();
     let mut ledger = ThermostatLedger::default();
-    assert_eq!((ledger.total_put_in(), ledger.total_lost(), ledger.imbalance()), (0.0, 0.0, 0.0));
+    assert_eq!(
+        (
+            ledger.total_put_in(),
+            ledger.total_lost(),
+            ledger.imbalance()
+        ),
+        (0.0, 0.0, 0.0)
+    );
     ledger.sample(&simulation.view());
     observe(&mut simulation, &mut ledger, 1.0, 4);
     simulation.reset_energy_of_tag(gas, 1.0).unwrap();
@@ -86,7 +138,10 @@ fn the_ledger_begins_at_the_first_sample() {
             .zip([0.0, 0.0, 0.0, 0.0, -50.0, 0.0, 0.0, 0.0])
             .all(|(&found, expected)| near(found, expected))
     );
-    assert!(near(ledger.mean_power().unwrap(), -25.0) && near(ledger.series()[4].power().unwrap(), -200.0));
+    assert!(
+        near(ledger.mean_power().unwrap(), -25.0)
+            && near(ledger.series()[4].power().unwrap(), -200.0)
+    );
     assert_eq!(ledger.total_lost(), 0.0);
 }
 
@@ -103,12 +158,16 @@ fn heat_is_counted_between_actions() {
     ledger.sample(&simulation.view());
     let (mut actions, mut samples) = (0, 0);
     for step in 1..=60 {
-        simulation.observe_until(0.1 * f64::from(step), &mut ledger).unwrap();
+        simulation
+            .observe_until(0.1 * f64::from(step), &mut ledger)
+            .unwrap();
         if step % 3 == 0 {
             actions += 1;
             ledger.pause(&simulation.view());
             let target = 1.0 + f64::from(actions);
-            simulation.edit(|batch| batch.thermostat_energy(gas, ThermostatTarget::Energy(target))).unwrap();
+            simulation
+                .edit(|batch| batch.thermostat_energy(gas, ThermostatTarget::Energy(target)))
+                .unwrap();
             ledger.start(&simulation.view());
         }
         if step % 2 == 0 {
@@ -120,7 +179,12 @@ fn heat_is_counted_between_actions() {
                 (heat - 50.0 * count).abs() < 1e-9 && (time - 0.3 * count).abs() < 1e-12
             };
             assert_eq!(found.is_some(), expected.is_some(), "{step}");
-            assert!(found.zip(expected).is_none_or(|(found, count)| is_near(found, count)), "{found:?}");
+            assert!(
+                found
+                    .zip(expected)
+                    .is_none_or(|(found, count)| is_near(found, count)),
+                "{found:?}"
+            );
         }
     }
     let [lost, time] = ledger.lost_until_action();

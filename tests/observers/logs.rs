@@ -18,7 +18,10 @@ fn simulation() -> Simulation {
 /// Position and angle of a body on a flight.
 fn at(flight: &Flight, time: f64) -> (DVec2, f64) {
     let passed = time - flight.time;
-    (flight.position + passed * flight.velocity, flight.angle + passed * flight.angular_velocity)
+    (
+        flight.position + passed * flight.velocity,
+        flight.angle + passed * flight.angular_velocity,
+    )
 }
 
 #[test]
@@ -32,12 +35,17 @@ fn the_last_flight_of_each_body_gives_its_position_at_any_time() {
         simulation.observe_until(time, &mut log).unwrap();
         let view = simulation.view();
         for body in view.bodies() {
-            let last = log.flights().iter().rfind(|flight| flight.body == body.body.id()).unwrap();
+            let last = log
+                .flights()
+                .iter()
+                .rfind(|flight| flight.body == body.body.id())
+                .unwrap();
             let (place, angle) = at(last, time);
             let apart = place - body.motion.position;
             assert!((apart - apart.round()).length() < 1e-12, "{apart}");
             assert!((last.velocity - body.motion.velocity).length() < 1e-12);
-            let off = Orientation::from_radians(angle - body.motion.orientation.radians()).cos_sin();
+            let off =
+                Orientation::from_radians(angle - body.motion.orientation.radians()).cos_sin();
             assert!((off - DVec2::X).length() < 1e-11, "{off}");
         }
     }
@@ -57,7 +65,9 @@ fn a_full_log_is_the_beginning_of_a_longer_one() {
     };
     let (short, long) = (record(500), record(10_000));
     assert!(short.is_full() && !long.is_full());
-    assert!(short.flights().len() >= 499 && short.flights() == &long.flights()[..short.flights().len()]);
+    assert!(
+        short.flights().len() >= 499 && short.flights() == &long.flights()[..short.flights().len()]
+    );
     // There is not even space for one flight of each body.
     assert_eq!(record(3).flights(), &long.flights()[..3]);
     assert!(record(0).flights().is_empty());
@@ -79,11 +89,16 @@ impl Observer for Momentum {
 fn impulses_sum_to_the_change_of_momentum_and_are_returned_once() {
     let mut simulation = simulation();
     let tee = simulation.view().bodies().next().unwrap().body.key();
-    let mut observers =
-        (ImpulseLog::new(tee, u64::MAX), Momentum(tee, DVec2::ZERO, 0), ImpulseLog::new(tee, 7));
+    let mut observers = (
+        ImpulseLog::new(tee, u64::MAX),
+        Momentum(tee, DVec2::ZERO, 0),
+        ImpulseLog::new(tee, 7),
+    );
     let mut impulses = Vec::new();
     for step in 1..=10 {
-        simulation.observe_until(0.2 * f64::from(step), &mut observers).unwrap();
+        simulation
+            .observe_until(0.2 * f64::from(step), &mut observers)
+            .unwrap();
         impulses.extend(observers.0.take());
     }
     let (log, Momentum(_, change, contacts), few) = &mut observers;

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use carom::{
-    CollisionReport, DirectionHistogram, Molecule, Observer, RunningAverage, Scene, Shape, Simulation,
+    CollisionReport, DirectionHistogram, Molecule, Observer, RunningAverage, Scene, Shape,
+    Simulation,
     engine::{BumperSpec, MoleculeSpec, Rotation},
     observers::{Axis, ImpulseLog, ProjectionHistogram},
 };
@@ -37,8 +38,16 @@ fn planted_hit(atom: usize, phi: f64, tee_first: bool) {
         ..tee(tee_there - drift * CONTACT, theta - spin * CONTACT)
     };
     let planted_disc = disc(disc_there - fall * CONTACT, fall, radius, mass);
-    let molecule = if tee_first { vec![planted_tee, planted_disc] } else { vec![planted_disc, planted_tee] };
-    let mut simulation = Simulation::new(&Scene { molecule, ..Scene::default() }).unwrap();
+    let molecule = if tee_first {
+        vec![planted_tee, planted_disc]
+    } else {
+        vec![planted_disc, planted_tee]
+    };
+    let mut simulation = Simulation::new(&Scene {
+        molecule,
+        ..Scene::default()
+    })
+    .unwrap();
     let watched = key(&simulation, usize::from(!tee_first));
     let mut observers = (
         DirectionHistogram::new(watched, 720),
@@ -72,7 +81,11 @@ fn planted_hit(atom: usize, phi: f64, tee_first: bool) {
     assert!((along_x.mean().unwrap() + impulse * phi.cos()).abs() < 1e-9 * impulse);
     assert!((along_y.mean().unwrap() + impulse * phi.sin()).abs() < 1e-9 * impulse);
     let along_x = along_x.components();
-    let bin = along_x.counts().iter().position(|&count| count == 1).unwrap();
+    let bin = along_x
+        .counts()
+        .iter()
+        .position(|&count| count == 1)
+        .unwrap();
     assert!((along_x.bins().edges()[bin] + 0.05 + impulse * phi.cos()).abs() <= 0.05);
 }
 
@@ -81,7 +94,15 @@ fn the_direction_of_a_known_hit_is_relative_to_the_turned_molecule() {
     // Normals that these atoms expose: atom 2 from −73° to 109°, atom 0 from 71° to 253°, atom 4
     // from 161° to 379°.
     for tee_first in [true, false] {
-        for (atom, phi) in [(2, 0.301), (2, -0.7), (0, 2.5), (0, 3.3), (4, 4.567), (4, 5.5), (1, 1.6)] {
+        for (atom, phi) in [
+            (2, 0.301),
+            (2, -0.7),
+            (0, 2.5),
+            (0, 3.3),
+            (4, 4.567),
+            (4, 5.5),
+            (1, 1.6),
+        ] {
             planted_hit(atom, phi, tee_first);
         }
     }
@@ -91,14 +112,24 @@ fn the_direction_of_a_known_hit_is_relative_to_the_turned_molecule() {
 fn contacts_out_of_the_range_of_a_histogram_are_not_in_its_end_bins() {
     // Head-on against a fixed disc: the impulse on the moving disc is −2 m v = −2 along x.
     for (half_width, inside) in [(1.9, false), (2.1, true)] {
-        let mut scene =
-            Scene { molecule: vec![disc(DVec2::new(0.3, 0.5), DVec2::X, 0.05, 1.0)], ..Scene::default() };
-        scene.bumper.push(BumperSpec { tags: vec![], radius: 0.05, at: [0.5, 0.5] });
+        let mut scene = Scene {
+            molecule: vec![disc(DVec2::new(0.3, 0.5), DVec2::X, 0.05, 1.0)],
+            ..Scene::default()
+        };
+        scene.bumper.push(BumperSpec {
+            tags: vec![],
+            radius: 0.05,
+            at: [0.5, 0.5],
+        });
         let mut simulation = Simulation::new(&scene).unwrap();
-        let mut along_x = ProjectionHistogram::new(key(&simulation, 0), Axis::X, half_width, 10).unwrap();
+        let mut along_x =
+            ProjectionHistogram::new(key(&simulation, 0), Axis::X, half_width, 10).unwrap();
         observe(&mut simulation, &mut along_x, 0.2, 1);
         let bins = along_x.components();
-        assert_eq!((bins.counts()[0] == 1, bins.beyond() == 0), (inside, inside));
+        assert_eq!(
+            (bins.counts()[0] == 1, bins.beyond() == 0),
+            (inside, inside)
+        );
         assert!((along_x.mean().unwrap() + 2.0).abs() < 1e-14);
         assert!((along_x.mean_square().unwrap() - 4.0).abs() < 1e-13);
     }
@@ -106,9 +137,15 @@ fn contacts_out_of_the_range_of_a_histogram_are_not_in_its_end_bins() {
 
 #[test]
 fn hits_on_fixed_bodies_are_counted() {
-    let mut scene =
-        Scene { molecule: vec![disc(DVec2::new(0.3, 0.5), DVec2::X, 0.05, 1.0)], ..Scene::default() };
-    scene.bumper.push(BumperSpec { tags: vec![], radius: 0.05, at: [0.5, 0.5] });
+    let mut scene = Scene {
+        molecule: vec![disc(DVec2::new(0.3, 0.5), DVec2::X, 0.05, 1.0)],
+        ..Scene::default()
+    };
+    scene.bumper.push(BumperSpec {
+        tags: vec![],
+        radius: 0.05,
+        at: [0.5, 0.5],
+    });
     let mut simulation = Simulation::new(&scene).unwrap();
     let mut directions = DirectionHistogram::new(key(&simulation, 1), 3);
     observe(&mut simulation, &mut directions, 0.2, 1);
@@ -118,7 +155,10 @@ fn hits_on_fixed_bodies_are_counted() {
 
 #[test]
 fn running_averages_are_the_sums_by_hand() {
-    let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)], ..Scene::default() };
+    let mut scene = Scene {
+        molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)],
+        ..Scene::default()
+    };
     scene.gas.push(gas("gas", 100));
     let mut simulation = Simulation::new(&scene).unwrap();
     let watched = key(&simulation, 0);
@@ -126,13 +166,18 @@ fn running_averages_are_the_sums_by_hand() {
     let by_hand = ByHand(Vec::new(), |report: &CollisionReport<'_>| {
         let (side, _) = report.side_of(watched)?;
         let change = 10.0 * (side.after.velocity - side.before.velocity);
-        Some((report.time.to_f64(), turned_back(change, side.before.orientation.radians())))
+        Some((
+            report.time.to_f64(),
+            turned_back(change, side.before.orientation.radians()),
+        ))
     });
     let mut velocities = Vec::new();
     let mut observers = (RunningAverage::new(watched), by_hand);
     observers.start(&simulation.view());
     for sample in 1..=20 {
-        simulation.observe_until(0.5 + 0.5 * f64::from(sample), &mut observers).unwrap();
+        simulation
+            .observe_until(0.5 + 0.5 * f64::from(sample), &mut observers)
+            .unwrap();
         observers.sample(&simulation.view());
         let motion = simulation.view().body(watched).unwrap().motion;
         velocities.push(turned_back(motion.velocity, motion.orientation.radians()));
@@ -142,8 +187,15 @@ fn running_averages_are_the_sums_by_hand() {
     assert_eq!(average.series().len(), 20);
     for (index, point) in average.series().iter().enumerate() {
         assert_eq!(point.time, 1.0 + 0.5 * index as f64);
-        let sum: DVec2 = hits.iter().filter(|(time, _)| *time <= point.time).map(|(_, change)| *change).sum();
-        assert!((point.momentum - sum / (point.time - 0.5)).length() < 1e-11, "{point:?}");
+        let sum: DVec2 = hits
+            .iter()
+            .filter(|(time, _)| *time <= point.time)
+            .map(|(_, change)| *change)
+            .sum();
+        assert!(
+            (point.momentum - sum / (point.time - 0.5)).length() < 1e-11,
+            "{point:?}"
+        );
         let mean = velocities[..=index].iter().sum::<DVec2>() / (index + 1) as f64;
         assert!((point.velocity - mean).length() < 1e-13, "{point:?}");
     }
@@ -152,8 +204,14 @@ fn running_averages_are_the_sums_by_hand() {
 #[test]
 fn mean_force_on_a_locked_molecule_is_its_change_of_momentum() {
     let theta = 0.7;
-    let locked = MoleculeSpec { rotation: Rotation::Locked, ..tee(DVec2::new(0.5, 0.5), theta) };
-    let mut scene = Scene { molecule: vec![locked], ..Scene::default() };
+    let locked = MoleculeSpec {
+        rotation: Rotation::Locked,
+        ..tee(DVec2::new(0.5, 0.5), theta)
+    };
+    let mut scene = Scene {
+        molecule: vec![locked],
+        ..Scene::default()
+    };
     scene.gas.push(gas("gas", 100));
     let mut simulation = Simulation::new(&scene).unwrap();
     let watched = key(&simulation, 0);
@@ -166,9 +224,15 @@ fn mean_force_on_a_locked_molecule_is_its_change_of_momentum() {
     );
     observe(&mut simulation, &mut observers, 5.0, 10);
     let (average, along_x, along_y, directions) = observers;
-    let gained = turned_back(10.0 * simulation.view().body(watched).unwrap().motion.velocity, theta);
+    let gained = turned_back(
+        10.0 * simulation.view().body(watched).unwrap().motion.velocity,
+        theta,
+    );
     let last = average.series().last().unwrap();
-    assert!((5.0 * last.momentum - gained).length() < 1e-11, "{gained} against {last:?}");
+    assert!(
+        (5.0 * last.momentum - gained).length() < 1e-11,
+        "{gained} against {last:?}"
+    );
     let hits = along_x.hits() as f64;
     assert!((along_x.mean().unwrap() * hits - gained.x).abs() < 1e-11);
     assert!((along_y.mean().unwrap() * hits - gained.y).abs() < 1e-11);
@@ -182,10 +246,17 @@ fn a_removed_body_is_not_observed_any_more() {
     scene.gas.push(gas("gas", 50));
     let mut simulation = Simulation::new(&scene).unwrap();
     let watched = key(&simulation, 7);
-    let mut observers = (RunningAverage::new(watched), DirectionHistogram::new(watched, 8));
+    let mut observers = (
+        RunningAverage::new(watched),
+        DirectionHistogram::new(watched, 8),
+    );
     observers.start(&simulation.view());
     observers.sample(&simulation.view());
-    assert_eq!(observers.0.series()[0].momentum, DVec2::ZERO, "no time has passed");
+    assert_eq!(
+        observers.0.series()[0].momentum,
+        DVec2::ZERO,
+        "no time has passed"
+    );
     observe(&mut simulation, &mut observers, 1.0, 1);
     let hits = observers.1.hits();
     assert!(hits > 0);

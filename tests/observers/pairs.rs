@@ -11,10 +11,17 @@ use glam::DVec2;
 
 #[test]
 fn counts_are_those_of_all_pairs_for_any_number_of_cells() {
-    let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.35), 0.7)], ..Scene::default() };
+    let mut scene = Scene {
+        molecule: vec![tee(DVec2::new(0.5, 0.35), 0.7)],
+        ..Scene::default()
+    };
     scene.bounds.sides = [1.0, 0.7];
     scene.molecule[0].tags = vec!["hot".into(), "cold".into()];
-    scene.bumper.push(BumperSpec { tags: vec!["cold".into()], radius: 0.02, at: [0.999, 0.001] });
+    scene.bumper.push(BumperSpec {
+        tags: vec!["cold".into()],
+        radius: 0.02,
+        at: [0.999, 0.001],
+    });
     scene.gas.extend([gas("hot", 40), gas("cold", 70)]);
     let mut simulation = Simulation::new(&scene).unwrap();
     let tag = |name: &str| simulation.find_tag(name).unwrap();
@@ -56,10 +63,17 @@ fn counts_are_those_of_all_pairs_for_any_number_of_cells() {
                 "{groups:?} to {cutoff}"
             );
             // The bins tile the disc of that radius: Σ g (r₂² − r₁²) = pairs A / (π all).
-            let tiled: f64 =
-                points.iter().map(|point| point.g * point.distance * cutoff / 10.0).sum::<f64>() * 2.0;
-            let expected = counts.iter().sum::<u64>() as f64 * width * height / (std::f64::consts::PI * all);
-            assert!((tiled - expected).abs() < 1e-13, "{tiled} against {expected}");
+            let tiled: f64 = points
+                .iter()
+                .map(|point| point.g * point.distance * cutoff / 10.0)
+                .sum::<f64>()
+                * 2.0;
+            let expected =
+                counts.iter().sum::<u64>() as f64 * width * height / (std::f64::consts::PI * all);
+            assert!(
+                (tiled - expected).abs() < 1e-13,
+                "{tiled} against {expected}"
+            );
         }
     }
 }
@@ -76,22 +90,36 @@ fn the_pair_distribution_of_hard_discs_is_that_of_the_liquid() {
     // bin at contact.
     observe(&mut simulation, &mut pairs, 20.0 + 1500.0 * 0.42, 1500);
     let points = pairs.points();
-    assert!(points[..50].iter().all(|point| (point.pairs, point.g) == (0, 0.0)));
+    assert!(
+        points[..50]
+            .iter()
+            .all(|point| (point.pairs, point.g) == (0, 0.0))
+    );
     // ln g as a straight line through the bins from σ to 1.1 σ, by least squares: the standard
     // error is about 0.7 %.
-    let near: Vec<(f64, f64)> =
-        points[50..55].iter().map(|point| (point.distance - 1.05, point.g.ln())).collect();
+    let near: Vec<(f64, f64)> = points[50..55]
+        .iter()
+        .map(|point| (point.distance - 1.05, point.g.ln()))
+        .collect();
     let mean = near.iter().map(|(_, y)| y).sum::<f64>() / 5.0;
-    let slope = near.iter().map(|(x, y)| x * y).sum::<f64>() / near.iter().map(|(x, _)| x * x).sum::<f64>();
+    let slope =
+        near.iter().map(|(x, y)| x * y).sum::<f64>() / near.iter().map(|(x, _)| x * x).sum::<f64>();
     let contact = (mean - 0.05 * slope).exp();
     assert!((contact / 1.772 - 1.0).abs() < 0.03, "{contact}");
     // A minimum behind the first shell (1.8 σ to 2 σ), a second shell, and no order far away.
     let mean = |from: usize, to: usize| {
         let bins = &points[from..to];
-        bins.iter().map(|point| point.g * point.distance).sum::<f64>()
+        bins.iter()
+            .map(|point| point.g * point.distance)
+            .sum::<f64>()
             / bins.iter().map(|point| point.distance).sum::<f64>()
     };
-    assert!(mean(90, 100) < 0.95 && mean(115, 130) > 1.01, "{} {}", mean(90, 100), mean(115, 130));
+    assert!(
+        mean(90, 100) < 0.95 && mean(115, 130) > 1.01,
+        "{} {}",
+        mean(90, 100),
+        mean(115, 130)
+    );
     assert!((mean(250, 400) - 1.0).abs() < 0.005, "{}", mean(250, 400));
 }
 
@@ -102,7 +130,13 @@ fn a_cutoff_must_be_less_than_half_the_box() {
     let simulation = Simulation::new(&scene).unwrap();
     let view = simulation.view();
     let new = |cutoff| PairDistribution::new([Group::All; 2], view.bounds(), cutoff, 0);
-    assert_eq!(new(0.25).unwrap_err(), CutoffError::BeyondHalf { cutoff: 0.25, half: 0.25 });
+    assert_eq!(
+        new(0.25).unwrap_err(),
+        CutoffError::BeyondHalf {
+            cutoff: 0.25,
+            half: 0.25
+        }
+    );
     assert!(matches!(new(f64::NAN), Err(CutoffError::Length(_))));
     assert!(matches!(new(0.0), Err(CutoffError::Length(_))));
     let mut pairs = new(0.2).unwrap();

@@ -21,8 +21,14 @@ fn reduced_pressure(scene: &Scene, settle: f64, until: f64, samples: u32) -> (Es
     let moving = view.bodies().filter(|view| !view.body.is_fixed()).count() as f64;
     let (factor, error) = pressure.compressibility_factor().unwrap();
     let series = pressure.series();
-    let flux: f64 = series.iter().map(|point| point.momentum_flux() / point.ideal).sum();
-    let estimate = Estimate { mean: factor * moving, standard_error: error * moving };
+    let flux: f64 = series
+        .iter()
+        .map(|point| point.momentum_flux() / point.ideal)
+        .sum();
+    let estimate = Estimate {
+        mean: factor * moving,
+        standard_error: error * moving,
+    };
     (estimate, flux / series.len() as f64 * moving)
 }
 
@@ -42,7 +48,10 @@ fn two_discs_have_their_exact_pressure_with_and_without_drift() {
             disc(DVec2::new(0.2, 0.2), drift + velocity, radius, 1.0),
             disc(DVec2::new(0.7, 0.65), drift - velocity / 3.0, radius, 3.0),
         ];
-        let mut scene = Scene { molecule, ..Scene::default() };
+        let mut scene = Scene {
+            molecule,
+            ..Scene::default()
+        };
         scene.bounds.sides = sides;
         let (found, flux) = reduced_pressure(&scene, 10.0, 40_010.0, 400);
         let excluded = 4.0 * PI * radius * radius;
@@ -60,12 +69,18 @@ fn two_discs_have_their_exact_pressure_with_and_without_drift() {
 #[test]
 fn a_single_disc_has_a_temperature_only_between_walls() {
     let lone = disc(DVec2::new(0.2, 0.2), DVec2::new(0.5, 7.0), 0.1, 2.0);
-    let mut scene = Scene { molecule: vec![lone], ..Scene::default() };
+    let mut scene = Scene {
+        molecule: vec![lone],
+        ..Scene::default()
+    };
     let mut pressure = Pressure::default();
     observe(&mut Simulation::new(&scene).unwrap(), &mut pressure, 1.0, 2);
     assert_eq!(pressure.compressibility_factor(), None);
     assert_eq!(pressure.mean(), Some((0.0, 0.0)));
-    scene.wall.push(carom::engine::WallSpec { x: Some(0.5), ..carom::engine::WallSpec::default() });
+    scene.wall.push(carom::engine::WallSpec {
+        x: Some(0.5),
+        ..carom::engine::WallSpec::default()
+    });
     let simulation = Simulation::new(&scene).unwrap();
     // ½ 2 0.5² across, and no degree of freedom along the wall: kT = 2 × 0.25 / 1.
     assert!((simulation.view().temperature().unwrap() - 0.5).abs() < 1e-15);
@@ -85,6 +100,9 @@ fn the_pressure_of_72_discs_is_the_published_one() {
     let deviation = (pressure - published) / error.hypot(0.000_071);
     // The two ideal terms differ by more than five standard errors.
     assert!(error < 0.0115 / 5.0, "{error}");
-    assert!(deviation.abs() < 3.0, "{pressure} ± {error}: {deviation} errors off");
+    assert!(
+        deviation.abs() < 3.0,
+        "{pressure} ± {error}: {deviation} errors off"
+    );
     assert!((flux / area - published) / error < -3.0, "{}", flux / area);
 }

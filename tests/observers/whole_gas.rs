@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use carom::{
-    CellsPerSide, CollisionRate, CollisionReport, Detection, EnergyLedger, HeapScheduler, Impact, Observer,
-    OverlapCheck, Scene, Simulation,
+    CellsPerSide, CollisionRate, CollisionReport, Detection, EnergyLedger, HeapScheduler, Impact,
+    Observer, OverlapCheck, Scene, Simulation,
     detection::{Answer, Outcome},
     engine::{BumperSpec, ElasticitySpec, GasSpec},
     geometry::Outline,
@@ -17,7 +17,10 @@ use super::{ByHand, disc, gas, observe, tee};
 
 #[test]
 fn energy_and_momentum_of_an_elastic_gas_are_conserved() {
-    let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)], ..Scene::default() };
+    let mut scene = Scene {
+        molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)],
+        ..Scene::default()
+    };
     scene.gas.push(gas("gas", 200));
     let mut simulation = Simulation::new(&scene).unwrap();
     let mut ledger = EnergyLedger::default();
@@ -30,14 +33,23 @@ fn energy_and_momentum_of_an_elastic_gas_are_conserved() {
     assert!((first.energy - 200.0).abs() < 1e-10);
     for point in ledger.series() {
         assert_eq!(point.booked, first.booked);
-        assert!((point.momentum - first.momentum).length() < 1e-11, "{point:?}");
+        assert!(
+            (point.momentum - first.momentum).length() < 1e-11,
+            "{point:?}"
+        );
     }
 }
 
 #[test]
 fn losses_at_contacts_and_resets_agree_with_the_ledger() {
-    let elasticity = ElasticitySpec { default: 0.9, ..ElasticitySpec::default() };
-    let mut scene = Scene { elasticity, ..Scene::default() };
+    let elasticity = ElasticitySpec {
+        default: 0.9,
+        ..ElasticitySpec::default()
+    };
+    let mut scene = Scene {
+        elasticity,
+        ..Scene::default()
+    };
     scene.gas.push(gas("gas", 200));
     let mut simulation = Simulation::new(&scene).unwrap();
     // Equal discs of mass 1: μ = 1/2, and the loss is ½ (1 − e²) μ u².
@@ -52,7 +64,10 @@ fn losses_at_contacts_and_resets_agree_with_the_ledger() {
     observers.sample(&simulation.view());
     observe(&mut simulation, &mut observers, 2.0, 10);
     let lost: f64 = observers.1.0.iter().sum();
-    let (first, last) = (observers.0.series()[0], *observers.0.series().last().unwrap());
+    let (first, last) = (
+        observers.0.series()[0],
+        *observers.0.series().last().unwrap(),
+    );
     assert!(lost > 0.3 * first.energy, "{lost} of {}", first.energy);
     assert!((first.energy - last.energy - lost).abs() < 1e-13 * first.energy);
     assert!((first.booked - last.booked - lost).abs() < 1e-13 * first.energy);
@@ -60,14 +75,21 @@ fn losses_at_contacts_and_resets_agree_with_the_ledger() {
     simulation.reset_energy_of_tag(gas, 1.0).unwrap();
     observers.sample(&simulation.view());
     let last = observers.0.series().last().unwrap();
-    assert!((last.energy - 200.0).abs() < 1e-11 && (last.booked - 200.0).abs() < 1e-11, "{last:?}");
+    assert!(
+        (last.energy - 200.0).abs() < 1e-11 && (last.booked - 200.0).abs() < 1e-11,
+        "{last:?}"
+    );
     assert!(observers.0.drift() <= 1e-13, "{:e}", observers.0.drift());
 }
 
 #[test]
 fn an_empty_box_has_no_drift_rate_or_pressure() {
     let simulation = Simulation::new(&Scene::default()).unwrap();
-    let mut observers = (EnergyLedger::default(), CollisionRate::default(), Pressure::default());
+    let mut observers = (
+        EnergyLedger::default(),
+        CollisionRate::default(),
+        Pressure::default(),
+    );
     assert_eq!(observers.0.drift(), 0.0);
     for _ in 0..3 {
         observers.sample(&simulation.view());
@@ -81,9 +103,15 @@ fn a_disc_between_images_of_a_bumper_hits_at_even_times() {
     // From contact to contact it moves by 1 − 2 (0.05 + 0.05) at speed 1: one collision in each
     // 0.8, ten in each 8. Each adds r·J = 0.1 × 2 to the virial:
     // p A = 1/2 + (1/2) 0.2 / 0.8 = 0.625.
-    let mut scene =
-        Scene { molecule: vec![disc(DVec2::new(0.2, 0.5), DVec2::X, 0.05, 1.0)], ..Scene::default() };
-    scene.bumper.push(BumperSpec { tags: vec![], radius: 0.05, at: [0.7, 0.5] });
+    let mut scene = Scene {
+        molecule: vec![disc(DVec2::new(0.2, 0.5), DVec2::X, 0.05, 1.0)],
+        ..Scene::default()
+    };
+    scene.bumper.push(BumperSpec {
+        tags: vec![],
+        radius: 0.05,
+        at: [0.7, 0.5],
+    });
     let mut simulation = Simulation::new(&scene).unwrap();
     let mut observers = (CollisionRate::default(), Pressure::default());
     observe(&mut simulation, &mut observers, 24.0, 3);
@@ -95,7 +123,10 @@ fn a_disc_between_images_of_a_bumper_hits_at_even_times() {
     }
     assert_eq!(rate.mean(), Some((1.25, 0.0)));
     let (mean, error) = pressure.mean().unwrap();
-    assert!((mean - 0.625).abs() < 1e-12 && error < 1e-12, "{mean} ± {error}");
+    assert!(
+        (mean - 0.625).abs() < 1e-12 && error < 1e-12,
+        "{mean} ± {error}"
+    );
 }
 
 #[test]
@@ -156,7 +187,10 @@ fn virial_of_dumbbells(area_fraction: f64) -> (f64, f64) {
     scene.gas.push(GasSpec {
         shape: Some("dumbbell".into()),
         zero_momentum: Some(true),
-        ..GasSpec { radius: Some(0.5.into()), ..gas("gas", count as usize) }
+        ..GasSpec {
+            radius: Some(0.5.into()),
+            ..gas("gas", count as usize)
+        }
     });
     let mut simulation = Simulation::new(&scene).unwrap();
     simulation.run_until(2.0 / area_fraction).unwrap();
@@ -167,9 +201,15 @@ fn virial_of_dumbbells(area_fraction: f64) -> (f64, f64) {
     let translation = simulation.view().energy() * (2.0 * n - 2.0) / (3.0 * n - 2.0);
     let points = pressure.series();
     let mean = points.iter().map(|point| point.virial).sum::<f64>() / 50.0;
-    let squares: f64 = points.iter().map(|point| (point.virial - mean).powi(2)).sum();
+    let squares: f64 = points
+        .iter()
+        .map(|point| (point.virial - mean).powi(2))
+        .sum();
     let kinetic = points.iter().map(|point| point.kinetic).sum::<f64>() / 50.0;
-    assert!((kinetic * side * side / translation - 1.0).abs() < 0.03, "{kinetic}");
+    assert!(
+        (kinetic * side * side / translation - 1.0).abs() < 0.03,
+        "{kinetic}"
+    );
     let scale = side * side / translation / area_fraction;
     (mean * scale, (squares / 49.0 / 50.0).sqrt() * scale)
 }
@@ -182,7 +222,10 @@ fn pressure_of_dumbbells_has_their_second_virial_coefficient() {
     let [thin, thick] = [0.02, 0.04].map(virial_of_dumbbells);
     let limit = 2.0 * thin.0 - thick.0;
     let error = (4.0 * thin.1 * thin.1 + thick.1 * thick.1).sqrt();
-    assert!(error < 0.02 * 2.42 && (limit - 2.420_64).abs() < 3.0 * error + 0.01, "{limit} ± {error}");
+    assert!(
+        error < 0.02 * 2.42 && (limit - 2.420_64).abs() < 3.0 * error + 0.01,
+        "{limit} ± {error}"
+    );
     assert!(thick.0 > thin.0, "{thick:?} is not above {thin:?}");
 }
 
@@ -192,7 +235,10 @@ struct Blind;
 
 impl Detection for Blind {
     fn first_contact(&self, _: Outline<'_>, _: Outline<'_>, _: &RelativeMotion, _: f64) -> Answer {
-        Answer { outcome: Outcome::Free, evaluations: 0 }
+        Answer {
+            outcome: Outcome::Free,
+            evaluations: 0,
+        }
     }
 }
 
@@ -204,7 +250,10 @@ fn overlaps_left_by_a_detector_without_contacts_are_found() {
         disc(DVec2::new(0.98, 0.2), DVec2::X, 0.02, 1.0),
         disc(DVec2::new(0.12, 0.2), DVec2::ZERO, 0.04, 1.0),
     ];
-    let scene = Scene { molecule, ..Scene::default() };
+    let scene = Scene {
+        molecule,
+        ..Scene::default()
+    };
     let mut overlaps = OverlapCheck::default();
     let mut blind: Simulation<Blind, Impact, HeapScheduler> =
         Simulation::with(&scene, Blind, Impact, CellsPerSide::default()).unwrap();
@@ -216,8 +265,16 @@ fn overlaps_left_by_a_detector_without_contacts_are_found() {
     // At 0.15 the first pair is at distance 0.05, with diameter 0.1; the second at distance 0.01
     // across the border, with contact distance 0.06.
     assert_eq!((overlaps.checks(), overlaps.worst_pairs()), (3, 2));
-    assert!((overlaps.deepest() - 0.05 / 0.04).abs() < 1e-12, "{}", overlaps.deepest());
-    assert!((overlaps.deepest_length() - 0.05).abs() < 1e-14, "{}", overlaps.deepest_length());
+    assert!(
+        (overlaps.deepest() - 0.05 / 0.04).abs() < 1e-12,
+        "{}",
+        overlaps.deepest()
+    );
+    assert!(
+        (overlaps.deepest_length() - 0.05).abs() < 1e-14,
+        "{}",
+        overlaps.deepest_length()
+    );
 
     let mut overlaps = OverlapCheck::default();
     let mut seeing = Simulation::new(&scene).unwrap();

@@ -35,7 +35,13 @@ impl Pair<'_> {
     /// The smallest gap over all atoms (length).
     pub fn smallest_gap(&self, time: f64) -> f64 {
         let [turn_a, turn_b] = self.rotations(time);
-        gap_between(self.a, turn_a, self.b, turn_b, self.motion.separation + self.motion.velocity * time)
+        gap_between(
+            self.a,
+            turn_a,
+            self.b,
+            turn_b,
+            self.motion.separation + self.motion.velocity * time,
+        )
     }
 
     /// The gap of atom `i` of A and atom `j` of B, and its derivatives.
@@ -43,7 +49,10 @@ impl Pair<'_> {
         let (atom_a, atom_b) = (&self.a.atoms()[i as usize], &self.b.atoms()[j as usize]);
         let [spin_a, spin_b] = self.motion.angular_velocity;
         let [turn_a, turn_b] = self.rotations(time);
-        let (arm_a, arm_b) = (turn_a.rotate(atom_a.offset()), turn_b.rotate(atom_b.offset()));
+        let (arm_a, arm_b) = (
+            turn_a.rotate(atom_a.offset()),
+            turn_b.rotate(atom_b.offset()),
+        );
         let d = self.motion.separation + self.motion.velocity * time + (arm_b - arm_a);
         let rate = self.motion.velocity + (spin_b * arm_b.perp() - spin_a * arm_a.perp());
         let second = spin_a * spin_a * arm_a - spin_b * spin_b * arm_b;
@@ -52,13 +61,19 @@ impl Pair<'_> {
         Approach {
             gap: d.length() - (atom_a.radius() + atom_b.radius()),
             rate: closing,
-            curvature: normal.dot(second) + (rate.length_squared() - closing * closing) / d.length(),
+            curvature: normal.dot(second)
+                + (rate.length_squared() - closing * closing) / d.length(),
         }
     }
 
     /// E of one atom pair (length).
     pub fn error(&self, (i, j): (u32, u32), time: f64) -> f64 {
-        ErrorBound::new(&self.motion, &self.a.atoms()[i as usize], &self.b.atoms()[j as usize]).at(time)
+        ErrorBound::new(
+            &self.motion,
+            &self.a.atoms()[i as usize],
+            &self.b.atoms()[j as usize],
+        )
+        .at(time)
     }
 
     /// The largest E over all atom pairs (length).
@@ -99,7 +114,10 @@ impl Pair<'_> {
             let gap = self.smallest_gap(time);
             // The bound is 2 E, and this gap has an error of up to E itself.
             let allowed = 3.0 * self.largest_error(time);
-            assert!(gap >= -allowed, "gap {gap:e} at {time}, before {until}; allowed {allowed:e}");
+            assert!(
+                gap >= -allowed,
+                "gap {gap:e} at {time}, before {until}; allowed {allowed:e}"
+            );
             time += least_step.max(gap / speed);
         }
     }

@@ -6,8 +6,8 @@ pub mod property;
 
 use carom_detection::Exact;
 use carom_engine::{
-    BumperSpec, CollisionReport, ElasticityRule, GasSpec, Instructions, MoleculeSpec, Observer, Rotation,
-    Scene, Scheduler, Simulation, View, WallSpec,
+    BumperSpec, CollisionReport, ElasticityRule, GasSpec, Instructions, MoleculeSpec, Observer,
+    Rotation, Scene, Scheduler, Simulation, View, WallSpec,
 };
 use carom_kinematics::EpochTime;
 use carom_response::Impact;
@@ -77,13 +77,21 @@ pub fn if_available(name: &str, instructions: Instructions, check: impl FnOnce(&
     if present == instructions {
         check(&instructions);
     } else {
-        carom_testkit::skipped::skipped(name, format_args!("the best instructions here are {present:?}"));
+        carom_testkit::skipped::skipped(
+            name,
+            format_args!("the best instructions here are {present:?}"),
+        );
     }
 }
 
 /// A gas of `count` molecules of a named shape, each of total mass 1 and energy 1.
 pub fn gas(shape: &str, atom_radius: f64, count: usize) -> GasSpec {
-    let atoms = shape.parse::<carom_geometry::Shape>().unwrap().atoms(1.0, 1.0).unwrap().len();
+    let atoms = shape
+        .parse::<carom_geometry::Shape>()
+        .unwrap()
+        .atoms(1.0, 1.0)
+        .unwrap()
+        .len();
     GasSpec {
         shape: Some(shape.to_owned()),
         atom_radius: Some(atom_radius.into()),
@@ -96,7 +104,10 @@ pub fn gas(shape: &str, atom_radius: f64, count: usize) -> GasSpec {
 
 /// A scene of single molecules in the unit box.
 pub fn scene(molecule: Vec<MoleculeSpec>) -> Scene {
-    Scene { molecule, ..Scene::default() }
+    Scene {
+        molecule,
+        ..Scene::default()
+    }
 }
 
 /// A scene with all kinds of bodies that the engine treats differently: discs of two sizes,
@@ -108,12 +119,23 @@ pub fn reference_scene(seed: u64) -> Scene {
             velocity: [0.5, -0.25],
             ..named("tee", 0.02, 0.5, [0.25, 0.25])
         },
-        MoleculeSpec { rotation: Rotation::Locked, ..named("cross", 0.02, 0.5, [0.75, 0.25]) },
-        MoleculeSpec { fixed: true, orientation: Some(0.3), ..named("dumbbell", 0.02, 1.0, [0.5, 0.75]) },
+        MoleculeSpec {
+            rotation: Rotation::Locked,
+            ..named("cross", 0.02, 0.5, [0.75, 0.25])
+        },
+        MoleculeSpec {
+            fixed: true,
+            orientation: Some(0.3),
+            ..named("dumbbell", 0.02, 1.0, [0.5, 0.75])
+        },
     ]);
     scene.bounds.seed = seed;
     scene.bumper = vec![bumper(0.03, [0.0, 0.0]), bumper(0.05, [0.25, 0.75])];
-    scene.gas = vec![gas("disc", 0.02, 60), gas("disc", 0.04, 8), gas("dumbbell", 0.015, 12)];
+    scene.gas = vec![
+        gas("disc", 0.02, 60),
+        gas("disc", 0.04, 8),
+        gas("dumbbell", 0.015, 12),
+    ];
     scene
 }
 
@@ -121,13 +143,22 @@ pub fn reference_scene(seed: u64) -> Scene {
 /// keeps.
 pub fn scenes() -> Vec<(&'static str, Scene)> {
     let with = |molecule: Vec<MoleculeSpec>, bumper: Vec<BumperSpec>, gas: Vec<GasSpec>| {
-        let mut scene = Scene { molecule, bumper, gas, ..Scene::default() };
+        let mut scene = Scene {
+            molecule,
+            bumper,
+            gas,
+            ..Scene::default()
+        };
         scene.bounds.seed = 20_261_121;
         scene
     };
     let of_discs = |radius, count| with(vec![], vec![], vec![gas("disc", radius, count)]);
     // Light discs that soon become faster than any body at the start.
-    let light = GasSpec { atom_mass: Some((1e-3).into()), energy: 1e-9, ..gas("disc", 0.004, 60) };
+    let light = GasSpec {
+        atom_mass: Some((1e-3).into()),
+        energy: 1e-9,
+        ..gas("disc", 0.004, 60)
+    };
     let mut kicked = with(vec![], vec![], vec![gas("disc", 0.004, 60), light]);
     kicked.bounds.sides = [1.5, 0.5];
     let middle = |shape: &str, atom_radius| named(shape, atom_radius, 2.0, [0.5, 0.5]);
@@ -135,10 +166,22 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
     let small = |x, y| bumper(0.02, [x, y]);
     let mut wide = of_discs(0.03, 120);
     wide.bounds.sides = [2.0, 0.5];
-    let line = |x: Option<f64>, y: Option<f64>| WallSpec { x, y, ..WallSpec::default() };
-    let flap = |from, to, radius| WallSpec { from: Some(from), to: Some(to), radius, ..WallSpec::default() };
+    let line = |x: Option<f64>, y: Option<f64>| WallSpec {
+        x,
+        y,
+        ..WallSpec::default()
+    };
+    let flap = |from, to, radius| WallSpec {
+        from: Some(from),
+        to: Some(to),
+        radius,
+        ..WallSpec::default()
+    };
     let walled = |wall: Vec<WallSpec>, scene: Scene| Scene { wall, ..scene };
-    let fixed = MoleculeSpec { fixed: true, ..middle("cross", 0.04) };
+    let fixed = MoleculeSpec {
+        fixed: true,
+        ..middle("cross", 0.04)
+    };
     let fast = MoleculeSpec {
         angular_velocity: 900.0,
         velocity: [0.0, 3.0],
@@ -150,39 +193,98 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ("dilute discs", of_discs(0.004, 100)),
         ("dilute light discs among heavy ones in a wide box", kicked),
         ("a wide box", wide),
-        ("like sizes", with(vec![], vec![], vec![gas("disc", 0.03, 60), gas("disc", 0.02, 60)])),
-        ("unlike sizes", with(vec![big.clone()], vec![], vec![gas("disc", 0.02, 150)])),
-        ("bumpers", with(vec![], vec![small(0.0, 0.0), small(0.3, 0.99)], vec![gas("disc", 0.02, 150)])),
+        (
+            "like sizes",
+            with(
+                vec![],
+                vec![],
+                vec![gas("disc", 0.03, 60), gas("disc", 0.02, 60)],
+            ),
+        ),
+        (
+            "unlike sizes",
+            with(vec![big.clone()], vec![], vec![gas("disc", 0.02, 150)]),
+        ),
+        (
+            "bumpers",
+            with(
+                vec![],
+                vec![small(0.0, 0.0), small(0.3, 0.99)],
+                vec![gas("disc", 0.02, 150)],
+            ),
+        ),
         (
             "a tee in its gas",
-            with(vec![middle("tee", 0.01)], vec![small(0.1, 0.1)], vec![gas("disc", 0.02, 180)]),
+            with(
+                vec![middle("tee", 0.01)],
+                vec![small(0.1, 0.1)],
+                vec![gas("disc", 0.02, 180)],
+            ),
         ),
-        ("tees and discs", with(vec![], vec![], vec![gas("tee", 0.01, 12), gas("disc", 0.02, 120)])),
-        ("dumbbells", with(vec![], vec![], vec![gas("dumbbell", 0.02, 80)])),
-        ("few dumbbells far apart", with(vec![], vec![], vec![gas("dumbbell", 0.004, 30)])),
+        (
+            "tees and discs",
+            with(
+                vec![],
+                vec![],
+                vec![gas("tee", 0.01, 12), gas("disc", 0.02, 120)],
+            ),
+        ),
+        (
+            "dumbbells",
+            with(vec![], vec![], vec![gas("dumbbell", 0.02, 80)]),
+        ),
+        (
+            "few dumbbells far apart",
+            with(vec![], vec![], vec![gas("dumbbell", 0.004, 30)]),
+        ),
         (
             "molecules, some discs, a big disc and a long rod",
             with(
                 vec![big.clone(), middle("rod:16", 0.01)],
                 vec![small(0.0, 0.4), bumper(0.08, [0.2, 0.7])],
-                vec![gas("dumbbell", 0.015, 50), gas("tee", 0.01, 15), gas("disc", 0.02, 20)],
+                vec![
+                    gas("dumbbell", 0.015, 50),
+                    gas("tee", 0.01, 15),
+                    gas("disc", 0.02, 20),
+                ],
             ),
         ),
         (
             "a fixed cross, a big disc and a fast rod",
-            with(vec![fixed, big, fast], vec![], vec![gas("disc", 0.015, 120)]),
+            with(
+                vec![fixed, big, fast],
+                vec![],
+                vec![gas("disc", 0.015, 120)],
+            ),
         ),
-        ("three cells a side", with(vec![middle("dumbbell", 0.1)], vec![], vec![gas("disc", 0.15, 5)])),
+        (
+            "three cells a side",
+            with(
+                vec![middle("dumbbell", 0.1)],
+                vec![],
+                vec![gas("disc", 0.15, 5)],
+            ),
+        ),
         ("too few cells for a grid", of_discs(0.2, 4)),
         (
             "a closed box of discs",
-            walled(vec![line(Some(0.0), None), line(None, Some(0.3))], of_discs(0.03, 120)),
+            walled(
+                vec![line(Some(0.0), None), line(None, Some(0.3))],
+                of_discs(0.03, 120),
+            ),
         ),
         (
             "flaps across the border, tees and discs",
             walled(
-                vec![flap([0.8, 0.4], [1.3, 0.7], 0.0), flap([0.1, 0.1], [0.1, -0.3], 0.01)],
-                with(vec![], vec![], vec![gas("tee", 0.01, 12), gas("disc", 0.02, 120)]),
+                vec![
+                    flap([0.8, 0.4], [1.3, 0.7], 0.0),
+                    flap([0.1, 0.1], [0.1, -0.3], 0.01),
+                ],
+                with(
+                    vec![],
+                    vec![],
+                    vec![gas("tee", 0.01, 12), gas("disc", 0.02, 120)],
+                ),
             ),
         ),
         (
@@ -201,13 +303,16 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
 
 /// A simulation of the scene with a given scheduler.
 pub fn simulate<S: Scheduler>(scene: &Scene, options: &S::Options) -> Simulation<Exact, Impact, S> {
-    Simulation::with(scene, Exact::default(), Impact, options.clone()).expect("the scene can be built")
+    Simulation::with(scene, Exact::default(), Impact, options.clone())
+        .expect("the scene can be built")
 }
 
 /// Two unit discs on the x axis that meet head-on at time 2, each with speed 1.
 pub fn head_on<S: Scheduler>(options: &S::Options) -> Simulation<Exact, Impact, S> {
-    let mut scene =
-        scene(vec![disc(0.5, 1.0, [7.5, 5.0], [1.0, 0.0]), disc(0.5, 1.0, [12.5, 5.0], [-1.0, 0.0])]);
+    let mut scene = scene(vec![
+        disc(0.5, 1.0, [7.5, 5.0], [1.0, 0.0]),
+        disc(0.5, 1.0, [12.5, 5.0], [-1.0, 0.0]),
+    ]);
     scene.molecule[0].tags = vec!["left".to_owned()];
     scene.bounds.sides = [20.0, 10.0];
     simulate::<S>(&scene, options)
@@ -215,7 +320,10 @@ pub fn head_on<S: Scheduler>(options: &S::Options) -> Simulation<Exact, Impact, 
 
 /// A rule of elasticity.
 pub fn rule(between: &[&str], coefficient: f64) -> ElasticityRule {
-    ElasticityRule { between: between.iter().map(|&tag| tag.to_owned()).collect(), coefficient }
+    ElasticityRule {
+        between: between.iter().map(|&tag| tag.to_owned()).collect(),
+        coefficient,
+    }
 }
 
 /// All numbers of all motions, as bits.
@@ -238,7 +346,11 @@ pub fn bits(view: &View<'_>) -> Vec<[u64; 6]> {
 
 /// Velocity of the body inserted as number `index`.
 pub fn velocity(view: &View<'_>, index: usize) -> DVec2 {
-    view.bodies().nth(index).expect("the body is there").motion.velocity
+    view.bodies()
+        .nth(index)
+        .expect("the body is there")
+        .motion
+        .velocity
 }
 
 /// One collision, for comparison with one of another run.
@@ -260,7 +372,10 @@ pub struct Encounters {
 
 impl Encounters {
     pub fn since(begun: EpochTime) -> Self {
-        Self { begun, list: Vec::new() }
+        Self {
+            begun,
+            list: Vec::new(),
+        }
     }
 
     pub fn times(&self) -> Vec<f64> {
@@ -269,7 +384,9 @@ impl Encounters {
 
     /// The encounters of one body, in order.
     pub fn of(&self, body: u64) -> impl Iterator<Item = &Encounter> {
-        self.list.iter().filter(move |encounter| encounter.bodies.contains(&body))
+        self.list
+            .iter()
+            .filter(move |encounter| encounter.bodies.contains(&body))
     }
 }
 

@@ -19,24 +19,40 @@ const FUZZ_SEED: &str = "18";
 /// # Errors
 /// A step that cannot be started.
 pub fn run() -> Result<Verdict> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().context("xtask lies inside the repository")?;
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .context("xtask lies inside the repository")?;
+    let target =
+        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
     let folder = target.join("ci");
     fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
-    let steps = Steps { root, skipped: folder.join("skipped") };
-    File::create(&steps.skipped).with_context(|| format!("cannot write {}", steps.skipped.display()))?;
+    let steps = Steps {
+        root,
+        skipped: folder.join("skipped"),
+    };
+    File::create(&steps.skipped)
+        .with_context(|| format!("cannot write {}", steps.skipped.display()))?;
 
     let mut lines = vec![
         "cargo fmt --all --check".to_owned(),
         "cargo clippy --workspace --all-targets -- -D warnings".to_owned(),
     ];
-    for layer in ["geometry", "kinematics", "detection", "response", "engine", "observers"] {
+    for layer in [
+        "geometry",
+        "kinematics",
+        "detection",
+        "response",
+        "engine",
+        "observers",
+    ] {
         lines.push(format!("cargo check --quiet --package carom-{layer}"));
     }
     lines.push("RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps".to_owned());
     lines.push("cargo xtask tidy".to_owned());
     let [brownian, fuzz] = ["brownian", "fuzz"].map(|name| folder.join(name).display().to_string());
-    lines.push(format!("cargo xtask experiment brownian --quick --force --out '{brownian}'"));
+    lines.push(format!(
+        "cargo xtask experiment brownian --quick --force --out '{brownian}'"
+    ));
     for fuzzer in ["detection", "scenes", "files", "tiles"] {
         // With debug assertions and overflow checks.
         lines.push(format!(
@@ -68,13 +84,19 @@ struct Steps<'a> {
 impl Steps<'_> {
     fn shell(&self, line: &str) -> Command {
         let mut command = Command::new("bash");
-        command.args(["-c", line]).current_dir(self.root).env("CAROM_SKIPPED", &self.skipped);
+        command
+            .args(["-c", line])
+            .current_dir(self.root)
+            .env("CAROM_SKIPPED", &self.skipped);
         command
     }
 
     fn passes(&self, line: &str) -> Result<bool> {
         print_line(&format!("ci: {line}"));
-        let status = self.shell(line).status().with_context(|| format!("cannot start `{line}`"))?;
+        let status = self
+            .shell(line)
+            .status()
+            .with_context(|| format!("cannot start `{line}`"))?;
         if !status.success() {
             print_line(&format!("ci: FAILED: `{line}`: {status}"));
         }
@@ -90,7 +112,10 @@ impl Steps<'_> {
             .stdout(Stdio::piped())
             .spawn()
             .with_context(|| format!("cannot start `{line}`"))?;
-        let output = tests.stdout.take().context("the output of the tests is piped")?;
+        let output = tests
+            .stdout
+            .take()
+            .context("the output of the tests is piped")?;
         let mut sum = Sum::default();
         for line in BufReader::new(output).lines() {
             let line = line.context("the output of the tests cannot be read")?;
@@ -99,15 +124,22 @@ impl Steps<'_> {
             let _ = writeln!(std::io::stdout(), "{line}");
         }
         let status = tests.wait().context("the tests cannot be waited for")?;
-        let mut skipped: Vec<String> =
-            fs::read_to_string(&self.skipped).unwrap_or_default().lines().map(str::to_owned).collect();
+        let mut skipped: Vec<String> = fs::read_to_string(&self.skipped)
+            .unwrap_or_default()
+            .lines()
+            .map(str::to_owned)
+            .collect();
         skipped.sort();
         skipped.dedup();
         for line in &skipped {
             print_line(line);
         }
         print_line(&sum.line(status.success(), skipped.len()));
-        Ok(if status.success() { Verdict::Passed } else { Verdict::Failed })
+        Ok(if status.success() {
+            Verdict::Passed
+        } else {
+            Verdict::Failed
+        })
     }
 }
 
@@ -122,11 +154,17 @@ struct Sum {
 impl Sum {
     /// Adds a line `test result: ok. 5 passed; 0 failed; 1 ignored; …`; other lines add nothing.
     fn add(&mut self, line: &str) {
-        let Some(result) = line.strip_prefix("test result: ") else { return };
+        let Some(result) = line.strip_prefix("test result: ") else {
+            return;
+        };
         let count = |kind: &str| -> u64 {
-            let words: Vec<&str> = result.split([' ', ';']).filter(|word| !word.is_empty()).collect();
+            let words: Vec<&str> = result
+                .split([' ', ';'])
+                .filter(|word| !word.is_empty())
+                .collect();
             let at = words.iter().position(|&word| word == kind);
-            at.and_then(|at| words[at.checked_sub(1)?].parse().ok()).unwrap_or(0)
+            at.and_then(|at| words[at.checked_sub(1)?].parse().ok())
+                .unwrap_or(0)
         };
         self.passed += count("passed");
         self.failed += count("failed");
@@ -134,9 +172,15 @@ impl Sum {
     }
 
     fn line(&self, success: bool, skipped: usize) -> String {
-        let Self { passed, failed, ignored } = self;
+        let Self {
+            passed,
+            failed,
+            ignored,
+        } = self;
         let word = if success { "ok" } else { "FAILED" };
-        format!("test result: {word}. {passed} passed; {failed} failed; {ignored} ignored; {skipped} skipped")
+        format!(
+            "test result: {word}. {passed} passed; {failed} failed; {ignored} ignored; {skipped} skipped"
+        )
     }
 }
 
@@ -152,7 +196,17 @@ mod tests {
         );
         sum.add("test result: FAILED. 3 passed; 2 failed; 0 ignored; 0 measured; 0 filtered out");
         sum.add("test a::b ... ok");
-        assert_eq!(sum, Sum { passed: 15, failed: 2, ignored: 1 });
-        assert_eq!(sum.line(false, 4), "test result: FAILED. 15 passed; 2 failed; 1 ignored; 4 skipped");
+        assert_eq!(
+            sum,
+            Sum {
+                passed: 15,
+                failed: 2,
+                ignored: 1
+            }
+        );
+        assert_eq!(
+            sum.line(false, 4),
+            "test result: FAILED. 15 passed; 2 failed; 1 ignored; 4 skipped"
+        );
     }
 }

@@ -140,25 +140,39 @@ impl Program for Cli {
             Command::Experiment(Experiment::Pair(options)) => thesis_tests::pair(options),
             Command::Experiment(Experiment::Encounters(options)) => encounters::run(options),
             Command::Experiment(Experiment::Extremes(options)) => extremes::run(options),
-            Command::Experiment(Experiment::Equilibrium(options)) => studies::run("equilibrium", options),
-            Command::Experiment(Experiment::Relaxation(options)) => studies::run("relaxation", options),
+            Command::Experiment(Experiment::Equilibrium(options)) => {
+                studies::run("equilibrium", options)
+            }
+            Command::Experiment(Experiment::Relaxation(options)) => {
+                studies::run("relaxation", options)
+            }
             Command::Experiment(Experiment::Virial(options)) => studies::run("virial", options),
-            Command::Experiment(Experiment::Diffusion(options)) => studies::run("diffusion", options),
-            Command::Experiment(Experiment::Depletion(options)) => studies::run("depletion", options),
+            Command::Experiment(Experiment::Diffusion(options)) => {
+                studies::run("diffusion", options)
+            }
+            Command::Experiment(Experiment::Depletion(options)) => {
+                studies::run("depletion", options)
+            }
             Command::Experiment(Experiment::Cooling(options)) => studies::run("cooling", options),
             Command::Experiment(Experiment::Heating(options)) => studies::run("heating", options),
-            Command::Experiment(Experiment::Thermostat(options)) => studies::run("thermostat", options),
+            Command::Experiment(Experiment::Thermostat(options)) => {
+                studies::run("thermostat", options)
+            }
             Command::Experiment(Experiment::Freezing(options)) => studies::run("freezing", options),
             Command::Experiment(Experiment::Ratchet(options)) => studies::run("ratchet", options),
             Command::Experiment(Experiment::All(options)) => all::run(options),
-            Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
+            Command::Experiment(Experiment::CapabilityCost(options)) => {
+                capability_cost::run(options)
+            }
             Command::Bench(bench) => bench::run(bench),
             Command::Fuzz(fuzz) => fuzz::run(fuzz),
             Command::Attack(options) => attack::run(options),
             Command::Carom(carom) => carom.run(),
             Command::FuzzWorker { name } => fuzz::work(name).map(|()| Verdict::Passed),
             Command::ParryWorker => encounters::parry::work().map(|()| Verdict::Passed),
-            Command::CapabilityWorker { variant, intervals } => capability_cost::work(variant, *intervals),
+            Command::CapabilityWorker { variant, intervals } => {
+                capability_cost::work(variant, *intervals)
+            }
             Command::Tidy => tidy::run(),
             Command::Ci => ci::run(),
         }

@@ -6,7 +6,10 @@ use std::{
 };
 
 fn xtask(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_xtask")).args(arguments).output().expect("the program starts")
+    Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .args(arguments)
+        .output()
+        .expect("the program starts")
 }
 
 fn text(output: &Output) -> String {
@@ -19,16 +22,31 @@ fn text(output: &Output) -> String {
 fn check(kind: &str, times: &str) {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().to_str().unwrap();
-    let arguments =
-        ["attack", "--kinds", kind, "--seed", "7", "--times", times, "--threads", "1", "--out", folder];
+    let arguments = [
+        "attack",
+        "--kinds",
+        kind,
+        "--seed",
+        "7",
+        "--times",
+        times,
+        "--threads",
+        "1",
+        "--out",
+        folder,
+    ];
     let output = xtask(&arguments);
     let said = text(&output);
-    let kept =
-        fs::read_dir(out.path()).unwrap().map(|entry| fs::read_to_string(entry.unwrap().path()).unwrap());
+    let kept = fs::read_dir(out.path())
+        .unwrap()
+        .map(|entry| fs::read_to_string(entry.unwrap().path()).unwrap());
     let kept: Vec<String> = kept.collect();
     assert_eq!(output.status.code(), Some(0), "{said}{}", kept.join("\n"));
     // On other systems than Linux some kinds are skipped, and counted as such.
-    assert!(said.contains(&format!("| {kind}: ")) || said.contains("skipped"), "{said}");
+    assert!(
+        said.contains(&format!("| {kind}: ")) || said.contains("skipped"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -64,10 +82,23 @@ fn a_case_in_a_file_is_replayed_and_its_folder_kept() {
                 text = \"[box]\\n\"\n";
     fs::write(path("case.toml"), case).unwrap();
     let replayed = path("case.toml");
-    let output = xtask(&["attack", "--kinds", "files", "--replay", replayed.to_str().unwrap()]);
+    let output = xtask(&[
+        "attack",
+        "--kinds",
+        "files",
+        "--replay",
+        replayed.to_str().unwrap(),
+    ]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output));
-    assert!(text(&output).contains("| files: check | 1 | 1 | 0 |"), "{}", text(&output));
-    assert_eq!(fs::read_to_string(path("case.replayed/scene.toml")).unwrap(), "[box]\n");
+    assert!(
+        text(&output).contains("| files: check | 1 | 1 | 0 |"),
+        "{}",
+        text(&output)
+    );
+    assert_eq!(
+        fs::read_to_string(path("case.replayed/scene.toml")).unwrap(),
+        "[box]\n"
+    );
 }
 
 #[test]
@@ -80,7 +111,10 @@ fn bad_options_and_files_are_refused() {
         (&["--times", "0"][..], "--times must be positive"),
         (&["--replay", file], "name it with --kinds"),
         (&["--replay", file, "--kinds", "kills"], "TOML"),
-        (&["--replay", "nowhere.toml", "--kinds", "power"], "cannot read nowhere.toml"),
+        (
+            &["--replay", "nowhere.toml", "--kinds", "power"],
+            "cannot read nowhere.toml",
+        ),
     ] {
         let output = xtask(&[&["attack"], arguments].concat());
         assert_eq!(output.status.code(), Some(2), "{}", text(&output));

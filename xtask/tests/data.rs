@@ -10,9 +10,16 @@ use std::{
 };
 
 fn xtask(folder: &Path, arguments: &[&str]) {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_xtask")).current_dir(folder).args(arguments).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
 
 /// The rows of a table of numbers.
@@ -33,7 +40,10 @@ fn python(test: &str, modules: &str) -> Option<OsString> {
     let there = import.is_ok_and(|status| status.success());
     if !there {
         let test = format!("{}::{test}", module_path!());
-        carom_testkit::skipped::skipped(&test, format_args!("{} lacks one of {modules}", python.display()));
+        carom_testkit::skipped::skipped(
+            &test,
+            format_args!("{} lacks one of {modules}", python.display()),
+        );
     }
     there.then_some(python)
 }
@@ -61,13 +71,19 @@ fn the_table_of_kicks_agrees_with_the_histogram() {
         assert!(time <= 3.0 && other > 0.0, "{kick:?}");
         // Smooth discs: the impulse is along the normal, with the same magnitude in both frames.
         let size = x.hypot(y);
-        assert!((normal_x * size - x).abs() < 1e-12 * size && (normal_y * size - y).abs() < 1e-12 * size);
+        assert!(
+            (normal_x * size - x).abs() < 1e-12 * size
+                && (normal_y * size - y).abs() < 1e-12 * size
+        );
         assert!((body_x.hypot(body_y) - size).abs() < 1e-14 * size);
         counts[body_y.atan2(body_x).to_degrees().rem_euclid(360.0) as usize] += 1.0;
         atoms[atom as usize] += 1.0;
     }
     let column = |name: &str, column: usize| -> Vec<f64> {
-        rows(&folder.join(name)).iter().map(|row| row[column]).collect()
+        rows(&folder.join(name))
+            .iter()
+            .map(|row| row[column])
+            .collect()
     };
     assert_eq!(counts, column("all/kicks-directions-tee.csv", 1));
     assert_eq!(atoms, column("all/kicks-tee.csv", 1));
@@ -75,31 +91,68 @@ fn the_table_of_kicks_agrees_with_the_histogram() {
 
 #[test]
 fn the_program_of_the_readme_draws_the_histogram() {
-    let Some(python) = python("the_program_of_the_readme_draws_the_histogram", "numpy, matplotlib") else {
+    let Some(python) = python(
+        "the_program_of_the_readme_draws_the_histogram",
+        "numpy, matplotlib",
+    ) else {
         return;
     };
-    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
-    let mut programs = readme.split("```python\n").skip(1).filter_map(|rest| rest.split("```").next());
-    let program = programs.find(|program| program.contains("impulses.csv")).expect("a program in Python");
+    let readme =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
+    let mut programs = readme
+        .split("```python\n")
+        .skip(1)
+        .filter_map(|rest| rest.split("```").next());
+    let program = programs
+        .find(|program| program.contains("impulses.csv"))
+        .expect("a program in Python");
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("tee.toml"), KICKS).unwrap();
-    xtask(root.path(), &["carom", "run", "tee.toml", "--out", "out/run-tee"]);
+    xtask(
+        root.path(),
+        &["carom", "run", "tee.toml", "--out", "out/run-tee"],
+    );
     let output = Command::new(python)
         .current_dir(root.path())
         .env("MPLBACKEND", "Agg")
         .args(["-W", "error", "-c", program])
         .output()
         .unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(fs::metadata(root.path().join("directions.png")).unwrap().len() > 10_000);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(
+        fs::metadata(root.path().join("directions.png"))
+            .unwrap()
+            .len()
+            > 10_000
+    );
 }
 
 #[test]
 fn ase_reads_a_trajectory_back_to_the_bit() {
-    let Some(python) = python("ase_reads_a_trajectory_back_to_the_bit", "ase.io, json, sys") else { return };
+    let Some(python) = python(
+        "ase_reads_a_trajectory_back_to_the_bit",
+        "ase.io, json, sys",
+    ) else {
+        return;
+    };
     let root = tempfile::tempdir().unwrap();
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
-    xtask(root.path(), &["carom", "run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
+    xtask(
+        root.path(),
+        &[
+            "carom",
+            "run",
+            scene.to_str().unwrap(),
+            "--until",
+            "0.5",
+            "--out",
+            "out",
+        ],
+    );
     let path = root.path().join("out/trajectory.extxyz");
     let program = "frames = ase.io.read(sys.argv[1], index=':')\n\
                    json.dump([[f.info['Time'], f.cell.lengths().tolist(), f.pbc.tolist(), exact(f.positions), \
@@ -108,8 +161,16 @@ fn ase_reads_a_trajectory_back_to_the_bit() {
     // As text: some JSON readers lose the last bit.
     let exact = "exact = lambda rows: [[repr(x) for x in row] for row in rows.tolist()]";
     let program = format!("import ase.io, json, sys\n{exact}\n{program}");
-    let output = Command::new(python).args(["-c", &program]).arg(&path).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = Command::new(python)
+        .args(["-c", &program])
+        .arg(&path)
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let frames: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let text = fs::read_to_string(&path).unwrap();
     let mut lines = text.lines();
@@ -117,12 +178,22 @@ fn ase_reads_a_trajectory_back_to_the_bit() {
         let atoms: usize = lines.next().unwrap().parse().unwrap();
         let comment = lines.next().unwrap();
         let time = frame[0].as_f64().unwrap();
-        assert!((time - 0.1 * index as f64).abs() < 1e-12 && comment.ends_with(&format!("Time={time:?}")));
-        assert_eq!((frame[1][0].as_f64(), frame[1][1].as_f64()), (Some(1.0), Some(1.0)));
+        assert!(
+            (time - 0.1 * index as f64).abs() < 1e-12
+                && comment.ends_with(&format!("Time={time:?}"))
+        );
+        assert_eq!(
+            (frame[1][0].as_f64(), frame[1][1].as_f64()),
+            (Some(1.0), Some(1.0))
+        );
         assert_eq!(frame[2], serde_json::json!([true, true, false]));
         assert_eq!(frame[3].as_array().unwrap().len(), atoms);
         for (atom, line) in lines.by_ref().take(atoms).enumerate() {
-            let cells: Vec<f64> = line.split(' ').skip(1).map(|cell| cell.parse().unwrap()).collect();
+            let cells: Vec<f64> = line
+                .split(' ')
+                .skip(1)
+                .map(|cell| cell.parse().unwrap())
+                .collect();
             let read = |column: usize, axis: usize| -> f64 {
                 frame[column][atom][axis].as_str().unwrap().parse().unwrap()
             };
@@ -140,11 +211,27 @@ fn ase_reads_a_trajectory_back_to_the_bit() {
 #[test]
 fn mdanalysis_reads_a_converted_dump() {
     let test = "mdanalysis_reads_a_converted_dump";
-    let Some(python) = python(test, "numpy, MDAnalysis") else { return };
+    let Some(python) = python(test, "numpy, MDAnalysis") else {
+        return;
+    };
     let root = tempfile::tempdir().unwrap();
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
-    xtask(root.path(), &["carom", "run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
-    let (trajectory, dump) = (root.path().join("out/trajectory.extxyz"), root.path().join("out.lammpstrj"));
+    xtask(
+        root.path(),
+        &[
+            "carom",
+            "run",
+            scene.to_str().unwrap(),
+            "--until",
+            "0.5",
+            "--out",
+            "out",
+        ],
+    );
+    let (trajectory, dump) = (
+        root.path().join("out/trajectory.extxyz"),
+        root.path().join("out.lammpstrj"),
+    );
     assert_eq!(carom_runs::convert::convert(&trajectory, &dump).unwrap(), 6);
     let program = r"
 import MDAnalysis, numpy as np
@@ -161,20 +248,44 @@ for frame, step in enumerate(universe.trajectory):
     time = float(lines[frame * (atoms + 2) + 1].rsplit('Time=')[1])
     assert (step.data['v_time'] == time).all()
 ";
-    let output = Command::new(python).current_dir(root.path()).args(["-c", program]).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = Command::new(python)
+        .current_dir(root.path())
+        .args(["-c", program])
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
 
 #[test]
 fn hoomd_and_ase_read_converted_trajectories() {
     let test = "hoomd_and_ase_read_converted_trajectories";
-    let Some(python) = python(test, "numpy, ase.io, gsd.hoomd") else { return };
+    let Some(python) = python(test, "numpy, ase.io, gsd.hoomd") else {
+        return;
+    };
     let root = tempfile::tempdir().unwrap();
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
-    xtask(root.path(), &["carom", "run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
+    xtask(
+        root.path(),
+        &[
+            "carom",
+            "run",
+            scene.to_str().unwrap(),
+            "--until",
+            "0.5",
+            "--out",
+            "out",
+        ],
+    );
     let trajectory = root.path().join("out/trajectory.extxyz");
     for name in ["out.gsd", "out.lammpstrj"] {
-        assert_eq!(carom_runs::convert::convert(&trajectory, &root.path().join(name)).unwrap(), 6);
+        assert_eq!(
+            carom_runs::convert::convert(&trajectory, &root.path().join(name)).unwrap(),
+            6
+        );
     }
     let program = r"
 import ase.io, gsd.hoomd, numpy as np
@@ -201,8 +312,16 @@ with gsd.hoomd.open('out.gsd') as trajectory:
         assert converted.configuration.dimensions == 2
         assert converted.log['time'][0] == frame.info['Time']
 ";
-    let output = Command::new(python).current_dir(root.path()).args(["-c", program]).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = Command::new(python)
+        .current_dir(root.path())
+        .args(["-c", program])
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
 
 /// A gas of discs that cross the box several times, with what freud computes, too.
@@ -214,12 +333,17 @@ const FREUD: &str = "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenerg
 #[test]
 fn freud_finds_the_displacements_and_the_pair_distribution_of_the_run() {
     let test = "freud_finds_the_displacements_and_the_pair_distribution_of_the_run";
-    let Some(python) = python(test, "numpy, gsd.hoomd, freud") else { return };
+    let Some(python) = python(test, "numpy, gsd.hoomd, freud") else {
+        return;
+    };
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("gas.toml"), FREUD).unwrap();
     xtask(root.path(), &["carom", "run", "gas.toml", "--out", "out"]);
     let trajectory = root.path().join("out/trajectory.extxyz");
-    assert_eq!(carom_runs::convert::convert(&trajectory, &root.path().join("out.gsd")).unwrap(), 41);
+    assert_eq!(
+        carom_runs::convert::convert(&trajectory, &root.path().join("out.gsd")).unwrap(),
+        41
+    );
     let program = r"
 import csv, freud, gsd.hoomd, numpy as np
 def column(name, column):
@@ -245,19 +369,32 @@ ours = column('out/pair-distribution-gas.csv', 'g')
 assert np.allclose(rdf.rdf, ours, atol=0.02), (rdf.rdf, ours)
 assert ours.max() > 1 and ours[0] == 0
 ";
-    let output = Command::new(python).current_dir(root.path()).args(["-c", program]).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = Command::new(python)
+        .current_dir(root.path())
+        .args(["-c", program])
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
 
 #[test]
 fn ovito_reads_places_images_and_kinds() {
-    let Some(python) = python("ovito_reads_places_images_and_kinds", "numpy, ovito.io") else { return };
+    let Some(python) = python("ovito_reads_places_images_and_kinds", "numpy, ovito.io") else {
+        return;
+    };
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("gas.toml"), FREUD).unwrap();
     xtask(root.path(), &["carom", "run", "gas.toml", "--out", "out"]);
     let trajectory = root.path().join("out/trajectory.extxyz");
     for name in ["out.gsd", "out.lammpstrj"] {
-        assert_eq!(carom_runs::convert::convert(&trajectory, &root.path().join(name)).unwrap(), 41);
+        assert_eq!(
+            carom_runs::convert::convert(&trajectory, &root.path().join(name)).unwrap(),
+            41
+        );
     }
     let program = r"
 import csv, numpy as np
@@ -279,6 +416,14 @@ for name in ['out/trajectory.extxyz', 'out.gsd', 'out.lammpstrj']:
 kinds = import_file('out.gsd').compute(0).particles.particle_types.types
 assert [kind.name for kind in kinds] == ['gas']
 ";
-    let output = Command::new(python).current_dir(root.path()).args(["-c", program]).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = Command::new(python)
+        .current_dir(root.path())
+        .args(["-c", program])
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }

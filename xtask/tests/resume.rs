@@ -51,7 +51,15 @@ snapshots = "extxyz"
 "#;
 
 /// `cargo xtask carom run` of that scene, with checkpoints so frequent that most kills leave one.
-const RUN: &[&str] = &["carom", "run", "scene.toml", "--out", "out", "--checkpoint-every", "0.02"];
+const RUN: &[&str] = &[
+    "carom",
+    "run",
+    "scene.toml",
+    "--out",
+    "out",
+    "--checkpoint-every",
+    "0.02",
+];
 
 /// Tees at a density that no lattice reaches: most of the time is spent on the placement.
 const GROWN: &str = r#"
@@ -72,7 +80,15 @@ observe = ["energy"]
 "#;
 
 /// `cargo xtask carom run` of that scene.
-const GROW: &[&str] = &["carom", "run", "grown.toml", "--out", "out", "--checkpoint-every", "0.02"];
+const GROW: &[&str] = &[
+    "carom",
+    "run",
+    "grown.toml",
+    "--out",
+    "out",
+    "--checkpoint-every",
+    "0.02",
+];
 
 /// A folder with the scene. Paths are relative to it, so that they are equal in all folders.
 struct Place(TempDir);
@@ -95,7 +111,11 @@ impl Place {
 
     fn command(&self, words: &[&[&str]]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
-        command.current_dir(self.0.path()).args(words.concat()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+            .current_dir(self.0.path())
+            .args(words.concat())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
         command
     }
 
@@ -124,7 +144,10 @@ impl Place {
 
 fn said(output: &Output) -> (Option<i32>, String) {
     let said = [output.stdout.as_slice(), &output.stderr].concat();
-    (output.status.code(), String::from_utf8_lossy(&said).into_owned())
+    (
+        output.status.code(),
+        String::from_utf8_lossy(&said).into_owned(),
+    )
 }
 
 fn assert_same(found: &Place, expected: &Place) {
@@ -152,7 +175,10 @@ fn check_interrupted(words: &[&str], seed: u64, end: fn(&mut Child)) {
         let (code, said) = said(&child.wait_with_output().unwrap());
         assert_ne!(code, Some(2), "{said}");
     }
-    assert!(ended > 5, "the run is long enough to be ended often, but was only {ended} times");
+    assert!(
+        ended > 5,
+        "the run is long enough to be ended often, but was only {ended} times"
+    );
     assert_same(&place.complete(&[words, &["--resume"]]), &straight);
 }
 
@@ -179,7 +205,10 @@ fn an_interrupted_growth_is_stored_and_another_scene_cannot_continue_it() {
     while !place.path("out/growth").exists() {
         sleep(Duration::from_millis(2));
     }
-    let told = Command::new("kill").args(["-s", "INT", &child.id().to_string()]).status().unwrap();
+    let told = Command::new("kill")
+        .args(["-s", "INT", &child.id().to_string()])
+        .status()
+        .unwrap();
     assert!(told.success());
     let (code, said) = said(&child.wait_with_output().unwrap());
     assert!(code == Some(130) && said.contains("--resume"), "{said}");
@@ -193,7 +222,15 @@ fn an_interrupted_growth_is_stored_and_another_scene_cannot_continue_it() {
 
 #[test]
 fn an_animation_that_starts_late_is_recorded_whenever_the_run_is_killed() {
-    check_interrupted(&[RUN, &["--until", "20.05", "--set", "run.animation_from=10.02"]].concat(), 3, kill);
+    check_interrupted(
+        &[
+            RUN,
+            &["--until", "20.05", "--set", "run.animation_from=10.02"],
+        ]
+        .concat(),
+        3,
+        kill,
+    );
 }
 
 #[cfg(unix)]
@@ -203,25 +240,41 @@ fn an_interrupted_run_writes_a_checkpoint_and_prints_the_command_to_resume() {
     for (signal, code) in [("TERM", 143), ("INT", 130)] {
         let place = Place::new();
         // The interval is so long that only the first checkpoint and that of the signal are taken.
-        let seldom: &[&[&str]] =
-            &[&["carom", "run", "scene.toml", "--out", "out", "--checkpoint-every", "1000"]];
+        let seldom: &[&[&str]] = &[&[
+            "carom",
+            "run",
+            "scene.toml",
+            "--out",
+            "out",
+            "--checkpoint-every",
+            "1000",
+        ]];
         let child = place.start(seldom);
-        let grown = || fs::metadata(place.path("out/energy.csv")).is_ok_and(|file| file.len() > 2000);
+        let grown =
+            || fs::metadata(place.path("out/energy.csv")).is_ok_and(|file| file.len() > 2000);
         while !grown() {
             sleep(Duration::from_millis(2));
         }
-        let told = Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().unwrap();
+        let told = Command::new("kill")
+            .args(["-s", signal, &child.id().to_string()])
+            .status()
+            .unwrap();
         assert!(told.success());
         let (found, said) = said(&child.wait_with_output().unwrap());
         assert_eq!(found, Some(code), "{said}");
         assert!(said.contains(&format!("SIG{signal}")), "{said}");
         assert!(
-            said.contains("cargo xtask carom run scene.toml --out out --checkpoint-every 1000 --resume"),
+            said.contains(
+                "cargo xtask carom run scene.toml --out out --checkpoint-every 1000 --resume"
+            ),
             "{said}"
         );
         // The checkpoint is from after the signal, not from the beginning.
         let (code, said) = place.finish(&[RUN, &["--until", "0.1", "--resume"]]);
-        assert!(code == Some(2) && said.contains("the checkpoint is at"), "{said}");
+        assert!(
+            code == Some(2) && said.contains("the checkpoint is at"),
+            "{said}"
+        );
         let place = place.complete(&[RUN, &["--resume"]]);
         assert_same(&place, &straight);
     }
@@ -247,7 +300,15 @@ observe = ["energy"]
 #[cfg(unix)]
 #[test]
 fn a_signal_within_an_epoch_ends_the_run_within_a_second_and_keeps_the_last_checkpoint() {
-    let run: &[&str] = &["carom", "run", "long.toml", "--out", "out", "--checkpoint-every", "0"];
+    let run: &[&str] = &[
+        "carom",
+        "run",
+        "long.toml",
+        "--out",
+        "out",
+        "--checkpoint-every",
+        "0",
+    ];
     let place = || {
         let place = Place::new();
         place.write("long.toml", LONG_EPOCH);
@@ -269,20 +330,35 @@ fn a_signal_within_an_epoch_ends_the_run_within_a_second_and_keeps_the_last_chec
         }
         let checkpoint = fs::read(place.path("out/checkpoint")).unwrap();
         let asked = Instant::now();
-        let told = Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().unwrap();
+        let told = Command::new("kill")
+            .args(["-s", signal, &child.id().to_string()])
+            .status()
+            .unwrap();
         assert!(told.success());
         let (found, said) = said(&child.wait_with_output().unwrap());
-        assert!(asked.elapsed() < Duration::from_secs(1), "{:?}", asked.elapsed());
-        assert_eq!(found, Some(code), "{said}");
-        assert!(said.contains(&format!("SIG{signal} before the next checkpoint")), "{said}");
         assert!(
-            said.contains("cargo xtask carom run long.toml --out out --checkpoint-every 0 --resume"),
+            asked.elapsed() < Duration::from_secs(1),
+            "{:?}",
+            asked.elapsed()
+        );
+        assert_eq!(found, Some(code), "{said}");
+        assert!(
+            said.contains(&format!("SIG{signal} before the next checkpoint")),
+            "{said}"
+        );
+        assert!(
+            said.contains(
+                "cargo xtask carom run long.toml --out out --checkpoint-every 0 --resume"
+            ),
             "{said}"
         );
         // The epoch has not ended: the checkpoint is the first, and the files have the lengths in
         // it.
         assert!(fs::read(place.path("out/checkpoint")).unwrap() == checkpoint);
-        assert_eq!(fs::read_to_string(place.path("out/energy.csv")).unwrap(), first);
+        assert_eq!(
+            fs::read_to_string(place.path("out/energy.csv")).unwrap(),
+            first
+        );
         assert_same(&place.complete(&[run, &["--resume"]]), &straight);
     }
 }
@@ -305,10 +381,28 @@ fn checkpoints_with_forged_checksums_are_refused_or_run_but_never_hang() {
     let short = [RUN, &["--until", "0.5"]].concat();
     let place = Place::new().complete(&[&short]);
     let sound = fs::read(place.path("out/checkpoint")).unwrap();
-    let files: Vec<_> = fs::read_dir(place.path("out")).unwrap().map(|entry| entry.unwrap().path()).collect();
-    let files: Vec<_> = files.into_iter().map(|path| (fs::read(&path).unwrap(), path)).collect();
+    let files: Vec<_> = fs::read_dir(place.path("out"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    let files: Vec<_> = files
+        .into_iter()
+        .map(|path| (fs::read(&path).unwrap(), path))
+        .collect();
     let mut random = Pcg64::seed_from_u64(11);
-    let numbers = [0.0, f64::NAN, f64::INFINITY, 1e300, 1e61, 1e20, -1.0, 1e-6, 1e-75, 1e-160, 5e-324];
+    let numbers = [
+        0.0,
+        f64::NAN,
+        f64::INFINITY,
+        1e300,
+        1e61,
+        1e20,
+        -1.0,
+        1e-6,
+        1e-75,
+        1e-160,
+        5e-324,
+    ];
     let mut refused = 0;
     for case in 0..80 {
         for (bytes, path) in &files {
@@ -316,7 +410,11 @@ fn checkpoints_with_forged_checksums_are_refused_or_run_but_never_hang() {
         }
         let mut forged = sound.clone();
         // Positions and velocities come first, then the observers, which are most of a checkpoint.
-        let end = if case % 2 == 0 { forged.len() / 5 } else { forged.len() - 8 };
+        let end = if case % 2 == 0 {
+            forged.len() / 5
+        } else {
+            forged.len() - 8
+        };
         let at = random.random_range(32..end);
         let number = numbers[random.random_range(0..numbers.len())];
         forged[at..at + 8].copy_from_slice(&number.to_le_bytes());
@@ -338,7 +436,10 @@ fn checkpoints_with_forged_checksums_are_refused_or_run_but_never_hang() {
             sleep(Duration::from_millis(2));
         };
         let code = status.code();
-        assert!(matches!(code, Some(0..=2)), "{code:?} with {number} at byte {at}");
+        assert!(
+            matches!(code, Some(0..=2)),
+            "{code:?} with {number} at byte {at}"
+        );
         refused += u32::from(code == Some(2));
     }
     assert!((10..55).contains(&refused), "{refused}");
@@ -369,13 +470,22 @@ fn invalid_checkpoints_are_refused_by_name_and_not_modified() {
         fs::write(&path, &bytes).unwrap();
         let (code, said) = place.finish(&[&short, &resume]);
         assert_eq!(code, Some(2), "{why}: {said}");
-        assert!(said.contains(why) && said.contains("out/checkpoint"), "{why}: {said}");
-        assert!(fs::read(&path).unwrap() == bytes, "{why}: it is not modified");
+        assert!(
+            said.contains(why) && said.contains("out/checkpoint"),
+            "{why}: {said}"
+        );
+        assert!(
+            fs::read(&path).unwrap() == bytes,
+            "{why}: it is not modified"
+        );
     }
     fs::write(&path, &sound).unwrap();
     for (words, why) in [
         ([RUN, &["--until", "0.4"]].concat(), "--until 0.5"),
-        ([RUN, &["--until", "0.5", "--seed", "4"]].concat(), "its box.seed = 3 differs from 4"),
+        (
+            [RUN, &["--until", "0.5", "--seed", "4"]].concat(),
+            "its box.seed = 3 differs from 4",
+        ),
         (
             [RUN, &["--until", "0.5", "--set", "gas.0.count=299"]].concat(),
             "its gas[0].count = 300 differs from 299",
@@ -391,7 +501,10 @@ fn invalid_checkpoints_are_refused_by_name_and_not_modified() {
     // Without --force or --resume nothing is overwritten.
     let (code, said) = place.finish(&[&short]);
     assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("--resume") && said.contains("--force"), "{said}");
+    assert!(
+        said.contains("--resume") && said.contains("--force"),
+        "{said}"
+    );
     assert!(place.results() == results);
 
     // A series shorter than at its checkpoint.
@@ -410,8 +523,17 @@ fn invalid_checkpoints_are_refused_by_name_and_not_modified() {
     assert_eq!(fs::read_dir(foreign.path("out")).unwrap().count(), 1);
 
     // A folder in use by another process.
-    let endless =
-        ["carom", "run", "scene.toml", "--out", "busy", "--until", "1e6", "--set", "run.sample_interval=1e3"];
+    let endless = [
+        "carom",
+        "run",
+        "scene.toml",
+        "--out",
+        "busy",
+        "--until",
+        "1e6",
+        "--set",
+        "run.sample_interval=1e3",
+    ];
     let mut child = foreign.start(&[&endless]);
     while !foreign.path("busy/checkpoint").exists() {
         sleep(Duration::from_millis(2));

@@ -53,6 +53,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
         None => clap_mangen::Man::new(Cli::command()).render(&mut text)?,
     }
     let mut out = std::io::stdout().lock();
-    out.write_all(&text).and_then(|()| out.flush()).context("cannot write to standard output")?;
+    out.write_all(&text)
+        .and_then(|()| out.flush())
+        .context("cannot write to standard output")?;
     Ok(Verdict::Passed)
 }

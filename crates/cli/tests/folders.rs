@@ -16,7 +16,11 @@ const SCENE: &str = "[box]\nseed = 3\n[[gas]]\ntags = [\"gas\"]\nradius = 0.02\n
 
 fn command(folder: &Path, words: &[impl AsRef<OsStr>]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
-    command.current_dir(folder).args(words).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+        .current_dir(folder)
+        .args(words)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
     command
 }
 
@@ -35,7 +39,11 @@ fn succeeds(folder: &Path, words: &[&str]) {
 
 fn refused(folder: &Path, words: &[&str], why: &str) {
     let output = carom(folder, words);
-    assert!(output.status.code() == Some(2) && said(&output).contains(why), "{words:?}: {}", said(&output));
+    assert!(
+        output.status.code() == Some(2) && said(&output).contains(why),
+        "{words:?}: {}",
+        said(&output)
+    );
 }
 
 fn folder() -> tempfile::TempDir {
@@ -50,8 +58,17 @@ fn json(path: &Path) -> Value {
 
 /// A run without end, once it has written a checkpoint.
 fn endless(root: &Path, out: &str) -> Child {
-    let words =
-        ["run", "scene.toml", "--until", "1e6", "--set", "run.sample_interval=1e3", "--out", out, "--force"];
+    let words = [
+        "run",
+        "scene.toml",
+        "--until",
+        "1e6",
+        "--set",
+        "run.sample_interval=1e3",
+        "--out",
+        out,
+        "--force",
+    ];
     // That of an earlier run.
     let _ = fs::remove_file(root.join(out).join("checkpoint"));
     let child = command(root, &words).spawn().unwrap();
@@ -76,11 +93,23 @@ fn of_two_runs_that_start_together_in_a_new_folder_one_is_refused() {
             (seed, command(root.path(), &words).spawn().unwrap())
         });
         let ended = runs.map(|(seed, run)| (seed, run.wait_with_output().unwrap()));
-        let good: Vec<_> = ended.iter().filter(|(_, output)| output.status.success()).collect();
-        assert_eq!(good.len(), 1, "{}\n{}", said(&ended[0].1), said(&ended[1].1));
+        let good: Vec<_> = ended
+            .iter()
+            .filter(|(_, output)| output.status.success())
+            .collect();
+        assert_eq!(
+            good.len(),
+            1,
+            "{}\n{}",
+            said(&ended[0].1),
+            said(&ended[1].1)
+        );
         for (_, bad) in ended.iter().filter(|(_, output)| !output.status.success()) {
             let words = said(bad);
-            assert!(words.contains("another process") || words.contains("is not empty"), "{words}");
+            assert!(
+                words.contains("another process") || words.contains("is not empty"),
+                "{words}"
+            );
         }
         let manifest = json(&root.path().join(&out).join("manifest.json"));
         assert_eq!(manifest["complete"], true);
@@ -105,19 +134,42 @@ fn a_replaced_run_leaves_nothing_and_files_of_the_user_stay() {
         names.sort();
         names
     };
-    let short = ["run", "scene.toml", "--set", "run.observe=[\"pressure\"]", "--out", "out"];
+    let short = [
+        "run",
+        "scene.toml",
+        "--set",
+        "run.observe=[\"pressure\"]",
+        "--out",
+        "out",
+    ];
     succeeds(path, &short);
     let expected = names();
-    succeeds(path, &["run", "scene.toml", "--set", long, "--out", "out", "--force"]);
+    succeeds(
+        path,
+        &[
+            "run",
+            "scene.toml",
+            "--set",
+            long,
+            "--out",
+            "out",
+            "--force",
+        ],
+    );
     fs::write(out.join("energy-notes.csv"), "mine").unwrap();
     fs::write(out.join("letter.txt"), "mine").unwrap();
     succeeds(path, &[&short[..], &["--force"]].concat());
     let mine = ["energy-notes.csv".to_owned(), "letter.txt".to_owned()];
-    let left: Vec<String> = names().into_iter().filter(|name| !mine.contains(name)).collect();
+    let left: Vec<String> = names()
+        .into_iter()
+        .filter(|name| !mine.contains(name))
+        .collect();
     assert_eq!(left, expected);
     assert_eq!(names().len(), expected.len() + 2);
     let page = fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(page.contains("pressure") && !page.contains("letter.txt") && !page.contains("energy-notes"));
+    assert!(
+        page.contains("pressure") && !page.contains("letter.txt") && !page.contains("energy-notes")
+    );
     // The page of the folder is the same when it is written again.
     succeeds(path, &["report", "out"]);
     assert!(fs::read_to_string(out.join("report.html")).unwrap() == page);
@@ -126,7 +178,10 @@ fn a_replaced_run_leaves_nothing_and_files_of_the_user_stay() {
     end(endless(path, "out"));
     assert!(out.join("energy.csv").exists());
     succeeds(path, &[&short[..], &["--force"]].concat());
-    let left: Vec<String> = names().into_iter().filter(|name| !mine.contains(name)).collect();
+    let left: Vec<String> = names()
+        .into_iter()
+        .filter(|name| !mine.contains(name))
+        .collect();
     assert_eq!(left, expected);
 }
 
@@ -138,19 +193,43 @@ fn a_merge_neither_replaces_its_sources_nor_disturbs_a_run() {
         succeeds(path, &["run", "scene.toml", "--seed", seed, "--out", seed]);
     }
     let before = fs::read(path.join("1/sums")).unwrap();
-    refused(path, &["merge", "1", "2", "--out", "1", "--force"], "is one of the folders to merge");
-    refused(path, &["merge", "1", "2", "--out", "2/../1", "--force"], "is one of the folders to merge");
+    refused(
+        path,
+        &["merge", "1", "2", "--out", "1", "--force"],
+        "is one of the folders to merge",
+    );
+    refused(
+        path,
+        &["merge", "1", "2", "--out", "2/../1", "--force"],
+        "is one of the folders to merge",
+    );
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink("1", path.join("link")).unwrap();
-        refused(path, &["merge", "1", "2", "--out", "link", "--force"], "is one of the folders to merge");
+        refused(
+            path,
+            &["merge", "1", "2", "--out", "link", "--force"],
+            "is one of the folders to merge",
+        );
     }
     assert!(fs::read(path.join("1/sums")).unwrap() == before);
     let run = endless(path, "busy");
     let process = format!("process {} on", run.id());
-    refused(path, &["merge", "1", "2", "--out", "busy", "--force"], &process);
-    refused(path, &["merge", "1", "busy", "--out", "both"], "another process writes into busy");
-    refused(path, &["run", "scene.toml", "--out", "busy", "--force"], &process);
+    refused(
+        path,
+        &["merge", "1", "2", "--out", "busy", "--force"],
+        &process,
+    );
+    refused(
+        path,
+        &["merge", "1", "busy", "--out", "both"],
+        "another process writes into busy",
+    );
+    refused(
+        path,
+        &["run", "scene.toml", "--out", "busy", "--force"],
+        &process,
+    );
     end(run);
     assert!(!path.join("both").exists());
     succeeds(path, &["merge", "1", "2", "--out", "busy", "--force"]);
@@ -167,7 +246,10 @@ fn commands_to_copy_are_quoted() {
     assert_eq!(manifest["again"], "carom run 'a b $(touch x)/config.toml'");
     succeeds(root.path(), &["merge", out, "--out", "m'n"]);
     let manifest = json(&root.path().join("m'n/manifest.json"));
-    assert_eq!(manifest["again"], "carom merge 'a b $(touch x)' --out 'm'\\''n'");
+    assert_eq!(
+        manifest["again"],
+        "carom merge 'a b $(touch x)' --out 'm'\\''n'"
+    );
 }
 
 #[cfg(target_os = "linux")]
@@ -187,7 +269,12 @@ fn paths_that_are_not_utf_8_are_paths() {
         vec![word("merge"), out, word("--out"), merged],
     ] {
         let output = carom(root.path(), &words);
-        assert_eq!(output.status.code(), Some(0), "{words:?}: {}", said(&output));
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{words:?}: {}",
+            said(&output)
+        );
     }
     let again = json(&root.path().join(out).join("manifest.json"))["again"].clone();
     assert_eq!(again, "carom run $'o\\377/config.toml'");
@@ -201,13 +288,25 @@ fn the_first_cause_of_a_failure_comes_first_and_is_in_the_manifest() {
     let out = root.path().join("out");
     fs::create_dir_all(out.join("report.html/full")).unwrap();
     std::os::unix::fs::symlink("/dev/full", out.join("energy.csv")).unwrap();
-    let output = carom(root.path(), &["run", "scene.toml", "--out", "out", "--force"]);
+    let output = carom(
+        root.path(),
+        &["run", "scene.toml", "--out", "out", "--force"],
+    );
     let words = said(&output);
     assert_eq!(output.status.code(), Some(2), "{words}");
-    let first = words.lines().find(|line| line.starts_with("error: ")).unwrap_or(&words);
-    assert!(first.contains("energy.csv") && first.contains("No space"), "{words}");
+    let first = words
+        .lines()
+        .find(|line| line.starts_with("error: "))
+        .unwrap_or(&words);
+    assert!(
+        first.contains("energy.csv") && first.contains("No space"),
+        "{words}"
+    );
     let manifest = json(&out.join("manifest.json"));
-    assert!(manifest["error"].as_str().unwrap().contains("energy.csv"), "{manifest}");
+    assert!(
+        manifest["error"].as_str().unwrap().contains("energy.csv"),
+        "{manifest}"
+    );
     assert_eq!(manifest["complete"], false);
 }
 
@@ -220,9 +319,13 @@ fn the_revision_is_that_of_the_program() {
     let git = root.path().join("git");
     fs::write(&git, "#!/bin/sh\ntouch called\necho forged\n").unwrap();
     fs::set_permissions(&git, fs::Permissions::from_mode(0o755)).unwrap();
-    let output =
-        command(root.path(), &["run", "scene.toml", "--out", "out"]).env("PATH", root.path()).output();
+    let output = command(root.path(), &["run", "scene.toml", "--out", "out"])
+        .env("PATH", root.path())
+        .output();
     assert!(output.unwrap().status.success());
     assert!(!root.path().join("called").exists());
-    assert_ne!(json(&root.path().join("out/manifest.json"))["revision"], "forged");
+    assert_ne!(
+        json(&root.path().join("out/manifest.json"))["revision"],
+        "forged"
+    );
 }

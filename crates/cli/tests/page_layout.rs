@@ -16,8 +16,10 @@ use serde_json::Value;
 const WIDTHS: [u32; 2] = [1400, 400];
 
 /// Blink's setting of the preferred colour scheme.
-const SCHEMES: [(&str, bool); 2] =
-    [("--blink-settings=preferredColorScheme=1", false), ("--blink-settings=preferredColorScheme=0", true)];
+const SCHEMES: [(&str, bool); 2] = [
+    ("--blink-settings=preferredColorScheme=1", false),
+    ("--blink-settings=preferredColorScheme=0", true),
+];
 
 /// Measures pages in one browser, each in a frame of each width; returns the results by page, width
 /// and scheme.
@@ -51,8 +53,14 @@ fn looked_at(browser: &str, pages: &[(&str, String)]) -> Vec<(String, Value)> {
         let seen = chromium::seen(browser, &path, &["--window-size=1500,900", scheme]);
         let seen: Value = serde_json::from_str(&seen).unwrap();
         for (name, of_page) in seen.as_object().unwrap() {
-            assert_eq!(of_page["dark"], is_dark, "{name} follows the preferred scheme");
-            results.push((format!("{name} {}", if is_dark { "dark" } else { "light" }), of_page.clone()));
+            assert_eq!(
+                of_page["dark"], is_dark,
+                "{name} follows the preferred scheme"
+            );
+            results.push((
+                format!("{name} {}", if is_dark { "dark" } else { "light" }),
+                of_page.clone(),
+            ));
         }
     }
     assert_eq!(results.len(), 2 * count);
@@ -60,8 +68,17 @@ fn looked_at(browser: &str, pages: &[(&str, String)]) -> Vec<(String, Value)> {
 }
 
 fn run(program: &str, folder: &Path, arguments: &[&str], code: i32) {
-    let output = Command::new(program).current_dir(folder).args(arguments).output().unwrap();
-    assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = Command::new(program)
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap();
+    assert_eq!(
+        output.status.code(),
+        Some(code),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
 
 /// A gas with measures whose tables have errors, predictions, logarithmic axes and adaptive bins.
@@ -143,8 +160,13 @@ const FAILING: &str = r#"
 
 #[test]
 fn nothing_is_cut_empty_or_broken_on_any_screen() {
-    let test = concat!(module_path!(), "::nothing_is_cut_empty_or_broken_on_any_screen");
-    let Some(browser) = chromium::browser(test) else { return };
+    let test = concat!(
+        module_path!(),
+        "::nothing_is_cut_empty_or_broken_on_any_screen"
+    );
+    let Some(browser) = chromium::browser(test) else {
+        return;
+    };
     let carom = env!("CARGO_BIN_EXE_carom");
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
@@ -152,31 +174,105 @@ fn nothing_is_cut_empty_or_broken_on_any_screen() {
         fs::write(folder.join(format!("{name}.toml")), scene).unwrap();
     }
     run(carom, folder, &["run", "gas.toml", "--out", "gas"], 0);
-    run(carom, folder, &["run", "gas.toml", "--set", "box.replica=1", "--out", "gas1"], 0);
-    run(carom, folder, &["merge", "gas", "gas1", "--out", "merged"], 0);
-    run(carom, folder, &["run", "molecule.toml", "--out", "molecule"], 0);
-    run(carom, folder, &["run", "failing.toml", "--out", "failing"], 1);
+    run(
+        carom,
+        folder,
+        &["run", "gas.toml", "--set", "box.replica=1", "--out", "gas1"],
+        0,
+    );
+    run(
+        carom,
+        folder,
+        &["merge", "gas", "gas1", "--out", "merged"],
+        0,
+    );
+    run(
+        carom,
+        folder,
+        &["run", "molecule.toml", "--out", "molecule"],
+        0,
+    );
+    run(
+        carom,
+        folder,
+        &["run", "failing.toml", "--out", "failing"],
+        1,
+    );
     fs::write(folder.join("study.toml"), STUDY).unwrap();
     run(carom, folder, &["sweep", "study.toml", "--out", "sweep"], 0);
-    run(carom, folder, &["sweep", "study.toml", "--shard", "1/3", "--out", "shard"], 0);
+    run(
+        carom,
+        folder,
+        &["sweep", "study.toml", "--shard", "1/3", "--out", "shard"],
+        0,
+    );
     run(carom, folder, &["merge", "shard", "--out", "incomplete"], 3);
-    let gas = ["--gas-radius", "0.02", "--side", "0.5", "--area-fraction", "0.3"];
-    let brownian =
-        ["brownian", "tee", "--atom-radius", "0.01", "--from", "0.5", "--until", "3", "--out", "brownian"];
+    let gas = [
+        "--gas-radius",
+        "0.02",
+        "--side",
+        "0.5",
+        "--area-fraction",
+        "0.3",
+    ];
+    let brownian = [
+        "brownian",
+        "tee",
+        "--atom-radius",
+        "0.01",
+        "--from",
+        "0.5",
+        "--until",
+        "3",
+        "--out",
+        "brownian",
+    ];
     run(carom, folder, &[&brownian[..], &gas].concat(), 0);
-    let billiard = ["billiard", "tee", "--atom-radius", "0.01", "--hits", "20000", "--out", "billiard"];
+    let billiard = [
+        "billiard",
+        "tee",
+        "--atom-radius",
+        "0.01",
+        "--hits",
+        "20000",
+        "--out",
+        "billiard",
+    ];
     run(carom, folder, &billiard, 0);
-    let names = ["gas", "merged", "molecule", "failing", "brownian", "billiard", "sweep", "incomplete"];
-    let page =
-        |name: &&'static str| (*name, fs::read_to_string(folder.join(name).join("report.html")).unwrap());
+    let names = [
+        "gas",
+        "merged",
+        "molecule",
+        "failing",
+        "brownian",
+        "billiard",
+        "sweep",
+        "incomplete",
+    ];
+    let page = |name: &&'static str| {
+        (
+            *name,
+            fs::read_to_string(folder.join(name).join("report.html")).unwrap(),
+        )
+    };
     let pages: Vec<(&str, String)> = names.iter().map(page).collect();
     let mut found = Vec::new();
     for (name, seen) in looked_at(browser, &pages) {
         let charts = seen["charts"].as_u64().unwrap();
-        assert!(charts >= if name.starts_with("gas") { 12 } else { 1 }, "{name}: {charts} charts");
-        assert!(seen["words"].as_u64().unwrap() > 100 && seen["tables"].as_u64().unwrap() >= 3, "{name}");
+        assert!(
+            charts >= if name.starts_with("gas") { 12 } else { 1 },
+            "{name}: {charts} charts"
+        );
+        assert!(
+            seen["words"].as_u64().unwrap() > 100 && seen["tables"].as_u64().unwrap() >= 3,
+            "{name}"
+        );
         let faults = seen["faults"].as_array().unwrap();
-        found.extend(faults.iter().map(|fault| format!("{name}: {}", fault.as_str().unwrap())));
+        found.extend(
+            faults
+                .iter()
+                .map(|fault| format!("{name}: {}", fault.as_str().unwrap())),
+        );
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
@@ -192,14 +288,17 @@ fn planted(chart: &Chart, cell: &str) -> String {
 #[test]
 fn planted_faults_are_found() {
     let test = concat!(module_path!(), "::planted_faults_are_found");
-    let Some(browser) = chromium::browser(test) else { return };
+    let Some(browser) = chromium::browser(test) else {
+        return;
+    };
     let axis = |label: &str| Axis::new(label, (0.0, 1.0));
     let line = |points: &[(f64, f64)]| Layer {
         name: "measured".to_owned(),
         ink: Ink::Blue,
         shape: Shape::Line(points.to_vec()),
     };
-    let chart = |points: &[(f64, f64)]| Chart::new("Chart", axis("x"), axis("y"), vec![line(points)]);
+    let chart =
+        |points: &[(f64, f64)]| Chart::new("Chart", axis("x"), axis("y"), vec![line(points)]);
     let sound = planted(&chart(&[(0.0, 0.0), (1.0, 1.0)]), "word");
     let cut = sound.replacen(
         ">Chart<",
@@ -208,9 +307,15 @@ fn planted_faults_are_found() {
         1,
     );
     let narrow = "</style><style>table { min-width: 0; width: 1px; } td:first-child { overflow-wrap: anywhere; white-space: normal !important; }</style>";
-    let broken = sound.replacen("</style>", narrow, 1).replacen(">word<", ">unbreakable<", 1);
+    let broken = sound
+        .replacen("</style>", narrow, 1)
+        .replacen(">word<", ">unbreakable<", 1);
     let wide = sound.replacen("A page with a fault.", &"w".repeat(300), 1);
-    let loud = sound.replacen("</main>", "</main><script nonce=probe>console.error('a fault')</script>", 1);
+    let loud = sound.replacen(
+        "</main>",
+        "</main><script nonce=probe>console.error('a fault')</script>",
+        1,
+    );
     let pages = [
         ("sound", sound.clone()),
         ("cut label", cut),
@@ -223,10 +328,21 @@ fn planted_faults_are_found() {
         assert_ne!(*html, sound, "{name} is planted");
     }
     for (name, seen) in looked_at(browser, &pages) {
-        let faults: Vec<&str> = seen["faults"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
-        match pages[1..].iter().find(|(planted, _)| name.starts_with(planted)) {
+        let faults: Vec<&str> = seen["faults"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter_map(Value::as_str)
+            .collect();
+        match pages[1..]
+            .iter()
+            .find(|(planted, _)| name.starts_with(planted))
+        {
             Some((planted, _)) => {
-                assert!(faults.iter().any(|fault| fault.starts_with(planted)), "{name}: {faults:?}");
+                assert!(
+                    faults.iter().any(|fault| fault.starts_with(planted)),
+                    "{name}: {faults:?}"
+                );
             }
             None => assert!(faults.is_empty(), "{name}: {faults:?}"),
         }

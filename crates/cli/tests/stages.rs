@@ -48,7 +48,11 @@ count = 40
 
 fn carom(folder: &Path, arguments: &[&str]) -> Output {
     let program = env!("CARGO_BIN_EXE_carom");
-    Command::new(program).current_dir(folder).args(arguments).output().expect("the program starts")
+    Command::new(program)
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("the program starts")
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -59,7 +63,10 @@ fn text(bytes: &[u8]) -> String {
 fn run(scene: &str, arguments: &[&str]) -> TempDir {
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("scene.toml"), scene).unwrap();
-    let output = carom(root.path(), &[&["run", "scene.toml", "--out", "out"], arguments].concat());
+    let output = carom(
+        root.path(),
+        &[&["run", "scene.toml", "--out", "out"], arguments].concat(),
+    );
     assert!(output.status.success(), "{}", text(&output.stderr));
     root
 }
@@ -78,14 +85,21 @@ fn figure(root: &TempDir, name: &str) -> (f64, f64) {
     let figures = summary["figures"].as_array().unwrap();
     let found = figures.iter().find(|figure| figure["name"] == name);
     let figure = found.unwrap_or_else(|| panic!("no figure {name}: {figures:#?}"));
-    (figure["value"].as_f64().unwrap(), figure["standard_error"].as_f64().unwrap_or(f64::NAN))
+    (
+        figure["value"].as_f64().unwrap(),
+        figure["standard_error"].as_f64().unwrap_or(f64::NAN),
+    )
 }
 
 /// The last frame of the trajectory.
 fn last_frame(root: &TempDir) -> String {
     let frames = read(root, "trajectory.extxyz");
     let lines: Vec<&str> = frames.lines().collect();
-    let first = lines.iter().rposition(|line| line.starts_with("Lattice")).unwrap() - 1;
+    let first = lines
+        .iter()
+        .rposition(|line| line.starts_with("Lattice"))
+        .unwrap()
+        - 1;
     lines[first..].join("\n")
 }
 
@@ -119,32 +133,54 @@ fn thermostats_equal_the_same_edits_by_code_to_the_bit() {
         simulation.run_until(time).unwrap();
         let before = simulation.view().energy();
         if tag == hot {
-            simulation.edit(|batch| batch.reset_energy_of_tag(hot, 4.0)).unwrap();
+            simulation
+                .edit(|batch| batch.reset_energy_of_tag(hot, 4.0))
+                .unwrap();
         } else {
-            let key = DrawKey { seed: 9, replica: 0, action };
+            let key = DrawKey {
+                seed: 9,
+                replica: 0,
+                action,
+            };
             let target = ThermostatTarget::Temperature(0.25);
-            simulation.edit(|batch| batch.thermostat_maxwell(cold, target, key)).unwrap();
+            simulation
+                .edit(|batch| batch.thermostat_maxwell(cold, target, key))
+                .unwrap();
         }
         heats[usize::from(tag == cold)] += simulation.view().energy() - before;
     }
     simulation.run_until(0.5).unwrap();
-    assert!(last_frame(&root) == frame(&simulation), "the last frames differ");
+    assert!(
+        last_frame(&root) == frame(&simulation),
+        "the last frames differ"
+    );
     // The heat by tag, and the ledger: E(0.5) − E(0) = put in − lost.
     let rows = |name: &str, header: &str| -> Vec<Vec<f64>> {
         let table = read(&root, name);
         let mut lines = table.lines();
         assert_eq!(lines.next(), Some(header));
-        lines.map(|line| line.split(',').map(|number| number.parse().unwrap()).collect()).collect()
+        lines
+            .map(|line| {
+                line.split(',')
+                    .map(|number| number.parse().unwrap())
+                    .collect()
+            })
+            .collect()
     };
     let heat = rows("heat.csv", "time,duration,hot,cold");
     let rows = rows("thermostat.csv", "time,duration,put_in,lost,heat,energy");
     let sum = |column: usize| rows.iter().map(|row| row[column]).sum::<f64>();
     let given = |column: usize| heat.iter().map(|row| row[column]).sum::<f64>();
     let scale = heats[0].abs() + heats[1].abs();
-    assert!((given(2) - heats[0]).abs() < 1e-10 * scale && (given(3) - heats[1]).abs() < 1e-10 * scale);
+    assert!(
+        (given(2) - heats[0]).abs() < 1e-10 * scale && (given(3) - heats[1]).abs() < 1e-10 * scale
+    );
     assert!((sum(2) - heats[0] - heats[1]).abs() < 1e-10 * scale);
     assert!(sum(3) > 1.0, "contacts lose energy");
-    let start = Simulation::new(&Scene::from_toml(&scene).unwrap()).unwrap().view().energy();
+    let start = Simulation::new(&Scene::from_toml(&scene).unwrap())
+        .unwrap()
+        .view()
+        .energy();
     assert!((rows[1][5] - start - sum(2) + sum(3)).abs() < 1e-10 * scale);
 }
 
@@ -164,41 +200,65 @@ fn edits_at_the_start_of_a_stage_equal_those_by_code_to_the_bit() {
     simulation.run_until(0.3).unwrap();
     let keys = |name: &str| -> Vec<BodyKey> {
         let tag = simulation.find_tag(name).unwrap();
-        simulation.view().tagged(tag).map(|body| body.body.key()).collect()
+        simulation
+            .view()
+            .tagged(tag)
+            .map(|body| body.body.key())
+            .collect()
     };
     let (cold, hot, tee) = (keys("cold"), keys("hot"), keys("tee"));
     simulation
         .edit(|batch| {
             cold.iter().try_for_each(|&key| batch.remove(key))?;
             batch.add(&scene.stage[1].add[0])?;
-            hot[..3].iter().try_for_each(|&key| batch.tag(key, "first").map(|_| ()))?;
-            batch.set_elasticity(&ElasticitySpec { default: 0.9, ..ElasticitySpec::default() })?;
+            hot[..3]
+                .iter()
+                .try_for_each(|&key| batch.tag(key, "first").map(|_| ()))?;
+            batch.set_elasticity(&ElasticitySpec {
+                default: 0.9,
+                ..ElasticitySpec::default()
+            })?;
             batch.set_rotation(tee[0], Rotation::Locked)?;
             // The first of the three is the bumper, which has no energy.
-            hot[1..3].iter().try_for_each(|&key| batch.reset_energy(key, 5.0))
+            hot[1..3]
+                .iter()
+                .try_for_each(|&key| batch.reset_energy(key, 5.0))
         })
         .unwrap();
     simulation.run_until(0.6).unwrap();
     assert!(simulation.view().ledger().lost > 0.0);
-    let moving = simulation.view().bodies().filter(|body| !body.body.is_fixed());
+    let moving = simulation
+        .view()
+        .bodies()
+        .filter(|body| !body.body.is_fixed());
     let moving: Vec<BodyKey> = moving.map(|body| body.body.key()).collect();
     simulation
         .edit(|batch| {
-            moving.iter().try_for_each(|&key| batch.tag(key, "moving").map(|_| ()))?;
+            moving
+                .iter()
+                .try_for_each(|&key| batch.tag(key, "moving").map(|_| ()))?;
             batch.reset_energy_of_all(2.0)
         })
         .unwrap();
     simulation.run_until(0.8).unwrap();
-    assert!(last_frame(&root) == frame(&simulation), "the last frames differ");
+    assert!(
+        last_frame(&root) == frame(&simulation),
+        "the last frames differ"
+    );
 }
 
 #[test]
 fn a_stage_that_equilibrates_equals_measure_from_to_the_digit() {
     let observe = "sample_interval = 0.1\nobserve = [\"energy\", \"collision-rate\", \"pressure\", \
                    \"velocities:cold\", \"correlation:cold\", \"temperature:hot\", \"free-path\"]\n";
-    let short = run(&format!("{BODIES}[run]\nuntil = 3.0\nmeasure_from = 1.0\n{observe}"), &[]);
+    let short = run(
+        &format!("{BODIES}[run]\nuntil = 3.0\nmeasure_from = 1.0\n{observe}"),
+        &[],
+    );
     let staged = run(
-        &format!("{BODIES}[run]\n{observe}[[stage]]\nuntil = 1.0\nmeasure = false\n[[stage]]\nuntil = 3.0\n"),
+        &format!(
+            "{BODIES}[run]\n{observe}[[stage]]\nuntil = 1.0\nmeasure = false\n[[stage]]\nuntil = 3.0\n"
+        ),
         &[],
     );
     // A measured stage between others: nothing before or after it counts.
@@ -212,7 +272,10 @@ fn a_stage_that_equilibrates_equals_measure_from_to_the_digit() {
     let mut compared = 0;
     for entry in fs::read_dir(short.path().join("out")).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
-        if Path::new(&name).extension().is_some_and(|ending| ending == "csv") {
+        if Path::new(&name)
+            .extension()
+            .is_some_and(|ending| ending == "csv")
+        {
             assert_eq!(read(&short, &name), read(&staged, &name), "{name}");
             if !["energy.csv", "flights.csv"].contains(&name.as_str()) {
                 assert_eq!(read(&short, &name), read(&between, &name), "{name}");
@@ -240,17 +303,29 @@ fn intervals_with_thermostat_actions_count_all_their_contacts() {
     let column = |file: &str, name: &str| -> Vec<f64> {
         let table = read(&root, file);
         let mut lines = table.lines().map(|line| line.split(','));
-        let index = lines.next().unwrap().position(|heading| heading == name).unwrap();
-        lines.map(|mut line| line.nth(index).unwrap().parse().unwrap()).collect()
+        let index = lines
+            .next()
+            .unwrap()
+            .position(|heading| heading == name)
+            .unwrap();
+        lines
+            .map(|mut line| line.nth(index).unwrap().parse().unwrap())
+            .collect()
     };
     let collisions: f64 = column("collision-rate.csv", "collisions").iter().sum();
     assert_eq!(Some(collisions), summary(&root)["collisions"].as_f64());
     // Both compute the momentum flux, from different sums.
-    let (xx, yy) = (column("pressure-tensor.csv", "p_xx"), column("pressure-tensor.csv", "p_yy"));
+    let (xx, yy) = (
+        column("pressure-tensor.csv", "p_xx"),
+        column("pressure-tensor.csv", "p_yy"),
+    );
     let flux = column("pressure.csv", "momentum_flux");
     assert_eq!((flux.len(), xx.len()), (10, 10));
     for ((xx, yy), flux) in xx.into_iter().zip(yy).zip(flux) {
-        assert!((0.5 * (xx + yy) / flux - 1.0).abs() < 1e-12, "{xx} {yy} {flux}");
+        assert!(
+            (0.5 * (xx + yy) / flux - 1.0).abs() < 1e-12,
+            "{xx} {yy} {flux}"
+        );
     }
 }
 
@@ -267,9 +342,17 @@ fn results(folder: &Path) -> Vec<(String, String)> {
         let bytes = fs::read(&path).unwrap();
         let text = String::from_utf8_lossy(&bytes);
         let has_no_speed = |line: &&str| {
-            !["collisions_per_second", "per processor second"].iter().any(|speed| line.contains(speed))
+            !["collisions_per_second", "per processor second"]
+                .iter()
+                .any(|speed| line.contains(speed))
         };
-        files.push((name, text.lines().filter(has_no_speed).collect::<Vec<_>>().join("\n")));
+        files.push((
+            name,
+            text.lines()
+                .filter(has_no_speed)
+                .collect::<Vec<_>>()
+                .join("\n"),
+        ));
     }
     files.sort();
     files
@@ -328,7 +411,14 @@ fn killed(folder: &Path, words: &[&str], longest: Duration) -> usize {
     killed
 }
 
-const RUN: [&str; 6] = ["run", "scene.toml", "--out", "out", "--checkpoint-every", "0.01"];
+const RUN: [&str; 6] = [
+    "run",
+    "scene.toml",
+    "--out",
+    "out",
+    "--checkpoint-every",
+    "0.01",
+];
 
 #[test]
 fn a_run_in_stages_killed_at_any_moment_resumes_to_the_bit_and_can_be_extended() {
@@ -340,17 +430,34 @@ fn a_run_in_stages_killed_at_any_moment_resumes_to_the_bit_and_can_be_extended()
     fs::write(place.path().join("scene.toml"), &scene).unwrap();
     let times = killed(place.path(), &RUN, duration / 6);
     assert!(times > 3, "{times}");
-    assert_eq!(results(&place.path().join("out")), results(&straight.path().join("out")));
+    assert_eq!(
+        results(&place.path().join("out")),
+        results(&straight.path().join("out"))
+    );
 
     let longer = run(&scene, &["--until", "13"]);
-    let extended = carom(place.path(), &[&RUN[..], &["--until", "13", "--resume"]].concat());
+    let extended = carom(
+        place.path(),
+        &[&RUN[..], &["--until", "13", "--resume"]].concat(),
+    );
     assert!(extended.status.success(), "{}", text(&extended.stderr));
-    assert_eq!(results(&place.path().join("out")), results(&longer.path().join("out")));
+    assert_eq!(
+        results(&place.path().join("out")),
+        results(&longer.path().join("out"))
+    );
     // A run is resumed with its own stages only.
-    let other = [&RUN[..], &["--until", "14", "--resume", "--set", "stage.0.until=0.9"]].concat();
+    let other = [
+        &RUN[..],
+        &["--until", "14", "--resume", "--set", "stage.0.until=0.9"],
+    ]
+    .concat();
     let refused = carom(place.path(), &other);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(text(&refused.stderr).contains("another run"), "{}", text(&refused.stderr));
+    assert!(
+        text(&refused.stderr).contains("another run"),
+        "{}",
+        text(&refused.stderr)
+    );
 }
 
 #[test]
@@ -369,12 +476,18 @@ fn maxwell_thermostats_bring_gases_to_their_temperature() {
         .replace("elasticity.default", "[elasticity]\ndefault");
         let root = run(&scene, &[]);
         let (kt, error) = figure(&root, "kT of the translation, gas");
-        assert!(error < 0.01 * kt && (kt - 2.5).abs() < 4.0 * error, "{kt} ± {error} at e = {elasticity}");
+        assert!(
+            error < 0.01 * kt && (kt - 2.5).abs() < 4.0 * error,
+            "{kt} ± {error} at e = {elasticity}"
+        );
         if elasticity == 1.0 {
             // The rods get it from the gas by contacts.
             for name in ["kT of the translation, rods", "kT of the rotation, rods"] {
                 let (kt, error) = figure(&root, name);
-                assert!(error < 0.1 * kt && (kt - 2.5).abs() < 4.0 * error, "{name}: {kt} ± {error}");
+                assert!(
+                    error < 0.1 * kt && (kt - 2.5).abs() < 4.0 * error,
+                    "{name}: {kt} ± {error}"
+                );
             }
         }
         for check in summary(&root)["checks"].as_array().unwrap() {
@@ -388,31 +501,59 @@ fn contradictory_and_unknown_keys_are_refused_by_name() {
     let root = tempfile::tempdir().unwrap();
     let stage = "[[stage]]\nuntil = 1.0\n";
     for (added, said) in [
-        ("run.until = 2.0\n[[stage]]\nuntil = 1.0\n", "run: `until` = 2 differs"),
+        (
+            "run.until = 2.0\n[[stage]]\nuntil = 1.0\n",
+            "run: `until` = 2 differs",
+        ),
         (
             "run.measure_from = 0.5\n[[stage]]\nuntil = 3.0\n",
             "run.measure_from cannot be given with [[stage]]",
         ),
-        ("[[stage]]\nuntil = 1.0\n[[stage]]\nuntil = 0.5\n", "stage[1]: `until` must be finite and later"),
+        (
+            "[[stage]]\nuntil = 1.0\n[[stage]]\nuntil = 0.5\n",
+            "stage[1]: `until` must be finite and later",
+        ),
         ("[[stage]]\nname = \"x\"\n", "stage[0]: `until` is missing"),
         (&format!("{stage}heat = 1\n"), "unknown field `heat`"),
-        (&format!("{stage}lock = [\"tee\"]\nunlock = [\"tee\"]\n"), "in `lock` and in `unlock`"),
-        (&format!("{stage}lock = [\"hot\"]\n"), "stage[0].lock[0]"),
-        (&format!("{stage}lock = [\"warm\"]\n"), "stage[0].lock: no body carries the tag \"warm\""),
-        (&format!("{stage}set_energy = [{{ tag = \"hot\" }}]\n"), "stage[0].set_energy[0]: give either"),
         (
-            &format!("{stage}thermostat = [{{ tag = \"hot\", every = 0.1, energy = 1, temperature = 1 }}]\n"),
+            &format!("{stage}lock = [\"tee\"]\nunlock = [\"tee\"]\n"),
+            "in `lock` and in `unlock`",
+        ),
+        (&format!("{stage}lock = [\"hot\"]\n"), "stage[0].lock[0]"),
+        (
+            &format!("{stage}lock = [\"warm\"]\n"),
+            "stage[0].lock: no body carries the tag \"warm\"",
+        ),
+        (
+            &format!("{stage}set_energy = [{{ tag = \"hot\" }}]\n"),
+            "stage[0].set_energy[0]: give either",
+        ),
+        (
+            &format!(
+                "{stage}thermostat = [{{ tag = \"hot\", every = 0.1, energy = 1, temperature = 1 }}]\n"
+            ),
             "stage[0].thermostat[0]: give either",
         ),
         (
             &format!("{stage}thermostat = [{{ tag = \"hot\", every = 0.0, energy = 1 }}]\n"),
             "thermostat[0].every",
         ),
-        (&format!("{stage}thermostat = [{{ tag = \"hot\", every = 0.1, energy = -1 }}]\n"), "above 0"),
-        (&format!("{stage}thermostat = [{{ tag = \"hot\", energy = 1 }}]\n"), "`every` is missing"),
-        (&format!("{stage}elasticity = {{ default = -1 }}\n"), "stage[0].elasticity"),
         (
-            &format!("{stage}[[stage]]\nuntil = 2.0\n[[stage.add]]\nshape = \"tee\"\nat = [0, 0]\n"),
+            &format!("{stage}thermostat = [{{ tag = \"hot\", every = 0.1, energy = -1 }}]\n"),
+            "above 0",
+        ),
+        (
+            &format!("{stage}thermostat = [{{ tag = \"hot\", energy = 1 }}]\n"),
+            "`every` is missing",
+        ),
+        (
+            &format!("{stage}elasticity = {{ default = -1 }}\n"),
+            "stage[0].elasticity",
+        ),
+        (
+            &format!(
+                "{stage}[[stage]]\nuntil = 2.0\n[[stage.add]]\nshape = \"tee\"\nat = [0, 0]\n"
+            ),
             "stage[1].add[0]",
         ),
         (
@@ -423,13 +564,31 @@ fn contradictory_and_unknown_keys_are_refused_by_name() {
         ("run.check_interval = 0.0\n", "run.check_interval"),
     ] {
         // Keys of [run] stand before the tables.
-        let (run, tables) =
-            added.split_once('\n').filter(|_| added.starts_with("run.")).unwrap_or(("", added));
-        fs::write(root.path().join("scene.toml"), format!("{run}\n{BODIES}{tables}")).unwrap();
-        for command in [&["check", "scene.toml"][..], &["run", "scene.toml", "--out", "out"]] {
+        let (run, tables) = added
+            .split_once('\n')
+            .filter(|_| added.starts_with("run."))
+            .unwrap_or(("", added));
+        fs::write(
+            root.path().join("scene.toml"),
+            format!("{run}\n{BODIES}{tables}"),
+        )
+        .unwrap();
+        for command in [
+            &["check", "scene.toml"][..],
+            &["run", "scene.toml", "--out", "out"],
+        ] {
             let output = carom(root.path(), command);
-            assert_eq!(output.status.code(), Some(2), "{added}: {}", text(&output.stdout));
-            assert!(text(&output.stderr).contains(said), "{added}: {}", text(&output.stderr));
+            assert_eq!(
+                output.status.code(),
+                Some(2),
+                "{added}: {}",
+                text(&output.stdout)
+            );
+            assert!(
+                text(&output.stderr).contains(said),
+                "{added}: {}",
+                text(&output.stderr)
+            );
         }
         assert!(!root.path().join("out").exists(), "{added}");
     }
@@ -437,21 +596,33 @@ fn contradictory_and_unknown_keys_are_refused_by_name() {
 
 #[test]
 fn a_run_starts_from_the_end_of_another_and_resumes_without_it() {
-    let gas =
-        "[box]\nseed = 2\n[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100\n";
+    let gas = "[box]\nseed = 2\n[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100\n";
     let first = format!("{gas}[run]\nuntil = 1.0\nsample_interval = 0.5\nsnapshots = \"extxyz\"\n");
     let root = run(&first, &[]);
     let second = "[elasticity]\ndefault = 0.9\n[run]\nuntil = 6.0\nsample_interval = 0.05\nsnapshots = \"extxyz\"\n\
                   observe = [\"energy\", \"velocities:gas\"]\n";
     fs::write(root.path().join("second.toml"), second).unwrap();
-    let words = ["run", "second.toml", "--from", "out", "--out", "next", "--checkpoint-every", "0.01"];
+    let words = [
+        "run",
+        "second.toml",
+        "--from",
+        "out",
+        "--out",
+        "next",
+        "--checkpoint-every",
+        "0.01",
+    ];
     let begun = Instant::now();
     let output = carom(root.path(), &words);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let duration = begun.elapsed();
     let read = |name: &str| fs::read_to_string(root.path().join(name)).unwrap();
     // It starts where the other has ended, at time 0.
-    let start: Vec<String> = read("next/trajectory.extxyz").lines().take(102).map(str::to_owned).collect();
+    let start: Vec<String> = read("next/trajectory.extxyz")
+        .lines()
+        .take(102)
+        .map(str::to_owned)
+        .collect();
     let end = last_frame(&root).replace("Time=1.0", "Time=0.0");
     assert_eq!(start.join("\n"), end);
     let manifest: Value = serde_json::from_str(&read("next/manifest.json")).unwrap();
@@ -459,32 +630,66 @@ fn a_run_starts_from_the_end_of_another_and_resumes_without_it() {
     assert_eq!(manifest["parent"]["is_end"], true);
     assert_eq!(manifest["parent"]["scene_crc32"].as_str().unwrap().len(), 8);
     assert!(read("next/report.html").contains("Starts from the end of the run in out"));
-    let check = carom(root.path(), &["check", "second.toml", "--verbose", "--from", "out"]);
-    assert!(text(&check.stdout).contains("  100     gas   disc"), "{}", text(&check.stdout));
+    let check = carom(
+        root.path(),
+        &["check", "second.toml", "--verbose", "--from", "out"],
+    );
+    assert!(
+        text(&check.stdout).contains("  100     gas   disc"),
+        "{}",
+        text(&check.stdout)
+    );
 
     // Another folder of the same run, killed and resumed, at last without the first run.
     let place = tempfile::tempdir().unwrap();
     fs::write(place.path().join("second.toml"), second).unwrap();
     fs::create_dir(place.path().join("out")).unwrap();
-    fs::copy(root.path().join("out/checkpoint"), place.path().join("out/checkpoint")).unwrap();
-    let mut child =
-        Command::new(env!("CARGO_BIN_EXE_carom")).current_dir(place.path()).args(words).spawn().unwrap();
+    fs::copy(
+        root.path().join("out/checkpoint"),
+        place.path().join("out/checkpoint"),
+    )
+    .unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_carom"))
+        .current_dir(place.path())
+        .args(words)
+        .spawn()
+        .unwrap();
     while !place.path().join("next/energy.csv").exists() {
         sleep(Duration::from_millis(1));
     }
     child.kill().unwrap();
     child.wait().unwrap();
     fs::remove_dir_all(place.path().join("out")).unwrap();
-    killed(place.path(), &["run", "second.toml", "--out", "next"], duration / 5);
-    assert_eq!(results(&place.path().join("next")), results(&root.path().join("next")));
+    killed(
+        place.path(),
+        &["run", "second.toml", "--out", "next"],
+        duration / 5,
+    );
+    assert_eq!(
+        results(&place.path().join("next")),
+        results(&root.path().join("next"))
+    );
 
-    for (change, said) in [("gas.0.count=7", "`gas` differs"), ("box.sides=[2,1]", "`box.sides` differs")] {
+    for (change, said) in [
+        ("gas.0.count=7", "`gas` differs"),
+        ("box.sides=[2,1]", "`box.sides` differs"),
+    ] {
         fs::write(root.path().join("other.toml"), format!("{gas}{second}")).unwrap();
-        let refused = carom(root.path(), &["check", "other.toml", "--from", "out", "--set", change]);
+        let refused = carom(
+            root.path(),
+            &["check", "other.toml", "--from", "out", "--set", change],
+        );
         assert_eq!(refused.status.code(), Some(2));
-        assert!(text(&refused.stderr).contains(said), "{}", text(&refused.stderr));
+        assert!(
+            text(&refused.stderr).contains(said),
+            "{}",
+            text(&refused.stderr)
+        );
     }
-    let refused = carom(root.path(), &["run", "second.toml", "--from", "nowhere", "--out", "third"]);
+    let refused = carom(
+        root.path(),
+        &["run", "second.toml", "--from", "nowhere", "--out", "third"],
+    );
     assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused.stderr).contains("cannot start from the run in nowhere"));
 }

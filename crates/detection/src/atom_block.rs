@@ -16,13 +16,13 @@ use crate::{
 };
 
 /// The most atoms of one body in a block.
-const MOST: usize = CircleTree::CROSSOVER;
+const MAX_ATOMS: usize = CircleTree::CROSSOVER;
 
 /// The number of lanes of the longest row: whole SIMD registers.
-const LONGEST: usize = MOST.next_multiple_of(2);
+const MAX_LANES: usize = MAX_ATOMS.next_multiple_of(2);
 
 /// The number of pairs that a block can hold.
-const LENGTH: usize = MOST * LONGEST;
+const LENGTH: usize = MAX_ATOMS * MAX_LANES;
 
 /// Atoms of one body, by index.
 #[derive(Clone, Copy)]
@@ -62,7 +62,11 @@ pub(crate) struct BlockSearch<'a> {
 
 impl<'a> BlockSearch<'a> {
     pub(crate) fn new(flight: &'a Flight<'a>, radii: [f64; 2]) -> Self {
-        let circles = radii.map(|radius| Circle { offset: DVec2::ZERO, arm: radius, radius });
+        let circles = radii.map(|radius| Circle {
+            offset: DVec2::ZERO,
+            arm: radius,
+            radius,
+        });
         Self {
             flight,
             error: ErrorBound::of_circles(flight.motion, flight.speed, flight.spin, &circles),
@@ -73,7 +77,13 @@ impl<'a> BlockSearch<'a> {
     /// Searches all pairs of the atoms `a` and `b` in the order of their certified bounds, and
     /// skips pairs whose bound is later than the limit of the search. No pair may touch before
     /// `begin`.
-    pub(crate) fn search<R: Recorder>(&self, a: Atoms<'_>, b: Atoms<'_>, begin: f64, search: &mut Search<R>) {
+    pub(crate) fn search<R: Recorder>(
+        &self,
+        a: Atoms<'_>,
+        b: Atoms<'_>,
+        begin: f64,
+        search: &mut Search<R>,
+    ) {
         // The body with more atoms is along the rows.
         let along = usize::from(b.indices.len() >= a.indices.len());
         let (across, row) = if along == 1 { (a, b) } else { (b, a) };
@@ -81,9 +91,9 @@ impl<'a> BlockSearch<'a> {
         let stride = match row.indices.len() {
             ..=2 => self.first_bounds::<2, R>([across, row], along, begin, &mut room, search),
             3..=4 => self.first_bounds::<4, R>([across, row], along, begin, &mut room, search),
-            _ => self.first_bounds::<LONGEST, R>([across, row], along, begin, &mut room, search),
+            _ => self.first_bounds::<MAX_LANES, R>([across, row], along, begin, &mut room, search),
         };
-        let bounds = &mut room[..across.indices.len().min(MOST) * stride];
+        let bounds = &mut room[..across.indices.len().min(MAX_ATOMS) * stride];
         // The pair with the earliest bound first. Mostly only one or two pairs are searched.
         let mut steps = [0; LENGTH];
         loop {
@@ -95,10 +105,16 @@ impl<'a> BlockSearch<'a> {
             let (i, j) = (next as u32 / stride as u32, next as u32 % stride as u32);
             let (i, j) = (across.indices[i as usize], row.indices[j as usize]);
             let atoms = if along == 1 { [i, j] } else { [j, i] };
-            let circles = [Circle::from(&a.all[atoms[0] as usize]), Circle::from(&b.all[atoms[1] as usize])];
+            let circles = [
+                Circle::from(&a.all[atoms[0] as usize]),
+                Circle::from(&b.all[atoms[1] as usize]),
+            ];
             let pair = AtomPair::new(self.flight, circles);
-            search.recorder.concerns(|| Parts::Pair(Touch::Atoms(atoms[0], atoms[1])));
-            bounds[next] = match pair.first_contact(bound, [pause, limit], &mut steps[next], search) {
+            search
+                .recorder
+                .concerns(|| Parts::Pair(Touch::Atoms(atoms[0], atoms[1])));
+            bounds[next] = match pair.first_contact(bound, [pause, limit], &mut steps[next], search)
+            {
                 PairOutcome::Paused(time) => time,
                 outcome => {
                     search.record(outcome, atoms);
@@ -119,7 +135,7 @@ impl<'a> BlockSearch<'a> {
         room: &mut [f64; LENGTH],
         search: &mut Search<R>,
     ) -> usize {
-        let bounds = &mut room[..across.indices.len().min(MOST) * N];
+        let bounds = &mut room[..across.indices.len().min(MAX_ATOMS) * N];
         let lanes = Row::<N>::new(row);
         self.start(across, &lanes, bounds);
         let pairs = (across.indices.len() * row.indices.len()) as u32;
@@ -131,7 +147,10 @@ impl<'a> BlockSearch<'a> {
         let mut before = begin;
         for _ in 0..again {
             let soonest =
-                bounds.iter().fold(f64::INFINITY, |least, &bound| if bound < least { bound } else { least });
+                bounds.iter().fold(
+                    f64::INFINITY,
+                    |least, &bound| if bound < least { bound } else { least },
+                );
             if soonest <= before || soonest > search.limit() {
                 break;
             }
@@ -141,7 +160,11 @@ impl<'a> BlockSearch<'a> {
             before = soonest;
         }
         if row.indices.len() < N {
-            bounds.iter_mut().skip(N - 1).step_by(N).for_each(|bound| *bound = f64::INFINITY);
+            bounds
+                .iter_mut()
+                .skip(N - 1)
+                .step_by(N)
+                .for_each(|bound| *bound = f64::INFINITY);
         }
         N
     }
@@ -158,7 +181,11 @@ impl<'a> BlockSearch<'a> {
             let other = atom.arm() + atom.radius();
             for (lane, bound) in bounds.iter_mut().enumerate() {
                 let reach = (row.reach[lane] + other) + self.inflation;
-                *bound = if reach * reach * speed_squared < cross * cross { f64::INFINITY } else { 0.0 };
+                *bound = if reach * reach * speed_squared < cross * cross {
+                    f64::INFINITY
+                } else {
+                    0.0
+                };
             }
         }
     }
@@ -257,7 +284,11 @@ fn record_bounds<const N: usize, R: Recorder>(
     }
     for (&i, bounds) in across.indices.iter().zip(bounds.chunks_exact(N)) {
         for (&j, &bound) in row.indices.iter().zip(bounds) {
-            let touch = if along == 1 { Touch::Atoms(i, j) } else { Touch::Atoms(j, i) };
+            let touch = if along == 1 {
+                Touch::Atoms(i, j)
+            } else {
+                Touch::Atoms(j, i)
+            };
             recorder.concerns(|| Parts::Pair(touch));
             recorder.step(Phase::Shared, time, Some(bound));
         }

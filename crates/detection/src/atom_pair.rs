@@ -12,7 +12,7 @@ use crate::{
     search::Search,
     skim,
     skimming::rounding_within,
-    tolerance::{FAST_ROTOR, LEAST_ATOM_ERRORS, LEAST_JERK},
+    tolerance::{FAST_ROTOR, MIN_ATOM_ERRORS, MIN_JERK},
     trace::Recorder,
 };
 
@@ -48,12 +48,15 @@ impl<'a> AtomPair<'a> {
     #[inline]
     pub(crate) fn new(flight: &'a Flight<'a>, circles: [Circle; 2]) -> Self {
         let [spin_a, spin_b] = flight.spin;
-        let [a, b] = [centripetal(spin_a, circles[0].arm), centripetal(spin_b, circles[1].arm)];
+        let [a, b] = [
+            centripetal(spin_a, circles[0].arm),
+            centripetal(spin_b, circles[1].arm),
+        ];
         let error = ErrorBound::of_circles(flight.motion, flight.speed, flight.spin, &circles);
         let contact_distance = circles[0].radius + circles[1].radius;
         let jerk = spin_a.abs() * a + spin_b.abs() * b;
         let angle = error.speed() / contact_distance;
-        // 3 and 1.1547 with |d| ≥ (1 − 1/64) s; see `LEAST_ATOM_ERRORS`.
+        // 3 and 1.1547 with |d| ≥ (1 − 1/64) s; see `MIN_ATOM_ERRORS`.
         let gap_jerk = jerk + angle * (3.05 * (a + b) + 1.2 * angle * error.speed());
         let (slower, apart) = (a.min(b), (spin_b - spin_a).abs());
         Self {
@@ -77,7 +80,11 @@ impl<'a> AtomPair<'a> {
     #[inline]
     fn pose_of(&self, at: Placement) -> PairPose {
         let arms = [0, 1].map(|body| at.arm(body, self.offsets[body]));
-        PairPose { d: at.separation + (arms[1] - arms[0]), arms, at }
+        PairPose {
+            d: at.separation + (arms[1] - arms[0]),
+            arms,
+            at,
+        }
     }
 
     /// The time, not before `time`, at which bodies too far apart for a contact come within reach;
@@ -96,7 +103,11 @@ impl<'a> AtomPair<'a> {
     pub(crate) fn contact_time_lower_bounds(&self, at: &Placement) -> f64 {
         let now = self.gap(&self.pose_of(*at));
         let gap = now.value - now.error;
-        if gap > 0.0 { at.time + safe_step(gap, now.rate - now.rate_error, &now.curvature) } else { at.time }
+        if gap > 0.0 {
+            at.time + safe_step(gap, now.rate - now.rate_error, &now.curvature)
+        } else {
+            at.time
+        }
     }
 
     /// Advances two circles from `window.begin` until their gap is at most `nearness` times the sum
@@ -120,7 +131,9 @@ impl<'a> AtomPair<'a> {
             }
             let step = safe_step(gap, now.rate - now.rate_error, &now.curvature);
             let time = pose.at.time + step.max(self.other_step(&pose));
-            search.recorder.step(Phase::Circles, pose.at.time, Some(time));
+            search
+                .recorder
+                .step(Phase::Circles, pose.at.time, Some(time));
             if time > window.end {
                 return None;
             }
@@ -172,7 +185,8 @@ impl GapFunction for AtomPair<'_> {
         let [spin_a, spin_b] = self.flight.spin;
         let [arm_a, arm_b] = pose.arms;
         let d = pose.d;
-        let velocity = self.flight.motion.velocity + (spin_b * arm_b.perp() - spin_a * arm_a.perp());
+        let velocity =
+            self.flight.motion.velocity + (spin_b * arm_b.perp() - spin_a * arm_a.perp());
         let acceleration = (spin_a * spin_a) * arm_a - (spin_b * spin_b) * arm_b;
         let distance = d.length();
         let inverse_distance = 1.0 / distance;
@@ -189,11 +203,15 @@ impl GapFunction for AtomPair<'_> {
         let nearness = error * inverse_distance + 8.0 * U;
         let least_along_normal = along_normal - acceleration_error;
         let largest = self.centripetal[0] + self.centripetal[1];
-        let is_resolved = LEAST_ATOM_ERRORS * error <= self.contact_distance;
+        let is_resolved = MIN_ATOM_ERRORS * error <= self.contact_distance;
         Gap {
             value: distance - self.contact_distance,
             // Where the centres coincide there is no normal, and E' is infinite.
-            rate: if distance > 0.0 { closing * inverse_distance } else { 0.0 },
+            rate: if distance > 0.0 {
+                closing * inverse_distance
+            } else {
+                0.0
+            },
             second: along_normal + across * across * inverse_distance,
             slowness: distance / ((constant * distance + over_distance) - closing),
             error,
@@ -204,7 +222,11 @@ impl GapFunction for AtomPair<'_> {
                 jerk: self.jerk,
                 of_gap: least_along_normal
                     + least_across * least_across * inverse_distance * (1.0 - nearness),
-                gap_jerk: if is_resolved { self.gap_jerk } else { f64::INFINITY },
+                gap_jerk: if is_resolved {
+                    self.gap_jerk
+                } else {
+                    f64::INFINITY
+                },
                 acceleration,
                 acceleration_error,
                 relative_jerk: self.relative_jerk,
@@ -271,14 +293,22 @@ impl GapFunction for AtomPair<'_> {
 #[inline]
 pub(crate) fn centripetal(spin: f64, arm: f64) -> f64 {
     let value = spin * spin * arm;
-    if (value < f64::MIN_POSITIVE) & (spin != 0.0) & (arm > 0.0) { f64::MIN_POSITIVE } else { value }
+    if (value < f64::MIN_POSITIVE) & (spin != 0.0) & (arm > 0.0) {
+        f64::MIN_POSITIVE
+    } else {
+        value
+    }
 }
 
 /// A bound that is a product of three velocities; infinite (no bound) where it is positive but has
 /// lost digits to underflow.
 #[inline]
 fn or_none(bound: f64, is_positive: bool) -> f64 {
-    if is_positive & (bound < LEAST_JERK) { f64::INFINITY } else { bound }
+    if is_positive & (bound < MIN_JERK) {
+        f64::INFINITY
+    } else {
+        bound
+    }
 }
 
 /// (R(ω h) − 1) r without cancellation.
@@ -310,7 +340,8 @@ mod tests {
                 let flight = Flight::new(atom.outline(), atom.outline(), &motion);
                 let pair = AtomPair::new(&flight, [(&atom).into(), (&atom).into()]);
                 let mut search = Search::new(10.0, 10, ());
-                let PairOutcome::Contact(time) = pair.first_contact(0.0, [10.0; 2], &mut 0, &mut search)
+                let PairOutcome::Contact(time) =
+                    pair.first_contact(0.0, [10.0; 2], &mut 0, &mut search)
                 else {
                     panic!("slip {slip}, closing {closing}")
                 };

@@ -53,8 +53,10 @@ pub(crate) fn apart_from_atoms(rows: &[AtomRow], disc: &RelativeDisc, spin: f64)
             *soonest = if step < *soonest { step } else { *soonest };
         }
     }
-    let least =
-        soonest.into_iter().fold(f64::INFINITY, |least, step| if step < least { step } else { least });
+    let least = soonest.into_iter().fold(
+        f64::INFINITY,
+        |least, step| if step < least { step } else { least },
+    );
     least * (1.0 - STEP_MARGIN)
 }
 

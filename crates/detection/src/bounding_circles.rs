@@ -43,7 +43,13 @@ impl Detection for BoundingCircles {
         true
     }
 
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+    fn first_contact(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         if let Unit::OutOfRange = unit(a, b, motion, horizon) {
             return OUT_OF_RANGE;
         }
@@ -53,17 +59,32 @@ impl Detection for BoundingCircles {
         let errors = (motion.separation_error, motion.velocity_error);
         let sigma = a.bounding_radius + b.bounding_radius;
         let time = disc_contact(motion.separation, motion.velocity, sigma, errors);
-        let contact = Contact { time, touch: Touch::BoundingCircles };
-        let outcome =
-            if time <= horizon && time.is_finite() { Outcome::Contact(contact) } else { Outcome::Free };
-        Answer { outcome, evaluations: 1 }
+        let contact = Contact {
+            time,
+            touch: Touch::BoundingCircles,
+        };
+        let outcome = if time <= horizon && time.is_finite() {
+            Outcome::Contact(contact)
+        } else {
+            Outcome::Free
+        };
+        Answer {
+            outcome,
+            evaluations: 1,
+        }
     }
 }
 
 impl BoundingCircles {
     /// The answer of [`Detection::first_contact`] and the window in which the bodies are within
     /// reach of each other.
-    pub fn trace(self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Trace {
+    pub fn trace(
+        self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Trace {
         let answer = self.first_contact(a, b, motion, horizon);
         let mut log = Log::new();
         let mut recorder = &mut log;

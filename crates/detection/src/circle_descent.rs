@@ -52,11 +52,17 @@ impl<'a> Body<'a> {
 
     /// The atoms of a body that has no tree.
     pub(crate) fn only_block(self) -> Option<Atoms<'a>> {
-        self.outline.tree().is_none().then(|| self.block(&ALL[..self.outline.atoms.len()]))
+        self.outline
+            .tree()
+            .is_none()
+            .then(|| self.block(&ALL[..self.outline.atoms.len()]))
     }
 
     fn block(self, indices: &'a [u32]) -> Atoms<'a> {
-        Atoms { all: self.outline.atoms, indices }
+        Atoms {
+            all: self.outline.atoms,
+            indices,
+        }
     }
 
     fn atoms(self, place: Place<'a>) -> Atoms<'a> {
@@ -109,7 +115,10 @@ pub(crate) fn descend<R: Recorder>(
         Parts::Circles([0, 1].map(|body| bodies[body].atoms(places[body]).indices.to_vec()))
     };
     let mut stack: SmallVec<[Task<'_>; 64]> = SmallVec::new();
-    stack.push(Task { bound: begin, places: bodies.map(Body::root) });
+    stack.push(Task {
+        bound: begin,
+        places: bodies.map(Body::root),
+    });
     while let Some(Task { bound, places }) = stack.pop() {
         let limit = search.limit();
         if bound > limit {
@@ -117,19 +126,27 @@ pub(crate) fn descend<R: Recorder>(
         }
         let parts = split(places);
         let pair = AtomPair::new(blocks.flight, places.map(Place::circle));
-        let window = Window { begin: bound, end: limit };
+        let window = Window {
+            begin: bound,
+            end: limit,
+        };
         search.recorder.concerns(|| atoms_in(places));
         let Some(at) = pair.approach(window, NEARNESS, search) else {
             continue;
         };
         let Some(parts) = parts else {
-            blocks.search(bodies[0].atoms(places[0]), bodies[1].atoms(places[1]), at.time, search);
+            blocks.search(
+                bodies[0].atoms(places[0]),
+                bodies[1].atoms(places[1]),
+                at.time,
+                search,
+            );
             continue;
         };
         let first = stack.len();
         for places in parts {
-            let bound =
-                AtomPair::new(blocks.flight, places.map(Place::circle)).contact_time_lower_bounds(&at);
+            let bound = AtomPair::new(blocks.flight, places.map(Place::circle))
+                .contact_time_lower_bounds(&at);
             search.evaluations += 1;
             search.recorder.concerns(|| atoms_in(places));
             search.recorder.step(Phase::Circles, at.time, Some(bound));
@@ -153,9 +170,10 @@ fn split<'a>([a, b]: [Place<'a>; 2]) -> Option<SmallVec<[[Place<'a>; 2]; 4]>> {
         (None, Some(parts)) => SmallVec::from_slice(&with_b(a, parts)),
         (Some(parts), Some(_)) if radius_a > radius_b => SmallVec::from_slice(&with_a(b, parts)),
         (Some(_), Some(parts)) if radius_b > radius_a => SmallVec::from_slice(&with_b(a, parts)),
-        (Some([first, second]), Some(parts)) => {
-            with_b(first, parts).into_iter().chain(with_b(second, parts)).collect()
-        }
+        (Some([first, second]), Some(parts)) => with_b(first, parts)
+            .into_iter()
+            .chain(with_b(second, parts))
+            .collect(),
     })
 }
 
@@ -168,12 +186,18 @@ mod tests {
     use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
     /// The earliest contact of all atom pairs, each searched separately.
-    fn all_pairs(a: &Molecule, b: &Molecule, motion: &RelativeMotion, horizon: f64) -> Option<Contact> {
+    fn all_pairs(
+        a: &Molecule,
+        b: &Molecule,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Option<Contact> {
         let mut earliest: Option<Contact> = None;
         for i in a.atoms() {
             for j in b.atoms() {
                 let limit = earliest.map_or(horizon, |contact| contact.time);
-                let answer = Exact::default().first_contact(i.outline(), j.outline(), motion, limit);
+                let answer =
+                    Exact::default().first_contact(i.outline(), j.outline(), motion, limit);
                 if let Some(contact) = answer.outcome.contact() {
                     earliest = Some(contact);
                 }
@@ -203,27 +227,50 @@ mod tests {
     fn trees_give_the_answers_of_all_pairs() {
         let mut runner = TestRunner::deterministic();
         let [mut hits, mut misses] = [0, 0];
-        for (count, cases) in
-            [(2, 40), (5, 40), (6, 60), (9, 60), (16, 40), (33, 30), (64, 20), (128, 10), (256, 6)]
-        {
+        for (count, cases) in [
+            (2, 40),
+            (5, 40),
+            (6, 60),
+            (9, 60),
+            (16, 40),
+            (33, 30),
+            (64, 20),
+            (128, 10),
+            (256, 6),
+        ] {
             for case in 0..cases {
                 let (places, turns, spins, (ahead, aside)) =
                     encounters().new_tree(&mut runner).unwrap().current();
                 let rod = Molecule::named(Shape::Rod(count), 0.5, 1.0).unwrap();
-                let (a, b) = if case % 2 == 0 { (rod.clone(), rod) } else { (blob(count, &places), rod) };
-                let b = if case % 5 == 0 { Molecule::disc(0.5, 1.0).unwrap() } else { b };
+                let (a, b) = if case % 2 == 0 {
+                    (rod.clone(), rod)
+                } else {
+                    (blob(count, &places), rod)
+                };
+                let b = if case % 5 == 0 {
+                    Molecule::disc(0.5, 1.0).unwrap()
+                } else {
+                    b
+                };
                 let reach = a.bounding_radius() + b.bounding_radius();
                 let motion = RelativeMotion {
                     orientation: turns.map(Orientation::from_turns),
                     angular_velocity: spins.map(|spin| spin / reach),
-                    ..RelativeMotion::exactly(reach * DVec2::new(ahead, aside), DVec2::new(-1.0, 0.0))
+                    ..RelativeMotion::exactly(
+                        reach * DVec2::new(ahead, aside),
+                        DVec2::new(-1.0, 0.0),
+                    )
                 };
-                let answer: Answer = Exact::default().first_contact(a.outline(), b.outline(), &motion, 1e9);
+                let answer: Answer =
+                    Exact::default().first_contact(a.outline(), b.outline(), &motion, 1e9);
                 let found = answer.outcome.contact().map(|contact| contact.time);
                 match (found, all_pairs(&a, &b, &motion, 1e9)) {
                     (Some(tree), Some(all)) => {
                         hits += 1;
-                        assert!((tree - all.time).abs() <= 1e-11 * reach, "{count}: {tree} against {all:?}");
+                        assert!(
+                            (tree - all.time).abs() <= 1e-11 * reach,
+                            "{count}: {tree} against {all:?}"
+                        );
                     }
                     (None, None) => misses += 1,
                     (tree, all) => panic!("{count} atoms: {tree:?} against {all:?}"),

@@ -14,7 +14,11 @@ use std::f64::consts::FRAC_PI_2;
 pub(crate) fn segment_length(angular_velocity: [f64; 2], crop_factor: f64) -> f64 {
     let [a, b] = angular_velocity.map(f64::abs);
     let fastest = a.max(b);
-    if fastest == 0.0 { f64::INFINITY } else { crop_factor * (FRAC_PI_2 / fastest) }
+    if fastest == 0.0 {
+        f64::INFINITY
+    } else {
+        crop_factor * (FRAC_PI_2 / fastest)
+    }
 }
 
 #[cfg(test)]

@@ -29,7 +29,13 @@ pub(crate) fn disc_contact(d: DVec2, v: DVec2, sigma: f64, errors: (f64, f64)) -
 }
 
 /// The contact time of two discs with d × v given, which is constant in free flight.
-pub(crate) fn contact_of_passing(d: DVec2, v: DVec2, cross: f64, sigma: f64, errors: (f64, f64)) -> f64 {
+pub(crate) fn contact_of_passing(
+    d: DVec2,
+    v: DVec2,
+    cross: f64,
+    sigma: f64,
+    errors: (f64, f64),
+) -> f64 {
     let (separation_error, velocity_error) = errors;
     let b = d.dot(v);
     let c = d.length_squared() - sigma * sigma;
@@ -82,7 +88,10 @@ mod tests {
             let at = |b: f64| disc_contact(DVec2::new(30.0, b), DVec2::new(-1.0, 0.0), 1.0, EXACT);
             let inside = at(1.0 - depth);
             let expected = 30.0 - (1.0 - (1.0 - depth) * (1.0 - depth)).sqrt();
-            assert!((inside - expected).abs() < 1e-7, "depth {depth}: {inside} against {expected}");
+            assert!(
+                (inside - expected).abs() < 1e-7,
+                "depth {depth}: {inside} against {expected}"
+            );
             assert_eq!(at(1.0 + depth), f64::INFINITY, "depth −{depth}");
         }
     }
@@ -91,8 +100,14 @@ mod tests {
     fn a_pair_in_contact_collides_only_if_it_closes() {
         for gap in [-f64::EPSILON, 0.0, f64::EPSILON] {
             let d = DVec2::new(1.0 + gap, 0.0);
-            assert!(disc_contact(d, DVec2::new(-1.0, 0.2), 1.0, EXACT) < 1e-15, "closing, gap {gap}");
-            assert_eq!(disc_contact(d, DVec2::new(1.0, 0.2), 1.0, EXACT), f64::INFINITY);
+            assert!(
+                disc_contact(d, DVec2::new(-1.0, 0.2), 1.0, EXACT) < 1e-15,
+                "closing, gap {gap}"
+            );
+            assert_eq!(
+                disc_contact(d, DVec2::new(1.0, 0.2), 1.0, EXACT),
+                f64::INFINITY
+            );
             // A sliding pair is in contact if it is deeper than τ/8 = ε, a pair at rest never.
             let sliding = if gap < 0.0 { 0.0 } else { f64::INFINITY };
             assert_eq!(disc_contact(d, DVec2::new(0.0, 0.2), 1.0, EXACT), sliding);

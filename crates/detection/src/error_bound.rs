@@ -53,7 +53,12 @@ impl ErrorBound {
     /// The bounds for one pair of atoms.
     pub fn new(motion: &RelativeMotion, a: &Atom, b: &Atom) -> Self {
         let circles = [Circle::from(a), Circle::from(b)];
-        Self::of_circles(motion, motion.velocity.length(), motion.angular_velocity, &circles)
+        Self::of_circles(
+            motion,
+            motion.velocity.length(),
+            motion.angular_velocity,
+            &circles,
+        )
     }
 
     /// The bounds for a pair of circles, with |V| as `speed` and the angular velocities as `spin`.
@@ -67,7 +72,9 @@ impl ErrorBound {
         let [a, b] = circles;
         let [spin_a, spin_b] = spin.map(f64::abs);
         let rim_speed = spin_a * a.arm + spin_b * b.arm;
-        let places = 5.0 * one_norm(motion.separation) + 17.0 * (a.arm + b.arm) + 2.0 * (a.radius + b.radius);
+        let places = 5.0 * one_norm(motion.separation)
+            + 17.0 * (a.arm + b.arm)
+            + 2.0 * (a.radius + b.radius);
         let given = motion.separation_error
             + (a.arm * motion.orientation_error[0] + b.arm * motion.orientation_error[1]);
         Self {
@@ -95,7 +102,10 @@ impl ErrorBound {
     /// E' for a given E, as a constant term and the numerator of a term in 1/|d|.
     #[inline]
     pub(crate) fn rate_terms(&self, error: f64) -> [f64; 2] {
-        [12.0 * U * self.speed + self.spin * error + self.velocity, 2.0 * self.speed * error]
+        [
+            12.0 * U * self.speed + self.spin * error + self.velocity,
+            2.0 * self.speed * error,
+        ]
     }
 
     /// max(|ω_A|, |ω_B|) (per time).
@@ -150,17 +160,29 @@ pub(crate) mod tests {
     /// g and g' to about 40 digits, and |d|.
     fn exact(motion: &RelativeMotion, atoms: [&Atom; 2], time: f64, pi: &Big) -> (Big, Big, f64) {
         let [a, b] = [0, 1].map(|body| {
-            arm(atoms[body].offset(), motion.orientation[body], motion.angular_velocity[body], time, pi)
+            arm(
+                atoms[body].offset(),
+                motion.orientation[body],
+                motion.angular_velocity[body],
+                time,
+                pi,
+            )
         });
         let component = |k: usize| {
-            let d = big(motion.separation[k]) + big(motion.velocity[k]) * big(time) + (&b[0][k] - &a[0][k]);
+            let d = big(motion.separation[k])
+                + big(motion.velocity[k]) * big(time)
+                + (&b[0][k] - &a[0][k]);
             (d, big(motion.velocity[k]) + (&b[1][k] - &a[1][k]))
         };
         let ((x, vx), (y, vy)) = (component(0), component(1));
         let distance = (&x * &x + &y * &y).sqrt();
         let rate = (&x * vx + &y * vy) / &distance;
         let length = distance.to_f64().value();
-        (distance - (big(atoms[0].radius()) + big(atoms[1].radius())), rate, length)
+        (
+            distance - (big(atoms[0].radius()) + big(atoms[1].radius())),
+            rate,
+            length,
+        )
     }
 
     /// Numbers between −1 and 1 (SplitMix64; Steele, Lea and Flood 2014).
@@ -186,7 +208,8 @@ pub(crate) mod tests {
         let mut random = Random(2017);
         let mut worst = [0.0f64; 2];
         for _ in 0..count {
-            let atoms = [0, 1].map(|_| Atom::new(random.vector(), random.next().abs() + 1e-3, 1.0).unwrap());
+            let atoms = [0, 1]
+                .map(|_| Atom::new(random.vector(), random.next().abs() + 1e-3, 1.0).unwrap());
             let motion = RelativeMotion {
                 orientation: [0, 1].map(|_| Orientation::from_turns(0.5 * random.next())),
                 angular_velocity: [0, 1].map(|_| spin * random.next()),
@@ -209,10 +232,16 @@ pub(crate) mod tests {
     /// Tests states near the start, at the origin of time, after 10⁸ turns, and a million sizes
     /// away.
     fn check(count: u32) {
-        for (distance, spin, duration) in [(3.0, 3.0, 3.0), (2.0, 1.0, 0.0), (3.0, 1e8, 6.0), (1e6, 3.0, 1e6)]
-        {
+        for (distance, spin, duration) in [
+            (3.0, 3.0, 3.0),
+            (2.0, 1.0, 0.0),
+            (3.0, 1e8, 6.0),
+            (1e6, 3.0, 1e6),
+        ] {
             let [gap, rate] = worst_ratios(count / 4, distance, spin, duration);
-            eprintln!("distance {distance:e}, spin {spin:e}: worst |error|/E {gap:.2}, |error|/E' {rate:.2}");
+            eprintln!(
+                "distance {distance:e}, spin {spin:e}: worst |error|/E {gap:.2}, |error|/E' {rate:.2}"
+            );
             assert!(gap <= 1.0 && rate <= 1.0, "{gap} {rate}");
             // The bounds are not trivially wide.
             assert!(gap > 0.05 && rate > 0.01, "{gap} {rate}");
@@ -260,8 +289,26 @@ pub(crate) mod tests {
 
     /// Error over bound of the gap and of its rate for two atoms in a state of 16 numbers.
     fn ratios(state: &[f64; 16], pi: &Big) -> [f64; 2] {
-        let [ax, ay, ar, bx, by, br, x, y, vx, vy, turns_a, turns_b, spin_a, spin_b, time, _] = *state;
-        let atom = |x, y, radius: f64| Atom::new(DVec2::new(x, y), radius.abs() + 1e-9, 1.0).unwrap();
+        let [
+            ax,
+            ay,
+            ar,
+            bx,
+            by,
+            br,
+            x,
+            y,
+            vx,
+            vy,
+            turns_a,
+            turns_b,
+            spin_a,
+            spin_b,
+            time,
+            _,
+        ] = *state;
+        let atom =
+            |x, y, radius: f64| Atom::new(DVec2::new(x, y), radius.abs() + 1e-9, 1.0).unwrap();
         let atoms = [atom(ax, ay, ar), atom(bx, by, br)];
         let motion = RelativeMotion {
             orientation: [turns_a, turns_b].map(Orientation::from_turns),
@@ -275,7 +322,10 @@ pub(crate) mod tests {
         let (gap, rate, length) = exact(&motion, [&atoms[0], &atoms[1]], time, pi);
         let off = |computed: f64, exact: Big| (big(computed) - exact).to_f64().value().abs();
         let bound = ErrorBound::new(&motion, &atoms[0], &atoms[1]);
-        [off(now.value, gap) / bound.at(time), off(now.rate, rate) / bound.of_rate(time, length)]
+        [
+            off(now.value, gap) / bound.at(time),
+            off(now.rate, rate) / bound.of_rate(time, length),
+        ]
     }
 
     #[test]
@@ -295,11 +345,13 @@ pub(crate) mod tests {
             ] {
                 let [place, arm, radius, velocity, spin, time] = scale;
                 let scales = [
-                    arm, arm, radius, arm, arm, radius, place, place, velocity, velocity, 0.5, 0.5, spin,
-                    spin, time, 0.0,
+                    arm, arm, radius, arm, arm, radius, place, place, velocity, velocity, 0.5, 0.5,
+                    spin, spin, time, 0.0,
                 ];
                 let state = |random: &mut Random| scales.map(|scale| scale * random.next());
-                let worst = directed_search(&mut random, 100, 600, state, |state| ratios(state, &pi)[which]);
+                let worst = directed_search(&mut random, 100, 600, state, |state| {
+                    ratios(state, &pi)[which]
+                });
                 assert!(worst <= 1.0, "number {which}, {scale:?}: {worst}");
             }
         }
@@ -318,11 +370,15 @@ pub(crate) mod tests {
         };
         let off = |computed: f64, exact: Big| (big(computed) - exact).to_f64().value().abs();
         let ratios = |state: &[f64; 16]| {
-            let [a, b] = [motion_of(&state[..6], state[12]), motion_of(&state[6..12], state[13])];
+            let [a, b] = [
+                motion_of(&state[..6], state[12]),
+                motion_of(&state[6..12], state[13]),
+            ];
             let (time, shift) = (state[14], state[15]);
             let pair = RelativeMotion::between(&a, &b, DVec2::new(shift, 0.0), time);
             let place = |motion: &Motion, axis: usize| {
-                big(motion.position[axis]) + big(motion.velocity[axis]) * (big(time) - big(motion.time))
+                big(motion.position[axis])
+                    + big(motion.velocity[axis]) * (big(time) - big(motion.time))
             };
             let dx = off(pair.separation.x, place(&b, 0) - place(&a, 0) + big(shift));
             let dy = off(pair.separation.y, place(&b, 1) - place(&a, 1));
@@ -333,25 +389,39 @@ pub(crate) mod tests {
             let turned = |index: usize, motion: &Motion| {
                 let exact = radians(motion) - big(2.0 * pair.orientation[index].turns()) * &pi;
                 let turns = (&exact / (&pi * big(2.0))).round();
-                (exact - turns * &pi * big(2.0)).to_f64().value().abs() / pair.orientation_error[index]
+                (exact - turns * &pi * big(2.0)).to_f64().value().abs()
+                    / pair.orientation_error[index]
             };
-            [dx.hypot(dy) / pair.separation_error, turned(0, &a).max(turned(1, &b))]
+            [
+                dx.hypot(dy) / pair.separation_error,
+                turned(0, &a).max(turned(1, &b)),
+            ]
         };
         for which in 0..2 {
             for spin in [1.0, 1e3, 1e9] {
-                let scales =
-                    [1.0, 1.0, 1.0, 1.0, 0.5, spin, 1.0, 1.0, 1.0, 1.0, 0.5, spin, 1e-16, 1.0, 2.0, 1.0];
+                let scales = [
+                    1.0, 1.0, 1.0, 1.0, 0.5, spin, 1.0, 1.0, 1.0, 1.0, 0.5, spin, 1e-16, 1.0, 2.0,
+                    1.0,
+                ];
                 let state = |random: &mut Random| scales.map(|scale| scale * random.next());
-                let worst = directed_search(&mut random, 200, 1500, state, |state| ratios(state)[which]);
-                assert!(worst > 0.2 && worst <= 1.0, "number {which}, spin {spin:e}: {worst}");
+                let worst =
+                    directed_search(&mut random, 200, 1500, state, |state| ratios(state)[which]);
+                assert!(
+                    worst > 0.2 && worst <= 1.0,
+                    "number {which}, spin {spin:e}: {worst}"
+                );
             }
         }
         // A state at which the error exceeds 4 |ω Δt| u, in place of 5 |ω Δt| u, by 1.5 %.
         let spin = 1_075_499_723.352_964_4;
         let turns = -0.282_691_642_053_091_7;
         let mut state = [0.0; 16];
-        (state[4], state[5], state[12], state[14]) =
-            (turns, spin, 1.110_221_965_833_972_5e-16, 1.000_089_908_950_030_8);
+        (state[4], state[5], state[12], state[14]) = (
+            turns,
+            spin,
+            1.110_221_965_833_972_5e-16,
+            1.000_089_908_950_030_8,
+        );
         let worst = ratios(&state)[1];
         assert!(worst > 0.8 && worst <= 1.0, "{worst}");
     }

@@ -48,7 +48,7 @@ use crate::{
     range::{OUT_OF_RANGE, Unit, faster, later, unit},
     search::Search,
     skim,
-    tolerance::MOST_STEPS,
+    tolerance::MAX_STEPS,
     trace::{Log, Recorder},
     walls,
 };
@@ -79,13 +79,15 @@ use crate::{
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Exact {
-    /// Step limit of the search for one atom pair; see [`MOST_STEPS`].
+    /// Step limit of the search for one atom pair; see [`MAX_STEPS`].
     pub most_steps: u32,
 }
 
 impl Default for Exact {
     fn default() -> Self {
-        Self { most_steps: MOST_STEPS }
+        Self {
+            most_steps: MAX_STEPS,
+        }
     }
 }
 
@@ -106,11 +108,22 @@ impl Detection for Exact {
     }
 
     #[inline(always)]
-    fn contact_time_lower_bound(&self, query: &QueryBody<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
+    fn contact_time_lower_bound(
+        &self,
+        query: &QueryBody<'_>,
+        lanes: &DiscLanes<1>,
+        horizon: f64,
+    ) -> f64 {
         query.contact_time_lower_bound(lanes, horizon)
     }
 
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+    fn first_contact(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         self.first_contact_after(0.0, a, b, motion, horizon)
     }
 
@@ -137,7 +150,13 @@ impl Detection for Exact {
 impl Exact {
     /// Searches like [`Detection::first_contact`] and records the steps: the times of evaluation,
     /// and the times up to which they certify the parts free.
-    pub fn trace(self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Trace {
+    pub fn trace(
+        self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Trace {
         let mut log = Log::new();
         match unit(a, b, motion, horizon) {
             Unit::Ordinary => {
@@ -169,13 +188,19 @@ impl Exact {
             return walls::first_contact(recorder, self.most_steps, a, b, motion, horizon);
         }
         let Some(window) = skim(motion, a.bounding_radius + b.bounding_radius, horizon) else {
-            return Answer { outcome: Outcome::Free, evaluations: 0 };
+            return Answer {
+                outcome: Outcome::Free,
+                evaluations: 0,
+            };
         };
         recorder.window(window);
         let mut search = Search::new(window.end, self.most_steps, recorder);
         let flight = Flight::new(a, b, motion);
         if flight.turns() {
-            let window = Window { begin: window.begin.max(begin), ..window };
+            let window = Window {
+                begin: window.begin.max(begin),
+                ..window
+            };
             turning(a, b, &flight, window, &mut search);
         } else {
             straight(a, b, &flight, &mut search);

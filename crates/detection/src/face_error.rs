@@ -68,10 +68,12 @@ impl FaceErrorBound {
         let speed = motion.velocity.length() + rim_speed;
         let (place, velocity) = (one_norm(motion.separation), one_norm(motion.velocity));
         let tilt = motion.orientation_error[1 - body];
-        let given =
-            motion.separation_error + atom.arm * motion.orientation_error[body] + (place + atom.arm) * tilt;
+        let given = motion.separation_error
+            + atom.arm * motion.orientation_error[body]
+            + (place + atom.arm) * tilt;
         Self {
-            start: U * (20.0 * place + 31.0 * atom.arm + 2.0 * (atom.radius + face.radius())) + given,
+            start: U * (20.0 * place + 31.0 * atom.arm + 2.0 * (atom.radius + face.radius()))
+                + given,
             rate: U * (22.0 * velocity + 4.0 * rim_speed) + velocity * tilt,
             speed,
             spin,
@@ -109,23 +111,41 @@ mod tests {
     use glam::DVec2;
 
     /// Excess across and along the face, and their rates, to about 40 digits.
-    fn exact(motion: &RelativeMotion, body: usize, atom: &Atom, wall: &Molecule, time: f64) -> [Big; 4] {
+    fn exact(
+        motion: &RelativeMotion,
+        body: usize,
+        atom: &Atom,
+        wall: &Molecule,
+        time: f64,
+    ) -> [Big; 4] {
         let pi = Big::pi(PRECISION);
         let half = wall.atoms()[1].offset();
         let [half, _] = arm(half, motion.orientation[1 - body], 0.0, 0.0, &pi);
-        let [turned, swing] =
-            arm(atom.offset(), motion.orientation[body], motion.angular_velocity[body], time, &pi);
+        let [turned, swing] = arm(
+            atom.offset(),
+            motion.orientation[body],
+            motion.angular_velocity[body],
+            time,
+            &pi,
+        );
         let sign = big(if body == 1 { 1.0 } else { -1.0 });
         let component = |k: usize| {
             let centre = big(motion.separation[k]) + big(motion.velocity[k]) * big(time);
-            (&sign * centre + &turned[k], &sign * big(motion.velocity[k]) + &swing[k])
+            (
+                &sign * centre + &turned[k],
+                &sign * big(motion.velocity[k]) + &swing[k],
+            )
         };
         let ((x, vx), (y, vy)) = (component(0), component(1));
         let length = (&half[0] * &half[0] + &half[1] * &half[1]).sqrt();
         let along = |x: &Big, y: &Big| (x * &half[0] + y * &half[1]) / &length;
         let across = |x: &Big, y: &Big| (y * &half[0] - x * &half[1]) / &length;
         let magnitude = |value: Big, rate: Big| {
-            if value.to_f64().value() < 0.0 { (-value, -rate) } else { (value, rate) }
+            if value.to_f64().value() < 0.0 {
+                (-value, -rate)
+            } else {
+                (value, rate)
+            }
         };
         let (gap, gap_rate) = magnitude(across(&x, &y), across(&vx, &vy));
         let (beyond, beyond_rate) = magnitude(along(&x, &y), along(&vx, &vy));
@@ -135,9 +155,18 @@ mod tests {
 
     /// Error over bound of the excesses and of their rates, for an atom of body number `body` and a
     /// wall.
-    fn ratios(body: usize, atom: &Atom, wall: &Molecule, motion: &RelativeMotion, time: f64) -> [f64; 2] {
-        let outlines =
-            if body == 0 { [atom.outline(), wall.outline()] } else { [wall.outline(), atom.outline()] };
+    fn ratios(
+        body: usize,
+        atom: &Atom,
+        wall: &Molecule,
+        motion: &RelativeMotion,
+        time: f64,
+    ) -> [f64; 2] {
+        let outlines = if body == 0 {
+            [atom.outline(), wall.outline()]
+        } else {
+            [wall.outline(), atom.outline()]
+        };
         let flight = Flight::new(outlines[0], outlines[1], motion);
         let face = wall.face().unwrap();
         let pair = FacePair::new(&flight, body, atom.into(), face);
@@ -158,7 +187,8 @@ mod tests {
         for index in 0..count {
             let body = (index % 2) as usize;
             let atom = Atom::new(random.vector(), random.next().abs() + 1e-3, 1.0).unwrap();
-            let wall = Molecule::wall(3.0 * random.vector(), (0.1 * random.next()).max(0.0)).unwrap();
+            let wall =
+                Molecule::wall(3.0 * random.vector(), (0.1 * random.next()).max(0.0)).unwrap();
             let mut angular_velocity = [0.0; 2];
             angular_velocity[body] = spin * random.next();
             let motion = RelativeMotion {
@@ -176,7 +206,21 @@ mod tests {
     #[test]
     fn no_directed_search_exceeds_the_bounds() {
         let ratios = |state: &[f64; 13]| {
-            let [x, y, radius, length, turns_wall, tx, ty, vx, vy, turns, spin, time, thick] = *state;
+            let [
+                x,
+                y,
+                radius,
+                length,
+                turns_wall,
+                tx,
+                ty,
+                vx,
+                vy,
+                turns,
+                spin,
+                time,
+                thick,
+            ] = *state;
             let atom = Atom::new(DVec2::new(x, y), radius.abs() + 1e-9, 1.0).unwrap();
             let span = DVec2::new(length.abs() + 1e-3, 0.0);
             let wall = Molecule::wall(span, thick.abs()).unwrap();
@@ -196,10 +240,13 @@ mod tests {
                 [1e-3, 1e-6, 1.0, 1e-9, 1e6],
                 [1.0; 5],
             ] {
-                let scales =
-                    [arm, arm, 1e-3, 1.0, 0.5, place, place, velocity, velocity, 0.5, spin, time, 1e-3];
+                let scales = [
+                    arm, arm, 1e-3, 1.0, 0.5, place, place, velocity, velocity, 0.5, spin, time,
+                    1e-3,
+                ];
                 let state = |random: &mut Random| scales.map(|scale| scale * random.next());
-                let worst = directed_search(&mut random, 100, 500, state, |state| ratios(state)[which]);
+                let worst =
+                    directed_search(&mut random, 100, 500, state, |state| ratios(state)[which]);
                 assert!(worst <= 1.0, "number {which}, {scales:?}: {worst}");
             }
         }
@@ -207,10 +254,16 @@ mod tests {
 
     #[test]
     fn bounds_hold_for_random_states() {
-        for (distance, spin, duration) in [(3.0, 3.0, 3.0), (2.0, 1.0, 0.0), (3.0, 1e8, 6.0), (1e6, 3.0, 1e6)]
-        {
+        for (distance, spin, duration) in [
+            (3.0, 3.0, 3.0),
+            (2.0, 1.0, 0.0),
+            (3.0, 1e8, 6.0),
+            (1e6, 3.0, 1e6),
+        ] {
             let [gap, rate] = worst_ratios(1_000, distance, spin, duration);
-            eprintln!("distance {distance:e}, spin {spin:e}: worst |error|/E {gap:.2}, |error|/E' {rate:.2}");
+            eprintln!(
+                "distance {distance:e}, spin {spin:e}: worst |error|/E {gap:.2}, |error|/E' {rate:.2}"
+            );
             assert!(gap <= 1.0 && rate <= 1.0, "{gap} {rate}");
             // The bounds are not trivially wide.
             assert!(gap > 0.05 && rate > 0.01, "{gap} {rate}");

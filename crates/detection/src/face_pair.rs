@@ -87,7 +87,9 @@ impl<'a> FacePair<'a> {
                 search.recorder.step(Phase::ClosedForm, 0.0, Some(time));
                 contact_within(time, window.end)
             }
-            Some(window) => self.first_contact(window.begin, [f64::INFINITY, window.end], &mut 0, search),
+            Some(window) => {
+                self.first_contact(window.begin, [f64::INFINITY, window.end], &mut 0, search)
+            }
         }
     }
 
@@ -103,9 +105,17 @@ impl<'a> FacePair<'a> {
         let beyond = self.beyond(&pose);
         let closing = -now.rate;
         let reaches = if now.value > now.error {
-            if closing > 0.0 { now.value / closing } else { f64::INFINITY }
+            if closing > 0.0 {
+                now.value / closing
+            } else {
+                f64::INFINITY
+            }
         } else if now.is_contact() {
-            if closing > 0.0 { (now.value / closing).max(0.0) } else { 0.0 }
+            if closing > 0.0 {
+                (now.value / closing).max(0.0)
+            } else {
+                0.0
+            }
         } else if closing > 0.0 {
             now.fall() / closing
         } else {
@@ -124,7 +134,11 @@ impl<'a> FacePair<'a> {
         }
         let then = pose.place + self.velocity_of(DVec2::ZERO) * time;
         let in_span = self.along.dot(then).abs() - self.face.half_length() <= self.error.at(time);
-        if in_span && pose.outwards.dot(then) > 0.0 || time == 0.0 { time } else { f64::INFINITY }
+        if in_span && pose.outwards.dot(then) > 0.0 || time == 0.0 {
+            time
+        } else {
+            f64::INFINITY
+        }
     }
 
     fn spin(&self) -> f64 {
@@ -141,8 +155,18 @@ impl<'a> FacePair<'a> {
     fn pose_of(&self, time: f64, place: DVec2, arm: DVec2) -> FacePose {
         let is_behind = !self.face.is_solid_behind() && self.normal.dot(place) < 0.0;
         let outwards = if is_behind { -self.normal } else { self.normal };
-        let endwards = if self.along.dot(place) < 0.0 { -self.along } else { self.along };
-        FacePose { time, place, arm, outwards, endwards }
+        let endwards = if self.along.dot(place) < 0.0 {
+            -self.along
+        } else {
+            self.along
+        };
+        FacePose {
+            time,
+            place,
+            arm,
+            outwards,
+            endwards,
+        }
     }
 
     /// The distance of the atom in one direction (length) less `distance`, and its derivatives.
@@ -187,7 +211,11 @@ impl GapFunction for FacePair<'_> {
         let at: Placement = self.flight.at(time);
         let arm = at.arm(self.body, self.atom.offset);
         // Negation is exact, so exchanging A and B changes no bit.
-        let centre = if self.body == 1 { at.separation } else { -at.separation };
+        let centre = if self.body == 1 {
+            at.separation
+        } else {
+            -at.separation
+        };
         self.pose_of(time, centre + arm, arm)
     }
 

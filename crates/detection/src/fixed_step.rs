@@ -8,7 +8,7 @@ use crate::{
     range::{OUT_OF_RANGE, Unit, unit},
     squared_gap::{SquaredGap, all_pairs},
     strip::{a_face_turns, window_of_bodies},
-    tolerance::{FIXED_STEP, MOST_BISECTIONS, MOST_FIXED_STEPS},
+    tolerance::{FIXED_STEP, MAX_BISECTIONS, MAX_FIXED_STEPS},
     trace::{Log, Recorder, Tally},
 };
 
@@ -40,13 +40,16 @@ use crate::{
 pub struct FixedStep {
     /// The step in [natural times](natural_time) of the pair; see [`FIXED_STEP`].
     pub step: f64,
-    /// Step limit in one window; see [`MOST_FIXED_STEPS`].
+    /// Step limit in one window; see [`MAX_FIXED_STEPS`].
     pub most_steps: u32,
 }
 
 impl Default for FixedStep {
     fn default() -> Self {
-        Self { step: FIXED_STEP, most_steps: MOST_FIXED_STEPS }
+        Self {
+            step: FIXED_STEP,
+            most_steps: MAX_FIXED_STEPS,
+        }
     }
 }
 
@@ -56,14 +59,25 @@ impl Default for FixedStep {
 /// velocity V. For a body with a face R is 0, because its length may be arbitrary.
 pub fn natural_time(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> f64 {
     let [spin_a, spin_b] = motion.angular_velocity.map(f64::abs);
-    let [radius_a, radius_b] =
-        [a, b].map(|body| if body.face().is_some() { 0.0 } else { body.bounding_radius });
+    let [radius_a, radius_b] = [a, b].map(|body| {
+        if body.face().is_some() {
+            0.0
+        } else {
+            body.bounding_radius
+        }
+    });
     let rim_speed = spin_a * radius_a + spin_b * radius_b;
     (radius_a + radius_b) / (motion.velocity.length() + rim_speed)
 }
 
 impl Detection for FixedStep {
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+    fn first_contact(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         self.search((), a, b, motion, horizon)
     }
 }
@@ -71,7 +85,13 @@ impl Detection for FixedStep {
 impl FixedStep {
     /// Searches like [`Detection::first_contact`] and records the steps between the tests, and the
     /// bisections.
-    pub fn trace(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Trace {
+    pub fn trace(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Trace {
         let mut log = Log::new();
         let answer = self.search(&mut log, a, b, motion, horizon);
         log.trace(answer, 1.0)
@@ -89,15 +109,29 @@ impl FixedStep {
             return OUT_OF_RANGE;
         }
         match window_of_bodies(a, b, motion, horizon) {
-            _ if a_face_turns(a, b, motion) => Answer { outcome: Outcome::Unresolved(0.0), evaluations: 0 },
+            _ if a_face_turns(a, b, motion) => Answer {
+                outcome: Outcome::Unresolved(0.0),
+                evaluations: 0,
+            },
             Some(window) => {
                 recorder.window(window);
                 let step = self.step * natural_time(a, b, motion);
-                let mut pairs = AtomPairs { a, b, motion, tally: Tally::new(recorder) };
+                let mut pairs = AtomPairs {
+                    a,
+                    b,
+                    motion,
+                    tally: Tally::new(recorder),
+                };
                 let outcome = pairs.walk(window, step, self.most_steps, horizon);
-                Answer { outcome, evaluations: pairs.tally.evaluations }
+                Answer {
+                    outcome,
+                    evaluations: pairs.tally.evaluations,
+                }
             }
-            None => Answer { outcome: Outcome::Free, evaluations: 0 },
+            None => Answer {
+                outcome: Outcome::Free,
+                evaluations: 0,
+            },
         }
     }
 }
@@ -112,11 +146,18 @@ struct AtomPairs<'a, R> {
 impl<R: Recorder> AtomPairs<'_, R> {
     /// Tests the multiples of `step`, beginning with the last one before the window.
     fn walk(&mut self, window: Window, step: f64, most_steps: u32, horizon: f64) -> Outcome {
-        let first = if step == f64::INFINITY { 0.0 } else { (window.begin / step).floor() };
+        let first = if step == f64::INFINITY {
+            0.0
+        } else {
+            (window.begin / step).floor()
+        };
         let mut before = first * if first == 0.0 { 0.0 } else { step };
         let mut now = before;
         for count in 1..=most_steps {
-            self.tally.recorder.segment(Window { begin: before, end: now });
+            self.tally.recorder.segment(Window {
+                begin: before,
+                end: now,
+            });
             match self.earliest_overlap(before, now) {
                 Some(contact) if contact.time <= horizon => return Outcome::Contact(contact),
                 Some(_) => return Outcome::Free,
@@ -163,7 +204,7 @@ fn first_touch<R: Recorder>(
     mut overlap: f64,
     tally: &mut Tally<R>,
 ) -> f64 {
-    for _ in 0..MOST_BISECTIONS {
+    for _ in 0..MAX_BISECTIONS {
         let middle = apart + 0.5 * (overlap - apart);
         if middle <= apart || middle >= overlap {
             break;
@@ -187,14 +228,21 @@ mod tests {
 
     fn ask(detector: FixedStep, separation: DVec2, velocity: DVec2, spin: f64) -> Answer {
         let dumbbell = Molecule::named(Shape::Dumbbell, 0.5, 1.0).unwrap();
-        let pair =
-            RelativeMotion { angular_velocity: [spin, 0.0], ..RelativeMotion::exactly(separation, velocity) };
+        let pair = RelativeMotion {
+            angular_velocity: [spin, 0.0],
+            ..RelativeMotion::exactly(separation, velocity)
+        };
         detector.first_contact(dumbbell.outline(), dumbbell.outline(), &pair, 100.0)
     }
 
     #[test]
     fn a_plain_contact_is_found_to_rounding() {
-        let answer = ask(FixedStep::default(), DVec2::new(5.0, 0.0), DVec2::new(-1.0, 0.0), 0.0);
+        let answer = ask(
+            FixedStep::default(),
+            DVec2::new(5.0, 0.0),
+            DVec2::new(-1.0, 0.0),
+            0.0,
+        );
         let contact = answer.outcome.contact().unwrap();
         assert!((contact.time - 3.0).abs() < 1e-14);
         assert_eq!(contact.touch, Touch::Atoms(1, 0));
@@ -202,7 +250,12 @@ mod tests {
 
     #[test]
     fn touching_pairs_collide_only_if_they_close() {
-        let closing = ask(FixedStep::default(), DVec2::new(2.0, 0.0), DVec2::new(-1.0, 0.0), 0.0);
+        let closing = ask(
+            FixedStep::default(),
+            DVec2::new(2.0, 0.0),
+            DVec2::new(-1.0, 0.0),
+            0.0,
+        );
         assert_eq!(closing.outcome.contact().unwrap().time, 0.0);
         for velocity in [DVec2::ZERO, DVec2::X, DVec2::Y] {
             let answer = ask(FixedStep::default(), DVec2::new(2.0, 0.0), velocity, 0.0);
@@ -212,14 +265,27 @@ mod tests {
 
     #[test]
     fn a_search_that_reaches_its_step_limit_is_unresolved() {
-        let detector = FixedStep { most_steps: 100, ..FixedStep::default() };
+        let detector = FixedStep {
+            most_steps: 100,
+            ..FixedStep::default()
+        };
         // The bounding circles overlap for a long time, and the atoms never touch.
         let answer = ask(detector, DVec2::new(0.0, 1.8), DVec2::new(1e-6, 0.0), 1e3);
-        assert!(matches!(answer.outcome, Outcome::Unresolved(_)), "{answer:?}");
+        assert!(
+            matches!(answer.outcome, Outcome::Unresolved(_)),
+            "{answer:?}"
+        );
         for step in [0.0, f64::NAN] {
-            let answer =
-                ask(FixedStep { step, ..detector }, DVec2::new(5.0, 0.0), DVec2::new(-1.0, 0.0), 0.0);
-            assert!(matches!(answer.outcome, Outcome::Unresolved(_)), "step {step}: {answer:?}");
+            let answer = ask(
+                FixedStep { step, ..detector },
+                DVec2::new(5.0, 0.0),
+                DVec2::new(-1.0, 0.0),
+                0.0,
+            );
+            assert!(
+                matches!(answer.outcome, Outcome::Unresolved(_)),
+                "step {step}: {answer:?}"
+            );
         }
     }
 }

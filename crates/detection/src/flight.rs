@@ -67,7 +67,11 @@ impl<'a> Flight<'a> {
                 self.turning[body].cos_sin_at(time)
             }
         };
-        Placement { time, separation: self.separation(time), rotation: [rotation(0), rotation(1)] }
+        Placement {
+            time,
+            separation: self.separation(time),
+            rotation: [rotation(0), rotation(1)],
+        }
     }
 }
 
@@ -91,5 +95,9 @@ fn is_centred_disc(body: Outline<'_>) -> bool {
 
 /// The circle about the centre of mass that holds the body.
 pub(crate) fn bounding_circle(body: Outline<'_>) -> Circle {
-    Circle { offset: DVec2::ZERO, arm: 0.0, radius: body.bounding_radius }
+    Circle {
+        offset: DVec2::ZERO,
+        arm: 0.0,
+        radius: body.bounding_radius,
+    }
 }

@@ -84,7 +84,7 @@
 //!     a few roundings. Its error is at most h (E' + 8 u L). Lemmas 1 to 7 apply with this error in
 //!     place of E as long as it is smaller. The contact is placed where the gap is g(0) again.
 //! 11. **Termination.** While g > E, either g falls by a fixed factor or the step is of the order
-//!     √(E/K). Each pair has at most [`MOST_STEPS`](crate::tolerance::MOST_STEPS) steps, and each
+//!     √(E/K). Each pair has at most [`MAX_STEPS`](crate::tolerance::MAX_STEPS) steps, and each
 //!     step advances by at least one floating-point number. A search that reaches the limit ends as
 //!     "certified free until". Comparisons are written so that NaN never counts as free.
 
@@ -94,7 +94,7 @@ use crate::{
     Phase,
     safe_step::{Curvature, safe_step, short_step},
     search::{PairOutcome, Search},
-    tolerance::{MOST_RECONTACT_STEPS, RESTING_DEPTH, SHORT_STEPS, SOON, STEP_MARGIN},
+    tolerance::{MAX_RECONTACT_STEPS, RESTING_DEPTH, SHORT_STEPS, SOON, STEP_MARGIN},
     trace::Recorder,
 };
 
@@ -164,7 +164,9 @@ pub(crate) trait GapFunction {
         let mut time = begin;
         loop {
             let Some(entry) = self.within_reach(time, limit) else {
-                search.recorder.step(Phase::OutOfReach, time, Some(f64::INFINITY));
+                search
+                    .recorder
+                    .step(Phase::OutOfReach, time, Some(f64::INFINITY));
                 return PairOutcome::Free;
             };
             if R::RECORDS && entry > time {
@@ -178,7 +180,9 @@ pub(crate) trait GapFunction {
             let other_step = self.other_step(&pose);
             let step = if now.value > now.error {
                 if let Some(landing) = now.landing(now.error).filter(|&h| self.stays(&pose, h)) {
-                    search.recorder.step(Phase::Single, time, Some(time + landing));
+                    search
+                        .recorder
+                        .step(Phase::Single, time, Some(time + landing));
                     return contact_within(time + landing, limit);
                 }
                 let step = now.step(*steps <= SHORT_STEPS);
@@ -238,7 +242,9 @@ pub(crate) trait GapFunction {
     /// Whether a pair that separates may return before E resolves its gap.
     fn is_back_soon(&self, now: &Gap) -> bool {
         let away = now.rate - now.rate_error;
-        away > 0.0 && 2.0 * away * self.top_speed() < SOON * now.curvature.largest * self.contact_distance()
+        away > 0.0
+            && 2.0 * away * self.top_speed()
+                < SOON * now.curvature.largest * self.contact_distance()
     }
 
     /// Returns the next contact of a pair that separates from a contact at `time` (`Ok`, a time),
@@ -255,12 +261,17 @@ pub(crate) trait GapFunction {
         let away = at_start.rate - at_start.rate_error;
         // Up to 2 g'/K the gap is not below its initial value.
         let mut elapsed = 2.0 * away / at_start.curvature.largest * (1.0 - STEP_MARGIN);
-        for _ in 0..MOST_RECONTACT_STEPS {
+        for _ in 0..MAX_RECONTACT_STEPS {
             if time + elapsed > limit {
                 break;
             }
-            let Some((pose, widened)) = self.moved(start, elapsed) else { break };
-            let now = Gap { value: widened, ..self.gap(&pose) };
+            let Some((pose, widened)) = self.moved(start, elapsed) else {
+                break;
+            };
+            let now = Gap {
+                value: widened,
+                ..self.gap(&pose)
+            };
             search.evaluations += 1;
             search.recorder.step(Phase::Recontact, time + elapsed, None);
             let error = (now.rate_error + 8.0 * U * self.top_speed()) * elapsed;
@@ -292,12 +303,21 @@ impl Gap {
     /// evaluation (length): for touching parts to E/8 below min(g, 0), for deep parts 0 (Lemmas 8
     /// and 9).
     pub(crate) fn fall(&self) -> f64 {
-        if self.is_deep() { 0.0 } else { self.value - self.value.min(0.0) + RESTING_DEPTH * self.error }
+        if self.is_deep() {
+            0.0
+        } else {
+            self.value - self.value.min(0.0) + RESTING_DEPTH * self.error
+        }
     }
 
     /// Whether parts that touch or overlap are in contact (Lemma 8).
     pub(crate) fn is_contact(&self) -> bool {
-        self.rate < if self.is_deep() { self.rate_error } else { -self.rate_error }
+        self.rate
+            < if self.is_deep() {
+                self.rate_error
+            } else {
+                -self.rate_error
+            }
     }
 
     /// A step over which the gap, now positive, certainly does not close.
@@ -335,5 +355,9 @@ impl Gap {
 
 /// A contact at `time`, unless that is past `limit`.
 pub(crate) fn contact_within(time: f64, limit: f64) -> PairOutcome {
-    if time <= limit { PairOutcome::Contact(time) } else { PairOutcome::Free }
+    if time <= limit {
+        PairOutcome::Contact(time)
+    } else {
+        PairOutcome::Free
+    }
 }

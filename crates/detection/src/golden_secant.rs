@@ -38,7 +38,7 @@ use crate::{
     secant::{Bracket, bracketed_secant},
     squared_gap::{SquaredGap, all_pairs},
     strip::{a_face_turns, window_of_bodies},
-    tolerance::{CROP_FACTOR, MOST_ROUNDS, MOST_SEGMENTS, THESIS_TOLERANCE, WINDOW_MARGIN},
+    tolerance::{CROP_FACTOR, MAX_ROUNDS, MAX_SEGMENTS, THESIS_TOLERANCE, WINDOW_MARGIN},
     trace::{Log, Recorder, Tally},
 };
 
@@ -71,9 +71,9 @@ pub struct GoldenSecant {
     /// Tolerance of golden section and secant, relative to the time at which the segment ends; see
     /// [`THESIS_TOLERANCE`].
     pub tolerance: f64,
-    /// Limit of rounds of one golden section or one secant; see [`MOST_ROUNDS`].
+    /// Limit of rounds of one golden section or one secant; see [`MAX_ROUNDS`].
     pub most_rounds: u32,
-    /// Limit of segments of one window; see [`MOST_SEGMENTS`].
+    /// Limit of segments of one window; see [`MAX_SEGMENTS`].
     pub most_segments: u32,
 }
 
@@ -82,14 +82,20 @@ impl Default for GoldenSecant {
         Self {
             crop_factor: CROP_FACTOR,
             tolerance: THESIS_TOLERANCE,
-            most_rounds: MOST_ROUNDS,
-            most_segments: MOST_SEGMENTS,
+            most_rounds: MAX_ROUNDS,
+            most_segments: MAX_SEGMENTS,
         }
     }
 }
 
 impl Detection for GoldenSecant {
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+    fn first_contact(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         self.search((), a, b, motion, horizon)
     }
 }
@@ -98,7 +104,10 @@ impl Detection for GoldenSecant {
 /// there.
 fn widened(window: Window) -> Window {
     let end = window.end.min(f64::MAX);
-    Window { begin: (window.begin - WINDOW_MARGIN * (end - window.begin)).max(0.0), end }
+    Window {
+        begin: (window.begin - WINDOW_MARGIN * (end - window.begin)).max(0.0),
+        end,
+    }
 }
 
 /// The limit of rounds was reached.
@@ -106,7 +115,13 @@ struct RoundsUsedUp;
 
 impl GoldenSecant {
     /// Searches like [`Detection::first_contact`] and records the segments and the evaluations.
-    pub fn trace(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Trace {
+    pub fn trace(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Trace {
         let mut log = Log::new();
         let answer = self.search(&mut log, a, b, motion, horizon);
         log.trace(answer, 1.0)
@@ -129,7 +144,10 @@ impl GoldenSecant {
             Some(window) => self.crop_and_search(a, b, motion, widened(window), &mut tally),
             None => Outcome::Free,
         };
-        Answer { outcome, evaluations: tally.evaluations }
+        Answer {
+            outcome,
+            evaluations: tally.evaluations,
+        }
     }
 
     fn crop_and_search<R: Recorder>(
@@ -147,7 +165,10 @@ impl GoldenSecant {
             if begin > window.end {
                 return Outcome::Free;
             }
-            let segment = Window { begin, end: (begin + length).min(window.end) };
+            let segment = Window {
+                begin,
+                end: (begin + length).min(window.end),
+            };
             tally.recorder.segment(segment);
             match self.earliest_in(segment, a, b, motion, tally) {
                 Ok(Some(contact)) => return Outcome::Contact(contact),
@@ -171,7 +192,9 @@ impl GoldenSecant {
         let mut earliest: Option<Contact> = None;
         for (touch, gap) in all_pairs(a, b, motion) {
             tally.recorder.concerns(|| Parts::Pair(touch));
-            let Some(time) = self.contact_of_pair(&gap, segment, tally)? else { continue };
+            let Some(time) = self.contact_of_pair(&gap, segment, tally)? else {
+                continue;
+            };
             if earliest.is_none_or(|found| time < found.time) {
                 earliest = Some(Contact { time, touch });
             }
@@ -191,21 +214,45 @@ impl GoldenSecant {
             tally.evaluated(phase, time);
             gap.at(time)
         };
-        let start = Sample { time: segment.begin, value: f(Phase::SegmentEnd, segment.begin) };
-        let end = Sample { time: segment.end, value: f(Phase::SegmentEnd, segment.end) };
+        let start = Sample {
+            time: segment.begin,
+            value: f(Phase::SegmentEnd, segment.begin),
+        };
+        let end = Sample {
+            time: segment.end,
+            value: f(Phase::SegmentEnd, segment.end),
+        };
         let apart = if start.value > gap.touching(start.time) {
             start
         } else if gap.closes(start.time) {
             return Ok(Some(start.time));
         } else {
-            let top = golden_section(|t| -f(Phase::GoldenMaximum, t), segment, width, self.most_rounds);
+            let top = golden_section(
+                |t| -f(Phase::GoldenMaximum, t),
+                segment,
+                width,
+                self.most_rounds,
+            );
             let top = top.ok_or(RoundsUsedUp)?;
-            Sample { value: -top.value, ..top }
+            Sample {
+                value: -top.value,
+                ..top
+            }
         };
-        let rest = Window { begin: apart.time, end: segment.end };
-        let dip = golden_section(|t| f(Phase::GoldenMinimum, t), rest, width, self.most_rounds);
+        let rest = Window {
+            begin: apart.time,
+            end: segment.end,
+        };
+        let dip = golden_section(
+            |t| f(Phase::GoldenMinimum, t),
+            rest,
+            width,
+            self.most_rounds,
+        );
         let dip = dip.ok_or(RoundsUsedUp)?.lower(end);
-        let Some(bracket) = Bracket::new(apart, dip) else { return Ok(None) };
+        let Some(bracket) = Bracket::new(apart, dip) else {
+            return Ok(None);
+        };
         let time = bracketed_secant(|t| f(Phase::Secant, t), bracket, width, self.most_rounds);
         let time = time.ok_or(RoundsUsedUp)?;
         // At a zero where they do not close, the parts touch only by rounding.
@@ -229,7 +276,10 @@ mod tests {
 
     #[test]
     fn discs_head_on_meet_where_the_window_begins() {
-        let contact = discs(DVec2::new(3.0, 0.0), DVec2::new(-1.0, 0.0)).outcome.contact().unwrap();
+        let contact = discs(DVec2::new(3.0, 0.0), DVec2::new(-1.0, 0.0))
+            .outcome
+            .contact()
+            .unwrap();
         assert!((contact.time - 2.0).abs() < 1e-14, "{contact:?}");
         assert_eq!(contact.touch, Touch::Atoms(0, 0));
     }
@@ -241,7 +291,11 @@ mod tests {
             let closing = discs(d, DVec2::new(-1.0, 0.1)).outcome.contact().unwrap();
             assert!(closing.time <= 1e-15, "gap {gap}: {closing:?}");
             for parting in [DVec2::new(1.0, 0.1), DVec2::new(0.0, 1.0), DVec2::ZERO] {
-                assert_eq!(discs(d, parting).outcome, Outcome::Free, "gap {gap}, velocity {parting}");
+                assert_eq!(
+                    discs(d, parting).outcome,
+                    Outcome::Free,
+                    "gap {gap}, velocity {parting}"
+                );
             }
         }
     }
@@ -260,9 +314,13 @@ mod tests {
             orientation: [Orientation::from_radians(touching), Orientation::default()],
             ..RelativeMotion::exactly(DVec2::new(distance, 0.0), DVec2::ZERO)
         };
-        let answer = GoldenSecant::default().first_contact(dumbbell.outline(), disc.outline(), &pair, 10.0);
+        let answer =
+            GoldenSecant::default().first_contact(dumbbell.outline(), disc.outline(), &pair, 10.0);
         let contact = answer.outcome.contact().unwrap();
-        assert!((contact.time - (std::f64::consts::PI - 2.0 * touching)).abs() < 1e-14, "{contact:?}");
+        assert!(
+            (contact.time - (std::f64::consts::PI - 2.0 * touching)).abs() < 1e-14,
+            "{contact:?}"
+        );
         assert_eq!(contact.touch, Touch::Atoms(0, 0));
     }
 
@@ -273,17 +331,40 @@ mod tests {
             angular_velocity: [1e9, 0.0],
             ..RelativeMotion::exactly(DVec2::new(7.5, 0.0), DVec2::new(1e-9, 0.0))
         };
-        let ask = |detector: GoldenSecant| detector.first_contact(tee.outline(), tee.outline(), &near, 10.0);
-        let few_segments = GoldenSecant { most_segments: 3, ..GoldenSecant::default() };
-        let Outcome::Unresolved(time) = ask(few_segments).outcome else { panic!("three segments") };
+        let ask = |detector: GoldenSecant| {
+            detector.first_contact(tee.outline(), tee.outline(), &near, 10.0)
+        };
+        let few_segments = GoldenSecant {
+            most_segments: 3,
+            ..GoldenSecant::default()
+        };
+        let Outcome::Unresolved(time) = ask(few_segments).outcome else {
+            panic!("three segments")
+        };
         assert!(time > 0.0 && time < 1e-8);
         for detector in [
-            GoldenSecant { most_rounds: 5, ..GoldenSecant::default() },
-            GoldenSecant { tolerance: f64::NAN, ..GoldenSecant::default() },
-            GoldenSecant { crop_factor: f64::NAN, ..GoldenSecant::default() },
-            GoldenSecant { crop_factor: -1.0, ..GoldenSecant::default() },
+            GoldenSecant {
+                most_rounds: 5,
+                ..GoldenSecant::default()
+            },
+            GoldenSecant {
+                tolerance: f64::NAN,
+                ..GoldenSecant::default()
+            },
+            GoldenSecant {
+                crop_factor: f64::NAN,
+                ..GoldenSecant::default()
+            },
+            GoldenSecant {
+                crop_factor: -1.0,
+                ..GoldenSecant::default()
+            },
         ] {
-            assert_eq!(ask(detector).outcome, Outcome::Unresolved(0.0), "{detector:?}");
+            assert_eq!(
+                ask(detector).outcome,
+                Outcome::Unresolved(0.0),
+                "{detector:?}"
+            );
         }
     }
 
@@ -291,12 +372,23 @@ mod tests {
     fn eight_discs_are_searched_pair_by_pair() {
         let mut lanes = DiscLanes::empty(0.0, 0.0);
         for lane in 0..DISC_LANES {
-            lanes.set(lane, DVec2::new(3.0, 0.3 * lane as f64), DVec2::new(-1.0, 0.0), 1.0);
+            lanes.set(
+                lane,
+                DVec2::new(3.0, 0.3 * lane as f64),
+                DVec2::new(-1.0, 0.0),
+                1.0,
+            );
         }
         let times = GoldenSecant::default().disc_contacts(&lanes);
         for (lane, time) in times.into_iter().enumerate() {
             let answer = discs(DVec2::new(3.0, 0.3 * lane as f64), DVec2::new(-1.0, 0.0));
-            assert_eq!(time, answer.outcome.contact().map_or(f64::INFINITY, |contact| contact.time));
+            assert_eq!(
+                time,
+                answer
+                    .outcome
+                    .contact()
+                    .map_or(f64::INFINITY, |contact| contact.time)
+            );
             assert_eq!(time.is_finite(), lane < 4);
         }
     }

@@ -14,7 +14,11 @@ pub(crate) struct Sample {
 
 impl Sample {
     pub(crate) fn lower(self, other: Self) -> Self {
-        if other.value < self.value { other } else { self }
+        if other.value < self.value {
+            other
+        } else {
+            self
+        }
     }
 }
 
@@ -30,8 +34,14 @@ pub(crate) fn golden_section(
     width: f64,
     most_rounds: u32,
 ) -> Option<Sample> {
-    let Window { begin: mut a, end: mut b } = interval;
-    let mut at = |time| Sample { time, value: f(time) };
+    let Window {
+        begin: mut a,
+        end: mut b,
+    } = interval;
+    let mut at = |time| Sample {
+        time,
+        value: f(time),
+    };
     let left = |a: f64, b: f64| b - (b - a) * INVERSE_GOLDEN_RATIO;
     let right = |a: f64, b: f64| a + (b - a) * INVERSE_GOLDEN_RATIO;
     let (mut c, mut d) = (at(left(a, b)), at(right(a, b)));
@@ -68,7 +78,16 @@ mod tests {
 
     #[test]
     fn a_minimum_at_an_end_is_approached() {
-        let found = golden_section(|t| t, Window { begin: 1.0, end: 2.0 }, 1e-15, 200).unwrap();
+        let found = golden_section(
+            |t| t,
+            Window {
+                begin: 1.0,
+                end: 2.0,
+            },
+            1e-15,
+            200,
+        )
+        .unwrap();
         assert!(found.time - 1.0 < 3e-15);
     }
 
@@ -79,7 +98,18 @@ mod tests {
             evaluations += 1;
             t * t
         };
-        assert_eq!(golden_section(count, Window { begin: -1.0, end: 2.0 }, -1.0, 30), None);
+        assert_eq!(
+            golden_section(
+                count,
+                Window {
+                    begin: -1.0,
+                    end: 2.0
+                },
+                -1.0,
+                30
+            ),
+            None
+        );
         assert_eq!(evaluations, 32);
     }
 }

@@ -94,7 +94,11 @@ impl<const N: usize> DiscLanes<N> {
     #[inline(always)]
     pub fn contact_times(&self) -> [f64; N] {
         let (times, in_contact) = self.closed_form();
-        if in_contact { self.decided_times() } else { times }
+        if in_contact {
+            self.decided_times()
+        } else {
+            times
+        }
     }
 
     /// The closed form, and whether some pair touches to rounding, or overlaps, and does not
@@ -111,11 +115,20 @@ impl<const N: usize> DiscLanes<N> {
             let c = (dx * dx + dy * dy) - sigma * sigma;
             let cross = self.cross[lane];
             let discriminant = sigma * sigma * (vx * vx + vy * vy) - cross * cross;
-            let root = if discriminant > 0.0 { discriminant } else { 0.0 }.sqrt();
+            let root = if discriminant > 0.0 {
+                discriminant
+            } else {
+                0.0
+            }
+            .sqrt();
             let does_not_part = b <= 0.0;
             let closes = does_not_part & (discriminant > 0.0);
             let touching = 4.0 * sigma * (self.separation_error + 8.0 * U * sigma);
-            *time = if closes { c / (root - b) } else { f64::INFINITY };
+            *time = if closes {
+                c / (root - b)
+            } else {
+                f64::INFINITY
+            };
             in_contact |= (does_not_part & (c.abs() <= touching)) | (*time < 0.0) | time.is_nan();
         }
         (times, in_contact)
@@ -131,7 +144,8 @@ impl<const N: usize> DiscLanes<N> {
             let d = DVec2::new(self.separation[0][lane], self.separation[1][lane]);
             let v = DVec2::new(self.velocity[0][lane], self.velocity[1][lane]);
             let errors = (self.separation_error, self.velocity_error(lane));
-            let contact = contact_of_passing(d, v, self.cross[lane], self.contact_distance[lane], errors);
+            let contact =
+                contact_of_passing(d, v, self.cross[lane], self.contact_distance[lane], errors);
             // A pair whose numbers overflow may touch at once.
             *time = if contact.is_nan() { 0.0 } else { contact };
         }
@@ -154,9 +168,18 @@ impl<const N: usize> DiscLanes<N> {
             let c = (dx * dx + dy * dy) - sigma * sigma;
             let cross = dx * vy - dy * vx;
             let discriminant = sigma * sigma * (vx * vx + vy * vy) - cross * cross;
-            let root = if discriminant > 0.0 { discriminant } else { 0.0 }.sqrt();
+            let root = if discriminant > 0.0 {
+                discriminant
+            } else {
+                0.0
+            }
+            .sqrt();
             let enters = (b < 0.0) & (discriminant > 0.0);
-            let later = if enters { c / (root - b) * (1.0 - 16.0 * U) } else { f64::INFINITY };
+            let later = if enters {
+                c / (root - b) * (1.0 - 16.0 * U)
+            } else {
+                f64::INFINITY
+            };
             // An empty lane (NaN) never enters. A lane whose numbers overflow may enter at once.
             let inside = (c <= 0.0) | later.is_nan();
             *time = if inside { 0.0 } else { later };

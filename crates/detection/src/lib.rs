@@ -107,7 +107,7 @@ pub use face_error::FaceErrorBound;
 pub use resolved_speed::resolved_speed;
 #[doc(hidden)]
 pub use skimming::{Window, skim};
-pub use trace::{MOST_RECORDED, Parts, Phase, Step, Trace};
+pub use trace::{MAX_RECORDED, Parts, Phase, Step, Trace};
 
 use carom_geometry::{Atom, Outline};
 use carom_kinematics::RelativeMotion;
@@ -127,7 +127,13 @@ pub trait Detection: Sync {
     ///
     /// A body with a [face](Outline::face) must not turn. The outcome for a turning face is
     /// [`Outcome::Unresolved`] at time 0.
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer;
+    fn first_contact(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer;
 
     /// Returns the first contact of a pair that is certified free before `begin` (time), where the
     /// search may start.
@@ -170,7 +176,12 @@ pub trait Detection: Sync {
     /// A value past `horizon` only excludes contacts before `horizon`. The default is 0: always
     /// search.
     #[inline(always)]
-    fn contact_time_lower_bound(&self, query: &QueryBody<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64
+    fn contact_time_lower_bound(
+        &self,
+        query: &QueryBody<'_>,
+        lanes: &DiscLanes<1>,
+        horizon: f64,
+    ) -> f64
     where
         Self: Sized,
     {
@@ -197,9 +208,14 @@ pub trait Detection: Sync {
         std::array::from_fn(|lane| {
             // The contact depends only on the sum of the two radii, so each disc gets half of it.
             let disc = Atom::new(DVec2::ZERO, 0.5 * lanes.contact_distance[lane], 1.0);
-            let (Some(motion), Ok(disc)) = (lanes.relative_motion(lane), disc) else { return f64::INFINITY };
+            let (Some(motion), Ok(disc)) = (lanes.relative_motion(lane), disc) else {
+                return f64::INFINITY;
+            };
             let answer = self.first_contact(disc.outline(), disc.outline(), &motion, f64::MAX);
-            answer.outcome.contact().map_or(f64::INFINITY, |contact| contact.time)
+            answer
+                .outcome
+                .contact()
+                .map_or(f64::INFINITY, |contact| contact.time)
         })
     }
 }

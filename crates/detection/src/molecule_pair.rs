@@ -30,7 +30,9 @@ pub(crate) fn straight<R: Recorder>(
             let error = ErrorBound::of_circles(motion, flight.speed, flight.spin, &circles).at(0.0);
             let time = disc_contact(d, motion.velocity, sigma, (error, motion.velocity_error));
             search.evaluations += 1;
-            search.recorder.concerns(|| Parts::Pair(Touch::Atoms(i as u32, j as u32)));
+            search
+                .recorder
+                .concerns(|| Parts::Pair(Touch::Atoms(i as u32, j as u32)));
             search.recorder.step(Phase::ClosedForm, 0.0, Some(time));
             if time <= search.limit() {
                 search.record(PairOutcome::Contact(time), [i as u32, j as u32]);

@@ -76,7 +76,11 @@ impl Touch {
 
     /// A part of body number `body` (0 for A, 1 for B) and the face of the other body.
     pub(crate) fn face(body: usize, part: Part) -> Self {
-        if body == 0 { Self::FaceOfB(part) } else { Self::FaceOfA(part) }
+        if body == 0 {
+            Self::FaceOfB(part)
+        } else {
+            Self::FaceOfA(part)
+        }
     }
 }
 

@@ -19,7 +19,8 @@ use carom_kinematics::{HALF_ULP as U, Motion};
 use glam::DVec2;
 
 use crate::{
-    DiscLanes, atom_row::apart_from_atoms, rectangle::apart_from_rectangle, relative_disc::RelativeDisc,
+    DiscLanes, atom_row::apart_from_atoms, rectangle::apart_from_rectangle,
+    relative_disc::RelativeDisc,
 };
 
 /// The body whose contacts are computed, in its orientation at the time of the query.
@@ -43,7 +44,10 @@ impl<'a> QueryBody<'a> {
         let duration = now - motion.time;
         Self {
             outline,
-            rotation: motion.orientation.turned(angular_velocity, duration).cos_sin(),
+            rotation: motion
+                .orientation
+                .turned(angular_velocity, duration)
+                .cos_sin(),
             // As for a relative motion, plus the rounding of cosine and sine.
             rotation_error: U * (5.0 * (angular_velocity * duration).abs() + 8.0),
             angular_velocity,
@@ -60,7 +64,9 @@ impl<'a> QueryBody<'a> {
         horizon: f64,
     ) -> [f64; N] {
         let mut times = lanes.entry_times();
-        let Some(corners) = self.outline.rectangle() else { return times };
+        let Some(corners) = self.outline.rectangle() else {
+            return times;
+        };
         for (lane, time) in times.iter_mut().enumerate() {
             let later = apart_from_rectangle(
                 corners,
@@ -77,7 +83,9 @@ impl<'a> QueryBody<'a> {
     /// they are few, from the rectangle otherwise.
     #[inline(always)]
     pub(crate) fn contact_time_lower_bound(&self, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
-        let Some(corners) = self.outline.rectangle() else { return 0.0 };
+        let Some(corners) = self.outline.rectangle() else {
+            return 0.0;
+        };
         let (disc, spin) = (self.relative_disc(lanes, 0), self.angular_velocity);
         match self.outline.rows() {
             [] => apart_from_rectangle(corners, &disc, spin, horizon),
@@ -97,11 +105,16 @@ impl<'a> QueryBody<'a> {
         let speed = vx.abs() + vy.abs();
         RelativeDisc {
             place: [x, y],
-            rate: [(cos * vx + sin * vy) + spin * y, (cos * vy - sin * vx) - spin * x],
+            rate: [
+                (cos * vx + sin * vy) + spin * y,
+                (cos * vy - sin * vx) - spin * x,
+            ],
             distance,
             speed,
             radius: reach - self.outline.bounding_radius,
-            error: lanes.separation_error + self.rotation_error * distance + 64.0 * U * (distance + reach),
+            error: lanes.separation_error
+                + self.rotation_error * distance
+                + 64.0 * U * (distance + reach),
             rate_error: lanes.velocity_error(lane)
                 + spin.abs() * lanes.separation_error
                 + (self.rotation_error + 64.0 * U) * (speed + spin.abs() * distance),
@@ -142,7 +155,13 @@ mod tests {
                 angular_velocity: [motion.angular_velocity, spin],
                 ..RelativeMotion::exactly(place, velocity)
             };
-            Self { molecule, other, motion, since, pair }
+            Self {
+                molecule,
+                other,
+                motion,
+                since,
+                pair,
+            }
         }
 
         fn query(&self) -> QueryBody<'_> {
@@ -165,7 +184,8 @@ mod tests {
                 separation_error: 0.0,
                 speed: 0.0,
             };
-            let [bound] = Exact::default().contact_time_lower_bounds(&self.query(), &lanes, horizon);
+            let [bound] =
+                Exact::default().contact_time_lower_bounds(&self.query(), &lanes, horizon);
             if self.other.is_disc() {
                 bound.max(Exact::default().contact_time_lower_bound(&self.query(), &lanes, horizon))
             } else {
@@ -291,14 +311,23 @@ mod tests {
         let pi = Big::pi(PRECISION);
         let ratios = |state: &[f64; 9]| {
             let [x, y, vx, vy, turns, spin, since, until, radius] = *state;
-            let motion = Motion { time: since, ..turning(turns, spin) };
+            let motion = Motion {
+                time: since,
+                ..turning(turns, spin)
+            };
             let query = QueryBody::new(tee.outline(), &motion, until);
             let mut lanes = DiscLanes::empty(0.0, 0.0);
-            lanes.set(0, DVec2::new(x, y), DVec2::new(vx, vy), tee.bounding_radius() + radius.abs());
+            lanes.set(
+                0,
+                DVec2::new(x, y),
+                DVec2::new(vx, vy),
+                tee.bounding_radius() + radius.abs(),
+            );
             let disc = query.relative_disc(&lanes, 0);
             let turned = big(spin) * (big(until) - big(since));
             let (sin, cos) = (big(2.0 * motion.orientation.turns()) * &pi + turned).sin_cos();
-            let back = |x: f64, y: f64| [&cos * big(x) + &sin * big(y), &cos * big(y) - &sin * big(x)];
+            let back =
+                |x: f64, y: f64| [&cos * big(x) + &sin * big(y), &cos * big(y) - &sin * big(x)];
             let ([px, py], [qx, qy]) = (back(x, y), back(vx, vy));
             let exact_rate = [qx + big(spin) * &py, qy - big(spin) * &px];
             let off = |computed: f64, exact: &Big| (big(computed) - exact).to_f64().value();
@@ -308,12 +337,16 @@ mod tests {
         };
         let mut random = Random(21);
         for which in 0..2 {
-            for [place, velocity, spin, time] in
-                [[1.0, 1.0, 1.0, 1.0], [1.0, 1e-9, 1e6, 1.0], [1e-3, 1.0, 1e3, 1e-6], [1.0, 1e-9, 1e9, 1.0]]
-            {
+            for [place, velocity, spin, time] in [
+                [1.0, 1.0, 1.0, 1.0],
+                [1.0, 1e-9, 1e6, 1.0],
+                [1e-3, 1.0, 1e3, 1e-6],
+                [1.0, 1e-9, 1e9, 1.0],
+            ] {
                 let scales = [place, place, velocity, velocity, 0.5, spin, time, time, 1.0];
                 let state = |random: &mut Random| scales.map(|scale| scale * random.next());
-                let worst = directed_search(&mut random, 200, 800, state, |state| ratios(state)[which]);
+                let worst =
+                    directed_search(&mut random, 200, 800, state, |state| ratios(state)[which]);
                 // Half of the bound is for the gap and its rate, which are computed next.
                 assert!(worst <= 1.0, "number {which}, {scales:?}: {worst}");
             }
@@ -325,7 +358,12 @@ mod tests {
         let rod = Molecule::named(Shape::Rod(50), 0.25, 1.0).unwrap();
         let query = QueryBody::new(rod.outline(), &Motion::at_rest(DVec2::ZERO), 0.0);
         let mut lanes = DiscLanes::empty(0.0, 0.0);
-        lanes.set(0, DVec2::new(3.0, 2.75), DVec2::new(0.3, -1.0), rod.bounding_radius() + 0.5);
+        lanes.set(
+            0,
+            DVec2::new(3.0, 2.75),
+            DVec2::new(0.3, -1.0),
+            rod.bounding_radius() + 0.5,
+        );
         assert_eq!(lanes.entry_times()[0], 0.0);
         let bound = Exact::default().contact_time_lower_bounds(&query, &lanes, 10.0)[0];
         assert!((bound - 2.0).abs() < 1e-12, "{bound}");
@@ -333,7 +371,8 @@ mod tests {
 
     #[test]
     fn a_disc_over_an_atom_of_a_resting_dumbbell_is_apart_until_it_touches_it() {
-        let [dumbbell, disc] = [Shape::Dumbbell, Shape::Disc].map(|shape| Molecule::named(shape, 1.0, 1.0));
+        let [dumbbell, disc] =
+            [Shape::Dumbbell, Shape::Disc].map(|shape| Molecule::named(shape, 1.0, 1.0));
         // Falls on the atom at x = 1.
         let flight = (DVec2::new(1.0, 2.5), DVec2::new(0.0, -1.0));
         let pair = [dumbbell.unwrap(), disc.unwrap()];
@@ -347,19 +386,32 @@ mod tests {
     #[test]
     fn the_bounds_are_reached_by_a_disc_within_the_circle_of_an_atom() {
         let atoms = [-10.0, 10.0].map(|x| Atom::new(DVec2::new(x, 0.0), 1.0, 1.0).unwrap());
-        let pair = || [Molecule::new(atoms).unwrap(), Molecule::disc(1.0, 1.0).unwrap()];
+        let pair = || {
+            [
+                Molecule::new(atoms).unwrap(),
+                Molecule::disc(1.0, 1.0).unwrap(),
+            ]
+        };
         let spin = 0.5;
         let acceleration = spin * spin * 10.0;
         // Beside the atom at the same velocity; and touching the atom and leaving it.
         let gap = 1e-3;
-        let (beside, leaving) = (f64::sqrt(2.0 * gap / acceleration), 2.0 * 0.05 / acceleration);
+        let (beside, leaving) = (
+            f64::sqrt(2.0 * gap / acceleration),
+            2.0 * 0.05 / acceleration,
+        );
         for (gap, away, expected) in [(gap, 0.0, beside), (0.0, 0.05, leaving)] {
             let flight = (DVec2::new(8.0 - gap, 0.0), DVec2::new(-away, spin * 10.0));
             let encounter = Encounter::new(pair(), turning(0.0, spin), 0.0, flight, (0.0, 0.0));
             let bound = encounter.contact_time_lower_bounds(10.0);
-            let contact = encounter.first_contact(0.0, 10.0).expect("the atom reaches the disc");
+            let contact = encounter
+                .first_contact(0.0, 10.0)
+                .expect("the atom reaches the disc");
             assert!((bound / expected - 1.0).abs() < 1e-9, "{bound} {expected}");
-            assert!((1.0..1.01).contains(&(contact / bound)), "{contact} {bound}");
+            assert!(
+                (1.0..1.01).contains(&(contact / bound)),
+                "{contact} {bound}"
+            );
         }
     }
 
@@ -367,26 +419,43 @@ mod tests {
     /// representable.
     #[test]
     fn the_bound_holds_where_products_are_all_but_zero() {
-        for (size, spin) in
-            [(1e-60, 1e-20), (1e-60, 1e-43), (1e-60, 1e-60), (1.0, 1e-100), (1.0, 1e-120), (1e60, 1.0)]
-        {
+        for (size, spin) in [
+            (1e-60, 1e-20),
+            (1e-60, 1e-43),
+            (1e-60, 1e-60),
+            (1.0, 1e-100),
+            (1.0, 1e-120),
+            (1e60, 1.0),
+        ] {
             let atoms = [-size, size].map(|x| Atom::new(DVec2::new(x, 0.0), size, 1.0).unwrap());
-            let pair = [Molecule::new(atoms).unwrap(), Molecule::disc(size, 1.0).unwrap()];
+            let pair = [
+                Molecule::new(atoms).unwrap(),
+                Molecule::disc(size, 1.0).unwrap(),
+            ];
             let flight = (DVec2::new(size, 2.2 * size), DVec2::ZERO);
             let encounter = Encounter::new(pair, turning(0.0, spin), 0.0, flight, (0.0, 0.0));
             let horizon = 1.0 / spin;
             let bound = encounter.contact_time_lower_bounds(horizon);
-            let contact = encounter.first_contact(0.0, horizon).expect("an atom reaches the disc");
-            assert!(bound <= contact, "{size:e}, {spin:e}: {bound:e} {contact:e}");
+            let contact = encounter
+                .first_contact(0.0, horizon)
+                .expect("an atom reaches the disc");
+            assert!(
+                bound <= contact,
+                "{size:e}, {spin:e}: {bound:e} {contact:e}"
+            );
             let again = encounter.first_contact(bound, horizon);
-            assert!(again.is_some_and(|again| (again / contact - 1.0).abs() < 1e-9), "{again:?} {contact:e}");
+            assert!(
+                again.is_some_and(|again| (again / contact - 1.0).abs() < 1e-9),
+                "{again:?} {contact:e}"
+            );
         }
     }
 
     #[test]
     fn a_search_that_begins_after_its_end_finds_nothing() {
         let flight = (DVec2::new(4.0, 0.0), DVec2::NEG_X);
-        let pair = [Shape::Dumbbell, Shape::Disc].map(|shape| Molecule::named(shape, 0.5, 1.0).unwrap());
+        let pair =
+            [Shape::Dumbbell, Shape::Disc].map(|shape| Molecule::named(shape, 0.5, 1.0).unwrap());
         let encounter = Encounter::new(pair, turning(0.0, 1.0), 0.0, flight, (0.0, 0.0));
         assert!(encounter.first_contact(0.0, 10.0).is_some());
         for begin in [11.0, f64::INFINITY] {

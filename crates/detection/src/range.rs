@@ -10,13 +10,13 @@ use carom_kinematics::RelativeMotion;
 
 use crate::{Answer, Outcome, error_bound::one_norm};
 
-/// The largest length and speed of a query: more than [`LARGEST`](carom_geometry::LARGEST), which
+/// The largest length and speed of a query: more than [`MAX_MAGNITUDE`](carom_geometry::MAX_MAGNITUDE), which
 /// limits those of a single body, and small enough for the product of a squared length with a
 /// length.
-const LARGEST: f64 = 1e70;
+const MAX_OF_QUERY: f64 = 1e70;
 
 /// The smallest speed of a query other than 0; contact times of slower pairs would overflow.
-const LEAST_SPEED: f64 = 1e-150;
+const MIN_SPEED: f64 = 1e-150;
 
 /// Speeds in this range need no other unit of time.
 const ORDINARY: std::ops::Range<f64> = 1e-12..1e12;
@@ -32,13 +32,22 @@ pub(crate) enum Unit {
 }
 
 /// The answer to a query with a number out of range.
-pub(crate) const OUT_OF_RANGE: Answer = Answer { outcome: Outcome::OutOfRange, evaluations: 0 };
+pub(crate) const OUT_OF_RANGE: Answer = Answer {
+    outcome: Outcome::OutOfRange,
+    evaluations: 0,
+};
 
 /// Classifies a query up to `horizon`.
 #[inline]
 pub(crate) fn unit(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Unit {
     // A face may be infinitely long; it does not turn.
-    let radius = |body: Outline<'_>| if body.face().is_some() { 0.0 } else { body.bounding_radius };
+    let radius = |body: Outline<'_>| {
+        if body.face().is_some() {
+            0.0
+        } else {
+            body.bounding_radius
+        }
+    };
     let [radius_a, radius_b] = [radius(a), radius(b)];
     let [spin_a, spin_b] = motion.angular_velocity.map(f64::abs);
     let size = one_norm(motion.separation) + (radius_a + radius_b) + motion.separation_error;
@@ -49,9 +58,9 @@ pub(crate) fn unit(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, hori
     let errors = motion.separation_error.min(motion.velocity_error);
     let angle_errors = motion.orientation_error[0].min(motion.orientation_error[1]);
     // NaN fails every comparison but is ignored by min(); the sums propagate it.
-    let is_in_range = (size <= LARGEST)
-        & (given <= LARGEST)
-        & (angles.abs() <= LARGEST)
+    let is_in_range = (size <= MAX_OF_QUERY)
+        & (given <= MAX_OF_QUERY)
+        & (angles.abs() <= MAX_OF_QUERY)
         & (errors >= 0.0)
         & (angle_errors >= 0.0)
         & !horizon.is_nan();
@@ -68,7 +77,7 @@ fn extraordinary(is_in_range: bool, speed: f64) -> Unit {
         Unit::OutOfRange
     } else if speed == 0.0 {
         Unit::Ordinary
-    } else if speed < LEAST_SPEED {
+    } else if speed < MIN_SPEED {
         Unit::OutOfRange
     } else {
         Unit::Scaled(power_of_two_over(speed))
@@ -94,9 +103,10 @@ pub(crate) fn faster(motion: &RelativeMotion, factor: f64) -> RelativeMotion {
 /// The answer with its times multiplied by `factor`.
 pub(crate) fn later(answer: Answer, factor: f64) -> Answer {
     let outcome = match answer.outcome {
-        Outcome::Contact(contact) => {
-            Outcome::Contact(crate::Contact { time: contact.time * factor, ..contact })
-        }
+        Outcome::Contact(contact) => Outcome::Contact(crate::Contact {
+            time: contact.time * factor,
+            ..contact
+        }),
         Outcome::FreeUntil(time) => Outcome::FreeUntil(time * factor),
         Outcome::Unresolved(time) => Outcome::Unresolved(time * factor),
         outcome @ (Outcome::Free | Outcome::OutOfRange) => outcome,

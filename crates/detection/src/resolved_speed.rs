@@ -27,7 +27,12 @@ use crate::{ErrorBound, FaceErrorBound, Part, Touch, flight::bounding_circle};
 ///
 /// # Panics
 /// If the bodies do not have the part that `touch` names.
-pub fn resolved_speed(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, touch: Touch) -> f64 {
+pub fn resolved_speed(
+    a: Outline<'_>,
+    b: Outline<'_>,
+    motion: &RelativeMotion,
+    touch: Touch,
+) -> f64 {
     let of_circles = |circles: [Circle; 2]| {
         let speed = motion.velocity.length();
         let bound = ErrorBound::of_circles(motion, speed, motion.angular_velocity, &circles);
@@ -43,9 +48,10 @@ pub fn resolved_speed(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, t
         FaceErrorBound::new(motion, body, &circle, face).of_rate(0.0)
     };
     match touch {
-        Touch::Atoms(i, j) => {
-            of_circles([Circle::from(&a.atoms[i as usize]), Circle::from(&b.atoms[j as usize])])
-        }
+        Touch::Atoms(i, j) => of_circles([
+            Circle::from(&a.atoms[i as usize]),
+            Circle::from(&b.atoms[j as usize]),
+        ]),
         Touch::BoundingCircles => of_circles([a, b].map(bounding_circle)),
         Touch::FaceOfA(part) => of_face(1, part),
         Touch::FaceOfB(part) => of_face(0, part),

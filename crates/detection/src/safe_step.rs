@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::tolerance::{LEAST_SQUARE, MOST_DOUBLINGS, STEP_MARGIN};
+use crate::tolerance::{MAX_DOUBLINGS, MIN_SQUARE, STEP_MARGIN};
 
 /// Bounds on the downward curvature of a gap.
 pub(crate) struct Curvature {
@@ -51,7 +51,10 @@ impl Curvature {
     #[inline]
     fn within(&self, h: f64) -> f64 {
         let magnitude = length(self.acceleration) + self.acceleration_error;
-        lesser(self.along_normal_within(h), magnitude + self.relative_jerk * (h * (1.0 / 3.0)))
+        lesser(
+            self.along_normal_within(h),
+            magnitude + self.relative_jerk * (h * (1.0 / 3.0)),
+        )
     }
 
     /// The least such k without the bound by relative rotation.
@@ -66,7 +69,11 @@ impl Curvature {
 /// The length of `v`, or |x| + |y| where its square has lost digits to underflow.
 fn length(v: DVec2) -> f64 {
     let squared = v.length_squared();
-    if squared < LEAST_SQUARE { v.x.abs() + v.y.abs() } else { squared.sqrt() }
+    if squared < MIN_SQUARE {
+        v.x.abs() + v.y.abs()
+    } else {
+        squared.sqrt()
+    }
 }
 
 /// The first look-ahead for the root of a gap that bends upwards, in units of g/|g'|; and the share
@@ -117,7 +124,13 @@ pub(crate) fn short_step(gap: f64, rate: f64, slowness: f64, curvature: &Curvatu
 fn short_step_of_bent(gap: f64, rate: f64, curvature: &Curvature) -> f64 {
     if rate < 0.0 {
         let reach = BENT.0 * gap / -rate;
-        step_up_to(reach, gap, rate, curvature.along_normal_within(reach), curvature)
+        step_up_to(
+            reach,
+            gap,
+            rate,
+            curvature.along_normal_within(reach),
+            curvature,
+        )
     } else {
         root(gap, rate, curvature.largest)
     }
@@ -149,7 +162,7 @@ fn lesser(one: f64, other: f64) -> f64 {
 }
 
 fn lengthened(mut step: f64, gap: f64, rate: f64, curvature: &Curvature) -> f64 {
-    for _ in 0..MOST_DOUBLINGS {
+    for _ in 0..MAX_DOUBLINGS {
         let reach = 2.0 * step;
         let k = curvature.within(reach);
         if k < curvature.largest && reach < f64::INFINITY {
@@ -171,7 +184,11 @@ fn lengthened(mut step: f64, gap: f64, rate: f64, curvature: &Curvature) -> f64 
 fn root(gap: f64, rate: f64, k: f64) -> f64 {
     let discriminant = rate * rate + 2.0 * k * gap;
     if rate < 0.0 {
-        if discriminant < 0.0 { f64::INFINITY } else { 2.0 * gap / (discriminant.sqrt() - rate) }
+        if discriminant < 0.0 {
+            f64::INFINITY
+        } else {
+            2.0 * gap / (discriminant.sqrt() - rate)
+        }
     } else if k > 0.0 {
         (rate + discriminant.sqrt()) / k
     } else {
@@ -258,10 +275,18 @@ mod tests {
     #[test]
     fn a_gap_that_widens_again_before_zero_gets_a_step_past_its_minimum() {
         // 1 − h + 0.3 h² has no root, and its minimum at h = 5/3.
-        let curvature = Curvature { of_gap: 0.6, gap_jerk: 1e-6, ..Curvature::at_most(1.0) };
+        let curvature = Curvature {
+            of_gap: 0.6,
+            gap_jerk: 1e-6,
+            ..Curvature::at_most(1.0)
+        };
         assert!(short_step(1.0, -1.0, 1.0, &curvature) > 1.9);
         // 1 − h + 0.24 h² has a root at 5/3.
-        let curvature = Curvature { of_gap: 0.48, gap_jerk: 1e-6, ..curvature };
+        let curvature = Curvature {
+            of_gap: 0.48,
+            gap_jerk: 1e-6,
+            ..curvature
+        };
         let step = short_step(1.0, -1.0, 1.0, &curvature);
         assert!(step < 5.0 / 3.0 && step > 5.0 / 3.0 - 1e-5, "{step}");
     }

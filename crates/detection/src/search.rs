@@ -28,7 +28,14 @@ pub(crate) struct Search<R> {
 
 impl<R: Recorder> Search<R> {
     pub(crate) fn new(end: f64, most_steps: u32, recorder: R) -> Self {
-        Self { end, best: None, out_of_budget: f64::INFINITY, most_steps, evaluations: 0, recorder }
+        Self {
+            end,
+            best: None,
+            out_of_budget: f64::INFINITY,
+            most_steps,
+            evaluations: 0,
+            recorder,
+        }
     }
 
     /// Nothing after this time can change the answer.
@@ -47,7 +54,8 @@ impl<R: Recorder> Search<R> {
     pub(crate) fn record_touch(&mut self, outcome: PairOutcome, touch: Touch) {
         match outcome {
             PairOutcome::Contact(time) => {
-                let earlier = |best: Contact| time < best.time || (time == best.time && touch < best.touch);
+                let earlier =
+                    |best: Contact| time < best.time || (time == best.time && touch < best.touch);
                 if self.best.is_none_or(earlier) {
                     self.best = Some(Contact { time, touch });
                 }
@@ -65,7 +73,10 @@ impl<R: Recorder> Search<R> {
             _ if self.out_of_budget <= self.end => Outcome::FreeUntil(self.out_of_budget),
             _ => Outcome::Free,
         };
-        Answer { outcome, evaluations: self.evaluations }
+        Answer {
+            outcome,
+            evaluations: self.evaluations,
+        }
     }
 }
 
@@ -92,6 +103,9 @@ mod tests {
     }
 
     fn contact_at(time: f64) -> Outcome {
-        Outcome::Contact(Contact { time, touch: Touch::Atoms(0, 0) })
+        Outcome::Contact(Contact {
+            time,
+            touch: Touch::Atoms(0, 0),
+        })
     }
 }

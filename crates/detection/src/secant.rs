@@ -20,7 +20,11 @@ impl Bracket {
     }
 
     fn nearer_zero(&self) -> f64 {
-        if self.positive.value <= -self.negative.value { self.positive.time } else { self.negative.time }
+        if self.positive.value <= -self.negative.value {
+            self.positive.time
+        } else {
+            self.negative.time
+        }
     }
 }
 
@@ -38,14 +42,18 @@ pub(crate) fn bracketed_secant(
     width: f64,
     most_rounds: u32,
 ) -> Option<f64> {
-    let (mut positive_weight, mut negative_weight) = (bracket.positive.value, bracket.negative.value);
+    let (mut positive_weight, mut negative_weight) =
+        (bracket.positive.value, bracket.negative.value);
     let mut last_sign = 0.0;
     let (mut checked_width, mut rounds_since) = (bracket.width(), 0);
     for _ in 0..most_rounds {
         if bracket.width() <= width {
             return Some(bracket.nearer_zero());
         }
-        let (start, span) = (bracket.positive.time, bracket.negative.time - bracket.positive.time);
+        let (start, span) = (
+            bracket.positive.time,
+            bracket.negative.time - bracket.positive.time,
+        );
         let margin = (0.5 * width / span.abs()).clamp(0.0, 0.5);
         let fraction = if rounds_since == 3 {
             0.5
@@ -81,7 +89,10 @@ mod tests {
     use proptest::prelude::*;
 
     fn zero_between(f: impl Fn(f64) -> f64, ends: (f64, f64), most_rounds: u32) -> Option<f64> {
-        let at = |time| Sample { time, value: f(time) };
+        let at = |time| Sample {
+            time,
+            value: f(time),
+        };
         let bracket = Bracket::new(at(ends.0), at(ends.1)).unwrap();
         bracketed_secant(&f, bracket, 5.0 * f64::EPSILON, most_rounds)
     }
@@ -116,7 +127,10 @@ mod tests {
             rounds += 1;
             0.5 - t.exp_m1()
         };
-        let ends = [0.0, 1.0].map(|time| Sample { time, value: f(time) });
+        let ends = [0.0, 1.0].map(|time| Sample {
+            time,
+            value: f(time),
+        });
         let bracket = Bracket::new(ends[0], ends[1]).unwrap();
         let found = bracketed_secant(f, bracket, 5.0 * f64::EPSILON, 250).unwrap();
         assert!((found - 1.5f64.ln()).abs() < 1e-15);

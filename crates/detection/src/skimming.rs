@@ -24,25 +24,43 @@ pub struct Window {
 /// If a square overflows or a number is NaN, the window is the whole time up to the horizon.
 pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window> {
     let (x, v) = (motion.separation, motion.velocity);
-    let horizon = if horizon.is_nan() { f64::INFINITY } else { horizon };
+    let horizon = if horizon.is_nan() {
+        f64::INFINITY
+    } else {
+        horizon
+    };
     let reach = reach + rounding_within(motion, reach);
     let c = x.length_squared() - reach * reach;
     let v_squared = v.length_squared();
     if v_squared == 0.0 {
-        return (c <= 0.0).then_some(Window { begin: 0.0, end: horizon });
+        return (c <= 0.0).then_some(Window {
+            begin: 0.0,
+            end: horizon,
+        });
     }
     let b = x.dot(v);
     let cross = x.perp_dot(v);
     let discriminant = reach * reach * v_squared - cross * cross;
     if !(c + discriminant).is_finite() {
-        return Some(Window { begin: 0.0, end: horizon });
+        return Some(Window {
+            begin: 0.0,
+            end: horizon,
+        });
     }
     if c > 0.0 && (b >= 0.0 || discriminant < 0.0) {
         return None;
     }
     let root = discriminant.max(0.0).sqrt();
-    let begin = if c > 0.0 { c / (root - b) * (1.0 - STEP_MARGIN) } else { 0.0 };
-    let end = if b <= 0.0 { (root - b) / v_squared } else { -c / (root + b) };
+    let begin = if c > 0.0 {
+        c / (root - b) * (1.0 - STEP_MARGIN)
+    } else {
+        0.0
+    };
+    let end = if b <= 0.0 {
+        (root - b) / v_squared
+    } else {
+        -c / (root + b)
+    };
     let end = (end * (1.0 + STEP_MARGIN)).min(horizon);
     (begin <= end).then_some(Window { begin, end })
 }
@@ -77,7 +95,13 @@ mod tests {
     #[test]
     fn equal_velocities_give_all_or_nothing() {
         let near = RelativeMotion::exactly(DVec2::new(1.0, 0.0), DVec2::ZERO);
-        assert_eq!(skim(&near, 1.5, 7.0), Some(Window { begin: 0.0, end: 7.0 }));
+        assert_eq!(
+            skim(&near, 1.5, 7.0),
+            Some(Window {
+                begin: 0.0,
+                end: 7.0
+            })
+        );
         assert_eq!(skim(&near, 0.5, 7.0), None);
     }
 }

@@ -42,16 +42,19 @@ pub(crate) fn all_pairs<'a>(
 ) -> impl Iterator<Item = (Touch, SquaredGap<'a>)> {
     let indexed = |atoms: &'a [Atom]| (0u32..).zip(atoms);
     let atoms = indexed(a.atoms).flat_map(move |(i, atom_a)| {
-        indexed(b.atoms).map(move |(j, atom_b)| (Touch::Atoms(i, j), SquaredGap::new(motion, atom_a, atom_b)))
+        indexed(b.atoms)
+            .map(move |(j, atom_b)| (Touch::Atoms(i, j), SquaredGap::new(motion, atom_a, atom_b)))
     });
-    let faces = [(0, a, b), (1, b, a)].into_iter().flat_map(move |(body, outline, other)| {
-        other.face().into_iter().flat_map(move |face| {
-            indexed(outline.atoms).map(move |(index, atom)| {
-                let touch = Touch::face(body, Part::Atom(index));
-                (touch, SquaredGap::of_face(motion, body, atom, face))
+    let faces = [(0, a, b), (1, b, a)]
+        .into_iter()
+        .flat_map(move |(body, outline, other)| {
+            other.face().into_iter().flat_map(move |face| {
+                indexed(outline.atoms).map(move |(index, atom)| {
+                    let touch = Touch::face(body, Part::Atom(index));
+                    (touch, SquaredGap::of_face(motion, body, atom, face))
+                })
             })
-        })
-    });
+        });
     atoms.chain(faces)
 }
 
@@ -142,7 +145,10 @@ impl<'a> SquaredGap<'a> {
                 return offset;
             }
             let spin = self.motion.angular_velocity[body];
-            self.motion.orientation[body].turned(spin, time).cos_sin().rotate(offset)
+            self.motion.orientation[body]
+                .turned(spin, time)
+                .cos_sin()
+                .rotate(offset)
         })
     }
 

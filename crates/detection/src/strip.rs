@@ -40,7 +40,10 @@ impl Strip {
             rate_error: tilt * one_norm(velocity),
             reach: reach + (motion.separation_error + 2.0 * tilt * (one_norm(place) + reach)),
         };
-        let whole = Window { begin: 0.0, end: horizon };
+        let whole = Window {
+            begin: 0.0,
+            end: horizon,
+        };
         let room = room + face.radius();
         let across = strip(along.perp(), room).within(whole, face.is_solid_behind())?;
         strip(along, face.half_length() + room).within(across, false)
@@ -49,7 +52,11 @@ impl Strip {
     /// The part of a window in which the point is in the strip.
     fn within(self, window: Window, also_behind: bool) -> Option<Window> {
         let mirrored = !also_behind && self.place < 0.0;
-        let (place, rate) = if mirrored { (-self.place, -self.rate) } else { (self.place, self.rate) };
+        let (place, rate) = if mirrored {
+            (-self.place, -self.rate)
+        } else {
+            (self.place, self.rate)
+        };
         let begin = if place > self.reach {
             let fastest = self.rate_error - rate;
             if fastest <= 0.0 {
@@ -65,7 +72,11 @@ impl Strip {
             (false, true) => f64::INFINITY,
             (false, false) => self.reach + place,
         };
-        let end = if slowest > 0.0 { (way / slowest).max(0.0) * (1.0 + STEP_MARGIN) } else { f64::INFINITY };
+        let end = if slowest > 0.0 {
+            (way / slowest).max(0.0) * (1.0 + STEP_MARGIN)
+        } else {
+            f64::INFINITY
+        };
         let (begin, end) = (begin.max(window.begin), end.min(window.end));
         (begin <= end).then_some(Window { begin, end })
     }
@@ -81,7 +92,10 @@ pub(crate) fn window_of_bodies(
 ) -> Option<Window> {
     let mut window = match (a.face(), b.face()) {
         (None, None) => return skim(motion, a.bounding_radius + b.bounding_radius, horizon),
-        _ => Window { begin: 0.0, end: horizon },
+        _ => Window {
+            begin: 0.0,
+            end: horizon,
+        },
     };
     for (body, outline, other) in [(0, a, b), (1, b, a)] {
         if let Some(face) = other.face() {
@@ -95,7 +109,10 @@ pub(crate) fn window_of_bodies(
 
 /// Whether a body with a face turns; no detector handles that case.
 pub(crate) fn a_face_turns(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> bool {
-    [a, b].iter().zip(motion.angular_velocity).any(|(body, spin)| body.face().is_some() && spin != 0.0)
+    [a, b]
+        .iter()
+        .zip(motion.angular_velocity)
+        .any(|(body, spin)| body.face().is_some() && spin != 0.0)
 }
 
 #[cfg(test)]
@@ -134,13 +151,22 @@ mod tests {
         let wall = Molecule::wall(DVec2::new(0.0, 2.0), 0.0).unwrap();
         let face = wall.face().unwrap();
         let ask = |place: DVec2, velocity: DVec2| {
-            Strip::window(&RelativeMotion::exactly(place, velocity), 1, face, 0.5, 100.0)
+            Strip::window(
+                &RelativeMotion::exactly(place, velocity),
+                1,
+                face,
+                0.5,
+                100.0,
+            )
         };
         // Away from the wall, along it, and past its end.
         assert_eq!(ask(DVec2::new(1.0, 0.0), DVec2::X), None);
         assert_eq!(ask(DVec2::new(1.0, 0.0), DVec2::Y), None);
         assert_eq!(ask(DVec2::new(5.0, 0.0), DVec2::new(-1.0, 1.0)), None);
         let through = ask(DVec2::new(5.5, 0.0), DVec2::NEG_X).unwrap();
-        assert!((through.begin - 5.0).abs() < 1e-13 && (through.end - 6.0).abs() < 1e-13, "{through:?}");
+        assert!(
+            (through.begin - 5.0).abs() < 1e-13 && (through.end - 6.0).abs() < 1e-13,
+            "{through:?}"
+        );
     }
 }

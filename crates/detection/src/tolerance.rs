@@ -1,6 +1,6 @@
 //! The numerical parameters of all searches, each with its purpose and the effect of changing it.
 //!
-//! All except `LEAST_JERK` and `LEAST_SQUARE` are relative or counts, so that velocities times a
+//! All except `MIN_JERK` and `MIN_SQUARE` are relative or counts, so that velocities times a
 //! power of two give the same bits.
 
 use carom_kinematics::HALF_ULP;
@@ -13,7 +13,7 @@ pub(crate) const STEP_MARGIN: f64 = 16.0 * HALF_ULP;
 /// Step limit of [`Exact`](crate::Exact) for one atom pair; a search that reaches it ends as
 /// "certified free until". Ordinary pairs take 5 to 30 steps, grazes up to 80. Smaller: more
 /// re-checks. Larger: a pair that moves at a constant gap of rounding size makes one query slower.
-pub const MOST_STEPS: u32 = 4096;
+pub const MAX_STEPS: u32 = 4096;
 
 /// The number of first steps of an atom pair that do not look farther ahead for better bounds on
 /// the curvature. Smaller: ordinary pairs cost more. Larger: grazes and pairs with matched angular
@@ -27,7 +27,7 @@ pub(crate) const SHARED_STEPS: usize = 2;
 
 /// Most doublings of one certified step while better bounds on the curvature still lengthen it.
 /// Smaller than about 15: pairs with matched angular velocities take many steps.
-pub(crate) const MOST_DOUBLINGS: u32 = 20;
+pub(crate) const MAX_DOUBLINGS: u32 = 20;
 
 /// Two circles of the tree are split where their gap is below this share of the sum of their radii.
 /// Smaller: more steps before a split. Larger: splits that one further step would have avoided.
@@ -41,17 +41,17 @@ pub(crate) const FAST_ROTOR: f64 = 2.0;
 /// Bounds on third derivatives below this are not used: products of three velocities close to the
 /// smallest float have lost digits. Smaller than about 10⁻³⁰⁷: steps of the slowest rotors are too
 /// long. Larger: steps of slow bodies are shorter.
-pub(crate) const LEAST_JERK: f64 = 1e-300;
+pub(crate) const MIN_JERK: f64 = 1e-300;
 
 /// Squares below this have lost digits to underflow; the length is then bounded by |x| + |y|
 /// instead of √(x² + y²).
-pub(crate) const LEAST_SQUARE: f64 = 1e-280;
+pub(crate) const MIN_SQUARE: f64 = 1e-280;
 
 /// How many times the rounding bound E the sum of two radii must be for the bound on the third
 /// derivative of the gap to be used. That bound assumes |d| ≥ (1 − 1/64) s up to the first contact,
 /// while |d| ≥ s − 2 E is proved. Smaller than 128: the proof fails. Larger: more steps for tiny
 /// atoms.
-pub(crate) const LEAST_ATOM_ERRORS: f64 = 128.0;
+pub(crate) const MIN_ATOM_ERRORS: f64 = 128.0;
 
 /// A touching pair that is deeper than this share of its rounding bound is deep. It is in contact
 /// however slowly it closes. Larger: bodies that rest on each other overlap by more. Smaller:
@@ -64,7 +64,7 @@ pub(crate) const RESTING_DEPTH: f64 = 0.125;
 pub(crate) const SOON: f64 = 1e-3;
 
 /// Step limit of that search; past it the ordinary search continues.
-pub(crate) const MOST_RECONTACT_STEPS: u32 = 64;
+pub(crate) const MAX_RECONTACT_STEPS: u32 = 64;
 
 /// Relative tolerance of the golden-section search and of the secant method: five machine epsilon
 /// (Montanari 2017, appendix A), relative to the time of the result. Smaller than about 2 epsilon:
@@ -78,12 +78,12 @@ pub const CROP_FACTOR: f64 = 0.5;
 
 /// Limit of rounds of one golden section (75 for five epsilon) or one secant (10; 210 with
 /// bisections only). Smaller: searches end unresolved.
-pub const MOST_ROUNDS: u32 = 250;
+pub const MAX_ROUNDS: u32 = 250;
 
 /// Limit of segments in one window: 512 turns of the faster body. Smaller: fast rotors end
 /// unresolved. Larger: one query can take seconds, since each atom pair costs about 80 evaluations
 /// per segment.
-pub const MOST_SEGMENTS: u32 = 4096;
+pub const MAX_SEGMENTS: u32 = 4096;
 
 /// The share of its length by which the window of [`GoldenSecant`](crate::GoldenSecant) begins
 /// earlier. Zero: two discs, whose bounding circles are the atoms, touch where the window begins,
@@ -96,8 +96,8 @@ pub const FIXED_STEP: f64 = 1e-3;
 
 /// Step limit of [`FixedStep`](crate::FixedStep) in one window: a thousand natural times. Smaller:
 /// slow pairs that turn end unresolved.
-pub const MOST_FIXED_STEPS: u32 = 1 << 20;
+pub const MAX_FIXED_STEPS: u32 = 1 << 20;
 
 /// Limit of bisections inside one fixed step: enough to reach neighbouring floats, unless the step
 /// begins at a time many orders of magnitude later than its length.
-pub(crate) const MOST_BISECTIONS: u32 = 128;
+pub(crate) const MAX_BISECTIONS: u32 = 128;

@@ -7,7 +7,7 @@ use crate::{Answer, Touch, Window};
 /// The most steps, and the most segments, that a [`Trace`] holds: some 10⁸ bytes. Smaller: the
 /// search of a fast rotor by [`GoldenSecant`](crate::GoldenSecant) loses its beginning. Larger:
 /// more memory.
-pub const MOST_RECORDED: usize = 1 << 20;
+pub const MAX_RECORDED: usize = 1 << 20;
 
 /// The course of one search, with its answer.
 ///
@@ -40,9 +40,9 @@ pub struct Trace {
     pub window: Option<Window>,
     /// The crops of [`GoldenSecant`](crate::GoldenSecant), or the steps between the overlap tests
     /// of [`FixedStep`](crate::FixedStep), in the order of the search. The last
-    /// [`MOST_RECORDED`] are kept.
+    /// [`MAX_RECORDED`] are kept.
     pub segments: Vec<Window>,
-    /// The evaluations in the order of the search. The last [`MOST_RECORDED`] are kept.
+    /// The evaluations in the order of the search. The last [`MAX_RECORDED`] are kept.
     pub steps: Vec<Step>,
 }
 
@@ -161,7 +161,10 @@ impl Log {
 
     /// The trace of a search with times in units of `unit`.
     pub(crate) fn trace(self, answer: Answer, unit: f64) -> Trace {
-        let scaled = |window: Window| Window { begin: window.begin * unit, end: window.end * unit };
+        let scaled = |window: Window| Window {
+            begin: window.begin * unit,
+            end: window.end * unit,
+        };
         let later = |step: Step| Step {
             time: step.time * unit,
             free_until: step.free_until.map(|time| time * unit),
@@ -184,7 +187,12 @@ impl Recorder for &mut Log {
     }
 
     fn step(&mut self, phase: Phase, time: f64, free_until: Option<f64>) {
-        let step = Step { phase, parts: self.parts.clone(), time, free_until };
+        let step = Step {
+            phase,
+            parts: self.parts.clone(),
+            time,
+            free_until,
+        };
         push(&mut self.steps, step);
     }
 
@@ -197,9 +205,9 @@ impl Recorder for &mut Log {
     }
 }
 
-/// Appends `value`, and drops the first one where there are [`MOST_RECORDED`].
+/// Appends `value`, and drops the first one where there are [`MAX_RECORDED`].
 fn push<T>(list: &mut VecDeque<T>, value: T) {
-    if list.len() == MOST_RECORDED {
+    if list.len() == MAX_RECORDED {
         list.pop_front();
     }
     list.push_back(value);
@@ -213,7 +221,10 @@ pub(crate) struct Tally<R> {
 
 impl<R: Recorder> Tally<R> {
     pub(crate) fn new(recorder: R) -> Self {
-        Self { evaluations: 0, recorder }
+        Self {
+            evaluations: 0,
+            recorder,
+        }
     }
 
     /// Counts and records an evaluation.
@@ -232,11 +243,20 @@ mod tests {
     #[test]
     fn only_the_last_steps_of_a_long_search_are_kept() {
         let mut log = Log::new();
-        for index in 0..=MOST_RECORDED {
+        for index in 0..=MAX_RECORDED {
             (&mut log).step(Phase::Secant, index as f64, None);
         }
-        let trace = log.trace(Answer { outcome: Outcome::Free, evaluations: 0 }, 2.0);
-        assert_eq!(trace.steps.len(), MOST_RECORDED);
-        assert_eq!((trace.steps[0].time, trace.steps[MOST_RECORDED - 1].time), (2.0, 2_097_152.0));
+        let trace = log.trace(
+            Answer {
+                outcome: Outcome::Free,
+                evaluations: 0,
+            },
+            2.0,
+        );
+        assert_eq!(trace.steps.len(), MAX_RECORDED);
+        assert_eq!(
+            (trace.steps[0].time, trace.steps[MAX_RECORDED - 1].time),
+            (2.0, 2_097_152.0)
+        );
     }
 }

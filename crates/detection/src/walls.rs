@@ -16,7 +16,10 @@ use crate::{
 };
 
 /// The answer for a face that turns.
-const NOTHING_IS_KNOWN: Answer = Answer { outcome: Outcome::Unresolved(0.0), evaluations: 0 };
+const NOTHING_IS_KNOWN: Answer = Answer {
+    outcome: Outcome::Unresolved(0.0),
+    evaluations: 0,
+};
 
 /// The certified first contact where A or B has a face.
 ///
@@ -33,7 +36,10 @@ pub(crate) fn first_contact<R: Recorder>(
         return NOTHING_IS_KNOWN;
     }
     let Some(window) = window_of_bodies(a, b, motion, horizon) else {
-        return Answer { outcome: Outcome::Free, evaluations: 0 };
+        return Answer {
+            outcome: Outcome::Free,
+            evaluations: 0,
+        };
     };
     recorder.window(window);
     let mut search = Search::new(window.end, most_steps, recorder);
@@ -64,8 +70,15 @@ pub(crate) fn contact_of_circle(
     motion: &RelativeMotion,
     horizon: f64,
 ) -> Answer {
-    let (body, circle, wall) = if b.face().is_some() { (0, a, b) } else { (1, b, a) };
-    let Some(face) = wall.face().filter(|_| circle.face().is_none() && !a_face_turns(a, b, motion)) else {
+    let (body, circle, wall) = if b.face().is_some() {
+        (0, a, b)
+    } else {
+        (1, b, a)
+    };
+    let Some(face) = wall
+        .face()
+        .filter(|_| circle.face().is_none() && !a_face_turns(a, b, motion))
+    else {
         return NOTHING_IS_KNOWN;
     };
     let flight = Flight::new(a, b, motion);
@@ -81,14 +94,28 @@ pub(crate) fn contact_of_circle(
         let circles = [bounding_circle(circle), end.into()];
         let error = ErrorBound::of_circles(motion, flight.speed, [0.0; 2], &circles).at(0.0);
         let sigma = circle.bounding_radius + end.radius();
-        let time = disc_contact(place, sign * motion.velocity, sigma, (error, motion.velocity_error));
+        let time = disc_contact(
+            place,
+            sign * motion.velocity,
+            sigma,
+            (error, motion.velocity_error),
+        );
         soonest = soonest.min(time);
         search.evaluations += 1;
     }
-    let contact = Contact { time: soonest, touch: Touch::face(body, Part::BoundingCircle) };
-    let outcome =
-        if soonest <= horizon && soonest.is_finite() { Outcome::Contact(contact) } else { Outcome::Free };
-    Answer { outcome, evaluations: search.evaluations }
+    let contact = Contact {
+        time: soonest,
+        touch: Touch::face(body, Part::BoundingCircle),
+    };
+    let outcome = if soonest <= horizon && soonest.is_finite() {
+        Outcome::Contact(contact)
+    } else {
+        Outcome::Free
+    };
+    Answer {
+        outcome,
+        evaluations: search.evaluations,
+    }
 }
 
 #[cfg(test)]
@@ -103,7 +130,10 @@ mod tests {
     use std::f64::consts::PI;
 
     fn contact(answer: Answer) -> Contact {
-        answer.outcome.contact().unwrap_or_else(|| panic!("{answer:?}"))
+        answer
+            .outcome
+            .contact()
+            .unwrap_or_else(|| panic!("{answer:?}"))
     }
 
     /// Every detector, with the tolerance of its times.
@@ -117,8 +147,10 @@ mod tests {
 
     #[test]
     fn a_disc_meets_face_and_end_point_at_the_expected_times() {
-        let (wall, disc) =
-            (Molecule::wall(DVec2::new(0.0, 2.0), 0.25).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
+        let (wall, disc) = (
+            Molecule::wall(DVec2::new(0.0, 2.0), 0.25).unwrap(),
+            Molecule::disc(0.5, 1.0).unwrap(),
+        );
         let circles: (Box<dyn Detection>, f64) = (Box::new(BoundingCircles), 1e-15);
         for (detector, tolerance) in detectors().into_iter().chain([circles]) {
             let ask = |place: DVec2, velocity: DVec2| {
@@ -155,19 +187,33 @@ mod tests {
                     angular_velocity: [0.0, 1.0],
                     ..RelativeMotion::exactly(DVec2::new(0.25, 1.5), DVec2::ZERO)
                 };
-                let found = contact(detector.first_contact(below, dumbbell.outline(), &motion, 10.0));
-                assert!((found.time - PI / 6.0).abs() <= 4.0 * tolerance, "{found:?}");
+                let found =
+                    contact(detector.first_contact(below, dumbbell.outline(), &motion, 10.0));
+                assert!(
+                    (found.time - PI / 6.0).abs() <= 4.0 * tolerance,
+                    "{found:?}"
+                );
                 assert_eq!(found.touch, Touch::FaceOfA(Part::Atom(0)));
-                let seen_from_it =
-                    contact(detector.first_contact(dumbbell.outline(), below, &motion.exchanged(), 10.0));
-                assert_eq!((seen_from_it.time, seen_from_it.touch.exchanged()), (found.time, found.touch));
+                let seen_from_it = contact(detector.first_contact(
+                    dumbbell.outline(),
+                    below,
+                    &motion.exchanged(),
+                    10.0,
+                ));
+                assert_eq!(
+                    (seen_from_it.time, seen_from_it.touch.exchanged()),
+                    (found.time, found.touch)
+                );
             }
         }
     }
 
     #[test]
     fn touching_bodies_collide_if_they_close_and_overlapping_bodies_unless_they_separate() {
-        let (wall, disc) = (Molecule::wall(DVec2::X, 0.0).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
+        let (wall, disc) = (
+            Molecule::wall(DVec2::X, 0.0).unwrap(),
+            Molecule::disc(0.5, 1.0).unwrap(),
+        );
         let dumbbell = Molecule::named(Shape::Dumbbell, 0.5, 1.0).unwrap();
         for gap in [-1e-3, -1e-16, 0.0, 1e-16] {
             for (body, spin) in [(&disc, 0.0), (&dumbbell, 1e-3)] {
@@ -176,13 +222,23 @@ mod tests {
                     let motion = RelativeMotion {
                         orientation: [Orientation::default(), upright],
                         angular_velocity: [0.0, spin],
-                        ..RelativeMotion::exactly(DVec2::new(0.1, body.bounding_radius() + gap), velocity)
+                        ..RelativeMotion::exactly(
+                            DVec2::new(0.1, body.bounding_radius() + gap),
+                            velocity,
+                        )
                     };
                     Exact::default().first_contact(wall.outline(), body.outline(), &motion, 0.1)
                 };
-                assert!(contact(ask(DVec2::new(0.2, -1.0))).time <= 1e-15, "gap {gap}");
+                assert!(
+                    contact(ask(DVec2::new(0.2, -1.0))).time <= 1e-15,
+                    "gap {gap}"
+                );
                 for parting in [DVec2::new(0.2, 1.0), DVec2::new(1.0, 1e-13)] {
-                    assert_eq!(ask(parting).outcome, Outcome::Free, "gap {gap}, velocity {parting}");
+                    assert_eq!(
+                        ask(parting).outcome,
+                        Outcome::Free,
+                        "gap {gap}, velocity {parting}"
+                    );
                 }
                 let sliding = ask(DVec2::X).outcome;
                 if gap == -1e-3 {
@@ -193,7 +249,8 @@ mod tests {
             }
             if gap > -1e-3 {
                 let still = RelativeMotion::exactly(DVec2::new(0.1, 0.5 + gap), DVec2::ZERO);
-                let answer = Exact::default().first_contact(wall.outline(), disc.outline(), &still, 0.1);
+                let answer =
+                    Exact::default().first_contact(wall.outline(), disc.outline(), &still, 0.1);
                 assert_eq!(answer.outcome, Outcome::Free);
             }
         }
@@ -215,18 +272,29 @@ mod tests {
                 angular_velocity: [0.0, 1.0],
                 ..RelativeMotion::exactly(DVec2::new(0.0, 1.0 - lever), DVec2::new(0.0, rate))
             };
-            let found =
-                contact(Exact::default().first_contact(ground.outline(), molecule.outline(), &motion, 1.0));
+            let found = contact(Exact::default().first_contact(
+                ground.outline(),
+                molecule.outline(),
+                &motion,
+                1.0,
+            ));
             assert_eq!(found.touch, Touch::FaceOfA(Part::Atom(0)));
             // cos t = 1 − t²/2 + t⁴/24
             let expected = back * (1.0 + back * back / 12.0);
-            assert!((found.time / expected - 1.0).abs() < 1e-6, "{} against {expected}", found.time);
+            assert!(
+                (found.time / expected - 1.0).abs() < 1e-6,
+                "{} against {expected}",
+                found.time
+            );
         }
     }
 
     #[test]
     fn a_face_that_turns_is_unresolved_from_the_start() {
-        let (wall, disc) = (Molecule::wall(DVec2::X, 0.0).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
+        let (wall, disc) = (
+            Molecule::wall(DVec2::X, 0.0).unwrap(),
+            Molecule::disc(0.5, 1.0).unwrap(),
+        );
         let motion = RelativeMotion {
             angular_velocity: [1.0, 0.0],
             ..RelativeMotion::exactly(DVec2::new(0.0, 1.0), DVec2::ZERO)

@@ -10,30 +10,61 @@ use carom_detection::{
 /// Five pairs of each class.
 fn pairs() -> impl Iterator<Item = (String, Encounter)> {
     Class::ALL.into_iter().flat_map(|class| {
-        (0..5).map(move |index| (format!("{class} {index}"), Encounter::draw(class, 32, index)))
+        (0..5).map(move |index| {
+            (
+                format!("{class} {index}"),
+                Encounter::draw(class, 32, index),
+            )
+        })
     })
 }
 
 /// Whether the search of all atom pairs is fast and recorded from the begin.
 fn has_few_atoms(pair: &Encounter) -> bool {
-    pair.molecules.iter().map(|molecule| molecule.atoms().len()).product::<usize>() <= 64
+    pair.molecules
+        .iter()
+        .map(|molecule| molecule.atoms().len())
+        .product::<usize>()
+        <= 64
 }
 
 #[test]
 fn a_recorded_search_gives_the_answer_of_the_detector_to_the_bit() {
     for (name, pair) in pairs().filter(|(_, pair)| has_few_atoms(pair)) {
-        let [a, b] = pair.molecules.each_ref().map(carom_geometry::Molecule::outline);
+        let [a, b] = pair
+            .molecules
+            .each_ref()
+            .map(carom_geometry::Molecule::outline);
         let (exact, golden) = (Exact::default(), GoldenSecant::default());
-        let coarse = FixedStep { step: 0.05, ..FixedStep::default() };
+        let coarse = FixedStep {
+            step: 0.05,
+            ..FixedStep::default()
+        };
         let traces = [
-            (exact.trace(a, b, &pair.motion, pair.horizon), pair.first_contact(&exact)),
-            (golden.trace(a, b, &pair.motion, pair.horizon), pair.first_contact(&golden)),
-            (coarse.trace(a, b, &pair.motion, pair.horizon), pair.first_contact(&coarse)),
-            (BoundingCircles.trace(a, b, &pair.motion, pair.horizon), pair.first_contact(&BoundingCircles)),
+            (
+                exact.trace(a, b, &pair.motion, pair.horizon),
+                pair.first_contact(&exact),
+            ),
+            (
+                golden.trace(a, b, &pair.motion, pair.horizon),
+                pair.first_contact(&golden),
+            ),
+            (
+                coarse.trace(a, b, &pair.motion, pair.horizon),
+                pair.first_contact(&coarse),
+            ),
+            (
+                BoundingCircles.trace(a, b, &pair.motion, pair.horizon),
+                pair.first_contact(&BoundingCircles),
+            ),
         ];
         for (trace, answer) in traces {
             // Debug prints every bit, and NaN equals itself.
-            assert_eq!(format!("{:?}", trace.answer), format!("{answer:?}"), "{name}");
+            assert_eq!(
+                format!("{:?}", trace.answer),
+                format!("{answer:?}"),
+                "{name}"
+            );
         }
     }
 }
@@ -42,10 +73,16 @@ fn a_recorded_search_gives_the_answer_of_the_detector_to_the_bit() {
 fn the_last_step_of_the_touching_parts_is_the_contact() {
     let mut contacts = 0;
     for (name, pair) in pairs() {
-        let [a, b] = pair.molecules.each_ref().map(carom_geometry::Molecule::outline);
+        let [a, b] = pair
+            .molecules
+            .each_ref()
+            .map(carom_geometry::Molecule::outline);
         let exact = Exact::default().trace(a, b, &pair.motion, pair.horizon);
         if let Some(contact) = exact.answer.outcome.contact() {
-            let last = exact.steps.iter().rfind(|step| step.parts == Parts::Pair(contact.touch));
+            let last = exact
+                .steps
+                .iter()
+                .rfind(|step| step.parts == Parts::Pair(contact.touch));
             assert_eq!(last.unwrap().free_until, Some(contact.time), "{name}");
             contacts += 1;
         }
@@ -55,11 +92,15 @@ fn the_last_step_of_the_touching_parts_is_the_contact() {
         let golden = GoldenSecant::default().trace(a, b, &pair.motion, pair.horizon);
         if let Some(contact) = golden.answer.outcome.contact() {
             let evaluated = |step: &Step| {
-                step.parts == Parts::Pair(contact.touch) && step.time.to_bits() == contact.time.to_bits()
+                step.parts == Parts::Pair(contact.touch)
+                    && step.time.to_bits() == contact.time.to_bits()
             };
             assert!(golden.steps.iter().any(evaluated), "{name}");
             let segment = golden.segments.last().unwrap();
-            assert!((segment.begin..=segment.end).contains(&contact.time), "{name}");
+            assert!(
+                (segment.begin..=segment.end).contains(&contact.time),
+                "{name}"
+            );
         }
     }
     assert!(contacts > 40, "{contacts}");
@@ -68,7 +109,10 @@ fn the_last_step_of_the_touching_parts_is_the_contact() {
 #[test]
 fn the_certified_steps_cover_all_time_up_to_the_contact() {
     for (name, pair) in pairs() {
-        let [a, b] = pair.molecules.each_ref().map(carom_geometry::Molecule::outline);
+        let [a, b] = pair
+            .molecules
+            .each_ref()
+            .map(carom_geometry::Molecule::outline);
         let trace = Exact::default().trace(a, b, &pair.motion, pair.horizon);
         let end = match trace.answer.outcome {
             Outcome::Contact(contact) => contact.time,
@@ -81,8 +125,11 @@ fn the_certified_steps_cover_all_time_up_to_the_contact() {
         for i in some(a.atoms.len()) {
             for j in some(b.atoms.len()) {
                 let mut covered = window.begin;
-                let mut steps: Vec<&Step> =
-                    trace.steps.iter().filter(|step| step.parts.contain(i, j)).collect();
+                let mut steps: Vec<&Step> = trace
+                    .steps
+                    .iter()
+                    .filter(|step| step.parts.contain(i, j))
+                    .collect();
                 steps.sort_by(|one, other| one.time.total_cmp(&other.time));
                 for step in steps {
                     if step.time <= covered {
@@ -90,7 +137,10 @@ fn the_certified_steps_cover_all_time_up_to_the_contact() {
                     }
                 }
                 let end = end.min(window.end);
-                assert!(covered >= end, "{name}, atoms {i} {j}: hole at {covered} before {end}");
+                assert!(
+                    covered >= end,
+                    "{name}, atoms {i} {j}: hole at {covered} before {end}"
+                );
             }
         }
     }

@@ -1,7 +1,7 @@
 //! One atom of a molecule, as a scene describes it.
 
 #[cfg(feature = "schema")]
-use carom_geometry::{LARGEST, SMALLEST};
+use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use serde::{Deserialize, Serialize};
 
 use crate::two_numbers::vector;
@@ -15,9 +15,9 @@ pub struct AtomSpec {
     #[serde(deserialize_with = "vector")]
     pub at: [f64; 2],
     /// Radius (length).
-    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub radius: f64,
     /// Mass (mass).
-    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub mass: f64,
 }

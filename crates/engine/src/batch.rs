@@ -4,12 +4,12 @@
 use std::{collections::HashMap, sync::Arc};
 
 use carom_detection::Detection;
-use carom_geometry::LARGEST;
+use carom_geometry::MAX_MAGNITUDE;
 use carom_kinematics::kinetic_energy;
 use carom_response::Response;
 
 use crate::{
-    Body, BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, HeatByTag, LEAST_SPEED,
+    Body, BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, HeatByTag, MIN_SPEED,
     MoleculeSpec, Rotation, SceneError, Scheduler, Simulation, Tag, TagNames, WallSpec, World,
     body::BodyKind,
     body_builder::inertia,
@@ -74,19 +74,27 @@ struct EditedKinds(HashMap<(usize, KindEdit), EditedKind>);
 impl EditedKinds {
     /// Edits the description of one body, in O(1) time on average.
     fn edit(&mut self, kind: &mut Arc<BodyKind>, edit: KindEdit) {
-        let entry = self.0.entry((Arc::as_ptr(kind).addr(), edit)).or_insert_with(|| {
-            let mut after = BodyKind::clone(kind);
-            match edit {
-                KindEdit::Tag(tag) => {
-                    if let Err(place) = after.tags.binary_search(&tag) {
-                        after.tags.insert(place, tag);
+        let entry = self
+            .0
+            .entry((Arc::as_ptr(kind).addr(), edit))
+            .or_insert_with(|| {
+                let mut after = BodyKind::clone(kind);
+                match edit {
+                    KindEdit::Tag(tag) => {
+                        if let Err(place) = after.tags.binary_search(&tag) {
+                            after.tags.insert(place, tag);
+                        }
+                    }
+                    KindEdit::Untag(tag) => after.tags.retain(|carried| *carried != tag),
+                    KindEdit::Rotation(rotation) => {
+                        after.inertia = inertia(&after.molecule, rotation)
                     }
                 }
-                KindEdit::Untag(tag) => after.tags.retain(|carried| *carried != tag),
-                KindEdit::Rotation(rotation) => after.inertia = inertia(&after.molecule, rotation),
-            }
-            EditedKind { _before: Arc::clone(kind), after: Arc::new(after) }
-        });
+                EditedKind {
+                    _before: Arc::clone(kind),
+                    after: Arc::new(after),
+                }
+            });
         *kind = Arc::clone(&entry.after);
     }
 }
@@ -97,7 +105,9 @@ impl Batch {
     /// # Errors
     /// [`EditError::Scene`] if the description is invalid or the molecule overlaps a body.
     pub fn add(&mut self, spec: &MoleculeSpec) -> Result<BodyKey, EditError> {
-        self.insert("the molecule added", |world, names, entry| add_molecule(world, names, spec, entry))
+        self.insert("the molecule added", |world, names, entry| {
+            add_molecule(world, names, spec, entry)
+        })
     }
 
     /// Adds a wall, described as in a scene file.
@@ -105,7 +115,9 @@ impl Batch {
     /// # Errors
     /// [`EditError::Scene`] if the description is invalid or the wall overlaps a moving body.
     pub fn add_wall(&mut self, spec: &WallSpec) -> Result<BodyKey, EditError> {
-        self.insert("the wall added", |world, names, entry| add_wall(world, names, spec, entry))
+        self.insert("the wall added", |world, names, entry| {
+            add_wall(world, names, spec, entry)
+        })
     }
 
     /// Removes a body; another body of the batch may be added at its position.
@@ -144,8 +156,13 @@ impl Batch {
     /// [`EditError::NoSuchBody`].
     pub fn untag(&mut self, key: BodyKey, name: &str) -> Result<(), EditError> {
         let index = self.index(key)?;
-        if let Some(tag) = self.names.find(name).filter(|&tag| self.world.bodies[index].has_tag(tag)) {
-            self.edited.edit(&mut self.world.bodies[index].kind, KindEdit::Untag(tag));
+        if let Some(tag) = self
+            .names
+            .find(name)
+            .filter(|&tag| self.world.bodies[index].has_tag(tag))
+        {
+            self.edited
+                .edit(&mut self.world.bodies[index].kind, KindEdit::Untag(tag));
             self.relabels = true;
         }
         Ok(())
@@ -157,8 +174,8 @@ impl Batch {
     /// [`EditError::Scene`] if a coefficient is out of range.
     pub fn set_elasticity(&mut self, spec: &ElasticitySpec) -> Result<(), EditError> {
         let known = self.names.len();
-        self.elasticity =
-            ElasticityTable::new(spec, &mut self.names).inspect_err(|_| self.names.forget_after(known))?;
+        self.elasticity = ElasticityTable::new(spec, &mut self.names)
+            .inspect_err(|_| self.names.forget_after(known))?;
         self.relabels = true;
         Ok(())
     }
@@ -192,7 +209,11 @@ impl Batch {
         self.reset_energies(energy, |_| true)
     }
 
-    fn reset_energies(&mut self, energy: f64, which: impl Fn(&Body) -> bool) -> Result<(), EditError> {
+    fn reset_energies(
+        &mut self,
+        energy: f64,
+        which: impl Fn(&Body) -> bool,
+    ) -> Result<(), EditError> {
         let chosen = |index: usize| !self.removed[index] && which(&self.world.bodies[index]);
         let factors = energy_factors(&self.world, &self.names, energy, chosen)?;
         self.scale(&factors);
@@ -223,7 +244,8 @@ impl Batch {
         if body.is_fixed() {
             return Err(EditError::Fixed(BodyName::new(body, &self.names)));
         }
-        self.edited.edit(&mut body.kind, KindEdit::Rotation(rotation));
+        self.edited
+            .edit(&mut body.kind, KindEdit::Rotation(rotation));
         self.begin_to_move();
         if rotation == Rotation::Locked {
             self.world.motions[index].angular_velocity = 0.0;
@@ -251,12 +273,14 @@ impl Batch {
 
     /// The bodies that carry a tag after the edits so far, in the order of insertion.
     pub fn tagged(&self, tag: Tag) -> impl Iterator<Item = BodyKey> {
-        self.members(tag).map(|index| self.world.bodies[index].key())
+        self.members(tag)
+            .map(|index| self.world.bodies[index].key())
     }
 
     /// The bodies that are not fixed after the edits so far, in the order of insertion.
     pub fn moving(&self) -> impl Iterator<Item = BodyKey> {
-        self.indices(|body| !body.is_fixed()).map(|index| self.world.bodies[index].key())
+        self.indices(|body| !body.is_fixed())
+            .map(|index| self.world.bodies[index].key())
     }
 
     /// The indices of the bodies that carry a tag.
@@ -279,7 +303,9 @@ impl Batch {
         let known = self.names.len();
         let added = add(&mut self.world, &mut self.names, entry).and_then(|key| {
             let refused = self.refuse_overlaps_of_last(entry);
-            refused.map(|()| key).inspect_err(|_| self.world.take_back_last())
+            refused
+                .map(|()| key)
+                .inspect_err(|_| self.world.take_back_last())
         });
         match added {
             Ok(key) => {
@@ -298,11 +324,17 @@ impl Batch {
     /// otherwise.
     fn refuse_overlaps_of_last(&mut self, entry: &str) -> Result<(), SceneError> {
         let (world, new) = (&self.world, self.world.bodies.len() - 1);
-        let mut sites = self.sites.take().filter(|sites| !sites.is_crowded(new)).unwrap_or_else(|| {
-            let mut sites = Sites::new(world);
-            (0..new).filter(|&index| !self.removed[index]).for_each(|index| sites.add(world, index));
-            sites
-        });
+        let mut sites = self
+            .sites
+            .take()
+            .filter(|sites| !sites.is_crowded(new))
+            .unwrap_or_else(|| {
+                let mut sites = Sites::new(world);
+                (0..new)
+                    .filter(|&index| !self.removed[index])
+                    .for_each(|index| sites.add(world, index));
+                sites
+            });
         let overlap = deepest_overlap(world, &sites, new);
         if overlap.is_none() {
             sites.add(world, new);
@@ -313,7 +345,11 @@ impl Batch {
             Some((other, depth)) => {
                 let other = BodyName::new(&self.world.bodies[other], &self.names);
                 let (first, second) = (other.to_string(), entry.to_owned());
-                Err(SceneError::Overlap { first, second, depth })
+                Err(SceneError::Overlap {
+                    first,
+                    second,
+                    depth,
+                })
             }
         }
     }
@@ -396,10 +432,20 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Takes over an edited world if it fits the elasticity and the grid.
     fn accept(&mut self, batch: Batch) -> Result<(), EditError> {
-        let Batch { mut world, names, mut elasticity, removed, moves, relabels, heat, .. } = batch;
+        let Batch {
+            mut world,
+            names,
+            mut elasticity,
+            removed,
+            moves,
+            relabels,
+            heat,
+            ..
+        } = batch;
         let resolves = |world: &World, elasticity: &ElasticityTable| {
-            refuse_unresolved(world, elasticity)
-                .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))
+            refuse_unresolved(world, elasticity).map_err(|reason| {
+                reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
+            })
         };
         if !moves {
             if relabels {
@@ -408,7 +454,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 // Tags affect no motion and no prediction: the epoch continues.
                 self.come_back_to_present();
                 self.world.bodies = world.bodies;
-                self.world.keep_last_contacts(!world.last_contacts.is_empty());
+                self.world
+                    .keep_last_contacts(!world.last_contacts.is_empty());
                 (self.names, self.elasticity) = (names, elasticity);
             }
             return Ok(());
@@ -416,13 +463,20 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.keep_bodies(|index| !removed[index]);
         elasticity.classify(&mut world)?;
         resolves(&world, &elasticity)?;
-        let scheduler = S::new(&self.scheduler_options, &world)
-            .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
-        self.ledger.put_in += exact_sum(world.energies().chain(self.world.energies().map(|energy| -energy)));
+        let scheduler = S::new(&self.scheduler_options, &world).map_err(|reason| {
+            reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
+        })?;
+        self.ledger.put_in += exact_sum(
+            world
+                .energies()
+                .chain(self.world.energies().map(|energy| -energy)),
+        );
         self.work_before = self.counters.scheduler;
         (self.offset, self.epoch) = (0.0, Epoch::ToBegin);
-        (self.simultaneous, self.unresolved) = (SimultaneousContacts::default(), Unresolved::default());
-        (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
+        (self.simultaneous, self.unresolved) =
+            (SimultaneousContacts::default(), Unresolved::default());
+        (self.world, self.names, self.elasticity, self.scheduler) =
+            (world, names, elasticity, scheduler);
         self.heat = heat;
         Ok(())
     }
@@ -461,11 +515,18 @@ pub(crate) fn energy_factor(
         return Err(EditError::NoEnergy(BodyName::new(body, names)));
     }
     let factor = (energy / before).sqrt();
-    let (speed, spin) = (factor * motion.velocity.length(), factor * motion.angular_velocity.abs());
+    let (speed, spin) = (
+        factor * motion.velocity.length(),
+        factor * motion.angular_velocity.abs(),
+    );
     let rim = spin * body.kind.molecule.bounding_radius();
     // NaN and infinite factors are out of range as well.
-    let is_in_range = speed.max(spin) <= LARGEST && speed.max(rim) >= LEAST_SPEED;
-    if is_in_range && factor.is_finite() { Ok(factor) } else { Err(EditError::Energy(energy)) }
+    let is_in_range = speed.max(spin) <= MAX_MAGNITUDE && speed.max(rim) >= MIN_SPEED;
+    if is_in_range && factor.is_finite() {
+        Ok(factor)
+    } else {
+        Err(EditError::Energy(energy))
+    }
 }
 
 #[cfg(test)]
@@ -487,13 +548,22 @@ mod tests {
             velocity: [1.0, 0.5],
             ..MoleculeSpec::default()
         };
-        Simulation::new(&Scene { molecule: (0..100).map(molecule).collect(), ..Scene::default() }).unwrap()
+        Simulation::new(&Scene {
+            molecule: (0..100).map(molecule).collect(),
+            ..Scene::default()
+        })
+        .unwrap()
     }
 
     #[test]
     fn equal_bodies_share_their_description_after_each_kind_of_edit() {
         let mut simulation = mixture();
-        let keys: Vec<BodyKey> = simulation.world.bodies.iter().map(|body| body.key).collect();
+        let keys: Vec<BodyKey> = simulation
+            .world
+            .bodies
+            .iter()
+            .map(|body| body.key)
+            .collect();
         let mut kinds = Vec::new();
         let edits: [Edit; 6] = [
             |batch, key| batch.tag(key, "a").map(|_| ()),
@@ -508,11 +578,19 @@ mod tests {
             },
         ];
         for edit in edits {
-            simulation.edit(|batch| keys.iter().try_for_each(|&key| edit(batch, key))).unwrap();
+            simulation
+                .edit(|batch| keys.iter().try_for_each(|&key| edit(batch, key)))
+                .unwrap();
             kinds.push(simulation.world.count_kinds());
         }
         assert_eq!(kinds, [2; 6]);
         let tag = simulation.names.find("c").unwrap();
-        assert!(simulation.world.bodies.iter().all(|body| body.tags() == [tag] && body.is_locked()));
+        assert!(
+            simulation
+                .world
+                .bodies
+                .iter()
+                .all(|body| body.tags() == [tag] && body.is_locked())
+        );
     }
 }

@@ -120,7 +120,10 @@ impl Body {
     /// Largest distance from the centre of mass at which the body can be touched (length): the
     /// bounding radius; for a wall, the distance from its face.
     pub fn reach(&self) -> f64 {
-        self.kind.molecule.face().map_or(self.kind.molecule.bounding_radius(), carom_geometry::Face::radius)
+        self.kind.molecule.face().map_or(
+            self.kind.molecule.bounding_radius(),
+            carom_geometry::Face::radius,
+        )
     }
 
     /// The radius of the smallest part that can be touched (length): an atom, or the face of a
@@ -133,7 +136,12 @@ impl Body {
     /// The radius of the smallest atom (length); infinite for a wall across the box, which has
     /// none.
     pub(crate) fn smallest_atom(&self) -> f64 {
-        let radii = self.kind.molecule.atoms().iter().map(carom_geometry::Atom::radius);
+        let radii = self
+            .kind
+            .molecule
+            .atoms()
+            .iter()
+            .map(carom_geometry::Atom::radius);
         radii.fold(f64::INFINITY, f64::min)
     }
 
@@ -184,8 +192,17 @@ pub struct BodyName {
 impl BodyName {
     #[cold]
     pub(crate) fn new(body: &Body, names: &TagNames) -> Self {
-        let tags = body.kind.tags.iter().map(|&tag| names.name(tag).to_owned()).collect();
-        Self { key: body.key(), id: body.id(), tags }
+        let tags = body
+            .kind
+            .tags
+            .iter()
+            .map(|&tag| names.name(tag).to_owned())
+            .collect();
+        Self {
+            key: body.key(),
+            id: body.id(),
+            tags,
+        }
     }
 }
 

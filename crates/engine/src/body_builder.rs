@@ -15,7 +15,16 @@ pub(crate) fn insert(
     tags: Tags,
     motion: Motion,
 ) -> crate::BodyKey {
-    world.insert(BodyKind { molecule, inertia, tags, elasticity_class: 0, temperature: None }, motion)
+    world.insert(
+        BodyKind {
+            molecule,
+            inertia,
+            tags,
+            elasticity_class: 0,
+            temperature: None,
+        },
+        motion,
+    )
 }
 
 pub(crate) fn inertia(molecule: &Molecule, rotation: Rotation) -> Inertia {
@@ -40,7 +49,10 @@ pub(crate) fn molecule(
     atom_radius: Option<f64>,
     atom_mass: Option<f64>,
 ) -> Result<Molecule, SceneError> {
-    let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
+    let problem = |problem: &str| SceneError::Entry {
+        entry: entry.to_owned(),
+        problem: problem.to_owned(),
+    };
     match shape {
         Some(_) if !atoms.is_empty() => Err(problem("give `shape` or `atoms`, not both")),
         Some(name) => {
@@ -50,15 +62,18 @@ pub(crate) fn molecule(
                     "a disc needs a radius: `radius` in a gas, `atom_radius` in a molecule",
                     "a disc needs a mass: `mass` in a gas, `atom_mass` in a molecule",
                 ],
-                _ => ["a named shape needs `atom_radius`", "a named shape needs `atom_mass`"],
+                _ => [
+                    "a named shape needs `atom_radius`",
+                    "a named shape needs `atom_mass`",
+                ],
             };
             let radius = atom_radius.ok_or_else(|| problem(no_radius))?;
             let mass = atom_mass.ok_or_else(|| problem(no_mass))?;
             Molecule::named(shape, radius, mass).map_err(geometry(entry))
         }
-        None if atom_radius.is_some() || atom_mass.is_some() => {
-            Err(problem("`atom_radius` and `atom_mass` go with a named `shape`"))
-        }
+        None if atom_radius.is_some() || atom_mass.is_some() => Err(problem(
+            "`atom_radius` and `atom_mass` go with a named `shape`",
+        )),
         None => {
             let atom = |spec: &AtomSpec| Atom::new(DVec2::from(spec.at), spec.radius, spec.mass);
             let atoms: Result<Vec<Atom>, GeometryError> = atoms.iter().map(atom).collect();
@@ -83,7 +98,13 @@ impl MoleculeSpec {
     /// [`SceneError`] if there is neither a shape nor an atom, there are both, or a radius, a mass
     /// or a place is out of range.
     pub fn molecule(&self, entry: &str) -> Result<Molecule, SceneError> {
-        molecule(entry, self.shape.as_deref(), &self.atoms, self.atom_radius, self.atom_mass)
+        molecule(
+            entry,
+            self.shape.as_deref(),
+            &self.atoms,
+            self.atom_radius,
+            self.atom_mass,
+        )
     }
 }
 

@@ -6,8 +6,8 @@ use carom_detection::{Detection, Exact};
 use carom_response::{Impact, Response};
 
 use crate::{
-    CellScheduler, ElasticityTable, Growth, Placement, Scene, SceneError, Scheduler, Simulation, World,
-    contents::Contents, placement, separation::refuse_unresolved, start_from,
+    CellScheduler, ElasticityTable, Growth, Placement, Scene, SceneError, Scheduler, Simulation,
+    World, contents::Contents, placement, separation::refuse_unresolved, start_from,
 };
 
 impl Simulation {
@@ -16,7 +16,12 @@ impl Simulation {
     /// # Errors
     /// [`SceneError`], with the name of the entry, if the scene cannot be built.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
-        Self::with(scene, Exact::default(), Impact, <CellScheduler as Scheduler>::Options::default())
+        Self::with(
+            scene,
+            Exact::default(),
+            Impact,
+            <CellScheduler as Scheduler>::Options::default(),
+        )
     }
 }
 
@@ -42,8 +47,15 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// [`SceneError`], with the name of the entry, if the scene cannot be built.
-    pub fn with(scene: &Scene, detection: D, response: R, options: S::Options) -> Result<Self, SceneError> {
-        Self::with_progress(scene, detection, response, options, &mut |_| ControlFlow::Continue(()))
+    pub fn with(
+        scene: &Scene,
+        detection: D,
+        response: R,
+        options: S::Options,
+    ) -> Result<Self, SceneError> {
+        Self::with_progress(scene, detection, response, options, &mut |_| {
+            ControlFlow::Continue(())
+        })
     }
 
     /// Creates a simulation like [`Self::with`], and calls `progress` after each step of growth and
@@ -80,7 +92,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.shrink();
         let scheduler = S::new(&options, &world)
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
-        Ok(Self::assemble(world, (detection, response), (scheduler, options), elasticity, singles.names))
+        Ok(Self::assemble(
+            world,
+            (detection, response),
+            (scheduler, options),
+            elasticity,
+            singles.names,
+        ))
     }
 }
 
@@ -124,14 +142,21 @@ fn fill(
     } else {
         let relaxes = scene.start.relax.is_some_and(|collisions| collisions > 0.0);
         let mut singles = contents.singles.clone();
-        match placement::fill(&mut singles.world, &mut singles.names, scene, &contents.species) {
+        match placement::fill(
+            &mut singles.world,
+            &mut singles.names,
+            scene,
+            &contents.species,
+        ) {
             Ok(()) if relaxes => {
                 let first = contents.singles.world.bodies.len();
                 Growth::relaxation(scene, contents, &singles.world.motions[first..])?
             }
             Ok(()) => {
-                let world =
-                    std::mem::replace(&mut singles.world, World::new(*contents.singles.world.bounds()));
+                let world = std::mem::replace(
+                    &mut singles.world,
+                    World::new(*contents.singles.world.bounds()),
+                );
                 contents.singles = singles;
                 return Ok((world, contents));
             }

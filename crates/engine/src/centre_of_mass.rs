@@ -88,15 +88,33 @@ pub struct ThermalEnergy {
 
 impl CentreOfMassFrame {
     pub(crate) fn of(world: &World) -> Self {
-        let moving = || world.bodies.iter().zip(&world.motions).filter(|(body, _)| !body.is_fixed());
+        let moving = || {
+            world
+                .bodies
+                .iter()
+                .zip(&world.motions)
+                .filter(|(body, _)| !body.is_fixed())
+        };
         let conserved = conserved_momentum(world);
         let mass: f64 = moving().map(|(body, _)| mass(body)).sum();
         // Velocities relative to that of the first body: if all are equal, V is that velocity to
         // the bit.
-        let origin = moving().next().map_or(DVec2::ZERO, |(_, motion)| motion.velocity);
-        let momentum: DVec2 = moving().map(|(body, motion)| mass_times(body, motion.velocity - origin)).sum();
-        let velocity = if mass > 0.0 { origin + momentum / mass } else { DVec2::ZERO };
-        Self { mass, velocity: DVec2::select(conserved, velocity, DVec2::ZERO), conserved }
+        let origin = moving()
+            .next()
+            .map_or(DVec2::ZERO, |(_, motion)| motion.velocity);
+        let momentum: DVec2 = moving()
+            .map(|(body, motion)| mass_times(body, motion.velocity - origin))
+            .sum();
+        let velocity = if mass > 0.0 {
+            origin + momentum / mass
+        } else {
+            DVec2::ZERO
+        };
+        Self {
+            mass,
+            velocity: DVec2::select(conserved, velocity, DVec2::ZERO),
+            conserved,
+        }
     }
 
     /// Whether the total momentum along x and along y is conserved.
@@ -115,8 +133,12 @@ impl CentreOfMassFrame {
     pub fn thermal<'a>(&self, bodies: impl IntoIterator<Item = BodyView<'a>>) -> ThermalEnergy {
         let mut thermal = ThermalEnergy::default();
         let (mut mass_of_group, mut turning) = (0.0, 0);
-        for BodyView { body, motion, .. } in bodies.into_iter().filter(|view| !view.body.is_fixed()) {
-            let at_rest = Motion { velocity: DVec2::ZERO, ..motion };
+        for BodyView { body, motion, .. } in bodies.into_iter().filter(|view| !view.body.is_fixed())
+        {
+            let at_rest = Motion {
+                velocity: DVec2::ZERO,
+                ..motion
+            };
             let relative = motion.velocity - self.velocity;
             thermal.bodies += 1;
             thermal.translation += 0.5 * mass_times(body, relative).dot(relative);
@@ -129,7 +151,8 @@ impl CentreOfMassFrame {
         if thermal.bodies > 0 {
             let components = f64::from(self.conserved.bitmask().count_ones());
             let share_of_mass = mass_of_group / self.mass;
-            thermal.degrees_of_freedom = (2 * thermal.bodies + turning) as f64 - components * share_of_mass;
+            thermal.degrees_of_freedom =
+                (2 * thermal.bodies + turning) as f64 - components * share_of_mass;
         }
         thermal
     }
@@ -163,14 +186,22 @@ impl View<'_> {
     /// over the number of bodies if the momentum of each room is 0; a simulation of each room alone
     /// avoids it.
     pub fn temperature(&self) -> Option<f64> {
-        self.centre_of_mass_frame().thermal(self.bodies()).temperature()
+        self.centre_of_mass_frame()
+            .thermal(self.bodies())
+            .temperature()
     }
 }
 
 /// The axes along which no fixed body can change the total momentum.
 pub(crate) fn conserved_momentum(world: &World) -> BVec2 {
-    let fixed = world.bodies.iter().zip(&world.motions).filter(|(body, _)| body.is_fixed());
-    fixed.fold(BVec2::TRUE, |conserved, (body, motion)| conserved & !broken_by(body, motion))
+    let fixed = world
+        .bodies
+        .iter()
+        .zip(&world.motions)
+        .filter(|(body, _)| body.is_fixed());
+    fixed.fold(BVec2::TRUE, |conserved, (body, motion)| {
+        conserved & !broken_by(body, motion)
+    })
 }
 
 /// The axes along which a contact with a fixed body changes momentum.
@@ -180,8 +211,16 @@ fn broken_by(fixed: &Body, motion: &Motion) -> BVec2 {
     if fixed.wall_temperature().is_some() {
         return BVec2::TRUE;
     }
-    match fixed.molecule().face().filter(|_| fixed.molecule().atoms().is_empty()) {
-        Some(face) => motion.orientation.cos_sin().rotate(face.normal()).cmpne(DVec2::ZERO),
+    match fixed
+        .molecule()
+        .face()
+        .filter(|_| fixed.molecule().atoms().is_empty())
+    {
+        Some(face) => motion
+            .orientation
+            .cos_sin()
+            .rotate(face.normal())
+            .cmpne(DVec2::ZERO),
         None => BVec2::TRUE,
     }
 }

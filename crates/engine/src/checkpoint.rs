@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use carom_detection::{Detection, Exact};
-use carom_geometry::{LARGEST, Molecule, PeriodicBox};
+use carom_geometry::{MAX_MAGNITUDE, Molecule, PeriodicBox};
 use carom_kinematics::{EpochTime, Inertia, Motion};
 use carom_response::{Impact, Response};
 use glam::DVec2;
@@ -15,8 +15,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    BodyKey, BodyName, CellScheduler, Counters, ElasticitySpec, ElasticityTable, HeatByTag, LEAST_SPEED,
-    Ledger, Rotation, SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
+    BodyKey, BodyName, CellScheduler, Counters, ElasticitySpec, ElasticityTable, HeatByTag, Ledger,
+    MIN_SPEED, Rotation, SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags,
+    World,
     body::BodyKind,
     body_builder::inertia,
     limits::too_slow,
@@ -84,7 +85,7 @@ struct SavedBody {
 }
 
 /// Largest value of a counter: no run takes long enough to overflow the remaining range.
-const MOST_COUNTED: u64 = 1 << 62;
+const MAX_COUNTED: u64 = 1 << 62;
 
 /// A checkpoint that no simulation can have written.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -100,7 +101,7 @@ pub enum CheckpointError {
     },
     /// A speed of a body is out of range.
     #[error(
-        "{quantity} of body {index} of the checkpoint must be 0 or from {LEAST_SPEED:e} to {LARGEST:e}, but is {value:e}"
+        "{quantity} of body {index} of the checkpoint must be 0 or from {MIN_SPEED:e} to {MAX_MAGNITUDE:e}, but is {value:e}"
     )]
     Speed {
         /// Index of the body in the order of insertion.
@@ -238,7 +239,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Never: an epoch that has ended has a state.
     pub fn end_epoch_here(&mut self) -> Checkpoint {
         self.end_epoch(self.offset);
-        self.checkpoint().expect("an epoch that has ended has a state")
+        self.checkpoint()
+            .expect("an epoch that has ended has a state")
     }
 
     /// Resumes from a checkpoint with the given detector, response and options of the scheduler.
@@ -258,17 +260,25 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let mut names = checkpoint.names.clone();
         let mut elasticity = ElasticityTable::new(&checkpoint.elasticity, &mut names)?;
         elasticity.classify(&mut world)?;
-        refuse_unresolved(&world, &elasticity)
-            .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
+        refuse_unresolved(&world, &elasticity).map_err(|reason| {
+            reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
+        })?;
         if checkpoint.last_contacts.len() != world.last_contacts.len() {
-            return Err(CheckpointError::LastContacts(checkpoint.last_contacts.len()));
+            return Err(CheckpointError::LastContacts(
+                checkpoint.last_contacts.len(),
+            ));
         }
         world.last_contacts.clone_from(&checkpoint.last_contacts);
         if let Some((index, value)) = too_slow(&world) {
-            return Err(CheckpointError::Speed { index, quantity: "the speed", value });
+            return Err(CheckpointError::Speed {
+                index,
+                quantity: "the speed",
+                value,
+            });
         }
-        let scheduler = S::new(&options, &world)
-            .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
+        let scheduler = S::new(&options, &world).map_err(|reason| {
+            reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
+        })?;
         Ok(Self {
             counters: checkpoint.counters,
             work_before: checkpoint.counters.scheduler,
@@ -276,7 +286,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             heat: checkpoint.heat.clone(),
             simultaneous: checkpoint.simultaneous.clone(),
             unresolved: checkpoint.unresolved,
-            ..Self::assemble(world, (detection, response), (scheduler, options), elasticity, names)
+            ..Self::assemble(
+                world,
+                (detection, response),
+                (scheduler, options),
+                elasticity,
+                names,
+            )
         })
     }
 }
@@ -308,20 +324,43 @@ impl Checkpoint {
                 thermal_collisions: self.counters.thermal_collisions,
                 ..Counters::default()
             },
-            ledger: Ledger { initial, ..Ledger::default() },
+            ledger: Ledger {
+                initial,
+                ..Ledger::default()
+            },
             heat: HeatByTag::default(),
             ..self
         })
     }
 
     fn refuse_infinite(&self) -> Result<(), CheckpointError> {
-        let Ledger { initial, lost, spared, put_in, heat } = self.ledger;
+        let Ledger {
+            initial,
+            lost,
+            spared,
+            put_in,
+            heat,
+        } = self.ledger;
         let finite = |what, numbers: &[f64]| {
             let all = numbers.iter().all(|number| number.is_finite());
-            if all { Ok(()) } else { Err(CheckpointError::NotFinite(what)) }
+            if all {
+                Ok(())
+            } else {
+                Err(CheckpointError::NotFinite(what))
+            }
         };
-        finite("time", &[self.epoch.epoch(), self.epoch.epoch_low(), self.epoch.offset()])?;
-        finite("time of the last contact", &[self.simultaneous.time, self.unresolved.since])?;
+        finite(
+            "time",
+            &[
+                self.epoch.epoch(),
+                self.epoch.epoch_low(),
+                self.epoch.offset(),
+            ],
+        )?;
+        finite(
+            "time of the last contact",
+            &[self.simultaneous.time, self.unresolved.since],
+        )?;
         finite("ledger", &[initial, lost, spared, put_in, heat])?;
         if !self.heat.is_finite() {
             return Err(CheckpointError::NotFinite("heat of a tag"));
@@ -329,7 +368,11 @@ impl Checkpoint {
         if !self.heat.is_named(&self.names) {
             return Err(CheckpointError::UnnamedHeat);
         }
-        if self.last_contacts.iter().any(|&time| time.is_nan() || time == f64::INFINITY) {
+        if self
+            .last_contacts
+            .iter()
+            .any(|&time| time.is_nan() || time == f64::INFINITY)
+        {
             return Err(CheckpointError::NotFinite("time of a last contact"));
         }
         Ok(())
@@ -348,8 +391,18 @@ impl Checkpoint {
             epochs,
             scheduler,
         } = self.counters;
-        let SchedulerCounters { crossings, stale, rechecks, unresolved, pairs } = scheduler;
-        let out_of_range = |what, allowed, value| CheckpointError::OutOfRange { what, allowed, value };
+        let SchedulerCounters {
+            crossings,
+            stale,
+            rechecks,
+            unresolved,
+            pairs,
+        } = scheduler;
+        let out_of_range = |what, allowed, value| CheckpointError::OutOfRange {
+            what,
+            allowed,
+            value,
+        };
         let counts = [
             collisions,
             fixed_collisions,
@@ -364,14 +417,27 @@ impl Checkpoint {
             unresolved,
             pairs,
             self.next_key.0,
-            self.simultaneous.counts.values().copied().max().map_or(0, |count| u64::from(count) << 32),
+            self.simultaneous
+                .counts
+                .values()
+                .copied()
+                .max()
+                .map_or(0, |count| u64::from(count) << 32),
             u64::from(self.unresolved.count) << 32,
             self.heat.largest_count(),
         ];
-        let windings = self.bodies.iter().flat_map(|body| body.winding).map(i64::unsigned_abs);
+        let windings = self
+            .bodies
+            .iter()
+            .flat_map(|body| body.winding)
+            .map(i64::unsigned_abs);
         let largest = counts.into_iter().chain(windings).max().unwrap_or(0);
-        if largest > MOST_COUNTED {
-            return Err(out_of_range("largest count", "at most 2^62", largest as f64));
+        if largest > MAX_COUNTED {
+            return Err(out_of_range(
+                "largest count",
+                "at most 2^62",
+                largest as f64,
+            ));
         }
         let counted = self.simultaneous.time.max(self.unresolved.since);
         let last = self.last_contacts.iter().copied().fold(counted, f64::max);
@@ -383,8 +449,11 @@ impl Checkpoint {
 
     /// The world at the time of the checkpoint.
     fn world(&self) -> Result<World, CheckpointError> {
-        let bounds = PeriodicBox::new(self.bounds.sides())
-            .map_err(|reason| SceneError::Geometry { entry: "box".to_owned(), reason })?;
+        let bounds =
+            PeriodicBox::new(self.bounds.sides()).map_err(|reason| SceneError::Geometry {
+                entry: "box".to_owned(),
+                reason,
+            })?;
         let mut world = World {
             epoch: self.epoch,
             next_id: self.next_key.0,
@@ -397,7 +466,11 @@ impl Checkpoint {
             let molecule = molecules
                 .get(record.molecule as usize)
                 .ok_or_else(|| wrong("has a shape that is not in the list of shapes"))?;
-            if world.bodies.last().is_some_and(|before| before.key >= record.key) {
+            if world
+                .bodies
+                .last()
+                .is_some_and(|before| before.key >= record.key)
+            {
                 return Err(wrong("is out of order"));
             }
             if record.key >= self.next_key {
@@ -406,23 +479,37 @@ impl Checkpoint {
             if record.tags.iter().any(|&tag| !self.names.knows(tag)) {
                 return Err(wrong("has a tag without a name"));
             }
-            refuse_large_wall(&format!("body {index} of the checkpoint"), molecule, bounds.sides())?;
+            refuse_large_wall(
+                &format!("body {index} of the checkpoint"),
+                molecule,
+                bounds.sides(),
+            )?;
             record.check(molecule, &bounds).map_err(wrong)?;
-            let Motion { velocity, angular_velocity, .. } = record.motion;
-            let too_fast = |quantity, value| CheckpointError::Speed { index, quantity, value };
+            let Motion {
+                velocity,
+                angular_velocity,
+                ..
+            } = record.motion;
+            let too_fast = |quantity, value| CheckpointError::Speed {
+                index,
+                quantity,
+                value,
+            };
             let speed = velocity.abs().max_element();
-            if speed > LARGEST {
+            if speed > MAX_MAGNITUDE {
                 return Err(too_fast("a component of the velocity", speed));
             }
             // A small molecule may turn faster than a scene may specify, but the speed of its rim
             // is at most 1e60.
             let spin = angular_velocity.abs();
-            if spin > LARGEST && spin * molecule.bounding_radius() > LARGEST {
+            if spin > MAX_MAGNITUDE && spin * molecule.bounding_radius() > MAX_MAGNITUDE {
                 return Err(too_fast("the angular velocity", spin));
             }
             let kind = BodyKind {
                 molecule: Arc::clone(molecule),
-                inertia: record.rotation.map_or(Inertia::FIXED, |rotation| inertia(molecule, rotation)),
+                inertia: record
+                    .rotation
+                    .map_or(Inertia::FIXED, |rotation| inertia(molecule, rotation)),
                 tags: record.tags.clone(),
                 elasticity_class: 0,
                 temperature: record.temperature,
@@ -441,8 +528,18 @@ impl SavedBody {
     /// # Errors
     /// The problem, as the rest of a sentence on the body.
     fn check(&self, molecule: &Molecule, bounds: &PeriodicBox) -> Result<(), &'static str> {
-        let Motion { position, velocity, orientation, angular_velocity, time } = self.motion;
-        if !(position.is_finite() && velocity.is_finite() && angular_velocity.is_finite() && time == 0.0) {
+        let Motion {
+            position,
+            velocity,
+            orientation,
+            angular_velocity,
+            time,
+        } = self.motion;
+        if !(position.is_finite()
+            && velocity.is_finite()
+            && angular_velocity.is_finite()
+            && time == 0.0)
+        {
             return Err("has a motion that is not finite");
         }
         let is_turned_once = orientation.turns().abs() <= 0.5;
@@ -463,7 +560,9 @@ impl SavedBody {
         if self.rotation.is_none() && (velocity != DVec2::ZERO || angular_velocity != 0.0) {
             return Err("is fixed but moves");
         }
-        if (self.rotation == Some(Rotation::Locked) || molecule.is_disc()) && angular_velocity != 0.0 {
+        if (self.rotation == Some(Rotation::Locked) || molecule.is_disc())
+            && angular_velocity != 0.0
+        {
             return Err("cannot turn but has an angular velocity");
         }
         Ok(())
@@ -472,7 +571,11 @@ impl SavedBody {
 
 /// The shapes, and the bodies with the indices of their shapes.
 fn records(world: &World) -> (Vec<Molecule>, Vec<SavedBody>) {
-    let mut shapes: Vec<&Arc<Molecule>> = world.bodies.iter().map(|body| &body.kind.molecule).collect();
+    let mut shapes: Vec<&Arc<Molecule>> = world
+        .bodies
+        .iter()
+        .map(|body| &body.kind.molecule)
+        .collect();
     let address = |shape: &Arc<Molecule>| Arc::as_ptr(shape);
     shapes.sort_by_key(|shape| address(shape));
     shapes.dedup_by_key(|shape| address(shape));
@@ -481,13 +584,18 @@ fn records(world: &World) -> (Vec<Molecule>, Vec<SavedBody>) {
     let mut places = vec![None; shapes.len()];
     let mut molecules = Vec::with_capacity(shapes.len());
     let mut bodies = Vec::with_capacity(world.bodies.len());
-    for ((body, &motion), &winding) in world.bodies.iter().zip(&world.motions).zip(&world.windings) {
+    for ((body, &motion), &winding) in world.bodies.iter().zip(&world.motions).zip(&world.windings)
+    {
         let found = shapes.partition_point(|shape| address(shape) < address(&body.kind.molecule));
         let place = *places[found].get_or_insert_with(|| {
             molecules.push(body.molecule().clone());
             molecules.len() as u32 - 1
         });
-        let rotation = if body.is_locked() { Rotation::Locked } else { Rotation::Free };
+        let rotation = if body.is_locked() {
+            Rotation::Locked
+        } else {
+            Rotation::Free
+        };
         bodies.push(SavedBody {
             key: body.key,
             molecule: place,
@@ -516,7 +624,13 @@ mod tests {
             count: Some(3),
             ..GasSpec::default()
         };
-        Simulation::new(&Scene { gas: vec![gas], ..Scene::default() }).unwrap().checkpoint().unwrap()
+        Simulation::new(&Scene {
+            gas: vec![gas],
+            ..Scene::default()
+        })
+        .unwrap()
+        .checkpoint()
+        .unwrap()
     }
 
     /// The error message after `spoil` has changed a valid checkpoint.
@@ -544,7 +658,10 @@ mod tests {
         // Sides that are no floats in decimal notation.
         let walls = "box.sides = [0.3, 0.7]\n[[wall]]\nx = 0.1\nradius = 1e-3\n[[wall]]\ny = 0.2";
         let scene = Scene::from_toml(walls);
-        let written = Simulation::new(&scene.unwrap()).unwrap().checkpoint().unwrap();
+        let written = Simulation::new(&scene.unwrap())
+            .unwrap()
+            .checkpoint()
+            .unwrap();
         assert!(Simulation::resume(&written).is_ok());
     }
 
@@ -553,22 +670,47 @@ mod tests {
         let checkpoint = sound();
         assert_eq!(checkpoint.molecules.len(), 1);
         let resumed = Simulation::resume(&checkpoint).unwrap();
-        let shapes: Vec<_> =
-            resumed.world.bodies.iter().map(|body| Arc::as_ptr(&body.kind.molecule)).collect();
+        let shapes: Vec<_> = resumed
+            .world
+            .bodies
+            .iter()
+            .map(|body| Arc::as_ptr(&body.kind.molecule))
+            .collect();
         assert!(shapes.iter().all(|shape| *shape == shapes[0]));
     }
 
     #[test]
     fn a_checkpoint_that_no_simulation_can_have_written_is_refused() {
         for (said, refused) in [
-            ("body 1 of the checkpoint has a shape", refusal(|c| c.bodies[1].molecule = 7)),
-            ("body 2 of the checkpoint is out of order", refusal(|c| c.bodies[2].key = c.bodies[1].key)),
+            (
+                "body 1 of the checkpoint has a shape",
+                refusal(|c| c.bodies[1].molecule = 7),
+            ),
+            (
+                "body 2 of the checkpoint is out of order",
+                refusal(|c| c.bodies[2].key = c.bodies[1].key),
+            ),
             ("not been assigned", refusal(|c| c.next_key = BodyKey(2))),
-            ("tag without a name", refusal(|c| c.bodies[0].tags.push(Tag(9)))),
-            ("not finite", refusal(|c| c.bodies[0].motion.velocity.x = f64::NAN)),
-            ("out of the box", refusal(|c| c.bodies[0].motion.position.y = 1.5)),
-            ("time is not finite", refusal(|c| c.epoch = EpochTime::from(f64::INFINITY))),
-            ("ledger is not finite", refusal(|c| c.ledger.lost = f64::NAN)),
+            (
+                "tag without a name",
+                refusal(|c| c.bodies[0].tags.push(Tag(9))),
+            ),
+            (
+                "not finite",
+                refusal(|c| c.bodies[0].motion.velocity.x = f64::NAN),
+            ),
+            (
+                "out of the box",
+                refusal(|c| c.bodies[0].motion.position.y = 1.5),
+            ),
+            (
+                "time is not finite",
+                refusal(|c| c.epoch = EpochTime::from(f64::INFINITY)),
+            ),
+            (
+                "ledger is not finite",
+                refusal(|c| c.ledger.lost = f64::NAN),
+            ),
             (
                 "heat of a tag is not finite",
                 refusal(|c| c.heat.give(Tag(0), f64::NAN, ThermostatCounts::default())),
@@ -577,42 +719,76 @@ mod tests {
                 "heat of a tag without a name",
                 refusal(|c| c.heat.give(Tag(9), 1.0, ThermostatCounts::default())),
             ),
-            ("last contact is not finite", refusal(|c| c.simultaneous.time = f64::NAN)),
+            (
+                "last contact is not finite",
+                refusal(|c| c.simultaneous.time = f64::NAN),
+            ),
             (
                 "a component of the velocity of body 0 of the checkpoint must be 0 or from 1e-70 to 1e60, but is 1e61",
                 refusal(|c| c.bodies[0].motion.velocity.x = 1e61),
             ),
             (
                 "the speed of body",
-                refusal(|c| c.bodies.iter_mut().for_each(|body| body.motion.velocity = DVec2::splat(1e-71))),
+                refusal(|c| {
+                    c.bodies
+                        .iter_mut()
+                        .for_each(|body| body.motion.velocity = DVec2::splat(1e-71))
+                }),
             ),
             (
                 "cannot turn but has an angular velocity",
                 refusal(|c| c.bodies[1].motion.angular_velocity = 1.0),
             ),
-            ("is fixed but moves", refusal(|c| c.bodies[1].rotation = None)),
+            (
+                "is fixed but moves",
+                refusal(|c| c.bodies[1].rotation = None),
+            ),
             (
                 "turned by more",
                 refusal(|c| c.bodies[1].motion.orientation = Orientation::from_turns(f64::NAN)),
             ),
-            ("largest count must be at most 2^62", refusal(|c| c.bodies[1].winding[0] = i64::MAX)),
-            ("largest count", refusal(|c| c.counters.collisions = u64::MAX)),
-            ("largest count", refusal(|c| c.counters.scheduler.pairs = u64::MAX)),
+            (
+                "largest count must be at most 2^62",
+                refusal(|c| c.bodies[1].winding[0] = i64::MAX),
+            ),
+            (
+                "largest count",
+                refusal(|c| c.counters.collisions = u64::MAX),
+            ),
+            (
+                "largest count",
+                refusal(|c| c.counters.scheduler.pairs = u64::MAX),
+            ),
             (
                 "largest count",
                 refusal(|c| {
                     c.heat.give(
                         Tag(0),
                         1.0,
-                        ThermostatCounts { fixed: u64::MAX, ..ThermostatCounts::default() },
+                        ThermostatCounts {
+                            fixed: u64::MAX,
+                            ..ThermostatCounts::default()
+                        },
                     );
                 }),
             ),
-            ("largest count", refusal(|c| c.simultaneous.counts = [(0, u32::MAX)].into())),
+            (
+                "largest count",
+                refusal(|c| c.simultaneous.counts = [(0, u32::MAX)].into()),
+            ),
             ("largest count", refusal(|c| c.unresolved.count = u32::MAX)),
-            ("last contact is not finite", refusal(|c| c.unresolved.since = f64::NAN)),
-            ("last contact must be at most 0, but is 2", refusal(|c| c.unresolved.since = 2.0)),
-            ("last contact must be at most 0, but is 1", refusal(|c| c.simultaneous.time = 1.0)),
+            (
+                "last contact is not finite",
+                refusal(|c| c.unresolved.since = f64::NAN),
+            ),
+            (
+                "last contact must be at most 0, but is 2",
+                refusal(|c| c.unresolved.since = 2.0),
+            ),
+            (
+                "last contact must be at most 0, but is 1",
+                refusal(|c| c.simultaneous.time = 1.0),
+            ),
             (
                 "the radius of the wall must be at most",
                 refusal(|c| c.molecules[0] = Molecule::wall(DVec2::X, 1e6).unwrap()),
@@ -621,10 +797,22 @@ mod tests {
                 "16 times as long",
                 refusal(|c| c.molecules[0] = Molecule::wall(DVec2::splat(1e6), 0.0).unwrap()),
             ),
-            ("a wall that can move", refusal(|c| c.molecules[0] = Molecule::wall(DVec2::X, 0.0).unwrap())),
-            ("does not meet its own images", refusal(|c| wall_bodies(c, 0.75 * DVec2::X, 0.0))),
-            ("does not meet its own images", refusal(|c| wall_bodies(c, DVec2::ONE, 0.0))),
-            ("does not meet its own images", refusal(|c| wall_bodies(c, DVec2::Y, 0.125))),
+            (
+                "a wall that can move",
+                refusal(|c| c.molecules[0] = Molecule::wall(DVec2::X, 0.0).unwrap()),
+            ),
+            (
+                "does not meet its own images",
+                refusal(|c| wall_bodies(c, 0.75 * DVec2::X, 0.0)),
+            ),
+            (
+                "does not meet its own images",
+                refusal(|c| wall_bodies(c, DVec2::ONE, 0.0)),
+            ),
+            (
+                "does not meet its own images",
+                refusal(|c| wall_bodies(c, DVec2::Y, 0.125)),
+            ),
             (
                 "does not meet its own images",
                 refusal(|c| {
@@ -632,15 +820,29 @@ mod tests {
                     c.bounds = PeriodicBox::new(DVec2::new(1.0 + f64::EPSILON, 1.0)).unwrap();
                 }),
             ),
-            ("box is too large", refusal(|c| c.bounds = PeriodicBox::new(DVec2::new(1.0, 1e20)).unwrap())),
-            ("elasticity.default", refusal(|c| c.elasticity.default = -1.0)),
-            ("last contact is not finite", refusal(|c| c.last_contacts.push(f64::NAN))),
-            ("3 times of last contacts", refusal(|c| c.last_contacts = vec![0.0; 3])),
+            (
+                "box is too large",
+                refusal(|c| c.bounds = PeriodicBox::new(DVec2::new(1.0, 1e20)).unwrap()),
+            ),
+            (
+                "elasticity.default",
+                refusal(|c| c.elasticity.default = -1.0),
+            ),
+            (
+                "last contact is not finite",
+                refusal(|c| c.last_contacts.push(f64::NAN)),
+            ),
+            (
+                "3 times of last contacts",
+                refusal(|c| c.last_contacts = vec![0.0; 3]),
+            ),
             (
                 "box is too small",
                 refusal(|c| {
                     c.bounds = PeriodicBox::new(DVec2::splat(1e-3)).unwrap();
-                    c.bodies.iter_mut().for_each(|body| body.motion.position = DVec2::ZERO);
+                    c.bodies
+                        .iter_mut()
+                        .for_each(|body| body.motion.position = DVec2::ZERO);
                 }),
             ),
         ] {

@@ -31,7 +31,10 @@ pub(crate) fn coincident_wall(
 /// Whether two walls of the same thickness share a part of some length, if their centres differ by
 /// `offset` (length) or by that and any number of boxes.
 fn lie_together(one: &Face, other: &Face, offset: DVec2, bounds: &PeriodicBox) -> bool {
-    let (sides, lengths) = (bounds.sides(), [one, other].map(|face| 2.0 * face.half_length()));
+    let (sides, lengths) = (
+        bounds.sides(),
+        [one, other].map(|face| 2.0 * face.half_length()),
+    );
     let tolerance = rounding_bound(sides, lengths[0].max(lengths[1]));
     let tilt = one.along().perp_dot(other.along()).abs() * lengths[0].min(lengths[1]);
     if (one.radius() - other.radius()).abs() > tolerance || tilt > tolerance {
@@ -48,8 +51,10 @@ fn lie_together(one: &Face, other: &Face, offset: DVec2, bounds: &PeriodicBox) -
         let along = one.along().dot(place).abs();
         apart <= tolerance && along < 0.5 * (lengths[0] + lengths[1]) - tolerance
     };
-    columns.flat_map(|column| rows.clone().map(move |row| [column, row])).any(|image| {
-        let image = DVec2::new(image[0] as f64, image[1] as f64);
-        shares_a_part(offset + image * sides)
-    })
+    columns
+        .flat_map(|column| rows.clone().map(move |row| [column, row]))
+        .any(|image| {
+            let image = DVec2::new(image[0] as f64, image[1] as f64);
+            shares_a_part(offset + image * sides)
+        })
 }

@@ -22,7 +22,9 @@ pub struct ContactEvent {
 impl ContactEvent {
     /// Orders contacts by time, then by the first body, then by the second body.
     pub fn in_order(&self, other: &Self) -> Ordering {
-        self.time.total_cmp(&other.time).then(self.bodies.cmp(&other.bodies))
+        self.time
+            .total_cmp(&other.time)
+            .then(self.bodies.cmp(&other.bodies))
     }
 }
 
@@ -74,8 +76,15 @@ impl Parts {
             }
             Self::FaceOfB(Part::Atom(i)) => ([Some(i), None], first.atoms()[i as usize].radius()),
             Self::FaceOfA(part) => {
-                let atom = if let Part::Atom(j) = part { Some(j) } else { None };
-                ([None, atom], first.face().map_or(0.0, carom_geometry::Face::radius))
+                let atom = if let Part::Atom(j) = part {
+                    Some(j)
+                } else {
+                    None
+                };
+                (
+                    [None, atom],
+                    first.face().map_or(0.0, carom_geometry::Face::radius),
+                )
             }
         }
     }

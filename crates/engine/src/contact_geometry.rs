@@ -1,6 +1,9 @@
 //! Lever arms, normal and depth of a contact of any two bodies.
 
-#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the caller"
+)]
 
 use carom_kinematics::Motion;
 use carom_response::ContactFrame;
@@ -19,7 +22,12 @@ pub(crate) fn contact_geometry(
     contact: &ContactEvent,
     before: &[Motion; 2],
 ) -> (ContactFrame, f64) {
-    let ContactEvent { bodies, image, parts, .. } = *contact;
+    let ContactEvent {
+        bodies,
+        image,
+        parts,
+        ..
+    } = *contact;
     let pair = bodies.map(|body| &world.bodies[body as usize]);
     let arms = match parts {
         Parts::Atoms(i, j) => [arm(pair[0], i, &before[0]), arm(pair[1], j, &before[1])],
@@ -29,8 +37,14 @@ pub(crate) fn contact_geometry(
     if image != [0, 0] {
         d += world.bounds.shift(image);
     }
-    let between_centres = ContactFrame { line_of_centres: d, arms };
+    let between_centres = ContactFrame {
+        line_of_centres: d,
+        arms,
+    };
     let (frame, distance) =
         contact_frame(world, contact, before).unwrap_or_else(|| (between_centres, d.length()));
-    (frame, parts.contact_distance(pair.map(Body::molecule)) - distance)
+    (
+        frame,
+        parts.contact_distance(pair.map(Body::molecule)) - distance,
+    )
 }

@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Largest number of collisions a molecule in a relaxation: more are most likely an error.
-const LONGEST_RELAXATION: f64 = 1e9;
+const MAX_RELAXATION: f64 = 1e9;
 
 /// Single bodies and kinds of molecules, each checked.
 #[derive(Debug, Clone)]
@@ -33,17 +33,24 @@ impl Contents {
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
         singles.refuse_overlaps()?;
         if let Some(relax) = scene.start.relax
-            && !(0.0..=LONGEST_RELAXATION).contains(&relax)
+            && !(0.0..=MAX_RELAXATION).contains(&relax)
         {
             let problem = format!(
-                "`relax` must be from 0 to {LONGEST_RELAXATION:e} collisions a molecule, but is {relax:?}"
+                "`relax` must be from 0 to {MAX_RELAXATION:e} collisions a molecule, but is {relax:?}"
             );
-            return Err(SceneError::Entry { entry: "start".to_owned(), problem });
+            return Err(SceneError::Entry {
+                entry: "start".to_owned(),
+                problem,
+            });
         }
         if scene.start.empty_pockets && scene.start.placement == Some(Placement::Grown) {
             let problem =
-                "`empty_pockets` excludes `placement` grown: small molecules enter any pocket".to_owned();
-            return Err(SceneError::Entry { entry: "start".to_owned(), problem });
+                "`empty_pockets` excludes `placement` grown: small molecules enter any pocket"
+                    .to_owned();
+            return Err(SceneError::Entry {
+                entry: "start".to_owned(),
+                problem,
+            });
         }
         Ok(Self { singles, species })
     }

@@ -19,11 +19,11 @@ use crate::{random::normal_pair, two_numbers::TwoNumbers};
 /// Numbers farther than this many standard deviations from the mean of a normal distribution are
 /// drawn again: one such number among 10⁴ molecules would set the size of all cells. The standard
 /// deviation of the numbers kept is smaller by 0.05 %.
-const FARTHEST_DEVIATION: f64 = 4.0;
+const MAX_DEVIATION: f64 = 4.0;
 
 /// Most draws of one number. At least 49 % of the numbers of a normal distribution with a mean
 /// above 0 are kept, so that the last draw is rejected with a probability of 10⁻⁷⁴.
-const MOST_DRAWS: usize = 256;
+const MAX_DRAWS: usize = 256;
 
 /// A distribution of positive numbers, from which each molecule of a gas draws its own.
 ///
@@ -72,10 +72,14 @@ impl Distribution {
     pub(crate) fn check(&self) -> Result<(), String> {
         let is_length = |number: f64| (1e-60..=1e60).contains(&number);
         match self {
-            Self::Uniform([from, to]) if !(is_length(*from) && is_length(*to) && from <= to) => Err(format!(
-                "`uniform` must be two numbers in ascending order from 1e-60 to 1e60, but is [{from}, {to}]"
-            )),
-            Self::Normal([mean, deviation]) if !(is_length(*mean) && (0.0..=1e60).contains(deviation)) => {
+            Self::Uniform([from, to]) if !(is_length(*from) && is_length(*to) && from <= to) => {
+                Err(format!(
+                    "`uniform` must be two numbers in ascending order from 1e-60 to 1e60, but is [{from}, {to}]"
+                ))
+            }
+            Self::Normal([mean, deviation])
+                if !(is_length(*mean) && (0.0..=1e60).contains(deviation)) =>
+            {
                 Err(format!(
                     "`normal` must be a mean from 1e-60 to 1e60 and a standard deviation from 0 to 1e60, but is \
                      [{mean}, {deviation}]"
@@ -110,7 +114,11 @@ impl Distribution {
             Self::Values { values, weights } => {
                 let weight = |index: usize| weights.get(index).copied().unwrap_or(1.0);
                 let all: f64 = (0..values.len()).map(weight).sum();
-                values.iter().enumerate().map(|(index, value)| weight(index) / all * value).sum()
+                values
+                    .iter()
+                    .enumerate()
+                    .map(|(index, value)| weight(index) / all * value)
+                    .sum()
             }
         }
     }
@@ -120,10 +128,13 @@ impl Distribution {
     pub fn lower_bound(&self) -> f64 {
         match self {
             Self::Uniform([from, _]) => *from,
-            Self::Normal([mean, deviation]) => (mean - FARTHEST_DEVIATION * deviation).max(0.0),
+            Self::Normal([mean, deviation]) => (mean - MAX_DEVIATION * deviation).max(0.0),
             Self::Values { values, weights } => {
                 let is_drawn = |index: usize| weights.get(index).is_none_or(|&weight| weight > 0.0);
-                let drawn = values.iter().enumerate().filter(|(index, _)| is_drawn(*index));
+                let drawn = values
+                    .iter()
+                    .enumerate()
+                    .filter(|(index, _)| is_drawn(*index));
                 drawn.map(|(_, value)| *value).fold(f64::INFINITY, f64::min)
             }
         }
@@ -136,9 +147,9 @@ impl Distribution {
                 let share: f64 = random.sample(Open01);
                 (from + share * (to - from)).clamp(*from, *to)
             }
-            Self::Normal([mean, deviation]) => (0..MOST_DRAWS)
+            Self::Normal([mean, deviation]) => (0..MAX_DRAWS)
                 .map(|_| normal_pair(random).x)
-                .filter(|score| score.abs() <= FARTHEST_DEVIATION)
+                .filter(|score| score.abs() <= MAX_DEVIATION)
                 .map(|score| mean + score * deviation)
                 .find(|&number| number > 0.0)
                 .unwrap_or(*mean),
@@ -146,7 +157,9 @@ impl Distribution {
                 let weight = |index: usize| weights.get(index).copied().unwrap_or(1.0);
                 let all: f64 = (0..values.len()).map(weight).sum();
                 let mut rest = all * random.random::<f64>();
-                let last = (0..values.len()).rfind(|&index| weight(index) > 0.0).unwrap_or(0);
+                let last = (0..values.len())
+                    .rfind(|&index| weight(index) > 0.0)
+                    .unwrap_or(0);
                 let chosen = (0..last).find(|&index| {
                     rest -= weight(index);
                     rest < 0.0
@@ -162,13 +175,24 @@ fn check_values(values: &[f64], weights: &[f64]) -> Result<(), String> {
         return Err("`values` must have at least one number".to_owned());
     }
     if let Some(value) = values.iter().find(|value| !(1e-60..=1e60).contains(*value)) {
-        return Err(format!("`values` must be from 1e-60 to 1e60, but one is {value:?}"));
+        return Err(format!(
+            "`values` must be from 1e-60 to 1e60, but one is {value:?}"
+        ));
     }
     if !weights.is_empty() && weights.len() != values.len() {
-        return Err(format!("{} `values` have {} `weights`: give as many", values.len(), weights.len()));
+        return Err(format!(
+            "{} `values` have {} `weights`: give as many",
+            values.len(),
+            weights.len()
+        ));
     }
-    if let Some(weight) = weights.iter().find(|weight| !(0.0..=1e60).contains(*weight)) {
-        return Err(format!("`weights` must be from 0 to 1e60, but one is {weight:?}"));
+    if let Some(weight) = weights
+        .iter()
+        .find(|weight| !(0.0..=1e60).contains(*weight))
+    {
+        return Err(format!(
+            "`weights` must be from 0 to 1e60, but one is {weight:?}"
+        ));
     }
     if !weights.is_empty() && weights.iter().all(|&weight| weight == 0.0) {
         return Err("at least one of the `weights` must be above 0".to_owned());
@@ -225,7 +249,10 @@ impl Quantity {
     /// The distribution from which it is drawn; that of a number has one value.
     pub(crate) fn distribution(&self) -> Distribution {
         match self {
-            Self::Number(number) => Distribution::Values { values: vec![*number], weights: Vec::new() },
+            Self::Number(number) => Distribution::Values {
+                values: vec![*number],
+                weights: Vec::new(),
+            },
             Self::Drawn(distribution) => distribution.clone(),
         }
     }
@@ -295,8 +322,7 @@ impl schemars::JsonSchema for Quantity {
 
 struct QuantityVisitor;
 
-const FORMS: &str =
-    "`{ uniform = [a, b] }`, `{ normal = [mean, deviation] }` or `{ values = [...], weights = [...] }`";
+const FORMS: &str = "`{ uniform = [a, b] }`, `{ normal = [mean, deviation] }` or `{ values = [...], weights = [...] }`";
 
 impl<'de> Visitor<'de> for QuantityVisitor {
     type Value = Quantity;
@@ -331,14 +357,19 @@ impl<'de> Visitor<'de> for QuantityVisitor {
                 }
                 "values" => values = Some(map.next_value()?),
                 "weights" => weights = Some(map.next_value()?),
-                _ => return Err(M::Error::custom(format!("unexpected key `{key}`: give {FORMS}"))),
+                _ => {
+                    return Err(M::Error::custom(format!(
+                        "unexpected key `{key}`: give {FORMS}"
+                    )));
+                }
             }
         }
         match (simple, values, weights) {
             (Some(simple), None, None) => Ok(Quantity::Drawn(simple)),
-            (None, Some(values), weights) => {
-                Ok(Quantity::Drawn(Distribution::Values { values, weights: weights.unwrap_or_default() }))
-            }
+            (None, Some(values), weights) => Ok(Quantity::Drawn(Distribution::Values {
+                values,
+                weights: weights.unwrap_or_default(),
+            })),
             _ => Err(M::Error::custom(format!("give {FORMS}"))),
         }
     }
@@ -352,19 +383,27 @@ mod tests {
     /// Mean and variance of many numbers, with the standard errors of both.
     fn moments(distribution: &Distribution) -> [(f64, f64); 2] {
         let mut random = RandomStream::Sizes.generator(7, 0);
-        let numbers: Vec<f64> = (0..200_000).map(|_| distribution.draw(&mut random)).collect();
+        let numbers: Vec<f64> = (0..200_000)
+            .map(|_| distribution.draw(&mut random))
+            .collect();
         let count = numbers.len() as f64;
         let mean = numbers.iter().sum::<f64>() / count;
         let power = |n| numbers.iter().map(|x| (x - mean).powi(n)).sum::<f64>() / count;
         let (variance, fourth) = (power(2), power(4));
-        [(mean, (variance / count).sqrt()), (variance, ((fourth - variance * variance) / count).sqrt())]
+        [
+            (mean, (variance / count).sqrt()),
+            (variance, ((fourth - variance * variance) / count).sqrt()),
+        ]
     }
 
     fn assert_moments(distribution: &Distribution, mean: f64, variance: f64) {
         distribution.check().unwrap();
         let square = distribution.mean_square();
         let exact = variance + mean * mean;
-        assert!((square / exact - 1.0).abs() < 0.15, "{distribution:?}: {square}, {exact}");
+        assert!(
+            (square / exact - 1.0).abs() < 0.15,
+            "{distribution:?}: {square}, {exact}"
+        );
         for ((drawn, error), expected) in moments(distribution).into_iter().zip([mean, variance]) {
             assert!(
                 (drawn - expected).abs() < 5.0 * error,
@@ -381,15 +420,24 @@ mod tests {
         assert_moments(&Distribution::Normal([2.0, 0.1]), 2.0, 0.01 * 0.998_929);
         // Cut at 0 and at 4: with α = −1, β = 4, Z = Φ(4) − Φ(−1) and δ = (φ(α) − φ(β))/Z, the mean
         // is 1 + δ and the variance 1 + (α φ(α) − β φ(β))/Z − δ².
-        let (phi, cdf) = ([0.241_970_724_5, 1.338_302_258e-4], 0.999_968_328_8 - 0.158_655_253_9);
+        let (phi, cdf) = (
+            [0.241_970_724_5, 1.338_302_258e-4],
+            0.999_968_328_8 - 0.158_655_253_9,
+        );
         let shift = (phi[0] - phi[1]) / cdf;
         let variance = 1.0 + (-phi[0] - 4.0 * phi[1]) / cdf - shift * shift;
         assert_moments(&Distribution::Normal([1.0, 1.0]), 1.0 + shift, variance);
         // Σ w x / Σ w and Σ w (x − mean)² / Σ w; a value of weight 0 is never drawn.
-        let values = Distribution::Values { values: vec![1.0, 2.0, 9.0], weights: vec![3.0, 1.0, 0.0] };
+        let values = Distribution::Values {
+            values: vec![1.0, 2.0, 9.0],
+            weights: vec![3.0, 1.0, 0.0],
+        };
         assert_moments(&values, 1.25, 0.1875);
         assert_eq!((values.mean(), values.lower_bound()), (1.25, 1.0));
-        let equal = Distribution::Values { values: vec![1.0, 2.0], weights: vec![] };
+        let equal = Distribution::Values {
+            values: vec![1.0, 2.0],
+            weights: vec![],
+        };
         assert_moments(&equal, 1.5, 0.25);
         assert_eq!((equal.mean(), equal.lower_bound()), (1.5, 1.0));
         let uniform = Distribution::Uniform([0.5, 1.5]);

@@ -35,18 +35,24 @@ impl Described {
     /// [`SceneError`] with the name of the entry if a key is missing, excluded or out of range.
     pub fn new(scene: &Scene, index: usize, entry: &str) -> Result<Self, SceneError> {
         let spec = &scene.gas[index];
-        let problem =
-            |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
+        let problem = |problem: &str| SceneError::Entry {
+            entry: entry.to_owned(),
+            problem: problem.to_owned(),
+        };
         let radius = spec.one_radius().ok_or_else(|| problem(TWO_RADII))?;
         let mass = spec.one_mass().ok_or_else(|| problem(TWO_MASSES))?;
         check(spec, radius, mass).map_err(|reason| problem(&reason))?;
-        let is_drawn = [radius, mass].into_iter().flatten().any(|given| given.number().is_none());
+        let is_drawn = [radius, mass]
+            .into_iter()
+            .flatten()
+            .any(|given| given.number().is_none());
         if !is_drawn && spec.scale.is_none() && spec.density.is_none() {
             let [radius, mass] = [radius, mass].map(|given| given.and_then(Quantity::number));
             let molecule = molecule(entry, shape(spec), &spec.atoms, radius, mass)?;
             return Ok(Self::Equal(Box::new(molecule)));
         }
-        let atoms = atoms(spec, radius.is_some(), mass.is_some()).map_err(|reason| problem(&reason))?;
+        let atoms =
+            atoms(spec, radius.is_some(), mass.is_some()).map_err(|reason| problem(&reason))?;
         let mut random = RandomStream::Sizes.generator(scene.bounds.seed, scene.bounds.replica);
         // A gas needs fewer than 2^64 numbers: its sizes do not depend on the gases before it.
         random.advance((index as u128) << 64);
@@ -55,8 +61,20 @@ impl Described {
         let [radius, mass, scale] = given.map(|given| given.map(Quantity::distribution));
         let (entry, density) = (entry.to_owned(), spec.density);
         let atoms = atoms.map_err(geometry(&entry))?;
-        let mut drawing = Drawing { entry, atoms, radius, mass, scale, density, random };
-        if is_one { Ok(Self::Equal(Box::new(drawing.next()?))) } else { Ok(Self::Drawn(Box::new(drawing))) }
+        let mut drawing = Drawing {
+            entry,
+            atoms,
+            radius,
+            mass,
+            scale,
+            density,
+            random,
+        };
+        if is_one {
+            Ok(Self::Equal(Box::new(drawing.next()?)))
+        } else {
+            Ok(Self::Drawn(Box::new(drawing)))
+        }
     }
 }
 
@@ -73,10 +91,16 @@ fn check(spec: &GasSpec, radius: Option<&Quantity>, mass: Option<&Quantity>) -> 
             return Err("give either `density` or a mass, not both".to_owned());
         }
         if !(1e-60..=1e60).contains(&density) {
-            return Err(format!("`density` must be from 1e-60 to 1e60 (mass / length²), but is {density:?}"));
+            return Err(format!(
+                "`density` must be from 1e-60 to 1e60 (mass / length²), but is {density:?}"
+            ));
         }
     }
-    for (key, given) in [("radius", radius), ("mass", mass), ("scale", spec.scale.as_ref())] {
+    for (key, given) in [
+        ("radius", radius),
+        ("mass", mass),
+        ("scale", spec.scale.as_ref()),
+    ] {
         if let Some(Err(reason)) = given.map(Quantity::check) {
             return Err(format!("`{key}`: {reason}"));
         }
@@ -127,7 +151,9 @@ impl Drawing {
         let square = |distribution: &Option<Distribution>| {
             distribution.as_ref().map_or(1.0, Distribution::mean_square)
         };
-        let of_size_1 = Molecule::new(self.atoms.clone()).map_err(geometry(&self.entry))?.area();
+        let of_size_1 = Molecule::new(self.atoms.clone())
+            .map_err(geometry(&self.entry))?
+            .area();
         Ok(of_size_1 * square(&self.radius) * square(&self.scale))
     }
 
@@ -136,15 +162,30 @@ impl Drawing {
     /// # Errors
     /// [`SceneError`] with the name of the entry if a length or a mass is out of range.
     pub fn next(&mut self) -> Result<Molecule, SceneError> {
-        let Self { entry, atoms, radius, mass, scale, density, random } = self;
+        let Self {
+            entry,
+            atoms,
+            radius,
+            mass,
+            scale,
+            density,
+            random,
+        } = self;
         let mut draw = |distribution: &Option<Distribution>| {
-            distribution.as_ref().map_or(1.0, |distribution| distribution.draw(random))
+            distribution
+                .as_ref()
+                .map_or(1.0, |distribution| distribution.draw(random))
         };
         let length = draw(radius) * draw(scale);
         let mass = draw(mass);
         let scaled = |length: f64, mass: f64| -> Result<Molecule, GeometryError> {
-            let atom =
-                |atom: &Atom| Atom::new(length * atom.offset(), length * atom.radius(), mass * atom.mass());
+            let atom = |atom: &Atom| {
+                Atom::new(
+                    length * atom.offset(),
+                    length * atom.radius(),
+                    mass * atom.mass(),
+                )
+            };
             Molecule::new(atoms.iter().map(atom).collect::<Result<Vec<_>, _>>()?)
         };
         let molecule = scaled(length, mass).and_then(|molecule| match density {

@@ -8,8 +8,8 @@ use carom_kinematics::{Motion, kinetic_energy};
 use carom_response::Response;
 
 use crate::{
-    Body, BodyKey, BodyName, EditError, ElasticitySpec, MoleculeSpec, Rotation, Scheduler, Simulation, Tag,
-    WallSpec,
+    Body, BodyKey, BodyName, EditError, ElasticitySpec, MoleculeSpec, Rotation, Scheduler,
+    Simulation, Tag, WallSpec,
     batch::{energy_factor, energy_factors},
     body_builder::inertia,
     simulation::Epoch,
@@ -78,7 +78,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// # Errors
     /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`]
     /// if `energy` is not positive and finite or gives a speed above 10⁶⁰ or below
-    /// [`LEAST_SPEED`](crate::LEAST_SPEED), [`EditError::Fixed`], [`EditError::NoSuchBody`].
+    /// [`MIN_SPEED`](crate::MIN_SPEED), [`EditError::Fixed`], [`EditError::NoSuchBody`].
     #[doc(alias = "thermostat")]
     pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
         let index = self.index(key)?;
@@ -105,7 +105,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.reset_energies(energy, |_| true)
     }
 
-    fn reset_energies(&mut self, energy: f64, which: impl Fn(&Body) -> bool) -> Result<(), EditError> {
+    fn reset_energies(
+        &mut self,
+        energy: f64,
+        which: impl Fn(&Body) -> bool,
+    ) -> Result<(), EditError> {
         let chosen = |index: usize| which(&self.world.bodies[index]);
         let factors = energy_factors(&self.world, &self.names, energy, chosen)?;
         for (index, factor) in factors {

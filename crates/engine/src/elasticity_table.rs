@@ -35,7 +35,7 @@ struct Rule {
 /// The shortest contact time c of a guard. Shorter: at e = 0 molecules in lasting contact bounce by
 /// c² of their size, which is below the rounding of positions (seen at 2e-6, in a box of 30
 /// diameters).
-const SHORTEST_CONTACT: f64 = 1e-5;
+const MIN_CONTACT: f64 = 1e-5;
 
 impl ElasticityTable {
     /// Whether the elasticity of each pair of existing bodies is 1.
@@ -49,12 +49,17 @@ impl ElasticityTable {
         if self.by_class.is_empty() {
             return self.default;
         }
-        self.by_class[a.kind.elasticity_class as usize * self.classes + b.kind.elasticity_class as usize]
+        self.by_class
+            [a.kind.elasticity_class as usize * self.classes + b.kind.elasticity_class as usize]
     }
 
     /// The class of a body: bodies of one class have the same elasticity with each other body.
     pub(crate) fn class_of(&self, body: &Body) -> u32 {
-        if self.by_class.is_empty() { 0 } else { body.kind.elasticity_class }
+        if self.by_class.is_empty() {
+            0
+        } else {
+            body.kind.elasticity_class
+        }
     }
 
     pub(crate) fn new(spec: &ElasticitySpec, names: &mut TagNames) -> Result<Self, SceneError> {
@@ -65,7 +70,10 @@ impl ElasticityTable {
         for (index, rule) in spec.pair.iter().enumerate() {
             let entry = format!("elasticity.pair[{index}]");
             if !(1..=2).contains(&rule.between.len()) {
-                let problem = format!("`between` must name one or two tags, but is {:?}", rule.between);
+                let problem = format!(
+                    "`between` must name one or two tags, but is {:?}",
+                    rule.between
+                );
                 return Err(SceneError::Entry { entry, problem });
             }
             rules.push(Rule {
@@ -77,18 +85,32 @@ impl ElasticityTable {
         let default = coefficient("elasticity.default".to_owned(), spec.default)?;
         if !(0.0..=1.0).contains(&spec.contact_time) {
             let problem = format!("it must be from 0 to 1, but is {}", spec.contact_time);
-            return Err(SceneError::Entry { entry: "elasticity.contact_time".to_owned(), problem });
+            return Err(SceneError::Entry {
+                entry: "elasticity.contact_time".to_owned(),
+                problem,
+            });
         }
-        if spec.contact_time > 0.0 && spec.contact_time < SHORTEST_CONTACT {
+        if spec.contact_time > 0.0 && spec.contact_time < MIN_CONTACT {
             let problem = format!(
-                "it must be 0 (no guard) or at least {SHORTEST_CONTACT:e}, but is {:e}: turning molecules would \
+                "it must be 0 (no guard) or at least {MIN_CONTACT:e}, but is {:e}: turning molecules would \
                  bounce by less than the rounding of positions, and sink into each other",
                 spec.contact_time
             );
-            return Err(SceneError::Entry { entry: "elasticity.contact_time".to_owned(), problem });
+            return Err(SceneError::Entry {
+                entry: "elasticity.contact_time".to_owned(),
+                problem,
+            });
         }
-        let guard = Guard { contact_time: spec.contact_time };
-        Ok(Self { default, guard, rules, classes: 0, by_class: Vec::new() })
+        let guard = Guard {
+            contact_time: spec.contact_time,
+        };
+        Ok(Self {
+            default,
+            guard,
+            rules,
+            classes: 0,
+            by_class: Vec::new(),
+        })
     }
 
     /// Prepares the table for the bodies of a world, and lets the world keep the times that the
@@ -99,7 +121,10 @@ impl ElasticityTable {
             self.look_up(world)?;
         }
         world.keep_last_contacts(self.is_guarded());
-        world.has_thermal_walls = world.bodies.iter().any(|body| body.kind.temperature.is_some());
+        world.has_thermal_walls = world
+            .bodies
+            .iter()
+            .any(|body| body.kind.temperature.is_some());
         Ok(())
     }
 
@@ -142,16 +167,22 @@ impl ElasticityTable {
                 body.kind = Arc::clone(after);
                 continue;
             }
-            let both = done.entry(Arc::as_ptr(&body.kind).addr()).or_insert_with(|| {
-                let next = classes.len() as u32;
-                let class = *classes.entry(body.kind.tags.clone()).or_insert(next);
-                let after = BodyKind { elasticity_class: class, ..BodyKind::clone(&body.kind) };
-                [Arc::clone(&body.kind), Arc::new(after)]
-            });
+            let both = done
+                .entry(Arc::as_ptr(&body.kind).addr())
+                .or_insert_with(|| {
+                    let next = classes.len() as u32;
+                    let class = *classes.entry(body.kind.tags.clone()).or_insert(next);
+                    let after = BodyKind {
+                        elasticity_class: class,
+                        ..BodyKind::clone(&body.kind)
+                    };
+                    [Arc::clone(&body.kind), Arc::new(after)]
+                });
             body.kind = Arc::clone(&both[1]);
             last = Some(both.clone());
         }
-        let mut tags: Vec<(&Tags, u32)> = classes.iter().map(|(tags, &class)| (tags, class)).collect();
+        let mut tags: Vec<(&Tags, u32)> =
+            classes.iter().map(|(tags, &class)| (tags, class)).collect();
         tags.sort_by_key(|&(_, class)| class);
         self.classes = tags.len();
         let mut by_class = Vec::with_capacity(self.classes * self.classes);
@@ -161,7 +192,10 @@ impl ElasticityTable {
             }
         }
         // Rules that affect no existing body have no cost.
-        if by_class.iter().any(|elasticity| *elasticity != self.default) {
+        if by_class
+            .iter()
+            .any(|elasticity| *elasticity != self.default)
+        {
             self.by_class = by_class;
         }
         Ok(())
@@ -170,7 +204,11 @@ impl ElasticityTable {
     fn resolve(&self, a: &Tags, b: &Tags) -> Result<Elasticity, SceneError> {
         for rank in [2, 1] {
             let mut found: Option<&Rule> = None;
-            for rule in self.rules.iter().filter(|rule| rule.tags.len() == rank && rule.applies(a, b)) {
+            for rule in self
+                .rules
+                .iter()
+                .filter(|rule| rule.tags.len() == rank && rule.applies(a, b))
+            {
                 match found {
                     Some(first) if first.elasticity != rule.elasticity => {
                         return Err(SceneError::AmbiguousElasticity {
@@ -217,29 +255,60 @@ mod tests {
     struct Lossy;
 
     impl Response for Lossy {
-        fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], e: Elasticity) -> DVec2 {
+        fn impulse(
+            &self,
+            frame: &ContactFrame,
+            bodies: [(&Motion, &Inertia); 2],
+            e: Elasticity,
+        ) -> DVec2 {
             0.5 * Impact.impulse(frame, bodies, e)
         }
     }
 
     #[test]
     fn last_contacts_are_kept_only_where_the_guard_can_raise_an_elasticity() {
-        let rule = |tag: &str, coefficient| ElasticityRule { between: vec![tag.to_owned()], coefficient };
-        let table = |default, pair| ElasticitySpec { default, pair, ..ElasticitySpec::default() };
+        let rule = |tag: &str, coefficient| ElasticityRule {
+            between: vec![tag.to_owned()],
+            coefficient,
+        };
+        let table = |default, pair| ElasticitySpec {
+            default,
+            pair,
+            ..ElasticitySpec::default()
+        };
         for (elasticity, kept) in [
             (table(1.0, vec![]), 0),
             (table(1.5, vec![]), 0),
             (table(1.0, vec![rule("a", 1.2)]), 0),
             (table(0.9, vec![]), 1),
             (table(1.0, vec![rule("a", 0.5)]), 1),
-            (ElasticitySpec { contact_time: 0.0, ..table(0.5, vec![]) }, 0),
+            (
+                ElasticitySpec {
+                    contact_time: 0.0,
+                    ..table(0.5, vec![])
+                },
+                0,
+            ),
         ] {
-            let bumper = vec![BumperSpec { tags: Vec::new(), at: [0.5; 2], radius: 0.1 }];
-            let scene = Scene { bumper, elasticity, ..Scene::default() };
+            let bumper = vec![BumperSpec {
+                tags: Vec::new(),
+                at: [0.5; 2],
+                radius: 0.1,
+            }];
+            let scene = Scene {
+                bumper,
+                elasticity,
+                ..Scene::default()
+            };
             let options = Instructions::default();
             let simulation: Simulation<Exact, Lossy, CellScheduler> =
                 Simulation::with(&scene, Exact::default(), Lossy, options).unwrap();
-            assert_eq!(simulation.world.last_contacts().len(), kept, "{:?}", scene.elasticity);
+            assert_eq!(
+                simulation.world.last_contacts().len(),
+                kept,
+                "{:?}",
+                scene.elasticity
+            );
         }
     }
 
@@ -250,9 +319,19 @@ mod tests {
             at: [0.1 * f64::from(n % 10), 0.1 * f64::from(n / 10)],
             radius: 0.01,
         };
-        let pair = vec![ElasticityRule { between: vec!["a".to_owned()], coefficient: 0.5 }];
-        let elasticity = ElasticitySpec { pair, ..ElasticitySpec::default() };
-        let scene = Scene { bumper: (0..100).map(bumper).collect(), elasticity, ..Scene::default() };
+        let pair = vec![ElasticityRule {
+            between: vec!["a".to_owned()],
+            coefficient: 0.5,
+        }];
+        let elasticity = ElasticitySpec {
+            pair,
+            ..ElasticitySpec::default()
+        };
+        let scene = Scene {
+            bumper: (0..100).map(bumper).collect(),
+            elasticity,
+            ..Scene::default()
+        };
         let simulation: Simulation = Simulation::new(&scene).unwrap();
         assert_eq!(simulation.world.count_kinds(), 2);
     }

@@ -1,7 +1,10 @@
 //! The loop over the contacts of an epoch, until the target time or the end of the epoch: it
 //! resolves each contact and passes the new motions to the queue.
 
-#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the caller"
+)]
 
 use carom_detection::Detection;
 use carom_kinematics::Motion;
@@ -9,8 +12,8 @@ use carom_response::{ContactFrame, Elasticity, Response};
 use glam::DVec2;
 
 use crate::{
-    BodyName, CollisionReport, Counters, ElasticityTable, Ledger, Observer, RunError, Side, StallCause,
-    TagNames, World,
+    BodyName, CollisionReport, Counters, ElasticityTable, Ledger, Observer, RunError, Side,
+    StallCause, TagNames, World,
     limits::{ContactPlaces, Limits},
     resolution::{Encounter, Resolved, ResolvedDiscs, Rules},
     scheduler::{ContactEvent, EventLoop, EventQueue, Parts},
@@ -62,7 +65,11 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
         let all_elastic = self.rules().all_elastic();
         loop {
             let limit = self.limits.time();
-            let stop = if limit < self.target { limit } else { self.target };
+            let stop = if limit < self.target {
+                limit
+            } else {
+                self.target
+            };
             let Some(contact) = queue.next_contact(self.world, self.detection, stop) else {
                 if self.target < limit {
                     *self.now = self.target;
@@ -79,16 +86,26 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
             if contact.parts == Parts::Discs && all_elastic && !repeats {
                 let inverse_masses = queue.inverse_masses(self.world, bodies);
                 let (a, b) = (queue.flight(bodies[0], time), queue.flight(bodies[1], time));
-                let resolved = self.rules().resolve_discs(contact.image, [a, b], inverse_masses);
+                let resolved = self
+                    .rules()
+                    .resolve_discs(contact.image, [a, b], inverse_masses);
                 self.record_discs(contact, [a, b], resolved)?;
                 let flights = [[a[0], b[0]], resolved.after];
                 queue.flights_changed(self.world, self.detection, bodies, time, flights);
             } else {
                 // Two separate calls: with `map` the motions are copied through memory more than
                 // once.
-                let before = [queue.motion(bodies[0]).at(time), queue.motion(bodies[1]).at(time)];
+                let before = [
+                    queue.motion(bodies[0]).at(time),
+                    queue.motion(bodies[1]).at(time),
+                ];
                 let last_contacts = self.last_contacts(bodies);
-                let encounter = Encounter { contact, before, last_contacts, repeats };
+                let encounter = Encounter {
+                    contact,
+                    before,
+                    last_contacts,
+                    repeats,
+                };
                 let resolved = if self.world.has_thermal_walls {
                     self.resolve_with_thermal_walls(&encounter)?
                 } else {
@@ -151,20 +168,49 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         // All parts by themselves, and put together where they are needed: an array or a struct
         // whose address is passed on stays in memory for each contact, and is read as a whole
         // before its parts have reached the cache.
-        let ContactEvent { time, bodies: [a, b], image: [across, up], parts } = contact;
-        let ResolvedDiscs { line_of_centres, impulse, after: [after_a, after_b], met_fixed } = resolved;
+        let ContactEvent {
+            time,
+            bodies: [a, b],
+            image: [across, up],
+            parts,
+        } = contact;
+        let ResolvedDiscs {
+            line_of_centres,
+            impulse,
+            after: [after_a, after_b],
+            met_fixed,
+        } = resolved;
         let [[place_a, velocity_a], [place_b, velocity_b]] = flights;
         if !self.limits.within(after_a, after_b) {
-            let places = ContactPlaces { bodies: [a, b], time, places: [place_a, place_b] };
-            self.limits.accept(self.world, self.names, places, [after_a, after_b], 0.0)?;
+            let places = ContactPlaces {
+                bodies: [a, b],
+                time,
+                places: [place_a, place_b],
+            };
+            self.limits
+                .accept(self.world, self.names, places, [after_a, after_b], 0.0)?;
         }
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(met_fixed);
         if self.watches([a, b]) {
-            let contact = ContactEvent { time, bodies: [a, b], image: [across, up], parts };
+            let contact = ContactEvent {
+                time,
+                bodies: [a, b],
+                image: [across, up],
+                parts,
+            };
             let flights = [[place_a, velocity_a], [place_b, velocity_b]];
             let after = [after_a, after_b];
-            self.report_discs(contact, flights, ResolvedDiscs { line_of_centres, impulse, after, met_fixed });
+            self.report_discs(
+                contact,
+                flights,
+                ResolvedDiscs {
+                    line_of_centres,
+                    impulse,
+                    after,
+                    met_fixed,
+                },
+            );
         }
         Ok(())
     }
@@ -172,7 +218,9 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     /// Whether the observer wants to know of contacts of these bodies.
     #[inline(always)]
     fn watches(&self, bodies: [u32; 2]) -> bool {
-        let Some(observer) = &self.observer else { return false };
+        let Some(observer) = &self.observer else {
+            return false;
+        };
         observer.watches(bodies.map(|body| &self.world.bodies[body as usize]))
     }
 
@@ -180,22 +228,48 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     // By value: references would keep both in memory in the loop, for contacts that are not
     // reported.
     #[inline(never)]
-    fn report_discs(&mut self, contact: ContactEvent, flights: [[DVec2; 2]; 2], resolved: ResolvedDiscs) {
-        let ContactEvent { time, bodies, image, .. } = contact;
-        let ResolvedDiscs { line_of_centres, impulse, after, .. } = resolved;
+    fn report_discs(
+        &mut self,
+        contact: ContactEvent,
+        flights: [[DVec2; 2]; 2],
+        resolved: ResolvedDiscs,
+    ) {
+        let ContactEvent {
+            time,
+            bodies,
+            image,
+            ..
+        } = contact;
+        let ResolvedDiscs {
+            line_of_centres,
+            impulse,
+            after,
+            ..
+        } = resolved;
         let side = |n: usize| {
             let [position, velocity] = flights[n];
-            let before = Motion { velocity, time, ..Motion::at_rest(position) };
+            let before = Motion {
+                velocity,
+                time,
+                ..Motion::at_rest(position)
+            };
             Side {
                 body: &self.world.bodies[bodies[n] as usize],
                 atom: Some(0),
                 arm: DVec2::ZERO,
                 before,
-                after: Motion { velocity: after[n], ..before },
+                after: Motion {
+                    velocity: after[n],
+                    ..before
+                },
             }
         };
         let sides = [side(0), side(1)];
-        let normal = ContactFrame { line_of_centres, arms: [DVec2::ZERO; 2] }.normal();
+        let normal = ContactFrame {
+            line_of_centres,
+            arms: [DVec2::ZERO; 2],
+        }
+        .normal();
         let radius = sides[0].body.kind.molecule.bounding_radius();
         let report = CollisionReport {
             time: self.world.epoch.after(time),
@@ -215,9 +289,20 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     /// Accepts any contact, counts it, enters its energy into the ledger and reports it to the
     /// observer. A refused contact changes no motion, counter or ledger entry, and is not reported.
     #[inline(never)]
-    pub(crate) fn record(&mut self, encounter: &Encounter, resolved: &Resolved) -> Result<(), RunError> {
-        let Encounter { contact, before, .. } = encounter;
-        let ContactEvent { time, bodies, image, parts } = *contact;
+    pub(crate) fn record(
+        &mut self,
+        encounter: &Encounter,
+        resolved: &Resolved,
+    ) -> Result<(), RunError> {
+        let Encounter {
+            contact, before, ..
+        } = encounter;
+        let ContactEvent {
+            time,
+            bodies,
+            image,
+            parts,
+        } = *contact;
         let pair = bodies.map(|body| &self.world.bodies[body as usize]);
         let Resolved { frame, after, .. } = resolved;
         if resolved.is_unresolved
@@ -225,10 +310,18 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         {
             return Err(self.stalled(bodies[0], time, contacts));
         }
-        let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
+        let spin = after[0]
+            .angular_velocity
+            .abs()
+            .max(after[1].angular_velocity.abs());
         let velocities = [after[0].velocity, after[1].velocity];
-        let places = ContactPlaces { bodies, time, places: [before[0].position, before[1].position] };
-        self.limits.accept(self.world, self.names, places, velocities, spin)?;
+        let places = ContactPlaces {
+            bodies,
+            time,
+            places: [before[0].position, before[1].position],
+        };
+        self.limits
+            .accept(self.world, self.names, places, velocities, spin)?;
         if !self.world.last_contacts.is_empty() {
             for body in bodies {
                 self.world.last_contacts[body as usize] = time;
@@ -279,11 +372,17 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
 
     fn stalled(&self, body: u32, time: f64, contacts: u32) -> RunError {
         let body = BodyName::new(&self.world.bodies[body as usize], self.names);
-        RunError::Stalled { time: self.world.epoch.after(time), body, contacts, cause: self.stall_cause() }
+        RunError::Stalled {
+            time: self.world.epoch.after(time),
+            body,
+            contacts,
+            cause: self.stall_cause(),
+        }
     }
 
     fn stall_cause(&self) -> StallCause {
-        let loses = self.elasticity.loses_energy() || !self.response.conserves_energy(Elasticity::ELASTIC);
+        let loses =
+            self.elasticity.loses_energy() || !self.response.conserves_energy(Elasticity::ELASTIC);
         match (loses, self.elasticity.guard.contact_time > 0.0) {
             (false, _) => StallCause::NoFreeSpace,
             (true, false) => StallCause::InelasticCollapse,

@@ -1,11 +1,11 @@
 //! Errors: invalid scenes and edits, and the reasons why a run ends early.
 
-use carom_geometry::{GeometryError, LARGEST, Shape};
+use carom_geometry::{GeometryError, MAX_MAGNITUDE, Shape};
 use carom_kinematics::EpochTime;
 use carom_response::ElasticityError;
 use thiserror::Error;
 
-use crate::{BodyKey, BodyName, LEAST_SPEED, MAX_TIME, did_you_mean};
+use crate::{BodyKey, BodyName, MAX_TIME, MIN_SPEED, did_you_mean};
 
 /// A scene that cannot be built. The message names the entry.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -40,7 +40,7 @@ pub enum SceneError {
     },
     /// A body moves or turns so slowly that the squares of its speed underflow.
     #[error(
-        "{entry}: {quantity} must be 0 or at least {LEAST_SPEED:e}, but is {speed:e} (slower bodies would pass \
+        "{entry}: {quantity} must be 0 or at least {MIN_SPEED:e}, but is {speed:e} (slower bodies would pass \
          through each other); choose a longer unit of time"
     )]
     TooSlow {
@@ -140,7 +140,11 @@ fn nearest_shape(reason: &GeometryError) -> String {
 
 /// A number from 0 on with four digits.
 pub(crate) fn short(number: f64) -> String {
-    if number >= 1e-3 { format!("{number:.4}") } else { format!("{number:.3e}") }
+    if number >= 1e-3 {
+        format!("{number:.4}")
+    } else {
+        format!("{number:.3e}")
+    }
 }
 
 /// What to do if no more molecules can be placed.
@@ -235,7 +239,10 @@ impl GridError {
             }
             Self::CellsPerSide(_) => "the grid".to_owned(),
         };
-        SceneError::Grid { entry, reason: self }
+        SceneError::Grid {
+            entry,
+            reason: self,
+        }
     }
 }
 
@@ -247,10 +254,14 @@ pub enum EditError {
     #[error("body {} is not, or no longer, in the system", .0.0)]
     NoSuchBody(BodyKey),
     /// A body at rest has no direction of motion, so its energy cannot be scaled.
-    #[error("the energy of {0} cannot be reset: the body is at rest and has no direction of motion")]
+    #[error(
+        "the energy of {0} cannot be reset: the body is at rest and has no direction of motion"
+    )]
     NoEnergy(BodyName),
     /// An energy that is not positive and finite, or that gives a speed out of range.
-    #[error("an energy must be positive and give a speed from {LEAST_SPEED:e} to {LARGEST:e}, but is {0:e}")]
+    #[error(
+        "an energy must be positive and give a speed from {MIN_SPEED:e} to {MAX_MAGNITUDE:e}, but is {0:e}"
+    )]
     Energy(f64),
     /// The body is fixed: its energy and its rotation cannot be changed.
     #[error("{0} is fixed: neither its energy nor its rotation can be changed")]
@@ -356,11 +367,11 @@ pub enum RunError {
         way: f64,
     },
     /// After contacts that lose energy, or after edits, some bodies move, but none as fast as
-    /// [`LEAST_SPEED`]. The squares of their speeds underflow, and they would pass through each
+    /// [`MIN_SPEED`]. The squares of their speeds underflow, and they would pass through each
     /// other.
     #[error(
         "at time {time} the fastest is {body}, of speed {speed:e}; to continue, it must be at rest or have a speed of \
-         at least {LEAST_SPEED:e}"
+         at least {MIN_SPEED:e}"
     )]
     TooSlow {
         /// Time at which the run stopped.
@@ -372,7 +383,7 @@ pub enum RunError {
     },
     /// A speed has grown out of range (for example by superelastic contacts).
     #[error(
-        "at time {time} {body} is too fast to continue: its speed is {speed:e}, at most {LARGEST:e} is allowed"
+        "at time {time} {body} is too fast to continue: its speed is {speed:e}, at most {MAX_MAGNITUDE:e} is allowed"
     )]
     BlowUp {
         /// Time at which the run stopped.

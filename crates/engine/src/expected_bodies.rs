@@ -57,7 +57,10 @@ mod tests {
         for size in ["radius = 1e-5", "radius = { uniform = [1e-5, 2e-5] }"] {
             let text = format!("[[gas]]\n{size}\nmass = 1.0\nenergy = 1.0\ncount = 1000000000\n");
             let scene = Scene::from_toml(&text).unwrap();
-            for error in [scene.expected_bodies().map(drop), Simulation::new(&scene).map(drop)] {
+            for error in [
+                scene.expected_bodies().map(drop),
+                Simulation::new(&scene).map(drop),
+            ] {
                 let said = error.unwrap_err().to_string();
                 assert!(
                     said.contains("at most 2^27") && said.contains("but 1000000000 are wanted"),

@@ -5,8 +5,9 @@ use std::{f64::consts::PI, ops::Range};
 use toml::de::{DeTable, DeValue};
 
 /// Keys whose text, or list of texts, is a name that a user chooses, and never a number.
-const NAMES: [&str; 10] =
-    ["tags", "tag", "name", "of", "between", "observe", "remove", "lock", "unlock", "figure"];
+const NAMES: [&str; 10] = [
+    "tags", "tag", "name", "of", "between", "observe", "remove", "lock", "unlock", "figure",
+];
 
 /// The table whose `from` is the name of a file; that of a wall is a place.
 const WITH_FILE: &str = "start";
@@ -23,7 +24,9 @@ const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
 /// The text of a scene file in which all expressions are replaced by their values. Lines stay as
 /// they are, so that messages name the right ones. A text that is not TOML is returned as it is.
 pub(crate) fn evaluated(text: &str) -> String {
-    let Ok(table) = DeTable::parse(text) else { return text.to_owned() };
+    let Ok(table) = DeTable::parse(text) else {
+        return text.to_owned();
+    };
     let mut found = Vec::new();
     in_table(table.get_ref(), "", &mut found);
     found.sort_by_key(|(span, _)| span.start);
@@ -51,16 +54,24 @@ fn in_table(table: &DeTable<'_>, name: &str, found: &mut Vec<(Range<usize>, Stri
 fn is_text(value: &DeValue<'_>) -> bool {
     match value {
         DeValue::String(_) => true,
-        DeValue::Array(list) => list.iter().all(|entry| matches!(entry.get_ref(), DeValue::String(_))),
+        DeValue::Array(list) => list
+            .iter()
+            .all(|entry| matches!(entry.get_ref(), DeValue::String(_))),
         _ => false,
     }
 }
 
-fn in_value(value: &DeValue<'_>, name: &str, span: Range<usize>, found: &mut Vec<(Range<usize>, String)>) {
+fn in_value(
+    value: &DeValue<'_>,
+    name: &str,
+    span: Range<usize>,
+    found: &mut Vec<(Range<usize>, String)>,
+) {
     match value {
         DeValue::String(text) => found.extend(value_of(text).map(|number| (span, literal(number)))),
         DeValue::Array(list) => {
-            list.iter().for_each(|entry| in_value(entry.get_ref(), name, entry.span(), found));
+            list.iter()
+                .for_each(|entry| in_value(entry.get_ref(), name, entry.span(), found));
         }
         DeValue::Table(table) => in_table(table, name, found),
         _ => {}
@@ -82,7 +93,10 @@ pub(crate) fn value_of(text: &str) -> Option<f64> {
     if text.len() > MAX_LENGTH {
         return None;
     }
-    let mut parser = Parser { rest: text, depth: 0 };
+    let mut parser = Parser {
+        rest: text,
+        depth: 0,
+    };
     let value = parser.sum()?;
     (parser.next().is_none() && value.is_finite()).then_some(value)
 }
@@ -142,7 +156,11 @@ impl Parser<'_> {
             }
             let base = parser.atom()?;
             // −2^2 is −4, and 2^3^2 is 2^9, as in mathematics.
-            if parser.take('^') { Some(base.powf(parser.signed()?)) } else { Some(base) }
+            if parser.take('^') {
+                Some(base.powf(parser.signed()?))
+            } else {
+                Some(base)
+            }
         })
     }
 
@@ -177,7 +195,11 @@ impl Parser<'_> {
         let mut digits = self.taken(|c| c.is_ascii_digit() || c == '.');
         if self.rest.starts_with(['e', 'E']) && !digits.is_empty() {
             self.rest = &self.rest[1..];
-            let sign = if self.rest.starts_with(['-', '+']) { &self.rest[..1] } else { "" };
+            let sign = if self.rest.starts_with(['-', '+']) {
+                &self.rest[..1]
+            } else {
+                ""
+            };
             self.rest = &self.rest[sign.len()..];
             digits = format!("{digits}e{sign}{}", self.taken(|c| c.is_ascii_digit()));
         }
@@ -221,12 +243,16 @@ mod tests {
             ("exp(ln(5))", 5.0),
             ("cos(0) + sin(0) + tan(0)", 1.0),
         ] {
-            assert!((value_of(text).unwrap() - value).abs() < 1e-15 * value.abs().max(1.0), "{text}");
+            assert!(
+                (value_of(text).unwrap() - value).abs() < 1e-15 * value.abs().max(1.0),
+                "{text}"
+            );
         }
         let deep = "(".repeat(60) + "1" + &")".repeat(60);
-        for text in
-            ["", "disc", "rod:9", "1/0", "sqrt(-1)", "2 3", "1..2", "e", "sqrt 2", "(1", "1)", "1e", &deep]
-        {
+        for text in [
+            "", "disc", "rod:9", "1/0", "sqrt(-1)", "2 3", "1..2", "e", "sqrt 2", "(1", "1)", "1e",
+            &deep,
+        ] {
             assert_eq!(value_of(text), None, "{text}");
         }
     }
@@ -243,7 +269,10 @@ mod tests {
         for (text, expected) in [
             ("lock = [\"1\", \"pi\"]", "lock = [\"1\", \"pi\"]"),
             ("[start]\nfrom = \"1\"", "[start]\nfrom = \"1\""),
-            ("[[wall]]\nfrom = [\"1/2\", \"1/4\"]", "[[wall]]\nfrom = [0.5, 0.25]"),
+            (
+                "[[wall]]\nfrom = [\"1/2\", \"1/4\"]",
+                "[[wall]]\nfrom = [0.5, 0.25]",
+            ),
             (
                 "[[stage]]\ntag = [{ name = \"1\", count = \"3*4\" }]",
                 "[[stage]]\ntag = [{ name = \"1\", count = 12 }]",
@@ -252,7 +281,10 @@ mod tests {
             assert_eq!(evaluated(text), expected);
         }
         let inline = "x = { y = [\"1/4\", { z = \"pi\" }], of = \"1\" }";
-        assert_eq!(evaluated(inline), format!("x = {{ y = [0.25, {{ z = {PI:?} }}], of = \"1\" }}"));
+        assert_eq!(
+            evaluated(inline),
+            format!("x = {{ y = [0.25, {{ z = {PI:?} }}], of = \"1\" }}")
+        );
     }
 
     proptest! {

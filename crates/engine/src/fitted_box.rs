@@ -3,7 +3,7 @@
 use carom_geometry::PeriodicBox;
 use glam::DVec2;
 
-use crate::{Scene, SceneError, gas_spec::MOST_MOLECULES, species::Species};
+use crate::{Scene, SceneError, gas_spec::MAX_MOLECULES, species::Species};
 
 /// Boxes of two gases agree if their sides differ by at most this share: rounding.
 const SAME: f64 = 1e-9;
@@ -16,18 +16,26 @@ pub(crate) fn fit_box(scene: &mut Scene, table: &toml::Table) -> Result<(), Scen
     let mut side: Option<f64> = None;
     for index in 0..scene.gas.len() {
         let gas = &scene.gas[index];
-        let (Some(count), Some(fraction)) = (gas.count, gas.area_fraction) else { continue };
-        let problem = |problem: String| SceneError::Entry { entry: format!("gas[{index}]"), problem };
-        if table.get("box").is_some_and(|sides| sides.get("sides").is_some()) {
+        let (Some(count), Some(fraction)) = (gas.count, gas.area_fraction) else {
+            continue;
+        };
+        let problem = |problem: String| SceneError::Entry {
+            entry: format!("gas[{index}]"),
+            problem,
+        };
+        if table
+            .get("box")
+            .is_some_and(|sides| sides.get("sides").is_some())
+        {
             return Err(problem(
                 "`count` and `area_fraction` together set the sides of the box: leave `box.sides` out, or one of the \
                  two"
                 .to_owned(),
             ));
         }
-        if !(fraction > 0.0 && fraction < 1.0 && (1..=MOST_MOLECULES).contains(&count)) {
+        if !(fraction > 0.0 && fraction < 1.0 && (1..=MAX_MOLECULES).contains(&count)) {
             return Err(problem(format!(
-                "a box for `count` and `area_fraction` needs from 1 to {MOST_MOLECULES} molecules and a share above 0 \
+                "a box for `count` and `area_fraction` needs from 1 to {MAX_MOLECULES} molecules and a share above 0 \
                  and below 1, but they are {count} and {fraction}"
             )));
         }
@@ -39,7 +47,9 @@ pub(crate) fn fit_box(scene: &mut Scene, table: &toml::Table) -> Result<(), Scen
             ));
         }
         if gas.region.is_some() {
-            return Err(problem("`region` needs a box of given sides: give `box.sides`".to_owned()));
+            return Err(problem(
+                "`region` needs a box of given sides: give `box.sides`".to_owned(),
+            ));
         }
         scene.gas[index].area_fraction = None;
         let unit = PeriodicBox::new(DVec2::ONE).map_err(|error| problem(error.to_string()))?;
@@ -72,9 +82,13 @@ mod tests {
         let scene = Scene::from_toml(&text).unwrap();
         let side = (100.0 * 0.25 * std::f64::consts::PI / 0.5).sqrt();
         assert!(
-            (scene.bounds.sides[0] - side).abs() < 1e-12 && scene.bounds.sides[0] == scene.bounds.sides[1]
+            (scene.bounds.sides[0] - side).abs() < 1e-12
+                && scene.bounds.sides[0] == scene.bounds.sides[1]
         );
-        assert_eq!((scene.gas[0].count, scene.gas[0].area_fraction), (Some(100), None));
+        assert_eq!(
+            (scene.gas[0].count, scene.gas[0].area_fraction),
+            (Some(100), None)
+        );
         assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
     }
 

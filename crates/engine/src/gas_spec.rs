@@ -1,13 +1,13 @@
 //! The description of a gas: its molecules, their number, and their velocities at the start.
 
 #[cfg(feature = "schema")]
-use carom_geometry::LARGEST;
+use carom_geometry::MAX_MAGNITUDE;
 use serde::{Deserialize, Serialize, Serializer, ser::Error};
 
 use crate::{AtomSpec, Quantity, Region, Rotation, SceneError};
 
 /// Most molecules of one kind. More exceed the memory and soon the range of their counters.
-pub(crate) const MOST_MOLECULES: usize = 1 << 27;
+pub(crate) const MAX_MOLECULES: usize = 1 << 27;
 
 /// The problem of a gas with two energies.
 pub(crate) const TWO_ENERGIES: &str = "give either `energy` or `temperature`, not both";
@@ -82,7 +82,7 @@ pub struct GasSpec {
     /// With equal energies, that of each molecule, shared over its degrees of freedom by
     /// equipartition (see [`StartVelocities::EqualEnergy`] for molecules of different masses). A
     /// file gives either this or `temperature`; with `temperature`, this must be 0.
-    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = LARGEST)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
     pub energy: f64,
     /// Temperature kT at the start (mass × length² / time²), from 0 to 1e60. Excludes `energy`.
     ///
@@ -100,7 +100,7 @@ pub struct GasSpec {
     ///   the drift, and is random with the mean kT; for a single molecule that does not turn it is
     ///   `None`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = LARGEST)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
     pub temperature: Option<f64>,
     /// How the energy is shared among the molecules. Default: equally.
     #[serde(skip_serializing_if = "StartVelocities::is_default")]
@@ -121,7 +121,7 @@ pub struct GasSpec {
     /// gives no `box.sides`, and the box is the square in which so many molecules cover that
     /// share.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(max = MOST_MOLECULES)))]
+    #[cfg_attr(feature = "schema", schemars(range(max = MAX_MOLECULES)))]
     pub count: Option<usize>,
     /// Whether the total momentum of this gas is 0 at the start. `true`: molecules of equal energy
     /// have directions in opposite pairs (of an odd number, three directions are a third of a turn
@@ -198,21 +198,29 @@ impl StartVelocities {
 /// Refuses gases of a scene file with neither or both of `energy` and `temperature`. In code the
 /// energy has a default; in a file its absence is most likely an error.
 pub(crate) fn energy_or_temperature(table: &toml::Table) -> Result<(), SceneError> {
-    let Some(toml::Value::Array(gases)) = table.get("gas") else { return Ok(()) };
+    let Some(toml::Value::Array(gases)) = table.get("gas") else {
+        return Ok(());
+    };
     for (index, gas) in gases.iter().enumerate() {
         let problem = match ["energy", "temperature"].map(|key| gas.get(key).is_some()) {
             [false, false] => "`energy` or `temperature` is missing",
             [true, true] => TWO_ENERGIES,
             _ => continue,
         };
-        return Err(SceneError::Entry { entry: format!("gas[{index}]"), problem: problem.to_owned() });
+        return Err(SceneError::Entry {
+            entry: format!("gas[{index}]"),
+            problem: problem.to_owned(),
+        });
     }
     Ok(())
 }
 
 /// Writes gases as in a file, which must not give two energies: without the energy 0 of those with
 /// a temperature.
-pub(crate) fn serialize_gases<S: Serializer>(gases: &[GasSpec], serializer: S) -> Result<S::Ok, S::Error> {
+pub(crate) fn serialize_gases<S: Serializer>(
+    gases: &[GasSpec],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     struct Written<'a>(&'a GasSpec);
     impl Serialize for Written<'_> {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

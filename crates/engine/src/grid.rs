@@ -25,7 +25,7 @@ pub enum CellsPerSide {
 }
 
 /// Most cells along a side.
-const FINEST: u32 = 4096;
+const MAX_CELLS_PER_SIDE: u32 = 4096;
 
 /// A grid of cells over the box, with the bodies in them.
 ///
@@ -70,11 +70,11 @@ pub struct Step {
 /// a position is about 1e-16 of the side, and several times that in the longer epochs of a few
 /// bodies. Below this share it would be more than some thousandths or hundredths of the contact
 /// distance, and directions of impulses would be as inexact.
-pub const LEAST_CONTACT_SHARE: f64 = 1e-13;
+pub const MIN_CONTACT_SHARE: f64 = 1e-13;
 
 /// Largest bounding radius of a fixed body, in shorter sides of the box, where nothing moves. A
 /// larger one is most likely an error.
-const LARGEST_FIXED: f64 = 16.0;
+const MAX_FIXED: f64 = 16.0;
 
 impl Grid {
     /// Number of cells along each side.
@@ -87,15 +87,26 @@ impl Grid {
         let side = sides.min_element();
         let (reach, bodies) = world.farthest_reaching().unwrap_or_default();
         // The first of the pair is the largest body that moves.
-        let own = world.bodies().get(bodies[0]).filter(|body| !body.is_fixed());
+        let own = world
+            .bodies()
+            .get(bodies[0])
+            .filter(|body| !body.is_fixed());
         let own_image = own.map_or(0.0, |body| 2.0 * body.molecule().bounding_radius());
         // A molecule of that diameter would always touch its own image. A pair may be exactly as
         // long as the box.
         if own_image >= side {
-            return Err(GridError::BoxTooSmall { reach: own_image, side, bodies: [bodies[0]; 2] });
+            return Err(GridError::BoxTooSmall {
+                reach: own_image,
+                side,
+                bodies: [bodies[0]; 2],
+            });
         }
         if reach > side {
-            return Err(GridError::BoxTooSmall { reach, side, bodies });
+            return Err(GridError::BoxTooSmall {
+                reach,
+                side,
+                bodies,
+            });
         }
         for (index, body) in world.bodies().iter().enumerate() {
             Self::refuse_giant(body.reach(), index, world)?;
@@ -105,19 +116,25 @@ impl Grid {
         // up, from refusing a cell that is exactly long enough.
         let safe = |side: f64| {
             if reach > 0.0 {
-                (side / reach * (1.0 + 8.0 * f64::EPSILON)).min(f64::from(FINEST)) as u32
+                (side / reach * (1.0 + 8.0 * f64::EPSILON)).min(f64::from(MAX_CELLS_PER_SIDE))
+                    as u32
             } else {
-                FINEST
+                MAX_CELLS_PER_SIDE
             }
         };
         let largest = safe(side).max(1);
         match cells {
-            CellsPerSide::Given(cells) | CellsPerSide::Unchecked(cells) if !(1..=FINEST).contains(&cells) => {
+            CellsPerSide::Given(cells) | CellsPerSide::Unchecked(cells)
+                if !(1..=MAX_CELLS_PER_SIDE).contains(&cells) =>
+            {
                 Err(GridError::CellsPerSide(cells))
             }
-            CellsPerSide::Given(cells) if cells > largest => {
-                Err(GridError::TooFine { cells_per_side: cells, largest, reach, bodies })
-            }
+            CellsPerSide::Given(cells) if cells > largest => Err(GridError::TooFine {
+                cells_per_side: cells,
+                largest,
+                reach,
+                bodies,
+            }),
             CellsPerSide::Given(cells) | CellsPerSide::Unchecked(cells) => Ok([cells as i32; 2]),
             CellsPerSide::Automatic => {
                 // About one and a half cells for each body: fewer lengthen the lists, more add
@@ -134,8 +151,12 @@ impl Grid {
     /// moves, a body may cover the box, but it is listed in every image of a cell that it covers.
     pub(crate) fn refuse_giant(reach: f64, body: usize, world: &World) -> Result<(), GridError> {
         let side = world.bounds().sides().min_element();
-        if reach > LARGEST_FIXED * side {
-            return Err(GridError::BoxTooSmall { reach, side, bodies: [body; 2] });
+        if reach > MAX_FIXED * side {
+            return Err(GridError::BoxTooSmall {
+                reach,
+                side,
+                bodies: [body; 2],
+            });
         }
         Ok(())
     }
@@ -145,8 +166,12 @@ impl Grid {
     pub(crate) fn refuse_large_box(world: &World) -> Result<(), GridError> {
         let side = world.bounds().sides().max_element();
         match world.closest_touching() {
-            Some((reach, bodies)) if reach < LEAST_CONTACT_SHARE * side => {
-                Err(GridError::BoxTooLarge { reach, side, bodies })
+            Some((reach, bodies)) if reach < MIN_CONTACT_SHARE * side => {
+                Err(GridError::BoxTooLarge {
+                    reach,
+                    side,
+                    bodies,
+                })
             }
             _ => Ok(()),
         }
@@ -156,7 +181,10 @@ impl Grid {
     pub fn fill(&mut self, world: &World, counts: [i32; 2]) {
         let sides = world.bounds().sides();
         self.counts = counts;
-        self.side = DVec2::new(sides.x / f64::from(counts[0]), sides.y / f64::from(counts[1]));
+        self.side = DVec2::new(
+            sides.x / f64::from(counts[0]),
+            sides.y / f64::from(counts[1]),
+        );
         let total = (counts[0] * counts[1]) as usize;
         self.cells.truncate(total);
         self.cells.iter_mut().for_each(SmallVec::clear);
@@ -182,7 +210,9 @@ impl Grid {
         self.walls.clear();
         let reach = world.largest_moving_radius();
         for (index, (body, motion)) in world.bodies().iter().zip(world.motions()).enumerate() {
-            let Some(wall) = StandingWall::of(body, motion) else { continue };
+            let Some(wall) = StandingWall::of(body, motion) else {
+                continue;
+            };
             self.walls.resize_with(self.cells.len(), SmallVec::new);
             for cell in wall.cells_within(reach, self.side) {
                 let ([column, row], image) = folded(cell, self.counts.map(i64::from));
@@ -197,7 +227,9 @@ impl Grid {
     /// The walls that a body may touch from its cell, with their images.
     pub fn walls(&self, body: u32) -> &[(u32, [i32; 2])] {
         let [column, row] = self.place(body);
-        self.walls.get((row * self.counts[0] + column) as usize).map_or(&[], SmallVec::as_slice)
+        self.walls
+            .get((row * self.counts[0] + column) as usize)
+            .map_or(&[], SmallVec::as_slice)
     }
 
     /// Memory kept on the heap (bytes).
@@ -221,7 +253,10 @@ impl Grid {
 
     /// Lower corner of a cell (length).
     pub fn corner(&self, place: [i32; 2]) -> DVec2 {
-        DVec2::new(f64::from(place[0]) * self.side.x, f64::from(place[1]) * self.side.y)
+        DVec2::new(
+            f64::from(place[0]) * self.side.x,
+            f64::from(place[1]) * self.side.y,
+        )
     }
 
     /// Upper corner of a cell (length).
@@ -257,7 +292,10 @@ impl Grid {
                 image[axis] = 1;
             }
         }
-        Neighbour { bodies: &self.cells[(cell[1] * self.counts[0] + cell[0]) as usize], image }
+        Neighbour {
+            bodies: &self.cells[(cell[1] * self.counts[0] + cell[0]) as usize],
+            image,
+        }
     }
 
     /// Moves a body into the next cell, and returns the number of boxes by which it is wrapped

@@ -71,13 +71,15 @@ impl Guard {
     ) -> Option<Elasticity> {
         let approach = approach_speed(frame, [a.motion, b.motion]);
         let radii = [&a, &b].map(|partner| partner.body.kind.molecule.bounding_radius());
-        let rims = a.motion.angular_velocity.abs() * radii[0] + b.motion.angular_velocity.abs() * radii[1];
+        let rims =
+            a.motion.angular_velocity.abs() * radii[0] + b.motion.angular_velocity.abs() * radii[1];
         let speed = (b.motion.velocity - a.motion.velocity).length() + rims;
         let way = self.contact_time * (2.0 * size(a.body).min(size(b.body)));
         // 0 × ∞ is NaN, and the comparison is then false.
         let soon = |partner: &Partner<'_>| partner.body.is_fixed() || partner.since * speed < way;
-        let turns =
-            |partner: &Partner<'_>| !partner.body.is_locked() && !partner.body.kind.molecule.is_disc();
+        let turns = |partner: &Partner<'_>| {
+            !partner.body.is_locked() && !partner.body.kind.molecule.is_disc()
+        };
         let e = elasticity.coefficient();
         let raised = if soon(&a) && soon(&b) {
             1.0
@@ -87,12 +89,18 @@ impl Guard {
             e
         };
         // Bodies that do not approach receive no impulse at any elasticity.
-        (raised > e && approach > 0.0).then(|| Elasticity::new(raised).ok()).flatten()
+        (raised > e && approach > 0.0)
+            .then(|| Elasticity::new(raised).ok())
+            .flatten()
     }
 }
 
 /// The size of a body in the natural time of a contact (length): the bounding radius; infinite for
 /// a wall, whose length is unrelated to the size of a contact.
 fn size(body: &Body) -> f64 {
-    if body.is_wall() { f64::INFINITY } else { body.kind.molecule.bounding_radius() }
+    if body.is_wall() {
+        f64::INFINITY
+    } else {
+        body.kind.molecule.bounding_radius()
+    }
 }

@@ -35,7 +35,9 @@ use smallvec::SmallVec;
 use crate::{
     CellsPerSide, GridError, Scheduler, SchedulerCounters, World,
     grid::{Grid, Step},
-    scheduler::{ContactEvent, EventLoop, EventQueue, Parts, StoredMotions, ordered, separation_error},
+    scheduler::{
+        ContactEvent, EventLoop, EventQueue, Parts, StoredMotions, ordered, separation_error,
+    },
     wrapped::Wrapped,
 };
 
@@ -93,7 +95,10 @@ impl Entry {
 impl Ord for Entry {
     fn cmp(&self, other: &Self) -> Ordering {
         // The heap returns the largest entry first; the reversed order makes this the earliest.
-        other.time.total_cmp(&self.time).then_with(|| other.rank().cmp(&self.rank()))
+        other
+            .time
+            .total_cmp(&self.time)
+            .then_with(|| other.rank().cmp(&self.rank()))
     }
 }
 
@@ -175,9 +180,15 @@ impl Scheduler for HeapScheduler {
     }
 
     fn store_changes(&mut self, state: &mut StoredMotions<'_>, contact: &[u32]) {
-        let Some(wrapped) = self.wrapped.take() else { return self.store(state) };
+        let Some(wrapped) = self.wrapped.take() else {
+            return self.store(state);
+        };
         for &body in wrapped.iter().chain(contact) {
-            state.set(body, self.motions[body as usize], self.windings[body as usize]);
+            state.set(
+                body,
+                self.motions[body as usize],
+                self.windings[body as usize],
+            );
         }
     }
 
@@ -216,7 +227,12 @@ impl EventQueue for HeapScheduler {
             match entry.kind {
                 Kind::Contact(parts) => {
                     let image = self.present_image(&entry);
-                    return Some(ContactEvent { time: entry.time, bodies: entry.bodies, image, parts });
+                    return Some(ContactEvent {
+                        time: entry.time,
+                        bodies: entry.bodies,
+                        image,
+                        parts,
+                    });
                 }
                 Kind::Recheck => {
                     self.done.rechecks += 1;
@@ -256,8 +272,9 @@ impl EventQueue for HeapScheduler {
             for cell in self.grid.around(body) {
                 for &other in cell.bodies {
                     // The prediction of the first body includes the pair itself.
-                    let is_predicted =
-                        turn == 1 && other == bodies[0] && !world.bodies()[other as usize].is_fixed();
+                    let is_predicted = turn == 1
+                        && other == bodies[0]
+                        && !world.bodies()[other as usize].is_fixed();
                     if other != body && !is_predicted {
                         neighbours.push(other, cell.image);
                     }
@@ -293,16 +310,26 @@ impl HeapScheduler {
         neighbours
     }
 
-    fn cross<D: Detection>(&mut self, world: &World, detection: &D, body: u32, step: Step, now: f64) {
+    fn cross<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        body: u32,
+        step: Step,
+        now: f64,
+    ) {
         self.done.crossings += 1;
-        let mut walls_before: SmallVec<[(u32, [i32; 2]); 4]> = SmallVec::from_slice(self.grid.walls(body));
+        let mut walls_before: SmallVec<[(u32, [i32; 2]); 4]> =
+            SmallVec::from_slice(self.grid.walls(body));
         let wrapped = self.grid.enter(body, step);
         if wrapped != 0 {
             let side = world.bounds.sides()[step.axis];
             self.motions[body as usize].position[step.axis] -= f64::from(wrapped) * side;
             self.windings[body as usize][step.axis] += i64::from(wrapped);
             self.wrapped.push(body);
-            walls_before.iter_mut().for_each(|(_, image)| image[step.axis] -= wrapped);
+            walls_before
+                .iter_mut()
+                .for_each(|(_, image)| image[step.axis] -= wrapped);
         }
         let mut neighbours = self.take_scratch();
         for cell in self.grid.ahead(body, step) {
@@ -312,7 +339,11 @@ impl HeapScheduler {
                 }
             }
         }
-        let walls = self.grid.walls(body).iter().filter(|wall| !walls_before.contains(wall));
+        let walls = self
+            .grid
+            .walls(body)
+            .iter()
+            .filter(|wall| !walls_before.contains(wall));
         neighbours.0.extend(walls);
         self.predict(world, detection, body, &neighbours, now);
         self.neighbours = neighbours;
@@ -347,7 +378,12 @@ impl HeapScheduler {
             }
             let relative = self.relative_motion(world, [body, other], image.map(i64::from), now);
             let sigma = radius + partner.bounding_radius();
-            lanes.set(partners.len(), relative.separation, relative.velocity, sigma);
+            lanes.set(
+                partners.len(),
+                relative.separation,
+                relative.velocity,
+                sigma,
+            );
             partners.push((other, image));
             if partners.len() == DISC_LANES {
                 self.predict_discs(detection, body, &lanes, &partners, now);
@@ -372,7 +408,12 @@ impl HeapScheduler {
         let times = detection.disc_contacts(lanes);
         for (&(other, image), time) in partners.iter().zip(times) {
             if now + time <= self.limit {
-                self.schedule([body, other], image.map(i64::from), now + time, Kind::Contact(Parts::Discs));
+                self.schedule(
+                    [body, other],
+                    image.map(i64::from),
+                    now + time,
+                    Kind::Contact(Parts::Discs),
+                );
             }
         }
     }
@@ -416,21 +457,37 @@ impl HeapScheduler {
         let [winding_a, winding_b] = pair.map(|body| self.windings[body as usize]);
         let path_image = [0, 1].map(|axis| image[axis] - (winding_b[axis] - winding_a[axis]));
         let versions = pair.map(|body| self.versions[body as usize]);
-        self.heap.push(Entry { time, bodies: pair, versions, image: path_image, kind });
+        self.heap.push(Entry {
+            time,
+            bodies: pair,
+            versions,
+            image: path_image,
+            kind,
+        });
     }
 
     fn schedule_crossing(&mut self, body: u32, now: f64) {
         let motion = &self.motions[body as usize];
         let place = self.grid.place(body);
         let (near, far) = (self.grid.corner(place), self.grid.far_corner(place));
-        let mut soonest = (f64::INFINITY, Step { axis: 0, direction: 0 });
+        let mut soonest = (
+            f64::INFINITY,
+            Step {
+                axis: 0,
+                direction: 0,
+            },
+        );
         for axis in 0..2 {
             let velocity = motion.velocity[axis];
             // A velocity of exactly 0 never crosses; 0/0 and 1/−0 must not be formed.
             if velocity == 0.0 {
                 continue;
             }
-            let (border, direction) = if velocity > 0.0 { (far[axis], 1) } else { (near[axis], -1) };
+            let (border, direction) = if velocity > 0.0 {
+                (far[axis], 1)
+            } else {
+                (near[axis], -1)
+            };
             let time = (motion.time + (border - motion.position[axis]) / velocity).max(now);
             if time < soonest.0 {
                 soonest = (time, Step { axis, direction });
@@ -451,7 +508,13 @@ impl HeapScheduler {
 }
 
 impl HeapScheduler {
-    fn relative_motion(&self, world: &World, pair: [u32; 2], image: [i64; 2], now: f64) -> RelativeMotion {
+    fn relative_motion(
+        &self,
+        world: &World,
+        pair: [u32; 2],
+        image: [i64; 2],
+        now: f64,
+    ) -> RelativeMotion {
         let [a, b] = pair.map(|body| &self.motions[body as usize]);
         RelativeMotion::between(a, b, world.bounds().shift(image), now)
     }

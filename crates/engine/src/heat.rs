@@ -50,7 +50,11 @@ pub(crate) fn exact_sum(numbers: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut lost) = (0.0f64, 0.0f64);
     for number in numbers {
         let next = sum + number;
-        lost += if sum.abs() >= number.abs() { (sum - next) + number } else { (number - next) + sum };
+        lost += if sum.abs() >= number.abs() {
+            (sum - next) + number
+        } else {
+            (number - next) + sum
+        };
         sum = next;
     }
     sum + lost
@@ -64,7 +68,10 @@ impl HeatByTag {
 
     /// The energy given to the bodies of a tag (mass × length² / time²); 0 without a thermostat.
     pub fn of(&self, tag: Tag) -> f64 {
-        self.0.iter().find(|given| given.tag == tag).map_or(0.0, |given| given.energy)
+        self.0
+            .iter()
+            .find(|given| given.tag == tag)
+            .map_or(0.0, |given| given.energy)
     }
 
     pub(crate) fn give(&mut self, tag: Tag, energy: f64, counts: ThermostatCounts) {
@@ -73,7 +80,11 @@ impl HeatByTag {
                 given.energy += energy;
                 given.counts += counts;
             }
-            None => self.0.push(TagHeat { tag, energy, counts }),
+            None => self.0.push(TagHeat {
+                tag,
+                energy,
+                counts,
+            }),
         }
     }
 
@@ -88,9 +99,15 @@ impl HeatByTag {
 
     /// The largest count; 0 without thermostats.
     pub(crate) fn largest_count(&self) -> u64 {
-        let of = |TagHeat { counts: ThermostatCounts { changed, at_rest, fixed }, .. }: &TagHeat| {
-            *changed.max(at_rest).max(fixed)
-        };
+        let of = |TagHeat {
+                      counts:
+                          ThermostatCounts {
+                              changed,
+                              at_rest,
+                              fixed,
+                          },
+                      ..
+                  }: &TagHeat| { *changed.max(at_rest).max(fixed) };
         self.0.iter().map(of).max().unwrap_or(0)
     }
 }

@@ -9,7 +9,10 @@ impl IndexOrNone {
 
     #[inline]
     pub fn new(index: usize) -> Self {
-        debug_assert!(index < u32::MAX as usize, "{index} exceeds the range of an index");
+        debug_assert!(
+            index < u32::MAX as usize,
+            "{index} exceeds the range of an index"
+        );
         Self(index as u32)
     }
 

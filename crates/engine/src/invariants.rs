@@ -22,7 +22,9 @@ pub enum Violation {
         depth: f64,
     },
     /// A contact lies before the earliest event of the scheduler.
-    #[error("bodies {first} and {second} touch {time:e} from now, before the next contact in {next:e}")]
+    #[error(
+        "bodies {first} and {second} touch {time:e} from now, before the next contact in {next:e}"
+    )]
     Missed {
         /// Index of the first body.
         first: usize,
@@ -59,7 +61,11 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
         let overlaps = view.overlaps();
         if overlaps.pairs > 0 {
             let (pairs, depth) = (overlaps.pairs, overlaps.deepest_length);
-            return Err(Violation::Overlap { time: self.time(), pairs, depth });
+            return Err(Violation::Overlap {
+                time: self.time(),
+                pairs,
+                depth,
+            });
         }
         let (energy, booked) = (view.energy(), self.ledger.booked());
         if (energy - booked).abs() > 1e-9 * (energy.abs() + self.ledger.initial.abs()) {
@@ -69,13 +75,24 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
         let begun = ahead.counters.collisions;
         let now = self.time();
         let until = now.after(horizon).to_f64();
-        let moved_on = ahead.step(until, &mut ()).is_ok_and(|_| ahead.counters.collisions > begun);
-        let next = if moved_on { ahead.time().since(now) } else { horizon };
+        let moved_on = ahead
+            .step(until, &mut ())
+            .is_ok_and(|_| ahead.counters.collisions > begun);
+        let next = if moved_on {
+            ahead.time().since(now)
+        } else {
+            horizon
+        };
         match self.soonest_by_brute_force(horizon) {
             // The two times are computed from different origins, so they agree to the rounding of
             // the offset.
             Some((first, second, time)) if time < next - 1e-12 * (horizon + self.offset) => {
-                Err(Violation::Missed { first, second, time, next })
+                Err(Violation::Missed {
+                    first,
+                    second,
+                    time,
+                    next,
+                })
             }
             _ => Ok(()),
         }
@@ -92,12 +109,19 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
                 }
                 for step in 0..25 {
                     let shift = world.bounds.shift([step % 5 - 2, step / 5 - 2]);
-                    let pair =
-                        RelativeMotion::between(&world.motions[i], &world.motions[j], shift, self.offset);
-                    let (a, b) =
-                        (world.bodies[i].kind.molecule.outline(), world.bodies[j].kind.molecule.outline());
+                    let pair = RelativeMotion::between(
+                        &world.motions[i],
+                        &world.motions[j],
+                        shift,
+                        self.offset,
+                    );
+                    let (a, b) = (
+                        world.bodies[i].kind.molecule.outline(),
+                        world.bodies[j].kind.molecule.outline(),
+                    );
                     let limit = soonest.map_or(horizon, |(_, _, time)| time);
-                    if let Some(contact) = exact.first_contact(a, b, &pair, limit).outcome.contact() {
+                    if let Some(contact) = exact.first_contact(a, b, &pair, limit).outcome.contact()
+                    {
                         soonest = Some((i, j, contact.time));
                     }
                 }

@@ -46,7 +46,10 @@ pub(crate) fn may_be_joint(pair: [&Body; 2], parts: Parts) -> bool {
         Parts::Atoms(..) => true,
         Parts::FaceOfA(part) | Parts::FaceOfB(part) => matches!(part, Part::Atom(_)),
     };
-    has_atoms && pair.iter().any(|body| !body.is_wall() && body.molecule().atoms().len() > 1)
+    has_atoms
+        && pair
+            .iter()
+            .any(|body| !body.is_wall() && body.molecule().atoms().len() > 1)
 }
 
 /// The outcome of a contact whose first point is `first`; `None` if the bodies touch at one point,
@@ -75,7 +78,12 @@ pub(crate) fn joint_contact(
     }
     let impulse = impulses.iter().sum();
     let frame = resultant(&frames, &impulses);
-    Some(JointContact { frame, impulse, after, points: frames.len() as u32 })
+    Some(JointContact {
+        frame,
+        impulse,
+        after,
+        points: frames.len() as u32,
+    })
 }
 
 /// The frames of all points whose gap is at most `tolerance` (length), that of the contact itself
@@ -92,11 +100,17 @@ fn touching(
     let mut frames = SmallVec::from_slice(&[*first]);
     if let Some(wall) = pair.iter().position(|body| body.is_wall()) {
         let touched = atom_at_wall(contact.parts, wall);
-        for atom in (0..pair[1 - wall].molecule().atoms().len() as u32).filter(|atom| Some(*atom) != touched)
+        for atom in (0..pair[1 - wall].molecule().atoms().len() as u32)
+            .filter(|atom| Some(*atom) != touched)
         {
             let part = Part::Atom(atom);
-            let parts = if wall == 0 { Parts::FaceOfA(part) } else { Parts::FaceOfB(part) };
-            let (frame, depth) = contact_geometry(world, &ContactEvent { parts, ..*contact }, before);
+            let parts = if wall == 0 {
+                Parts::FaceOfA(part)
+            } else {
+                Parts::FaceOfB(part)
+            };
+            let (frame, depth) =
+                contact_geometry(world, &ContactEvent { parts, ..*contact }, before);
             if depth >= -tolerance {
                 frames.push(frame);
             }
@@ -106,7 +120,12 @@ fn touching(
     let between = (before[1].position - before[0].position) + world.bounds.shift(contact.image);
     let [of_a, of_b] = [0, 1].map(|n| {
         let to_other = if n == 0 { between } else { -between };
-        near(pair[n], &before[n], to_other, pair[1 - n].molecule().bounding_radius() + tolerance)
+        near(
+            pair[n],
+            &before[n],
+            to_other,
+            pair[1 - n].molecule().bounding_radius() + tolerance,
+        )
     });
     for a in &of_a {
         for b in &of_b {
@@ -114,7 +133,10 @@ fn touching(
             let reach = a.radius + b.radius + tolerance;
             let touches = line_of_centres.length_squared() <= reach * reach;
             if touches && contact.parts != Parts::Atoms(a.index, b.index) {
-                frames.push(ContactFrame { line_of_centres, arms: [a.arm, b.arm] });
+                frames.push(ContactFrame {
+                    line_of_centres,
+                    arms: [a.arm, b.arm],
+                });
             }
         }
     }
@@ -165,10 +187,16 @@ fn resultant(frames: &[ContactFrame], impulses: &[DVec2]) -> ContactFrame {
     }
     let on_line = |n: usize| {
         let arms = || frames.iter().map(|frame| frame.arms[n]).zip(impulses);
-        let mean = arms().map(|(arm, impulse)| impulse.length() * arm).sum::<DVec2>() / all;
+        let mean = arms()
+            .map(|(arm, impulse)| impulse.length() * arm)
+            .sum::<DVec2>()
+            / all;
         let torque: f64 = arms().map(|(arm, impulse)| arm.perp_dot(*impulse)).sum();
         mean + (mean.perp_dot(force) - torque) / force.length_squared() * force.perp()
     };
     let line_of_centres = frames[0].line_of_centres.length() * force.normalize();
-    ContactFrame { line_of_centres, arms: [on_line(0), on_line(1)] }
+    ContactFrame {
+        line_of_centres,
+        arms: [on_line(0), on_line(1)],
+    }
 }

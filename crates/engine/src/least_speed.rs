@@ -10,4 +10,4 @@
 /// give σ² w² ≥ 7·10⁻²⁹⁸, and with masses m ≥ 10⁻⁶⁰ energies are m v² ≥ 10⁻²⁰⁰: normal numbers,
 /// above 2.2·10⁻³⁰⁸. Smaller: small and slow bodies would pass through each other. Larger: fewer
 /// scenes are accepted.
-pub const LEAST_SPEED: f64 = 1e-70;
+pub const MIN_SPEED: f64 = 1e-70;

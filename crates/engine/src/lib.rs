@@ -132,13 +132,13 @@ pub use distribution::{Distribution, Quantity};
 pub(crate) use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError, StallCause};
 pub use gas_spec::{GasSpec, StartVelocities};
-pub use grid::{CellsPerSide, LEAST_CONTACT_SHARE};
+pub use grid::{CellsPerSide, MIN_CONTACT_SHARE};
 pub use growth::{Growth, GrowthProgress};
 pub use heap_scheduler::HeapScheduler;
 pub use heat::{HeatByTag, TagHeat, ThermostatCounts};
 pub use invariants::Violation;
-pub use least_speed::LEAST_SPEED;
-pub use limits::{LARGEST_SPEED_RATIO, MOST_TURNS};
+pub use least_speed::MIN_SPEED;
+pub use limits::{MAX_SPEED_RATIO, MAX_TURNS};
 pub use max_time::MAX_TIME;
 pub use measure_from::MeasureFrom;
 pub use measure_spec::{MeasureParameter, MeasureSpec};
@@ -148,8 +148,8 @@ pub use overlap::OverlapCensus;
 pub use region::Region;
 pub use report::{CollisionReport, Side};
 pub use scene::{
-    BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene, StageSpec,
-    StartSpec, WallSpec,
+    BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene,
+    StageSpec, StartSpec, WallSpec,
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;

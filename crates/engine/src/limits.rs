@@ -1,12 +1,15 @@
 //! Limits of an epoch: it ends before the fastest body's position or angle loses too many digits.
 //! Also the refusal of runs whose epochs would be too short.
 
-#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the caller"
+)]
 
 use carom_kinematics::{HALF_ULP, Motion};
 use glam::DVec2;
 
-use crate::{BodyName, LEAST_SPEED, RunError, SceneError, TagNames, World};
+use crate::{BodyName, MIN_SPEED, RunError, SceneError, TagNames, World};
 
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose
 /// digits.
@@ -19,10 +22,10 @@ const FREE_PATHS_PER_EPOCH: f64 = 32.0;
 /// Sides of the box after which an epoch ends for any number of contacts. Smaller: a few small
 /// bodies begin more epochs than they have contacts. Larger: gaps at contacts approach the
 /// guaranteed bound of sixteen roundings of the side.
-const MOST_SIDES_PER_EPOCH: f64 = 4.0;
+const MAX_SIDES_PER_EPOCH: f64 = 4.0;
 
 /// Sides of the box after which an epoch ends if only one body moves. Larger than
-/// `MOST_SIDES_PER_EPOCH`, since the body may fly many sides between contacts, and half as many
+/// `MAX_SIDES_PER_EPOCH`, since the body may fly many sides between contacts, and half as many
 /// terms are rounded.
 const SIDES_PER_EPOCH_OF_BILLIARD: f64 = 8.0;
 
@@ -39,11 +42,11 @@ const EPOCHS_OF_PATIENCE: f64 = (1 << 16) as f64;
 /// Speed of the fastest body over that of the slowest that moves, above which a run without
 /// contacts ends as [`RunError::TimeScalesTooFarApart`]: 2³⁷. The slow body then travels less in an
 /// epoch than the rounding of its position in the epochs that a run waits for a contact.
-pub const LARGEST_SPEED_RATIO: f64 = 1.0 / (EPOCHS_OF_PATIENCE * HALF_ULP);
+pub const MAX_SPEED_RATIO: f64 = 1.0 / (EPOCHS_OF_PATIENCE * HALF_ULP);
 
 /// Turns of the fastest rotor while the slowest body travels one side of the box, above which a run
 /// without contacts ends as [`RunError::TimeScalesTooFarApart`]: 2⁴³.
-pub const MOST_TURNS: f64 = TURNS_PER_EPOCH * LARGEST_SPEED_RATIO;
+pub const MAX_TURNS: f64 = TURNS_PER_EPOCH * MAX_SPEED_RATIO;
 
 /// A body that travels less than this share of the side until the target time may appear at rest.
 /// Smaller: bodies at rest apart from a rounding of their velocity end runs. Larger: bodies that
@@ -94,7 +97,15 @@ impl Limits {
         let way = way_per_epoch(world);
         let time = stretch(way, fastest_squared, fastest_spin);
         let contacts_left = contacts;
-        Self { time, contacts_left, fastest_squared, fastest_spin, way, separation_error, stale: None }
+        Self {
+            time,
+            contacts_left,
+            fastest_squared,
+            fastest_spin,
+            way,
+            separation_error,
+            stale: None,
+        }
     }
 
     /// Bound on the rounding of a separation in this epoch (length).
@@ -132,7 +143,10 @@ impl Limits {
     /// bodies.
     #[inline(always)]
     pub fn raise(&mut self, [a, b]: [DVec2; 2], spin: f64) {
-        self.fastest_squared = self.fastest_squared.max(a.length_squared()).max(b.length_squared());
+        self.fastest_squared = self
+            .fastest_squared
+            .max(a.length_squared())
+            .max(b.length_squared());
         self.fastest_spin = self.fastest_spin.max(spin);
     }
 
@@ -152,7 +166,11 @@ impl Limits {
         if self.permit(velocities, spin) {
             return Ok(());
         }
-        let ContactPlaces { bodies, time: now, places: _ } = contact;
+        let ContactPlaces {
+            bodies,
+            time: now,
+            places: _,
+        } = contact;
         self.raise(velocities, spin);
         let stretch = stretch(self.way, self.fastest_squared, self.fastest_spin);
         self.time = self.time.min(now + stretch);
@@ -163,7 +181,7 @@ impl Limits {
         for (body, velocity) in bodies.into_iter().zip(velocities) {
             let body = &world.bodies[body as usize];
             let speed = velocity.length() + spin * body.kind.molecule.bounding_radius();
-            if !(speed <= carom_geometry::LARGEST && spin.is_finite()) {
+            if !(speed <= carom_geometry::MAX_MAGNITUDE && spin.is_finite()) {
                 let (time, body) = (world.epoch.after(now), BodyName::new(body, names));
                 return Err(RunError::BlowUp { time, body, speed });
             }
@@ -200,8 +218,9 @@ pub(crate) fn sides_per_epoch(world: &World) -> f64 {
     let largest = moving.map(crate::Body::reach).fold(0.0, f64::max);
     // 1 / (√8 n σ) for n discs of diameter σ in a unit of area, all as large as the largest that
     // moves.
-    let free_path = sides.x * sides.y / (8.0_f64.sqrt() * world.bodies.len() as f64 * (2.0 * largest));
-    (FREE_PATHS_PER_EPOCH * free_path / sides.min_element()).clamp(1.0, MOST_SIDES_PER_EPOCH)
+    let free_path =
+        sides.x * sides.y / (8.0_f64.sqrt() * world.bodies.len() as f64 * (2.0 * largest));
+    (FREE_PATHS_PER_EPOCH * free_path / sides.min_element()).clamp(1.0, MAX_SIDES_PER_EPOCH)
 }
 
 /// The longest path of the fastest body in an epoch (length).
@@ -209,34 +228,47 @@ fn way_per_epoch(world: &World) -> f64 {
     sides_per_epoch(world) * world.bounds.sides().min_element()
 }
 
-/// Refuses a body of an entry that moves or turns at less than [`LEAST_SPEED`].
+/// Refuses a body of an entry that moves or turns at less than [`MIN_SPEED`].
 pub(crate) fn refuse_slow(entry: &str, motion: &Motion, radius: f64) -> Result<(), SceneError> {
     let speeds = [
         // `hypot`, since the sum of squares may underflow to 0.
         ("the speed", motion.velocity.x.hypot(motion.velocity.y)),
-        ("the rim speed (angular velocity times bounding radius)", motion.angular_velocity.abs() * radius),
+        (
+            "the rim speed (angular velocity times bounding radius)",
+            motion.angular_velocity.abs() * radius,
+        ),
     ];
-    let moves = [motion.velocity != DVec2::ZERO, motion.angular_velocity != 0.0];
+    let moves = [
+        motion.velocity != DVec2::ZERO,
+        motion.angular_velocity != 0.0,
+    ];
     for ((quantity, speed), moves) in speeds.into_iter().zip(moves) {
-        if moves && speed < LEAST_SPEED {
-            return Err(SceneError::TooSlow { entry: entry.to_owned(), quantity, speed });
+        if moves && speed < MIN_SPEED {
+            return Err(SceneError::TooSlow {
+                entry: entry.to_owned(),
+                quantity,
+                speed,
+            });
         }
     }
     Ok(())
 }
 
 /// The fastest body and its speed of centre or rim (length per time), if some body moves but all at
-/// less than [`LEAST_SPEED`].
+/// less than [`MIN_SPEED`].
 pub(crate) fn too_slow(world: &World) -> Option<(usize, f64)> {
     let speed = |index: usize| {
         let motion = &world.motions[index];
-        let rim = motion.angular_velocity.abs() * world.bodies[index].kind.molecule.bounding_radius();
+        let rim =
+            motion.angular_velocity.abs() * world.bodies[index].kind.molecule.bounding_radius();
         // Not the length of the velocity, whose square may underflow to 0.
         motion.velocity.abs().max_element().max(rim)
     };
     let moving = (0..world.bodies.len()).filter(|&index| !world.bodies[index].is_fixed());
-    let fastest = moving.map(|index| (index, speed(index))).max_by(|one, other| one.1.total_cmp(&other.1))?;
-    (fastest.1 > 0.0 && fastest.1 < LEAST_SPEED).then_some(fastest)
+    let fastest = moving
+        .map(|index| (index, speed(index)))
+        .max_by(|one, other| one.1.total_cmp(&other.1))?;
+    (fastest.1 > 0.0 && fastest.1 < MIN_SPEED).then_some(fastest)
 }
 
 /// Refuses a run in which a fast body makes the epochs so short that the motion of another body is
@@ -267,12 +299,19 @@ pub(crate) fn refuse_time_scales_too_far_apart(
     };
     let all = 0..world.motions.len();
     let way_per_epoch = way_per_epoch(world);
-    let slowest = all.clone().filter(outpaced).min_by(|&one, &other| way(one).total_cmp(&way(other)));
+    let slowest = all
+        .clone()
+        .filter(outpaced)
+        .min_by(|&one, &other| way(one).total_cmp(&way(other)));
     let Some(slow) = slowest else { return Ok(()) };
     let shortest = |&one: &usize, &other: &usize| {
         let of = |index: usize| {
             let motion = &world.motions[index];
-            self::stretch(way_per_epoch, motion.velocity.length_squared(), motion.angular_velocity.abs())
+            self::stretch(
+                way_per_epoch,
+                motion.velocity.length_squared(),
+                motion.angular_velocity.abs(),
+            )
         };
         of(one).total_cmp(&of(other))
     };
@@ -307,7 +346,10 @@ mod tests {
             count: Some(count),
             ..GasSpec::default()
         };
-        Scene { gas: vec![gas], ..Scene::default() }
+        Scene {
+            gas: vec![gas],
+            ..Scene::default()
+        }
     }
 
     fn sides(scene: &Scene) -> f64 {
@@ -322,30 +364,59 @@ mod tests {
         // 32 / (√8 2000 0.002): the gas of the thesis's test 1.
         let thin = sides(&gas(0.001, 2000));
         assert!((thin - 2.828_427_124_746_19).abs() < 1e-12, "{thin}");
-        assert_eq!(sides(&gas(0.001, 50)), MOST_SIDES_PER_EPOCH);
+        assert_eq!(sides(&gas(0.001, 50)), MAX_SIDES_PER_EPOCH);
     }
 
     #[test]
     fn fixed_bodies_shorten_an_epoch_and_a_single_moving_body_has_the_longest() {
         let disc = |radius, x| {
-            let atoms = vec![AtomSpec { at: [0.0; 2], radius, mass: 1.0 }];
-            MoleculeSpec { atoms, at: [x, 0.5], velocity: [1.0, 0.0], ..MoleculeSpec::default() }
+            let atoms = vec![AtomSpec {
+                at: [0.0; 2],
+                radius,
+                mass: 1.0,
+            }];
+            MoleculeSpec {
+                atoms,
+                at: [x, 0.5],
+                velocity: [1.0, 0.0],
+                ..MoleculeSpec::default()
+            }
         };
         let bumpers = (0..200).map(|n| {
-            let at = [0.05 * f64::from(n % 20) + 0.02, 0.05 * f64::from(n / 20) + 0.52];
-            BumperSpec { tags: Vec::new(), at, radius: 0.005 }
+            let at = [
+                0.05 * f64::from(n % 20) + 0.02,
+                0.05 * f64::from(n / 20) + 0.52,
+            ];
+            BumperSpec {
+                tags: Vec::new(),
+                at,
+                radius: 0.005,
+            }
         });
         let bumper: Vec<BumperSpec> = bumpers.collect();
-        let one = Scene { molecule: vec![disc(0.01, 0.1)], ..Scene::default() };
-        let two = Scene { molecule: vec![disc(0.01, 0.1), disc(0.01, 0.2)], ..Scene::default() };
-        assert_eq!(sides(&one), SIDES_PER_EPOCH_OF_BILLIARD);
-        assert_eq!(sides(&two), MOST_SIDES_PER_EPOCH);
-        let among = sides(&Scene { bumper, ..two });
-        assert!((among - 32.0 / (8.0_f64.sqrt() * 202.0 * 0.02)).abs() < 1e-12, "{among}");
-        let none = Scene {
-            bumper: vec![BumperSpec { tags: Vec::new(), at: [0.5; 2], radius: 0.1 }],
+        let one = Scene {
+            molecule: vec![disc(0.01, 0.1)],
             ..Scene::default()
         };
-        assert_eq!(sides(&none), MOST_SIDES_PER_EPOCH);
+        let two = Scene {
+            molecule: vec![disc(0.01, 0.1), disc(0.01, 0.2)],
+            ..Scene::default()
+        };
+        assert_eq!(sides(&one), SIDES_PER_EPOCH_OF_BILLIARD);
+        assert_eq!(sides(&two), MAX_SIDES_PER_EPOCH);
+        let among = sides(&Scene { bumper, ..two });
+        assert!(
+            (among - 32.0 / (8.0_f64.sqrt() * 202.0 * 0.02)).abs() < 1e-12,
+            "{among}"
+        );
+        let none = Scene {
+            bumper: vec![BumperSpec {
+                tags: Vec::new(),
+                at: [0.5; 2],
+                radius: 0.1,
+            }],
+            ..Scene::default()
+        };
+        assert_eq!(sides(&none), MAX_SIDES_PER_EPOCH);
     }
 }

@@ -98,7 +98,11 @@ impl<'de> Deserialize<'de> for MeasureFrom {
             }
 
             fn visit_str<E: Error>(self, word: &str) -> Result<MeasureFrom, E> {
-                if word == AUTO { Ok(MeasureFrom::Auto) } else { Err(E::invalid_value(word_of(word), &self)) }
+                if word == AUTO {
+                    Ok(MeasureFrom::Auto)
+                } else {
+                    Err(E::invalid_value(word_of(word), &self))
+                }
             }
         }
         deserializer.deserialize_any(NumberOrAuto)

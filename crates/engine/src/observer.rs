@@ -155,7 +155,8 @@ impl<O: Observer> Observer for Option<O> {
 
     #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
-        self.as_ref().is_some_and(|observer| observer.watches(bodies))
+        self.as_ref()
+            .is_some_and(|observer| observer.watches(bodies))
     }
 
     fn start(&mut self, view: &View<'_>) {

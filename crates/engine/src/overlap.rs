@@ -46,7 +46,10 @@ fn census(view: &View<'_>) -> OverlapCensus {
     let number = |[column, row]: [i64; 2]| (row * columns + column) as usize;
     let cell_of = |place: DVec2| {
         let index = |x: f64, side: f64, n: i64| ((x / side * n as f64) as i64).clamp(0, n - 1);
-        number([index(place.x, sides.x, columns), index(place.y, sides.y, rows)])
+        number([
+            index(place.x, sides.x, columns),
+            index(place.y, sides.y, rows),
+        ])
     };
     let (listed, starts) = list_by_cell(&bodies, number([0, rows]), cell_of);
     let members = |cell: usize| &listed[starts[cell]..starts[cell + 1]];
@@ -95,7 +98,10 @@ fn list_by_cell(
     cells: usize,
     cell_of: impl Fn(DVec2) -> usize,
 ) -> (Vec<NearBody>, Vec<usize>) {
-    let not_walls = bodies.iter().zip(0..).filter(|(body, _)| !body.body.is_wall());
+    let not_walls = bodies
+        .iter()
+        .zip(0..)
+        .filter(|(body, _)| !body.body.is_wall());
     let mut next = vec![0; cells + 1];
     for (body, _) in not_walls.clone() {
         next[cell_of(body.motion.position)] += 1;
@@ -105,31 +111,65 @@ fn list_by_cell(
         count += std::mem::replace(start, count);
     }
     let starts = next.clone();
-    let mut listed = vec![NearBody { place: DVec2::ZERO, bounding_radius: 0.0, index: 0 }; count];
+    let mut listed = vec![
+        NearBody {
+            place: DVec2::ZERO,
+            bounding_radius: 0.0,
+            index: 0
+        };
+        count
+    ];
     for (body, index) in not_walls {
-        let (place, bounding_radius) = (body.motion.position, body.body.molecule().bounding_radius());
+        let (place, bounding_radius) =
+            (body.motion.position, body.body.molecule().bounding_radius());
         let next = &mut next[cell_of(place)];
-        listed[*next] = NearBody { place, bounding_radius, index };
+        listed[*next] = NearBody {
+            place,
+            bounding_radius,
+            index,
+        };
         *next += 1;
     }
     (listed, starts)
 }
 
 /// Checks a body against each image of a wall that comes near its bounding circle.
-fn look_at_images(body: &BodyView<'_>, wall: &BodyView<'_>, sides: DVec2, census: &mut OverlapCensus) {
-    let Some([first, second]) = wall.wall() else { return };
+fn look_at_images(
+    body: &BodyView<'_>,
+    wall: &BodyView<'_>,
+    sides: DVec2,
+    census: &mut OverlapCensus,
+) {
+    let Some([first, second]) = wall.wall() else {
+        return;
+    };
     let reach = body.body.reach() + wall.body.reach();
     let extent = 0.5 * (second - first).abs() + reach;
     let separation = wall.motion.position - body.motion.position;
-    let (low, high) = ((-(separation + extent) / sides).ceil(), ((extent - separation) / sides).floor());
+    let (low, high) = (
+        (-(separation + extent) / sides).ceil(),
+        ((extent - separation) / sides).floor(),
+    );
     for row in low.y as i64..=high.y as i64 {
         for column in low.x as i64..=high.x as i64 {
-            look(body, wall, DVec2::new(column as f64, row as f64) * sides, sides, census);
+            look(
+                body,
+                wall,
+                DVec2::new(column as f64, row as f64) * sides,
+                sides,
+                census,
+            );
         }
     }
 }
 
-fn look(a: &BodyView<'_>, b: &BodyView<'_>, shift: DVec2, sides: DVec2, census: &mut OverlapCensus) {
+fn look(
+    a: &BodyView<'_>,
+    b: &BodyView<'_>,
+    shift: DVec2,
+    sides: DVec2,
+    census: &mut OverlapCensus,
+) {
     if a.body.is_fixed() && b.body.is_fixed() {
         return;
     }
@@ -140,14 +180,27 @@ fn look(a: &BodyView<'_>, b: &BodyView<'_>, shift: DVec2, sides: DVec2, census: 
     }
     let reach = a.body.reach() + b.body.reach();
     let rotation = |body: &BodyView<'_>| body.motion.orientation.cos_sin();
-    let gap = gap_between(a.body.molecule(), rotation(a), b.body.molecule(), rotation(b), separation);
+    let gap = gap_between(
+        a.body.molecule(),
+        rotation(a),
+        b.body.molecule(),
+        rotation(b),
+        separation,
+    );
     if gap >= 0.0 {
         return;
     }
     let smallest = |body: &BodyView<'_>| {
         // A wall has no diameter of its own.
-        let atoms = if body.body.is_wall() { &[] } else { body.body.molecule().atoms() };
-        atoms.iter().map(|atom| 2.0 * atom.radius()).fold(f64::INFINITY, f64::min)
+        let atoms = if body.body.is_wall() {
+            &[]
+        } else {
+            body.body.molecule().atoms()
+        };
+        atoms
+            .iter()
+            .map(|atom| 2.0 * atom.radius())
+            .fold(f64::INFINITY, f64::min)
     };
     census.deepest_length = census.deepest_length.max(-gap);
     census.deepest = census.deepest.max(-gap / smallest(a).min(smallest(b)));

@@ -16,16 +16,17 @@ use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
 
 use crate::{
-    RandomStream, Region, Scene, SceneError, TagNames, World, body_builder::geometry, pockets::Pockets,
-    random::direction, selection::Remaining, sites::Sites, species::Species, velocities::ConservedMomentum,
+    RandomStream, Region, Scene, SceneError, TagNames, World, body_builder::geometry,
+    pockets::Pockets, random::direction, selection::Remaining, sites::Sites, species::Species,
+    velocities::ConservedMomentum,
 };
 
 /// Smallest gap, relative to the size of the molecules, at which they are placed: none starts in
 /// contact.
-const ROOM: f64 = 1e-9;
+const MIN_GAP: f64 = 1e-9;
 
 /// Most sites of a lattice where fewer are needed: the check of each takes about a microsecond.
-const MOST_SITES: usize = 1 << 22;
+const MAX_SITES: usize = 1 << 22;
 
 /// A lattice of touching sites, the last to be tried, is thinned out if it has more sites than
 /// this: in a narrow box it may have any number of sites, even if few are needed.
@@ -44,14 +45,15 @@ pub(crate) fn fill(
     let places = place(world, species, &mut random, &mut Budget::unlimited())?;
     let conserved = ConservedMomentum::new(world, species);
     for (kind, places) in species.iter().zip(places) {
-        let motions = kind.velocities(&conserved, &mut velocities)?.zip(places).map(
-            |((velocity, angular_velocity), place)| Motion {
+        let motions = kind
+            .velocities(&conserved, &mut velocities)?
+            .zip(places)
+            .map(|((velocity, angular_velocity), place)| Motion {
                 velocity,
                 orientation: Orientation::from_turns(random.random()),
                 angular_velocity,
                 ..Motion::at_rest(place)
-            },
-        );
+            });
         kind.insert(world, names, motions);
     }
     Ok(())
@@ -69,7 +71,13 @@ pub(crate) fn place(
 ) -> Result<Vec<Vec<DVec2>>, SceneError> {
     let kinds: Vec<Kind<'_>> = species.iter().flat_map(Kind::all_of).collect();
     let mut by_kind = place_kinds(world, &kinds, random, budget)?.into_iter();
-    let places_of = |gas: &Species| by_kind.by_ref().take(gas.groups().count()).flatten().collect();
+    let places_of = |gas: &Species| {
+        by_kind
+            .by_ref()
+            .take(gas.groups().count())
+            .flatten()
+            .collect()
+    };
     Ok(species.iter().map(places_of).collect())
 }
 
@@ -82,7 +90,11 @@ struct Kind<'a> {
 
 impl<'a> Kind<'a> {
     fn all_of(gas: &'a Species) -> impl Iterator<Item = Self> {
-        gas.groups().map(move |(index, count)| Self { gas, molecule: gas.molecule(index), count })
+        gas.groups().map(move |(index, count)| Self {
+            gas,
+            molecule: gas.molecule(index),
+            count,
+        })
     }
 
     fn region(&self) -> Option<Region> {
@@ -103,7 +115,7 @@ impl Budget {
     /// The number for repeated placements of so many molecules, of which one must succeed: a few
     /// seconds. Smaller: molecules that fit after some trials only are refused.
     pub(crate) fn of_repetitions(molecules: usize) -> Self {
-        Self(molecules.saturating_mul(64).max(8 * MOST_SITES))
+        Self(molecules.saturating_mul(64).max(8 * MAX_SITES))
     }
 
     pub(crate) fn is_spent(&self) -> bool {
@@ -118,14 +130,18 @@ fn place_kinds(
     random: &mut Pcg64,
     budget: &mut Budget,
 ) -> Result<Vec<Vec<DVec2>>, SceneError> {
-    let mut places: Vec<Vec<DVec2>> =
-        species.iter().map(|kind| Vec::with_capacity(kind.count.min(1 << 24))).collect();
+    let mut places: Vec<Vec<DVec2>> = species
+        .iter()
+        .map(|kind| Vec::with_capacity(kind.count.min(1 << 24)))
+        .collect();
     let mut by_size: Vec<usize> = (0..species.len()).collect();
     by_size.sort_by(|&i, &j| {
         let radius = |k: usize| species[k].molecule.bounding_radius();
         radius(j).total_cmp(&radius(i)).then(i.cmp(&j))
     });
-    let kinds = species.iter().map(|kind| (kind.molecule.bounding_radius(), kind.count));
+    let kinds = species
+        .iter()
+        .map(|kind| (kind.molecule.bounding_radius(), kind.count));
     let mut sites = Sites::with_more(world, kinds);
     for index in 0..world.bodies().len() {
         sites.add(world, index);
@@ -138,7 +154,8 @@ fn place_kinds(
         let (mut placed, mut tried) = (Ok(0), 0);
         for share in [0.5, 0.75, 1.0] {
             let is_alike = |kind: &Kind<'_>| {
-                kind.molecule.bounding_radius() >= share * largest && kind.region() == species[first].region()
+                kind.molecule.bounding_radius() >= share * largest
+                    && kind.region() == species[first].region()
             };
             let alike = rest.iter().take_while(|&&k| is_alike(&species[k])).count();
             if alike == tried {
@@ -146,8 +163,15 @@ fn place_kinds(
             }
             tried = alike;
             let trial = &mut random.clone();
-            placed = place_class(world, &sites, species, &rest[..alike], &mut places, (trial, budget))
-                .map(|()| alike);
+            placed = place_class(
+                world,
+                &sites,
+                species,
+                &rest[..alike],
+                &mut places,
+                (trial, budget),
+            )
+            .map(|()| alike);
             if placed.is_ok() {
                 *random = trial.clone();
                 break;
@@ -158,7 +182,9 @@ fn place_kinds(
         if !rest.is_empty() {
             for &kind in class {
                 let molecule = &species[kind].molecule;
-                places[kind].iter().for_each(|&place| sites.add_circle(world.bounds(), place, molecule));
+                places[kind]
+                    .iter()
+                    .for_each(|&place| sites.add_circle(world.bounds(), place, molecule));
             }
         }
     }
@@ -178,17 +204,30 @@ fn place_class(
     if wanted == 0 {
         return Ok(());
     }
-    let radius = species[class[0]].molecule.bounding_radius() * (1.0 + ROOM);
+    let radius = species[class[0]].molecule.bounding_radius() * (1.0 + MIN_GAP);
     let gas = species[class[0]].gas;
     let full = |placed: usize| {
         // Molecules of drawn sizes are counted with those of their gas that are already placed.
-        let before = |k: usize| if std::ptr::eq(species[k].gas, gas) { places[k].len() } else { 0 };
+        let before = |k: usize| {
+            if std::ptr::eq(species[k].gas, gas) {
+                places[k].len()
+            } else {
+                0
+            }
+        };
         let (placed, wanted) = if gas.is_equal() {
             (placed, wanted)
         } else {
-            (placed + (0..species.len()).map(before).sum::<usize>(), wanted.max(gas.count))
+            (
+                placed + (0..species.len()).map(before).sum::<usize>(),
+                wanted.max(gas.count),
+            )
         };
-        SceneError::Full { entry: gas.entry.clone(), placed, wanted }
+        SceneError::Full {
+            entry: gas.entry.clone(),
+            placed,
+            wanted,
+        }
     };
     let region = species[class[0]].region().unwrap_or_default();
     let (corner, field) = field(world.bounds(), &region, radius).map_err(geometry(&gas.entry))?;
@@ -203,7 +242,9 @@ fn place_class(
     let free_at = |place: DVec2| {
         region.contains(world.bounds(), place)
             && !pockets.contain(world.bounds(), place)
-            && sites.nearest(world, &probe, &Motion::at_rest(place)).is_none_or(|(_, gap)| gap > 0.0)
+            && sites
+                .nearest(world, &probe, &Motion::at_rest(place))
+                .is_none_or(|(_, gap)| gap > 0.0)
     };
     let is_part = field != *world.bounds();
     let mut most = 0;
@@ -224,8 +265,17 @@ fn place_class(
             budget.0 = budget.0.saturating_sub(lattice.capacity());
             let sites = (0..lattice.capacity()).map(|k| lattice.site(k));
             // Sites beyond a part of the box are those at its other side.
-            let in_region = |site: DVec2| if is_part { corner + field.wrap(site).0 } else { site };
-            let free: Vec<DVec2> = sites.map(in_region).filter(|&place| free_at(place)).collect();
+            let in_region = |site: DVec2| {
+                if is_part {
+                    corner + field.wrap(site).0
+                } else {
+                    site
+                }
+            };
+            let free: Vec<DVec2> = sites
+                .map(in_region)
+                .filter(|&place| free_at(place))
+                .collect();
             most = most.max(free.len());
             if free.len() >= wanted {
                 break 'found (lattice, free);
@@ -235,8 +285,10 @@ fn place_class(
     };
     // A random choice in the order of the lattice: neighbours in space remain neighbours in memory.
     let free = choose(free, wanted, random);
-    let mut kinds: Vec<usize> =
-        class.iter().flat_map(|&k| std::iter::repeat_n(k, species[k].count)).collect();
+    let mut kinds: Vec<usize> = class
+        .iter()
+        .flat_map(|&k| std::iter::repeat_n(k, species[k].count))
+        .collect();
     kinds.shuffle(random);
     for (site, kind) in free.into_iter().zip(kinds) {
         let moved = site + lattice.slack * random.random::<f64>().sqrt() * direction(random);
@@ -252,15 +304,24 @@ fn pockets(world: &World, species: &[Kind<'_>], class: &[usize]) -> Result<Pocke
     if !species[class[0]].gas.avoids_pockets {
         return Ok(Pockets::default());
     }
-    let atoms = class.iter().flat_map(|&kind| species[kind].molecule.atoms());
+    let atoms = class
+        .iter()
+        .flat_map(|&kind| species[kind].molecule.atoms());
     Pockets::of(world, atoms.map(Atom::radius).fold(f64::INFINITY, f64::min))
 }
 
 /// The first corner of a region (length), and a periodic box of its size for a lattice: at least of
 /// that of a molecule.
-fn field(bounds: &PeriodicBox, region: &Region, radius: f64) -> Result<(DVec2, PeriodicBox), GeometryError> {
+fn field(
+    bounds: &PeriodicBox,
+    region: &Region,
+    radius: f64,
+) -> Result<(DVec2, PeriodicBox), GeometryError> {
     let least = DVec2::splat(2.0 * radius).min(bounds.sides());
-    Ok((region.corner(), PeriodicBox::new(region.extent(bounds).max(least))?))
+    Ok((
+        region.corner(),
+        PeriodicBox::new(region.extent(bounds).max(least))?,
+    ))
 }
 
 /// Chooses `wanted` sites at random and keeps their order, by dropping single sites.
@@ -285,8 +346,16 @@ fn choose(mut sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2
 /// wanted would be chosen.
 fn thin(sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2> {
     let keep = 2.0 * wanted as f64 / sites.len() as f64;
-    let chosen: Vec<DVec2> = sites.iter().copied().filter(|_| random.random::<f64>() < keep).collect();
-    if chosen.len() >= wanted { chosen } else { sites }
+    let chosen: Vec<DVec2> = sites
+        .iter()
+        .copied()
+        .filter(|_| random.random::<f64>() < keep)
+        .collect();
+    if chosen.len() >= wanted {
+        chosen
+    } else {
+        sites
+    }
 }
 
 /// A lattice to try.
@@ -303,12 +372,14 @@ enum Attempt {
 fn attempts(bounds: &PeriodicBox, wanted: usize, radius: f64) -> impl Iterator<Item = Attempt> {
     let (sides, touching) = (bounds.sides(), 2.0 * radius);
     let roomy = (2.0 * bounds.area() / (3f64.sqrt() * 1.1 * wanted as f64)).sqrt();
-    let most = MOST_SITES.max(8 * wanted);
+    let most = MAX_SITES.max(8 * wanted);
     let sites = move |spacing: f64| Counts::new(sides, spacing, radius).map_or(0.0, Counts::sites);
     let all = sites(touching);
     // The last one is the whole lattice, unless that is too large.
-    let thinned = std::iter::successors(Some((FEW_SITES / 16).max(4 * wanted)), |sites| Some(8 * sites))
-        .take_while(move |&sites| all > FEW_SITES as f64 && sites <= most && (sites as f64) < all);
+    let thinned = std::iter::successors(Some((FEW_SITES / 16).max(4 * wanted)), |sites| {
+        Some(8 * sites)
+    })
+    .take_while(move |&sites| all > FEW_SITES as f64 && sites <= most && (sites as f64) < all);
     (0..64)
         .map(move |step| roomy * 0.98f64.powi(step))
         .take_while(move |&spacing| spacing > touching)
@@ -339,7 +410,10 @@ impl Counts {
         // The distance of rows is limited by diagonal neighbours and by the second next row.
         let diagonal = (spacing * spacing - 0.25 * across * across).max(0.0).sqrt();
         let up = diagonal.max(0.5 * spacing);
-        Some(Self { columns, rows: even((sides.y / up).floor()) })
+        Some(Self {
+            columns,
+            rows: even((sides.y / up).floor()),
+        })
     }
 
     fn sites(self) -> f64 {
@@ -372,16 +446,27 @@ impl Lattice {
 
     /// The lattice of touching sites without some columns and rows, so that about this number of
     /// sites is left, spread evenly: distances between neighbours only increase.
-    fn thinned(bounds: &PeriodicBox, sites: usize, radius: f64, random: &mut Pcg64) -> Option<Self> {
+    fn thinned(
+        bounds: &PeriodicBox,
+        sites: usize,
+        radius: f64,
+        random: &mut Pcg64,
+    ) -> Option<Self> {
         let origin = bounds.sides() * DVec2::new(random.random(), random.random());
         let Counts { columns, rows } = Counts::new(bounds.sides(), 2.0 * radius, radius)?;
         let sites = sites as f64;
         let shorter = columns.min(rows).min(sites.sqrt().floor());
         let longer = (sites / shorter).floor();
         let counts = if columns < rows {
-            Counts { columns: shorter, rows: even(longer.min(rows)) }
+            Counts {
+                columns: shorter,
+                rows: even(longer.min(rows)),
+            }
         } else {
-            Counts { columns: longer.min(columns), rows: even(shorter) }
+            Counts {
+                columns: longer.min(columns),
+                rows: even(shorter),
+            }
         };
         Self::of(bounds, counts, radius, origin)
     }
@@ -392,7 +477,11 @@ impl Lattice {
         let step = sides / DVec2::new(columns, rows);
         let nearest = [
             step.x,
-            if rows > 1.0 { DVec2::new(0.5 * step.x, step.y).length() } else { sides.y },
+            if rows > 1.0 {
+                DVec2::new(0.5 * step.x, step.y).length()
+            } else {
+                sides.y
+            },
             if rows > 2.0 { 2.0 * step.y } else { sides.y },
         ];
         let nearest = nearest.into_iter().fold(f64::INFINITY, f64::min);

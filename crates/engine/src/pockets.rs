@@ -51,11 +51,20 @@ mod tests {
 
     /// Bodies of a gas around a ring across the border of the box, and how many are in its hole.
     fn placed(gas: &str, start: &str) -> (usize, usize) {
-        let simulation = Simulation::new(&Scene::from_toml(&format!("{start}{RING}{gas}")).unwrap()).unwrap();
+        let simulation =
+            Simulation::new(&Scene::from_toml(&format!("{start}{RING}{gas}")).unwrap()).unwrap();
         let view = simulation.view();
-        let is_in = |at: DVec2| view.bounds().nearest_image(at - DVec2::new(0.95, 0.5)).length() < 0.12;
+        let is_in = |at: DVec2| {
+            view.bounds()
+                .nearest_image(at - DVec2::new(0.95, 0.5))
+                .length()
+                < 0.12
+        };
         let all = || view.bodies().skip(1);
-        (all().count(), all().filter(|body| is_in(body.motion.position)).count())
+        (
+            all().count(),
+            all().filter(|body| is_in(body.motion.position)).count(),
+        )
     }
 
     #[test]
@@ -74,11 +83,15 @@ mod tests {
     #[test]
     fn gases_that_grow_cannot_keep_out_of_pockets() {
         for (keys, count) in [("placement = \"grown\"\n", 100), ("", 2700)] {
-            let gas = format!("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
+            let gas =
+                format!("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
             let text = format!("[start]\nempty_pockets = true\n{keys}{RING}{gas}");
             let refused = Simulation::new(&Scene::from_toml(&text).unwrap()).map(drop);
             let error = refused.unwrap_err().to_string();
-            assert!(error.contains("empty_pockets") || error.contains("molecules can be placed"), "{error}");
+            assert!(
+                error.contains("empty_pockets") || error.contains("molecules can be placed"),
+                "{error}"
+            );
         }
     }
 }

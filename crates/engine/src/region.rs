@@ -37,10 +37,16 @@ use crate::two_numbers::optional_range;
 pub struct Region {
     /// First and last x (length), the last at most a side of the box beyond the first; beyond the
     /// box the region goes on at its other side. Default: the whole side.
-    #[serde(deserialize_with = "optional_range", skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "optional_range",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub x: Option<[f64; 2]>,
     /// First and last y (length), as `x`. Default: the whole side.
-    #[serde(deserialize_with = "optional_range", skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "optional_range",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub y: Option<[f64; 2]>,
 }
 
@@ -73,8 +79,9 @@ impl Region {
     /// Its extent along both axes in a box (length).
     pub(crate) fn extent(&self, bounds: &PeriodicBox) -> DVec2 {
         let [x, y] = bounds.sides().to_array();
-        let extent =
-            |range: Option<[f64; 2]>, side: f64| range.map_or(side, |[first, last]| (last - first).min(side));
+        let extent = |range: Option<[f64; 2]>, side: f64| {
+            range.map_or(side, |[first, last]| (last - first).min(side))
+        };
         DVec2::new(extent(self.x, x), extent(self.y, y))
     }
 
@@ -110,8 +117,14 @@ mod tests {
     fn gases_are_placed_in_their_regions() {
         for (region, rest) in [
             ("{ x = [0.5, 1.0] }", "radius = 0.01\ncount = 300\n"),
-            ("{ x = [1.75, 2.25], y = [0.25, 0.5] }", "radius = 0.01\narea_fraction = 0.4\n"),
-            ("{ y = [-0.125, 0.125] }", "radius = { uniform = [0.005, 0.02] }\ncount = 80\n"),
+            (
+                "{ x = [1.75, 2.25], y = [0.25, 0.5] }",
+                "radius = 0.01\narea_fraction = 0.4\n",
+            ),
+            (
+                "{ y = [-0.125, 0.125] }",
+                "radius = { uniform = [0.005, 0.02] }\ncount = 80\n",
+            ),
             // Lower than a disc.
             ("{ y = [0.5, 0.51] }", "radius = 0.01\ncount = 15\n"),
         ] {
@@ -120,11 +133,18 @@ mod tests {
             let (view, region) = (simulation.view(), scene.gas[0].region.unwrap());
             assert_eq!(view.overlaps().pairs, 0);
             for body in view.bodies() {
-                assert!(region.contains(view.bounds(), body.motion.position), "{:?}", body.motion.position);
+                assert!(
+                    region.contains(view.bounds(), body.motion.position),
+                    "{:?}",
+                    body.motion.position
+                );
             }
         }
         // The area is that of the region.
-        let half = scene("{ x = [1.75, 2.25], y = [0.25, 0.5] }", "radius = 0.01\narea_fraction = 0.4\n");
+        let half = scene(
+            "{ x = [1.75, 2.25], y = [0.25, 0.5] }",
+            "radius = 0.01\narea_fraction = 0.4\n",
+        );
         assert_eq!(half.expected_bodies().unwrap(), 159);
     }
 
@@ -137,7 +157,11 @@ mod tests {
         let scene = Scene::from_toml(text).unwrap();
         let simulation = Simulation::new(&scene).unwrap();
         let mut counts = [0; 2];
-        for body in simulation.view().bodies().filter(|body| !body.body.is_fixed()) {
+        for body in simulation
+            .view()
+            .bodies()
+            .filter(|body| !body.body.is_fixed())
+        {
             let upper = usize::from(body.motion.position.y > 0.5);
             assert_eq!(body.body.molecule().bounding_radius(), [0.03, 0.02][upper]);
             counts[upper] += 1;
@@ -148,14 +172,30 @@ mod tests {
     #[test]
     fn regions_that_are_none_are_refused() {
         let bounds = PeriodicBox::new(DVec2::new(2.0, 1.0)).unwrap();
-        for x in [[1.0, 1.0], [1.0, 0.5], [0.0, 2.5], [f64::NAN, 1.0], [0.0, f64::NAN], [3.0, 4.0]] {
-            let refused = Region { x: Some(x), y: None }.check(&bounds).unwrap_err();
+        for x in [
+            [1.0, 1.0],
+            [1.0, 0.5],
+            [0.0, 2.5],
+            [f64::NAN, 1.0],
+            [0.0, f64::NAN],
+            [3.0, 4.0],
+        ] {
+            let refused = Region {
+                x: Some(x),
+                y: None,
+            }
+            .check(&bounds)
+            .unwrap_err();
             assert!(refused.contains("region.x"), "{refused}");
         }
         let scene = scene("{ y = [0.0, 1.5] }", "radius = 0.01\ncount = 1\n");
         let refused = Simulation::new(&scene).unwrap_err().to_string();
-        assert!(refused.contains("gas[0]") && refused.contains("region.y"), "{refused}");
-        let none = Scene::from_toml("[[gas]]\nregion = { z = [0, 1] }\nenergy = 1.0\n").unwrap_err();
+        assert!(
+            refused.contains("gas[0]") && refused.contains("region.y"),
+            "{refused}"
+        );
+        let none =
+            Scene::from_toml("[[gas]]\nregion = { z = [0, 1] }\nenergy = 1.0\n").unwrap_err();
         assert!(none.to_string().contains('z'), "{none}");
     }
 }

@@ -33,7 +33,8 @@ impl Side<'_> {
 
     /// Change of momentum Δp (mass × length / time); 0 for a fixed body.
     pub fn momentum_change(&self) -> DVec2 {
-        momentum(&self.after, &self.body.kind.inertia) - momentum(&self.before, &self.body.kind.inertia)
+        momentum(&self.after, &self.body.kind.inertia)
+            - momentum(&self.before, &self.body.kind.inertia)
     }
 
     /// Change of angular velocity (radians / time).
@@ -43,7 +44,8 @@ impl Side<'_> {
 
     /// Change of the angular momentum about the body's own centre (mass × length² / time).
     pub fn angular_momentum_change(&self) -> f64 {
-        let own = |motion: &Motion| angular_momentum(motion, &self.body.kind.inertia, motion.position);
+        let own =
+            |motion: &Motion| angular_momentum(motion, &self.body.kind.inertia, motion.position);
         own(&self.after) - own(&self.before)
     }
 

@@ -4,7 +4,10 @@
 //! Contacts of different bodies can therefore be resolved in any order or in parallel. The changes
 //! are recorded afterwards, in order of time (see [`crate::epoch_loop`]).
 
-#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the caller"
+)]
 
 use carom_kinematics::{Inertia, Motion, kinetic_energy};
 use carom_response::{ContactFrame, Elasticity, Response, apply_impulse};
@@ -98,7 +101,9 @@ impl<R: Response> Rules<'_, R> {
             d += self.world.bounds.shift(image);
         }
         let velocities = [velocity_a, velocity_b];
-        let impulse = self.response.impulse_of_discs(d, velocities, inverse_masses, Elasticity::ELASTIC);
+        let impulse =
+            self.response
+                .impulse_of_discs(d, velocities, inverse_masses, Elasticity::ELASTIC);
         // By value: a velocity whose address is taken is copied through memory for each contact.
         let mut after_a = velocity_a - impulse * inverse_masses[0];
         let mut after_b = velocity_b + impulse * inverse_masses[1];
@@ -107,14 +112,29 @@ impl<R: Response> Rules<'_, R> {
             after_a = self.reflected(d, velocity_a, inverse_masses[0], after_a);
             after_b = self.reflected(-d, velocity_b, inverse_masses[1], after_b);
         }
-        ResolvedDiscs { line_of_centres: d, impulse, after: [after_a, after_b], met_fixed }
+        ResolvedDiscs {
+            line_of_centres: d,
+            impulse,
+            after: [after_a, after_b],
+            met_fixed,
+        }
     }
 
     /// Resolves any contact.
     #[inline(never)]
     pub fn resolve(&self, encounter: &Encounter) -> Resolved {
-        let Encounter { contact, before, last_contacts, repeats } = encounter;
-        let ContactEvent { time, bodies, parts, .. } = *contact;
+        let Encounter {
+            contact,
+            before,
+            last_contacts,
+            repeats,
+        } = encounter;
+        let ContactEvent {
+            time,
+            bodies,
+            parts,
+            ..
+        } = *contact;
         let pair = bodies.map(|body| &self.world.bodies[body as usize]);
         let (mut frame, depth) = contact_geometry(self.world, contact, before);
         let of_table = self.elasticity.between(pair[0], pair[1]);
@@ -122,8 +142,15 @@ impl<R: Response> Rules<'_, R> {
         if let Some(last) = last_contacts
             && of_table.coefficient() < 1.0
         {
-            let partner = |n: usize| Partner { body: pair[n], motion: &before[n], since: time - last[n] };
-            let raised = self.elasticity.guard.raise(of_table, &frame, [partner(0), partner(1)]);
+            let partner = |n: usize| Partner {
+                body: pair[n],
+                motion: &before[n],
+                since: time - last[n],
+            };
+            let raised = self
+                .elasticity
+                .guard
+                .raise(of_table, &frame, [partner(0), partner(1)]);
             elasticity = raised.unwrap_or(of_table);
         }
         let inertias = pair.map(|body| &body.kind.inertia);
@@ -145,7 +172,8 @@ impl<R: Response> Rules<'_, R> {
                 let unguarded = self.joint(encounter, &frame, with_inertia, of_table);
                 spared = unguarded.map(|unguarded| energy(&joint.after) - energy(&unguarded.after));
             }
-            (frame, impulse, after, points) = (joint.frame, joint.impulse, joint.after, joint.points);
+            (frame, impulse, after, points) =
+                (joint.frame, joint.impulse, joint.after, joint.points);
         }
         let changes_energy = *repeats || !self.response.conserves_energy(elasticity);
         let mut is_unresolved = false;
@@ -196,10 +224,20 @@ impl<R: Response> Rules<'_, R> {
         bodies: [(&Motion, &Inertia); 2],
         elasticity: Elasticity,
     ) -> Option<JointContact> {
-        let Encounter { contact, before, .. } = encounter;
-        let impulses = |frames: &[ContactFrame]| self.response.joint_impulses(frames, bodies, elasticity);
+        let Encounter {
+            contact, before, ..
+        } = encounter;
+        let impulses =
+            |frames: &[ContactFrame]| self.response.joint_impulses(frames, bodies, elasticity);
         let inertias = bodies.map(|(_, inertia)| inertia);
-        joint_contact(self.world, contact, (before, inertias), frame, self.separation_error, impulses)
+        joint_contact(
+            self.world,
+            contact,
+            (before, inertias),
+            frame,
+            self.separation_error,
+            impulses,
+        )
     }
 
     /// The energy that the guard has saved, if the response depends on the guard: `impulse` and
@@ -247,8 +285,10 @@ impl<R: Response> Rules<'_, R> {
         let turns = |n: usize| inertias[n].inverse_moment > 0.0 && frame.arms[n].perp_dot(d) != 0.0;
         if met_fixed && elasticity == Elasticity::ELASTIC && !turns(0) && !turns(1) {
             let [a, b] = &mut after;
-            a.velocity = self.reflected(d, before[0].velocity, inertias[0].inverse_mass, a.velocity);
-            b.velocity = self.reflected(-d, before[1].velocity, inertias[1].inverse_mass, b.velocity);
+            a.velocity =
+                self.reflected(d, before[0].velocity, inertias[0].inverse_mass, a.velocity);
+            b.velocity =
+                self.reflected(-d, before[1].velocity, inertias[1].inverse_mass, b.velocity);
         }
         after
     }
@@ -258,7 +298,11 @@ impl<R: Response> Rules<'_, R> {
     #[cold]
     #[inline(never)]
     fn reflected(&self, to_other: DVec2, before: DVec2, inverse_mass: f64, after: DVec2) -> DVec2 {
-        if inverse_mass == 0.0 { before } else { self.response.reflected(to_other, before).unwrap_or(after) }
+        if inverse_mass == 0.0 {
+            before
+        } else {
+            self.response.reflected(to_other, before).unwrap_or(after)
+        }
     }
 }
 

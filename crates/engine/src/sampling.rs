@@ -7,12 +7,12 @@ use carom_response::Response;
 use crate::{Observer, RunError, Scheduler, Simulation};
 
 /// Largest number of samples of one run. Floating-point numbers cannot count more one by one.
-const MOST_SAMPLES: f64 = (1u64 << 53) as f64;
+const MAX_SAMPLES: f64 = (1u64 << 53) as f64;
 
 /// Rounding of the end of a run and of the interval could lose a sample. A sample counts as reached
 /// if at most this share of the interval is missing, and no more than that rounding. Larger: for
 /// intervals as short as the rounding of the end, samples are taken too early.
-const LARGEST_SHORTFALL: f64 = 0.25;
+const MAX_SHORTFALL: f64 = 0.25;
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Runs to `until` (time) and takes a sample every `interval` (time, positive).
@@ -58,7 +58,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         let (start, end) = (self.time(), self.end_of_run(until)?);
         let samples = samples_between(start, end, interval);
-        if samples > MOST_SAMPLES {
+        if samples > MAX_SAMPLES {
             return Err(RunError::Interval(interval));
         }
         observer.start(&self.view());
@@ -81,5 +81,5 @@ fn samples_between(start: EpochTime, end: EpochTime, interval: f64) -> f64 {
     }
     let duration = end.since(start);
     let rounding = 4.0 * f64::EPSILON * duration + f64::EPSILON * until.abs();
-    (duration / interval + (rounding / interval).min(LARGEST_SHORTFALL)).floor()
+    (duration / interval + (rounding / interval).min(MAX_SHORTFALL)).floor()
 }

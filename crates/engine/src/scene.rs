@@ -4,14 +4,14 @@
 //! times are in the user's units.
 
 #[cfg(feature = "schema")]
-use carom_geometry::{LARGEST, SMALLEST};
+use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    AtomSpec, GasSpec, HeatSpec, MeasureFrom, MeasureSpec, MethodSpec, RelabelSpec, Rotation, StopSpec,
-    ThermostatSpec,
+    AtomSpec, GasSpec, HeatSpec, MeasureFrom, MeasureSpec, MethodSpec, RelabelSpec, Rotation,
+    StopSpec, ThermostatSpec,
     gas_spec::serialize_gases,
     two_numbers::{optional_vector, vector},
 };
@@ -71,7 +71,7 @@ pub struct Scene {
 #[serde(deny_unknown_fields, default)]
 pub struct BoxSpec {
     /// Sides (length).
-    #[cfg_attr(feature = "schema", schemars(inner(range(min = SMALLEST, max = LARGEST))))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE))))]
     #[serde(deserialize_with = "vector")]
     pub sides: [f64; 2],
     /// Seed; the streams for placement and velocities are derived from it.
@@ -82,7 +82,11 @@ pub struct BoxSpec {
 
 impl Default for BoxSpec {
     fn default() -> Self {
-        Self { sides: [1.0, 1.0], seed: 0, replica: 0 }
+        Self {
+            sides: [1.0, 1.0],
+            seed: 0,
+            replica: 0,
+        }
     }
 }
 
@@ -102,11 +106,11 @@ pub struct MoleculeSpec {
     pub atoms: Vec<AtomSpec>,
     /// Radius of each atom of a named shape (length).
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub atom_radius: Option<f64>,
     /// Mass of each atom of a named shape (mass).
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub atom_mass: Option<f64>,
     /// Position of the centre of mass (length).
     #[serde(deserialize_with = "vector")]
@@ -137,7 +141,7 @@ pub struct BumperSpec {
     #[serde(default)]
     pub tags: Vec<String>,
     /// Radius (length).
-    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub radius: f64,
     /// Position of the centre (length).
     #[serde(deserialize_with = "vector")]
@@ -178,10 +182,16 @@ pub struct WallSpec {
     /// Tags of the wall.
     pub tags: Vec<String>,
     /// One end (length). With `to`; excludes `x` and `y`.
-    #[serde(deserialize_with = "optional_vector", skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "optional_vector",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub from: Option<[f64; 2]>,
     /// The other end (length); it may lie outside the box.
-    #[serde(deserialize_with = "optional_vector", skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "optional_vector",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub to: Option<[f64; 2]>,
     /// The wall is the line of all points with this x (length).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -191,7 +201,7 @@ pub struct WallSpec {
     pub y: Option<f64>,
     /// Half the thickness (length): the wall includes all points within this distance of it; 0 for
     /// a wall without thickness.
-    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = LARGEST)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
     pub radius: f64,
     /// Temperature kT (mass × length² / time²), from 1e-60 to 1e60: bodies leave the wall, on both
     /// sides, with random velocities of this temperature, whatever their velocities were. Their
@@ -204,7 +214,7 @@ pub struct WallSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[doc(alias = "thermostat")]
     #[doc(alias = "diffuse reflection")]
-    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub temperature: Option<f64>,
 }
 
@@ -350,7 +360,11 @@ pub struct ElasticitySpec {
 
 impl Default for ElasticitySpec {
     fn default() -> Self {
-        Self { default: 1.0, contact_time: 1e-4, pair: Vec::new() }
+        Self {
+            default: 1.0,
+            contact_time: 1e-4,
+            pair: Vec::new(),
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Scenes as text: reading a scene file, with what a file must give, and writing one.
 
 use crate::{
-    Scene, SceneError, expressions::evaluated, fitted_box::fit_box, gas_spec::energy_or_temperature,
-    spelling::plain_words,
+    Scene, SceneError, expressions::evaluated, fitted_box::fit_box,
+    gas_spec::energy_or_temperature, spelling::plain_words,
 };
 
 impl Scene {
@@ -38,9 +38,15 @@ impl Scene {
     /// Validates the presence of the keys of stages, and sets the end of the run to that of the
     /// last stage.
     fn finish_stages(&mut self, table: &toml::Table) -> Result<(), SceneError> {
-        let Some(last) = self.stage.last() else { return Ok(()) };
+        let Some(last) = self.stage.last() else {
+            return Ok(());
+        };
         require(table, "stage", "until", "")?;
-        let stages = table.get("stage").and_then(toml::Value::as_array).into_iter().flatten();
+        let stages = table
+            .get("stage")
+            .and_then(toml::Value::as_array)
+            .into_iter()
+            .flatten();
         for (index, stage) in stages.filter_map(toml::Value::as_table).enumerate() {
             for (entries, keys) in [
                 ("add", &["at"][..]),
@@ -49,13 +55,20 @@ impl Scene {
                 ("set_energy", &["tag"]),
                 ("thermostat", &["tag", "every"]),
             ] {
-                keys.iter().try_for_each(|key| require(stage, entries, key, &format!("stage[{index}].")))?;
+                keys.iter().try_for_each(|key| {
+                    require(stage, entries, key, &format!("stage[{index}]."))
+                })?;
             }
         }
         let end = last.until;
-        let is_given = table.get("run").is_some_and(|run| run.get("until").is_some());
+        let is_given = table
+            .get("run")
+            .is_some_and(|run| run.get("until").is_some());
         if is_given && self.run.until != end {
-            let disordered = self.stage.windows(2).position(|pair| pair[1].until <= pair[0].until);
+            let disordered = self
+                .stage
+                .windows(2)
+                .position(|pair| pair[1].until <= pair[0].until);
             let and = disordered.map_or_else(String::new, |index| {
                 let [before, after] = [index, index + 1].map(|index| self.stage[index].until);
                 format!(
@@ -67,7 +80,10 @@ impl Scene {
                 "`until` = {} differs from the end of the last stage, {end}: leave it out{and}",
                 self.run.until
             );
-            return Err(SceneError::Entry { entry: "run".to_owned(), problem });
+            return Err(SceneError::Entry {
+                entry: "run".to_owned(),
+                problem,
+            });
         }
         self.run.until = end;
         Ok(())
@@ -77,7 +93,9 @@ impl Scene {
 /// Refuses entries without a key that the file must give. In code the key has a default; in a file
 /// its absence is most likely an error.
 fn require(table: &toml::Table, entries: &str, key: &str, before: &str) -> Result<(), SceneError> {
-    let Some(toml::Value::Array(list)) = table.get(entries) else { return Ok(()) };
+    let Some(toml::Value::Array(list)) = table.get(entries) else {
+        return Ok(());
+    };
     match list.iter().position(|entry| entry.get(key).is_none()) {
         None => Ok(()),
         Some(index) => Err(SceneError::Entry {

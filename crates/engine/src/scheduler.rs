@@ -76,7 +76,11 @@ pub use crate::{
 /// assert_eq!(ordered([5, 2], [-1, 0]), ([2, 5], [1, 0]));
 /// ```
 pub fn ordered(pair: [u32; 2], image: [i64; 2]) -> ([u32; 2], [i64; 2]) {
-    if pair[0] <= pair[1] { (pair, image) } else { ([pair[1], pair[0]], image.map(|boxes| -boxes)) }
+    if pair[0] <= pair[1] {
+        (pair, image)
+    } else {
+        ([pair[1], pair[0]], image.map(|boxes| -boxes))
+    }
 }
 
 /// Returns the contacts of an epoch in order of time and receives the new motions after each.
@@ -89,8 +93,12 @@ pub fn ordered(pair: [u32; 2], image: [i64; 2]) -> ([u32; 2], [i64; 2]) {
 pub trait EventQueue {
     /// Advances to the next contact no later than `stop` (offset in the epoch, time); `None` if
     /// there is none.
-    fn next_contact<D: Detection>(&mut self, world: &World, detection: &D, stop: f64)
-    -> Option<ContactEvent>;
+    fn next_contact<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        stop: f64,
+    ) -> Option<ContactEvent>;
 
     /// The present motion of a body; its subjective time is an offset in the epoch.
     fn motion(&self, body: u32) -> Motion;
@@ -131,8 +139,16 @@ pub trait EventQueue {
         [places, velocities]: [[DVec2; 2]; 2],
     ) {
         let [a, b] = bodies.map(|body| self.motion(body).at(time));
-        let a = Motion { position: places[0], velocity: velocities[0], ..a };
-        let b = Motion { position: places[1], velocity: velocities[1], ..b };
+        let a = Motion {
+            position: places[0],
+            velocity: velocities[0],
+            ..a
+        };
+        let b = Motion {
+            position: places[1],
+            velocity: velocities[1],
+            ..b
+        };
         self.motions_changed(world, detection, bodies, [a, b]);
     }
 }
@@ -179,7 +195,11 @@ impl<'a> StoredMotions<'a> {
     pub(crate) fn set_wrapped(&mut self, body: u32, motion: Motion, winding: [i16; 2]) {
         let before = self.winding(body);
         let crossed = |axis: usize| i64::from(winding[axis].wrapping_sub(before[axis] as i16));
-        self.set(body, motion, [0, 1].map(|axis| before[axis] + crossed(axis)));
+        self.set(
+            body,
+            motion,
+            [0, 1].map(|axis| before[axis] + crossed(axis)),
+        );
     }
 
     /// Stores the motion of a body and the number of boxes that it has crossed, per axis, since it
@@ -227,7 +247,10 @@ pub trait Scheduler: Sized {
     /// from that of [`Self::take_restart`]. The engine calls this before each call of
     /// [`Self::run`].
     #[doc(hidden)]
-    fn run_window<D: Detection, R: Response>(&mut self, _job: &WindowJob<'_, D, R>) -> Option<Window> {
+    fn run_window<D: Detection, R: Response>(
+        &mut self,
+        _job: &WindowJob<'_, D, R>,
+    ) -> Option<Window> {
         None
     }
 

@@ -12,8 +12,14 @@ pub(crate) struct Remaining {
 impl Remaining {
     /// All elements of a list of length `len`, at most 2³² − 1.
     pub fn all(len: usize) -> Self {
-        let tree = (0..=len).map(|node| (node & node.wrapping_neg()) as u32).collect();
-        Self { tree, taken: vec![false; len], len }
+        let tree = (0..=len)
+            .map(|node| (node & node.wrapping_neg()) as u32)
+            .collect();
+        Self {
+            tree,
+            taken: vec![false; len],
+            len,
+        }
     }
 
     /// Number of remaining elements.

@@ -7,7 +7,7 @@
 //! 1. *Closing speeds of rounding size.* At elasticity 0, and where two bodies approach as slowly
 //!    as velocities are rounded, the surfaces may still close after the contact by a rounding,
 //!    which no detector can distinguish from rest. So a contact that loses energy, or that follows
-//!    another at the same instant, ends with the surfaces separating at [`LEAST_SEPARATION`] times
+//!    another at the same instant, ends with the surfaces separating at [`MIN_SEPARATION`] times
 //!    the speed that detection resolves, E'. Elastic contacts separate as fast as they approach,
 //!    which is already faster than E'. Two discs need only separate by more than the rounding of
 //!    velocities, since separating straight flights do not meet again.
@@ -28,9 +28,9 @@
 //! therefore
 //! a share 8 E/s of L, and the kinetic energy that it adds at most the square of that share, which
 //! the ledger counts: 10⁻²¹ for atoms of 0.002 of the side, 10⁻¹³ for 10⁻⁷ of the side.
-//! [`MOST_SEPARATION`] bounds the share. Where 8 E/s is larger, a scene whose contacts change
+//! [`MAX_SEPARATION`] bounds the share. Where 8 E/s is larger, a scene whose contacts change
 //! energy
-//! is refused ([`refuse_unresolved`]), and other contacts separate at `MOST_SEPARATION` times L.
+//! is refused ([`refuse_unresolved`]), and other contacts separate at `MAX_SEPARATION` times L.
 
 use std::collections::BTreeMap;
 
@@ -40,18 +40,19 @@ use carom_response::{ContactFrame, approach_speed, reduced_mass};
 use glam::DVec2;
 
 use crate::{
-    Body, ElasticityTable, GridError, World, contact_event::Parts, separation_error::separation_error,
+    Body, ElasticityTable, GridError, World, contact_event::Parts,
+    separation_error::separation_error,
 };
 
 /// Least speed of separation of surfaces, in units of the speed that detection resolves. Smaller
 /// than 2: detection may not see that a pair separates. Larger: energy is put into contacts at
 /// elasticity 0.
-const LEAST_SEPARATION: f64 = 4.0;
+const MIN_SEPARATION: f64 = 4.0;
 
 /// Largest least speed of separation, as a share of the speed L of the surfaces, apart from the
 /// rounding of velocities. Smaller: more scenes with small atoms are refused. Larger: at elasticity
 /// 0 the surfaces separate visibly.
-const MOST_SEPARATION: f64 = 1e-3;
+const MAX_SEPARATION: f64 = 1e-3;
 
 /// E of a contact in units of the rounding of separations: that itself, and 5/16 of it for the
 /// distance of the centres, since both are proportional to the sides; rounded up for arms and
@@ -63,7 +64,7 @@ const ERROR_OF_GAP: f64 = 2.0;
 const TOLERATED: f64 = 2.0;
 
 /// Largest correction of the positions of two bodies, in roundings of the side.
-const MOST_OUTWARDS: f64 = 4.0;
+const MAX_OUTWARDS: f64 = 4.0;
 
 /// The additional impulse on B (mass × length / time) with which the surfaces separate fast enough
 /// to be resolved. `None` if they already do, or if the response leaves them closing at a resolved
@@ -89,10 +90,11 @@ pub(crate) fn missing_impulse(
         relative.separation_error = relative.separation_error.max(separation_error);
         let [a, b] = bodies.map(|body| body.kind.molecule.outline());
         let resolved = resolved_speed(a, b, &relative, Touch::from(parts));
-        let rim = |n: usize| before[n].angular_velocity.abs() * bodies[n].kind.molecule.bounding_radius();
+        let rim =
+            |n: usize| before[n].angular_velocity.abs() * bodies[n].kind.molecule.bounding_radius();
         let speed = relative.velocity.length() + (rim(0) + rim(1));
-        let most = MOST_SEPARATION * speed + LEAST_SEPARATION * relative.velocity_error;
-        (LEAST_SEPARATION * resolved).min(most)
+        let most = MAX_SEPARATION * speed + MIN_SEPARATION * relative.velocity_error;
+        (MIN_SEPARATION * resolved).min(most)
     };
     let approach = approach_speed(frame, after);
     let mass = reduced_mass(frame, bodies.map(|body| &body.kind.inertia));
@@ -101,7 +103,7 @@ pub(crate) fn missing_impulse(
 }
 
 /// Refuses bodies whose contacts change energy and whose atoms are so small that the speed which
-/// detection resolves exceeds [`MOST_SEPARATION`] of that of the surfaces. Pairs of discs separate
+/// detection resolves exceeds [`MAX_SEPARATION`] of that of the surfaces. Pairs of discs separate
 /// in straight lines and need no least speed; neither do faces of walls, whose normal is known.
 ///
 /// # Errors
@@ -110,7 +112,7 @@ pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Resul
     if table.is_elastic() {
         return Ok(());
     }
-    let least = 2.0 * LEAST_SEPARATION * ERROR_OF_GAP * separation_error(world) / MOST_SEPARATION;
+    let least = 2.0 * MIN_SEPARATION * ERROR_OF_GAP * separation_error(world) / MAX_SEPARATION;
     let groups = smallest_of_groups(world, table);
     for (n, (kind, smallest)) in groups.iter().enumerate() {
         for (other_kind, other_smallest) in &groups[n..] {
@@ -119,15 +121,27 @@ pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Resul
                 continue;
             }
             // Within one group the second smallest is another body.
-            let second = if kind == other_kind { other_smallest.get(1) } else { other_smallest.first() };
-            let (Some(&(radius, one)), Some(&(other_radius, other))) = (smallest.first(), second) else {
+            let second = if kind == other_kind {
+                other_smallest.get(1)
+            } else {
+                other_smallest.first()
+            };
+            let (Some(&(radius, one)), Some(&(other_radius, other))) = (smallest.first(), second)
+            else {
                 continue;
             };
-            let coefficient = table.between(&world.bodies[one], &world.bodies[other]).coefficient();
+            let coefficient = table
+                .between(&world.bodies[one], &world.bodies[other])
+                .coefficient();
             let reach = radius + other_radius;
             if coefficient != 1.0 && reach < least {
                 let bodies = [one, other];
-                return Err(GridError::UnresolvedElasticity { reach, least, coefficient, bodies });
+                return Err(GridError::UnresolvedElasticity {
+                    reach,
+                    least,
+                    coefficient,
+                    bodies,
+                });
             }
         }
     }
@@ -147,7 +161,11 @@ fn smallest_of_groups(world: &World, table: &ElasticityTable) -> Vec<(Group, Vec
     let mut groups: BTreeMap<Group, Vec<(f64, usize)>> = BTreeMap::new();
     for (index, body) in world.bodies.iter().enumerate() {
         let is_disc = !body.is_wall() && body.kind.molecule.is_disc();
-        let group = Group { class: table.class_of(body), moves: !body.is_fixed(), is_disc };
+        let group = Group {
+            class: table.class_of(body),
+            moves: !body.is_fixed(),
+            is_disc,
+        };
         let smallest = groups.entry(group).or_default();
         let radius = body.smallest_atom();
         let place = smallest.partition_point(|&(other, _)| other <= radius);
@@ -172,7 +190,7 @@ pub(crate) fn round_outwards(
     let rounding = f64::EPSILON * world.bounds.sides().max_element();
     if depth > TOLERATED * rounding && approach_speed(frame, [&motions[0], &motions[1]]) < 0.0 {
         let [a, b] = inertias.map(|inertia| inertia.inverse_mass);
-        let apart = depth.min(MOST_OUTWARDS * rounding) * frame.normal();
+        let apart = depth.min(MAX_OUTWARDS * rounding) * frame.normal();
         motions[0].position -= a / (a + b) * apart;
         motions[1].position += b / (a + b) * apart;
     }

@@ -5,8 +5,9 @@ use carom_kinematics::{EpochTime, Motion};
 use carom_response::{Impact, Response};
 
 use crate::{
-    BodyName, CellScheduler, Counters, ElasticityTable, HeatByTag, LEAST_SPEED, Ledger, MAX_TIME, Observer,
-    RunError, Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, TileWork, Tiling, View, World,
+    BodyName, CellScheduler, Counters, ElasticityTable, HeatByTag, Ledger, MAX_TIME, MIN_SPEED,
+    Observer, RunError, Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, TileWork,
+    Tiling, View, World,
     epoch_loop::{Ended, EpochLoop},
     limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
     scheduler::{StoredMotions, separation_error},
@@ -63,7 +64,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         names: TagNames,
     ) -> Self {
         Self {
-            ledger: Ledger { initial: world.energy(), ..Ledger::default() },
+            ledger: Ledger {
+                initial: world.energy(),
+                ..Ledger::default()
+            },
             world,
             detection,
             response,
@@ -158,7 +162,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// Those of [`Self::run_until`].
-    pub fn observe_until(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), RunError> {
+    pub fn observe_until(
+        &mut self,
+        time: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<(), RunError> {
         let end = self.end_of_run(time)?;
         self.observe_until_epoch_time(end, observer)
     }
@@ -183,7 +191,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// is
     /// before the present by more than rounding.
     pub fn end_of_run(&self, time: f64) -> Result<EpochTime, RunError> {
-        if time > MAX_TIME { Err(RunError::Time(time)) } else { self.end_of_step(time) }
+        if time > MAX_TIME {
+            Err(RunError::Time(time))
+        } else {
+            self.end_of_step(time)
+        }
     }
 
     /// The latest end of a step, at any finite `time` from the present on.
@@ -192,7 +204,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if !time.is_finite() {
             Err(RunError::Time(time))
         } else if time < now - SAME_TIME * now.abs() {
-            Err(RunError::Past { until: time, now: self.time() })
+            Err(RunError::Past {
+                until: time,
+                now: self.time(),
+            })
         } else {
             Ok(EpochTime::from(time))
         }
@@ -232,7 +247,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// Those of [`Self::run_until`].
-    pub fn observe_epoch(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool, RunError> {
+    pub fn observe_epoch(
+        &mut self,
+        until: EpochTime,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, RunError> {
         self.advance_one_epoch(until, u64::MAX, &mut 0, observer)
     }
 
@@ -271,11 +290,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let reached = if *contacts == most || until.since(self.world.epoch) < self.offset {
             Ok(true)
         } else {
-            self.advance_in_epoch(until, most, contacts, observer).inspect_err(|_| {
-                // The queue no longer holds the contact. A new epoch predicts it again if the run
-                // continues.
-                self.end_epoch(self.offset);
-            })
+            self.advance_in_epoch(until, most, contacts, observer)
+                .inspect_err(|_| {
+                    // The queue no longer holds the contact. A new epoch predicts it again if the run
+                    // continues.
+                    self.end_epoch(self.offset);
+                })
         };
         self.counters.scheduler = self.work_before + self.scheduler.counters();
         reached
@@ -295,8 +315,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         // epoch.
         let is_stored = matches!(self.epoch, Epoch::Running(_));
         self.begin_epoch(target)?;
-        let observer: Option<&mut dyn Observer> =
-            if observer.watches_any() { Some(&mut *observer) } else { None };
+        let observer: Option<&mut dyn Observer> = if observer.watches_any() {
+            Some(&mut *observer)
+        } else {
+            None
+        };
         let Some((mut pass, scheduler)) = self.pass(observer, target, contacts, most) else {
             return Ok(false);
         };
@@ -308,15 +331,18 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         };
         match ended {
             Ended::TargetReached if in_windows || is_stored && *contacts == 0 => {
-                self.scheduler.store_changes(&mut StoredMotions::new(&mut self.world), &[]);
+                self.scheduler
+                    .store_changes(&mut StoredMotions::new(&mut self.world), &[]);
                 return Ok(true);
             }
             Ended::AtContact(bodies) if is_stored && *contacts == 1 => {
-                self.scheduler.store_changes(&mut StoredMotions::new(&mut self.world), &bodies);
+                self.scheduler
+                    .store_changes(&mut StoredMotions::new(&mut self.world), &bodies);
                 return Ok(true);
             }
             Ended::TargetReached | Ended::AtContact(_) => {
-                self.scheduler.store(&mut StoredMotions::new(&mut self.world));
+                self.scheduler
+                    .store(&mut StoredMotions::new(&mut self.world));
                 return Ok(true);
             }
             Ended::WithContact(time) => {
@@ -327,7 +353,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 let begun = self.world.epoch;
                 self.end_epoch(limit);
                 if self.world.epoch == begun {
-                    return Err(RunError::TimeStandsStill { time: begun, stretch: limit });
+                    return Err(RunError::TimeStandsStill {
+                        time: begun,
+                        stretch: limit,
+                    });
                 }
             }
         }
@@ -342,7 +371,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         contacts: &'a mut u64,
         most: u64,
     ) -> Option<(EpochLoop<'a, D, R>, &'a mut S)> {
-        let Epoch::Running(limits) = &mut self.epoch else { return None };
+        let Epoch::Running(limits) = &mut self.epoch else {
+            return None;
+        };
         let pass = EpochLoop {
             world: &mut self.world,
             detection: &self.detection,
@@ -370,7 +401,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             let (offset, mut contacts) = (self.offset, 0);
             if let Some((pass, scheduler)) = self.pass(None, offset, &mut contacts, u64::MAX) {
                 let ended = pass.come_back(scheduler);
-                debug_assert!(ended.is_ok(), "these contacts have been accepted before: {ended:?}");
+                debug_assert!(
+                    ended.is_ok(),
+                    "these contacts have been accepted before: {ended:?}"
+                );
             }
         }
     }
@@ -379,7 +413,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// scheduler holds the present motions.
     fn store_motions(&mut self) {
         if let Epoch::Running(_) = self.epoch {
-            self.scheduler.store(&mut StoredMotions::new(&mut self.world));
+            self.scheduler
+                .store(&mut StoredMotions::new(&mut self.world));
         }
         self.counters.scheduler = self.work_before + self.scheduler.counters();
     }
@@ -391,19 +426,44 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             return Ok(());
         }
         let motions = &self.world.motions;
-        let fastest_squared = motions.iter().map(|m| m.velocity.length_squared()).fold(0.0, f64::max);
-        let fastest_spin = motions.iter().map(|m| m.angular_velocity.abs()).fold(0.0, f64::max);
+        let fastest_squared = motions
+            .iter()
+            .map(|m| m.velocity.length_squared())
+            .fold(0.0, f64::max);
+        let fastest_spin = motions
+            .iter()
+            .map(|m| m.angular_velocity.abs())
+            .fold(0.0, f64::max);
         // A sufficient test first: in most cases the fastest centre is fast enough.
-        if fastest_squared < LEAST_SPEED * LEAST_SPEED
+        if fastest_squared < MIN_SPEED * MIN_SPEED
             && let Some((index, speed)) = too_slow(&self.world)
         {
             let body = BodyName::new(&self.world.bodies[index], &self.names);
-            return Err(RunError::TooSlow { time: self.world.epoch, body, speed });
+            return Err(RunError::TooSlow {
+                time: self.world.epoch,
+                body,
+                speed,
+            });
         }
-        let moving = self.world.bodies.iter().filter(|body| !body.is_fixed()).count() as u64;
-        let contacts = self.contacts_per_epoch.saturating_mul(moving).div_ceil(2).max(1);
+        let moving = self
+            .world
+            .bodies
+            .iter()
+            .filter(|body| !body.is_fixed())
+            .count() as u64;
+        let contacts = self
+            .contacts_per_epoch
+            .saturating_mul(moving)
+            .div_ceil(2)
+            .max(1);
         let separation_error = separation_error(&self.world);
-        let limits = Limits::new(&self.world, separation_error, fastest_squared, fastest_spin, contacts);
+        let limits = Limits::new(
+            &self.world,
+            separation_error,
+            fastest_squared,
+            fastest_spin,
+            contacts,
+        );
         refuse_time_scales_too_far_apart(
             &self.world,
             &self.names,
@@ -414,13 +474,16 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.epoch = Epoch::Running(limits);
         self.counters.epochs += 1;
         self.scheduler.set_tiling(&self.tiling);
-        self.scheduler.begin_epoch(&self.world, &self.detection, limits.time());
+        self.scheduler
+            .begin_epoch(&self.world, &self.detection, limits.time());
         Ok(())
     }
 
     /// Ends the epoch with a contact at `time` (offset in the epoch).
     fn end_epoch_with_contact(&mut self, time: f64) {
-        let Epoch::Running(limits) = self.epoch else { return };
+        let Epoch::Running(limits) = self.epoch else {
+            return;
+        };
         self.store_motions();
         self.epoch = Epoch::ToBegin;
         // The scheduler's position of a body that has become this fast has too large a rounding
@@ -429,7 +492,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             for (&body, &position) in contact.bodies.iter().zip(&contact.places) {
                 if !self.world.bodies[body as usize].is_fixed() {
                     let motion = &mut self.world.motions[body as usize];
-                    *motion = Motion { position, ..motion.at(time) };
+                    *motion = Motion {
+                        position,
+                        ..motion.at(time)
+                    };
                 }
             }
         }
@@ -466,37 +532,63 @@ mod tests {
     fn bits<S: Scheduler>(simulation: &Simulation<Exact, Impact, S>) -> Vec<([u64; 7], [i64; 2])> {
         let world = &simulation.world;
         let of = |motion: &Motion| {
-            let Motion { time, position, velocity, orientation, angular_velocity } = motion;
+            let Motion {
+                time,
+                position,
+                velocity,
+                orientation,
+                angular_velocity,
+            } = motion;
             let [turn_x, turn_y] = [orientation.turns(), *angular_velocity];
-            [*time, position.x, position.y, velocity.x, velocity.y, turn_x, turn_y].map(f64::to_bits)
+            [
+                *time, position.x, position.y, velocity.x, velocity.y, turn_x, turn_y,
+            ]
+            .map(f64::to_bits)
         };
-        world.motions.iter().map(of).zip(world.windings.iter().copied()).collect()
+        world
+            .motions
+            .iter()
+            .map(of)
+            .zip(world.windings.iter().copied())
+            .collect()
     }
 
     fn check_steps<S: Scheduler + Clone>(options: &S::Options) {
         for scene in SCENES {
             let scene = Scene::from_toml(scene).unwrap();
             let mut simulation =
-                Simulation::<_, _, S>::with(&scene, Exact::default(), Impact, options.clone()).unwrap();
+                Simulation::<_, _, S>::with(&scene, Exact::default(), Impact, options.clone())
+                    .unwrap();
             let bodies = simulation.world.bodies.len();
             let (mut written, mut wraps, mut partial) = (0, 0, 0);
             for step in 0..3000 {
                 let (epochs, before) = (simulation.counters.epochs, bits(&simulation));
                 let mut marked = simulation.clone();
                 // A write to a motion removes its mark.
-                marked.world.motions.iter_mut().for_each(|motion| motion.position.x += 1e3);
+                marked
+                    .world
+                    .motions
+                    .iter_mut()
+                    .for_each(|motion| motion.position.x += 1e3);
                 assert!(simulation.step(1e9, &mut ()).unwrap());
                 let stepped = bits(&simulation);
                 if matches!(simulation.epoch, Epoch::Running(_)) {
                     // The reference: a copy of every body.
                     let mut copied = simulation.clone();
-                    copied.scheduler.store(&mut StoredMotions::new(&mut copied.world));
+                    copied
+                        .scheduler
+                        .store(&mut StoredMotions::new(&mut copied.world));
                     assert!(stepped == bits(&copied), "step {step}");
                 }
                 // This also counts wraps before the first of these steps, where all bodies are
                 // copied.
-                wraps += before.iter().zip(&stepped).filter(|(before, after)| before.1 != after.1).count();
-                if simulation.counters.epochs > epochs || !matches!(marked.epoch, Epoch::Running(_)) {
+                wraps += before
+                    .iter()
+                    .zip(&stepped)
+                    .filter(|(before, after)| before.1 != after.1)
+                    .count();
+                if simulation.counters.epochs > epochs || !matches!(marked.epoch, Epoch::Running(_))
+                {
                     continue;
                 }
                 assert!(marked.step(1e9, &mut ()).unwrap());
@@ -504,7 +596,12 @@ mod tests {
                     continue;
                 }
                 partial += 1;
-                written += marked.world.motions.iter().filter(|motion| motion.position.x < 5e2).count();
+                written += marked
+                    .world
+                    .motions
+                    .iter()
+                    .filter(|motion| motion.position.x < 5e2)
+                    .count();
             }
             assert!(partial > 2500, "{partial}");
             // At most two bodies and those that have crossed the border of the box are written.

@@ -1,6 +1,9 @@
 //! Counter of the contacts of each body at one instant, and its limit.
 
-#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the caller"
+)]
 
 use std::collections::BTreeMap;
 
@@ -10,7 +13,7 @@ use crate::Body;
 
 /// Contacts of one body at one instant after which a run counts as stalled. A body hit from all
 /// sides at one time needs a few; a fully inelastic pile needs ever more.
-pub(crate) const MOST_CONTACTS_AT_ONCE: u32 = 1000;
+pub(crate) const MAX_CONTACTS_AT_ONCE: u32 = 1000;
 
 /// Contacts at one instant, for each body with a contact at that instant.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -70,7 +73,7 @@ impl SimultaneousContacts {
         indices.into_iter().find_map(|index| {
             let contacts = self.counts.entry(index).or_default();
             *contacts += u32::from(!bodies[index as usize].is_fixed());
-            (*contacts > MOST_CONTACTS_AT_ONCE).then_some((index, *contacts))
+            (*contacts > MAX_CONTACTS_AT_ONCE).then_some((index, *contacts))
         })
     }
 

@@ -63,14 +63,19 @@ impl Sites {
     pub(crate) fn with_more(world: &World, more: impl Iterator<Item = (f64, usize)>) -> Self {
         let bounds = world.bounds();
         let bodies = world.bodies().iter().map(|body| (body.reach(), 1));
-        let (planned, squares) = bodies.chain(more).fold((0, 0.0), |(sum, squares), (radius, count)| {
-            (sum + count, squares + count as f64 * radius * radius)
-        });
+        let (planned, squares) =
+            bodies
+                .chain(more)
+                .fold((0, 0.0), |(sum, squares), (radius, count)| {
+                    (sum + count, squares + count as f64 * radius * radius)
+                });
         let planned = planned.max(1);
         // At least the mean size: overlapping fixed bodies would be listed in too many cells.
         let cell = (bounds.area().max(4.0 * squares) / planned as f64).sqrt();
         let most = planned as f64;
-        let counts = (bounds.sides() / cell).floor().clamp(DVec2::ONE, DVec2::splat(most));
+        let counts = (bounds.sides() / cell)
+            .floor()
+            .clamp(DVec2::ONE, DVec2::splat(most));
         let counts = [counts.x as i64, counts.y as i64];
         Self {
             counts,
@@ -90,7 +95,11 @@ impl Sites {
 
     /// Lists a body of the world.
     pub(crate) fn add(&mut self, world: &World, index: usize) {
-        self.add_with_radius(world, index, world.bodies()[index].kind.molecule.bounding_radius());
+        self.add_with_radius(
+            world,
+            index,
+            world.bodies()[index].kind.molecule.bounding_radius(),
+        );
     }
 
     /// Lists a body of the world that may have this bounding radius (length) when it is found; a
@@ -142,7 +151,12 @@ impl Sites {
 
     fn put(&mut self, cell: usize, image: [i32; 2], standing: Standing, is_repeated: bool) {
         let next = std::mem::replace(&mut self.heads[cell], IndexOrNone::new(self.entries.len()));
-        self.entries.push(Entry { standing, image, next, is_repeated });
+        self.entries.push(Entry {
+            standing,
+            image,
+            next,
+            is_repeated,
+        });
     }
 
     fn is_small(&self, radius: f64) -> bool {
@@ -155,7 +169,12 @@ impl Sites {
         }
     }
 
-    fn cells_of(&self, world: &World, index: usize, radius: f64) -> SmallVec<[(usize, [i32; 2]); 1]> {
+    fn cells_of(
+        &self,
+        world: &World,
+        index: usize,
+        radius: f64,
+    ) -> SmallVec<[(usize, [i32; 2]); 1]> {
         let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
         if let Some(wall) = StandingWall::of(body, motion) {
             let cells = wall.cells_within(0.0, self.side);
@@ -214,32 +233,54 @@ impl Sites {
         let moves = |index: usize| !world.bodies()[index].is_fixed();
         match StandingWall::of(body, motion) {
             Some(wall) => self.nearest_to_wall(world, &wall, index),
-            None => self.nearest_of(world, body.molecule(), motion, |index| !body.is_fixed() || moves(index)),
+            None => self.nearest_of(world, body.molecule(), motion, |index| {
+                !body.is_fixed() || moves(index)
+            }),
         }
     }
 
     /// The moving body nearest to (or deepest inside) a wall, among those in the cells that the
     /// wall passes.
-    fn nearest_to_wall(&self, world: &World, wall: &StandingWall, index: usize) -> Option<(usize, f64)> {
+    fn nearest_to_wall(
+        &self,
+        world: &World,
+        wall: &StandingWall,
+        index: usize,
+    ) -> Option<(usize, f64)> {
         let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
         let turned = motion.orientation.cos_sin();
-        let found = wall.cells_within(self.largest, self.side).into_iter().flat_map(|cell| {
-            let (cell, away) = self.cell_at(cell);
-            self.standing_in(cell).filter_map(move |Entry { standing, image, .. }| {
-                let Standing::Body(index) = standing else { return None };
-                let other = &world.bodies()[index as usize];
-                let image = [0, 1].map(|axis| i64::from(away[axis]) - i64::from(image[axis]));
-                (!other.is_fixed()).then_some((index as usize, image))
-            })
-        });
+        let found = wall
+            .cells_within(self.largest, self.side)
+            .into_iter()
+            .flat_map(|cell| {
+                let (cell, away) = self.cell_at(cell);
+                self.standing_in(cell).filter_map(
+                    move |Entry {
+                              standing, image, ..
+                          }| {
+                        let Standing::Body(index) = standing else {
+                            return None;
+                        };
+                        let other = &world.bodies()[index as usize];
+                        let image =
+                            [0, 1].map(|axis| i64::from(away[axis]) - i64::from(image[axis]));
+                        (!other.is_fixed()).then_some((index as usize, image))
+                    },
+                )
+            });
         let gap = |(other, image): (usize, [i64; 2])| {
             let there = &world.motions()[other];
             let separation = there.position - motion.position + world.bounds().shift(image);
             let molecule = &world.bodies()[other].kind.molecule;
             let rotation = there.orientation.cos_sin();
-            (other, gap_between(molecule, rotation, body.molecule(), turned, -separation))
+            (
+                other,
+                gap_between(molecule, rotation, body.molecule(), turned, -separation),
+            )
         };
-        found.map(gap).min_by(|one, other| one.1.total_cmp(&other.1))
+        found
+            .map(gap)
+            .min_by(|one, other| one.1.total_cmp(&other.1))
     }
 
     fn standing_in(&self, cell: usize) -> impl Iterator<Item = Entry> {
@@ -283,7 +324,13 @@ impl Sites {
                     if other.face().is_none() && separation.length_squared() > reach * reach {
                         return;
                     }
-                    gap_between(molecule, rotation, other, there.orientation.cos_sin(), separation)
+                    gap_between(
+                        molecule,
+                        rotation,
+                        other,
+                        there.orientation.cos_sin(),
+                        separation,
+                    )
                 }
             };
             if nearest.is_none_or(|(_, least)| gap < least) {
@@ -318,14 +365,23 @@ impl Sites {
         }
         let [x, y] = self.cell(place);
         let reach = (radius + self.largest) * MARGIN;
-        let [columns, rows] = [0, 1]
-            .map(|axis| ((reach / self.side[axis]) as i64).saturating_add(1).min(2 * self.counts[axis]));
+        let [columns, rows] = [0, 1].map(|axis| {
+            ((reach / self.side[axis]) as i64)
+                .saturating_add(1)
+                .min(2 * self.counts[axis])
+        });
         // A body listed in several cells is visited once.
         let mut seen = SmallVec::<[(Standing, [i64; 2]); 8]>::new();
         for v in y - rows..=y + rows {
             for u in x - columns..=x + columns {
                 let (cell, away) = self.cell_at([u, v]);
-                for Entry { standing, image, is_repeated, .. } in self.standing_in(cell) {
+                for Entry {
+                    standing,
+                    image,
+                    is_repeated,
+                    ..
+                } in self.standing_in(cell)
+                {
                     let image = [0, 1].map(|axis| i64::from(away[axis]) - i64::from(image[axis]));
                     if is_repeated {
                         if seen.contains(&(standing, image)) {
@@ -355,19 +411,42 @@ mod tests {
         let mut names = TagNames::default();
         let side = sides[0].min(sides[1]);
         for number in 0..count {
-            let at = [sides[0] * random.random::<f64>(), sides[1] * random.random::<f64>()];
+            let at = [
+                sides[0] * random.random::<f64>(),
+                sides[1] * random.random::<f64>(),
+            ];
             if number % 50 == 0 {
-                let to = [at[0] + sides[0] * random.random::<f64>(), at[1] + side * random.random::<f64>()];
-                let wall = WallSpec { from: Some(at), to: Some(to), ..WallSpec::default() };
+                let to = [
+                    at[0] + sides[0] * random.random::<f64>(),
+                    at[1] + side * random.random::<f64>(),
+                ];
+                let wall = WallSpec {
+                    from: Some(at),
+                    to: Some(to),
+                    ..WallSpec::default()
+                };
                 single_bodies::add_wall(&mut world, &mut names, &wall, "wall").unwrap();
                 continue;
             }
             let radius = 0.2 * side * random.random::<f64>().powi(12);
-            let atom = |x| AtomSpec { at: [x, 0.0], radius, mass: 1.0 };
-            let atoms = if number % 3 == 0 { vec![atom(-radius), atom(radius)] } else { vec![atom(0.0)] };
+            let atom = |x| AtomSpec {
+                at: [x, 0.0],
+                radius,
+                mass: 1.0,
+            };
+            let atoms = if number % 3 == 0 {
+                vec![atom(-radius), atom(radius)]
+            } else {
+                vec![atom(0.0)]
+            };
             let orientation_turns = Some(random.random());
-            let molecule =
-                MoleculeSpec { atoms, at, orientation_turns, fixed: true, ..MoleculeSpec::default() };
+            let molecule = MoleculeSpec {
+                atoms,
+                at,
+                orientation_turns,
+                fixed: true,
+                ..MoleculeSpec::default()
+            };
             single_bodies::add_molecule(&mut world, &mut names, &molecule, "molecule").unwrap();
         }
         world
@@ -375,17 +454,27 @@ mod tests {
 
     /// The deepest overlap over all bodies in all images (length, negative); `None` if there is
     /// none.
-    fn deepest(world: &World, listed: &[bool], molecule: &Molecule, motion: &Motion) -> Option<f64> {
+    fn deepest(
+        world: &World,
+        listed: &[bool],
+        molecule: &Molecule,
+        motion: &Motion,
+    ) -> Option<f64> {
         let (place, _) = world.bounds().wrap(motion.position);
-        let gaps = (0..world.bodies().len()).filter(|&index| listed[index]).flat_map(|index| {
-            let (other, there) = (&world.bodies()[index].kind.molecule, &world.motions()[index]);
-            (0..49).map(move |image| {
-                let separation =
-                    there.position - place + world.bounds().shift([image % 7 - 3, image / 7 - 3]);
-                let rotations = [motion, there].map(|motion| motion.orientation.cos_sin());
-                gap_between(molecule, rotations[0], other, rotations[1], separation)
-            })
-        });
+        let gaps = (0..world.bodies().len())
+            .filter(|&index| listed[index])
+            .flat_map(|index| {
+                let (other, there) = (
+                    &world.bodies()[index].kind.molecule,
+                    &world.motions()[index],
+                );
+                (0..49).map(move |image| {
+                    let separation = there.position - place
+                        + world.bounds().shift([image % 7 - 3, image / 7 - 3]);
+                    let rotations = [motion, there].map(|motion| motion.orientation.cos_sin());
+                    gap_between(molecule, rotations[0], other, rotations[1], separation)
+                })
+            });
         gaps.reduce(f64::min).filter(|&gap| gap < 0.0)
     }
 
@@ -393,7 +482,12 @@ mod tests {
     fn the_nearest_body_agrees_with_brute_force_over_all_images() {
         let mut random = Pcg64::seed_from_u64(19);
         let mut overlaps = 0;
-        for (sides, count) in [([1.0, 1.0], 300), ([40.0, 1.0], 300), ([1.0, 7.0], 60), ([1.0, 1.0], 2)] {
+        for (sides, count) in [
+            ([1.0, 1.0], 300),
+            ([40.0, 1.0], 300),
+            ([1.0, 7.0], 60),
+            ([1.0, 1.0], 2),
+        ] {
             let world = crowd(&mut random, sides, count);
             let mut sites = Sites::new(&world);
             (0..count).for_each(|index| sites.add(&world, index));
@@ -411,7 +505,9 @@ mod tests {
                     orientation: Orientation::from_turns(random.random()),
                     ..Motion::at_rest(place)
                 };
-                let found = sites.nearest(&world, &molecule, &motion).map(|(_, gap)| gap);
+                let found = sites
+                    .nearest(&world, &molecule, &motion)
+                    .map(|(_, gap)| gap);
                 let expected = deepest(&world, &listed, &molecule, &motion);
                 let found = found.filter(|&gap| gap < 0.0);
                 let agree = match (found, expected) {
@@ -419,7 +515,10 @@ mod tests {
                     (None, None) => true,
                     _ => false,
                 };
-                assert!(agree, "{sides:?}, query {query}: {found:?} for {expected:?}");
+                assert!(
+                    agree,
+                    "{sides:?}, query {query}: {found:?} for {expected:?}"
+                );
                 overlaps += usize::from(expected.is_some());
             }
         }
@@ -436,17 +535,29 @@ mod tests {
             ..GasSpec::default()
         };
         let large = MoleculeSpec {
-            atoms: vec![AtomSpec { at: [0.0; 2], radius: 0.3, mass: 1.0 }],
+            atoms: vec![AtomSpec {
+                at: [0.0; 2],
+                radius: 0.3,
+                mass: 1.0,
+            }],
             at: [0.5; 2],
             ..MoleculeSpec::default()
         };
-        let scene = Scene { molecule: vec![large], gas: vec![gas], ..Scene::default() };
+        let scene = Scene {
+            molecule: vec![large],
+            gas: vec![gas],
+            ..Scene::default()
+        };
         let simulation = crate::Simulation::new(&scene).unwrap();
         let world = &simulation.world;
         let mut sites = Sites::new(world);
         (0..world.bodies().len()).for_each(|index| sites.add(world, index));
         assert!(sites.heads.len() <= world.bodies().len());
-        assert!(sites.entries.len() <= 3 * world.bodies().len(), "{}", sites.entries.len());
+        assert!(
+            sites.entries.len() <= 3 * world.bodies().len(),
+            "{}",
+            sites.entries.len()
+        );
         // A small disc is compared with its adjacent cells only, for any size of the other bodies.
         assert!(sites.largest < 0.01 && sites.side.min_element() > 1e-3);
     }

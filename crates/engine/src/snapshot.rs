@@ -23,7 +23,7 @@ use std::ops::Range;
 use glam::DVec2;
 
 /// Most columns of a frame: more are most likely an error.
-const MOST_COLUMNS: usize = 256;
+const MAX_COLUMNS: usize = 256;
 
 /// One frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,7 +65,9 @@ pub fn frame_of(text: &str, wanted: Option<usize>) -> Result<&str, String> {
     let (mut start, mut line, mut frames, mut last) = (0, 1, 0, None);
     // Each round consumes at least one line.
     while !text[start..].trim().is_empty() {
-        let mut ends = text[start..].match_indices('\n').map(|(at, _)| start + at + 1);
+        let mut ends = text[start..]
+            .match_indices('\n')
+            .map(|(at, _)| start + at + 1);
         let first = ends.next().unwrap_or(text.len());
         let atoms = number_of_atoms(text[start..first].trim())
             .map_err(|problem| format!("line {line}: {problem}"))?;
@@ -88,17 +90,18 @@ pub fn frame_of(text: &str, wanted: Option<usize>) -> Result<&str, String> {
         (start, line, frames) = (end, line + atoms + 2, frames + 1);
     }
     match (last, wanted) {
-        (_, Some(wanted)) => {
-            Err(format!("the file has {frames} frames, numbered from 0; {wanted} is out of range"))
-        }
+        (_, Some(wanted)) => Err(format!(
+            "the file has {frames} frames, numbered from 0; {wanted} is out of range"
+        )),
         (None, None) => Err("the file has no frame".to_owned()),
         (Some(range), None) => Ok(&text[range]),
     }
 }
 
 fn number_of_atoms(line: &str) -> Result<usize, String> {
-    let count: u32 =
-        line.parse().map_err(|_| format!("the number of atoms is expected, not {:?}", shortened(line)))?;
+    let count: u32 = line
+        .parse()
+        .map_err(|_| format!("the number of atoms is expected, not {:?}", shortened(line)))?;
     Ok(count as usize)
 }
 
@@ -112,18 +115,31 @@ pub(crate) fn read_frame(text: &str) -> Result<Frame, String> {
     let count = number_of_atoms(first.trim()).map_err(|problem| format!("line 1: {problem}"))?;
     let (_, comment) = lines.next().ok_or("line 2 is missing")?;
     let entries = entries(comment).map_err(|problem| format!("line 2: {problem}"))?;
-    let entry =
-        |key: &str| entries.iter().find(|(name, _)| name.eq_ignore_ascii_case(key)).map(|(_, value)| *value);
-    let sides = entry("Lattice").map(lattice).transpose().map_err(|problem| format!("line 2: {problem}"))?;
+    let entry = |key: &str| {
+        entries
+            .iter()
+            .find(|(name, _)| name.eq_ignore_ascii_case(key))
+            .map(|(_, value)| *value)
+    };
+    let sides = entry("Lattice")
+        .map(lattice)
+        .transpose()
+        .map_err(|problem| format!("line 2: {problem}"))?;
     let columns = Columns::new(entry("Properties").unwrap_or("species:S:1:pos:R:3"))
         .map_err(|problem| format!("line 2: {problem}"))?;
     let mut atoms = Vec::new();
     for (index, line) in lines.by_ref().take(count) {
-        atoms
-            .push(columns.read(index + 1, line).map_err(|problem| format!("line {}: {problem}", index + 1))?);
+        atoms.push(
+            columns
+                .read(index + 1, line)
+                .map_err(|problem| format!("line {}: {problem}", index + 1))?,
+        );
     }
     if atoms.len() < count {
-        return Err(format!("the frame must have {count} atoms, but has {}", atoms.len()));
+        return Err(format!(
+            "the frame must have {count} atoms, but has {}",
+            atoms.len()
+        ));
     }
     Ok(Frame { sides, atoms })
 }
@@ -134,7 +150,9 @@ fn entries(comment: &str) -> Result<Vec<(&str, &str)>, String> {
     let (mut rest, mut entries) = (comment.trim_start(), Vec::new());
     // Each round consumes at least one character.
     while !rest.is_empty() {
-        let end = rest.find(|c: char| c == '=' || c.is_whitespace()).unwrap_or(rest.len());
+        let end = rest
+            .find(|c: char| c == '=' || c.is_whitespace())
+            .unwrap_or(rest.len());
         let (key, after) = rest.split_at(end);
         let Some(value) = after.strip_prefix('=') else {
             rest = after.trim_start();
@@ -154,9 +172,15 @@ fn entries(comment: &str) -> Result<Vec<(&str, &str)>, String> {
 
 /// The sides of a rectangular box.
 fn lattice(text: &str) -> Result<[f64; 2], String> {
-    let numbers: Vec<f64> = text.split_whitespace().map(number).collect::<Result<_, _>>()?;
+    let numbers: Vec<f64> = text
+        .split_whitespace()
+        .map(number)
+        .collect::<Result<_, _>>()?;
     let [x, a, b, c, y, d, e, f, _] = numbers[..] else {
-        return Err(format!("`Lattice` must have 9 numbers, but has {}", numbers.len()));
+        return Err(format!(
+            "`Lattice` must have 9 numbers, but has {}",
+            numbers.len()
+        ));
     };
     if [a, b, c, d, e, f].iter().any(|&component| component != 0.0) {
         return Err("the box of `Lattice` must be rectangular, along the axes".to_owned());
@@ -167,13 +191,19 @@ fn lattice(text: &str) -> Result<[f64; 2], String> {
 fn number(word: &str) -> Result<f64, String> {
     match word.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
-        _ => Err(format!("a finite number is expected, not {:?}", shortened(word))),
+        _ => Err(format!(
+            "a finite number is expected, not {:?}",
+            shortened(word)
+        )),
     }
 }
 
 /// The vector of two numbers, or of three if the third is 0.
 fn planar(words: &[&str]) -> Result<DVec2, String> {
-    let numbers: Vec<f64> = words.iter().map(|word| number(word)).collect::<Result<_, _>>()?;
+    let numbers: Vec<f64> = words
+        .iter()
+        .map(|word| number(word))
+        .collect::<Result<_, _>>()?;
     match numbers[..] {
         [x, y] | [x, y, 0.0] => Ok(DVec2::new(x, y)),
         _ => Err(format!(
@@ -209,10 +239,13 @@ impl Columns {
             let [name, kind, count] = triple else {
                 return Err("`Properties` must be a list of name:type:columns".to_owned());
             };
-            let count: usize =
-                count.parse().ok().filter(|count| (1..=MOST_COLUMNS).contains(count)).ok_or_else(|| {
+            let count: usize = count
+                .parse()
+                .ok()
+                .filter(|count| (1..=MAX_COLUMNS).contains(count))
+                .ok_or_else(|| {
                     format!(
-                        "`Properties`: {:?} is no number of columns from 1 to {MOST_COLUMNS}",
+                        "`Properties`: {:?} is no number of columns from 1 to {MAX_COLUMNS}",
                         shortened(count)
                     )
                 })?;
@@ -224,15 +257,21 @@ impl Columns {
             }
             named.push((name.to_ascii_lowercase(), all..all + count));
             all += count;
-            if all > MOST_COLUMNS {
-                return Err(format!("`Properties` must have at most {MOST_COLUMNS} columns"));
+            if all > MAX_COLUMNS {
+                return Err(format!(
+                    "`Properties` must have at most {MAX_COLUMNS} columns"
+                ));
             }
         }
         let find = |names: &[&str], least: usize| {
-            let found = named.iter().find(|(name, _)| names.contains(&name.as_str()));
+            let found = named
+                .iter()
+                .find(|(name, _)| names.contains(&name.as_str()));
             match found {
                 Some((name, range))
-                    if range.len() < least || range.len() > 3 || (least == 1 && range.len() > 1) =>
+                    if range.len() < least
+                        || range.len() > 3
+                        || (least == 1 && range.len() > 1) =>
                 {
                     Err(format!("`Properties`: {name} has {} columns", range.len()))
                 }
@@ -251,13 +290,21 @@ impl Columns {
     }
 
     fn read(&self, line: usize, text: &str) -> Result<AtomRow, String> {
-        let words: Vec<&str> = text.split_whitespace().take(MOST_COLUMNS + 1).collect();
+        let words: Vec<&str> = text.split_whitespace().take(MAX_COLUMNS + 1).collect();
         if words.len() != self.all {
-            return Err(format!("there must be {} columns, but there are {}", self.all, words.len()));
+            return Err(format!(
+                "there must be {} columns, but there are {}",
+                self.all,
+                words.len()
+            ));
         }
         let vector = |range: &Range<usize>| planar(&words[range.clone()]);
-        let scalar =
-            |range: &Option<Range<usize>>| range.as_ref().map(|range| number(words[range.start])).transpose();
+        let scalar = |range: &Option<Range<usize>>| {
+            range
+                .as_ref()
+                .map(|range| number(words[range.start]))
+                .transpose()
+        };
         Ok(AtomRow {
             line,
             place: vector(&self.place)?,
@@ -292,34 +339,86 @@ mod tests {
         let good = "1\nLattice=\"1 0 0 0 1 0 0 0 1\" Properties=species:S:1:pos:R:3:vel:R:3\nH 0 0 0 1 1 0\n";
         assert!(read_frame(good).is_ok());
         for (from, to, expected) in [
-            ("1\nL", "one\nL", "line 1: the number of atoms is expected, not \"one\""),
+            (
+                "1\nL",
+                "one\nL",
+                "line 1: the number of atoms is expected, not \"one\"",
+            ),
             ("1\nL", "-1\nL", "line 1: the number of atoms"),
             ("1\nL", "2\nL", "must have 2 atoms, but has 1"),
-            ("1 0 0 0 1", "1 0 0.5 0 1", "line 2: the box of `Lattice` must be rectangular"),
-            ("1 0 0 0 1", "1", "line 2: `Lattice` must have 9 numbers, but has 5"),
-            ("0 1\" P", "0 1 P", "line 2: the quotes of `Lattice` are not closed"),
-            ("pos:R:3:vel", "place:R:3:vel", "line 2: `Properties` must have `pos`"),
-            ("pos:R:3", "pos:R:1", "line 2: `Properties`: pos has 1 columns"),
+            (
+                "1 0 0 0 1",
+                "1 0 0.5 0 1",
+                "line 2: the box of `Lattice` must be rectangular",
+            ),
+            (
+                "1 0 0 0 1",
+                "1",
+                "line 2: `Lattice` must have 9 numbers, but has 5",
+            ),
+            (
+                "0 1\" P",
+                "0 1 P",
+                "line 2: the quotes of `Lattice` are not closed",
+            ),
+            (
+                "pos:R:3:vel",
+                "place:R:3:vel",
+                "line 2: `Properties` must have `pos`",
+            ),
+            (
+                "pos:R:3",
+                "pos:R:1",
+                "line 2: `Properties`: pos has 1 columns",
+            ),
             ("pos:R:3", "pos:R:x", "no number of columns"),
             ("pos:R:3", "pos:R:300", "no number of columns"),
             ("pos:R:3", "pos:Q:3", "the type must be S, R, I or L"),
             ("vel:R:3", "vel:R", "name:type:columns"),
-            ("H 0 0 0 1 1 0", "H 0 0 0 1 1", "line 3: there must be 7 columns, but there are 6"),
-            ("H 0 0 0 1 1 0", "H nan 0 0 1 1 0", "line 3: a finite number is expected, not \"nan\""),
-            ("H 0 0 0 1 1 0", "H 0 0 0 1 inf 0", "line 3: a finite number is expected"),
+            (
+                "H 0 0 0 1 1 0",
+                "H 0 0 0 1 1",
+                "line 3: there must be 7 columns, but there are 6",
+            ),
+            (
+                "H 0 0 0 1 1 0",
+                "H nan 0 0 1 1 0",
+                "line 3: a finite number is expected, not \"nan\"",
+            ),
+            (
+                "H 0 0 0 1 1 0",
+                "H 0 0 0 1 inf 0",
+                "line 3: a finite number is expected",
+            ),
             (
                 "H 0 0 0 1 1 0",
                 "H 0 0 0.5 1 1 0",
                 "line 3: there must be two numbers [x, y], or a third that is 0",
             ),
-            ("H 0 0 0 1 1 0", "H 0 0 -0.0 1 1 1e-9", "but there is [1, 1, 1e-9]"),
-            ("H 0 0 0 1 1 0", "H 0 0 nan 1 1 0", "line 3: a finite number is expected"),
+            (
+                "H 0 0 0 1 1 0",
+                "H 0 0 -0.0 1 1 1e-9",
+                "but there is [1, 1, 1e-9]",
+            ),
+            (
+                "H 0 0 0 1 1 0",
+                "H 0 0 nan 1 1 0",
+                "line 3: a finite number is expected",
+            ),
         ] {
             let problem = read_frame(&good.replacen(from, to, 1)).unwrap_err();
             assert!(problem.contains(expected), "{to}: {problem}");
         }
-        assert!(frame_of("3\n\nH 0 0 0\n", None).unwrap_err().contains("3 atoms, but the file ends after 1"));
-        assert!(frame_of("1\n\nH 0 0 0\nrest\n", None).unwrap_err().starts_with("line 4: the number"));
+        assert!(
+            frame_of("3\n\nH 0 0 0\n", None)
+                .unwrap_err()
+                .contains("3 atoms, but the file ends after 1")
+        );
+        assert!(
+            frame_of("1\n\nH 0 0 0\nrest\n", None)
+                .unwrap_err()
+                .starts_with("line 4: the number")
+        );
         assert!(frame_of(" \n", None).unwrap_err().contains("no frame"));
         assert_eq!(
             frame_of("0\n", None).unwrap_err(),

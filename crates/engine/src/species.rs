@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use carom_geometry::{LARGEST, Molecule, PeriodicBox, Shape, check_length};
+use carom_geometry::{MAX_MAGNITUDE, Molecule, PeriodicBox, Shape, check_length};
 use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
 
@@ -11,7 +11,7 @@ use crate::{
     GasSpec, Rotation, Scene, SceneError, TagNames, Tags, World,
     body_builder::{geometry, inertia, insert, tags},
     drawn_molecules::{Described, Drawing},
-    gas_spec::{MOST_MOLECULES, TWO_ENERGIES},
+    gas_spec::{MAX_MOLECULES, TWO_ENERGIES},
     limits::refuse_slow,
 };
 
@@ -38,7 +38,9 @@ enum Molecules {
 
 /// The kinds of molecules of the gases of a scene.
 pub(crate) fn species(scene: &Scene, bounds: &PeriodicBox) -> Result<Vec<Species>, SceneError> {
-    (0..scene.gas.len()).map(|index| Species::new(scene, index, bounds)).collect()
+    (0..scene.gas.len())
+        .map(|index| Species::new(scene, index, bounds))
+        .collect()
 }
 
 /// A world of the bodies already placed and a few molecules of each kind, at rest at the origin,
@@ -72,7 +74,10 @@ impl Species {
     pub fn new(scene: &Scene, index: usize, bounds: &PeriodicBox) -> Result<Self, SceneError> {
         let spec = &scene.gas[index];
         let entry = format!("gas[{index}]");
-        let problem = |problem: &str| SceneError::Entry { entry: entry.clone(), problem: problem.to_owned() };
+        let problem = |problem: &str| SceneError::Entry {
+            entry: entry.clone(),
+            problem: problem.to_owned(),
+        };
         let described = Described::new(scene, index, &entry)?;
         check_energy(&entry, spec)?;
         let (molecules, count) = match described {
@@ -86,7 +91,10 @@ impl Species {
                 (Molecules::Drawn(drawn), count)
             }
         };
-        let moves = spec.energy > 0.0 || spec.temperature.is_some_and(|temperature| temperature > 0.0);
+        let moves = spec.energy > 0.0
+            || spec
+                .temperature
+                .is_some_and(|temperature| temperature > 0.0);
         if spec.zero_momentum == Some(true) && count == 1 && moves {
             return Err(problem(
                 "`zero_momentum` must not be true if `count` is 1: a molecule with `energy` or `temperature` above \
@@ -94,12 +102,24 @@ impl Species {
             ));
         }
         let avoids_pockets = scene.start.empty_pockets;
-        let kind = Self { entry, spec: spec.clone(), molecules, count, avoids_pockets };
+        let kind = Self {
+            entry,
+            spec: spec.clone(),
+            molecules,
+            count,
+            avoids_pockets,
+        };
         // Equal molecules are checked even if there is none.
-        let checked = if kind.is_equal() { vec![0] } else { kind.extremes() };
+        let checked = if kind.is_equal() {
+            vec![0]
+        } else {
+            kind.extremes()
+        };
         for index in checked {
             let freedom = kind.degrees_of_freedom();
-            let energy = spec.temperature.map_or(spec.energy, |temperature| 0.5 * freedom * temperature);
+            let energy = spec
+                .temperature
+                .map_or(spec.energy, |temperature| 0.5 * freedom * temperature);
             let (speed, spin) = kind.equal_shares(index, energy);
             kind.check_motion(index, speed * DVec2::X, spin)?;
         }
@@ -131,15 +151,22 @@ impl Species {
     /// # Errors
     /// [`SceneError`] with the name of the entry if a length is out of range.
     pub fn scaled(&self, scale: f64) -> Result<Self, SceneError> {
-        let scaled =
-            |molecule: &Arc<Molecule>| molecule.scaled(scale).map(Arc::new).map_err(geometry(&self.entry));
+        let scaled = |molecule: &Arc<Molecule>| {
+            molecule
+                .scaled(scale)
+                .map(Arc::new)
+                .map_err(geometry(&self.entry))
+        };
         let molecules = match &self.molecules {
             Molecules::Equal(molecule) => Molecules::Equal(scaled(molecule)?),
             Molecules::Drawn(molecules) => {
                 Molecules::Drawn(molecules.iter().map(scaled).collect::<Result<_, _>>()?)
             }
         };
-        Ok(Self { molecules, ..self.clone() })
+        Ok(Self {
+            molecules,
+            ..self.clone()
+        })
     }
 
     /// The indices of at most two molecules; of drawn ones, of the two largest and the two
@@ -166,7 +193,14 @@ impl Species {
     pub fn equal_shares(&self, index: usize, energy: f64) -> (f64, f64) {
         let (share, inertia) = (energy / self.degrees_of_freedom(), self.inertia(index));
         let speed = (4.0 * share * inertia.inverse_mass).sqrt();
-        (speed, if self.turns() { (2.0 * share * inertia.inverse_moment).sqrt() } else { 0.0 })
+        (
+            speed,
+            if self.turns() {
+                (2.0 * share * inertia.inverse_moment).sqrt()
+            } else {
+                0.0
+            },
+        )
     }
 
     /// Refuses a molecule that moves or turns too fast or too slowly to compute with.
@@ -177,15 +211,25 @@ impl Species {
         angular_velocity: f64,
     ) -> Result<(), SceneError> {
         let [speed, spin] = if self.spec.temperature.is_some() {
-            ["the speed that `temperature` gives", "the angular velocity that `temperature` gives"]
+            [
+                "the speed that `temperature` gives",
+                "the angular velocity that `temperature` gives",
+            ]
         } else {
-            ["the speed that `energy` gives", "the angular velocity that `energy` gives"]
+            [
+                "the speed that `energy` gives",
+                "the angular velocity that `energy` gives",
+            ]
         };
         for component in velocity.to_array() {
             check_length(speed, component).map_err(geometry(&self.entry))?;
         }
         check_length(spin, angular_velocity).map_err(geometry(&self.entry))?;
-        let motion = Motion { velocity, angular_velocity, ..Motion::at_rest(DVec2::ZERO) };
+        let motion = Motion {
+            velocity,
+            angular_velocity,
+            ..Motion::at_rest(DVec2::ZERO)
+        };
         refuse_slow(&self.entry, &motion, self.molecule(index).bounding_radius())
     }
 
@@ -198,7 +242,9 @@ impl Species {
     pub fn turns(&self) -> bool {
         let is_round = match &self.molecules {
             Molecules::Equal(molecule) => molecule.is_round(),
-            Molecules::Drawn(molecules) => molecules.first().is_none_or(|molecule| molecule.is_round()),
+            Molecules::Drawn(molecules) => {
+                molecules.first().is_none_or(|molecule| molecule.is_round())
+            }
         };
         self.spec.rotation == Rotation::Free && !is_round
     }
@@ -215,16 +261,25 @@ impl Species {
 
     /// Mass of all molecules.
     pub fn mass(&self) -> f64 {
-        self.groups().map(|(index, count)| count as f64 / self.inertia(index).inverse_mass).sum()
+        self.groups()
+            .map(|(index, count)| count as f64 / self.inertia(index).inverse_mass)
+            .sum()
     }
 
     /// Area of all molecules (length²).
     pub fn area(&self) -> f64 {
-        self.groups().map(|(index, count)| count as f64 * self.molecule(index).area()).sum()
+        self.groups()
+            .map(|(index, count)| count as f64 * self.molecule(index).area())
+            .sum()
     }
 
     /// Adds the molecules with these motions to a world.
-    pub fn insert(&self, world: &mut World, names: &mut TagNames, motions: impl Iterator<Item = Motion>) {
+    pub fn insert(
+        &self,
+        world: &mut World,
+        names: &mut TagNames,
+        motions: impl Iterator<Item = Motion>,
+    ) {
         let tags = tags(names, &self.spec.tags);
         let mut shared = None;
         for (index, motion) in motions.enumerate() {
@@ -232,24 +287,35 @@ impl Species {
                 Some(inertia) if self.is_equal() => inertia,
                 _ => *shared.insert(self.inertia(index)),
             };
-            insert(world, Arc::clone(self.molecule(index)), inertia, tags.clone(), motion);
+            insert(
+                world,
+                Arc::clone(self.molecule(index)),
+                inertia,
+                tags.clone(),
+                motion,
+            );
         }
     }
 }
 
 fn check_energy(entry: &str, spec: &GasSpec) -> Result<(), SceneError> {
-    let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
+    let problem = |problem: &str| SceneError::Entry {
+        entry: entry.to_owned(),
+        problem: problem.to_owned(),
+    };
     check_length("energy", spec.energy).map_err(geometry(entry))?;
     if spec.energy < 0.0 {
         return Err(problem("`energy` must not be negative"));
     }
-    let Some(temperature) = spec.temperature else { return Ok(()) };
+    let Some(temperature) = spec.temperature else {
+        return Ok(());
+    };
     if spec.energy != 0.0 {
         return Err(problem(TWO_ENERGIES));
     }
-    if !(0.0..=LARGEST).contains(&temperature) {
+    if !(0.0..=MAX_MAGNITUDE).contains(&temperature) {
         return Err(problem(&format!(
-            "`temperature` must be from 0 to {LARGEST:e} (mass × length² / time²), but is {temperature:?}"
+            "`temperature` must be from 0 to {MAX_MAGNITUDE:e} (mass × length² / time²), but is {temperature:?}"
         )));
     }
     Ok(())
@@ -272,7 +338,11 @@ fn count(
             count
         }
     };
-    if count > MOST_MOLECULES { Err(too_many(entry, count as f64)) } else { Ok(count) }
+    if count > MAX_MOLECULES {
+        Err(too_many(entry, count as f64))
+    } else {
+        Ok(count)
+    }
 }
 
 /// The number of molecules of a gas, without drawing them: of drawn sizes that cover an area, the
@@ -280,7 +350,11 @@ fn count(
 ///
 /// # Errors
 /// Those of [`Species::new`] in the description and the number of its molecules.
-pub(crate) fn expected_count(scene: &Scene, index: usize, bounds: &PeriodicBox) -> Result<usize, SceneError> {
+pub(crate) fn expected_count(
+    scene: &Scene,
+    index: usize,
+    bounds: &PeriodicBox,
+) -> Result<usize, SceneError> {
     let (spec, entry) = (&scene.gas[index], format!("gas[{index}]"));
     match Described::new(scene, index, &entry)? {
         Described::Equal(molecule) => count(&entry, spec, bounds, &molecule),
@@ -293,7 +367,12 @@ pub(crate) fn expected_count(scene: &Scene, index: usize, bounds: &PeriodicBox) 
 }
 
 /// The expected number of drawn molecules, to 15 %.
-fn expected(entry: &str, spec: &GasSpec, bounds: &PeriodicBox, drawing: &Drawing) -> Result<f64, SceneError> {
+fn expected(
+    entry: &str,
+    spec: &GasSpec,
+    bounds: &PeriodicBox,
+    drawing: &Drawing,
+) -> Result<f64, SceneError> {
     match wanted(entry, spec, bounds)? {
         Wanted::Count(count) => Ok(count as f64),
         Wanted::Area(area) => Ok(area / drawing.mean_area()?),
@@ -304,8 +383,12 @@ fn expected(entry: &str, spec: &GasSpec, bounds: &PeriodicBox, drawing: &Drawing
 /// mean area is known to 15 % only.
 fn refuse_too_many(entry: &str, spec: &GasSpec, expected: f64) -> Result<(), SceneError> {
     let tolerance = if spec.count.is_some() { 1.0 } else { 2.0 };
-    let is_too_much = expected > tolerance * MOST_MOLECULES as f64;
-    if is_too_much { Err(too_many(entry, expected)) } else { Ok(()) }
+    let is_too_much = expected > tolerance * MAX_MOLECULES as f64;
+    if is_too_much {
+        Err(too_many(entry, expected))
+    } else {
+        Ok(())
+    }
 }
 
 /// Draws molecules, up to their number, or until their area is nearest to that wanted.
@@ -319,7 +402,7 @@ fn drawn(
     let expected = expected(entry, spec, bounds, &drawing)?;
     refuse_too_many(entry, spec, expected)?;
     let (mut molecules, mut covered) = (Vec::new(), 0.0);
-    while molecules.len() <= MOST_MOLECULES {
+    while molecules.len() <= MAX_MOLECULES {
         match wanted {
             Wanted::Count(count) if molecules.len() >= count => return Ok(molecules),
             Wanted::Area(area) if covered >= area => return Ok(molecules),
@@ -354,7 +437,7 @@ enum Wanted {
 
 /// Area fraction of the closest packing of equal discs, π/√12 (Lagrange 1773 for lattices, Thue
 /// 1910 for all packings).
-const CLOSEST: f64 = 0.906_899_682_117_109;
+const CLOSEST_PACKING: f64 = 0.906_899_682_117_109;
 
 /// Whether all molecules of a gas are discs of one size.
 fn is_of_equal_discs(spec: &GasSpec) -> bool {
@@ -366,21 +449,28 @@ fn is_of_equal_discs(spec: &GasSpec) -> bool {
 }
 
 fn wanted(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Wanted, SceneError> {
-    let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
-    spec.region.map_or(Ok(()), |region| region.check(bounds)).map_err(|reason| problem(&reason))?;
+    let problem = |problem: &str| SceneError::Entry {
+        entry: entry.to_owned(),
+        problem: problem.to_owned(),
+    };
+    spec.region
+        .map_or(Ok(()), |region| region.check(bounds))
+        .map_err(|reason| problem(&reason))?;
     match (spec.area_fraction, spec.count) {
         (None, Some(count)) => Ok(Wanted::Count(count)),
         // In a region discs may cover places outside it.
         (Some(fraction), None)
-            if (CLOSEST..1.0).contains(&fraction) && spec.region.is_none() && is_of_equal_discs(spec) =>
+            if (CLOSEST_PACKING..1.0).contains(&fraction)
+                && spec.region.is_none()
+                && is_of_equal_discs(spec) =>
         {
             Err(problem(&format!(
-                "equal discs cover at most {CLOSEST:.4} of the box, but `area_fraction` is {fraction}"
+                "equal discs cover at most {CLOSEST_PACKING:.4} of the box, but `area_fraction` is {fraction}"
             )))
         }
-        (Some(fraction), None) if (0.0..1.0).contains(&fraction) => {
-            Ok(Wanted::Area(fraction * spec.region.unwrap_or_default().area(bounds)))
-        }
+        (Some(fraction), None) if (0.0..1.0).contains(&fraction) => Ok(Wanted::Area(
+            fraction * spec.region.unwrap_or_default().area(bounds),
+        )),
         (Some(fraction), None) => {
             let share = fraction / 100.0;
             let hint = if fraction > 1.0 && share < 1.0 {
@@ -388,27 +478,43 @@ fn wanted(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Wanted, S
             } else {
                 String::new()
             };
-            Err(problem(&format!("`area_fraction` must be at least 0 and below 1, but is {fraction}{hint}")))
+            Err(problem(&format!(
+                "`area_fraction` must be at least 0 and below 1, but is {fraction}{hint}"
+            )))
         }
         _ => Err(problem("give either `area_fraction` or `count`")),
     }
 }
 
 fn too_many(entry: &str, wanted: f64) -> SceneError {
-    let number = if wanted < 1e15 { format!("{wanted:.0}") } else { format!("{wanted:.3e}") };
+    let number = if wanted < 1e15 {
+        format!("{wanted:.0}")
+    } else {
+        format!("{wanted:.3e}")
+    };
     let problem = format!(
-        "there must be at most 2^27 molecules of one kind, {MOST_MOLECULES}, but {number} are wanted"
+        "there must be at most 2^27 molecules of one kind, {MAX_MOLECULES}, but {number} are wanted"
     );
-    SceneError::Entry { entry: entry.to_owned(), problem }
+    SceneError::Entry {
+        entry: entry.to_owned(),
+        problem,
+    }
 }
 
 fn too_small(entry: &str, spec: &GasSpec, bounds: &PeriodicBox, one: f64) -> SceneError {
     let region = spec.region.unwrap_or_default();
     let (fraction, all) = (spec.area_fraction.unwrap_or(0.0), region.area(bounds));
-    let whose = if spec.region.is_some() { "region" } else { "box" };
+    let whose = if spec.region.is_some() {
+        "region"
+    } else {
+        "box"
+    };
     let problem = format!(
         "`area_fraction` = {fraction} of the {whose}'s area {all} is less than half of one molecule's area {one}: it \
          rounds to 0 molecules"
     );
-    SceneError::Entry { entry: entry.to_owned(), problem }
+    SceneError::Entry {
+        entry: entry.to_owned(),
+        problem,
+    }
 }

@@ -15,8 +15,12 @@ const LETTERS_PER_EDIT: usize = 3;
 /// ```
 pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let most = word.chars().count().div_ceil(LETTERS_PER_EDIT);
-    let near = known.into_iter().map(|name| (strsim::osa_distance(word, name), name));
-    let nearest = near.filter(|(distance, _)| *distance <= most).min_by_key(|(distance, _)| *distance);
+    let near = known
+        .into_iter()
+        .map(|name| (strsim::osa_distance(word, name), name));
+    let nearest = near
+        .filter(|(distance, _)| *distance <= most)
+        .min_by_key(|(distance, _)| *distance);
     nearest.map_or_else(String::new, |(_, name)| format!("; did you mean `{name}`?"))
 }
 
@@ -24,14 +28,24 @@ pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) ->
 /// to write where serde names a type of Rust, the keys allowed, and the nearest of them.
 pub(crate) fn plain_words(error: &toml::de::Error, text: &str) -> String {
     let (shown, message) = (error.to_string(), error.message());
-    let place = error.span().and_then(|span| text.get(span)).unwrap_or_default();
+    let place = error
+        .span()
+        .and_then(|span| text.get(span))
+        .unwrap_or_default();
     let before = shown.trim_end().strip_suffix(message).unwrap_or(&shown);
-    format!("{before}{}{}", in_words(message, place), suggestion(message))
+    format!(
+        "{before}{}{}",
+        in_words(message, place),
+        suggestion(message)
+    )
 }
 
 /// A message of serde about this part of the text.
 fn in_words(message: &str, place: &str) -> String {
-    let table = place.trim().strip_prefix('[').and_then(|rest| rest.split_once(']'));
+    let table = place
+        .trim()
+        .strip_prefix('[')
+        .and_then(|rest| rest.split_once(']'));
     let (message, is_list) = match message.strip_suffix(", expected a sequence") {
         Some(start) => (start, true),
         None => (message, false),
@@ -46,7 +60,9 @@ fn in_words(message: &str, place: &str) -> String {
         (true, _) => format!("a list is expected: [{}]", place.trim()),
         (false, _) => {
             if let Some(start) = message.strip_suffix(", expected f64") {
-                return format!("{start}: a number is expected, or an expression such as \"sqrt(3)/2\"");
+                return format!(
+                    "{start}: a number is expected, or an expression such as \"sqrt(3)/2\""
+                );
             }
             let words = ["usize", "u64", "u32"]
                 .iter()
@@ -98,14 +114,27 @@ mod tests {
     fn types_of_rust_are_said_in_the_words_of_a_scene_file() {
         for (text, expected) in [
             ("[gas]\nradius = 0.1\n", "each has two brackets: [[gas]]"),
-            ("gas = { radius = 0.1 }\n", "a list of tables [{ … }] is expected"),
+            (
+                "gas = { radius = 0.1 }\n",
+                "a list of tables [{ … }] is expected",
+            ),
             ("[[gas]]\ntags = \"gas\"\n", "a list is expected: [\"gas\"]"),
-            ("[[gas]]\ncount = 1e3\n", "number `1000.0`: a whole number from 0 on is expected"),
-            ("[box]\nseed = -1\n", "integer `-1`: a whole number from 0 on is expected"),
+            (
+                "[[gas]]\ncount = 1e3\n",
+                "number `1000.0`: a whole number from 0 on is expected",
+            ),
+            (
+                "[box]\nseed = -1\n",
+                "integer `-1`: a whole number from 0 on is expected",
+            ),
         ] {
             let message = crate::Scene::from_toml(text).unwrap_err().to_string();
             assert!(message.contains(expected), "{expected}: {message}");
-            assert!(!message.contains("sequence") && !message.contains("usize") && !message.contains("u64"));
+            assert!(
+                !message.contains("sequence")
+                    && !message.contains("usize")
+                    && !message.contains("u64")
+            );
         }
     }
 }

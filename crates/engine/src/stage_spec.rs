@@ -1,6 +1,6 @@
 //! The descriptions of thermostats and of changes of tags in the stages of a scene.
 
-use carom_geometry::LARGEST;
+use carom_geometry::MAX_MAGNITUDE;
 use serde::{Deserialize, Serialize};
 
 use crate::{SceneError, ThermostatTarget};
@@ -37,12 +37,12 @@ pub struct ThermostatSpec {
     /// Kinetic energy of each body, or the mean energy of a body for `maxwell`
     /// (mass × length² / time²), above 0 and at most 1e60. Either this or `temperature`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(max = LARGEST), extend("exclusiveMinimum" = 0.0)))]
+    #[cfg_attr(feature = "schema", schemars(range(max = MAX_MAGNITUDE), extend("exclusiveMinimum" = 0.0)))]
     pub energy: Option<f64>,
     /// Temperature kT (mass × length² / time²), above 0 and at most 1e60: energy ½ f kT for a body
     /// of f = 2 degrees of freedom, or 3 if contacts turn it. Either this or `energy`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(max = LARGEST), extend("exclusiveMinimum" = 0.0)))]
+    #[cfg_attr(feature = "schema", schemars(range(max = MAX_MAGNITUDE), extend("exclusiveMinimum" = 0.0)))]
     pub temperature: Option<f64>,
 }
 
@@ -58,12 +58,12 @@ pub struct HeatSpec {
     /// Kinetic energy of each body, or the mean energy of a body for `maxwell`
     /// (mass × length² / time²), above 0 and at most 1e60. Either this or `temperature`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(max = LARGEST), extend("exclusiveMinimum" = 0.0)))]
+    #[cfg_attr(feature = "schema", schemars(range(max = MAX_MAGNITUDE), extend("exclusiveMinimum" = 0.0)))]
     pub energy: Option<f64>,
     /// Temperature kT (mass × length² / time²), above 0 and at most 1e60: energy ½ f kT for a body
     /// of f = 2 degrees of freedom, or 3 if contacts turn it. Either this or `energy`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(max = LARGEST), extend("exclusiveMinimum" = 0.0)))]
+    #[cfg_attr(feature = "schema", schemars(range(max = MAX_MAGNITUDE), extend("exclusiveMinimum" = 0.0)))]
     pub temperature: Option<f64>,
 }
 
@@ -89,8 +89,19 @@ pub struct RelabelSpec {
 impl ThermostatSpec {
     /// One action of the thermostat.
     pub fn action(&self) -> HeatSpec {
-        let Self { tag, every: _, kind, energy, temperature } = self;
-        HeatSpec { tag: tag.clone(), kind: *kind, energy: *energy, temperature: *temperature }
+        let Self {
+            tag,
+            every: _,
+            kind,
+            energy,
+            temperature,
+        } = self;
+        HeatSpec {
+            tag: tag.clone(),
+            kind: *kind,
+            energy: *energy,
+            temperature: *temperature,
+        }
     }
 }
 
@@ -101,16 +112,21 @@ impl HeatSpec {
     /// [`SceneError::Entry`] with the name `entry` if there is not exactly one of both, or if it is
     /// not above 0 and at most 1e60.
     pub fn target(&self, entry: &str) -> Result<ThermostatTarget, SceneError> {
-        let problem = |problem: String| SceneError::Entry { entry: entry.to_owned(), problem };
+        let problem = |problem: String| SceneError::Entry {
+            entry: entry.to_owned(),
+            problem,
+        };
         let (key, value, target) = match (self.energy, self.temperature) {
             (Some(energy), None) => ("energy", energy, ThermostatTarget::Energy(energy)),
             (None, Some(kt)) => ("temperature", kt, ThermostatTarget::Temperature(kt)),
             _ => return Err(problem("give either `energy` or `temperature`".to_owned())),
         };
-        if value > 0.0 && value <= LARGEST {
+        if value > 0.0 && value <= MAX_MAGNITUDE {
             Ok(target)
         } else {
-            Err(problem(format!("`{key}` must be above 0 and at most {LARGEST:e}, but is {value:?}")))
+            Err(problem(format!(
+                "`{key}` must be above 0 and at most {MAX_MAGNITUDE:e}, but is {value:?}"
+            )))
         }
     }
 }

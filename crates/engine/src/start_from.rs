@@ -26,7 +26,7 @@ use crate::{
 
 /// Largest distance of an atom from its place in a rigid molecule, in bounding radii. Far above the
 /// rounding of a file with seven digits, and far below a wrong assignment of atoms.
-const MOST_OFF: f64 = 1e-5;
+const MAX_OFF: f64 = 1e-5;
 
 /// Largest relative difference between lengths in the file and in the scene.
 const SAME_LENGTH: f64 = 1e-6;
@@ -35,7 +35,10 @@ const SAME_LENGTH: f64 = 1e-6;
 const ENTRY: &str = "start.from";
 
 fn problem(problem: String) -> SceneError {
-    SceneError::Entry { entry: ENTRY.to_owned(), problem }
+    SceneError::Entry {
+        entry: ENTRY.to_owned(),
+        problem,
+    }
 }
 
 /// Places all bodies of a scene as in its snapshot; returns the world and its contents.
@@ -45,16 +48,24 @@ fn problem(problem: String) -> SceneError {
 pub(crate) fn fill(scene: &Scene) -> Result<(World, Contents), SceneError> {
     let start = &scene.start;
     if start.placement.is_some() || start.relax.is_some() || start.empty_pockets {
-        return Err(problem("give either `from`, or `placement`, `relax` and `empty_pockets`".to_owned()));
+        return Err(problem(
+            "give either `from`, or `placement`, `relax` and `empty_pockets`".to_owned(),
+        ));
     }
     let text = start.snapshot.as_deref().ok_or_else(|| {
-        problem("the file has not been read: set `StartSpec::snapshot` to the text of its frame".to_owned())
+        problem(
+            "the file has not been read: set `StartSpec::snapshot` to the text of its frame"
+                .to_owned(),
+        )
     })?;
     let mut contents = Contents::new(scene)?;
     let frame = read_frame(text).map_err(problem)?;
     refuse_box(&frame, contents.singles.world.bounds())?;
     let mut lines = vec![0; contents.singles.world.bodies().len()];
-    let mut rows = Rows { rest: &frame.atoms, has_fixed: has_fixed(&frame, &contents)? };
+    let mut rows = Rows {
+        rest: &frame.atoms,
+        has_fixed: has_fixed(&frame, &contents)?,
+    };
     move_singles(&mut contents.singles, &mut rows, &mut lines)?;
     let conserved = ConservedMomentum::new(&contents.singles.world, &contents.species);
     let (seed, replica) = (scene.bounds.seed, scene.bounds.replica);
@@ -100,7 +111,9 @@ impl<'a> Rows<'a> {
 }
 
 fn refuse_box(frame: &Frame, bounds: &PeriodicBox) -> Result<(), SceneError> {
-    let Some(sides) = frame.sides else { return Ok(()) };
+    let Some(sides) = frame.sides else {
+        return Ok(());
+    };
     let differs = |axis: usize| (sides[axis] / bounds.sides()[axis] - 1.0).abs() > SAME_LENGTH;
     if differs(0) || differs(1) {
         let [x, y] = bounds.sides().to_array();
@@ -117,7 +130,14 @@ fn refuse_box(frame: &Frame, bounds: &PeriodicBox) -> Result<(), SceneError> {
 fn has_fixed(frame: &Frame, contents: &Contents) -> Result<bool, SceneError> {
     let atoms = |fixed_too: bool| -> usize {
         let of = |body: &&Body| !body.is_wall() && (fixed_too || !body.is_fixed());
-        contents.singles.world.bodies().iter().filter(of).map(|body| body.molecule().atoms().len()).sum()
+        contents
+            .singles
+            .world
+            .bodies()
+            .iter()
+            .filter(of)
+            .map(|body| body.molecule().atoms().len())
+            .sum()
     };
     let of_gas = |kind: &crate::species::Species| match kind.count {
         0 => 0,
@@ -135,8 +155,17 @@ fn has_fixed(frame: &Frame, contents: &Contents) -> Result<bool, SceneError> {
 
 /// Gives the single molecules that move the motions of the file, and compares the places of fixed
 /// ones.
-fn move_singles(singles: &mut Singles, rows: &mut Rows<'_>, lines: &mut [usize]) -> Result<(), SceneError> {
-    let World { bodies, motions, bounds, .. } = &mut singles.world;
+fn move_singles(
+    singles: &mut Singles,
+    rows: &mut Rows<'_>,
+    lines: &mut [usize],
+) -> Result<(), SceneError> {
+    let World {
+        bodies,
+        motions,
+        bounds,
+        ..
+    } = &mut singles.world;
     for ((body, motion), line) in bodies.iter().zip(motions.iter_mut()).zip(lines) {
         if body.is_wall() || (body.is_fixed() && !rows.has_fixed) {
             continue;
@@ -144,11 +173,16 @@ fn move_singles(singles: &mut Singles, rows: &mut Rows<'_>, lines: &mut [usize])
         let atoms = rows.take(body.molecule().atoms().len());
         *line = atoms[0].line;
         if body.is_fixed() {
-            let arms =
-                body.molecule().atoms().iter().map(|atom| motion.orientation.cos_sin().rotate(atom.offset()));
+            let arms = body
+                .molecule()
+                .atoms()
+                .iter()
+                .map(|atom| motion.orientation.cos_sin().rotate(atom.offset()));
             for (row, arm) in atoms.iter().zip(arms) {
-                let off = bounds.nearest_image(row.place - (motion.position + arm)).length();
-                if off > MOST_OFF * body.molecule().bounding_radius() {
+                let off = bounds
+                    .nearest_image(row.place - (motion.position + arm))
+                    .length();
+                if off > MAX_OFF * body.molecule().bounding_radius() {
                     let text = format!(
                         "line {}: a fixed body has another place, {off:e} away, in the scene",
                         row.line
@@ -158,7 +192,10 @@ fn move_singles(singles: &mut Singles, rows: &mut Rows<'_>, lines: &mut [usize])
             }
         } else {
             let moved = self::motion(atoms, body.molecule(), body.can_turn(), *motion, bounds)?;
-            *motion = Motion { position: bounds.wrap(moved.position).0, ..moved };
+            *motion = Motion {
+                position: bounds.wrap(moved.position).0,
+                ..moved
+            };
         }
     }
     Ok(())
@@ -175,33 +212,52 @@ fn motion(
     let line = rows[0].line;
     let atoms = molecule.atoms();
     for (row, atom) in rows.iter().zip(atoms) {
-        if !(row.place / bounds.sides() - 0.5).abs().cmple(DVec2::splat(1.5)).all() {
-            let text =
-                format!("line {}: {} is more than a side of the box away from it", row.line, row.place);
+        if !(row.place / bounds.sides() - 0.5)
+            .abs()
+            .cmple(DVec2::splat(1.5))
+            .all()
+        {
+            let text = format!(
+                "line {}: {} is more than a side of the box away from it",
+                row.line, row.place
+            );
             return Err(problem(text));
         }
         let differs = |radius: f64| (radius / atom.radius() - 1.0).abs() > SAME_LENGTH;
         if let Some(radius) = row.radius.filter(|&radius| differs(radius)) {
-            let text = format!("line {}: the radius is {radius}, in the scene {}", row.line, atom.radius());
+            let text = format!(
+                "line {}: the radius is {radius}, in the scene {}",
+                row.line,
+                atom.radius()
+            );
             return Err(problem(text));
         }
     }
     // The atoms around the first one, in case they have been wrapped into the box.
-    let places: Vec<DVec2> =
-        rows.iter().map(|row| rows[0].place + bounds.nearest_image(row.place - rows[0].place)).collect();
+    let places: Vec<DVec2> = rows
+        .iter()
+        .map(|row| rows[0].place + bounds.nearest_image(row.place - rows[0].place))
+        .collect();
     let orientation = match rows[0].angle {
-        Some(angle) => Orientation::from_radians(check_length("angle", angle).map_err(geometry(ENTRY))?),
+        Some(angle) => {
+            Orientation::from_radians(check_length("angle", angle).map_err(geometry(ENTRY))?)
+        }
         None if atoms.len() > 1 => fitted(&places, molecule),
         None => drawn.orientation,
     };
     let rotation = orientation.cos_sin();
-    let arms: Vec<DVec2> = atoms.iter().map(|atom| rotation.rotate(atom.offset())).collect();
+    let arms: Vec<DVec2> = atoms
+        .iter()
+        .map(|atom| rotation.rotate(atom.offset()))
+        .collect();
     // The atom nearest to the centre of mass gives its place with the least rounding.
-    let central = (0..atoms.len()).min_by(|&i, &j| atoms[i].arm().total_cmp(&atoms[j].arm())).unwrap_or(0);
+    let central = (0..atoms.len())
+        .min_by(|&i, &j| atoms[i].arm().total_cmp(&atoms[j].arm()))
+        .unwrap_or(0);
     let position = places[central] - arms[central];
     for ((place, arm), row) in places.iter().zip(&arms).zip(rows) {
         let off = (*place - (position + *arm)).length();
-        if off > MOST_OFF * molecule.bounding_radius() {
+        if off > MAX_OFF * molecule.bounding_radius() {
             let text = format!(
                 "line {}: the atom is {off:e} away from its place in the molecule of line {line}",
                 row.line
@@ -211,12 +267,22 @@ fn motion(
     }
     let (velocity, angular_velocity) = velocities(rows, atoms, &arms, turns, &drawn);
     for component in velocity.to_array() {
-        check_length("the velocity", component).map_err(geometry(&format!("{ENTRY}, line {line}")))?;
+        check_length("the velocity", component)
+            .map_err(geometry(&format!("{ENTRY}, line {line}")))?;
     }
     check_length("the angular velocity", angular_velocity)
         .map_err(geometry(&format!("{ENTRY}, line {line}")))?;
-    let motion = Motion { velocity, angular_velocity, orientation, ..Motion::at_rest(position) };
-    refuse_slow(&format!("{ENTRY}, line {line}"), &motion, molecule.bounding_radius())?;
+    let motion = Motion {
+        velocity,
+        angular_velocity,
+        orientation,
+        ..Motion::at_rest(position)
+    };
+    refuse_slow(
+        &format!("{ENTRY}, line {line}"),
+        &motion,
+        molecule.bounding_radius(),
+    )?;
     Ok(motion)
 }
 
@@ -224,21 +290,38 @@ fn motion(
 /// q over its atoms, with a and q relative to the centre of mass.
 fn fitted(places: &[DVec2], molecule: &Molecule) -> Orientation {
     let atoms = molecule.atoms();
-    let centre =
-        atoms.iter().zip(places).map(|(atom, &place)| atom.mass() * place).sum::<DVec2>() / molecule.mass();
-    let sums = atoms.iter().zip(places).fold(DVec2::ZERO, |sums, (atom, &place)| {
-        let (arm, there) = (atom.offset(), place - centre);
-        sums + atom.mass() * DVec2::new(arm.dot(there), arm.perp_dot(there))
-    });
+    let centre = atoms
+        .iter()
+        .zip(places)
+        .map(|(atom, &place)| atom.mass() * place)
+        .sum::<DVec2>()
+        / molecule.mass();
+    let sums = atoms
+        .iter()
+        .zip(places)
+        .fold(DVec2::ZERO, |sums, (atom, &place)| {
+            let (arm, there) = (atom.offset(), place - centre);
+            sums + atom.mass() * DVec2::new(arm.dot(there), arm.perp_dot(there))
+        });
     Orientation::from_radians(libm::atan2(sums.y, sums.x))
 }
 
 /// Velocity and angular velocity of a molecule: V = Σ m v / Σ m and ω = Σ m a × v / Σ m a², unless
 /// the file has ω; those drawn if the file has no velocities.
-fn velocities(rows: &[AtomRow], atoms: &[Atom], arms: &[DVec2], turns: bool, drawn: &Motion) -> (DVec2, f64) {
-    let of =
-        |row: &AtomRow, atom: &Atom| row.velocity.or(row.momentum.map(|momentum| momentum / atom.mass()));
-    let Some(first) = of(&rows[0], &atoms[0]) else { return (drawn.velocity, drawn.angular_velocity) };
+fn velocities(
+    rows: &[AtomRow],
+    atoms: &[Atom],
+    arms: &[DVec2],
+    turns: bool,
+    drawn: &Motion,
+) -> (DVec2, f64) {
+    let of = |row: &AtomRow, atom: &Atom| {
+        row.velocity
+            .or(row.momentum.map(|momentum| momentum / atom.mass()))
+    };
+    let Some(first) = of(&rows[0], &atoms[0]) else {
+        return (drawn.velocity, drawn.angular_velocity);
+    };
     if let [_] = rows {
         return (first, 0.0);
     }
@@ -262,16 +345,26 @@ fn refuse_overlaps(contents: &Contents, lines: &[usize]) -> Result<(), SceneErro
     let world = &contents.singles.world;
     let mut sites = Sites::new(world);
     let is_fixed = |&index: &usize| world.bodies[index].is_fixed();
-    (0..world.bodies.len()).filter(is_fixed).for_each(|index| sites.add(world, index));
+    (0..world.bodies.len())
+        .filter(is_fixed)
+        .for_each(|index| sites.add(world, index));
     for index in (0..world.bodies.len()).filter(|index| !is_fixed(index)) {
         if let Some((other, depth)) = deepest_overlap(world, &sites, index) {
             let counts = contents.counts();
             let name = |body: usize| {
                 let entry = contents.singles.entry_of(body, &counts);
-                if lines[body] == 0 { entry } else { format!("{entry} of line {}", lines[body]) }
+                if lines[body] == 0 {
+                    entry
+                } else {
+                    format!("{entry} of line {}", lines[body])
+                }
             };
             let depth = short(depth);
-            return Err(problem(format!("{} and {} overlap by {depth}", name(other), name(index))));
+            return Err(problem(format!(
+                "{} and {} overlap by {depth}",
+                name(other),
+                name(index)
+            )));
         }
         sites.add(world, index);
     }

@@ -43,14 +43,23 @@ struct Names {
 impl From<Names> for TagNames {
     fn from(Names { names }: Names) -> Self {
         let names: Vec<Arc<str>> = names.into_iter().map(Arc::from).collect();
-        let tags = names.iter().enumerate().rev().map(|(index, name)| (Arc::clone(name), Tag(index as u32)));
-        Self { tags: tags.collect(), names }
+        let tags = names
+            .iter()
+            .enumerate()
+            .rev()
+            .map(|(index, name)| (Arc::clone(name), Tag(index as u32)));
+        Self {
+            tags: tags.collect(),
+            names,
+        }
     }
 }
 
 impl From<TagNames> for Names {
     fn from(names: TagNames) -> Self {
-        Self { names: names.names.iter().map(ToString::to_string).collect() }
+        Self {
+            names: names.names.iter().map(ToString::to_string).collect(),
+        }
     }
 }
 
@@ -109,7 +118,11 @@ mod tests {
                 assert_eq!(names.intern(&format!("body {n}")), Tag(n));
             }
         }
-        assert!(start.elapsed() < Duration::from_secs(15), "{:?}", start.elapsed());
+        assert!(
+            start.elapsed() < Duration::from_secs(15),
+            "{:?}",
+            start.elapsed()
+        );
     }
 
     #[test]
@@ -117,7 +130,10 @@ mod tests {
         let mut names = TagNames::default();
         let [gas, tee] = ["gas", "tee"].map(|name| names.intern(name));
         names.forget_after(1);
-        assert_eq!((names.find("gas"), names.find("tee"), names.len()), (Some(gas), None, 1));
+        assert_eq!(
+            (names.find("gas"), names.find("tee"), names.len()),
+            (Some(gas), None, 1)
+        );
         assert_eq!((names.intern("rod"), names.name(tee)), (tee, "rod"));
         names.forget_after(5);
         assert_eq!(names.len(), 2);

@@ -29,10 +29,18 @@ pub(crate) fn resolve<R>(
     encounter: &Encounter,
     number: u64,
 ) -> Option<(Resolved, f64)> {
-    let &Rules { world, separation_error, .. } = rules;
-    let Encounter { contact, before, .. } = encounter;
+    let &Rules {
+        world,
+        separation_error,
+        ..
+    } = rules;
+    let Encounter {
+        contact, before, ..
+    } = encounter;
     let pair = contact.bodies.map(|body| &world.bodies[body as usize]);
-    let wall = pair.iter().position(|body| body.kind.temperature.is_some())?;
+    let wall = pair
+        .iter()
+        .position(|body| body.kind.temperature.is_some())?;
     let (temperature, moving) = (pair[wall].kind.temperature?, 1 - wall);
     let (frame, depth) = contact_geometry(world, contact, before);
     let normal = frame.normal();
@@ -80,5 +88,8 @@ fn draw([seed, replica]: [u64; 2], number: u64) -> ThermalDraw {
     let mut random = RandomStream::Walls.generator(seed, replica);
     random.advance(u128::from(number) * NUMBERS_PER_CONTACT);
     let (one, other) = (normal_pair(&mut random), normal_pair(&mut random));
-    ThermalDraw { normal: [one.x, one.y, other.x], rayleigh: rayleigh(&mut random) }
+    ThermalDraw {
+        normal: [one.x, one.y, other.x],
+        rayleigh: rayleigh(&mut random),
+    }
 }

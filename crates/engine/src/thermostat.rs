@@ -5,12 +5,12 @@
 //! the angular velocity of a body that contacts turn with variance kT/I. A body does not turn if it
 //! is locked; the spin of a round molecule is no degree of freedom and remains.
 
-use carom_geometry::LARGEST;
+use carom_geometry::MAX_MAGNITUDE;
 use carom_kinematics::kinetic_energy;
 use glam::DVec2;
 
 use crate::{
-    Batch, Body, EditError, LEAST_SPEED, Tag, ThermostatCounts, ThermostatTarget,
+    Batch, Body, EditError, MIN_SPEED, Tag, ThermostatCounts, ThermostatTarget,
     batch::energy_factor,
     heat::exact_sum,
     philox::{open_unit, philox},
@@ -133,28 +133,42 @@ impl Batch {
 
     /// Books the change of the energies of the bodies with a tag as heat.
     fn book(&mut self, tag: Tag, before: &[f64], counts: ThermostatCounts) {
-        let change = self.energies_of(tag).into_iter().chain(before.iter().map(|energy| -energy));
+        let change = self
+            .energies_of(tag)
+            .into_iter()
+            .chain(before.iter().map(|energy| -energy));
         self.heat.give(tag, exact_sum(change), counts);
     }
 }
 
 /// Largest number of thermal speeds that a drawn component can have: √(2 · 53 ln 2) = 8.6.
-const MOST_THERMAL_SPEEDS: f64 = 8.6;
+const MAX_THERMAL_SPEEDS: f64 = 8.6;
 
 /// Velocity of a body from Maxwell's distribution, and its angular velocity if contacts turn it.
 fn maxwell(body: &Body, temperature: f64, key: DrawKey) -> Result<(DVec2, Option<f64>), EditError> {
     let inertia = body.inertia();
-    let [speed, spin] =
-        [inertia.inverse_mass, inertia.inverse_moment].map(|inverse| (temperature * inverse).sqrt());
-    let most = MOST_THERMAL_SPEEDS * if body.can_turn() { speed.max(spin) } else { speed };
+    let [speed, spin] = [inertia.inverse_mass, inertia.inverse_moment]
+        .map(|inverse| (temperature * inverse).sqrt());
+    let most = MAX_THERMAL_SPEEDS
+        * if body.can_turn() {
+            speed.max(spin)
+        } else {
+            speed
+        };
     // NaN and negative temperatures are out of range as well.
-    if !(temperature > 0.0 && temperature <= LARGEST && speed >= LEAST_SPEED && most <= LARGEST) {
+    if !(temperature > 0.0
+        && temperature <= MAX_MAGNITUDE
+        && speed >= MIN_SPEED
+        && most <= MAX_MAGNITUDE)
+    {
         return Err(EditError::Energy(temperature));
     }
     let bits = philox([key.seed, key.replica], [body.key().0, key.action, 0, 0]);
     let [one, two, three, four] = bits.map(open_unit);
     let velocity = speed * normal_pair_of([one, two]);
-    let angular_velocity = body.can_turn().then(|| spin * normal_pair_of([three, four]).x);
+    let angular_velocity = body
+        .can_turn()
+        .then(|| spin * normal_pair_of([three, four]).x);
     Ok((velocity, angular_velocity))
 }
 
@@ -200,7 +214,11 @@ mod tests {
         velocity = [1.0, 0.0]
     "#;
 
-    const KEY: DrawKey = DrawKey { seed: 3, replica: 1, action: 7 };
+    const KEY: DrawKey = DrawKey {
+        seed: 3,
+        replica: 1,
+        action: 7,
+    };
 
     fn mixture() -> (Simulation, Tag) {
         let simulation = Simulation::new(&Scene::from_toml(MIXTURE).unwrap()).unwrap();
@@ -212,19 +230,45 @@ mod tests {
     fn fixed_bodies_and_bodies_at_rest_are_counted() {
         let (mut simulation, a) = mixture();
         let target = ThermostatTarget::Temperature(2.0);
-        let counts = simulation.edit(|batch| batch.thermostat_energy(a, target)).unwrap();
-        assert_eq!(counts, ThermostatCounts { changed: 2, at_rest: 1, fixed: 1 });
+        let counts = simulation
+            .edit(|batch| batch.thermostat_energy(a, target))
+            .unwrap();
+        assert_eq!(
+            counts,
+            ThermostatCounts {
+                changed: 2,
+                at_rest: 1,
+                fixed: 1
+            }
+        );
         // ½ · 2 · kT for the locked dumbbell, ½ · 3 · kT for the tee.
-        let energies: Vec<f64> = simulation.view().bodies().map(|body| body.energy()).collect();
+        let energies: Vec<f64> = simulation
+            .view()
+            .bodies()
+            .map(|body| body.energy())
+            .collect();
         for (energy, expected) in energies.iter().zip([2.0, 0.0, 3.0]) {
             assert!((energy - expected).abs() < 1e-14, "{energies:?}");
         }
         let ledger = simulation.view().ledger();
         assert!((simulation.view().heat().of(a) - ledger.put_in).abs() < 1e-14);
         assert!((ledger.booked() - simulation.view().energy()).abs() < 1e-14);
-        let counts = simulation.edit(|batch| batch.thermostat_maxwell(a, target, KEY)).unwrap();
-        assert_eq!(counts, ThermostatCounts { changed: 3, at_rest: 0, fixed: 1 });
-        let all = ThermostatCounts { changed: 5, at_rest: 1, fixed: 2 };
+        let counts = simulation
+            .edit(|batch| batch.thermostat_maxwell(a, target, KEY))
+            .unwrap();
+        assert_eq!(
+            counts,
+            ThermostatCounts {
+                changed: 3,
+                at_rest: 0,
+                fixed: 1
+            }
+        );
+        let all = ThermostatCounts {
+            changed: 5,
+            at_rest: 1,
+            fixed: 2,
+        };
         assert_eq!(simulation.view().heat().all()[0].counts, all);
         for (index, body) in simulation.view().bodies().enumerate() {
             // Molecules first: the dumbbell is locked, the disc is round, the last tee has tag b.
@@ -241,13 +285,22 @@ mod tests {
                 let first = simulation.view().bodies().next().unwrap().body.key();
                 simulation.remove(first).unwrap();
             }
-            simulation.edit(|batch| batch.thermostat_maxwell(a, target, key)).unwrap();
-            let disc = simulation.view().bodies().find(|body| body.body.molecule().is_disc()).unwrap();
+            simulation
+                .edit(|batch| batch.thermostat_maxwell(a, target, key))
+                .unwrap();
+            let disc = simulation
+                .view()
+                .bodies()
+                .find(|body| body.body.molecule().is_disc())
+                .unwrap();
             disc.motion.velocity
         };
         assert_eq!(drawn(KEY, false), drawn(KEY, true));
-        for other in [DrawKey { seed: 4, ..KEY }, DrawKey { replica: 2, ..KEY }, DrawKey { action: 8, ..KEY }]
-        {
+        for other in [
+            DrawKey { seed: 4, ..KEY },
+            DrawKey { replica: 2, ..KEY },
+            DrawKey { action: 8, ..KEY },
+        ] {
             assert_ne!(drawn(KEY, false), drawn(other, false));
         }
     }
@@ -255,7 +308,10 @@ mod tests {
     #[test]
     fn targets_out_of_range_change_nothing() {
         for value in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e200] {
-            for target in [ThermostatTarget::Energy(value), ThermostatTarget::Temperature(value)] {
+            for target in [
+                ThermostatTarget::Energy(value),
+                ThermostatTarget::Temperature(value),
+            ] {
                 let (mut simulation, a) = mixture();
                 let before = simulation.view().energy();
                 let refused = simulation.edit(|batch| batch.thermostat_energy(a, target));

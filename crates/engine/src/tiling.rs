@@ -73,13 +73,22 @@ impl Tiling {
             2 | 3 => (150_000, 20_000),
             _ => (30_000, 20_000),
         };
-        Self { threads, least_bodies, least_molecules, ..Self::NONE }
+        Self {
+            threads,
+            least_bodies,
+            least_molecules,
+            ..Self::NONE
+        }
     }
 
     /// The nearest division that can be used.
     pub(crate) fn within_bounds(&self) -> Self {
         let within = |number: f64, least: f64, most: f64, default: f64| {
-            if number.is_nan() { default } else { number.clamp(least, most) }
+            if number.is_nan() {
+                default
+            } else {
+                number.clamp(least, most)
+            }
         };
         Self {
             window: within(self.window, 0.1, 64.0, Self::NONE.window),
@@ -96,12 +105,14 @@ impl Tiling {
         let fair = (f64::from(counts[0]) * f64::from(counts[1]) / (2.0 * threads)).sqrt();
         // Two tiles, to the nearest whole number.
         let longest = counts[0].min(counts[1]) / 3 * 2;
-        self.side.min(fair.min(f64::from(longest)).max(LEAST_SIDE) as u32).max(8)
+        self.side
+            .min(fair.min(f64::from(longest)).max(MIN_SIDE) as u32)
+            .max(8)
     }
 }
 
 /// Shortest side of a tile that is chosen for many threads, in cells.
-const LEAST_SIDE: f64 = 40.0;
+const MIN_SIDE: f64 = 40.0;
 
 impl Default for Tiling {
     fn default() -> Self {

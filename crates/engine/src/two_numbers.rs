@@ -37,7 +37,10 @@ impl<'de> Visitor<'de> for TwoNumbers {
         if let ([first, second], 2) = (&repeated[..], count) {
             return Ok([*first, *second]);
         }
-        let words: Vec<String> = repeated.iter().map(|number| format!("{number:?}")).collect();
+        let words: Vec<String> = repeated
+            .iter()
+            .map(|number| format!("{number:?}"))
+            .collect();
         let rest = if count > MAX_REPEATED { ", …" } else { "" };
         Err(A::Error::custom(format!(
             "there must be {self}, but there are {count}: [{}{rest}]",
@@ -111,34 +114,60 @@ mod tests {
         ("[box]\nsides = LIST\n", "[x, y]"),
         ("[[molecule]]\nshape = \"disc\"\nat = LIST\n", "[x, y]"),
         ("[[molecule]]\nat = [0, 0]\nvelocity = LIST\n", "[x, y]"),
-        ("[[molecule]]\nat = [0, 0]\natoms = [{ at = LIST, radius = 0.1, mass = 1 }]\n", "[x, y]"),
+        (
+            "[[molecule]]\nat = [0, 0]\natoms = [{ at = LIST, radius = 0.1, mass = 1 }]\n",
+            "[x, y]",
+        ),
         ("[[bumper]]\nradius = 0.1\nat = LIST\n", "[x, y]"),
         ("[[wall]]\nto = [1, 1]\nfrom = LIST\n", "[x, y]"),
         ("[[wall]]\nfrom = [1, 1]\nto = LIST\n", "[x, y]"),
         ("[[stage]]\nuntil = 1\n[[stage.add]]\nat = LIST\n", "[x, y]"),
-        ("[[gas]]\nenergy = 1\nregion = { y = LIST }\n", "[first, last]"),
-        ("[[gas]]\nenergy = 1\nradius = { uniform = LIST }\n", "[from, to]"),
-        ("[[gas]]\nenergy = 1\nmass = { normal = LIST }\n", "[mean, deviation]"),
+        (
+            "[[gas]]\nenergy = 1\nregion = { y = LIST }\n",
+            "[first, last]",
+        ),
+        (
+            "[[gas]]\nenergy = 1\nradius = { uniform = LIST }\n",
+            "[from, to]",
+        ),
+        (
+            "[[gas]]\nenergy = 1\nmass = { normal = LIST }\n",
+            "[mean, deviation]",
+        ),
     ];
 
     #[test]
     fn other_than_two_numbers_are_refused_with_their_key_and_values() {
         for (scene, form) in SCENES {
-            assert!(Scene::from_toml(&scene.replace("LIST", "[0.5, 1]")).is_ok(), "{scene}");
+            assert!(
+                Scene::from_toml(&scene.replace("LIST", "[0.5, 1]")).is_ok(),
+                "{scene}"
+            );
             for (list, numbers) in [
                 ("[0.25, 0.5, 0.75]", "3: [0.25, 0.5, 0.75]"),
                 ("[0.25]", "1: [0.25]"),
                 ("[]", "0: []"),
-                ("[1, 2, 3, 4, 5, 6, 7, 8, 9]", "9: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, …]"),
+                (
+                    "[1, 2, 3, 4, 5, 6, 7, 8, 9]",
+                    "9: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, …]",
+                ),
             ] {
                 let text = scene.replace("LIST", list);
                 let error = Scene::from_toml(&text).unwrap_err().to_string();
                 let line = text.lines().find(|line| line.contains(list)).unwrap();
                 let problem = format!("there must be two numbers {form}, but there are {numbers}");
-                assert!(error.contains(line) && error.contains(&problem), "{text}: {error}");
+                assert!(
+                    error.contains(line) && error.contains(&problem),
+                    "{text}: {error}"
+                );
             }
-            let error = Scene::from_toml(&scene.replace("LIST", "0.5")).unwrap_err().to_string();
-            assert!(error.contains(&format!("expected two numbers {form}")), "{error}");
+            let error = Scene::from_toml(&scene.replace("LIST", "0.5"))
+                .unwrap_err()
+                .to_string();
+            assert!(
+                error.contains(&format!("expected two numbers {form}")),
+                "{error}"
+            );
         }
     }
 }

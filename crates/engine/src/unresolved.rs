@@ -8,7 +8,7 @@ use crate::Body;
 
 /// Number of such contacts after which their rate is checked. Smaller: a pair in lasting contact
 /// that turns for a moment ends a run. Larger: a collapse takes longer to be reported.
-const MOST_UNRESOLVED: u32 = 100_000;
+const MAX_UNRESOLVED: u32 = 100_000;
 
 /// They count as a collapse if they happen within this share of a natural time of the pair,
 /// (R_A + R_B)/w with the relative speed w. Bodies that rest on each other and turn have about 10¹²
@@ -32,16 +32,19 @@ impl Unresolved {
             self.since = time;
         }
         self.count += 1;
-        if self.count < MOST_UNRESOLVED {
+        if self.count < MAX_UNRESOLVED {
             return None;
         }
         self.count = 0;
         let radii = bodies.map(|body| body.kind.molecule.bounding_radius());
-        let rims: f64 = [0, 1].map(|n: usize| motions[n].angular_velocity.abs() * radii[n]).iter().sum();
+        let rims: f64 = [0, 1]
+            .map(|n: usize| motions[n].angular_velocity.abs() * radii[n])
+            .iter()
+            .sum();
         let speed = (motions[1].velocity - motions[0].velocity).length() + rims;
         // The length of a wall is unrelated to the contact.
         let radius = [0, 1].map(|n: usize| if bodies[n].is_wall() { 0.0 } else { radii[n] });
-        ((time - self.since) * speed < COLLAPSE * (radius[0] + radius[1])).then_some(MOST_UNRESOLVED)
+        ((time - self.since) * speed < COLLAPSE * (radius[0] + radius[1])).then_some(MAX_UNRESOLVED)
     }
 
     /// Moves the origin of time by `offset`.

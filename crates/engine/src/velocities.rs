@@ -30,7 +30,9 @@ impl ConservedMomentum {
     /// The conserved momentum of a scene with these single bodies and these gases.
     pub fn new(singles: &World, species: &[Species]) -> Self {
         let moving = singles.bodies.iter().filter(|body| !body.is_fixed());
-        let mass = moving.map(|body| 1.0 / body.inertia().inverse_mass).sum::<f64>();
+        let mass = moving
+            .map(|body| 1.0 / body.inertia().inverse_mass)
+            .sum::<f64>();
         Self {
             components: conserved_momentum(singles).bitmask().count_ones(),
             mass: mass + species.iter().map(Species::mass).sum::<f64>(),
@@ -65,7 +67,9 @@ impl Species {
             StartVelocities::EqualEnergy => start.equal_energies(random)?,
             StartVelocities::Maxwell => start.maxwell(random)?,
         };
-        Ok(velocities.into_iter().zip(spins.into_iter().chain(std::iter::repeat(0.0))))
+        Ok(velocities
+            .into_iter()
+            .zip(spins.into_iter().chain(std::iter::repeat(0.0))))
     }
 }
 
@@ -73,7 +77,11 @@ impl<'a> Start<'a> {
     fn new(kind: &'a Species, conserved: &ConservedMomentum) -> Self {
         // By default no momentum where the whole system would otherwise drift forever.
         let without_momentum = kind.spec.zero_momentum.unwrap_or(conserved.components > 0);
-        let mut start = Self { kind, energy: kind.spec.energy, without_momentum };
+        let mut start = Self {
+            kind,
+            energy: kind.spec.energy,
+            without_momentum,
+        };
         if let Some(temperature) = kind.spec.temperature {
             // ½ f kT / N, see `GasSpec::temperature`.
             let mut freedom = kind.degrees_of_freedom();
@@ -94,7 +102,11 @@ impl<'a> Start<'a> {
     /// Random directions at one speed and, for molecules that turn, one angular velocity either
     /// way.
     fn equal_energies(&self, random: &mut Pcg64) -> Result<Drawn, SceneError> {
-        let Self { kind, energy, without_momentum } = *self;
+        let Self {
+            kind,
+            energy,
+            without_momentum,
+        } = *self;
         if !kind.is_equal() {
             return self.equal_energies_of_drawn(random);
         }
@@ -108,7 +120,9 @@ impl<'a> Start<'a> {
         for velocity in &mut velocities {
             *velocity *= speed;
         }
-        let spins = (0..kind.turning()).map(|_| either_way(spin, random)).collect();
+        let spins = (0..kind.turning())
+            .map(|_| either_way(spin, random))
+            .collect();
         Ok((velocities, spins))
     }
 
@@ -117,10 +131,18 @@ impl<'a> Start<'a> {
     /// restores the energy.
     fn equal_energies_of_drawn(&self, random: &mut Pcg64) -> Result<Drawn, SceneError> {
         let Self { kind, energy, .. } = *self;
-        let shares: Vec<(f64, f64)> = (0..kind.count).map(|index| kind.equal_shares(index, energy)).collect();
-        let velocities = shares.iter().map(|(speed, _)| *speed * direction(random)).collect();
+        let shares: Vec<(f64, f64)> = (0..kind.count)
+            .map(|index| kind.equal_shares(index, energy))
+            .collect();
+        let velocities = shares
+            .iter()
+            .map(|(speed, _)| *speed * direction(random))
+            .collect();
         let turning = &shares[..kind.turning()];
-        let spins = turning.iter().map(|&(_, spin)| either_way(spin, random)).collect();
+        let spins = turning
+            .iter()
+            .map(|&(_, spin)| either_way(spin, random))
+            .collect();
         self.without_drift((velocities, spins))
     }
 
@@ -140,15 +162,26 @@ impl<'a> Start<'a> {
         let kind = self.kind;
         let inertia: Vec<Inertia> = (0..kind.count).map(|index| kind.inertia(index)).collect();
         if self.removes_mean() {
-            let momentum: DVec2 = velocities.iter().zip(&inertia).map(|(&v, i)| v / i.inverse_mass).sum();
+            let momentum: DVec2 = velocities
+                .iter()
+                .zip(&inertia)
+                .map(|(&v, i)| v / i.inverse_mass)
+                .sum();
             let drift = momentum / kind.mass();
             for velocity in &mut velocities {
                 *velocity -= drift;
             }
         }
-        let moving: f64 =
-            velocities.iter().zip(&inertia).map(|(v, i)| v.length_squared() / i.inverse_mass).sum();
-        let turning: f64 = spins.iter().zip(&inertia).map(|(spin, i)| spin * spin / i.inverse_moment).sum();
+        let moving: f64 = velocities
+            .iter()
+            .zip(&inertia)
+            .map(|(v, i)| v.length_squared() / i.inverse_mass)
+            .sum();
+        let turning: f64 = spins
+            .iter()
+            .zip(&inertia)
+            .map(|(spin, i)| spin * spin / i.inverse_moment)
+            .sum();
         let twice_energy = 2.0 * self.energy * kind.count as f64;
         // All numbers are 0 without energy.
         let factor = (twice_energy / (moving + turning).max(f64::MIN_POSITIVE)).sqrt();
@@ -180,7 +213,10 @@ impl<'a> Start<'a> {
                 *velocity -= mean;
             }
         }
-        let squares = velocities.iter().map(|velocity| velocity.length_squared()).sum::<f64>()
+        let squares = velocities
+            .iter()
+            .map(|velocity| velocity.length_squared())
+            .sum::<f64>()
             + spins.iter().map(|spin| spin * spin).sum::<f64>();
         // All numbers are 0 if there is no molecule, and by a chance of 2⁻¹⁰⁰ if there are two.
         let twice_energy = 2.0 * self.energy * count / squares.max(f64::MIN_POSITIVE);
@@ -193,7 +229,10 @@ impl<'a> Start<'a> {
         for number in &mut spins {
             *number *= spin;
         }
-        for (&velocity, &spin) in velocities.iter().zip(spins.iter().chain(std::iter::repeat(&0.0))) {
+        for (&velocity, &spin) in velocities
+            .iter()
+            .zip(spins.iter().chain(std::iter::repeat(&0.0)))
+        {
             kind.check_motion(0, velocity, spin)?;
         }
         Ok((velocities, spins))

@@ -88,7 +88,9 @@ impl<'a> View<'a> {
 
     /// The body with this handle; `None` if it is not in the system.
     pub fn body(&self, key: BodyKey) -> Option<BodyView<'a>> {
-        self.world.index(key).map(|index| body_at(self.world, index, self.offset))
+        self.world
+            .index(key)
+            .map(|index| body_at(self.world, index, self.offset))
     }
 
     /// Kinetic energy of all bodies (mass × length² / time²).
@@ -98,7 +100,9 @@ impl<'a> View<'a> {
 
     /// Total momentum (mass × length / time).
     pub fn momentum(&self) -> DVec2 {
-        self.bodies().map(|view| momentum(&view.motion, view.body.inertia())).sum()
+        self.bodies()
+            .map(|view| momentum(&view.motion, view.body.inertia()))
+            .sum()
     }
 }
 
@@ -124,7 +128,11 @@ impl BodyView<'_> {
     pub fn atoms(&self) -> impl Iterator<Item = (DVec2, f64)> + '_ {
         let rotation = self.motion.orientation.cos_sin();
         let place = move |offset| self.motion.position + rotation.rotate(offset);
-        self.body.molecule().atoms().iter().map(move |atom| (place(atom.offset()), atom.radius()))
+        self.body
+            .molecule()
+            .atoms()
+            .iter()
+            .map(move |atom| (place(atom.offset()), atom.radius()))
     }
 }
 

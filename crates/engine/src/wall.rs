@@ -34,7 +34,12 @@ impl StandingWall {
         let face = *body.molecule().face()?;
         let rotation = motion.orientation.cos_sin();
         let half = face.half_length() * rotation.rotate(face.along());
-        Some(Self { centre: motion.position, half, face, rotation })
+        Some(Self {
+            centre: motion.position,
+            half,
+            face,
+            rotation,
+        })
     }
 
     /// Both ends (length).
@@ -59,10 +64,17 @@ impl StandingWall {
         let index = |x: f64, side: f64| (x / side).floor() as i64;
         let mut cells = Vec::new();
         for row in index(low.y, side.y)..=index(high.y, side.y) {
-            let band = [row as f64 * side.y - reach, (row + 1) as f64 * side.y + reach];
+            let band = [
+                row as f64 * side.y - reach,
+                (row + 1) as f64 * side.y + reach,
+            ];
             // The part of the wall within reach of this row of cells.
             let part = band.map(|y| {
-                if self.half.y == 0.0 { y - self.centre.y } else { (y - self.centre.y) / self.half.y }
+                if self.half.y == 0.0 {
+                    y - self.centre.y
+                } else {
+                    (y - self.centre.y) / self.half.y
+                }
             });
             let [from, to] = if self.half.y == 0.0 {
                 if part[0] > 0.0 || part[1] < 0.0 {
@@ -70,13 +82,21 @@ impl StandingWall {
                 }
                 [-1.0, 1.0]
             } else {
-                [part[0].min(part[1]).max(-1.0), part[0].max(part[1]).min(1.0)]
+                [
+                    part[0].min(part[1]).max(-1.0),
+                    part[0].max(part[1]).min(1.0),
+                ]
             };
             if from > to {
                 continue;
             }
-            let (one, other) = (self.centre.x + from * self.half.x, self.centre.x + to * self.half.x);
-            for column in index(one.min(other) - reach, side.x)..=index(one.max(other) + reach, side.x) {
+            let (one, other) = (
+                self.centre.x + from * self.half.x,
+                self.centre.x + to * self.half.x,
+            );
+            for column in
+                index(one.min(other) - reach, side.x)..=index(one.max(other) + reach, side.x)
+            {
                 cells.push([column, row]);
             }
         }
@@ -119,14 +139,25 @@ pub(crate) fn contact_frame(
     let place = ((motions[1 - wall].position - motions[wall].position) + shift) + arm;
     let rotation = motions[wall].orientation.cos_sin();
     let rounding = rounding_bound(world.bounds.sides(), body(1 - wall).reach());
-    let nearest = face.nearest_to_rounding(DVec2::new(rotation.x, -rotation.y).rotate(place), rounding);
+    let nearest =
+        face.nearest_to_rounding(DVec2::new(rotation.x, -rotation.y).rotate(place), rounding);
     let outwards = rotation.rotate(nearest.direction);
-    let outwards = if nearest.distance > 0.0 { nearest.distance * outwards } else { outwards };
+    let outwards = if nearest.distance > 0.0 {
+        nearest.distance * outwards
+    } else {
+        outwards
+    };
     let foot = place - nearest.distance * rotation.rotate(nearest.direction);
     let frame = if wall == 1 {
-        ContactFrame { line_of_centres: -outwards, arms: [arm, foot] }
+        ContactFrame {
+            line_of_centres: -outwards,
+            arms: [arm, foot],
+        }
     } else {
-        ContactFrame { line_of_centres: outwards, arms: [foot, arm] }
+        ContactFrame {
+            line_of_centres: outwards,
+            arms: [foot, arm],
+        }
     };
     Some((frame, nearest.distance))
 }
@@ -134,7 +165,11 @@ pub(crate) fn contact_frame(
 /// Arm from the centre of mass to an atom's centre (length).
 pub(crate) fn arm(body: &Body, atom: u32, motion: &Motion) -> DVec2 {
     let atom = &body.kind.molecule.atoms()[atom as usize];
-    if atom.arm() == 0.0 { DVec2::ZERO } else { motion.orientation.cos_sin().rotate(atom.offset()) }
+    if atom.arm() == 0.0 {
+        DVec2::ZERO
+    } else {
+        motion.orientation.cos_sin().rotate(atom.offset())
+    }
 }
 
 #[cfg(test)]
@@ -146,7 +181,12 @@ mod tests {
     fn standing(from: DVec2, to: DVec2, radius: f64) -> StandingWall {
         let wall = Molecule::wall(to - from, radius).unwrap();
         let face = *wall.face().unwrap();
-        StandingWall { centre: 0.5 * (from + to), half: 0.5 * (to - from), face, rotation: DVec2::X }
+        StandingWall {
+            centre: 0.5 * (from + to),
+            half: 0.5 * (to - from),
+            face,
+            rotation: DVec2::X,
+        }
     }
 
     proptest! {

@@ -1,7 +1,10 @@
 //! Windows: parts of an epoch whose contacts a scheduler finds and resolves at once, on any number
 //! of threads, before the engine records them in order of time.
 
-#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the caller"
+)]
 
 use glam::DVec2;
 
@@ -154,8 +157,18 @@ pub(crate) struct LoggedContact {
 impl LoggedContact {
     #[inline(always)]
     pub fn new(contact: &ContactEvent, flights: [[DVec2; 2]; 2]) -> Self {
-        let ContactEvent { time, bodies, image, .. } = *contact;
-        Self { time, bodies, image: image.map(|boxes| boxes as i32), flights }
+        let ContactEvent {
+            time,
+            bodies,
+            image,
+            ..
+        } = *contact;
+        Self {
+            time,
+            bodies,
+            image: image.map(|boxes| boxes as i32),
+            flights,
+        }
     }
 
     /// Whether this contact comes before another: see [`ContactEvent::in_order`].
@@ -164,7 +177,17 @@ impl LoggedContact {
     }
 
     pub fn event(&self) -> ContactEvent {
-        let &Self { time, bodies, image, .. } = self;
-        ContactEvent { time, bodies, image: image.map(i64::from), parts: Parts::Discs }
+        let &Self {
+            time,
+            bodies,
+            image,
+            ..
+        } = self;
+        ContactEvent {
+            time,
+            bodies,
+            image: image.map(i64::from),
+            parts: Parts::Discs,
+        }
     }
 }

@@ -16,7 +16,10 @@ use crate::{
 impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
     /// Runs in windows for as long as the scheduler can; returns how the loop has ended, or none if
     /// the rest is to be run contact by contact.
-    pub(crate) fn run_windows<S: Scheduler>(&mut self, scheduler: &mut S) -> Result<Option<Ended>, RunError> {
+    pub(crate) fn run_windows<S: Scheduler>(
+        &mut self,
+        scheduler: &mut S,
+    ) -> Result<Option<Ended>, RunError> {
         let may_use_windows = self.most == u64::MAX;
         let all_elastic = self.rules().all_elastic();
         let wants_log = self.observer.is_some();
@@ -73,7 +76,11 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
 
     /// Runs the contacts since an earlier state once more, without recording them.
     #[cold]
-    fn replay<S: Scheduler>(&mut self, scheduler: &mut S, restart: RestartState) -> Result<(), RunError> {
+    fn replay<S: Scheduler>(
+        &mut self,
+        scheduler: &mut S,
+        restart: RestartState,
+    ) -> Result<(), RunError> {
         let mut limits = restart.limits;
         self.world.last_contacts = restart.last_contacts;
         let (mut now, mut contacts) = (restart.from, 0);
@@ -95,7 +102,10 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
             most: u64::MAX,
         };
         let ended = again.run_in_order(scheduler)?;
-        debug_assert!(matches!(ended, Ended::TargetReached), "the epoch goes on after these contacts");
+        debug_assert!(
+            matches!(ended, Ended::TargetReached),
+            "the epoch goes on after these contacts"
+        );
         debug_assert!(limits == *self.limits, "the limits have been recorded");
         Ok(())
     }
@@ -115,7 +125,10 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
                 self.record_logged(logged)?;
             }
             let last_contacts = self.last_contacts(encounter.contact.bodies);
-            let encounter = Encounter { last_contacts, ..*encounter };
+            let encounter = Encounter {
+                last_contacts,
+                ..*encounter
+            };
             let resolved = self.rules().resolve(&encounter);
             self.record(&encounter, &resolved)?;
         }
@@ -126,7 +139,9 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
     fn record_logged(&mut self, logged: &LoggedContact) -> Result<(), RunError> {
         let contact = logged.event();
         let inverse_masses = self.world.inverse_masses(contact.bodies);
-        let resolved = self.rules().resolve_discs(contact.image, logged.flights, inverse_masses);
+        let resolved = self
+            .rules()
+            .resolve_discs(contact.image, logged.flights, inverse_masses);
         self.record_discs(contact, logged.flights, resolved)
     }
 

@@ -115,8 +115,16 @@ impl World {
         // The first of several bodies of the same size.
         let largest = |skip: Option<usize>, fixed_too: bool| {
             (0..self.bodies.len())
-                .filter(|&index| Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed()))
-                .reduce(|best, index| if radius(index) > radius(best) { index } else { best })
+                .filter(|&index| {
+                    Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed())
+                })
+                .reduce(|best, index| {
+                    if radius(index) > radius(best) {
+                        index
+                    } else {
+                        best
+                    }
+                })
         };
         let first = largest(None, false)?;
         Some(match largest(Some(first), true) {
@@ -132,7 +140,9 @@ impl World {
         let atom = |index: usize| self.bodies[index].smallest_reach();
         let smallest = |skip: Option<usize>, fixed_too: bool| {
             (0..self.bodies.len())
-                .filter(|&index| Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed()))
+                .filter(|&index| {
+                    Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed())
+                })
                 .map(|index| (atom(index), index))
                 .reduce(|best, other| if other.0 < best.0 { other } else { best })
         };
@@ -144,12 +154,19 @@ impl World {
     /// The largest bounding radius of a body that moves (length).
     pub(crate) fn largest_moving_radius(&self) -> f64 {
         let moving = self.bodies.iter().filter(|body| !body.is_fixed());
-        moving.map(|body| body.kind.molecule.bounding_radius()).fold(0.0, f64::max)
+        moving
+            .map(|body| body.kind.molecule.bounding_radius())
+            .fold(0.0, f64::max)
     }
 
     /// Whether exactly one body moves and all others are fixed: a billiard.
     pub(crate) fn is_billiard(&self) -> bool {
-        self.bodies.iter().filter(|body| !body.is_fixed()).take(2).count() == 1
+        self.bodies
+            .iter()
+            .filter(|body| !body.is_fixed())
+            .take(2)
+            .count()
+            == 1
     }
 
     /// Memory used on the heap (bytes), without shapes.
@@ -174,7 +191,12 @@ impl World {
     /// Adds a body. It shares its description with one of the last few bodies if they are equal, so
     /// that descriptions stay in the caches.
     pub(crate) fn push_body(&mut self, key: BodyKey, kind: BodyKind) {
-        let shared = self.bodies.iter().rev().take(LAST_FEW).find(|before| before.kind.is_like(&kind));
+        let shared = self
+            .bodies
+            .iter()
+            .rev()
+            .take(LAST_FEW)
+            .find(|before| before.kind.is_like(&kind));
         let kind = shared.map_or_else(|| Arc::new(kind), |before| Arc::clone(&before.kind));
         self.bodies.push(Body { key, kind });
     }
@@ -182,8 +204,11 @@ impl World {
     /// Number of different descriptions of the bodies.
     #[cfg(test)]
     pub(crate) fn count_kinds(&self) -> usize {
-        let kinds: std::collections::HashSet<_> =
-            self.bodies.iter().map(|body| Arc::as_ptr(&body.kind)).collect();
+        let kinds: std::collections::HashSet<_> = self
+            .bodies
+            .iter()
+            .map(|body| Arc::as_ptr(&body.kind))
+            .collect();
         kinds.len()
     }
 
@@ -222,13 +247,22 @@ impl World {
 
     /// Moves all bodies to `offset` in the epoch and begins a new epoch there.
     pub(crate) fn rebase(&mut self, offset: f64) {
-        for ((motion, body), winding) in self.motions.iter_mut().zip(&self.bodies).zip(&mut self.windings) {
+        for ((motion, body), winding) in self
+            .motions
+            .iter_mut()
+            .zip(&self.bodies)
+            .zip(&mut self.windings)
+        {
             if body.is_fixed() {
                 continue;
             }
             let here = motion.at(offset);
             let (position, image) = self.bounds.wrap(here.position);
-            *motion = Motion { position, time: 0.0, ..here };
+            *motion = Motion {
+                position,
+                time: 0.0,
+                ..here
+            };
             winding[0] += image[0];
             winding[1] += image[1];
         }
@@ -260,9 +294,16 @@ mod tests {
             at: [f64::from(number % 10) * 0.1, f64::from(number / 10) * 0.1],
             ..MoleculeSpec::default()
         };
-        let molecule =
-            (0..100).map(|number| disc(number, if number % 3 == 0 { 0.03 } else { 0.02 })).collect();
-        assert_eq!(kinds(&Scene { molecule, ..Scene::default() }), 2);
+        let molecule = (0..100)
+            .map(|number| disc(number, if number % 3 == 0 { 0.03 } else { 0.02 }))
+            .collect();
+        assert_eq!(
+            kinds(&Scene {
+                molecule,
+                ..Scene::default()
+            }),
+            2
+        );
         let gas = |radius| GasSpec {
             radius: Some(radius),
             mass: Some(1.0.into()),
@@ -270,6 +311,11 @@ mod tests {
             energy: 1.0,
             ..GasSpec::default()
         };
-        assert!(kinds(&Scene { gas: vec![gas(0.01.into()), gas(0.02.into())], ..Scene::default() }) <= 4);
+        assert!(
+            kinds(&Scene {
+                gas: vec![gas(0.01.into()), gas(0.02.into())],
+                ..Scene::default()
+            }) <= 4
+        );
     }
 }

@@ -9,7 +9,9 @@ use std::{f64::consts::PI, fmt::Write as _, path::Path};
 use anyhow::{Result, ensure};
 use carom::{
     Molecule, Scene,
-    engine::{AtomSpec, BoxSpec, BumperSpec, GasSpec, MeasureSpec, MoleculeSpec, Rotation, RunSpec},
+    engine::{
+        AtomSpec, BoxSpec, BumperSpec, GasSpec, MeasureSpec, MoleculeSpec, Rotation, RunSpec,
+    },
     geometry::check_positive,
 };
 use carom_runs::{
@@ -118,7 +120,15 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let (study, name) = options.study()?;
     let command = |folder: &Path| options.command(folder);
     let folder = format!("out/brownian-{name}");
-    sweep::run_study(&Named { study: &study, name: &name, folder: &folder, command: &command }, &options.how)
+    sweep::run_study(
+        &Named {
+            study: &study,
+            name: &name,
+            folder: &folder,
+            command: &command,
+        },
+        &options.how,
+    )
 }
 
 impl Options {
@@ -149,7 +159,10 @@ impl Options {
                 ..spec
             },
         };
-        ensure!(!spec.fixed, "molecule[{body}]: a fixed molecule has no Brownian motion");
+        ensure!(
+            !spec.fixed,
+            "molecule[{body}]: a fixed molecule has no Brownian motion"
+        );
         if named.scene.is_none() {
             scene.molecule.push(spec.clone());
         } else {
@@ -194,32 +207,56 @@ impl Options {
         let mut tag = "";
         for point in &study.points {
             let found = self.molecule.body_of(&point.scene);
-            tag = found.map_err(|error| error.context(format!("point {}", point.label)))?.0;
+            tag = found
+                .map_err(|error| error.context(format!("point {}", point.label)))?
+                .0;
         }
         let mut text: Table = study.text().parse()?;
-        let name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        text.entry("title").or_insert_with(|| format!("Brownian motion: study {name}").into());
+        let name = Path::new(file)
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        text.entry("title")
+            .or_insert_with(|| format!("Brownian motion: study {name}").into());
         text.entry("question").or_insert_with(|| QUESTION.into());
         if let Some(Value::Table(scene)) = text.get_mut("scene") {
             self.change(scene)?;
         }
-        if !study.points.iter().any(|point| has_kicks(&point.scene, tag)) {
-            text.insert("measure".to_owned(), Value::Array(vec![measure("kicks", tag, SECTORS)]));
+        if !study
+            .points
+            .iter()
+            .any(|point| has_kicks(&point.scene, tag))
+        {
+            text.insert(
+                "measure".to_owned(),
+                Value::Array(vec![measure("kicks", tag, SECTORS)]),
+            );
         }
-        let size = carom_sweeps::Size { replicas: self.how.replicas, is_quick: false };
-        Ok((Study::parse(&toml::to_string(&text)?, Path::new(""), size)?, name))
+        let size = carom_sweeps::Size {
+            replicas: self.how.replicas,
+            is_quick: false,
+        };
+        Ok((
+            Study::parse(&toml::to_string(&text)?, Path::new(""), size)?,
+            name,
+        ))
     }
 
     /// Changes the times and the seed of a scene as the options say.
     fn change(&self, scene: &mut Table) -> Result<()> {
         let inner = |scene: &mut Table, name: &str, key: &str, value: Option<Value>| {
-            let table = scene.entry(name).or_insert_with(|| Value::Table(Table::new()));
+            let table = scene
+                .entry(name)
+                .or_insert_with(|| Value::Table(Table::new()));
             if let (Value::Table(table), Some(value)) = (table, value) {
                 table.insert(key.to_owned(), value);
             }
         };
-        for (option, key, value) in [("--from", "measure_from", self.from), ("--until", "until", self.until)]
-        {
+        for (option, key, value) in [
+            ("--from", "measure_from", self.from),
+            ("--until", "until", self.until),
+        ] {
             if let Some(value) = value {
                 ensure!(
                     value.is_finite() && value >= 0.0,
@@ -235,8 +272,13 @@ impl Options {
 
     /// The entry of the molecule, with its orientation locked if the command line says so.
     fn locked(&self, named: &NamedMolecule) -> Result<MoleculeSpec> {
-        let Some(degrees) = self.lock else { return Ok(named.spec.clone()) };
-        ensure!(degrees.is_finite(), "--lock {degrees}: the angle must be finite");
+        let Some(degrees) = self.lock else {
+            return Ok(named.spec.clone());
+        };
+        ensure!(
+            degrees.is_finite(),
+            "--lock {degrees}: the angle must be finite"
+        );
         Ok(MoleculeSpec {
             orientation: None,
             orientation_turns: Some(degrees / 360.0),
@@ -252,7 +294,8 @@ impl Options {
     fn square(&self, molecule: &Molecule) -> Result<Scene> {
         for (option, value) in [("--gas-radius", self.gas_radius), ("--side", self.side)] {
             if let Some(value) = value {
-                check_positive("it", value).map_err(|reason| anyhow::anyhow!("{option}: {reason}"))?;
+                check_positive("it", value)
+                    .map_err(|reason| anyhow::anyhow!("{option}: {reason}"))?;
             }
         }
         let radius = self.gas_radius.unwrap_or(GAS_RADIUS);
@@ -263,17 +306,32 @@ impl Options {
              density"
         );
         let reach = molecule.bounding_radius() + radius;
-        let side = self.side.unwrap_or_else(|| (SIDE * radius).max(REACHES * reach));
+        let side = self
+            .side
+            .unwrap_or_else(|| (SIDE * radius).max(REACHES * reach));
         let least = MIN_REACHES * reach;
         ensure!(
             side >= least,
             "--side {side}: the molecule with a gas disc around it needs a box of at least {least:.6}"
         );
-        let times = if area_fraction < DILUTE { IN_DILUTE } else { DENSE };
+        let times = if area_fraction < DILUTE {
+            IN_DILUTE
+        } else {
+            DENSE
+        };
         let [measure_from, until, sample_interval] = times.map(|time| time * radius / GAS_RADIUS);
-        let observe = ["energy", "collision-rate", "overlap", "running-average:molecule"];
+        let observe = [
+            "energy",
+            "collision-rate",
+            "overlap",
+            "running-average:molecule",
+        ];
         let mut scene = Scene {
-            bounds: BoxSpec { sides: [side; 2], seed: 1, ..BoxSpec::default() },
+            bounds: BoxSpec {
+                sides: [side; 2],
+                seed: 1,
+                ..BoxSpec::default()
+            },
             bumper: vec![BumperSpec {
                 tags: vec!["bumper".to_owned()],
                 radius: 0.25 * radius,
@@ -307,7 +365,11 @@ impl Options {
             ("--area-fraction", self.area_fraction),
             ("--side", self.side),
         ] {
-            ensure!(value.is_none(), "{option}: change it in {what} {}", self.molecule.molecule);
+            ensure!(
+                value.is_none(),
+                "{option}: change it in {what} {}",
+                self.molecule.molecule
+            );
         }
         Ok(())
     }
@@ -346,7 +408,11 @@ fn has_kicks(scene: &Scene, tag: &str) -> bool {
 
 /// A disc of the area and mass of a molecule in its place.
 fn control(molecule: &Molecule, entry: &MoleculeSpec) -> MoleculeSpec {
-    let disc = AtomSpec { at: [0.0; 2], radius: (molecule.area() / PI).sqrt(), mass: molecule.mass() };
+    let disc = AtomSpec {
+        at: [0.0; 2],
+        radius: (molecule.area() / PI).sqrt(),
+        mass: molecule.mass(),
+    };
     MoleculeSpec {
         tags: entry.tags.clone(),
         atoms: vec![disc],
@@ -385,23 +451,42 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("made.toml");
         fs::write(&path, SCENE).unwrap();
-        Ok(options(&[&[path.to_str().unwrap(), "--body", "probe"], words].concat()).study()?.0)
+        Ok(
+            options(&[&[path.to_str().unwrap(), "--body", "probe"], words].concat())
+                .study()?
+                .0,
+        )
     }
 
     #[test]
     fn a_molecule_comes_with_its_control_in_the_gas_of_the_thesis() {
         let both = study(&TEE);
-        let [tee, control] = both.points.as_slice() else { panic!("two points") };
-        assert_eq!((both.name(0).as_str(), both.name(1).as_str(), both.replicas), ("tee", "control", 1));
-        assert_eq!((tee.scene.bounds.sides, tee.scene.gas[0].radius.clone()), ([1.0; 2], Some(0.01.into())));
-        assert_eq!((tee.scene.bumper[0].radius, tee.scene.molecule[0].at), (0.0025, [0.5; 2]));
+        let [tee, control] = both.points.as_slice() else {
+            panic!("two points")
+        };
+        assert_eq!(
+            (both.name(0).as_str(), both.name(1).as_str(), both.replicas),
+            ("tee", "control", 1)
+        );
+        assert_eq!(
+            (tee.scene.bounds.sides, tee.scene.gas[0].radius.clone()),
+            ([1.0; 2], Some(0.01.into()))
+        );
+        assert_eq!(
+            (tee.scene.bumper[0].radius, tee.scene.molecule[0].at),
+            (0.0025, [0.5; 2])
+        );
         let [original, disc] =
             [tee, control].map(|point| point.scene.molecule[0].molecule("molecule").unwrap());
         assert!(disc.is_disc() && disc.mass() == original.mass());
         assert!((disc.area() / original.area() - 1.0).abs() < 1e-14);
         let run = |study: &Study| {
             let run = &study.points[0].scene.run;
-            [run.measure_from.time().unwrap(), run.until, run.sample_interval]
+            [
+                run.measure_from.time().unwrap(),
+                run.until,
+                run.sample_interval,
+            ]
         };
         assert_eq!(run(&both), DENSE);
         let words = |more: &[&str]| study(&[&TEE[..], more].concat());
@@ -411,10 +496,17 @@ mod tests {
         // Ten times as large, all times are ten times as long.
         let large = words(&["--gas-radius", "0.1", "--replicas", "7"]);
         assert_eq!(
-            (run(&large)[1], large.points[0].scene.bounds.sides, large.replicas),
+            (
+                run(&large)[1],
+                large.points[0].scene.bounds.sides,
+                large.replicas
+            ),
             (2000.0, [10.0; 2], 7)
         );
-        assert_eq!(run(&words(&["--area-fraction", "0.005", "--until", "300"])), [100.0, 300.0, 20.0]);
+        assert_eq!(
+            run(&words(&["--area-fraction", "0.005", "--until", "300"])),
+            [100.0, 300.0, 20.0]
+        );
         // A large molecule has a large box.
         let rod = study(&["rod:20", "--atom-radius", "0.01"]);
         assert!((rod.points[0].scene.bounds.sides[0] - 2.1).abs() < 1e-12);
@@ -422,11 +514,17 @@ mod tests {
 
     #[test]
     fn a_locked_molecule_has_the_angle_of_the_command_line() {
-        for (words, turns) in [(&["--lock"][..], 0.0), (&["--lock", "180"], 0.5), (&["--lock", "-90"], -0.25)]
-        {
+        for (words, turns) in [
+            (&["--lock"][..], 0.0),
+            (&["--lock", "180"], 0.5),
+            (&["--lock", "-90"], -0.25),
+        ] {
             let study = study(&[&TEE[..], words].concat());
             let [entry, control] = [0, 1].map(|point| &study.points[point].scene.molecule[0]);
-            assert_eq!((entry.rotation, entry.orientation_turns), (Rotation::Locked, Some(turns)));
+            assert_eq!(
+                (entry.rotation, entry.orientation_turns),
+                (Rotation::Locked, Some(turns))
+            );
             assert_eq!(control.orientation_turns, None);
         }
     }
@@ -435,10 +533,20 @@ mod tests {
     fn a_scene_keeps_its_box_walls_times_and_measures() {
         let study = of_scene(&[]).unwrap();
         let [scene, control] = [0, 1].map(|point| &study.points[point].scene);
-        assert_eq!((scene.bounds.sides, scene.wall.len(), scene.run.until), ([2.0, 1.0], 1, 8.0));
-        assert_eq!((control.molecule[0].at, control.molecule[0].atoms.len()), ([0.4, 0.6], 1));
         assert_eq!(
-            (scene.run.observe.len(), scene.measure.len(), scene.measure[0].kind.as_str()),
+            (scene.bounds.sides, scene.wall.len(), scene.run.until),
+            ([2.0, 1.0], 1, 8.0)
+        );
+        assert_eq!(
+            (control.molecule[0].at, control.molecule[0].atoms.len()),
+            ([0.4, 0.6], 1)
+        );
+        assert_eq!(
+            (
+                scene.run.observe.len(),
+                scene.measure.len(),
+                scene.measure[0].kind.as_str()
+            ),
             (1, 1, "kicks")
         );
         let study = of_scene(&["--from", "2", "--until", "4"]).unwrap();
@@ -457,22 +565,43 @@ mod tests {
         let words = |more: &[&str]| [&[path.to_str().unwrap()], more].concat().join(" ");
         let of = |more: &[&str]| options(&words(more).split(' ').collect::<Vec<_>>());
         let (study, name) = of(&["--body", "probe"]).study().unwrap();
-        assert_eq!((study.name(0), study.name(1), study.replicas), ("small".into(), "large".into(), 3));
+        assert_eq!(
+            (study.name(0), study.name(1), study.replicas),
+            ("small".into(), "large".into(), 3)
+        );
         assert!(name == "sizes" && study.title.as_deref() == Some("Brownian motion: study sizes"));
         let scene = &study.points[1].scene;
         assert_eq!(
             (scene.gas[0].radius.clone(), scene.measure[0].kind.as_str()),
             (Some(0.04.into()), "kicks")
         );
-        let more = of(&["--body", "probe", "--replicas", "7", "--until", "4"]).study().unwrap().0;
+        let more = of(&["--body", "probe", "--replicas", "7", "--until", "4"])
+            .study()
+            .unwrap()
+            .0;
         assert_eq!((more.replicas, more.points[0].scene.run.until), (7, 4.0));
         for (words, expected) in [
-            (&["--body", "gone"][..], "point gas.0.radius = small: --body gone"),
+            (
+                &["--body", "gone"][..],
+                "point gas.0.radius = small: --body gone",
+            ),
             (&[], "--body: it has probe"),
-            (&["--body", "probe", "--control", "on"], "--control: the study"),
-            (&["--body", "probe", "--lock"], "--lock: change it in the study"),
-            (&["--body", "probe", "--mass", "2"], "--mass: change the masses in the study"),
-            (&["--body", "probe", "--side", "2"], "--side: change it in the study"),
+            (
+                &["--body", "probe", "--control", "on"],
+                "--control: the study",
+            ),
+            (
+                &["--body", "probe", "--lock"],
+                "--lock: change it in the study",
+            ),
+            (
+                &["--body", "probe", "--mass", "2"],
+                "--mass: change the masses in the study",
+            ),
+            (
+                &["--body", "probe", "--side", "2"],
+                "--side: change it in the study",
+            ),
             (&["--body", "probe", "--atom-radius", "2"], "--atom-radius"),
         ] {
             let error = format!("{:#}", of(words).study().unwrap_err());

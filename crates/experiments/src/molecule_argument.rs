@@ -71,9 +71,11 @@ impl MoleculeArgument {
     /// A file cannot be read or has unknown keys, an option does not apply to what is named, a
     /// number is out of range, or no or more than one molecule of the scene has the tag.
     pub fn read(&self, usual_mass: f64) -> Result<NamedMolecule> {
-        for (option, value) in
-            [("--atom-radius", self.atom_radius), ("--atom-mass", self.atom_mass), ("--mass", self.mass)]
-        {
+        for (option, value) in [
+            ("--atom-radius", self.atom_radius),
+            ("--atom-mass", self.atom_mass),
+            ("--mass", self.mass),
+        ] {
             if let Some(value) = value {
                 carom::geometry::check_positive("it", value)
                     .map_err(|reason| anyhow::anyhow!("{option}: {reason}"))?;
@@ -83,20 +85,28 @@ impl MoleculeArgument {
         match self.molecule.parse::<Shape>() {
             Ok(shape) => self.named(shape, usual_mass),
             Err(reason) if !path.is_file() => {
-                bail!("{reason}; or the name of a file, but there is no file '{}'", self.molecule)
+                bail!(
+                    "{reason}; or the name of a file, but there is no file '{}'",
+                    self.molecule
+                )
             }
-            Err(_) => self.file(path, usual_mass).with_context(|| format!("molecule {}", path.display())),
+            Err(_) => self
+                .file(path, usual_mass)
+                .with_context(|| format!("molecule {}", path.display())),
         }
     }
 
     /// These options as words of a command.
     pub fn words(&self) -> String {
-        let number = |name: &str, value: Option<f64>| value.map(|value| format!(" --{name} {value}"));
+        let number =
+            |name: &str, value: Option<f64>| value.map(|value| format!(" --{name} {value}"));
         let parts = [
             number("atom-radius", self.atom_radius),
             number("atom-mass", self.atom_mass),
             number("mass", self.mass),
-            self.body.as_ref().map(|body| format!(" --body {}", quoted(body))),
+            self.body
+                .as_ref()
+                .map(|body| format!(" --body {}", quoted(body))),
         ];
         quoted(&self.molecule) + &parts.into_iter().flatten().collect::<String>()
     }
@@ -105,10 +115,9 @@ impl MoleculeArgument {
         self.refuse_body("a named shape")?;
         let spec = MoleculeSpec {
             shape: Some(shape.to_string()),
-            atom_radius: Some(
-                self.atom_radius
-                    .with_context(|| format!("give the radius of its atoms: {shape} --atom-radius LENGTH"))?,
-            ),
+            atom_radius: Some(self.atom_radius.with_context(|| {
+                format!("give the radius of its atoms: {shape} --atom-radius LENGTH")
+            })?),
             atom_mass: Some(self.atom_mass.unwrap_or(usual_mass)),
             ..MoleculeSpec::default()
         };
@@ -118,7 +127,10 @@ impl MoleculeArgument {
     fn file(&self, path: &Path, usual_mass: f64) -> Result<NamedMolecule> {
         let text = fs::read_to_string(path).context("cannot read the file")?;
         let keys: toml::Table = text.parse().context("the file is not TOML")?;
-        ensure!(!keys.contains_key("scene"), "the file is a study, which this command does not take");
+        ensure!(
+            !keys.contains_key("scene"),
+            "the file is a study, which this command does not take"
+        );
         if !KEYS.iter().any(|key| keys.contains_key(*key)) {
             return self.in_scene(path);
         }
@@ -130,19 +142,29 @@ impl MoleculeArgument {
         }
         let spec = MoleculeSpec {
             atom_radius: self.atom_radius.or(file.atom_radius),
-            atom_mass: self.atom_mass.or(file.atom_mass).or((!is_list).then_some(usual_mass)),
+            atom_mass: self
+                .atom_mass
+                .or(file.atom_mass)
+                .or((!is_list).then_some(usual_mass)),
             shape: file.shape,
             atoms: file.atoms,
             ..MoleculeSpec::default()
         };
-        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        let name = path
+            .file_stem()
+            .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         self.finish(name, spec, None)
     }
 
     fn in_scene(&self, path: &Path) -> Result<NamedMolecule> {
         self.refuse_atom_options("a scene")?;
-        let file =
-            SceneFile { path: PathBuf::from(path), until: None, seed: None, from: None, set: Vec::new() };
+        let file = SceneFile {
+            path: PathBuf::from(path),
+            until: None,
+            seed: None,
+            from: None,
+            set: Vec::new(),
+        };
         let mut scene = file.read(None)?;
         let (body, index) = self.body_of(&scene)?;
         let mut named = self.finish(body.to_owned(), scene.molecule[index].clone(), None)?;
@@ -160,13 +182,20 @@ impl MoleculeArgument {
         if self.molecule.parse::<Shape>().is_ok() || !path.is_file() {
             return Ok(None);
         }
-        let text = fs::read_to_string(path).with_context(|| format!("molecule {}", path.display()))?;
-        let is_study = text.parse::<toml::Table>().is_ok_and(|keys| keys.contains_key("scene"));
+        let text =
+            fs::read_to_string(path).with_context(|| format!("molecule {}", path.display()))?;
+        let is_study = text
+            .parse::<toml::Table>()
+            .is_ok_and(|keys| keys.contains_key("scene"));
         if !is_study {
             return Ok(None);
         }
         self.refuse_atom_options("a study")?;
-        ensure!(self.mass.is_none(), "--mass: change the masses in the study {}", self.molecule);
+        ensure!(
+            self.mass.is_none(),
+            "--mass: change the masses in the study {}",
+            self.molecule
+        );
         Study::read(path, Size::default()).map(Some)
     }
 
@@ -176,26 +205,46 @@ impl MoleculeArgument {
     /// There is no option --body, or no or more than one body of the scene has the tag.
     pub fn body_of(&self, scene: &Scene) -> Result<(&str, usize)> {
         let tags = || {
-            let all: Vec<&str> =
-                scene.molecule.iter().flat_map(|entry| &entry.tags).map(String::as_str).collect();
-            if all.is_empty() { "it has none".to_owned() } else { format!("it has {}", all.join(", ")) }
+            let all: Vec<&str> = scene
+                .molecule
+                .iter()
+                .flat_map(|entry| &entry.tags)
+                .map(String::as_str)
+                .collect();
+            if all.is_empty() {
+                "it has none".to_owned()
+            } else {
+                format!("it has {}", all.join(", "))
+            }
         };
         let Some(body) = &self.body else {
-            bail!("name the tag of a [[molecule]] of this scene with --body: {}", tags());
+            bail!(
+                "name the tag of a [[molecule]] of this scene with --body: {}",
+                tags()
+            );
         };
         let has_tag = |entry: &MoleculeSpec| entry.tags.contains(body);
-        let found: Vec<usize> =
-            (0..scene.molecule.len()).filter(|&index| has_tag(&scene.molecule[index])).collect();
+        let found: Vec<usize> = (0..scene.molecule.len())
+            .filter(|&index| has_tag(&scene.molecule[index]))
+            .collect();
         let [index] = found[..] else {
             match found[..] {
-                [] => bail!("--body {body}: no [[molecule]] of this scene has this tag: {}", tags()),
-                _ => bail!("--body {body}: {} molecules of this scene have this tag", found.len()),
+                [] => bail!(
+                    "--body {body}: no [[molecule]] of this scene has this tag: {}",
+                    tags()
+                ),
+                _ => bail!(
+                    "--body {body}: {} molecules of this scene have this tag",
+                    found.len()
+                ),
             }
         };
         let others = scene.gas.iter().map(|gas| &gas.tags);
         let others = others.chain(scene.bumper.iter().map(|entry| &entry.tags));
         ensure!(
-            !others.chain(scene.wall.iter().map(|entry| &entry.tags)).any(|tags| tags.contains(body)),
+            !others
+                .chain(scene.wall.iter().map(|entry| &entry.tags))
+                .any(|tags| tags.contains(body)),
             "--body {body}: other bodies of this scene have this tag, too"
         );
         Ok((body, index))
@@ -215,19 +264,34 @@ impl MoleculeArgument {
             spec.atom_mass = spec.atom_mass.map(|mass| mass * factor);
             molecule = spec.molecule("molecule")?;
         }
-        Ok(NamedMolecule { name, spec, molecule, scene })
+        Ok(NamedMolecule {
+            name,
+            spec,
+            molecule,
+            scene,
+        })
     }
 
     fn refuse_body(&self, what: &str) -> Result<()> {
         match &self.body {
-            Some(body) => bail!("--body {body}: it names a body of a scene, but {} is {what}", self.molecule),
+            Some(body) => bail!(
+                "--body {body}: it names a body of a scene, but {} is {what}",
+                self.molecule
+            ),
             None => Ok(()),
         }
     }
 
     fn refuse_atom_options(&self, what: &str) -> Result<()> {
-        for (option, value) in [("--atom-radius", self.atom_radius), ("--atom-mass", self.atom_mass)] {
-            ensure!(value.is_none(), "{option}: it goes with a named shape, but {} is {what}", self.molecule);
+        for (option, value) in [
+            ("--atom-radius", self.atom_radius),
+            ("--atom-mass", self.atom_mass),
+        ] {
+            ensure!(
+                value.is_none(),
+                "{option}: it goes with a named shape, but {} is {what}",
+                self.molecule
+            );
         }
         Ok(())
     }
@@ -245,7 +309,9 @@ mod tests {
     }
 
     fn read(words: &[&str]) -> Result<NamedMolecule> {
-        Line::try_parse_from([&["carom"], words].concat())?.molecule.read(2.0)
+        Line::try_parse_from([&["carom"], words].concat())?
+            .molecule
+            .read(2.0)
     }
 
     /// Reads a file with this text, named `made.toml`.
@@ -272,10 +338,16 @@ mod tests {
         assert!(tee.scene.is_none());
         let mass = |words: &[&str]| {
             let rod = read(&[&["rod:8", "--atom-radius", "0.004"], words].concat()).unwrap();
-            assert_eq!((rod.name.as_str(), rod.molecule.atoms().len()), ("rod-8", 8));
+            assert_eq!(
+                (rod.name.as_str(), rod.molecule.atoms().len()),
+                ("rod-8", 8)
+            );
             rod.molecule.mass()
         };
-        assert_eq!((mass(&["--atom-mass", "0.5"]), mass(&["--mass", "12"])), (4.0, 12.0));
+        assert_eq!(
+            (mass(&["--atom-mass", "0.5"]), mass(&["--mass", "12"])),
+            (4.0, 12.0)
+        );
     }
 
     #[test]
@@ -290,14 +362,20 @@ mod tests {
                       [[atoms]]\nat = [1.0, 0.0]\nradius = 0.25\nmass = 3.0\n";
         assert_eq!(read_text(tables, &[]).unwrap().molecule, made.molecule);
         let ring = read_text("shape = \"ring:6\"\natom_radius = 0.1\n", &[]).unwrap();
-        assert_eq!((ring.molecule.atoms().len(), ring.molecule.mass()), (6, 12.0));
+        assert_eq!(
+            (ring.molecule.atoms().len(), ring.molecule.mass()),
+            (6, 12.0)
+        );
     }
 
     #[test]
     fn a_body_of_a_scene_comes_with_its_scene() {
         let named = read_text(SCENE, &["--body", "one"]).unwrap();
         let (scene, index) = named.scene.unwrap();
-        assert_eq!((index, named.molecule.atoms().len(), scene.gas.len()), (0, 3, 1));
+        assert_eq!(
+            (index, named.molecule.atoms().len(), scene.gas.len()),
+            (0, 3, 1)
+        );
         assert_eq!(scene.molecule[0], named.spec);
         let heavy = read_text(SCENE, &["--body", "one", "--mass", "6"]).unwrap();
         assert_eq!(heavy.scene.unwrap().0.molecule[0].atom_mass, Some(2.0));
@@ -312,23 +390,86 @@ mod tests {
             (named(&["tree", "--atom-radius", "0.1"]), "no file 'tree'"),
             (named(&["rod:0", "--atom-radius", "0.1"]), "no file 'rod:0'"),
             (named(&["tee"]), "--atom-radius LENGTH"),
-            (named(&["tee", "--atom-radius=-0.1"]), "--atom-radius: it must be positive"),
-            (named(&["tee", "--atom-radius", "nan"]), "--atom-radius: it must be positive"),
-            (named(&[&["tee", "--mass", "0"][..], &radius].concat()), "--mass: it must be positive"),
-            (named(&[&["tee", "--body", "x"][..], &radius].concat()), "--body x"),
-            (format!("{:#}", read_text(&atom("radius = -1.0, mass = 1.0"), &[]).unwrap_err()), "radius"),
-            (format!("{:#}", read_text(&atom("radius = nan, mass = 1.0"), &[]).unwrap_err()), "NaN"),
-            (format!("{:#}", read_text(&atom("radius = 1.0"), &[]).unwrap_err()), "mass"),
-            (format!("{:#}", read_text(&format!("{ATOMS}colour = 1\n"), &[]).unwrap_err()), "colour"),
-            (format!("{:#}", read_text("atoms = []\n", &[]).unwrap_err()), "at least one atom"),
-            (format!("{:#}", read_text(ATOMS, &radius).unwrap_err()), "--atom-radius: it goes with"),
-            (format!("{:#}", read_text(ATOMS, &["--body", "one"]).unwrap_err()), "--body one"),
-            (format!("{:#}", read_text(SCENE, &[]).unwrap_err()), "--body: it has one, pair, two"),
-            (format!("{:#}", read_text(SCENE, &["--body", "gone"]).unwrap_err()), "--body gone: no"),
-            (format!("{:#}", read_text(SCENE, &["--body", "pair"]).unwrap_err()), "2 molecules"),
-            (format!("{:#}", read_text(SCENE, &["--body", "gas"]).unwrap_err()), "other bodies"),
-            (format!("{:#}", read_text("[elefant]\n", &["--body", "x"]).unwrap_err()), "elefant"),
-            (format!("{:#}", read_text("atoms = [", &[]).unwrap_err()), "not TOML"),
+            (
+                named(&["tee", "--atom-radius=-0.1"]),
+                "--atom-radius: it must be positive",
+            ),
+            (
+                named(&["tee", "--atom-radius", "nan"]),
+                "--atom-radius: it must be positive",
+            ),
+            (
+                named(&[&["tee", "--mass", "0"][..], &radius].concat()),
+                "--mass: it must be positive",
+            ),
+            (
+                named(&[&["tee", "--body", "x"][..], &radius].concat()),
+                "--body x",
+            ),
+            (
+                format!(
+                    "{:#}",
+                    read_text(&atom("radius = -1.0, mass = 1.0"), &[]).unwrap_err()
+                ),
+                "radius",
+            ),
+            (
+                format!(
+                    "{:#}",
+                    read_text(&atom("radius = nan, mass = 1.0"), &[]).unwrap_err()
+                ),
+                "NaN",
+            ),
+            (
+                format!("{:#}", read_text(&atom("radius = 1.0"), &[]).unwrap_err()),
+                "mass",
+            ),
+            (
+                format!(
+                    "{:#}",
+                    read_text(&format!("{ATOMS}colour = 1\n"), &[]).unwrap_err()
+                ),
+                "colour",
+            ),
+            (
+                format!("{:#}", read_text("atoms = []\n", &[]).unwrap_err()),
+                "at least one atom",
+            ),
+            (
+                format!("{:#}", read_text(ATOMS, &radius).unwrap_err()),
+                "--atom-radius: it goes with",
+            ),
+            (
+                format!("{:#}", read_text(ATOMS, &["--body", "one"]).unwrap_err()),
+                "--body one",
+            ),
+            (
+                format!("{:#}", read_text(SCENE, &[]).unwrap_err()),
+                "--body: it has one, pair, two",
+            ),
+            (
+                format!("{:#}", read_text(SCENE, &["--body", "gone"]).unwrap_err()),
+                "--body gone: no",
+            ),
+            (
+                format!("{:#}", read_text(SCENE, &["--body", "pair"]).unwrap_err()),
+                "2 molecules",
+            ),
+            (
+                format!("{:#}", read_text(SCENE, &["--body", "gas"]).unwrap_err()),
+                "other bodies",
+            ),
+            (
+                format!(
+                    "{:#}",
+                    read_text("[elefant]\n", &["--body", "x"]).unwrap_err()
+                ),
+                "elefant",
+            ),
+            (
+                format!("{:#}", read_text("atoms = [", &[]).unwrap_err()),
+                "not TOML",
+            ),
         ];
         for (error, expected) in cases {
             assert!(error.contains(expected), "'{error}' lacks '{expected}'");

@@ -10,7 +10,7 @@ use glam::DVec2;
 
 /// Larger distances are not small compared with the free paths and do not follow the law (box
 /// sides).
-pub const LARGEST: f64 = 1e-3;
+pub const MAX_DISTANCE: f64 = 1e-3;
 
 /// Runs forward for a duration (time) and back. Returns the distance of the body that ends farthest
 /// from its initial position (length), and the collisions of each moving body on the way forward.
@@ -20,7 +20,10 @@ pub const LARGEST: f64 = 1e-3;
 pub fn loschmidt_echo(simulation: &mut AnySimulation, duration: f64) -> Result<(f64, f64)> {
     let places = |simulation: &AnySimulation| -> Vec<DVec2> {
         let view = simulation.view();
-        view.bodies().filter(|body| !body.body.is_fixed()).map(|body| body.motion.position).collect()
+        view.bodies()
+            .filter(|body| !body.body.is_fixed())
+            .map(|body| body.motion.position)
+            .collect()
     };
     let start = places(simulation);
     let before = simulation.view().counters().collisions;
@@ -38,13 +41,18 @@ pub fn loschmidt_echo(simulation: &mut AnySimulation, duration: f64) -> Result<(
         .zip(&start)
         .map(|(end, start)| bounds.nearest_image(end - *start).length());
     let farthest = distances.fold(0.0, f64::max);
-    Ok((2.0 * collisions as f64 / start.len().max(1) as f64, farthest))
+    Ok((
+        2.0 * collisions as f64 / start.len().max(1) as f64,
+        farthest,
+    ))
 }
 
 /// Intercept and slope of the least-squares line.
 pub fn line(points: &[(f64, f64)]) -> (f64, f64) {
     let n = points.len() as f64;
-    let (x, y) = points.iter().fold((0.0, 0.0), |sum, point| (sum.0 + point.0 / n, sum.1 + point.1 / n));
+    let (x, y) = points.iter().fold((0.0, 0.0), |sum, point| {
+        (sum.0 + point.0 / n, sum.1 + point.1 / n)
+    });
     let (xx, xy) = points.iter().fold((0.0, 0.0), |sum, point| {
         let dx = point.0 - x;
         (sum.0 + dx * dx, sum.1 + dx * (point.1 - y))

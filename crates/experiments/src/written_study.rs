@@ -53,15 +53,26 @@ impl WrittenStudy {
     /// # Errors
     /// The scene is invalid.
     pub fn read(&self, replicas: Option<u64>) -> Result<Study> {
-        let size = Size { replicas, is_quick: false };
+        let size = Size {
+            replicas,
+            is_quick: false,
+        };
         Study::parse(&toml::to_string(self)?, Path::new(""), size)
     }
 }
 
 /// An entry of `measure`: a measure of the bodies with a tag, with this number of bins.
 pub fn measure(kind: &str, tag: &str, bins: i64) -> Value {
-    let keys = [("kind", kind.into()), ("of", tag.into()), ("bins", bins.into())];
-    Value::Table(keys.map(|(key, value): (&str, Value)| (key.to_owned(), value)).into_iter().collect())
+    let keys = [
+        ("kind", kind.into()),
+        ("of", tag.into()),
+        ("bins", bins.into()),
+    ];
+    Value::Table(
+        keys.map(|(key, value): (&str, Value)| (key.to_owned(), value))
+            .into_iter()
+            .collect(),
+    )
 }
 
 /// A scene as the table of a study.
@@ -76,6 +87,8 @@ pub fn table_of(scene: &Scene) -> Result<Table> {
 #[cfg(test)]
 pub fn options<T: clap::Args>(words: &[&str]) -> T {
     let command = T::augment_args(clap::Command::new("carom"));
-    let matches = command.try_get_matches_from([&["carom"], words].concat()).unwrap();
+    let matches = command
+        .try_get_matches_from([&["carom"], words].concat())
+        .unwrap();
     T::from_arg_matches(&matches).unwrap()
 }

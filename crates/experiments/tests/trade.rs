@@ -52,7 +52,10 @@ fn trade(text: &str) -> SceneResult {
 }
 
 fn of<'a>(result: &'a SceneResult, name: &str) -> &'a KnobResult {
-    let found = result.found.iter().find(|found| found.knob.name.starts_with(name));
+    let found = result
+        .found
+        .iter()
+        .find(|found| found.knob.name.starts_with(name));
     found.unwrap_or_else(|| panic!("{name} is not among the settings"))
 }
 
@@ -60,27 +63,52 @@ fn of<'a>(result: &'a SceneResult, name: &str) -> &'a KnobResult {
 fn holds(result: &SceneResult) {
     let exact = result.exact();
     assert!(exact.tally.judged > 20, "{:?}", exact.tally);
-    for found in result.found.iter().filter(|found| found.knob.setting.is_exact()) {
+    for found in result
+        .found
+        .iter()
+        .filter(|found| found.knob.setting.is_exact())
+    {
         let title = found.knob.title();
         assert_eq!(found.tally.wrong(), 0.0, "{title}: {:?}", found.tally);
-        assert_eq!(found.tally.overlapping + found.physics.overlapping, 0, "{title}");
+        assert_eq!(
+            found.tally.overlapping + found.physics.overlapping,
+            0,
+            "{title}"
+        );
         assert!(found.time.is_some(), "{title}: {:?}", found.notes);
     }
     // The exact run against itself.
-    assert_eq!((exact.tally.largest, exact.tally.missed + exact.tally.off + exact.tally.invented), (0.0, 0));
+    assert_eq!(
+        (
+            exact.tally.largest,
+            exact.tally.missed + exact.tally.off + exact.tally.invented
+        ),
+        (0.0, 0)
+    );
     let own = exact.physics.differences(&exact.physics);
-    assert!(!own.is_empty() && own.iter().all(|one| one.difference == 0.0), "{own:?}");
+    assert!(
+        !own.is_empty() && own.iter().all(|one| one.difference == 0.0),
+        "{own:?}"
+    );
     // The advice repeats cells of the table.
     let cells: Vec<String> = table::short(result).concat();
-    for number in
-        advice::advice(result).split_whitespace().filter(|word| word.contains('.') && word.len() > 4)
+    for number in advice::advice(result)
+        .split_whitespace()
+        .filter(|word| word.contains('.') && word.len() > 4)
     {
         let number = number.trim_matches(|c: char| !c.is_ascii_digit());
         let is_number = number.parse::<f64>().is_ok();
-        assert!(!is_number || cells.iter().any(|cell| cell.contains(number)), "{number} is in no cell");
+        assert!(
+            !is_number || cells.iter().any(|cell| cell.contains(number)),
+            "{number} is in no cell"
+        );
     }
     let summary = page::summary("planted".to_owned(), String::new(), result);
-    assert!(summary.checks.iter().all(|check| check.passed), "{:?}", summary.checks);
+    assert!(
+        summary.checks.iter().all(|check| check.passed),
+        "{:?}",
+        summary.checks
+    );
 }
 
 #[test]
@@ -92,19 +120,42 @@ fn a_detector_that_looks_too_rarely_and_too_fine_a_grid_are_caught() {
     holds(&result);
     let rare = of(&result, "the scene's [method]");
     assert!(rare.tally.missed > 20, "{:?}", rare.tally);
-    assert!(rare.tally.overlapping > 0 && rare.tally.deepest > 1e-3, "{:?}", rare.tally);
+    assert!(
+        rare.tally.overlapping > 0 && rare.tally.deepest > 1e-3,
+        "{:?}",
+        rare.tally
+    );
     // Ten cells a side are the finest safe grid.
     assert_eq!(of(&result, "grid × 1 (10)").tally.wrong(), 0.0);
     let fine = of(&result, "grid × 2 (20)");
-    assert!(fine.tally.missed > 10 && fine.tally.overlapping > 0, "{:?}", fine.tally);
-    for name in ["HeapScheduler", "CellScheduler, portable", "epochs of 8", "sample each τ"] {
+    assert!(
+        fine.tally.missed > 10 && fine.tally.overlapping > 0,
+        "{:?}",
+        fine.tally
+    );
+    for name in [
+        "HeapScheduler",
+        "CellScheduler, portable",
+        "epochs of 8",
+        "sample each τ",
+    ] {
         assert_eq!(of(&result, name).tally.wrong(), 0.0, "{name}");
     }
     let effective = result.exact().effective.unwrap();
-    assert!(effective.value < 1e-13 && result.irreversible.is_none(), "{effective:?}");
+    assert!(
+        effective.value < 1e-13 && result.irreversible.is_none(),
+        "{effective:?}"
+    );
     // Discs have no rotation, no crop and no bounding circles other than themselves.
-    let left_out: Vec<&str> = result.left_out.iter().map(|(knob, _)| knob.as_str()).collect();
-    assert!(left_out.contains(&"rotation locked") && left_out.contains(&"bounding circles"), "{left_out:?}");
+    let left_out: Vec<&str> = result
+        .left_out
+        .iter()
+        .map(|(knob, _)| knob.as_str())
+        .collect();
+    assert!(
+        left_out.contains(&"rotation locked") && left_out.contains(&"bounding circles"),
+        "{left_out:?}"
+    );
 }
 
 #[test]
@@ -120,7 +171,14 @@ fn an_inelastic_gas_with_a_thermostat_has_no_effective_error_and_says_why() {
     assert!(result.found.iter().all(|found| found.effective.is_none()));
     let said = unresolved(&result).join("\n");
     assert!(said.contains("elasticity 0.9"), "{said}");
-    assert!(result.exact().physics.figures.iter().any(|figure| figure.name.contains("kT")));
+    assert!(
+        result
+            .exact()
+            .physics
+            .figures
+            .iter()
+            .any(|figure| figure.name.contains("kT"))
+    );
     let circles = of(&result, "bounding circles");
     assert!(circles.tally.wrong() > 1e5, "{:?}", circles.tally);
     assert!(of(&result, "rotation locked").tally.wrong() > 1e4);

@@ -36,7 +36,11 @@ struct PlainAtom {
 
 impl From<Atom> for PlainAtom {
     fn from(atom: Atom) -> Self {
-        Self { offset: atom.offset, radius: atom.radius(), mass: atom.mass }
+        Self {
+            offset: atom.offset,
+            radius: atom.radius(),
+            mass: atom.mass,
+        }
     }
 }
 
@@ -59,12 +63,22 @@ impl Atom {
         check_length("the y offset of an atom", offset.y)?;
         check_positive("the radius of an atom", radius)?;
         check_positive("the mass of an atom", mass)?;
-        Ok(Self { ball: Ball::new(radius), offset, arm: offset.length(), mass })
+        Ok(Self {
+            ball: Ball::new(radius),
+            offset,
+            arm: offset.length(),
+            mass,
+        })
     }
 
     /// The end point of a wall: a disc of radius 0 or more, of infinite mass.
     pub(crate) fn end_of_wall(offset: DVec2, radius: f64) -> Self {
-        Self { ball: Ball::new(radius), offset, arm: offset.length(), mass: f64::INFINITY }
+        Self {
+            ball: Ball::new(radius),
+            offset,
+            arm: offset.length(),
+            mass: f64::INFINITY,
+        }
     }
 
     /// Position of the centre in the molecule's frame (length).
@@ -95,11 +109,19 @@ impl Atom {
 
     pub(crate) fn moved_by(self, shift: DVec2) -> Self {
         let offset = self.offset + shift;
-        Self { offset, arm: offset.length(), ..self }
+        Self {
+            offset,
+            arm: offset.length(),
+            ..self
+        }
     }
 }
 
 /// Distance from the origin to the farthest point of the atom, never rounded down.
 pub(crate) fn reach(atom: &Atom) -> f64 {
-    if atom.arm == 0.0 { atom.radius() } else { (atom.arm + atom.radius()) * (1.0 + 4.0 * f64::EPSILON) }
+    if atom.arm == 0.0 {
+        atom.radius()
+    } else {
+        (atom.arm + atom.radius()) * (1.0 + 4.0 * f64::EPSILON)
+    }
 }

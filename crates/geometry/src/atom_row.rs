@@ -21,9 +21,13 @@ impl AtomRow {
     /// The rows of the given atoms.
     pub(crate) fn of(atoms: &[Atom]) -> impl Iterator<Item = Self> {
         atoms.chunks(Self::LANES).map(|some| {
-            let row: [&Atom; Self::LANES] = std::array::from_fn(|lane| &some[lane.min(some.len() - 1)]);
+            let row: [&Atom; Self::LANES] =
+                std::array::from_fn(|lane| &some[lane.min(some.len() - 1)]);
             Self {
-                offset: [row.map(|atom| atom.offset().x), row.map(|atom| atom.offset().y)],
+                offset: [
+                    row.map(|atom| atom.offset().x),
+                    row.map(|atom| atom.offset().y),
+                ],
                 radius: row.map(Atom::radius),
                 arm: row.map(Atom::arm),
             }

@@ -62,8 +62,17 @@ impl CircleTree {
 
     pub(crate) fn new(atoms: &[Atom], bounding_radius: f64) -> Self {
         let mut order: Vec<u32> = (0..atoms.len() as u32).collect();
-        let whole = Circle { offset: DVec2::ZERO, arm: 0.0, radius: bounding_radius };
-        let root = Node { circle: whole, children: None, first: 0, count: atoms.len() as u32 };
+        let whole = Circle {
+            offset: DVec2::ZERO,
+            arm: 0.0,
+            radius: bounding_radius,
+        };
+        let root = Node {
+            circle: whole,
+            children: None,
+            first: 0,
+            count: atoms.len() as u32,
+        };
         let mut nodes = vec![root];
         let mut next = 0;
         while next < nodes.len() {
@@ -99,8 +108,12 @@ fn halves(atoms: &[Atom], order: &mut [u32], node: Node) -> [Node; 2] {
     let (first, count) = (node.first as usize, node.count as usize);
     let mine = &mut order[first..first + count];
     let offset = |index: u32| atoms[index as usize].offset();
-    let low = mine.iter().fold(DVec2::INFINITY, |low, &index| low.min(offset(index)));
-    let high = mine.iter().fold(DVec2::NEG_INFINITY, |high, &index| high.max(offset(index)));
+    let low = mine
+        .iter()
+        .fold(DVec2::INFINITY, |low, &index| low.min(offset(index)));
+    let high = mine
+        .iter()
+        .fold(DVec2::NEG_INFINITY, |high, &index| high.max(offset(index)));
     let axis = usize::from(high.y - low.y > high.x - low.x);
     let key = |index: u32| offset(index)[axis];
     let half = count / 2;
@@ -120,18 +133,32 @@ fn enclosing_circle(atoms: &[Atom], indices: &[u32]) -> Circle {
         return Circle::from(&atoms[*only as usize]);
     }
     let mine = || indices.iter().map(|&index| &atoms[index as usize]);
-    let low = mine().fold(DVec2::INFINITY, |low, atom| low.min(atom.offset() - atom.radius()));
-    let high = mine().fold(DVec2::NEG_INFINITY, |high, atom| high.max(atom.offset() + atom.radius()));
+    let low = mine().fold(DVec2::INFINITY, |low, atom| {
+        low.min(atom.offset() - atom.radius())
+    });
+    let high = mine().fold(DVec2::NEG_INFINITY, |high, atom| {
+        high.max(atom.offset() + atom.radius())
+    });
     let offset = 0.5 * low + 0.5 * high;
-    let reach = mine().map(|atom| (atom.offset() - offset).length() + atom.radius()).fold(0.0, f64::max);
+    let reach = mine()
+        .map(|atom| (atom.offset() - offset).length() + atom.radius())
+        .fold(0.0, f64::max);
     // Three roundings in the length, one in the sum, and one in the difference of offsets.
     let round_up = 1.0 + 8.0 * f64::EPSILON;
-    Circle { offset, arm: offset.length() * round_up, radius: reach * round_up }
+    Circle {
+        offset,
+        arm: offset.length() * round_up,
+        radius: reach * round_up,
+    }
 }
 
 impl From<&Atom> for Circle {
     fn from(atom: &Atom) -> Self {
-        Self { offset: atom.offset(), arm: atom.arm(), radius: atom.radius() }
+        Self {
+            offset: atom.offset(),
+            arm: atom.arm(),
+            radius: atom.radius(),
+        }
     }
 }
 
@@ -144,7 +171,9 @@ mod tests {
     fn blobs() -> impl Strategy<Value = Molecule> {
         let atom = (-9.0..9.0, -9.0..9.0, 0.01..0.9);
         prop::collection::vec(atom, CircleTree::CROSSOVER + 1..90).prop_map(|list| {
-            let atoms = list.into_iter().map(|(x, y, r)| Atom::new(DVec2::new(x, y), r, 1.0).unwrap());
+            let atoms = list
+                .into_iter()
+                .map(|(x, y, r)| Atom::new(DVec2::new(x, y), r, 1.0).unwrap());
             Molecule::new(atoms).unwrap()
         })
     }

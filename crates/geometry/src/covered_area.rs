@@ -32,12 +32,18 @@ mod tests {
     use crate::{Atom, Molecule, Shape};
 
     fn union(discs: &[(f64, f64, f64)]) -> f64 {
-        let circles: Vec<(DVec2, f64)> = discs.iter().map(|&(x, y, r)| (DVec2::new(x, y), r)).collect();
+        let circles: Vec<(DVec2, f64)> = discs
+            .iter()
+            .map(|&(x, y, r)| (DVec2::new(x, y), r))
+            .collect();
         covered_area(&circles)
     }
 
     fn assert_close(found: f64, expected: f64) {
-        assert!((found - expected).abs() <= 1e-14 * expected, "{found} is not {expected}");
+        assert!(
+            (found - expected).abs() <= 1e-14 * expected,
+            "{found} is not {expected}"
+        );
     }
 
     /// Area common to two discs of radii r and s at distance d: two circular segments.
@@ -57,7 +63,12 @@ mod tests {
 
     #[test]
     fn two_discs_cover_the_sum_of_their_areas_less_their_lens() {
-        for (r, s, d) in [(1.0, 1.0, 0.2), (1.0, 1.0, 1.9), (1.0, 0.4, 0.9), (2.0, 0.3, 1.75)] {
+        for (r, s, d) in [
+            (1.0, 1.0, 0.2),
+            (1.0, 1.0, 1.9),
+            (1.0, 0.4, 0.9),
+            (2.0, 0.3, 1.75),
+        ] {
             let expected = PI * (r * r + s * s) - lens(r, s, d);
             assert_close(union(&[(0.0, 0.0, r), (d, 0.0, s)]), expected);
             assert_close(union(&[(0.6 * d, -0.8 * d, s), (0.0, 0.0, r)]), expected);
@@ -88,14 +99,20 @@ mod tests {
         let expected = 2.0 * PI - lens(1.0, 1.0, 1.2);
         for step in 0..40 {
             let depth = 1e-14 * f64::from(step);
-            assert_close(union(&[(-0.6, 0.0, 1.0), (0.6, 0.0, 1.0), (0.0, 0.05 + depth, 0.75)]), expected);
+            assert_close(
+                union(&[(-0.6, 0.0, 1.0), (0.6, 0.0, 1.0), (0.0, 0.05 + depth, 0.75)]),
+                expected,
+            );
         }
     }
 
     #[test]
     fn a_disc_within_another_adds_nothing() {
         assert_close(union(&[(0.0, 0.0, 1.0), (0.3, 0.2, 0.5)]), PI);
-        assert_close(union(&[(0.1, 0.0, 0.5), (0.0, 0.0, 1.0), (0.0, 0.0, 0.2)]), PI);
+        assert_close(
+            union(&[(0.1, 0.0, 0.5), (0.0, 0.0, 1.0), (0.0, 0.0, 0.2)]),
+            PI,
+        );
         // It touches the larger circle from inside.
         assert_close(union(&[(0.0, 0.0, 1.0), (0.5, 0.0, 0.5)]), PI);
     }
@@ -106,7 +123,12 @@ mod tests {
             assert_close(union(&vec![(0.3, 0.4, 0.25); count]), PI * 0.0625);
         }
         let pair = union(&[(0.0, 0.0, 1.0), (0.5, 0.0, 1.0)]);
-        let repeated = [(0.5, 0.0, 1.0), (0.0, 0.0, 1.0), (0.5, 0.0, 1.0), (0.0, 0.0, 1.0)];
+        let repeated = [
+            (0.5, 0.0, 1.0),
+            (0.0, 0.0, 1.0),
+            (0.5, 0.0, 1.0),
+            (0.0, 0.0, 1.0),
+        ];
         assert_close(union(&repeated), pair);
     }
 

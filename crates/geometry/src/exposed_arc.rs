@@ -75,7 +75,11 @@ impl ExposedArc {
         for sector in (0..most).map(|index| first + index as f64) {
             let to = (origin + (sector + 1.0) * width).min(self.end);
             if to > from {
-                pieces.push(((sector as i64).rem_euclid(count.max(1) as i64) as usize, from, to));
+                pieces.push((
+                    (sector as i64).rem_euclid(count.max(1) as i64) as usize,
+                    from,
+                    to,
+                ));
                 from = to;
             }
         }
@@ -87,8 +91,13 @@ impl ExposedArc {
     pub(crate) fn swept_area(&self) -> f64 {
         // A whole circle ends where it starts; rounding must not leave a chord.
         let is_whole = self.angle() >= TAU;
-        let chord = if is_whole { DVec2::ZERO } else { direction(self.end) - direction(self.start) };
-        0.5 * self.radius * (self.radius * self.angle() + self.centre.x * chord.y - self.centre.y * chord.x)
+        let chord = if is_whole {
+            DVec2::ZERO
+        } else {
+            direction(self.end) - direction(self.start)
+        };
+        0.5 * self.radius
+            * (self.radius * self.angle() + self.centre.x * chord.y - self.centre.y * chord.x)
     }
 
     /// The change of the direction to the arc along it, from a point not inside the circle
@@ -119,13 +128,13 @@ pub(crate) struct Piece {
 /// Exposed arcs shorter than this (radians) are roundings of circles that meet in one point.
 /// Smaller: atoms that only touch a corner of the boundary would count as reachable. Larger: arcs
 /// that a gas can hit are lost.
-const SHORTEST: f64 = 1e-12;
+const MIN_ARC: f64 = 1e-12;
 
 /// The exposed arcs of one circle of a union, given as centres and radii; without those that are
 /// roundings of circles that meet in one point.
 pub(crate) fn exposed(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
     let mut pieces = boundary(circles, atom);
-    pieces.retain(|piece| piece.arc.angle() > SHORTEST);
+    pieces.retain(|piece| piece.arc.angle() > MIN_ARC);
     pieces
 }
 
@@ -170,10 +179,20 @@ fn cover((centre, radius): (DVec2, f64), (other_centre, other_radius): (DVec2, f
 /// The exposed arcs of one circle of a union, however short.
 pub(crate) fn boundary(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
     let (centre, radius) = circles[atom];
-    let arc = |start: f64, angle: f64| ExposedArc { atom, start, end: start + angle, radius, centre };
+    let arc = |start: f64, angle: f64| ExposedArc {
+        atom,
+        start,
+        end: start + angle,
+        radius,
+        centre,
+    };
     // Start, end, and the index of the covering circle.
     let mut covered: Vec<(f64, f64, usize)> = Vec::new();
-    for (other, &circle) in circles.iter().enumerate().filter(|(other, _)| *other != atom) {
+    for (other, &circle) in circles
+        .iter()
+        .enumerate()
+        .filter(|(other, _)| *other != atom)
+    {
         match cover((centre, radius), circle) {
             Cover::Nothing => {}
             // Of identical circles only the first counts.
@@ -184,7 +203,11 @@ pub(crate) fn boundary(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
     }
     covered.sort_by(|a, b| a.0.total_cmp(&b.0));
     let Some(&(first, _, opener)) = covered.first() else {
-        return vec![Piece { arc: arc(0.0, TAU), before: None, after: None }];
+        return vec![Piece {
+            arc: arc(0.0, TAU),
+            before: None,
+            after: None,
+        }];
     };
     // One turn from the start of the first covered piece; the gaps between pieces are exposed. A
     // piece that starts late may extend past the whole turn and cover more than the first piece.
@@ -198,7 +221,11 @@ pub(crate) fn boundary(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
     for &(start, end, other) in covered.iter().chain([&(first + TAU, first + TAU, opener)]) {
         if start > reached {
             let from = reached.rem_euclid(TAU);
-            pieces.push(Piece { arc: arc(from, start - reached), before: Some(last), after: Some(other) });
+            pieces.push(Piece {
+                arc: arc(from, start - reached),
+                before: Some(last),
+                after: Some(other),
+            });
         }
         if end > reached {
             (reached, last) = (end, other);

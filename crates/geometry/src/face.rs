@@ -39,7 +39,13 @@ impl Face {
         if radius != 0.0 {
             check_positive("the radius of a wall", radius)?;
         }
-        Ok(Self { span, along: span / length, half_length: 0.5 * length, radius, solid_behind: false })
+        Ok(Self {
+            span,
+            along: span / length,
+            half_length: 0.5 * length,
+            radius,
+            solid_behind: false,
+        })
     }
 
     /// The `span` given to [`Self::of_wall`].
@@ -87,12 +93,25 @@ impl Face {
         if along.abs() > self.half_length + rounding {
             let from_end = place - (self.half_length * along.signum()) * self.along;
             let distance = from_end.length();
-            let direction = if distance > 0.0 { from_end / distance } else { self.normal() };
-            Nearest { distance, direction }
+            let direction = if distance > 0.0 {
+                from_end / distance
+            } else {
+                self.normal()
+            };
+            Nearest {
+                distance,
+                direction,
+            }
         } else if self.solid_behind || across >= 0.0 {
-            Nearest { distance: across, direction: self.normal() }
+            Nearest {
+                distance: across,
+                direction: self.normal(),
+            }
         } else {
-            Nearest { distance: -across, direction: -self.normal() }
+            Nearest {
+                distance: -across,
+                direction: -self.normal(),
+            }
         }
     }
 }
@@ -123,7 +142,13 @@ impl HalfPlane {
     /// [`GeometryError`] if the normal is zero, NaN or infinite.
     pub fn new(normal: DVec2) -> Result<Self, GeometryError> {
         let face = Face::of_wall(-normal.perp(), 0.0)?;
-        Ok(Self { face: Face { half_length: f64::INFINITY, solid_behind: true, ..face } })
+        Ok(Self {
+            face: Face {
+                half_length: f64::INFINITY,
+                solid_behind: true,
+                ..face
+            },
+        })
     }
 }
 
@@ -169,8 +194,14 @@ mod tests {
             (DVec2::X, f64::NAN),
             (1e-61 * DVec2::X, 0.0),
         ] {
-            assert!(Molecule::wall(span, radius).is_err(), "span {span}, radius {radius}");
-            assert!(Molecule::wall_without_ends(span, radius).is_err(), "span {span}, radius {radius}");
+            assert!(
+                Molecule::wall(span, radius).is_err(),
+                "span {span}, radius {radius}"
+            );
+            assert!(
+                Molecule::wall_without_ends(span, radius).is_err(),
+                "span {span}, radius {radius}"
+            );
         }
         assert!(HalfPlane::new(DVec2::ZERO).is_err());
         assert!(HalfPlane::new(DVec2::NAN).is_err());

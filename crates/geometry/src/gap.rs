@@ -59,5 +59,9 @@ fn gap_to_face(
         let place = back.rotate(place + rotation.rotate(atom.offset()));
         face.nearest(place).distance - (face.radius() + atom.radius())
     };
-    molecule.atoms().iter().map(gap).fold(f64::INFINITY, f64::min)
+    molecule
+        .atoms()
+        .iter()
+        .map(gap)
+        .fold(f64::INFINITY, f64::min)
 }

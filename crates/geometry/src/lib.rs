@@ -37,7 +37,7 @@ pub use excluded_region::ExcludedRegion;
 pub use exposed_arc::ExposedArc;
 pub use face::{Face, HalfPlane, Nearest};
 pub use gap::gap_between;
-pub use limits::{LARGEST, SMALLEST};
+pub use limits::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 pub use molecule::Molecule;
 pub use outline::Outline;
 pub use periodic_box::PeriodicBox;

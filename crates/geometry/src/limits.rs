@@ -5,14 +5,14 @@ use crate::GeometryError;
 /// Largest allowed magnitude of a length, mass, speed or angular velocity.
 ///
 /// Detection forms products of four such numbers; their fourth power must not overflow.
-pub const LARGEST: f64 = 1e60;
+pub const MAX_MAGNITUDE: f64 = 1e60;
 
 /// Smallest allowed magnitude of a length or mass that must not be zero.
 ///
 /// Its fourth power must not underflow.
-pub const SMALLEST: f64 = 1e-60;
+pub const MIN_MAGNITUDE: f64 = 1e-60;
 
-/// Returns `value` if it is finite and at most [`LARGEST`] in magnitude.
+/// Returns `value` if it is finite and at most [`MAX_MAGNITUDE`] in magnitude.
 ///
 /// # Errors
 /// [`GeometryError::OutOfRange`] with the name and the value.
@@ -22,14 +22,14 @@ pub const SMALLEST: f64 = 1e-60;
 /// assert!(carom_geometry::check_length("offset", f64::NAN).is_err());
 /// ```
 pub fn check_length(name: &'static str, value: f64) -> Result<f64, GeometryError> {
-    if value.is_finite() && value.abs() <= LARGEST {
+    if value.is_finite() && value.abs() <= MAX_MAGNITUDE {
         Ok(value)
     } else {
         Err(GeometryError::OutOfRange { name, value })
     }
 }
 
-/// Returns `value` if it lies between [`SMALLEST`] and [`LARGEST`].
+/// Returns `value` if it lies between [`MIN_MAGNITUDE`] and [`MAX_MAGNITUDE`].
 ///
 /// # Errors
 /// [`GeometryError::NotPositive`] with the name and the value.
@@ -39,7 +39,7 @@ pub fn check_length(name: &'static str, value: f64) -> Result<f64, GeometryError
 /// assert!(carom_geometry::check_positive("radius", -0.3).is_err());
 /// ```
 pub fn check_positive(name: &'static str, value: f64) -> Result<f64, GeometryError> {
-    if value.is_finite() && (SMALLEST..=LARGEST).contains(&value) {
+    if value.is_finite() && (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&value) {
         Ok(value)
     } else {
         Err(GeometryError::NotPositive { name, value })

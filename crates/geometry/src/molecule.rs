@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use crate::{
-    Atom, AtomRow, CircleTree, Face, GeometryError, Outline, Shape, atom::reach, covered_area::covered_area,
+    Atom, AtomRow, CircleTree, Face, GeometryError, Outline, Shape, atom::reach,
+    covered_area::covered_area,
 };
 
 /// A rigid union of discs with its mass, moment of inertia and bounding circle.
@@ -65,7 +66,11 @@ impl Molecule {
         let centre = if atoms.len() == 1 {
             atoms[0].offset()
         } else {
-            atoms.iter().map(|atom| atom.mass() * atom.offset()).sum::<DVec2>() / mass
+            atoms
+                .iter()
+                .map(|atom| atom.mass() * atom.offset())
+                .sum::<DVec2>()
+                / mass
         };
         for atom in &mut atoms {
             *atom = atom.moved_by(-centre);
@@ -90,8 +95,13 @@ impl Molecule {
             bounding_radius,
             is_round: is_round(&atoms, bounding_radius),
             rectangle: rectangle(&atoms),
-            rows: if is_few { AtomRow::of(&atoms).collect() } else { Vec::new() },
-            tree: (atoms.len() > CircleTree::CROSSOVER).then(|| CircleTree::new(&atoms, bounding_radius)),
+            rows: if is_few {
+                AtomRow::of(&atoms).collect()
+            } else {
+                Vec::new()
+            },
+            tree: (atoms.len() > CircleTree::CROSSOVER)
+                .then(|| CircleTree::new(&atoms, bounding_radius)),
             atoms,
             face: None,
         }
@@ -120,7 +130,10 @@ impl Molecule {
     #[doc(alias = "segment")]
     pub fn wall(span: DVec2, radius: f64) -> Result<Self, GeometryError> {
         let mut wall = Self::wall_without_ends(span, radius)?;
-        wall.atoms = [-0.5, 0.5].map(|half| Atom::end_of_wall(half * span, radius)).into_iter().collect();
+        wall.atoms = [-0.5, 0.5]
+            .map(|half| Atom::end_of_wall(half * span, radius))
+            .into_iter()
+            .collect();
         wall.area += std::f64::consts::PI * radius * radius;
         Ok(wall)
     }
@@ -174,7 +187,9 @@ impl Molecule {
             }
             Some(face) => Self::wall(scale * face.span(), scale * face.radius()),
             None => {
-                let atom = |atom: &Atom| Atom::new(scale * atom.offset(), scale * atom.radius(), atom.mass());
+                let atom = |atom: &Atom| {
+                    Atom::new(scale * atom.offset(), scale * atom.radius(), atom.mass())
+                };
                 let atoms: Result<_, GeometryError> = self.atoms.iter().map(atom).collect();
                 atoms.map(|atoms| Self::of_area(atoms, scale * scale * self.area))
             }
@@ -287,9 +302,11 @@ impl From<Molecule> for Written {
     fn from(molecule: Molecule) -> Self {
         match molecule.face {
             None => Self::Atoms(molecule.atoms),
-            Some(face) => {
-                Self::Wall { span: face.span(), radius: face.radius(), has_ends: !molecule.atoms.is_empty() }
-            }
+            Some(face) => Self::Wall {
+                span: face.span(),
+                radius: face.radius(),
+                has_ends: !molecule.atoms.is_empty(),
+            },
         }
     }
 }
@@ -303,8 +320,16 @@ impl TryFrom<Written> for Molecule {
                 refuse_coincident(&atoms)?;
                 Ok(Self::of_centred(atoms))
             }
-            Written::Wall { span, radius, has_ends: true } => Self::wall(span, radius),
-            Written::Wall { span, radius, has_ends: false } => Self::wall_without_ends(span, radius),
+            Written::Wall {
+                span,
+                radius,
+                has_ends: true,
+            } => Self::wall(span, radius),
+            Written::Wall {
+                span,
+                radius,
+                has_ends: false,
+            } => Self::wall_without_ends(span, radius),
         }
     }
 }
@@ -331,7 +356,12 @@ impl From<&Molecule> for Compound {
             .iter()
             // The end points of a wall belong to its face.
             .filter(|_| molecule.face().is_none())
-            .map(|atom| (Pose::from_translation(atom.offset()), SharedShape::new(*atom.ball())));
+            .map(|atom| {
+                (
+                    Pose::from_translation(atom.offset()),
+                    SharedShape::new(*atom.ball()),
+                )
+            });
         let face = molecule.face().map(|face| {
             let half = face.half_length() * face.along();
             let line = if face.radius() > 0.0 {
@@ -348,8 +378,12 @@ impl From<&Molecule> for Compound {
 /// Corners of the rectangle that contains all atoms.
 fn rectangle(atoms: &[Atom]) -> [DVec2; 2] {
     let radius = |atom: &Atom| DVec2::splat(atom.radius());
-    let low = atoms.iter().fold(DVec2::INFINITY, |low, atom| low.min(atom.offset() - radius(atom)));
-    let high = atoms.iter().fold(DVec2::NEG_INFINITY, |high, atom| high.max(atom.offset() + radius(atom)));
+    let low = atoms.iter().fold(DVec2::INFINITY, |low, atom| {
+        low.min(atom.offset() - radius(atom))
+    });
+    let high = atoms.iter().fold(DVec2::NEG_INFINITY, |high, atom| {
+        high.max(atom.offset() + radius(atom))
+    });
     [low, high]
 }
 
@@ -362,14 +396,17 @@ const ROUND: f64 = 1e-12;
 /// Whether one atom about the centre of mass covers all others.
 fn is_round(atoms: &[Atom], bounding_radius: f64) -> bool {
     let deviation = ROUND * bounding_radius;
-    atoms
-        .iter()
-        .any(|atom| atom.offset().length() <= deviation && atom.radius() >= bounding_radius - deviation)
+    atoms.iter().any(|atom| {
+        atom.offset().length() <= deviation && atom.radius() >= bounding_radius - deviation
+    })
 }
 
 /// Area of the union of the atoms.
 fn area_of_atoms(atoms: &[Atom]) -> f64 {
-    let circles: Vec<_> = atoms.iter().map(|atom| (atom.offset(), atom.radius())).collect();
+    let circles: Vec<_> = atoms
+        .iter()
+        .map(|atom| (atom.offset(), atom.radius()))
+        .collect();
     covered_area(&circles)
 }
 
@@ -458,13 +495,18 @@ mod tests {
     #[test]
     fn a_molecule_is_round_if_one_atom_about_the_centre_of_mass_covers_the_others() {
         let of = |atoms: &[(f64, f64, f64)]| {
-            let atoms = atoms.iter().map(|&(x, y, radius)| Atom::new(DVec2::new(x, y), radius, 1.0).unwrap());
+            let atoms = atoms
+                .iter()
+                .map(|&(x, y, radius)| Atom::new(DVec2::new(x, y), radius, 1.0).unwrap());
             Molecule::new(atoms).unwrap().is_round()
         };
         assert!(of(&[(0.3, 7.0, 0.01)]));
         // Far from the origin the centre of mass is off by roundings of the coordinates.
         for (x, y) in [(0.0, 0.0), (0.3, -0.7), (100.1, 33.3)] {
-            assert!(of(&[(x, y, 1.0), (x - 0.75, y, 0.25), (x + 0.75, y, 0.125)]), "{x} {y}");
+            assert!(
+                of(&[(x, y, 1.0), (x - 0.75, y, 0.25), (x + 0.75, y, 0.125)]),
+                "{x} {y}"
+            );
             let third = [0.0, TAU / 3.0, 2.0 * TAU / 3.0]
                 .map(|angle: f64| (x + 0.8 * angle.cos(), y + 0.8 * angle.sin(), 0.1));
             assert!(of(&[third[0], third[1], (x, y, 1.0), third[2]]), "{x} {y}");
@@ -475,7 +517,11 @@ mod tests {
         assert!(!of(&[(0.0, 0.0, 1.0), (1e-9, 0.0, 0.25)]));
         assert!(!of(&[(0.0, 0.0, 1.0), (-0.8, 0.0, 0.25), (0.8, 0.0, 0.1)]));
         assert!(!of(&[(-0.5, 0.0, 0.5), (0.5, 0.0, 0.5)]));
-        assert!(!Molecule::named(Shape::Ring(12), 0.1, 1.0).unwrap().is_round());
+        assert!(
+            !Molecule::named(Shape::Ring(12), 0.1, 1.0)
+                .unwrap()
+                .is_round()
+        );
         assert!(!Molecule::wall(DVec2::X, 0.1).unwrap().is_round());
     }
 
@@ -484,7 +530,13 @@ mod tests {
         assert_eq!(Molecule::new([]).unwrap_err(), GeometryError::NoAtoms);
         let atom = Atom::new(DVec2::ONE, 0.1, 1.0).unwrap();
         let refused = Molecule::new([atom, atom]).unwrap_err();
-        assert_eq!(refused, GeometryError::CoincidentAtoms { first: 0, second: 1 });
+        assert_eq!(
+            refused,
+            GeometryError::CoincidentAtoms {
+                first: 0,
+                second: 1
+            }
+        );
     }
 
     #[test]

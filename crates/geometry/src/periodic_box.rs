@@ -86,7 +86,10 @@ impl PeriodicBox {
 
     /// The shift (length) by `image` boxes.
     pub fn shift(&self, image: [i64; 2]) -> DVec2 {
-        DVec2::new(image[0] as f64 * self.sides.x, image[1] as f64 * self.sides.y)
+        DVec2::new(
+            image[0] as f64 * self.sides.x,
+            image[1] as f64 * self.sides.y,
+        )
     }
 }
 
@@ -118,7 +121,17 @@ mod tests {
     #[test]
     fn wrap_is_half_open_at_the_edges() {
         let side = 0.7;
-        for x in [0.0, -0.0, -1e-17, -1e-300, side, side - f64::EPSILON, -side, 3.0 * side, 7.0 * side] {
+        for x in [
+            0.0,
+            -0.0,
+            -1e-17,
+            -1e-300,
+            side,
+            side - f64::EPSILON,
+            -side,
+            3.0 * side,
+            7.0 * side,
+        ] {
             let (place, _) = wrap_axis(x, side);
             assert!((0.0..side).contains(&place), "{x} goes to {place}");
         }
@@ -132,14 +145,28 @@ mod tests {
         for x in [0.0, -0.0, 1e-300, 0.3, side - f64::EPSILON / 4.0] {
             let (place, image) = shape.wrap(DVec2::splat(x));
             let (along, of_axis) = wrap_axis(x, side);
-            assert_eq!((place.x.to_bits(), image[0]), (along.to_bits(), of_axis), "{x}");
+            assert_eq!(
+                (place.x.to_bits(), image[0]),
+                (along.to_bits(), of_axis),
+                "{x}"
+            );
         }
     }
 
     #[test]
     fn a_box_contains_what_wrapping_does_not_move() {
         let shape = PeriodicBox::new(DVec2::new(0.7, 3.0)).unwrap();
-        for x in [0.0, 0.35, 0.7 - f64::EPSILON / 4.0, -1e-17, -1e-300, 0.7, 1e300, -1e300, f64::MAX] {
+        for x in [
+            0.0,
+            0.35,
+            0.7 - f64::EPSILON / 4.0,
+            -1e-17,
+            -1e-300,
+            0.7,
+            1e300,
+            -1e300,
+            f64::MAX,
+        ] {
             let point = DVec2::new(x, 1.0);
             assert_eq!(shape.contains(point), shape.wrap(point).0 == point, "{x}");
         }

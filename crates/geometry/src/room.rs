@@ -133,14 +133,23 @@ impl Approach {
             };
             end.until_contact()
         });
-        let side = if face.is_solid_behind() { 1.0 } else { face.normal().dot(self.place).signum() };
+        let side = if face.is_solid_behind() {
+            1.0
+        } else {
+            face.normal().dot(self.place).signum()
+        };
         let gap = side * face.normal().dot(self.place) - self.reach;
         let closing = self.reach_rate - side * face.normal().dot(self.place_rate);
         let until = if gap <= 0.0 { 0.0 } else { gap / closing };
         // Beyond its ends the face is touched there first.
-        let is_beside =
-            |u: f64| face.along().dot(self.place + u * self.place_rate).abs() <= half + u * half_rate;
-        let face = if until >= 0.0 && is_beside(until) { until } else { f64::INFINITY };
+        let is_beside = |u: f64| {
+            face.along().dot(self.place + u * self.place_rate).abs() <= half + u * half_rate
+        };
+        let face = if until >= 0.0 && is_beside(until) {
+            until
+        } else {
+            f64::INFINITY
+        };
         ends[0].min(ends[1]).min(face)
     }
 }
@@ -157,14 +166,15 @@ mod tests {
             let atom = |(x, y, r, m)| Atom::new(DVec2::new(x, y), r, m).unwrap();
             Molecule::new(list.into_iter().map(atom)).unwrap()
         });
-        let wall = (-1.0..1.0f64, 0.1..1.0f64, 0.0..0.2f64, any::<bool>()).prop_map(|(x, y, r, ends)| {
-            let span = DVec2::new(x, y);
-            if ends {
-                Molecule::wall(span, r).unwrap()
-            } else {
-                Molecule::wall_without_ends(span, r).unwrap()
-            }
-        });
+        let wall =
+            (-1.0..1.0f64, 0.1..1.0f64, 0.0..0.2f64, any::<bool>()).prop_map(|(x, y, r, ends)| {
+                let span = DVec2::new(x, y);
+                if ends {
+                    Molecule::wall(span, r).unwrap()
+                } else {
+                    Molecule::wall_without_ends(span, r).unwrap()
+                }
+            });
         prop_oneof![3 => atoms, 1 => wall]
     }
 

@@ -36,7 +36,7 @@ pub enum Shape {
 }
 
 /// The most atoms in one named shape; a larger number is probably a typing error.
-const MOST_ATOMS: usize = 4096;
+const MAX_ATOMS: usize = 4096;
 
 impl Shape {
     /// The names of all shapes in their text form; N stands for a number of atoms.
@@ -73,10 +73,14 @@ impl Shape {
             Self::Ring(count) => ("ring", count, 3),
             _ => return Ok(()),
         };
-        if (least..=MOST_ATOMS).contains(&count) {
+        if (least..=MAX_ATOMS).contains(&count) {
             Ok(())
         } else {
-            Err(GeometryError::AtomCount { shape, count, least })
+            Err(GeometryError::AtomCount {
+                shape,
+                count,
+                least,
+            })
         }
     }
 }
@@ -87,7 +91,9 @@ fn row(
     at: impl Fn(f64, f64) -> Result<Atom, GeometryError>,
 ) -> Result<Vec<Atom>, GeometryError> {
     // Half-integers times the spacing: symmetric about the centre to the bit.
-    (0..count).map(|i| at((i as f64 - 0.5 * (count - 1) as f64) * spacing, 0.0)).collect()
+    (0..count)
+        .map(|i| at((i as f64 - 0.5 * (count - 1) as f64) * spacing, 0.0))
+        .collect()
 }
 
 fn ring(
@@ -160,7 +166,12 @@ mod tests {
 
     #[test]
     fn neighbours_touch() {
-        for shape in [Shape::Dumbbell, Shape::Rod(7), Shape::Ring(5), Shape::Ring(64)] {
+        for shape in [
+            Shape::Dumbbell,
+            Shape::Rod(7),
+            Shape::Ring(5),
+            Shape::Ring(64),
+        ] {
             let atoms = shape.atoms(0.25, 1.0).unwrap();
             for pair in atoms.windows(2) {
                 let distance = (pair[0].offset() - pair[1].offset()).length();
@@ -171,10 +182,26 @@ mod tests {
 
     #[test]
     fn names_are_read_back() {
-        for shape in [Shape::Disc, Shape::Dumbbell, Shape::Rod(3), Shape::Cross, Shape::Tee, Shape::Ring(4)] {
+        for shape in [
+            Shape::Disc,
+            Shape::Dumbbell,
+            Shape::Rod(3),
+            Shape::Cross,
+            Shape::Tee,
+            Shape::Ring(4),
+        ] {
             assert_eq!(shape.to_string().parse::<Shape>().unwrap(), shape);
         }
-        for bad in ["", "T", "rod", "rod:0", "rod:x", "ring:2", "tee:5", "rod:99999999"] {
+        for bad in [
+            "",
+            "T",
+            "rod",
+            "rod:0",
+            "rod:x",
+            "ring:2",
+            "tee:5",
+            "rod:99999999",
+        ] {
             assert!(bad.parse::<Shape>().is_err(), "{bad}");
         }
     }

@@ -17,16 +17,25 @@ pub struct Inertia {
 impl Inertia {
     /// A fixed body: the limit of infinite mass.
     #[doc(alias = "bumper")]
-    pub const FIXED: Self = Self { inverse_mass: 0.0, inverse_moment: 0.0 };
+    pub const FIXED: Self = Self {
+        inverse_mass: 0.0,
+        inverse_moment: 0.0,
+    };
 
     /// A body of given mass and moment of inertia.
     pub fn free(mass: f64, moment: f64) -> Self {
-        Self { inverse_mass: 1.0 / mass, inverse_moment: 1.0 / moment }
+        Self {
+            inverse_mass: 1.0 / mass,
+            inverse_moment: 1.0 / moment,
+        }
     }
 
     /// A body of given mass that cannot turn.
     pub fn locked(mass: f64) -> Self {
-        Self { inverse_mass: 1.0 / mass, inverse_moment: 0.0 }
+        Self {
+            inverse_mass: 1.0 / mass,
+            inverse_moment: 0.0,
+        }
     }
 
     /// Whether the body cannot move at all.
@@ -46,21 +55,35 @@ impl Inertia {
 /// ```
 pub fn kinetic_energy(motion: &Motion, inertia: &Inertia) -> f64 {
     let share = |speed_squared: f64, inverse: f64| {
-        if inverse == 0.0 { 0.0 } else { 0.5 * speed_squared / inverse }
+        if inverse == 0.0 {
+            0.0
+        } else {
+            0.5 * speed_squared / inverse
+        }
     };
     share(motion.velocity.length_squared(), inertia.inverse_mass)
-        + share(motion.angular_velocity * motion.angular_velocity, inertia.inverse_moment)
+        + share(
+            motion.angular_velocity * motion.angular_velocity,
+            inertia.inverse_moment,
+        )
 }
 
 /// Momentum m v (mass × length / time); 0 for a fixed body.
 pub fn momentum(motion: &Motion, inertia: &Inertia) -> DVec2 {
-    if inertia.is_fixed() { DVec2::ZERO } else { motion.velocity / inertia.inverse_mass }
+    if inertia.is_fixed() {
+        DVec2::ZERO
+    } else {
+        motion.velocity / inertia.inverse_mass
+    }
 }
 
 /// Angular momentum about `about`, orbital and intrinsic: (x − about) × m v + I ω (mass × length² /
 /// time).
 pub fn angular_momentum(motion: &Motion, inertia: &Inertia, about: DVec2) -> f64 {
-    let own =
-        if inertia.inverse_moment == 0.0 { 0.0 } else { motion.angular_velocity / inertia.inverse_moment };
+    let own = if inertia.inverse_moment == 0.0 {
+        0.0
+    } else {
+        motion.angular_velocity / inertia.inverse_moment
+    };
     (motion.position - about).perp_dot(momentum(motion, inertia)) + own
 }

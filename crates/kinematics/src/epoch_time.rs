@@ -27,20 +27,31 @@ pub struct EpochTime {
 
 impl EpochTime {
     /// Time zero.
-    pub const ZERO: Self = Self { epoch: 0.0, epoch_low: 0.0, offset: 0.0 };
+    pub const ZERO: Self = Self {
+        epoch: 0.0,
+        epoch_low: 0.0,
+        offset: 0.0,
+    };
 
     /// The start of the epoch that begins `duration` after this time; the offset is added to it.
     #[must_use]
     pub fn new_epoch(self, duration: f64) -> Self {
         let (high, error) = two_sum(self.epoch, self.offset + duration);
         let (epoch, epoch_low) = two_sum(high, error + self.epoch_low);
-        Self { epoch, epoch_low, offset: 0.0 }
+        Self {
+            epoch,
+            epoch_low,
+            offset: 0.0,
+        }
     }
 
     /// This time plus `offset` (time) in its epoch.
     #[must_use]
     pub fn after(self, offset: f64) -> Self {
-        Self { offset: self.offset + offset, ..self }
+        Self {
+            offset: self.offset + offset,
+            ..self
+        }
     }
 
     /// Start of the epoch, rounded to one float (time).
@@ -75,7 +86,11 @@ impl EpochTime {
 
 impl From<f64> for EpochTime {
     fn from(time: f64) -> Self {
-        Self { epoch: time, epoch_low: 0.0, offset: 0.0 }
+        Self {
+            epoch: time,
+            epoch_low: 0.0,
+            offset: 0.0,
+        }
     }
 }
 

@@ -27,6 +27,9 @@ mod tests {
         assert_eq!(two_sum(1.0, 0.25 * tiny), (1.0, 0.25 * tiny));
         assert_eq!(two_sum(0.25 * tiny, 1.0), (1.0, 0.25 * tiny));
         // (1 + ε)² = 1 + 2ε + ε²
-        assert_eq!(two_product(1.0 + tiny, 1.0 + tiny), (1.0 + 2.0 * tiny, tiny * tiny));
+        assert_eq!(
+            two_product(1.0 + tiny, 1.0 + tiny),
+            (1.0 + 2.0 * tiny, tiny * tiny)
+        );
     }
 }

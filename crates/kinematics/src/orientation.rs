@@ -1,6 +1,9 @@
 //! Orientations as fractions of a full turn, and their cosines and sines.
 
-#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the caller"
+)]
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -84,7 +87,10 @@ impl Turning {
     /// The orientation at time 0 and the angular velocity (radians per time).
     #[inline]
     pub fn new(orientation: Orientation, angular_velocity: f64) -> Self {
-        Self { quarters_at_start: 4.0 * orientation.0, quarters_per_time: angular_velocity * (4.0 / TAU) }
+        Self {
+            quarters_at_start: 4.0 * orientation.0,
+            quarters_per_time: angular_velocity * (4.0 / TAU),
+        }
     }
 
     /// (cos θ, sin θ) at `time`. The result differs from [`Orientation::turned`] and
@@ -126,7 +132,11 @@ const SHIFT: f64 = 6_755_399_441_055_744.0;
 /// Rounds to the nearest integer, without a library call for magnitudes that have a fraction.
 #[inline]
 fn nearest_integer(x: f64) -> f64 {
-    if x.abs() < 1.0e15 { (x + SHIFT) - SHIFT } else { x.round() }
+    if x.abs() < 1.0e15 {
+        (x + SHIFT) - SHIFT
+    } else {
+        x.round()
+    }
 }
 
 // The coefficients have the published digits; the compiler rounds them to the nearest float. The

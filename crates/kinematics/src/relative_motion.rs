@@ -60,7 +60,11 @@ impl RelativeMotion {
         // Of the angle: the duration, two products and the sum have one rounding each, the constant
         // 1/2π has 0.56; for the turns at the start, the sum has one rounding of up to π radians.
         let turn_error = |spin: f64, duration: f64| {
-            if spin == 0.0 { 0.0 } else { HALF_ULP * (5.0 * (spin * duration).abs() + 4.0) }
+            if spin == 0.0 {
+                0.0
+            } else {
+                HALF_ULP * (5.0 * (spin * duration).abs() + 4.0)
+            }
         };
         Self {
             separation,
@@ -119,15 +123,32 @@ mod tests {
     use proptest::prelude::*;
 
     fn motions() -> impl Strategy<Value = Motion> {
-        (-1.0..1.0, -1.0..1.0, -2.0..2.0, -2.0..2.0, -0.5..0.5, -9.0..9.0, -3.0..3.0).prop_map(
-            |(x, y, vx, vy, turns, angular_velocity, time): (f64, f64, f64, f64, f64, f64, f64)| Motion {
-                position: DVec2::new(x, y),
-                velocity: DVec2::new(vx, vy),
-                orientation: Orientation::from_turns(turns),
-                angular_velocity,
-                time,
-            },
+        (
+            -1.0..1.0,
+            -1.0..1.0,
+            -2.0..2.0,
+            -2.0..2.0,
+            -0.5..0.5,
+            -9.0..9.0,
+            -3.0..3.0,
         )
+            .prop_map(
+                |(x, y, vx, vy, turns, angular_velocity, time): (
+                    f64,
+                    f64,
+                    f64,
+                    f64,
+                    f64,
+                    f64,
+                    f64,
+                )| Motion {
+                    position: DVec2::new(x, y),
+                    velocity: DVec2::new(vx, vy),
+                    orientation: Orientation::from_turns(turns),
+                    angular_velocity,
+                    time,
+                },
+            )
     }
 
     proptest! {

@@ -44,17 +44,32 @@ struct Page {
 
 impl Page {
     fn open(address: &str) -> Result<Self> {
-        let host = address.trim_start_matches("http://").split('/').next().context("the address")?;
-        let mut request = format!("{}socket", address.replace("http", "ws")).into_client_request()?;
-        request.headers_mut().insert("Origin", format!("http://{host}").parse()?);
+        let host = address
+            .trim_start_matches("http://")
+            .split('/')
+            .next()
+            .context("the address")?;
+        let mut request =
+            format!("{}socket", address.replace("http", "ws")).into_client_request()?;
+        request
+            .headers_mut()
+            .insert("Origin", format!("http://{host}").parse()?);
         let stream = TcpStream::connect(host)?;
         stream.set_read_timeout(Some(Duration::from_mins(1)))?;
         let (socket, _) = tungstenite::client(request, stream)?;
-        Ok(Self { socket, frames: 0, bytes: 0, collisions: 0, seconds: 0.0 })
+        Ok(Self {
+            socket,
+            frames: 0,
+            bytes: 0,
+            collisions: 0,
+            seconds: 0.0,
+        })
     }
 
     fn send(&mut self, command: &Value) -> Result<()> {
-        Ok(self.socket.send(Message::text(json!({ "id": 1, "do": command }).to_string()))?)
+        Ok(self
+            .socket
+            .send(Message::text(json!({ "id": 1, "do": command }).to_string()))?)
     }
 
     fn read(&mut self) -> Result<Option<Value>> {
@@ -100,7 +115,11 @@ impl Page {
         }
         let wall = clock.elapsed().as_secs_f64();
         let collisions = (self.collisions - collisions) as f64;
-        Ok([collisions / wall, collisions / (self.seconds - seconds), (self.frames - frames) as f64 / wall])
+        Ok([
+            collisions / wall,
+            collisions / (self.seconds - seconds),
+            (self.frames - frames) as f64 / wall,
+        ])
     }
 
     /// Reads to the next report of the state.
@@ -132,7 +151,9 @@ fn median(mut numbers: Vec<f64>) -> f64 {
 }
 
 fn main() -> Result<()> {
-    let count: f64 = env::args().nth(1).map_or(Ok(10_000.0), |word| word.parse())?;
+    let count: f64 = env::args()
+        .nth(1)
+        .map_or(Ok(10_000.0), |word| word.parse())?;
     // Area fraction 0.3.
     let radius = (0.3 / (count * std::f64::consts::PI)).sqrt();
     let scene = Scene::from_toml(&format!(
@@ -142,7 +163,11 @@ fn main() -> Result<()> {
     let begun = Instant::now();
     let signals = Signals::default();
     let address = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
-    let server = Server::bind(address, &env::temp_dir().join("carom-goals"), signals.clone())?;
+    let server = Server::bind(
+        address,
+        &env::temp_dir().join("carom-goals"),
+        signals.clone(),
+    )?;
     let address = server.address().to_owned();
     let served = scene.clone();
     let thread = thread::spawn(move || server.serve(Some(("gas".to_owned(), served))));
@@ -153,31 +178,44 @@ fn main() -> Result<()> {
         page.read()?;
     }
     let mut out = std::io::stdout();
-    let more = env::args().nth(2).map_or(Ok(0_usize), |word| word.parse())?;
+    let more = env::args()
+        .nth(2)
+        .map_or(Ok(0_usize), |word| word.parse())?;
     for _ in 0..more {
         let mut reader = Page::open(&address)?;
         reader.send(&whole)?;
         // Until the server ends.
         thread::spawn(move || while reader.read().is_ok() {});
     }
-    writeln!(out, "{count} discs; first frame after {:.0} ms", begun.elapsed().as_secs_f64() * 1e3)?;
+    writeln!(
+        out,
+        "{count} discs; first frame after {:.0} ms",
+        begun.elapsed().as_secs_f64() * 1e3
+    )?;
     page.answered(&json!({ "play": true }))?;
     let mut latencies = Vec::new();
     for edit in 0..EDITS {
         // The last one is elastic: rules for lossy contacts cost time of their own.
         let elasticity = 1.0 - 0.001 * ((edit + 1) % 2) as f64;
         let (clock, frames) = (Instant::now(), page.frames);
-        page.answered(&json!({ "edit": [{ "stage": { "elasticity": { "default": elasticity } } }] }))?;
+        page.answered(
+            &json!({ "edit": [{ "stage": { "elasticity": { "default": elasticity } } }] }),
+        )?;
         while page.frames == frames {
             page.read()?;
         }
         latencies.push(clock.elapsed().as_secs_f64() * 1e3);
     }
-    writeln!(out, "an edit is shown after {:.0} ms (median of {EDITS})", median(latencies))?;
+    writeln!(
+        out,
+        "an edit is shown after {:.0} ms (median of {EDITS})",
+        median(latencies)
+    )?;
     page.answered(&json!({ "play": false }))?;
     let mut alone = InteractiveRun::begin(&scene)?;
     let length = in_time(&mut alone, 1e-3)?;
-    let (mut losses, mut frames, mut speeds) = ([(); 2].map(|()| Vec::new()), Vec::new(), Vec::new());
+    let (mut losses, mut frames, mut speeds) =
+        ([(); 2].map(|()| Vec::new()), Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
         page.answered(&json!({ "play": true }))?;
         let [by_clock, by_processor, shown] = page.round()?;
@@ -202,6 +240,8 @@ fn main() -> Result<()> {
         median(speeds),
     )?;
     signals.interrupt();
-    thread.join().map_err(|_| anyhow::anyhow!("the server has panicked"))??;
+    thread
+        .join()
+        .map_err(|_| anyhow::anyhow!("the server has panicked"))??;
     Ok(())
 }

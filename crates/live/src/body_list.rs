@@ -17,7 +17,7 @@ use serde::Serialize;
 const STEPS: f64 = 1e6;
 
 /// Largest number of shapes and of kinds that are distinguished.
-const MOST: usize = u16::MAX as usize;
+const MAX_KINDS: usize = u16::MAX as usize;
 
 /// The list at one time.
 #[derive(Debug)]
@@ -64,41 +64,60 @@ impl BodyList {
             kinds: Vec::new(),
             walls: Vec::new(),
         };
-        let (mut ids, mut sizes, mut shapes, mut kinds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut ids, mut sizes, mut shapes, mut kinds) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         // The shape and size of each molecule by its address: equal bodies share a molecule.
         let mut known: HashMap<usize, (u16, f32)> = HashMap::new();
         let mut shape_of: HashMap<Vec<[i64; 3]>, u16> = HashMap::new();
         let mut reach = 0.0_f64;
         for (body, kind) in view.bodies().zip(coloured_kinds(view)) {
-            let kind = kind.min(MOST);
+            let kind = kind.min(MAX_KINDS);
             while head.kinds.len() <= kind {
-                let names = body.body.tags().iter().map(|&tag| view.tag_names().name(tag));
+                let names = body
+                    .body
+                    .tags()
+                    .iter()
+                    .map(|&tag| view.tag_names().name(tag));
                 let name = names.collect::<Vec<_>>().join(", ");
                 let (colour, fixed) = (colour(body.body, kind), body.body.is_fixed());
-                head.kinds.push(KindOfBody { name, colour, fixed, count: 0 });
+                head.kinds.push(KindOfBody {
+                    name,
+                    colour,
+                    fixed,
+                    count: 0,
+                });
             }
             head.kinds[kind].count += 1;
             let molecule = body.body.molecule();
             if let (Some([from, to]), Some(face)) = (body.wall(), molecule.face()) {
                 let drawn = [from.x, from.y, to.x, to.y, face.radius()];
-                head.walls.push((drawn, body.body.id(), body.body.wall_temperature().is_some()));
+                head.walls.push((
+                    drawn,
+                    body.body.id(),
+                    body.body.wall_temperature().is_some(),
+                ));
                 continue;
             }
             let size = molecule.bounding_radius();
             reach = reach.max(size);
-            let (shape, size) = *known.entry(std::ptr::from_ref(molecule).addr()).or_insert_with(|| {
-                let circles = drawn_circles(molecule).into_iter();
-                let circles: Vec<[f64; 3]> =
-                    circles.map(|(at, radius)| [at.x / size, at.y / size, radius / size]).collect();
-                let rounded =
-                    circles.iter().map(|circle| circle.map(|x| (x * STEPS).round() as i64)).collect();
-                let next = shape_of.len().min(MOST) as u16;
-                let shape = *shape_of.entry(rounded).or_insert(next);
-                if usize::from(shape) == head.shapes.len() {
-                    head.shapes.push(circles);
-                }
-                (shape, size as f32)
-            });
+            let (shape, size) = *known
+                .entry(std::ptr::from_ref(molecule).addr())
+                .or_insert_with(|| {
+                    let circles = drawn_circles(molecule).into_iter();
+                    let circles: Vec<[f64; 3]> = circles
+                        .map(|(at, radius)| [at.x / size, at.y / size, radius / size])
+                        .collect();
+                    let rounded = circles
+                        .iter()
+                        .map(|circle| circle.map(|x| (x * STEPS).round() as i64))
+                        .collect();
+                    let next = shape_of.len().min(MAX_KINDS) as u16;
+                    let shape = *shape_of.entry(rounded).or_insert(next);
+                    if usize::from(shape) == head.shapes.len() {
+                        head.shapes.push(circles);
+                    }
+                    (shape, size as f32)
+                });
             ids.push(body.body.id() as u32);
             sizes.push(size);
             shapes.push(shape);
@@ -113,8 +132,18 @@ impl BodyList {
         bytes.extend(text);
         bytes.extend(ids.iter().flat_map(|id: &u32| id.to_le_bytes()));
         bytes.extend(sizes.iter().flat_map(|size: &f32| size.to_le_bytes()));
-        bytes.extend(shapes.iter().chain(&kinds).flat_map(|number: &u16| number.to_le_bytes()));
+        bytes.extend(
+            shapes
+                .iter()
+                .chain(&kinds)
+                .flat_map(|number: &u16| number.to_le_bytes()),
+        );
         let turns = head.shapes.iter().any(|circles| circles.len() > 1);
-        Self { version, bytes: Arc::new(bytes), turns, reach }
+        Self {
+            version,
+            bytes: Arc::new(bytes),
+            turns,
+            reach,
+        }
     }
 }

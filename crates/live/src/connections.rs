@@ -19,7 +19,7 @@ use tokio::{
 use crate::reserve::Reserve;
 
 /// Largest number of connections that have not become sockets; a further one ends the oldest.
-/// Sockets are bounded by [`MOST_VIEWERS`](crate::viewers::MOST_VIEWERS).
+/// Sockets are bounded by [`MAX_VIEWERS`](crate::viewers::MAX_VIEWERS).
 const MAX_CONNECTIONS: usize = 64;
 
 /// Longest time until the headers of a request have arrived.
@@ -69,9 +69,13 @@ fn end_oldest(open: &mut VecDeque<JoinHandle<()>>) {
 /// Answers the requests of a connection. That of a page goes on as a socket, without these limits.
 async fn answer(stream: TcpStream, router: Router) {
     let mut server = http1::Builder::new();
-    server.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME);
+    server
+        .timer(TokioTimer::new())
+        .header_read_timeout(HEADER_TIME);
     let service = TowerToHyperService::new(router.into_service::<hyper::body::Incoming>());
-    let connection = server.serve_connection(TokioIo::new(stream), service).with_upgrades();
+    let connection = server
+        .serve_connection(TokioIo::new(stream), service)
+        .with_upgrades();
     // A connection that fails concerns its own page alone, which connects again.
     let _ = timeout(CONNECTION_TIME, connection).await;
 }

@@ -7,7 +7,7 @@ use glam::DVec2;
 
 /// Largest number of corners that are kept: impulses, and changes of the velocity by edits and
 /// thermostats. A thermostat that acts more often than the body has contacts leaves fewer impulses.
-const MOST_CORNERS: usize = 200;
+const MAX_CORNERS: usize = 200;
 
 /// One contact of the body.
 #[derive(Debug, Clone, Copy)]
@@ -55,11 +55,18 @@ impl Follower {
     /// Adds a corner at the present place.
     fn turn(&mut self, time: EpochTime, velocity: DVec2, impulse: DVec2) {
         let last = self.corners.back();
-        let place = last.map_or(DVec2::ZERO, |last| last.place + last.velocity * time.since(last.time));
-        if self.corners.len() >= MOST_CORNERS {
+        let place = last.map_or(DVec2::ZERO, |last| {
+            last.place + last.velocity * time.since(last.time)
+        });
+        if self.corners.len() >= MAX_CORNERS {
             self.corners.pop_front();
         }
-        self.corners.push_back(Corner { time, place, velocity, impulse });
+        self.corners.push_back(Corner {
+            time,
+            place,
+            velocity,
+            impulse,
+        });
     }
 
     /// The body, if one is chosen.
@@ -70,7 +77,9 @@ impl Follower {
     /// The contacts so far, the last first; the path goes through them. The oldest entry is where
     /// the record begins.
     pub fn kicks(&self, now: EpochTime) -> Vec<Kick> {
-        let Some(last) = self.corners.back() else { return Vec::new() };
+        let Some(last) = self.corners.back() else {
+            return Vec::new();
+        };
         let present = last.place + last.velocity * now.since(last.time);
         let kick = |corner: &Corner| Kick {
             age: now.since(corner.time),
@@ -97,13 +106,19 @@ impl Observer for Follower {
             self.corners.clear();
             return;
         };
-        if self.corners.back().is_none_or(|last| last.velocity != body.motion.velocity) {
+        if self
+            .corners
+            .back()
+            .is_none_or(|last| last.velocity != body.motion.velocity)
+        {
             self.turn(view.time(), body.motion.velocity, DVec2::ZERO);
         }
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some((side, impulse)) = self.key.and_then(|key| report.side_of(key)) else { return };
+        let Some((side, impulse)) = self.key.and_then(|key| report.side_of(key)) else {
+            return;
+        };
         self.turn(report.time, side.after.velocity, impulse);
     }
 }
@@ -125,12 +140,16 @@ mod tests {
         let mut follower = Follower::default();
         follower.choose(Some(BodyKey::of_id(0)), &simulation.view());
         // To 1.15, back to 0.85, and on to 0.9.
-        simulation.observe_until(0.25 + 0.3 + 0.05, &mut follower).unwrap();
+        simulation
+            .observe_until(0.25 + 0.3 + 0.05, &mut follower)
+            .unwrap();
         let kicks = follower.kicks(simulation.view().time());
         let near = |one: DVec2, x: f64| (one - DVec2::new(x, 0.0)).length() < 1e-12;
         assert_eq!(kicks.len(), 3);
         assert!(
-            near(kicks[0].place, -0.05) && near(kicks[0].impulse, 4.0) && (kicks[0].age - 0.05).abs() < 1e-12
+            near(kicks[0].place, -0.05)
+                && near(kicks[0].impulse, 4.0)
+                && (kicks[0].age - 0.05).abs() < 1e-12
         );
         assert!(near(kicks[1].place, 0.25) && near(kicks[1].impulse, -4.0));
         assert!(near(kicks[2].place, 0.0) && kicks[2].impulse == DVec2::ZERO);

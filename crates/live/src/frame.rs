@@ -42,19 +42,29 @@ pub struct Label<'a> {
 pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]) -> Vec<u8> {
     let Label { number, body_list } = label;
     let sides = view.bounds().sides();
-    let followed = window.follow.and_then(|id| view.body(carom::BodyKey::of_id(id)));
+    let followed = window
+        .follow
+        .and_then(|id| view.body(carom::BodyKey::of_id(id)));
     let centre = followed.map_or(DVec2::from(window.centre), |body| body.motion.position);
     let (centre, _) = view.bounds().wrap(centre);
     let half = DVec2::from(window.half);
     // Bodies whose nearest image is outside may reach in with another one.
     let shows_all = half + body_list.reach;
     let is_whole = shows_all.cmpge(0.5 * sides).all();
-    let orders = if window.colour == Colour::Order { local_orders(view) } else { Vec::new() };
+    let orders = if window.colour == Colour::Order {
+        local_orders(view)
+    } else {
+        Vec::new()
+    };
     let expected = if is_whole { view.len() } else { 0 };
     let mut indices: Vec<u32> = Vec::new();
     let [mut xs, mut ys] = [(); 2].map(|()| Vec::<f32>::with_capacity(expected));
     let (mut angles, mut values) = (Vec::<f32>::new(), Vec::<f32>::new());
-    for (index, body) in view.bodies().filter(|body| !body.body.is_wall()).enumerate() {
+    for (index, body) in view
+        .bodies()
+        .filter(|body| !body.body.is_wall())
+        .enumerate()
+    {
         let away = body.motion.position - centre;
         // Both places are in the box.
         let nearest = DVec2::new(nearest(away.x, sides.x), nearest(away.y, sides.y));
@@ -78,8 +88,9 @@ pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]
             Colour::Order => values.push(orders[index] as f32),
         }
     }
-    let flags =
-        u32::from(!is_whole) + 2 * u32::from(body_list.turns) + 4 * u32::from(window.colour != Colour::Kind);
+    let flags = u32::from(!is_whole)
+        + 2 * u32::from(body_list.turns)
+        + 4 * u32::from(window.colour != Colour::Kind);
     let mut bytes = Vec::with_capacity(HEAD + 4 * (5 * xs.len() + 5 * kicks.len()));
     bytes.extend(1_u32.to_le_bytes());
     bytes.extend(body_list.version.to_le_bytes());
@@ -93,7 +104,12 @@ pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]
     for numbers in [xs, ys, angles, values] {
         append(&mut bytes, &numbers, f32::to_le_bytes);
     }
-    for Kick { age, place, impulse } in kicks {
+    for Kick {
+        age,
+        place,
+        impulse,
+    } in kicks
+    {
         let row = [*age, place.x, place.y, impulse.x, impulse.y];
         bytes.extend(row.iter().flat_map(|number| (*number as f32).to_le_bytes()));
     }
@@ -134,7 +150,12 @@ mod tests {
     }
 
     fn window(centre: [f64; 2], half: f64, colour: Colour) -> Window {
-        Window { centre, half: [half; 2], colour, follow: None }
+        Window {
+            centre,
+            half: [half; 2],
+            colour,
+            follow: None,
+        }
     }
 
     #[test]
@@ -147,11 +168,24 @@ mod tests {
         let simulation = Simulation::new(&scene).unwrap();
         let view = simulation.view();
         let body_list = BodyList::new(5, "two", None, &view);
-        assert_eq!((word(&body_list.bytes, 4), word(&body_list.bytes, 12), body_list.turns), (5, 2, false));
-        let label = Label { number: 9, body_list: &body_list };
+        assert_eq!(
+            (
+                word(&body_list.bytes, 4),
+                word(&body_list.bytes, 12),
+                body_list.turns
+            ),
+            (5, 2, false)
+        );
+        let label = Label {
+            number: 9,
+            body_list: &body_list,
+        };
         // Around the corner of the box, with one of the two discs.
         let bytes = encode(&view, label, &window([0.0, 0.5], 0.1, Colour::Speed), &[]);
-        assert_eq!([4, 32, 36, 40, 44].map(|at| word(&bytes, at)), [5, 9, 1, 5, 0]);
+        assert_eq!(
+            [4, 32, 36, 40, 44].map(|at| word(&bytes, at)),
+            [5, 9, 1, 5, 0]
+        );
         assert_eq!(word(&bytes, HEAD), 0, "the index of the first disc");
         assert!((float(&bytes, HEAD + 4) + 0.02).abs() < 1e-7);
         assert!(float(&bytes, HEAD + 8).abs() < 1e-7);
@@ -161,11 +195,21 @@ mod tests {
         assert_eq!([36, 40].map(|at| word(&bytes, at)), [2, 4]);
         assert_eq!([16, 20].map(|at| float(&bytes, HEAD + at)), [25.0, 0.0]);
         // In the middle of the second disc.
-        let followed = Window { follow: Some(1), ..window([0.0, 0.0], 1e-9, Colour::Kind) };
-        let kick = Kick { age: 1.0, place: DVec2::new(2.0, 3.0), impulse: DVec2::new(4.0, 5.0) };
+        let followed = Window {
+            follow: Some(1),
+            ..window([0.0, 0.0], 1e-9, Colour::Kind)
+        };
+        let kick = Kick {
+            age: 1.0,
+            place: DVec2::new(2.0, 3.0),
+            impulse: DVec2::new(4.0, 5.0),
+        };
         let bytes = encode(&view, label, &followed, &[kick]);
         assert_eq!([36, 44].map(|at| word(&bytes, at)), [1, 1]);
         assert_eq!(bytes[16..24], 0.5_f64.to_le_bytes());
-        assert_eq!([12, 16, 28].map(|at| float(&bytes, HEAD + at)), [1.0, 2.0, 5.0]);
+        assert_eq!(
+            [12, 16, 28].map(|at| float(&bytes, HEAD + at)),
+            [1.0, 2.0, 5.0]
+        );
     }
 }

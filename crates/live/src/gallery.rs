@@ -122,14 +122,25 @@ mod tests {
         for exhibit in EXHIBITS {
             let scene = scene(exhibit.name).unwrap();
             let mut run = InteractiveRun::begin(&scene).unwrap();
-            let (kind, of) =
-                exhibit.measure.split_once(':').map_or((exhibit.measure, None), |(k, t)| (k, Some(t)));
+            let (kind, of) = exhibit
+                .measure
+                .split_once(':')
+                .map_or((exhibit.measure, None), |(k, t)| (k, Some(t)));
             let of = of.map(str::to_owned);
-            let spec = MeasureSpec { kind: kind.to_owned(), of, ..MeasureSpec::default() };
+            let spec = MeasureSpec {
+                kind: kind.to_owned(),
+                of,
+                ..MeasureSpec::default()
+            };
             let interval = scene.run.sample_interval;
             SingleMeasure::begin(&spec, interval, &scene, &run.view()).unwrap();
-            run.advance(EpochTime::from(1e-3 * scene.run.until), &mut ()).unwrap();
-            assert!(thumbnail(exhibit.name).unwrap().len() < 500_000, "{}", exhibit.name);
+            run.advance(EpochTime::from(1e-3 * scene.run.until), &mut ())
+                .unwrap();
+            assert!(
+                thumbnail(exhibit.name).unwrap().len() < 500_000,
+                "{}",
+                exhibit.name
+            );
         }
     }
 }

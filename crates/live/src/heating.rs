@@ -26,11 +26,21 @@ impl Heating {
     ///
     /// # Errors
     /// The edit is refused by the engine, or it would change the energy of no body with a tag.
-    pub fn of(run: &InteractiveRun, stage: &StageSpec, hold: Option<&[ThermostatSpec]>) -> Result<Self> {
-        let begun = hold.unwrap_or(&[]).iter().filter(|each| !run.thermostats().contains(each));
+    pub fn of(
+        run: &InteractiveRun,
+        stage: &StageSpec,
+        hold: Option<&[ThermostatSpec]>,
+    ) -> Result<Self> {
+        let begun = hold
+            .unwrap_or(&[])
+            .iter()
+            .filter(|each| !run.thermostats().contains(each));
         let begun = begun.map(ThermostatSpec::action);
         let heats: Vec<HeatSpec> = stage.set_energy.iter().cloned().chain(begun).collect();
-        let mut heating = Self { stage: stage.clone(), notes: Vec::new() };
+        let mut heating = Self {
+            stage: stage.clone(),
+            notes: Vec::new(),
+        };
         if heats.is_empty() {
             return Ok(heating);
         }
@@ -43,15 +53,24 @@ impl Heating {
                 continue;
             }
             let changed = counts(&trial.view(), tag).changed - counts(&run.view(), tag).changed;
-            let Members { fixed, at_rest, moving } = Members::of(&trial.view(), tag);
+            let Members {
+                fixed,
+                at_rest,
+                moving,
+            } = Members::of(&trial.view(), tag);
             if changed == 0 && at_rest == 0 {
                 match fixed {
                     0 => bail!("no body has the tag {tag}: the energy of no body would change"),
-                    _ => bail!("all bodies with the tag {tag} ({fixed}) are fixed: they have no energy"),
+                    _ => bail!(
+                        "all bodies with the tag {tag} ({fixed}) are fixed: they have no energy"
+                    ),
                 }
             }
             if changed == 0 {
-                drawn.push(HeatSpec { kind: ThermostatKind::Maxwell, ..heat.clone() });
+                drawn.push(HeatSpec {
+                    kind: ThermostatKind::Maxwell,
+                    ..heat.clone()
+                });
                 heating.notes.push(format!(
                     "{} at rest: random directions were drawn.",
                     bodies(at_rest, "was", "were")
@@ -61,7 +80,10 @@ impl Heating {
                 heating.notes.push(format!("{stay} so; {moving} changed."));
             }
             if fixed > 0 {
-                heating.notes.push(format!("{} fixed and left out.", bodies(fixed, "is", "are")));
+                heating.notes.push(format!(
+                    "{} fixed and left out.",
+                    bodies(fixed, "is", "are")
+                ));
             }
         }
         heating.stage.set_energy.splice(0..0, drawn);
@@ -71,13 +93,21 @@ impl Heating {
 
 /// A number of bodies with its verb.
 fn bodies(count: usize, one: &str, many: &str) -> String {
-    if count == 1 { format!("1 body {one}") } else { format!("{count} bodies {many}") }
+    if count == 1 {
+        format!("1 body {one}")
+    } else {
+        format!("{count} bodies {many}")
+    }
 }
 
 /// The bodies that thermostats on a tag have changed and left out so far.
 fn counts(view: &View<'_>, tag: &str) -> ThermostatCounts {
     let tag = view.tag_names().find(tag);
-    let given = view.heat().all().iter().find(|given| Some(given.tag) == tag);
+    let given = view
+        .heat()
+        .all()
+        .iter()
+        .find(|given| Some(given.tag) == tag);
     given.map_or_else(ThermostatCounts::default, |given| given.counts)
 }
 
@@ -90,8 +120,16 @@ struct Members {
 
 impl Members {
     fn of(view: &View<'_>, tag: &str) -> Self {
-        let mut members = Self { fixed: 0, at_rest: 0, moving: 0 };
-        let tagged = view.tag_names().find(tag).into_iter().flat_map(|tag| view.tagged(tag));
+        let mut members = Self {
+            fixed: 0,
+            at_rest: 0,
+            moving: 0,
+        };
+        let tagged = view
+            .tag_names()
+            .find(tag)
+            .into_iter()
+            .flat_map(|tag| view.tagged(tag));
         for body in tagged {
             if body.body.is_fixed() {
                 members.fixed += 1;
@@ -142,8 +180,16 @@ mod tests {
     }
 
     fn set(tag: &str, energy: Option<f64>, temperature: Option<f64>) -> StageSpec {
-        let heat = HeatSpec { tag: tag.to_owned(), energy, temperature, ..HeatSpec::default() };
-        StageSpec { set_energy: vec![heat], ..StageSpec::default() }
+        let heat = HeatSpec {
+            tag: tag.to_owned(),
+            energy,
+            temperature,
+            ..HeatSpec::default()
+        };
+        StageSpec {
+            set_energy: vec![heat],
+            ..StageSpec::default()
+        }
     }
 
     /// The energies of the molecules after an edit, and its notes.
@@ -166,7 +212,10 @@ mod tests {
     fn bodies_at_rest_get_the_energy_that_is_set_in_random_directions() {
         let (energies, notes) = heated(&set("rest", Some(3.0), None), None);
         assert_near(&energies, [3.0, 3.0, 0.5]);
-        assert_eq!(notes, ["2 bodies were at rest: random directions were drawn."]);
+        assert_eq!(
+            notes,
+            ["2 bodies were at rest: random directions were drawn."]
+        );
         // A molecule that turns has 3/2 kT, a disc kT.
         let (energies, _) = heated(&set("rest", None, Some(2.0)), None);
         assert_near(&energies, [3.0, 2.0, 0.5]);
@@ -185,7 +234,13 @@ mod tests {
     fn bodies_that_are_left_out_are_counted() {
         let (energies, notes) = heated(&set("discs", Some(2.0), None), None);
         assert_near(&energies, [0.0, 0.0, 2.0]);
-        assert_eq!(notes, ["1 body is at rest and remains so; 1 changed.", "1 body is fixed and left out."]);
+        assert_eq!(
+            notes,
+            [
+                "1 body is at rest and remains so; 1 changed.",
+                "1 body is fixed and left out."
+            ]
+        );
     }
 
     #[test]
@@ -194,15 +249,31 @@ mod tests {
             Heating::of(&run(), stage, hold).unwrap_err().to_string()
         };
         let text = refused(&set("fixed", Some(1.0), None), None);
-        assert_eq!(text, "all bodies with the tag fixed (1) are fixed: they have no energy");
+        assert_eq!(
+            text,
+            "all bodies with the tag fixed (1) are fixed: they have no energy"
+        );
         let drawn = ThermostatKind::Maxwell;
-        let hold =
-            ThermostatSpec { tag: "fixed".to_owned(), every: 1.0, energy: Some(1.0), ..Default::default() };
+        let hold = ThermostatSpec {
+            tag: "fixed".to_owned(),
+            every: 1.0,
+            energy: Some(1.0),
+            ..Default::default()
+        };
         for kind in [ThermostatKind::EnergyReset, drawn] {
-            let text = refused(&StageSpec::default(), Some(&[ThermostatSpec { kind, ..hold.clone() }]));
+            let text = refused(
+                &StageSpec::default(),
+                Some(&[ThermostatSpec {
+                    kind,
+                    ..hold.clone()
+                }]),
+            );
             assert!(text.contains("are fixed"), "{text}");
         }
-        let removed = StageSpec { remove: vec!["tees".to_owned()], ..set("tees", Some(1.0), None) };
+        let removed = StageSpec {
+            remove: vec!["tees".to_owned()],
+            ..set("tees", Some(1.0), None)
+        };
         assert!(refused(&removed, None).contains("no body has the tag tees"));
     }
 }

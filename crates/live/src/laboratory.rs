@@ -31,7 +31,7 @@ use crate::{
     gallery,
     heating::Heating,
     pace::{FRAME, Pace},
-    protocol::{Answer, Command, Edit, MOST_CONTACTS, MOST_EDITS, MeasureRequest, Request, Window},
+    protocol::{Answer, Command, Edit, MAX_CONTACTS, MAX_EDITS, MeasureRequest, Request, Window},
     report::{self, Measured, Watch},
     rules,
     saved_runs::{RunState, SavedRuns},
@@ -42,7 +42,7 @@ use crate::{
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Longest time in which samples are taken without a look at commands.
-const LONGEST_SAMPLES: Duration = Duration::from_millis(50);
+const MAX_SAMPLING_TIME: Duration = Duration::from_millis(50);
 
 /// Time between two reports of the state, and of the measures.
 const STATUS: Duration = Duration::from_millis(250);
@@ -52,15 +52,15 @@ const MEASURES: Duration = Duration::from_millis(500);
 const SHARE_OF_REPORTS: f64 = 0.015;
 
 /// Most measures at one time, and samples of each: they bound the memory.
-const MOST_MEASURES: usize = 16;
-const MOST_SAMPLES: u64 = 200_000;
+const MAX_MEASURES: usize = 16;
+const MAX_SAMPLES: u64 = 200_000;
 
 /// Longest time of one call of the engine, of steps from contact to contact, and of the way to the
 /// time of an edit. Longer: pages stand still. Shorter: fewer steps at one time.
-const LONGEST_CALL: Duration = Duration::from_secs(2);
+const MAX_CALL: Duration = Duration::from_secs(2);
 
 /// Commands that are executed one after another without a frame.
-const MOST_COMMANDS: usize = 32;
+const MAX_COMMANDS: usize = 32;
 
 /// A request, and the page that it came from.
 #[derive(Debug)]
@@ -88,7 +88,10 @@ struct Watching {
 
 impl Watching {
     fn active(&self) -> impl Iterator<Item = &Tracked> {
-        self.measures.iter().map(|measured| &measured.tracked).filter(|tracked| tracked.is_active)
+        self.measures
+            .iter()
+            .map(|measured| &measured.tracked)
+            .filter(|tracked| tracked.is_active)
     }
 
     fn followers(&mut self) -> impl Iterator<Item = &mut Follower> {
@@ -97,7 +100,10 @@ impl Watching {
 
     /// What this page has chosen.
     fn follower_of(&self, viewer: u64) -> Option<&Follower> {
-        self.followers.iter().find(|(of, _)| *of == viewer).map(|(_, follower)| follower)
+        self.followers
+            .iter()
+            .find(|(of, _)| *of == viewer)
+            .map(|(_, follower)| follower)
     }
 
     /// The number of the body that this page has chosen.
@@ -107,7 +113,9 @@ impl Watching {
 
     /// The time of the next sample, but not after `until`.
     fn next_sample(&self, until: EpochTime) -> EpochTime {
-        self.active().map(Tracked::time).fold(until, |first, time| if time < first { time } else { first })
+        self.active()
+            .map(Tracked::time)
+            .fold(until, |first, time| if time < first { time } else { first })
     }
 
     /// Takes the samples that are due.
@@ -115,7 +123,7 @@ impl Watching {
         for Measured { tracked, .. } in &mut self.measures {
             if tracked.is_due(view.time()) {
                 tracked.sample(view);
-                tracked.is_active = tracked.samples() < MOST_SAMPLES;
+                tracked.is_active = tracked.samples() < MAX_SAMPLES;
             }
         }
     }
@@ -123,12 +131,16 @@ impl Watching {
 
 impl Observer for Watching {
     fn watches_any(&self) -> bool {
-        self.followers.iter().any(|(_, follower)| follower.watches_any())
+        self.followers
+            .iter()
+            .any(|(_, follower)| follower.watches_any())
             || self.active().any(|tracked| tracked.measure.watches_any())
     }
 
     fn watches(&self, bodies: [&Body; 2]) -> bool {
-        self.followers.iter().any(|(_, follower)| follower.watches(bodies))
+        self.followers
+            .iter()
+            .any(|(_, follower)| follower.watches(bodies))
             || self.active().any(|tracked| tracked.measure.watches(bodies))
     }
 
@@ -146,7 +158,8 @@ impl Observer for Watching {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        self.followers().for_each(|follower| follower.collision(report));
+        self.followers()
+            .for_each(|follower| follower.collision(report));
         for Measured { tracked, .. } in &mut self.measures {
             if tracked.is_active {
                 tracked.measure.collision(report);
@@ -173,9 +186,12 @@ struct Bench {
 
 impl Bench {
     fn begin(name: String, scene: &Scene, version: u32, signals: Signals) -> Result<Self> {
-        let limit = CallLimit { signals, longest: LONGEST_CALL };
-        let run =
-            InteractiveRun::begin_within(scene, limit).with_context(|| format!("the scene {name:?}"))?;
+        let limit = CallLimit {
+            signals,
+            longest: MAX_CALL,
+        };
+        let run = InteractiveRun::begin_within(scene, limit)
+            .with_context(|| format!("the scene {name:?}"))?;
         let view = run.view();
         let (pace, watch) = (Pace::new(&view, None), Watch::new(&view));
         let body_list = BodyList::new(version, &name, method(scene), &view);
@@ -201,14 +217,22 @@ impl Bench {
     /// What distinguishes this state of the run from others.
     fn state(&self) -> RunState {
         let view = self.run.view();
-        (view.time(), view.counters().collisions, self.body_list.version)
+        (
+            view.time(),
+            view.counters().collisions,
+            self.body_list.version,
+        )
     }
 
     /// The bodies, or the run itself, have changed.
     fn has_changed(&mut self) {
         let view = self.run.view();
-        self.body_list =
-            BodyList::new(self.body_list.version + 1, &self.name, method(self.run.scene()), &view);
+        self.body_list = BodyList::new(
+            self.body_list.version + 1,
+            &self.name,
+            method(self.run.scene()),
+            &view,
+        );
         self.pace.restart(&view);
         self.stage = self.run.stage();
         for measured in &mut self.watching.measures {
@@ -219,12 +243,16 @@ impl Bench {
     /// Runs one piece, for a frame that is due then; returns whether the run is ahead of its clock.
     fn run_piece(&mut self, next_frame: Instant) -> bool {
         let (begun, now) = (Instant::now(), self.now());
-        let target = self.pace.target(now, next_frame.saturating_duration_since(begun));
+        let target = self
+            .pace
+            .target(now, next_frame.saturating_duration_since(begun));
         if target <= now {
             return true;
         }
         let collisions = self.run.view().counters().collisions;
-        let ran = self.run_to(EpochTime::from(target)).and_then(|()| self.run.renew(&mut self.watching));
+        let ran = self
+            .run_to(EpochTime::from(target))
+            .and_then(|()| self.run.renew(&mut self.watching));
         let wall = begun.elapsed();
         self.watch.has_run(wall);
         self.pace.has_taken(self.now() - now, wall);
@@ -249,7 +277,7 @@ impl Bench {
                 return Ok(());
             }
             self.watching.sample(&self.run.view());
-            if end >= target || begun.elapsed() > LONGEST_SAMPLES {
+            if end >= target || begun.elapsed() > MAX_SAMPLING_TIME {
                 return Ok(());
             }
         }
@@ -264,7 +292,7 @@ impl Bench {
             loop {
                 let end = self.watching.next_sample(EpochTime::from(last));
                 let has_hit = self.run.step(end.to_f64(), &mut self.watching)?;
-                let is_over = begun.elapsed() > LONGEST_CALL || signals.check().is_err();
+                let is_over = begun.elapsed() > MAX_CALL || signals.check().is_err();
                 if has_hit && !is_over {
                     break;
                 }
@@ -286,12 +314,14 @@ impl Bench {
     /// Stops, and runs through so many contacts.
     fn pass_contacts(&mut self, contacts: u32, signals: &Signals) -> Result<Value> {
         ensure!(
-            (1..=MOST_CONTACTS).contains(&contacts),
-            "a step has from 1 to {MOST_CONTACTS} contacts, not {contacts}"
+            (1..=MAX_CONTACTS).contains(&contacts),
+            "a step has from 1 to {MAX_CONTACTS} contacts, not {contacts}"
         );
         self.is_playing = false;
         let (begun, last) = (Instant::now(), self.now() + self.run.until());
-        let done = self.step(contacts, signals).inspect_err(|error| self.stop(error))?;
+        let done = self
+            .step(contacts, signals)
+            .inspect_err(|error| self.stop(error))?;
         let (now, seconds) = (self.now(), begun.elapsed().as_secs_f64());
         ensure!(
             done > 0 || now >= last,
@@ -319,7 +349,10 @@ impl Bench {
     fn edit(&mut self, edit: &Edit) -> Result<(f64, Vec<String>)> {
         let elasticity = rules::elasticity(&self.run, edit)?;
         let hold = rules::thermostats(&self.run, edit)?;
-        let stage = StageSpec { elasticity, ..edit.stage.clone() };
+        let stage = StageSpec {
+            elasticity,
+            ..edit.stage.clone()
+        };
         let Heating { stage, notes } = Heating::of(&self.run, &stage, hold.as_deref())?;
         let time = self.run.edit(&stage, hold.as_deref(), &mut self.watching)?;
         Ok((time, notes))
@@ -332,7 +365,9 @@ impl Bench {
         self.watching.measures.clear();
         self.keep_measures();
         let view = self.run.view();
-        self.watching.followers().for_each(|follower| follower.restart(&view));
+        self.watching
+            .followers()
+            .for_each(|follower| follower.restart(&view));
         self.watch = Watch::new(&self.run.view());
         self.error = None;
         self.has_changed();
@@ -418,7 +453,11 @@ impl Laboratory {
     /// The scene is invalid, the run cannot be saved, or there was a panic; then the error names
     /// the
     /// saved run.
-    pub fn run(&mut self, scene: Option<(String, Scene)>, messages: &Receiver<Message>) -> Result<Ended> {
+    pub fn run(
+        &mut self,
+        scene: Option<(String, Scene)>,
+        messages: &Receiver<Message>,
+    ) -> Result<Ended> {
         self.guard(|laboratory| {
             let opened = scene.map_or(Ok(()), |(name, scene)| laboratory.open(name, &scene));
             if opened.is_ok() {
@@ -440,7 +479,9 @@ impl Laboratory {
         let served = catch_unwind(AssertUnwindSafe(|| serve(self)));
         served.unwrap_or_else(|_| {
             let rescued = catch_unwind(AssertUnwindSafe(|| {
-                self.bench.as_ref().map(|bench| self.saved_runs.rescue(&bench.run))
+                self.bench
+                    .as_ref()
+                    .map(|bench| self.saved_runs.rescue(&bench.run))
             }));
             Err(rescued.ok().flatten().unwrap_or_else(panicked))
         })
@@ -454,11 +495,15 @@ impl Laboratory {
             if let Some(bench) = self.bench.as_mut().filter(|bench| bench.is_playing) {
                 is_ahead = bench.run_piece(self.next_frame);
             }
-            let pause = if is_ahead { self.pause() } else { Duration::ZERO };
+            let pause = if is_ahead {
+                self.pause()
+            } else {
+                Duration::ZERO
+            };
             match messages.recv_timeout(pause) {
                 Ok(message) => {
                     self.obey(message);
-                    for message in messages.try_iter().take(MOST_COMMANDS) {
+                    for message in messages.try_iter().take(MAX_COMMANDS) {
                         if self.signals.check().is_err() {
                             break;
                         }
@@ -469,7 +514,11 @@ impl Laboratory {
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             // Stages of the scene begin in pieces and in steps.
-            if let Some(bench) = self.bench.as_mut().filter(|bench| bench.run.stage() != bench.stage) {
+            if let Some(bench) = self
+                .bench
+                .as_mut()
+                .filter(|bench| bench.run.stage() != bench.stage)
+            {
                 bench.has_changed();
             }
             self.publish();
@@ -484,14 +533,18 @@ impl Laboratory {
 
     /// Time until there is something to do besides commands.
     fn pause(&self) -> Duration {
-        self.next_frame.saturating_duration_since(Instant::now()).clamp(Duration::from_micros(500), LOOK)
+        self.next_frame
+            .saturating_duration_since(Instant::now())
+            .clamp(Duration::from_micros(500), LOOK)
     }
 
     fn obey(&mut self, Message { viewer, request }: Message) {
         // A reader chooses a body; what all pages show remains.
         let is_writer = self.viewers.is_writer(viewer);
         let is_choice = matches!(request.command, Command::Choose(_));
-        let result = self.execute(viewer, request.command).map_err(|error| format!("{error:#}"));
+        let result = self
+            .execute(viewer, request.command)
+            .map_err(|error| format!("{error:#}"));
         if let Some(viewer) = self.viewers.get(viewer) {
             if is_choice {
                 viewer.has_chosen();
@@ -538,7 +591,10 @@ impl Laboratory {
             }
             Command::Speed(speed) => {
                 let is_valid = speed.is_none_or(|speed| speed.is_finite() && speed > 0.0);
-                ensure!(is_valid, "the speed must be positive and finite, but is {speed:?}");
+                ensure!(
+                    is_valid,
+                    "the speed must be positive and finite, but is {speed:?}"
+                );
                 let bench = self.bench()?;
                 let now = bench.now();
                 bench.pace.set_speed(speed, now);
@@ -561,14 +617,21 @@ impl Laboratory {
                 let bench = self.bench()?;
                 let before = bench.watching.measures.len();
                 bench.watching.measures.retain(|measured| measured.id != id);
-                ensure!(bench.watching.measures.len() < before, "there is no measure {id}");
+                ensure!(
+                    bench.watching.measures.len() < before,
+                    "there is no measure {id}"
+                );
                 bench.keep_measures();
                 self.next_measures = Instant::now();
                 Ok(Value::Null)
             }
             Command::Save(_) => {
                 let bench = self.bench.as_ref().context("no scene is open")?;
-                let Saved { time, command, left_out } = self.saved_runs.save(&bench.run)?;
+                let Saved {
+                    time,
+                    command,
+                    left_out,
+                } = self.saved_runs.save(&bench.run)?;
                 Ok(json!({ "time": time, "command": command, "left_out": left_out }))
             }
         }
@@ -576,8 +639,8 @@ impl Laboratory {
 
     fn edit(&mut self, edits: &[Edit]) -> Result<Value> {
         ensure!(
-            (1..=MOST_EDITS).contains(&edits.len()),
-            "a request has from 1 to {MOST_EDITS} edits, not {}",
+            (1..=MAX_EDITS).contains(&edits.len()),
+            "a request has from 1 to {MAX_EDITS} edits, not {}",
             edits.len()
         );
         let bench = self.bench()?;
@@ -607,15 +670,26 @@ impl Laboratory {
         let id = self.measures_so_far + 1;
         let bench = self.bench()?;
         ensure!(
-            bench.watching.measures.len() < MOST_MEASURES,
-            "there are {MOST_MEASURES} measures: end one of them first"
+            bench.watching.measures.len() < MAX_MEASURES,
+            "there are {MAX_MEASURES} measures: end one of them first"
         );
-        let scene = Scene { elasticity: bench.run.elasticity().clone(), ..bench.run.scene().clone() };
+        let scene = Scene {
+            elasticity: bench.run.elasticity().clone(),
+            ..bench.run.scene().clone()
+        };
         let interval = interval.unwrap_or(scene.run.sample_interval);
         let measure = SingleMeasure::begin(spec, interval, &scene, &bench.run.view())?;
         let tracked = Tracked::begin(measure, &bench.run.view());
-        let name = spec.of.as_ref().map_or_else(|| spec.kind.clone(), |of| format!("{}:{of}", spec.kind));
-        bench.watching.measures.push(Measured { id, name: name.clone(), spec: spec.clone(), tracked });
+        let name = spec
+            .of
+            .as_ref()
+            .map_or_else(|| spec.kind.clone(), |of| format!("{}:{of}", spec.kind));
+        bench.watching.measures.push(Measured {
+            id,
+            name: name.clone(),
+            spec: spec.clone(),
+            tracked,
+        });
         bench.keep_measures();
         self.measures_so_far = id;
         self.next_measures = Instant::now();
@@ -625,10 +699,16 @@ impl Laboratory {
     /// Sends what is due to all pages.
     fn publish(&mut self) {
         let now = Instant::now();
-        let tolerance = self.bench.as_ref().map_or(Duration::ZERO, |bench| bench.pace.tolerance());
+        let tolerance = self
+            .bench
+            .as_ref()
+            .map_or(Duration::ZERO, |bench| bench.pace.tolerance());
         if now + tolerance >= self.next_frame {
             self.publish_frames();
-            let interval = self.bench.as_ref().map_or(FRAME, |bench| bench.pace.interval());
+            let interval = self
+                .bench
+                .as_ref()
+                .map_or(FRAME, |bench| bench.pace.interval());
             // At regular times, except after a delay. Many pages may take longer than an interval.
             let (next, now) = (self.next_frame + interval, Instant::now());
             self.next_frame = if next > now { next } else { now + interval };
@@ -643,7 +723,10 @@ impl Laboratory {
             let Bench { run, watching, .. } = bench;
             let results = report::results(&watching.measures, run);
             let text = text_of(&json!({ "measures": results }));
-            self.viewers.all().iter().for_each(|viewer| viewer.send_measures(text.clone()));
+            self.viewers
+                .all()
+                .iter()
+                .for_each(|viewer| viewer.send_measures(text.clone()));
             let cost = now.elapsed();
             self.next_measures = Instant::now() + MEASURES.max(cost.div_f64(SHARE_OF_REPORTS));
         }
@@ -655,7 +738,11 @@ impl Laboratory {
             status = bench.watch.status(&bench.run);
             status["playing"] = bench.is_playing.into();
             status["speed"] = bench.pace.speed().into();
-            status["bookmark"] = bench.bookmark.as_ref().map(|run| run.view().time().to_f64()).into();
+            status["bookmark"] = bench
+                .bookmark
+                .as_ref()
+                .map(|run| run.view().time().to_f64())
+                .into();
             status["error"] = bench.error.clone().into();
             status["saved"] = self.saved_runs.status();
         }
@@ -663,7 +750,8 @@ impl Laboratory {
         for viewer in self.viewers.all() {
             if let Some(bench) = &self.bench {
                 let chosen = bench.watching.chosen_by(viewer.id);
-                message["status"]["chosen"] = chosen.map_or(Value::Null, |key| about(&bench.run.view(), key));
+                message["status"]["chosen"] =
+                    chosen.map_or(Value::Null, |key| about(&bench.run.view(), key));
             }
             viewer.send_status(text_of(&message));
         }
@@ -675,14 +763,20 @@ impl Laboratory {
         let viewers = self.viewers.all();
         let is_here = |id: u64| viewers.iter().any(|viewer| viewer.id == id);
         self.sent.retain(|sent| is_here(sent.viewer));
-        bench.watching.followers.retain(|(viewer, _)| is_here(*viewer));
+        bench
+            .watching
+            .followers
+            .retain(|(viewer, _)| is_here(*viewer));
         // Not by the clock: on a busy machine another program would count.
         let begun = ThreadTime::now();
         let mut frames = 0;
         for viewer in &viewers {
             let known = self.sent.iter().position(|sent| sent.viewer == viewer.id);
             let index = known.unwrap_or_else(|| {
-                self.sent.push(Sent { viewer: viewer.id, ..Sent::default() });
+                self.sent.push(Sent {
+                    viewer: viewer.id,
+                    ..Sent::default()
+                });
                 self.sent.len() - 1
             });
             let sent = &mut self.sent[index];
@@ -702,25 +796,50 @@ impl Laboratory {
 /// returns whether it has.
 fn send_frame(bench: &Bench, viewer: &Viewer, sent: &mut Sent) -> bool {
     let view = bench.run.view();
-    let (Some(window), window_number) = viewer.window() else { return false };
+    let (Some(window), window_number) = viewer.window() else {
+        return false;
+    };
     let follower = bench.watching.follower_of(viewer.id);
     let chosen = follower.and_then(Follower::chosen);
-    let shown = (view.time(), view.counters().collisions, bench.body_list.version, window_number, chosen);
+    let shown = (
+        view.time(),
+        view.counters().collisions,
+        bench.body_list.version,
+        window_number,
+        chosen,
+    );
     if sent.frame == Some(shown) {
         return false;
     }
-    let Some(number) = viewer.next_frame() else { return false };
+    let Some(number) = viewer.next_frame() else {
+        return false;
+    };
     let kicks = follower.map_or_else(Vec::new, |follower| follower.kicks(view.time()));
     let window: &Window = &window;
-    viewer.send_frame(frame::encode(&view, Label { number, body_list: &bench.body_list }, window, &kicks));
+    viewer.send_frame(frame::encode(
+        &view,
+        Label {
+            number,
+            body_list: &bench.body_list,
+        },
+        window,
+        &kicks,
+    ));
     sent.frame = Some(shown);
     true
 }
 
 /// A body in words.
 fn about(view: &View<'_>, key: BodyKey) -> Value {
-    let Some(body) = view.body(key) else { return Value::Null };
-    let tags: Vec<&str> = body.body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
+    let Some(body) = view.body(key) else {
+        return Value::Null;
+    };
+    let tags: Vec<&str> = body
+        .body
+        .tags()
+        .iter()
+        .map(|&tag| view.tag_names().name(tag))
+        .collect();
     json!({
         "id": key.id(),
         "tags": tags,
@@ -746,15 +865,23 @@ mod tests {
     /// A laboratory with its folder.
     fn laboratory() -> (tempfile::TempDir, Laboratory) {
         let root = tempfile::tempdir().unwrap();
-        let saved_runs = SavedRuns::open(&root.path().join("saved"), Duration::from_secs(30)).unwrap();
+        let saved_runs =
+            SavedRuns::open(&root.path().join("saved"), Duration::from_secs(30)).unwrap();
         let laboratory = Laboratory::new(Arc::default(), saved_runs, Signals::default());
         (root, laboratory)
     }
 
     /// Interval of frames after some rounds with so many pages.
     fn interval_with(pages: usize, run: &mut Laboratory) -> Duration {
-        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
-        let window = Window { centre: [0.5; 2], half: [0.6; 2], colour: Colour::Speed, follow: None };
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .build()
+            .unwrap();
+        let window = Window {
+            centre: [0.5; 2],
+            half: [0.6; 2],
+            colour: Colour::Speed,
+            follow: None,
+        };
         let viewers: Vec<_> = (0..pages).map(|_| run.viewers.join().unwrap()).collect();
         for number in 1..=24 {
             // A frame is sent where a page shows another window than before.
@@ -779,7 +906,9 @@ mod tests {
     fn frames_of_several_pages_take_no_larger_share_than_those_of_one() {
         let gas = "[[gas]]\nradius = 1e-4\nmass = 1.0\nenergy = 1.0\ncount = 100000";
         let (_root, mut laboratory) = laboratory();
-        laboratory.open("gas".to_owned(), &Scene::from_toml(gas).unwrap()).unwrap();
+        laboratory
+            .open("gas".to_owned(), &Scene::from_toml(gas).unwrap())
+            .unwrap();
         let one = interval_with(1, &mut laboratory);
         let eight = interval_with(8, &mut laboratory);
         assert!(one > FRAME && eight > 3 * one, "{one:?} {eight:?}");
@@ -794,7 +923,10 @@ mod tests {
             panic!("a fault of the engine");
         });
         let words = ended.unwrap_err().to_string();
-        assert!(words.contains("internal error") && words.contains("--resume"), "{words}");
+        assert!(
+            words.contains("internal error") && words.contains("--resume"),
+            "{words}"
+        );
         assert!(root.path().join("saved/1/checkpoint").exists());
     }
 }

@@ -81,11 +81,21 @@ pub struct Options {
 /// The scene is invalid, the address cannot be used, or the run cannot be saved.
 pub fn run(options: &Options) -> Result<Verdict> {
     let folder = folder(options);
-    let interval = Duration::try_from_secs_f64(options.save_every)
-        .with_context(|| format!("--save-every must be from 0 seconds on, but is {}", options.save_every))?;
+    let interval = Duration::try_from_secs_f64(options.save_every).with_context(|| {
+        format!(
+            "--save-every must be from 0 seconds on, but is {}",
+            options.save_every
+        )
+    })?;
     let shown = quoted(folder.as_os_str());
-    let signals = Signals::while_saving(format!("automatic saves, if there are any, remain in {shown}"))?;
-    let scene = options.path.as_deref().map(|path| read(path, options)).transpose()?;
+    let signals = Signals::while_saving(format!(
+        "automatic saves, if there are any, remain in {shown}"
+    ))?;
+    let scene = options
+        .path
+        .as_deref()
+        .map(|path| read(path, options))
+        .transpose()?;
     let address = options.listen.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
     let server = Server::bind(SocketAddr::new(address, options.port), &folder, signals)?;
     let server = server.saving_every(interval);
@@ -106,7 +116,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
     }
     let ended = server.serve(scene)?;
     if let Some(saved) = ended.saved {
-        print_line(&format!("saved at t = {}; go on with\n  {}", saved.time, saved.command));
+        print_line(&format!(
+            "saved at t = {}; go on with\n  {}",
+            saved.time, saved.command
+        ));
         for reason in saved.left_out {
             note(&format!("Left out: {reason}"));
         }
@@ -142,18 +155,31 @@ fn read(path: &Path, options: &Options) -> Result<(String, Scene)> {
         from: None,
         set: options.set.clone(),
     };
-    let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    let name = path
+        .file_stem()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned();
     Ok((name, file.read(None)?))
 }
 
 fn folder(options: &Options) -> PathBuf {
-    let name = options.path.as_deref().and_then(Path::file_stem).unwrap_or("gallery".as_ref());
-    options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("live-{}", name.to_string_lossy())))
+    let name = options
+        .path
+        .as_deref()
+        .and_then(Path::file_stem)
+        .unwrap_or("gallery".as_ref());
+    options
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("out").join(format!("live-{}", name.to_string_lossy())))
 }
 
 /// Opens the address in a browser, if there is a screen; a failure changes nothing.
 fn open_browser(address: &str) {
-    let has_screen = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| env::var_os(name).is_some());
+    let has_screen = ["DISPLAY", "WAYLAND_DISPLAY"]
+        .iter()
+        .any(|name| env::var_os(name).is_some());
     let mut command = if cfg!(target_os = "macos") {
         Command::new("open")
     } else if cfg!(windows) {
@@ -163,7 +189,11 @@ fn open_browser(address: &str) {
     } else {
         return;
     };
-    command.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command
+        .arg(address)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
     // It is not waited for: the program may go on as long as the browser does.
     if command.spawn().is_err() {
         note("No browser could be started: open the address in one.");
@@ -176,7 +206,12 @@ fn open_browser(address: &str) {
 /// The operating system gives no random bytes.
 fn random_word() -> Result<String> {
     let mut bytes = [0_u8; 16];
-    getrandom::fill(&mut bytes).map_err(anyhow::Error::msg).context("no random bytes for the token")?;
-    ensure!(bytes != [0; 16], "the random bytes of the operating system are all 0");
+    getrandom::fill(&mut bytes)
+        .map_err(anyhow::Error::msg)
+        .context("no random bytes for the token")?;
+    ensure!(
+        bytes != [0; 16],
+        "the random bytes of the operating system are all 0"
+    );
     Ok(format!("{:032x}", u128::from_le_bytes(bytes)))
 }

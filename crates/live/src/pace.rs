@@ -22,7 +22,7 @@ const END_OF_PIECE: f64 = 15e-9;
 
 /// The shortest piece, as a share of the interval of frames: also how much earlier than due a frame
 /// may be. Otherwise a piece that ends just before the time of its frame would delay it by a piece.
-const SHORTEST_PIECE: f64 = 0.1;
+const MIN_PIECE: f64 = 0.1;
 
 /// A run that is behind its clock by more than this goes on from where it is.
 const PATIENCE: Duration = Duration::from_millis(100);
@@ -50,12 +50,23 @@ impl Pace {
         let rate = first_length(view) / FRAME.as_secs_f64();
         let since = (view.time().to_f64(), Instant::now());
         let end = Duration::from_secs_f64(END_OF_PIECE * view.len() as f64);
-        Self { speed, since, rate, cost: Duration::ZERO, end, share: SHARE_OF_FRAMES }
+        Self {
+            speed,
+            since,
+            rate,
+            cost: Duration::ZERO,
+            end,
+            share: SHARE_OF_FRAMES,
+        }
     }
 
     /// Begins again at the present state of a run, with the speed and the cost of frames so far.
     pub fn restart(&mut self, view: &View<'_>) {
-        *self = Self { cost: self.cost, share: self.share, ..Self::new(view, self.speed) };
+        *self = Self {
+            cost: self.cost,
+            share: self.share,
+            ..Self::new(view, self.speed)
+        };
     }
 
     /// Sets the speed from now on.
@@ -76,7 +87,7 @@ impl Pace {
 
     /// Time before which a frame is due (of the clock) from which on it may be sent.
     pub fn tolerance(&self) -> Duration {
-        self.interval().mul_f64(SHORTEST_PIECE)
+        self.interval().mul_f64(MIN_PIECE)
     }
 
     /// The end of the next piece (time), for a frame that is due `left` from now; not after `now`
@@ -104,7 +115,11 @@ impl Pace {
 
     /// Updates the average cost of a round of frames, summed over `pages` pages.
     pub fn has_sent(&mut self, cost: Duration, pages: usize) {
-        self.share = if pages > 1 { SHARE_OF_SEVERAL } else { SHARE_OF_FRAMES };
+        self.share = if pages > 1 {
+            SHARE_OF_SEVERAL
+        } else {
+            SHARE_OF_FRAMES
+        };
         self.cost = (self.cost * 3 + cost) / 4;
     }
 
@@ -125,7 +140,9 @@ mod tests {
 
     #[test]
     fn pieces_end_with_the_time_of_a_frame_and_frames_keep_to_their_share() {
-        let scene = Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10").unwrap();
+        let scene =
+            Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10")
+                .unwrap();
         let simulation = Simulation::new(&scene).unwrap();
         let mut pace = Pace::new(&simulation.view(), None);
         // A machine that simulates 5 units of time a second.
@@ -136,7 +153,10 @@ mod tests {
         let ends_after = |pace: &mut Pace, left: Duration| pace.target(0.0, left) / 5.0;
         assert!((ends_after(&mut pace, FRAME) / FRAME.as_secs_f64() - 1.0).abs() < 1e-6);
         assert!((ends_after(&mut pace, FRAME / 4) / FRAME.as_secs_f64() - 0.25).abs() < 1e-6);
-        assert!(ends_after(&mut pace, Duration::ZERO) > 0.0, "the run goes on");
+        assert!(
+            ends_after(&mut pace, Duration::ZERO) > 0.0,
+            "the run goes on"
+        );
         (0..40).for_each(|_| pace.has_sent(Duration::from_millis(4), 1));
         let share = 0.004 / pace.interval().as_secs_f64();
         assert!((share / SHARE_OF_FRAMES - 1.0).abs() < 0.01, "{share}");

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// Largest number of contacts of one step.
-pub const MOST_CONTACTS: u32 = 1000;
+pub const MAX_CONTACTS: u32 = 1000;
 
 /// Largest number of edits in one request.
-pub const MOST_EDITS: usize = 16;
+pub const MAX_EDITS: usize = 16;
 
 /// A request of a page. The answer has the same number.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -145,7 +145,10 @@ impl Answer {
     pub fn of(id: u64, result: Result<Value, String>) -> Self {
         match result {
             Ok(done) => Self::Done { answer: id, done },
-            Err(refused) => Self::Refused { answer: Some(id), refused },
+            Err(refused) => Self::Refused {
+                answer: Some(id),
+                refused,
+            },
         }
     }
 }
@@ -155,13 +158,20 @@ impl Answer {
 /// # Errors
 /// The answer that names the fault.
 pub fn read(text: &str) -> Result<Request, Answer> {
-    serde_json::from_str(text).map_err(|error| Answer::Refused { answer: None, refused: error.to_string() })
+    serde_json::from_str(text).map_err(|error| Answer::Refused {
+        answer: None,
+        refused: error.to_string(),
+    })
 }
 
 impl Window {
     /// Whether all numbers are finite and the window has an area.
     pub fn is_valid(&self) -> bool {
-        let finite = self.centre.iter().chain(&self.half).all(|number| number.is_finite());
+        let finite = self
+            .centre
+            .iter()
+            .chain(&self.half)
+            .all(|number| number.is_finite());
         finite && self.half.iter().all(|half| *half > 0.0)
     }
 }
@@ -180,25 +190,55 @@ mod tests {
     #[test]
     fn requests_are_read_and_unknown_keys_are_refused_by_name() {
         let play = read(r#"{ "id": 7, "do": { "play": true } }"#).unwrap();
-        assert_eq!(play, Request { id: 7, command: Command::Play(true) });
+        assert_eq!(
+            play,
+            Request {
+                id: 7,
+                command: Command::Play(true)
+            }
+        );
         let edit = read(
             r#"{ "id": 8, "do": { "edit": [{ "stage": { "elasticity": { "default": 0.5 } },
                 "hold": [{ "tag": "hot", "every": 0.1, "energy": 2.0 }] }] } }"#,
         );
-        let Command::Edit(edits) = edit.unwrap().command else { panic!() };
+        let Command::Edit(edits) = edit.unwrap().command else {
+            panic!()
+        };
         assert_eq!(edits[0].stage.elasticity.as_ref().unwrap().default, 0.5);
         assert_eq!(edits[0].hold.as_ref().unwrap()[0].tag, "hot");
-        let view =
-            r#"{ "id": 9, "do": { "view": { "centre": [0.5, 0.5], "half": [1, 1], "colour": "order" } } }"#;
-        let Command::View(window) = read(view).unwrap().command else { panic!() };
-        assert_eq!((window.colour, window.follow, window.is_valid()), (Colour::Order, None, true));
-        assert!(!Window { half: [0.0, 1.0], ..window }.is_valid());
+        let view = r#"{ "id": 9, "do": { "view": { "centre": [0.5, 0.5], "half": [1, 1], "colour": "order" } } }"#;
+        let Command::View(window) = read(view).unwrap().command else {
+            panic!()
+        };
+        assert_eq!(
+            (window.colour, window.follow, window.is_valid()),
+            (Colour::Order, None, true)
+        );
+        assert!(
+            !Window {
+                half: [0.0, 1.0],
+                ..window
+            }
+            .is_valid()
+        );
         for (text, named) in [
             (r#"{ "id": 1, "do": { "explode": true } }"#, "explode"),
-            (r#"{ "id": 1, "do": { "play": true }, "twice": 2 }"#, "twice"),
-            (r#"{ "id": 1, "do": { "edit": [{ "stage": { "gravity": 9.81 } }] } }"#, "gravity"),
-            (r#"{ "id": 1, "do": { "edit": [{ "stages": {} }] } }"#, "stages"),
-            (r#"{ "id": 1, "do": { "measure": { "spec": { "kind": "energy" }, "colour": 1 } } }"#, "colour"),
+            (
+                r#"{ "id": 1, "do": { "play": true }, "twice": 2 }"#,
+                "twice",
+            ),
+            (
+                r#"{ "id": 1, "do": { "edit": [{ "stage": { "gravity": 9.81 } }] } }"#,
+                "gravity",
+            ),
+            (
+                r#"{ "id": 1, "do": { "edit": [{ "stages": {} }] } }"#,
+                "stages",
+            ),
+            (
+                r#"{ "id": 1, "do": { "measure": { "spec": { "kind": "energy" }, "colour": 1 } } }"#,
+                "colour",
+            ),
             (r#"{ "id": -1, "do": { "play": true } }"#, "-1"),
             ("play", "expected"),
         ] {
@@ -209,7 +249,13 @@ mod tests {
     #[test]
     fn an_answer_has_the_number_of_its_request() {
         let text = |answer: Answer| serde_json::to_string(&answer).unwrap();
-        assert_eq!(text(Answer::of(3, Ok(Value::from(2)))), r#"{"answer":3,"done":2}"#);
-        assert_eq!(text(Answer::of(3, Err("no".to_owned()))), r#"{"answer":3,"refused":"no"}"#);
+        assert_eq!(
+            text(Answer::of(3, Ok(Value::from(2)))),
+            r#"{"answer":3,"done":2}"#
+        );
+        assert_eq!(
+            text(Answer::of(3, Err("no".to_owned()))),
+            r#"{"answer":3,"refused":"no"}"#
+        );
     }
 }

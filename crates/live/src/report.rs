@@ -16,7 +16,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 /// Largest number of rows of a table that is sent; of more, each k-th.
-const MOST_ROWS: usize = 240;
+const MAX_ROWS: usize = 240;
 
 /// Largest share of the time that checks for overlaps take.
 const SHARE_OF_CHECKS: f64 = 0.01;
@@ -54,7 +54,11 @@ struct Exchange {
 impl Exchange {
     fn so_far(&mut self, ledger: &Ledger) -> f64 {
         let now = [ledger.lost, ledger.put_in, ledger.heat];
-        self.sum += now.iter().zip(self.last).map(|(now, last)| (now - last).abs()).sum::<f64>();
+        self.sum += now
+            .iter()
+            .zip(self.last)
+            .map(|(now, last)| (now - last).abs())
+            .sum::<f64>();
         self.last = now;
         self.sum
     }
@@ -185,7 +189,11 @@ impl Totals {
         }
         let crossing = view.bounds().sides().min_element() * moving as f64 / speed;
         let crossing = Some(crossing).filter(|time| time.is_finite());
-        Self { energy, crossing, tags: tags.into_values().collect() }
+        Self {
+            energy,
+            crossing,
+            tags: tags.into_values().collect(),
+        }
     }
 }
 
@@ -203,9 +211,14 @@ pub struct Measured {
 
 /// The results of the measures so far. `rules` has the elasticity in force.
 pub fn results(measures: &[Measured], run: &InteractiveRun) -> Value {
-    let rules = Scene { elasticity: run.elasticity().clone(), ..run.scene().clone() };
+    let rules = Scene {
+        elasticity: run.elasticity().clone(),
+        ..run.scene().clone()
+    };
     let view = &run.view();
-    let of = |Measured { id, name, tracked, .. }: &Measured| {
+    let of = |Measured {
+                  id, name, tracked, ..
+              }: &Measured| {
         let edited = "the system has been edited since the measure began";
         let disturbed = if tracked.is_disturbed {
             Some(edited)
@@ -242,8 +255,13 @@ fn figure(figure: &Figure) -> Value {
 
 /// A table with each curve's errors and prediction beside it.
 fn table(table: &Table) -> Value {
-    let rows = table.columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
-    let every = rows.div_ceil(MOST_ROWS).max(1);
+    let rows = table
+        .columns
+        .iter()
+        .map(|column| column.values.len())
+        .max()
+        .unwrap_or(0);
+    let every = rows.div_ceil(MAX_ROWS).max(1);
     // The last row is always among them.
     let thin = |values: &[Option<f64>]| -> Vec<Option<f64>> {
         values.iter().rev().step_by(every).rev().copied().collect()
@@ -308,15 +326,25 @@ mod tests {
             temperature: Some(1.0),
             ..HeatSpec::default()
         };
-        let elasticity = ElasticitySpec { default: 0.3, ..ElasticitySpec::default() };
-        let edit = StageSpec { set_energy: vec![heat], elasticity: Some(elasticity), ..StageSpec::default() };
+        let elasticity = ElasticitySpec {
+            default: 0.3,
+            ..ElasticitySpec::default()
+        };
+        let edit = StageSpec {
+            set_energy: vec![heat],
+            elasticity: Some(elasticity),
+            ..StageSpec::default()
+        };
         run.edit(&edit, None, &mut ()).unwrap();
         let mut time = 0.1;
         while run.view().energy() > 1e-4 {
             assert!(time < 1e6, "the gas does not cool");
             run.advance(EpochTime::from(time), &mut ()).unwrap();
             let status = watch.status(&run);
-            assert!(status["drift"].as_f64() < status["allowed_drift"].as_f64(), "{status}");
+            assert!(
+                status["drift"].as_f64() < status["allowed_drift"].as_f64(),
+                "{status}"
+            );
             time *= 2.0;
         }
     }

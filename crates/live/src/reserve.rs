@@ -100,7 +100,10 @@ mod tests {
         let second = reserve.release();
         assert_eq!(reserve.lock().files.len(), 0);
         drop(first);
-        assert!(!reserve.restore().unwrap() && reserve.lock().files.is_empty(), "the second still writes");
+        assert!(
+            !reserve.restore().unwrap() && reserve.lock().files.is_empty(),
+            "the second still writes"
+        );
         drop(second);
         assert_eq!(reserve.lock().files.len(), RESERVED);
     }

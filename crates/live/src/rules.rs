@@ -18,19 +18,34 @@ const SHARE_OF_CROSSING: f64 = 0.1;
 /// # Errors
 /// There is no rule between the tags of one that should end.
 pub fn elasticity(run: &InteractiveRun, edit: &Edit) -> Result<Option<ElasticitySpec>> {
-    let Edit { stage, elasticity, set_rule, drop_rule, .. } = edit;
+    let Edit {
+        stage,
+        elasticity,
+        set_rule,
+        drop_rule,
+        ..
+    } = edit;
     if elasticity.is_none() && set_rule.is_empty() && drop_rule.is_empty() {
         return Ok(stage.elasticity.clone());
     }
-    let mut spec = stage.elasticity.as_ref().unwrap_or(run.elasticity()).clone();
+    let mut spec = stage
+        .elasticity
+        .as_ref()
+        .unwrap_or(run.elasticity())
+        .clone();
     spec.default = elasticity.unwrap_or(spec.default);
     for between in drop_rule {
         let before = spec.pair.len();
         spec.pair.retain(|rule| !is_same(&rule.between, between));
-        ensure!(spec.pair.len() < before, "there is no rule between {}", between.join(" and "));
+        ensure!(
+            spec.pair.len() < before,
+            "there is no rule between {}",
+            between.join(" and ")
+        );
     }
     for rule in set_rule {
-        spec.pair.retain(|old| !is_same(&old.between, &rule.between));
+        spec.pair
+            .retain(|old| !is_same(&old.between, &rule.between));
         spec.pair.push(rule.clone());
     }
     Ok(Some(spec))
@@ -51,7 +66,12 @@ fn is_same(one: &[String], other: &[String]) -> bool {
 /// # Errors
 /// A tag whose thermostat should end has none, or a target is out of range.
 pub fn thermostats(run: &InteractiveRun, edit: &Edit) -> Result<Option<Vec<ThermostatSpec>>> {
-    let Edit { hold, begin_hold, end_hold, .. } = edit;
+    let Edit {
+        hold,
+        begin_hold,
+        end_hold,
+        ..
+    } = edit;
     if begin_hold.is_empty() && end_hold.is_empty() {
         return Ok(hold.clone());
     }
@@ -65,8 +85,8 @@ pub fn thermostats(run: &InteractiveRun, edit: &Edit) -> Result<Option<Vec<Therm
         specs.retain(|old| old.tag != spec.tag);
         let mut spec = spec.clone();
         if spec.every == 0.0 {
-            spec.every =
-                interval(&run.view(), &spec).with_context(|| format!("thermostat on {}", spec.tag))?;
+            spec.every = interval(&run.view(), &spec)
+                .with_context(|| format!("thermostat on {}", spec.tag))?;
         }
         specs.push(spec);
     }
@@ -77,7 +97,11 @@ pub fn thermostats(run: &InteractiveRun, edit: &Edit) -> Result<Option<Vec<Therm
 /// side of the box, at the target, with two digits; 1 if no body moves.
 fn interval(view: &View<'_>, spec: &ThermostatSpec) -> Result<f64> {
     let target = spec.action().target("begin_hold")?;
-    let tagged = view.tag_names().find(&spec.tag).into_iter().flat_map(|tag| view.tagged(tag));
+    let tagged = view
+        .tag_names()
+        .find(&spec.tag)
+        .into_iter()
+        .flat_map(|tag| view.tagged(tag));
     let moving = tagged.filter(|body| !body.body.is_fixed());
     let (sum, count) = moving.fold((0.0, 0_u32), |(sum, count), body| {
         // The root mean square speed in a plane.
@@ -86,7 +110,10 @@ fn interval(view: &View<'_>, spec: &ThermostatSpec) -> Result<f64> {
     });
     let crossing = view.bounds().sides().min_element() * f64::from(count) / sum;
     let rounded = format!("{:.1e}", SHARE_OF_CROSSING * crossing).parse();
-    Ok(rounded.ok().filter(|every: &f64| every.is_finite() && *every > 0.0).unwrap_or(1.0))
+    Ok(rounded
+        .ok()
+        .filter(|every: &f64| every.is_finite() && *every > 0.0)
+        .unwrap_or(1.0))
 }
 
 #[cfg(test)]
@@ -95,7 +122,10 @@ mod tests {
     use carom::{Scene, engine::ElasticityRule};
 
     fn rule(between: &[&str], coefficient: f64) -> ElasticityRule {
-        ElasticityRule { between: names(between), coefficient }
+        ElasticityRule {
+            between: names(between),
+            coefficient,
+        }
     }
 
     fn names(names: &[&str]) -> Vec<String> {
@@ -103,7 +133,11 @@ mod tests {
     }
 
     fn held(tag: &str, energy: f64) -> ThermostatSpec {
-        ThermostatSpec { tag: tag.to_owned(), energy: Some(energy), ..ThermostatSpec::default() }
+        ThermostatSpec {
+            tag: tag.to_owned(),
+            energy: Some(energy),
+            ..ThermostatSpec::default()
+        }
     }
 
     #[test]
@@ -114,24 +148,66 @@ mod tests {
         let mut run = InteractiveRun::begin(&Scene::from_toml(scene).unwrap()).unwrap();
         let mut make = |edit: Edit| -> Result<()> {
             let (stage, hold) = (
-                carom::engine::StageSpec { elasticity: elasticity(&run, &edit)?, ..edit.stage.clone() },
+                carom::engine::StageSpec {
+                    elasticity: elasticity(&run, &edit)?,
+                    ..edit.stage.clone()
+                },
                 thermostats(&run, &edit)?,
             );
             run.edit(&stage, hold.as_deref(), &mut ()).map(|_| ())
         };
-        make(Edit { set_rule: vec![rule(&["a"], 0.7)], ..Edit::default() }).unwrap();
-        make(Edit { elasticity: Some(0.8), ..Edit::default() }).unwrap();
-        make(Edit { set_rule: vec![rule(&["b", "a"], 0.6)], ..Edit::default() }).unwrap();
-        make(Edit { begin_hold: vec![held("a", 1.0)], ..Edit::default() }).unwrap();
-        make(Edit { begin_hold: vec![held("b", 2.0)], ..Edit::default() }).unwrap();
-        make(Edit { begin_hold: vec![held("a", 4.0)], ..Edit::default() }).unwrap();
-        let refused = make(Edit { drop_rule: vec![names(&["b"])], ..Edit::default() }).unwrap_err();
+        make(Edit {
+            set_rule: vec![rule(&["a"], 0.7)],
+            ..Edit::default()
+        })
+        .unwrap();
+        make(Edit {
+            elasticity: Some(0.8),
+            ..Edit::default()
+        })
+        .unwrap();
+        make(Edit {
+            set_rule: vec![rule(&["b", "a"], 0.6)],
+            ..Edit::default()
+        })
+        .unwrap();
+        make(Edit {
+            begin_hold: vec![held("a", 1.0)],
+            ..Edit::default()
+        })
+        .unwrap();
+        make(Edit {
+            begin_hold: vec![held("b", 2.0)],
+            ..Edit::default()
+        })
+        .unwrap();
+        make(Edit {
+            begin_hold: vec![held("a", 4.0)],
+            ..Edit::default()
+        })
+        .unwrap();
+        let refused = make(Edit {
+            drop_rule: vec![names(&["b"])],
+            ..Edit::default()
+        })
+        .unwrap_err();
         assert!(refused.to_string().contains("no rule between b"));
-        let refused = make(Edit { end_hold: names(&["c"]), ..Edit::default() }).unwrap_err();
+        let refused = make(Edit {
+            end_hold: names(&["c"]),
+            ..Edit::default()
+        })
+        .unwrap_err();
         assert!(refused.to_string().contains("on c"));
         assert_eq!(run.elasticity().default, 0.8);
-        assert_eq!(run.elasticity().pair, [rule(&["a"], 0.7), rule(&["b", "a"], 0.6)]);
-        let found: Vec<_> = run.thermostats().iter().map(|spec| (spec.tag.as_str(), spec.every)).collect();
+        assert_eq!(
+            run.elasticity().pair,
+            [rule(&["a"], 0.7), rule(&["b", "a"], 0.6)]
+        );
+        let found: Vec<_> = run
+            .thermostats()
+            .iter()
+            .map(|spec| (spec.tag.as_str(), spec.every))
+            .collect();
         // Discs of energy 2 and mass 1, and of energy 4 and mass 2: speed 2.
         assert_eq!(found, [("b", 0.05), ("a", 0.05)]);
     }

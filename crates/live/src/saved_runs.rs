@@ -103,7 +103,13 @@ impl SavedRuns {
             last: None,
             error: None,
         };
-        Ok(Self { folder: folder.to_owned(), is_new, reserve: Arc::new(reserve), next: 1, automatic })
+        Ok(Self {
+            folder: folder.to_owned(),
+            is_new,
+            reserve: Arc::new(reserve),
+            next: 1,
+            automatic,
+        })
     }
 
     /// Changes the interval of automatic saves.
@@ -128,7 +134,8 @@ impl SavedRuns {
     /// It cannot be written.
     pub fn save(&mut self, run: &InteractiveRun) -> Result<Saved> {
         let _room = self.reserve.release();
-        let (number, path) = take_number(&self.folder, "", self.next).context("the run cannot be saved")?;
+        let (number, path) =
+            take_number(&self.folder, "", self.next).context("the run cannot be saved")?;
         self.next = number;
         run.save(&path).context("the run cannot be saved")
     }
@@ -187,7 +194,8 @@ impl SavedRuns {
         self.automatic.wait();
         match saved {
             Ok(Saved { time, command, .. }) => {
-                let error = anyhow!("{words}; the run was saved at t = {time}; go on with\n  {command}");
+                let error =
+                    anyhow!("{words}; the run was saved at t = {time}; go on with\n  {command}");
                 self.automatic.named_after(error)
             }
             Err(error) => self.automatic.named_after(error.context(words)),
@@ -203,9 +211,16 @@ impl Automatic {
         let save = move || {
             let (begun, _room) = (Instant::now(), reserve.release());
             let saved = run.save(&path);
-            Written { path, saved, took: begun.elapsed() }
+            Written {
+                path,
+                saved,
+                took: begun.elapsed(),
+            }
         };
-        match thread::Builder::new().name("automatic save".to_owned()).spawn(save) {
+        match thread::Builder::new()
+            .name("automatic save".to_owned())
+            .spawn(save)
+        {
             Ok(thread) => (self.writing, self.saved_state) = (Some(thread), Some(state)),
             Err(error) => self.has_failed(&error.into()),
         }
@@ -225,9 +240,15 @@ impl Automatic {
 
     /// Waits for the save that is being written.
     fn wait(&mut self) {
-        let Some(thread) = self.writing.take() else { return };
+        let Some(thread) = self.writing.take() else {
+            return;
+        };
         match thread.join() {
-            Ok(Written { path, saved: Ok(saved), took }) => {
+            Ok(Written {
+                path,
+                saved: Ok(saved),
+                took,
+            }) => {
                 if let Some((before, _)) = self.last.replace((path, saved)) {
                     // If it stays, it takes space and is a good save still.
                     let _ = fs::remove_dir_all(before);
@@ -235,15 +256,21 @@ impl Automatic {
                 self.error = None;
                 self.due = Instant::now() + self.interval.max(took.div_f64(SHARE_OF_SAVES));
             }
-            Ok(Written { saved: Err(error), .. }) => self.has_failed(&error),
+            Ok(Written {
+                saved: Err(error), ..
+            }) => self.has_failed(&error),
             Err(_) => self.has_failed(&anyhow!("an internal error while the run was saved")),
         }
     }
 
     /// An error with the last automatic save, which is kept.
     fn named_after(&self, error: anyhow::Error) -> anyhow::Error {
-        let Some((_, Saved { time, command, .. })) = &self.last else { return error };
-        anyhow!("{error:#}\nThe last automatic save, at t = {time}, is kept; go on with\n  {command}")
+        let Some((_, Saved { time, command, .. })) = &self.last else {
+            return error;
+        };
+        anyhow!(
+            "{error:#}\nThe last automatic save, at t = {time}, is kept; go on with\n  {command}"
+        )
     }
 }
 
@@ -276,9 +303,13 @@ fn take_number(folder: &Path, prefix: &str, first: u32) -> Result<(u32, PathBuf)
             Ok(()) => return Ok((number, path)),
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
             Err(error) => {
-                return Err(error).with_context(|| format!("cannot create the folder {}", path.display()));
+                return Err(error)
+                    .with_context(|| format!("cannot create the folder {}", path.display()));
             }
         }
     }
-    Err(anyhow!("{} holds {MAX_NUMBER} saved runs, the most: choose another folder", folder.display()))
+    Err(anyhow!(
+        "{} holds {MAX_NUMBER} saved runs, the most: choose another folder",
+        folder.display()
+    ))
 }

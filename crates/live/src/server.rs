@@ -41,7 +41,7 @@ use crate::{
     protocol::{self, Command, Request},
     random_word,
     saved_runs::SavedRuns,
-    viewers::{MOST_VIEWERS, Outgoing, Viewer, Viewers, refuse},
+    viewers::{MAX_VIEWERS, Outgoing, Viewer, Viewers, refuse},
 };
 
 /// The page.
@@ -57,13 +57,13 @@ const ONCE: &str = "open";
 const TICKET: Duration = Duration::from_mins(1);
 
 /// Largest message of a page (bytes).
-const LARGEST_REQUEST: usize = 1 << 18;
+const MAX_REQUEST: usize = 1 << 18;
 
 /// Interval of automatic saves, the most that is lost if the program is killed.
 pub const SAVE_INTERVAL: Duration = Duration::from_secs(30);
 
 /// Requests that wait for the engine. More are refused.
-const MOST_WAITING: usize = 256;
+const MAX_WAITING: usize = 256;
 
 /// Where the pictures of the gallery are.
 const THUMBNAILS: &str = "thumbnail/";
@@ -103,25 +103,40 @@ struct Shared {
 impl Door {
     /// Whether a request names this machine and has the token; `Err` is the refusal.
     fn admits(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), (StatusCode, &'static str)> {
-        let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("");
+        let host = headers
+            .get(header::HOST)
+            .and_then(|host| host.to_str().ok())
+            .unwrap_or("");
         if !self.knows(host) {
             return Err((StatusCode::FORBIDDEN, "This host name is not served."));
         }
         let token = uri.path().split('/').nth(1).unwrap_or("");
         if !is_same(token, &self.token) {
-            return Err((StatusCode::FORBIDDEN, "The address lacks the token that carom live has printed."));
+            return Err((
+                StatusCode::FORBIDDEN,
+                "The address lacks the token that carom live has printed.",
+            ));
         }
         Ok(())
     }
 
     /// Redirects the first request with a valid ticket to the page; refuses later ones.
     fn redeem(&self, word: &str, headers: &HeaderMap) -> Response {
-        let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("");
+        let host = headers
+            .get(header::HOST)
+            .and_then(|host| host.to_str().ok())
+            .unwrap_or("");
         let mut ticket = self.ticket.lock().unwrap_or_else(PoisonError::into_inner);
         let is_valid = self.knows(host)
-            && ticket.as_ref().is_some_and(|(known, until)| is_same(word, known) && Instant::now() < *until);
+            && ticket
+                .as_ref()
+                .is_some_and(|(known, until)| is_same(word, known) && Instant::now() < *until);
         if !is_valid {
-            return (StatusCode::FORBIDDEN, "Open the address that carom live has printed.").into_response();
+            return (
+                StatusCode::FORBIDDEN,
+                "Open the address that carom live has printed.",
+            )
+                .into_response();
         }
         *ticket = None;
         let headers = [
@@ -173,7 +188,10 @@ fn named_address(address: IpAddr) -> IpAddr {
 
 /// Compares in a time that does not depend on where the words differ.
 fn is_same(one: &str, other: &str) -> bool {
-    let differ = one.bytes().zip(other.bytes()).fold(0, |differ, (a, b)| differ | (a ^ b));
+    let differ = one
+        .bytes()
+        .zip(other.bytes())
+        .fold(0, |differ, (a, b)| differ | (a ^ b));
     one.len() == other.len() && differ == 0
 }
 
@@ -185,16 +203,27 @@ impl Server {
     /// The address cannot be used, runs cannot be saved in `folder`, or there are no random bytes
     /// for the token.
     pub fn bind(address: SocketAddr, folder: &Path, signals: Signals) -> Result<Self> {
-        let listener = TcpListener::bind(address).with_context(|| format!("cannot listen on {address}"))?;
+        let listener =
+            TcpListener::bind(address).with_context(|| format!("cannot listen on {address}"))?;
         listener.set_nonblocking(true).context("cannot listen")?;
         let token = random_word()?;
         let shown = listener.local_addr().context("cannot listen")?;
         let named = SocketAddr::new(named_address(shown.ip()), shown.port());
         let address = format!("http://{named}/{token}/");
-        let door = Door { token, is_open: !shown.ip().is_loopback(), ticket: Mutex::new(None) };
+        let door = Door {
+            token,
+            is_open: !shown.ip().is_loopback(),
+            ticket: Mutex::new(None),
+        };
         let door = Arc::new(door);
         let saved_runs = SavedRuns::open(folder, SAVE_INTERVAL)?;
-        Ok(Self { listener, address, door, saved_runs, signals })
+        Ok(Self {
+            listener,
+            address,
+            door,
+            saved_runs,
+            signals,
+        })
     }
 
     /// The server with another interval of automatic saves.
@@ -225,8 +254,15 @@ impl Server {
     /// There are no random bytes.
     pub fn address_for_once(&self) -> Result<String> {
         let word = random_word()?;
-        let address = self.address.replace(&format!("/{}/", self.door.token), &format!("/{ONCE}/{word}"));
-        let mut ticket = self.door.ticket.lock().unwrap_or_else(PoisonError::into_inner);
+        let address = self.address.replace(
+            &format!("/{}/", self.door.token),
+            &format!("/{ONCE}/{word}"),
+        );
+        let mut ticket = self
+            .door
+            .ticket
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         *ticket = Some((word, Instant::now() + TICKET));
         Ok(address)
     }
@@ -238,8 +274,12 @@ impl Server {
     /// an error too; it names the saved run.
     pub fn serve(self, scene: Option<(String, Scene)>) -> Result<Ended> {
         let viewers = Arc::new(Viewers::default());
-        let (messages, received) = sync_channel(MOST_WAITING);
-        let shared = Arc::new(Shared { door: self.door, viewers: Arc::clone(&viewers), messages });
+        let (messages, received) = sync_channel(MAX_WAITING);
+        let shared = Arc::new(Shared {
+            door: self.door,
+            viewers: Arc::clone(&viewers),
+            messages,
+        });
         let ended = Arc::new(Notify::new());
         let has_ended = Arc::clone(&ended);
         let (saved_runs, signals) = (self.saved_runs, self.signals);
@@ -247,12 +287,17 @@ impl Server {
         let engine = thread::Builder::new().name("engine".to_owned());
         let engine = engine.spawn(move || {
             // A panic ends the server as well.
-            let _ends = Ends { ended: has_ended, viewers: Arc::clone(&viewers) };
+            let _ends = Ends {
+                ended: has_ended,
+                viewers: Arc::clone(&viewers),
+            };
             Laboratory::new(viewers, saved_runs, signals).run(scene, &received)
         });
         let engine = engine.context("the system has no thread for the engine")?;
-        let runtime =
-            tokio::runtime::Builder::new_current_thread().enable_all().build().context("no runtime")?;
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .context("no runtime")?;
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
             let router = Router::new().fallback(answer).with_state(shared);
@@ -303,13 +348,18 @@ async fn answer(
         return refusal.into_response();
     }
     let rest = uri.path().splitn(3, '/').nth(2).unwrap_or("");
-    if let Some(name) = rest.strip_prefix(THUMBNAILS).and_then(|name| name.strip_suffix(".svg")) {
+    if let Some(name) = rest
+        .strip_prefix(THUMBNAILS)
+        .and_then(|name| name.strip_suffix(".svg"))
+    {
         return thumbnail(name.to_owned()).await;
     }
     match (rest, upgrade) {
         ("", _) => page(),
         ("socket", Ok(upgrade)) if Door::admits_origin(&headers) => {
-            let upgrade = upgrade.max_message_size(LARGEST_REQUEST).max_frame_size(LARGEST_REQUEST);
+            let upgrade = upgrade
+                .max_message_size(MAX_REQUEST)
+                .max_frame_size(MAX_REQUEST);
             upgrade.on_upgrade(move |socket| talk(socket, shared))
         }
         ("socket", Ok(_)) => (StatusCode::FORBIDDEN, "A page of another origin.").into_response(),
@@ -386,12 +436,15 @@ async fn talk(mut socket: WebSocket, shared: Arc<Shared>) {
 
 /// Sends a packet; returns whether the page has taken it in time.
 async fn sent(socket: &mut WebSocket, packet: Packet) -> bool {
-    matches!(tokio::time::timeout(SILENCE, socket.send(packet)).await, Ok(Ok(())))
+    matches!(
+        tokio::time::timeout(SILENCE, socket.send(packet)).await,
+        Ok(Ok(()))
+    )
 }
 
 /// What a page receives for which there is no room.
 fn full() -> serde_json::Value {
-    json!({ "full": format!("{MOST_VIEWERS} pages watch this run, the most that it serves. Close one of them.") })
+    json!({ "full": format!("{MAX_VIEWERS} pages watch this run, the most that it serves. Close one of them.") })
 }
 
 /// What a page receives first.
@@ -429,17 +482,36 @@ fn receive(text: &str, viewer: &Arc<Viewer>, shared: &Shared) {
     let id = request.id;
     match request.command {
         Command::View(window) if window.is_valid() => viewer.set_window(window),
-        Command::View(_) => refuse(viewer, id, "the window must have finite borders and an area"),
+        Command::View(_) => refuse(
+            viewer,
+            id,
+            "the window must have finite borders and an area",
+        ),
         Command::Seen(number) => viewer.has_seen(number),
-        command if !matches!(command, Command::Choose(_)) && !shared.viewers.is_writer(viewer.id) => {
-            refuse(viewer, id, "another page controls the run; this one can only watch");
+        command
+            if !matches!(command, Command::Choose(_)) && !shared.viewers.is_writer(viewer.id) =>
+        {
+            refuse(
+                viewer,
+                id,
+                "another page controls the run; this one can only watch",
+            );
         }
         Command::Choose(_) if !viewer.begins_to_choose() => {
-            refuse(viewer, id, "the engine is busy with the choice before: try again");
+            refuse(
+                viewer,
+                id,
+                "the engine is busy with the choice before: try again",
+            );
         }
         command => {
-            let message = Message { viewer: viewer.id, request: Request { id, command } };
-            let Err(error) = shared.messages.try_send(message) else { return };
+            let message = Message {
+                viewer: viewer.id,
+                request: Request { id, command },
+            };
+            let Err(error) = shared.messages.try_send(message) else {
+                return;
+            };
             viewer.has_chosen();
             match error {
                 TrySendError::Full(_) => refuse(viewer, id, "the engine is busy: try again"),
@@ -455,16 +527,36 @@ mod tests {
 
     #[test]
     fn only_names_of_this_machine_are_served() {
-        let closed = Door { token: "abc".to_owned(), is_open: false, ticket: Mutex::new(None) };
-        for host in ["127.0.0.1:80", "localhost", "localhost:9999", "[::1]:80", "127.0.0.2"] {
+        let closed = Door {
+            token: "abc".to_owned(),
+            is_open: false,
+            ticket: Mutex::new(None),
+        };
+        for host in [
+            "127.0.0.1:80",
+            "localhost",
+            "localhost:9999",
+            "[::1]:80",
+            "127.0.0.2",
+        ] {
             assert!(closed.knows(host), "{host}");
         }
-        for host in
-            ["evil.example", "localhost.evil.example", "192.168.1.2:80", "127.0.0.1.evil", "", ":80", "a:b"]
-        {
+        for host in [
+            "evil.example",
+            "localhost.evil.example",
+            "192.168.1.2:80",
+            "127.0.0.1.evil",
+            "",
+            ":80",
+            "a:b",
+        ] {
             assert!(!closed.knows(host), "{host}");
         }
-        let open = Door { token: "abc".to_owned(), is_open: true, ticket: Mutex::new(None) };
+        let open = Door {
+            token: "abc".to_owned(),
+            is_open: true,
+            ticket: Mutex::new(None),
+        };
         assert!(open.knows("192.168.1.2:80") && !open.knows("evil.example:80"));
     }
 

@@ -17,14 +17,14 @@ use tokio::sync::Notify;
 use crate::protocol::{Answer, Window};
 
 /// Largest number of pages. More: the engine spends its time on frames.
-pub const MOST_VIEWERS: usize = 8;
+pub const MAX_VIEWERS: usize = 8;
 
 /// Largest number of answers that wait. A page with more does not read, and is disconnected.
-const MOST_ANSWERS: usize = 256;
+const MAX_ANSWERS: usize = 256;
 
 /// Largest number of frames that have been sent and not drawn. More: a slow page lags. Fewer: the
 /// way there and back limits the frames of a second.
-const MOST_UNSEEN: u32 = 3;
+const MAX_UNSEEN: u32 = 3;
 
 /// A message to a page.
 #[derive(Debug)]
@@ -103,7 +103,7 @@ impl Viewer {
     /// The number of the next frame, if the page can take one.
     pub fn next_frame(&self) -> Option<u32> {
         let outbox = lock(&self.outbox);
-        let waits = outbox.frame.is_some() || outbox.sent - outbox.seen >= MOST_UNSEEN;
+        let waits = outbox.frame.is_some() || outbox.sent - outbox.seen >= MAX_UNSEEN;
         (!waits && !outbox.is_closed).then_some(outbox.sent + 1)
     }
 
@@ -140,7 +140,7 @@ impl Viewer {
     /// Sends a text that must arrive.
     pub fn send_text(&self, text: String) {
         self.put(|outbox| {
-            outbox.has_overflowed |= outbox.answers.len() >= MOST_ANSWERS;
+            outbox.has_overflowed |= outbox.answers.len() >= MAX_ANSWERS;
             if !outbox.has_overflowed {
                 outbox.answers.push_back(text);
             }
@@ -186,7 +186,9 @@ impl Viewer {
         if let Some(text) = outbox.measures.take() {
             return Ok(Some(Outgoing::Text(text)));
         }
-        let Some(frame) = outbox.frame.take() else { return Ok(None) };
+        let Some(frame) = outbox.frame.take() else {
+            return Ok(None);
+        };
         outbox.sent += 1;
         Ok(Some(Outgoing::Binary(frame)))
     }
@@ -213,7 +215,7 @@ impl Viewers {
     /// Adds a page; `None` if there are too many.
     pub fn join(&self) -> Option<Arc<Viewer>> {
         let mut list = lock(&self.list);
-        if list.0.len() >= MOST_VIEWERS {
+        if list.0.len() >= MAX_VIEWERS {
             return None;
         }
         list.1 += 1;
@@ -240,7 +242,10 @@ impl Viewers {
 
     /// Whether this page may write.
     pub fn is_writer(&self, id: u64) -> bool {
-        lock(&self.list).0.first().is_some_and(|first| first.id == id)
+        lock(&self.list)
+            .0
+            .first()
+            .is_some_and(|first| first.id == id)
     }
 
     /// All pages.
@@ -250,7 +255,11 @@ impl Viewers {
 
     /// The page of this number.
     pub fn get(&self, id: u64) -> Option<Arc<Viewer>> {
-        lock(&self.list).0.iter().find(|viewer| viewer.id == id).cloned()
+        lock(&self.list)
+            .0
+            .iter()
+            .find(|viewer| viewer.id == id)
+            .cloned()
     }
 }
 
@@ -288,12 +297,16 @@ mod tests {
             let _ = viewer.take();
             sent = number;
         }
-        assert_eq!(sent, MOST_UNSEEN);
+        assert_eq!(sent, MAX_UNSEEN);
         viewer.has_seen(2);
         assert_eq!(viewer.next_frame(), Some(sent + 1));
         viewer.has_seen(u32::MAX);
-        assert_eq!(viewer.next_frame(), Some(sent + 1), "a number from the future counts as the last sent");
-        for _ in 0..=MOST_ANSWERS {
+        assert_eq!(
+            viewer.next_frame(),
+            Some(sent + 1),
+            "a number from the future counts as the last sent"
+        );
+        for _ in 0..=MAX_ANSWERS {
             viewer.send_text(String::new());
         }
         assert!(matches!(viewer.take(), Err(Closed)), "the connection ends");
@@ -302,12 +315,14 @@ mod tests {
     #[test]
     fn the_first_page_writes_and_the_next_follows_it() {
         let viewers = Viewers::default();
-        let pages: Vec<_> = (0..MOST_VIEWERS).map(|_| viewers.join().unwrap()).collect();
+        let pages: Vec<_> = (0..MAX_VIEWERS).map(|_| viewers.join().unwrap()).collect();
         assert!(viewers.join().is_none());
         assert!(viewers.is_writer(pages[0].id) && !viewers.is_writer(pages[1].id));
         viewers.leave(pages[0].id);
         assert!(viewers.is_writer(pages[1].id));
-        let Ok(Some(Outgoing::Text(text))) = pages[1].take() else { panic!("no message") };
+        let Ok(Some(Outgoing::Text(text))) = pages[1].take() else {
+            panic!("no message")
+        };
         assert_eq!(text, r#"{"writer":true}"#);
     }
 }

@@ -61,7 +61,12 @@ struct Run {
 
 /// Runs a scene file to its end and returns the bytes of its last state.
 fn end_of(scene: &Path, out: &Path, more: &[&str]) -> Vec<u8> {
-    let words = ["run", scene.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    let words = [
+        "run",
+        scene.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ];
     run::run(&Run::parse_from(words.iter().chain(more)).options).unwrap();
     checkpoint_file::encode(&last_state(&out.join(CHECKPOINT)).unwrap().state).unwrap()
 }
@@ -73,11 +78,17 @@ fn sets_rules_and_draws_velocities(page: &mut Browser) {
         page.eval(&format!(
             "put('rule-a', 'tee'); put('rule-b', 'gas'); put('rule-e', {elasticity}); press('set-rule')"
         ));
-        page.until(&format!("text('rules') === 'tee with gas: {elasticity} Drop'"));
+        page.until(&format!(
+            "text('rules') === 'tee with gas: {elasticity} Drop'"
+        ));
     }
     page.eval("document.querySelector('#rules button').click()");
     page.until("text('rules') === '' && text('message').startsWith('Rule dropped')");
-    assert_eq!(page.eval("text('elasticity-text')"), "1", "the elasticity of all others is kept");
+    assert_eq!(
+        page.eval("text('elasticity-text')"),
+        "1",
+        "the elasticity of all others is kept"
+    );
     // Two edits at once, before the state after the first is reported: neither undoes the other.
     page.eval(
         "put('tag', 'gas'); put('tag-energy', 1); press('hold'); put('tag', 'tee'); press('hold');
@@ -89,10 +100,23 @@ fn sets_rules_and_draws_velocities(page: &mut Browser) {
     page.eval("press('release'); put('tag', 'gas'); press('release')");
     // The focus stays where rules are dropped.
     for left in [1, 0] {
-        page.eval("document.querySelector('#rules button').focus(); document.activeElement.click()");
-        page.until(&format!("document.querySelectorAll('#rules button').length === {left}"));
-        let focus = if left > 0 { "#rules button" } else { "#set-rule" };
-        assert_eq!(page.eval(&format!("document.activeElement === document.querySelector('{focus}')")), true);
+        page.eval(
+            "document.querySelector('#rules button').focus(); document.activeElement.click()",
+        );
+        page.until(&format!(
+            "document.querySelectorAll('#rules button').length === {left}"
+        ));
+        let focus = if left > 0 {
+            "#rules button"
+        } else {
+            "#set-rule"
+        };
+        assert_eq!(
+            page.eval(&format!(
+                "document.activeElement === document.querySelector('{focus}')"
+            )),
+            true
+        );
     }
     page.until("!text('tags').includes('held')");
     page.eval("press('release')");
@@ -103,10 +127,14 @@ fn sets_rules_and_draws_velocities(page: &mut Browser) {
     page.eval("document.getElementById('elasticity').focus(); put('elasticity', 0.95)");
     page.until("text('message').startsWith('Elasticity 0.95 at')");
     page.eval("press('back')");
-    page.until("document.getElementById('elasticity').value === '1' && text('elasticity-text') === '1'");
+    page.until(
+        "document.getElementById('elasticity').value === '1' && text('elasticity-text') === '1'",
+    );
     assert_eq!(page.eval("document.activeElement.id"), "elasticity");
     // Velocities drawn from Maxwell's distribution.
-    page.eval("put('tag', 'gas'); put('heat-kind', 'maxwell'); put('tag-energy', 2); press('set-energy')");
+    page.eval(
+        "put('tag', 'gas'); put('heat-kind', 'maxwell'); put('tag-energy', 2); press('set-energy')",
+    );
     page.until(
         "text('message').startsWith('Velocities of gas drawn at kT = 2') && Number(text('energy')) > 500",
     );
@@ -117,7 +145,10 @@ fn chooses_walls_by_keys(page: &mut Browser) {
     page.until("text('rate') === 'paused' && text('about').includes('No body is chosen')");
     page.eval("window.before = document.getElementById('over').toDataURL(); key('p')");
     page.until("text('about').startsWith('wall') && text('about').includes('fixed')");
-    assert_eq!(page.eval("text('announcement')"), "Chosen: wall 1, tags wall, fixed");
+    assert_eq!(
+        page.eval("text('announcement')"),
+        "Chosen: wall 1, tags wall, fixed"
+    );
     page.until("document.getElementById('over').toDataURL() !== before");
     keep_picture(page, "live-chosen-wall");
     // Energy cannot be set, in words, and the tag of the edit does not remain.
@@ -137,7 +168,10 @@ fn chooses_walls_by_keys(page: &mut Browser) {
     page.until("!text('about').includes('mine')");
     page.eval("put('tag', 'wall'); press('remove')");
     page.until("text('bodies') === '301' && text('about') === 'Body 1 is no longer there.'");
-    assert_eq!(page.eval("document.getElementById('follow').disabled"), true);
+    assert_eq!(
+        page.eval("document.getElementById('follow').disabled"),
+        true
+    );
     // A wall with a temperature.
     page.eval(
         "put('shape', 'wall'); put('at-x', 0.1); put('at-y', 0.9); put('to-x', 0.3); put('to-y', 0.95);
@@ -187,20 +221,30 @@ fn another_page_watches(program: &str, address: &str) {
     );
     page.eval(HELPERS);
     page.until("text('message').startsWith('Another page controls the run')");
-    assert_eq!(page.eval("document.getElementById('play').matches(':disabled')"), true);
+    assert_eq!(
+        page.eval("document.getElementById('play').matches(':disabled')"),
+        true
+    );
     page.eval("key('n')");
     page.until("text('about').includes('tee') && text('about').includes('speed')");
     page.eval("press('follow'); press('closer')");
     page.until("document.getElementById('follow').ariaPressed === 'true'");
-    assert_eq!(page.eval("document.getElementById('remove-body').matches(':disabled')"), true);
+    assert_eq!(
+        page.eval("document.getElementById('remove-body').matches(':disabled')"),
+        true
+    );
     page.eval("document.getElementById('unchoose').focus(); press('unchoose')");
-    page.until("text('about').includes('No body is chosen') && document.activeElement.id === 'over'");
+    page.until(
+        "text('about').includes('No body is chosen') && document.activeElement.id === 'over'",
+    );
     assert_eq!(page.faults, Vec::<String>::new());
 }
 
 #[test]
 fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
-    let Some(program) = chromium::browser("the controls of carom live") else { return };
+    let Some(program) = chromium::browser("the controls of carom live") else {
+        return;
+    };
     let root = tempfile::tempdir().unwrap();
     let signals = Signals::default();
     let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
@@ -241,7 +285,9 @@ fn refuses_empty_fields(page: &mut Browser) {
             "document.getElementById('{field}').closest('details').open = true;
              window.before = document.getElementById('{field}').value; put('{field}', ''); press('{button}')"
         ));
-        page.until(&format!("text('message').startsWith('Refused: the field “{name}” must hold a number')"));
+        page.until(&format!(
+            "text('message').startsWith('Refused: the field “{name}” must hold a number')"
+        ));
         assert_eq!(page.eval("document.activeElement.id"), field);
         page.eval(&format!("put('{field}', before)"));
     }
@@ -250,9 +296,15 @@ fn refuses_empty_fields(page: &mut Browser) {
 
 /// Writes what the page shows into the folder that the environment names, as base64.
 fn keep_picture(page: &mut Browser, name: &str) {
-    let Ok(folder) = std::env::var("CAROM_PICTURES") else { return };
+    let Ok(folder) = std::env::var("CAROM_PICTURES") else {
+        return;
+    };
     let shot = page.call("Page.captureScreenshot", &json!({}));
-    fs::write(format!("{folder}/{name}.base64"), shot["data"].as_str().unwrap()).unwrap();
+    fs::write(
+        format!("{folder}/{name}.base64"),
+        shot["data"].as_str().unwrap(),
+    )
+    .unwrap();
 }
 
 /// On a phone the page scrolls, below numbers and messages.
@@ -263,20 +315,26 @@ fn keeps_numbers_in_sight(page: &mut Browser, height: u32) {
         let place = format!("document.getElementById('{id}').getBoundingClientRect()");
         let [top, bottom] =
             ["top", "bottom"].map(|side| page.eval(&format!("{place}.{side}")).as_f64().unwrap());
-        assert!(top >= 0.0 && bottom > top && bottom < 0.35 * f64::from(height), "{id}: {top} {bottom}");
+        assert!(
+            top >= 0.0 && bottom > top && bottom < 0.35 * f64::from(height),
+            "{id}: {top} {bottom}"
+        );
     }
 }
 
 #[test]
 fn a_user_watches_edits_and_saves_a_gas() {
-    let Some(program) = chromium::browser("the page of carom live") else { return };
+    let Some(program) = chromium::browser("the page of carom live") else {
+        return;
+    };
     let root = tempfile::tempdir().unwrap();
     let signals = Signals::default();
     let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
     let server = Server::bind(any, &root.path().join("saved"), signals.clone()).unwrap();
     let address = server.address().to_owned();
-    let served =
-        thread::spawn(move || server.serve(Some(("gas".to_owned(), Scene::from_toml(GAS).unwrap()))));
+    let served = thread::spawn(move || {
+        server.serve(Some(("gas".to_owned(), Scene::from_toml(GAS).unwrap())))
+    });
 
     let mut page = Browser::begin(program);
     page.show([1300, 850], false);
@@ -299,7 +357,10 @@ fn a_user_watches_edits_and_saves_a_gas() {
     // A few frames may be under way.
     let mut pictures = (0..10).map(|_| page.eval(later)).collect::<Vec<_>>();
     pictures.dedup();
-    assert!(pictures.len() < 5, "the picture stands while the run is paused");
+    assert!(
+        pictures.len() < 5,
+        "the picture stands while the run is paused"
+    );
 
     // One contact; the colours of speeds; a body with its path.
     page.eval("press('one')");
@@ -347,25 +408,55 @@ fn a_user_watches_edits_and_saves_a_gas() {
     page.until("document.querySelectorAll('#measures section').length === 2");
 
     // No part is wider than the page, and every control has a name, on all screens.
-    for (size, is_dark) in
-        [([1280, 800], false), ([1280, 800], true), ([390, 844], false), ([390, 844], true)]
-    {
+    for (size, is_dark) in [
+        ([1280, 800], false),
+        ([1280, 800], true),
+        ([390, 844], false),
+        ([390, 844], true),
+    ] {
         page.show(size, is_dark);
         page.until("Number(text('frames')) >= 0 && picture().length > 1000");
-        let width = page.eval("document.documentElement.scrollWidth").as_u64().unwrap();
+        let width = page
+            .eval("document.documentElement.scrollWidth")
+            .as_u64()
+            .unwrap();
         assert!(width <= u64::from(size[0]), "{width} at {size:?}");
-        let ground =
-            page.eval("getComputedStyle(document.body).backgroundColor").as_str().unwrap().to_owned();
-        assert_eq!(ground, if is_dark { "rgb(21, 24, 28)" } else { "rgb(251, 251, 249)" });
+        let ground = page
+            .eval("getComputedStyle(document.body).backgroundColor")
+            .as_str()
+            .unwrap()
+            .to_owned();
+        assert_eq!(
+            ground,
+            if is_dark {
+                "rgb(21, 24, 28)"
+            } else {
+                "rgb(251, 251, 249)"
+            }
+        );
         assert_eq!(page.eval(NAMELESS), "", "{size:?}");
-        let canvas = page.eval("document.getElementById('over').clientHeight").as_u64().unwrap();
+        let canvas = page
+            .eval("document.getElementById('over').clientHeight")
+            .as_u64()
+            .unwrap();
         assert!(canvas > 250, "{canvas} at {size:?}");
-        keep_picture(&mut page, &format!("live-{}-{}", size[0], if is_dark { "dark" } else { "light" }));
+        keep_picture(
+            &mut page,
+            &format!(
+                "live-{}-{}",
+                size[0],
+                if is_dark { "dark" } else { "light" }
+            ),
+        );
         if size[0] < 600 {
             keeps_numbers_in_sight(&mut page, size[1]);
             keep_picture(
                 &mut page,
-                &format!("live-{}-{}-end", size[0], if is_dark { "dark" } else { "light" }),
+                &format!(
+                    "live-{}-{}-end",
+                    size[0],
+                    if is_dark { "dark" } else { "light" }
+                ),
             );
             page.eval("scrollTo(0, 0)");
         }

@@ -46,7 +46,11 @@ struct Run {
 
 /// A server on a free port.
 fn bind(folder: &Path, signals: Signals) -> Result<Server> {
-    Server::bind(SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0), folder, signals)
+    Server::bind(
+        SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0),
+        folder,
+        signals,
+    )
 }
 
 /// A running server.
@@ -64,16 +68,30 @@ impl Running {
 
     fn saving_every(folder: &Path, scene: Option<&str>, interval: Duration) -> Self {
         let signals = Signals::default();
-        let server = bind(folder, signals.clone()).unwrap().saving_every(interval);
-        let (address, once) = (server.address().to_owned(), server.address_for_once().unwrap());
+        let server = bind(folder, signals.clone())
+            .unwrap()
+            .saving_every(interval);
+        let (address, once) = (
+            server.address().to_owned(),
+            server.address_for_once().unwrap(),
+        );
         let scene = scene.map(|text| ("gas".to_owned(), Scene::from_toml(text).unwrap()));
         let thread = thread::spawn(move || server.serve(scene));
-        Self { address, once, signals, thread }
+        Self {
+            address,
+            once,
+            signals,
+            thread,
+        }
     }
 
     /// Host with port, and the token.
     fn parts(&self) -> (&str, &str) {
-        self.address.trim_start_matches("http://").trim_end_matches('/').split_once('/').unwrap()
+        self.address
+            .trim_start_matches("http://")
+            .trim_end_matches('/')
+            .split_once('/')
+            .unwrap()
     }
 
     fn end(self) -> Ended {
@@ -90,7 +108,11 @@ impl Running {
         let (host, _) = self.parts();
         let mut stream = TcpStream::connect(host).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        write!(stream, "{method} {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n").unwrap();
+        write!(
+            stream,
+            "{method} {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n"
+        )
+        .unwrap();
         let mut text = String::new();
         stream.read_to_string(&mut text).unwrap();
         let (head, body) = text.split_once("\r\n\r\n").unwrap();
@@ -133,8 +155,12 @@ impl Page {
         let (host, token) = server.parts();
         let stream = TcpStream::connect(host).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        let mut request = format!("ws://{host}/{token}/socket").into_client_request().unwrap();
-        request.headers_mut().insert("Origin", format!("http://{host}").parse().unwrap());
+        let mut request = format!("ws://{host}/{token}/socket")
+            .into_client_request()
+            .unwrap();
+        request
+            .headers_mut()
+            .insert("Origin", format!("http://{host}").parse().unwrap());
         let (socket, _) = tungstenite::client(request, stream).unwrap();
         let mut page = Self {
             socket,
@@ -150,7 +176,11 @@ impl Page {
     }
 
     fn send(&mut self, id: u64, command: &Value) {
-        self.socket.send(Message::text(json!({ "id": id, "do": command }).to_string())).unwrap();
+        self.socket
+            .send(Message::text(
+                json!({ "id": id, "do": command }).to_string(),
+            ))
+            .unwrap();
     }
 
     /// Reads one message; returns an answer.
@@ -194,7 +224,9 @@ impl Page {
         let begun = Instant::now();
         loop {
             assert!(begun.elapsed() < PATIENCE, "no answer to {command}");
-            let Some(mut answer) = self.read() else { continue };
+            let Some(mut answer) = self.read() else {
+                continue;
+            };
             if answer["answer"] == self.next {
                 return match answer["refused"].as_str() {
                     Some(refused) => Err(refused.to_owned()),
@@ -236,8 +268,15 @@ fn only_the_page_of_this_server_on_this_machine_is_served() {
     let (host, token) = server.parts();
     let of = |host: &str| format!("Host: {host}\r\n");
     let (head, page) = server.get(&format!("/{token}/"), &of(host));
-    assert!(head.starts_with("HTTP/1.1 200") && page.starts_with("<!DOCTYPE html>"), "{head}");
-    assert!(head.to_lowercase().contains("content-security-policy: default-src 'none'"), "{head}");
+    assert!(
+        head.starts_with("HTTP/1.1 200") && page.starts_with("<!DOCTYPE html>"),
+        "{head}"
+    );
+    assert!(
+        head.to_lowercase()
+            .contains("content-security-policy: default-src 'none'"),
+        "{head}"
+    );
     assert!(
         page.len() < 300_000 && !page.contains("http://") && !page.contains("https://"),
         "{}",
@@ -251,22 +290,46 @@ fn only_the_page_of_this_server_on_this_machine_is_served() {
         (format!("/{token}/"), of("localhost.evil.example:80")),
         (format!("/{token}/"), of("192.168.7.7")),
     ] {
-        assert!(server.get(&path, &headers).0.starts_with("HTTP/1.1 403"), "{path} {headers}");
+        assert!(
+            server.get(&path, &headers).0.starts_with("HTTP/1.1 403"),
+            "{path} {headers}"
+        );
     }
-    assert!(server.get(&format!("/{token}/more"), &of(host)).0.starts_with("HTTP/1.1 404"));
+    assert!(
+        server
+            .get(&format!("/{token}/more"), &of(host))
+            .0
+            .starts_with("HTTP/1.1 404")
+    );
     // An address for once, without the token, leads to the page.
     let once = server.once.strip_prefix(&format!("http://{host}")).unwrap();
     assert!(!once.contains(token));
-    for (path, headers) in
-        [(once, of("evil.example")), (&once[..once.len() - 1], of(host)), ("/open/", of(host))]
-    {
-        assert!(server.get(path, &headers).0.starts_with("HTTP/1.1 403"), "{path} {headers}");
+    for (path, headers) in [
+        (once, of("evil.example")),
+        (&once[..once.len() - 1], of(host)),
+        ("/open/", of(host)),
+    ] {
+        assert!(
+            server.get(path, &headers).0.starts_with("HTTP/1.1 403"),
+            "{path} {headers}"
+        );
     }
     // A program that only asks for the type of the page does not use it up.
-    assert!(server.ask("HEAD", once, &of(host)).0.starts_with("HTTP/1.1 405"));
+    assert!(
+        server
+            .ask("HEAD", once, &of(host))
+            .0
+            .starts_with("HTTP/1.1 405")
+    );
     let (head, _) = server.get(once, &of(host));
-    assert!(head.starts_with("HTTP/1.1 303") && head.contains(&format!("location: /{token}/")), "{head}");
-    assert!(server.get(once, &of(host)).0.starts_with("HTTP/1.1 403"), "only once");
+    assert!(
+        head.starts_with("HTTP/1.1 303") && head.contains(&format!("location: /{token}/")),
+        "{head}"
+    );
+    assert!(
+        server.get(once, &of(host)).0.starts_with("HTTP/1.1 403"),
+        "only once"
+    );
     let own = format!("http://{host}");
     assert!(server.handshake(token, host, Some(&own)).ends_with("101"));
     for (token, host, origin) in [
@@ -276,7 +339,10 @@ fn only_the_page_of_this_server_on_this_machine_is_served() {
         (token, "evil.example", Some("http://evil.example")),
         ("wrong", host, Some(own.as_str())),
     ] {
-        assert!(server.handshake(token, host, origin).ends_with("403"), "{token} {host} {origin:?}");
+        assert!(
+            server.handshake(token, host, origin).ends_with("403"),
+            "{token} {host} {origin:?}"
+        );
     }
     assert!(server.end().saved.is_none(), "no scene was open");
 }
@@ -289,7 +355,10 @@ fn steps_and_goes_back(page: &mut Page) {
     let done = page.request(&json!({ "bookmark": true })).unwrap();
     assert_eq!(done["time"], time);
     page.request(&json!({ "choose": 7 })).unwrap();
-    assert_eq!(page.request(&json!({ "step": 10 })).unwrap()["contacts"], 10);
+    assert_eq!(
+        page.request(&json!({ "step": 10 })).unwrap()["contacts"],
+        10
+    );
     assert_eq!(page.fresh()["collisions"], before + 10);
     for _ in 0..5 {
         page.request(&json!({ "step": 1000 })).unwrap();
@@ -298,7 +367,8 @@ fn steps_and_goes_back(page: &mut Page) {
     assert!(page.kicks() > 5, "5010 contacts of 400 discs");
     // Edits keep them.
     let kicks = page.kicks();
-    page.request(&json!({ "edit": [{ "elasticity": 0.9 }] })).unwrap();
+    page.request(&json!({ "edit": [{ "elasticity": 0.9 }] }))
+        .unwrap();
     page.fresh();
     assert_eq!(page.kicks(), kicks);
     // A body that is removed is no longer chosen.
@@ -307,7 +377,10 @@ fn steps_and_goes_back(page: &mut Page) {
     assert!(page.fresh()["chosen"].is_null());
     page.request(&json!({ "back": true })).unwrap();
     page.fresh();
-    assert_eq!((&page.status["time"], &page.status["collisions"]), (&json!(time), &json!(before)));
+    assert_eq!(
+        (&page.status["time"], &page.status["collisions"]),
+        (&json!(time), &json!(before))
+    );
 }
 
 #[test]
@@ -321,8 +394,15 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     page.until(|page| page.frames > 3);
     let first = page.time();
     page.until(|page| page.time() > first);
-    assert_eq!(u32::from_le_bytes(page.frame[36..40].try_into().unwrap()), 400);
-    assert_eq!(page.frame.len(), 48 + 8 * 400, "places alone, of discs coloured by tag");
+    assert_eq!(
+        u32::from_le_bytes(page.frame[36..40].try_into().unwrap()),
+        400
+    );
+    assert_eq!(
+        page.frame.len(),
+        48 + 8 * 400,
+        "places alone, of discs coloured by tag"
+    );
     let energy = page.fresh()["energy"].as_f64().unwrap();
     assert!((energy - 400.0).abs() < 1e-9);
 
@@ -346,8 +426,13 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     // Contacts begin to lose energy. At full speed the gas would come to rest in the meantime, at a
     // time so late that the rest of the saved run would be long.
     page.request(&json!({ "speed": 1.0 })).unwrap();
-    page.request(&json!({ "edit": [{ "stage": { "elasticity": { "default": 0.5 } } }] })).unwrap();
-    page.until(|page| page.status["energy"].as_f64().is_some_and(|energy| energy < 200.0));
+    page.request(&json!({ "edit": [{ "stage": { "elasticity": { "default": 0.5 } } }] }))
+        .unwrap();
+    page.until(|page| {
+        page.status["energy"]
+            .as_f64()
+            .is_some_and(|energy| energy < 200.0)
+    });
     assert_eq!(page.status["elasticity"], 0.5);
     assert!(page.status["drift"].as_f64().unwrap() < 1e-12);
     assert_eq!(page.status["overlaps"], 0);
@@ -368,7 +453,9 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
         ),
         (json!({ "until": 7.0 }), "until"),
     ] {
-        let refused = page.request(&json!({ "edit": [{ "stage": stage }] })).unwrap_err();
+        let refused = page
+            .request(&json!({ "edit": [{ "stage": stage }] }))
+            .unwrap_err();
         assert!(refused.contains(words), "{stage}: {refused}");
     }
     for (command, words) in [
@@ -377,7 +464,10 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
         (json!({ "choose": 4000 }), "4000"),
         (json!({ "back": true }), "bookmark"),
         (json!({ "open": "nowhere" }), "nowhere"),
-        (json!({ "measure": { "spec": { "kind": "pressur" } } }), "pressure"),
+        (
+            json!({ "measure": { "spec": { "kind": "pressur" } } }),
+            "pressure",
+        ),
         (json!({ "edit": [] }), "edits"),
     ] {
         let refused = page.request(&command).unwrap_err();
@@ -385,11 +475,22 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     }
 
     // Measures with their predictions; the last edit was before.
-    page.request(&json!({ "measure": { "spec": { "kind": "pressure" }, "interval": 0.01 } })).unwrap();
-    page.until(|page| page.measures[0]["samples"].as_u64().is_some_and(|samples| samples > 100));
+    page.request(&json!({ "measure": { "spec": { "kind": "pressure" }, "interval": 0.01 } }))
+        .unwrap();
+    page.until(|page| {
+        page.measures[0]["samples"]
+            .as_u64()
+            .is_some_and(|samples| samples > 100)
+    });
     let figures = page.measures[0]["figures"].as_array().unwrap().clone();
-    let pressure = figures.iter().find(|figure| figure["name"] == "pressure").unwrap();
-    let (found, theory) = (pressure["value"].as_f64().unwrap(), pressure["prediction"].as_f64().unwrap());
+    let pressure = figures
+        .iter()
+        .find(|figure| figure["name"] == "pressure")
+        .unwrap();
+    let (found, theory) = (
+        pressure["value"].as_f64().unwrap(),
+        pressure["prediction"].as_f64().unwrap(),
+    );
     assert!((found / theory - 1.0).abs() < 0.2, "{pressure}");
 
     steps_and_goes_back(&mut page);
@@ -398,7 +499,11 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     page.request(&json!({ "speed": 0.01 })).unwrap();
     page.request(&json!({ "play": true })).unwrap();
     let (clock, from) = (Instant::now(), page.fresh()["time"].as_f64().unwrap());
-    page.until(|page| page.status["time"].as_f64().is_some_and(|time| time > from + 0.005));
+    page.until(|page| {
+        page.status["time"]
+            .as_f64()
+            .is_some_and(|time| time > from + 0.005)
+    });
     assert!(clock.elapsed() > Duration::from_millis(200));
 
     let saved = page.request(&json!({ "save": true })).unwrap();
@@ -406,11 +511,21 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
     let ended = server.end().saved.expect("a run was open");
     // JSON numbers are read to a rounding.
     assert!(ended.time >= saved["time"].as_f64().unwrap() * (1.0 - 1e-15));
-    assert!(root.path().join("saved/2/checkpoint").exists(), "{}", ended.command);
+    assert!(
+        root.path().join("saved/2/checkpoint").exists(),
+        "{}",
+        ended.command
+    );
     // The run goes on by `carom run`.
     let folder = root.path().join("saved/1");
     let text = folder.join("config.toml");
-    let words = ["run", text.to_str().unwrap(), "--out", folder.to_str().unwrap(), "--resume"];
+    let words = [
+        "run",
+        text.to_str().unwrap(),
+        "--out",
+        folder.to_str().unwrap(),
+        "--resume",
+    ];
     run::run(&Run::parse_from(words).options).unwrap();
     let last = last_state(&folder.join(CHECKPOINT)).unwrap();
     assert!(last.is_end && last.state.time().to_f64() > saved["time"].as_f64().unwrap());
@@ -441,12 +556,18 @@ fn bodies_at_rest_are_heated_and_edits_that_heat_no_body_are_refused() {
         { "stage": { "untag": own } },
     ] }));
     let notes = done.unwrap()["notes"].take();
-    assert!(notes[0].as_str().unwrap().contains("1 body was at rest"), "{notes}");
+    assert!(
+        notes[0].as_str().unwrap().contains("1 body was at rest"),
+        "{notes}"
+    );
     assert!((page.fresh()["energy"].as_f64().unwrap() - 3.0).abs() < 1e-12);
     assert_eq!(page.status["tags"].as_array().unwrap().len(), 2);
     let heat = json!({ "tag": "bumper", "energy": 1.0 });
     let hold = json!({ "tag": "bumper", "energy": 1.0, "every": 0.1 });
-    for edit in [json!({ "stage": { "set_energy": [heat] } }), json!({ "hold": [hold] })] {
+    for edit in [
+        json!({ "stage": { "set_energy": [heat] } }),
+        json!({ "hold": [hold] }),
+    ] {
         let refused = page.request(&json!({ "edit": [edit] })).unwrap_err();
         assert!(refused.contains("fixed"), "{refused}");
     }
@@ -488,16 +609,29 @@ fn a_run_is_saved_by_itself_with_the_bits_of_a_save_on_request() {
     // Several, each of which replaces the one before.
     for _ in 0..3 {
         let last = page.status["saved"]["time"].as_f64().unwrap_or(-1.0);
-        page.until(|page| page.status["saved"]["time"].as_f64().is_some_and(|time| time > last));
+        page.until(|page| {
+            page.status["saved"]["time"]
+                .as_f64()
+                .is_some_and(|time| time > last)
+        });
         assert!(page.status["saved"]["error"].is_null());
     }
     page.request(&json!({ "play": false })).unwrap();
     let now = page.fresh()["time"].as_f64().unwrap();
-    page.until(|page| page.status["saved"]["time"].as_f64().is_some_and(|time| time >= now));
+    page.until(|page| {
+        page.status["saved"]["time"]
+            .as_f64()
+            .is_some_and(|time| time >= now)
+    });
     page.request(&json!({ "save": true })).unwrap();
     let session = root.path().join("auto-1");
     let begun = Instant::now();
-    let saves = || fs::read_dir(&session).unwrap().map(|entry| entry.unwrap().path()).collect::<Vec<_>>();
+    let saves = || {
+        fs::read_dir(&session)
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .collect::<Vec<_>>()
+    };
     while saves().len() > 1 {
         assert!(begun.elapsed() < PATIENCE, "{:?}", saves());
         thread::sleep(Duration::from_millis(20));
@@ -512,11 +646,20 @@ fn a_run_is_saved_by_itself_with_the_bits_of_a_save_on_request() {
     let copy = root.path().join("copy");
     fs::rename(&automatic, &copy).unwrap();
     let text = copy.join("config.toml");
-    let words = ["run", text.to_str().unwrap(), "--out", copy.to_str().unwrap(), "--resume"];
+    let words = [
+        "run",
+        text.to_str().unwrap(),
+        "--out",
+        copy.to_str().unwrap(),
+        "--resume",
+    ];
     run::run(&Run::parse_from(words).options).unwrap();
     assert!(last_state(&copy.join(CHECKPOINT)).unwrap().is_end);
     assert!(server.end().saved.is_some());
-    assert!(!session.exists(), "a session that ends well leaves its numbered runs alone");
+    assert!(
+        !session.exists(),
+        "a session that ends well leaves its numbered runs alone"
+    );
 }
 
 #[test]
@@ -525,7 +668,10 @@ fn a_folder_that_cannot_be_written_is_refused_before_the_first_frame() {
     fs::write(root.path().join("file"), "").unwrap();
     let refused = bind(&root.path().join("file/inner"), Signals::default()).unwrap_err();
     let words = format!("{refused:#}");
-    assert!(words.contains("runs cannot be saved in") && words.contains("--out"), "{words}");
+    assert!(
+        words.contains("runs cannot be saved in") && words.contains("--out"),
+        "{words}"
+    );
     // Without a scene nothing remains.
     let folder = root.path().join("new");
     assert!(Running::begin(&folder, None).end().saved.is_none() && !folder.exists());
@@ -538,17 +684,26 @@ fn laboratories_with_one_folder_take_different_numbers_and_skip_what_is_there() 
     std::os::unix::fs::symlink("nowhere", root.path().join("1")).unwrap();
     #[cfg(not(unix))]
     fs::write(root.path().join("1"), "").unwrap();
-    let servers: Vec<_> = (0..2).map(|_| Running::begin(root.path(), Some(GAS))).collect();
+    let servers: Vec<_> = (0..2)
+        .map(|_| Running::begin(root.path(), Some(GAS)))
+        .collect();
     let save = |server: &Running| {
         let mut page = Page::open(server);
         (0..5).for_each(|_| drop(page.request(&json!({ "save": true })).unwrap()));
     };
-    thread::scope(|scope| servers.iter().for_each(|server| drop(scope.spawn(|| save(server)))));
+    thread::scope(|scope| {
+        servers
+            .iter()
+            .for_each(|server| drop(scope.spawn(|| save(server))))
+    });
     for server in servers {
         assert!(server.end().saved.is_some());
     }
     for number in 2..=13 {
-        assert!(root.path().join(format!("{number}/checkpoint")).exists(), "{number}");
+        assert!(
+            root.path().join(format!("{number}/checkpoint")).exists(),
+            "{number}"
+        );
     }
     assert_eq!(fs::read_dir(root.path()).unwrap().count(), 13);
 }
@@ -588,7 +743,10 @@ fn a_folder_whose_name_is_not_utf_8_takes_runs() {
     use std::{ffi::OsStr, os::unix::ffi::OsStrExt as _};
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join(OsStr::from_bytes(b"sv\xff"));
-    let saved = Running::begin(&folder, Some(GAS)).end().saved.expect("a run was open");
+    let saved = Running::begin(&folder, Some(GAS))
+        .end()
+        .saved
+        .expect("a run was open");
     assert!(saved.command.contains("/sv\\377/1'"), "{}", saved.command);
     assert!(folder.join("1/checkpoint").exists());
 }
@@ -620,8 +778,10 @@ fn an_engine_far_from_its_next_stop_answers_and_saves() {
     let refused = page.request(&json!({ "step": 1 })).unwrap_err();
     assert!(refused.contains("no contact until"), "{refused}");
     let hold = json!({ "tag": "gas", "every": 1e12, "energy": 1.0 });
-    page.request(&json!({ "edit": [{ "hold": [hold] }] })).unwrap();
-    page.request(&json!({ "edit": [{ "elasticity": 0.5 }] })).unwrap();
+    page.request(&json!({ "edit": [{ "hold": [hold] }] }))
+        .unwrap();
+    page.request(&json!({ "edit": [{ "elasticity": 0.5 }] }))
+        .unwrap();
     assert!(page.fresh()["time"].as_f64().unwrap() < 1e11);
     // A signal ends the steps at once.
     page.send(1000, &json!({ "step": 1000 }));

@@ -6,8 +6,8 @@ use std::{fs, path::Path, time::Duration};
 use carom::{
     EpochTime, Scene,
     engine::{
-        BodyKey, ElasticityRule, ElasticitySpec, HeatSpec, MeasureParameter, MeasureSpec, MoleculeSpec,
-        RelabelSpec, StageSpec, ThermostatKind, ThermostatSpec, WallSpec,
+        BodyKey, ElasticityRule, ElasticitySpec, HeatSpec, MeasureParameter, MeasureSpec,
+        MoleculeSpec, RelabelSpec, StageSpec, ThermostatKind, ThermostatSpec, WallSpec,
     },
 };
 use carom_runs::{
@@ -29,7 +29,13 @@ struct Run {
 
 /// Runs a scene file and returns the bytes of the state at its end.
 fn end_of(scene: &Path, out: &Path, more: &[&str]) -> Vec<u8> {
-    let words = ["run", scene.to_str().unwrap(), "--out", out.to_str().unwrap(), "--no-price"];
+    let words = [
+        "run",
+        scene.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+        "--no-price",
+    ];
     let run = Run::parse_from(words.iter().chain(more));
     run::run(&run.options).unwrap();
     let last = last_state(&out.join(CHECKPOINT)).unwrap();
@@ -90,7 +96,12 @@ fn disc(at: [f64; 2]) -> MoleculeSpec {
 
 /// A place where a small disc fits.
 fn free_place(run: &InteractiveRun) -> [f64; 2] {
-    let places = (0..400).map(|k| [f64::from(k % 20) * 0.05 + 0.011, f64::from(k / 20) * 0.05 + 0.013]);
+    let places = (0..400).map(|k| {
+        [
+            f64::from(k % 20) * 0.05 + 0.011,
+            f64::from(k / 20) * 0.05 + 0.013,
+        ]
+    });
     let is_free = |place: &[f64; 2]| {
         run.view().bodies().all(|body| {
             let away = body.motion.position - glam::DVec2::from(*place);
@@ -117,36 +128,94 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
     advance(&mut run, 0.313);
     let elasticity = ElasticitySpec {
         default: 0.9,
-        pair: vec![ElasticityRule { between: vec!["tee".to_owned()], coefficient: 1.0 }],
+        pair: vec![ElasticityRule {
+            between: vec!["tee".to_owned()],
+            coefficient: 1.0,
+        }],
         ..ElasticitySpec::default()
     };
-    let edit = StageSpec { elasticity: Some(elasticity), ..quiet() };
+    let edit = StageSpec {
+        elasticity: Some(elasticity),
+        ..quiet()
+    };
     run.edit(&edit, None, &mut ()).unwrap();
     // At the same instant, and again after single contacts, which happen at no number of a file.
-    let edit = StageSpec { lock: vec!["tee".to_owned()], ..quiet() };
+    let edit = StageSpec {
+        lock: vec!["tee".to_owned()],
+        ..quiet()
+    };
     run.edit(&edit, None, &mut ()).unwrap();
     for _ in 0..5 {
         assert!(run.step(1.0, &mut ()).unwrap());
     }
-    let edit = StageSpec { unlock: vec!["tee".to_owned()], ..quiet() };
+    let edit = StageSpec {
+        unlock: vec!["tee".to_owned()],
+        ..quiet()
+    };
     let start = run.edit(&edit, None, &mut ()).unwrap();
     assert!(start > 0.313);
     // A refused edit changes nothing, not even the number of the next body.
     let before = run.view().len();
-    let on_the_tee = run.view().body(BodyKey::of_id(0)).unwrap().motion.position.to_array();
-    let refused = run.edit(&StageSpec { add: vec![disc(on_the_tee)], ..quiet() }, None, &mut ());
+    let on_the_tee = run
+        .view()
+        .body(BodyKey::of_id(0))
+        .unwrap()
+        .motion
+        .position
+        .to_array();
+    let refused = run.edit(
+        &StageSpec {
+            add: vec![disc(on_the_tee)],
+            ..quiet()
+        },
+        None,
+        &mut (),
+    );
     let words = format!("{:#}", refused.unwrap_err());
-    assert!(words.contains("add[0]") && words.contains("overlap"), "{words}");
-    let unknown = run.edit(&StageSpec { remove: vec!["hto".to_owned()], ..quiet() }, None, &mut ());
-    assert!(format!("{:#}", unknown.unwrap_err()).contains("hot"), "the next tag is suggested");
+    assert!(
+        words.contains("add[0]") && words.contains("overlap"),
+        "{words}"
+    );
+    let unknown = run.edit(
+        &StageSpec {
+            remove: vec!["hto".to_owned()],
+            ..quiet()
+        },
+        None,
+        &mut (),
+    );
+    assert!(
+        format!("{:#}", unknown.unwrap_err()).contains("hot"),
+        "the next tag is suggested"
+    );
     // Past the second stage of the scene, onto an instant at which its thermostat acts.
     run.advance(EpochTime::from(0.7), &mut ()).unwrap();
     let place = free_place(&run);
-    run.edit(&StageSpec { add: vec![disc(place)], ..quiet() }, None, &mut ()).unwrap();
+    run.edit(
+        &StageSpec {
+            add: vec![disc(place)],
+            ..quiet()
+        },
+        None,
+        &mut (),
+    )
+    .unwrap();
     let added = run.view().bodies().last().unwrap().body.id();
     assert_eq!((added, run.view().len()), (201, before + 1));
-    let relabel = RelabelSpec { body: Some(added), name: "chosen".to_owned(), ..RelabelSpec::default() };
-    run.edit(&StageSpec { tag: vec![relabel], ..quiet() }, None, &mut ()).unwrap();
+    let relabel = RelabelSpec {
+        body: Some(added),
+        name: "chosen".to_owned(),
+        ..RelabelSpec::default()
+    };
+    run.edit(
+        &StageSpec {
+            tag: vec![relabel],
+            ..quiet()
+        },
+        None,
+        &mut (),
+    )
+    .unwrap();
     advance(&mut run, 1.1);
     let hold = ThermostatSpec {
         tag: "cold".to_owned(),
@@ -161,13 +230,41 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
         energy: None,
         temperature: Some(0.5),
     };
-    run.edit(&StageSpec { set_energy: vec![heat], ..quiet() }, Some(&[hold]), &mut ()).unwrap();
+    run.edit(
+        &StageSpec {
+            set_energy: vec![heat],
+            ..quiet()
+        },
+        Some(&[hold]),
+        &mut (),
+    )
+    .unwrap();
     advance(&mut run, 1.4);
-    run.edit(&StageSpec { remove: vec!["chosen".to_owned()], ..quiet() }, None, &mut ()).unwrap();
+    run.edit(
+        &StageSpec {
+            remove: vec!["chosen".to_owned()],
+            ..quiet()
+        },
+        None,
+        &mut (),
+    )
+    .unwrap();
     // A wall where there is room for one.
     let place = free_place(&run);
-    let wall = WallSpec { from: Some(place), to: Some([place[0] + 0.001, place[1]]), ..WallSpec::default() };
-    run.edit(&StageSpec { add_wall: vec![wall], ..quiet() }, None, &mut ()).unwrap();
+    let wall = WallSpec {
+        from: Some(place),
+        to: Some([place[0] + 0.001, place[1]]),
+        ..WallSpec::default()
+    };
+    run.edit(
+        &StageSpec {
+            add_wall: vec![wall],
+            ..quiet()
+        },
+        None,
+        &mut (),
+    )
+    .unwrap();
     // Without a thermostat, the start of a stage is one rounding step after that of the last.
     run.edit(&quiet(), Some(&[]), &mut ()).unwrap();
     run.edit(&quiet(), None, &mut ()).unwrap();
@@ -183,7 +280,10 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
     fs::copy(&config, &copy).unwrap();
     let resumed = end_of(&config, &folder, &["--resume"]);
     let throughout = end_of(&copy, &root.path().join("throughout"), &[]);
-    assert!(resumed == throughout, "a resumed run and the run of its scene have the same bits");
+    assert!(
+        resumed == throughout,
+        "a resumed run and the run of its scene have the same bits"
+    );
     // The run itself goes on with the same bits.
     run.advance(EpochTime::from(3.0), &mut ()).unwrap();
     let last = last_state(&folder.join(CHECKPOINT)).unwrap().state;
@@ -198,7 +298,10 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
         view.bodies().flat_map(of).collect()
     };
     assert_eq!(run.view().time(), there.view().time());
-    assert!(bits(run.view()) == bits(there.view()), "the run that was saved has gone on in the same way");
+    assert!(
+        bits(run.view()) == bits(there.view()),
+        "the run that was saved has gone on in the same way"
+    );
 }
 
 #[test]
@@ -239,7 +342,10 @@ fn a_run_ends_at_a_time_at_which_it_can_be_saved() {
     .unwrap();
     let mut run = InteractiveRun::begin(&scene).unwrap();
     run.advance(EpochTime::from(1e30), &mut ()).unwrap();
-    let refused = run.advance(EpochTime::from(2e30), &mut ()).unwrap_err().to_string();
+    let refused = run
+        .advance(EpochTime::from(2e30), &mut ())
+        .unwrap_err()
+        .to_string();
     assert!(refused.contains("latest time, 1e30"), "{refused}");
     let root = tempfile::tempdir().unwrap();
     let saved = run.save(&root.path().join("saved")).unwrap();
@@ -251,13 +357,21 @@ fn measures_of_bodies_that_are_gone_are_left_out_of_a_saved_run() {
     let scene = Scene::from_toml(SCENE).unwrap();
     let mut run = InteractiveRun::begin(&scene).unwrap();
     run.advance(EpochTime::from(0.7), &mut ()).unwrap();
-    let removal = StageSpec { remove: vec!["hot".to_owned()], ..StageSpec::default() };
+    let removal = StageSpec {
+        remove: vec!["hot".to_owned()],
+        ..StageSpec::default()
+    };
     run.edit(&removal, Some(&[]), &mut ()).unwrap();
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("saved");
     let saved = run.save(&folder).unwrap();
-    assert!(saved.left_out.len() == 1 && saved.left_out[0].contains("hot"), "{:?}", saved.left_out);
-    let stored = Scene::from_toml(&fs::read_to_string(folder.join("config.toml")).unwrap()).unwrap();
+    assert!(
+        saved.left_out.len() == 1 && saved.left_out[0].contains("hot"),
+        "{:?}",
+        saved.left_out
+    );
+    let stored =
+        Scene::from_toml(&fs::read_to_string(folder.join("config.toml")).unwrap()).unwrap();
     assert_eq!(stored.run.observe, ["energy"]);
     end_of(&folder.join("config.toml"), &folder, &["--resume"]);
 }
@@ -296,12 +410,23 @@ fn an_edit_at_the_end_of_the_measured_stages_is_made_and_saved() {
         energy: None,
         temperature: Some(2.0),
     };
-    run.edit(&StageSpec { set_energy: vec![heat], ..StageSpec::default() }, None, &mut ()).unwrap();
+    run.edit(
+        &StageSpec {
+            set_energy: vec![heat],
+            ..StageSpec::default()
+        },
+        None,
+        &mut (),
+    )
+    .unwrap();
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("saved");
     let saved = run.save(&folder).unwrap();
     let words = saved.left_out.join("\n");
-    assert!(words.contains("run.stop") && words.contains("all measures"), "{words}");
+    assert!(
+        words.contains("run.stop") && words.contains("all measures"),
+        "{words}"
+    );
     // Neither ends after five contacts, as the scene says of a run that no one edits.
     let copy = root.path().join("copy.toml");
     fs::copy(folder.join("config.toml"), &copy).unwrap();
@@ -317,13 +442,19 @@ fn parallel_discs(until: f64) -> Scene {
              velocity = [1.0, 0.0]\n"
         )
     };
-    let run = format!("[run]\nuntil = {until:e}\nsample_interval = {:e}\n", 0.1 * until);
+    let run = format!(
+        "[run]\nuntil = {until:e}\nsample_interval = {:e}\n",
+        0.1 * until
+    );
     Scene::from_toml(&format!("{}{}{run}", disc(0.25), disc(0.75))).unwrap()
 }
 
 #[test]
 fn a_call_far_from_its_end_returns_within_its_limit_and_goes_on_later() {
-    let limit = |longest| CallLimit { signals: Signals::default(), longest };
+    let limit = |longest| CallLimit {
+        signals: Signals::default(),
+        longest,
+    };
     let short = limit(Duration::from_millis(20));
     let mut run = InteractiveRun::begin_within(&parallel_discs(1e12), short).unwrap();
     assert!(!run.advance(EpochTime::from(1e12), &mut ()).unwrap());
@@ -331,7 +462,8 @@ fn a_call_far_from_its_end_returns_within_its_limit_and_goes_on_later() {
     let time = run.view().time().to_f64();
     assert!(time > 0.0 && time < 1e12, "{time}");
     // A run in such calls has the bits of a run in one.
-    let gas = Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 400").unwrap();
+    let gas =
+        Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 400").unwrap();
     let mut cut = InteractiveRun::begin_within(&gas, limit(Duration::ZERO)).unwrap();
     let mut whole = InteractiveRun::begin(&gas).unwrap();
     let until = EpochTime::from(0.7);
@@ -339,10 +471,19 @@ fn a_call_far_from_its_end_returns_within_its_limit_and_goes_on_later() {
     while !cut.advance(until, &mut ()).unwrap() {
         calls += 1;
     }
-    assert!(whole.advance(until, &mut ()).unwrap() && calls > 5, "{calls}");
-    assert_eq!(whole.view().counters().collisions, cut.view().counters().collisions);
+    assert!(
+        whole.advance(until, &mut ()).unwrap() && calls > 5,
+        "{calls}"
+    );
+    assert_eq!(
+        whole.view().counters().collisions,
+        cut.view().counters().collisions
+    );
     let places = |run: &InteractiveRun| -> Vec<u64> {
-        run.view().bodies().map(|body| body.motion.position.x.to_bits()).collect()
+        run.view()
+            .bodies()
+            .map(|body| body.motion.position.x.to_bits())
+            .collect()
     };
     assert!(places(&whole) == places(&cut));
 }
@@ -350,7 +491,10 @@ fn a_call_far_from_its_end_returns_within_its_limit_and_goes_on_later() {
 #[test]
 fn a_signal_ends_a_call_and_the_run_is_saved_where_it_is() {
     let signals = Signals::default();
-    let limit = CallLimit { signals: signals.clone(), longest: Duration::MAX };
+    let limit = CallLimit {
+        signals: signals.clone(),
+        longest: Duration::MAX,
+    };
     let mut run = InteractiveRun::begin_within(&parallel_discs(1e12), limit).unwrap();
     signals.interrupt();
     assert!(!run.advance(EpochTime::from(1e12), &mut ()).unwrap());
@@ -358,7 +502,11 @@ fn a_signal_ends_a_call_and_the_run_is_saved_where_it_is() {
     let root = tempfile::tempdir().unwrap();
     let saved = run.save(&root.path().join("saved")).unwrap();
     assert!(saved.time < 1e12);
-    assert_eq!(fs::read_dir(root.path()).unwrap().count(), 1, "no partial folder is left");
+    assert_eq!(
+        fs::read_dir(root.path()).unwrap().count(),
+        1,
+        "no partial folder is left"
+    );
 }
 
 #[test]
@@ -377,16 +525,26 @@ fn an_edit_after_an_action_of_a_rare_thermostat_is_made_at_once_and_replayed_to_
     };
     let mut run = InteractiveRun::begin(&scene).unwrap();
     run.advance(EpochTime::from(0.4), &mut ()).unwrap();
-    run.edit(&StageSpec::default(), Some(&[rare]), &mut ()).unwrap();
+    run.edit(&StageSpec::default(), Some(&[rare]), &mut ())
+        .unwrap();
     // It has acted at 0.4, and next acts at 10¹².
     let energy = run.view().energy();
-    let elasticity = ElasticitySpec { default: 0.9, ..ElasticitySpec::default() };
+    let elasticity = ElasticitySpec {
+        default: 0.9,
+        ..ElasticitySpec::default()
+    };
     for _ in 0..3 {
-        let edit = StageSpec { elasticity: Some(elasticity.clone()), ..StageSpec::default() };
+        let edit = StageSpec {
+            elasticity: Some(elasticity.clone()),
+            ..StageSpec::default()
+        };
         let start = run.edit(&edit, None, &mut ()).unwrap();
         assert!(start > 0.4 && start < 0.4 + 1e-12, "{start}");
     }
-    assert!(run.view().energy() != energy, "it acts at the start of each stage");
+    assert!(
+        run.view().energy() != energy,
+        "it acts at the start of each stage"
+    );
     run.advance(EpochTime::from(1.1), &mut ()).unwrap();
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("saved");
@@ -403,7 +561,13 @@ fn the_command_of_a_saved_run_is_quoted_for_a_shell() {
     let run = InteractiveRun::begin(&parallel_discs(1.0)).unwrap();
     let folder = root.path().join("it's $(here)");
     let saved = run.save(&folder).unwrap();
-    assert!(saved.command.contains("it'\\''s $(here)/config.toml' --out '"), "{}", saved.command);
+    assert!(
+        saved
+            .command
+            .contains("it'\\''s $(here)/config.toml' --out '"),
+        "{}",
+        saved.command
+    );
 }
 
 /// Measures that are begun while the run goes on are measures of the saved run; those of the scene
@@ -415,14 +579,30 @@ fn measures_begun_meanwhile_are_measured_by_the_saved_run() {
     run.advance(EpochTime::from(0.7), &mut ()).unwrap();
     let measure = |kind: &str, of: Option<&str>, interval: f64| {
         let of = of.map(str::to_owned);
-        (MeasureSpec { kind: kind.to_owned(), of, ..MeasureSpec::default() }, interval)
+        (
+            MeasureSpec {
+                kind: kind.to_owned(),
+                of,
+                ..MeasureSpec::default()
+            },
+            interval,
+        )
     };
-    run.set_watched(vec![measure("velocities", Some("hot"), 0.21), measure("temperature", Some("hot"), 0.1)]);
+    run.set_watched(vec![
+        measure("velocities", Some("hot"), 0.21),
+        measure("temperature", Some("hot"), 0.1),
+    ]);
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("1");
     assert_eq!(run.save(&path).unwrap().left_out, Vec::<String>::new());
     let saved = Scene::from_toml(&fs::read_to_string(path.join("config.toml")).unwrap()).unwrap();
-    assert_eq!((saved.measure.len(), saved.measure[0].kind.as_str()), (1, "velocities"));
+    assert_eq!(
+        (saved.measure.len(), saved.measure[0].kind.as_str()),
+        (1, "velocities")
+    );
     // The nearest multiple of the samples of the run.
-    assert_eq!(saved.measure[0].parameters["every"], MeasureParameter::Number(2.0));
+    assert_eq!(
+        saved.measure[0].parameters["every"],
+        MeasureParameter::Number(2.0)
+    );
 }

@@ -1,9 +1,13 @@
 //! All detectors as one type, so that a run can use any of them.
 
-#![allow(clippy::inline_always, reason = "compiled with the instructions of the loop over the events")]
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the loop over the events"
+)]
 
 use carom_detection::{
-    Answer, BoundingCircles, DISC_LANES, Detection, DiscLanes, Exact, FixedStep, GoldenSecant, QueryBody,
+    Answer, BoundingCircles, DISC_LANES, Detection, DiscLanes, Exact, FixedStep, GoldenSecant,
+    QueryBody,
 };
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -59,7 +63,13 @@ macro_rules! delegate {
 
 impl Detection for AnyDetector {
     #[inline]
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+    fn first_contact(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         delegate!(self, detector => detector.first_contact(a, b, motion, horizon))
     }
 
@@ -86,7 +96,12 @@ impl Detection for AnyDetector {
     }
 
     #[inline(always)]
-    fn contact_time_lower_bound(&self, query: &QueryBody<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
+    fn contact_time_lower_bound(
+        &self,
+        query: &QueryBody<'_>,
+        lanes: &DiscLanes<1>,
+        horizon: f64,
+    ) -> f64 {
         delegate!(self, detector => detector.contact_time_lower_bound(query, lanes, horizon))
     }
 

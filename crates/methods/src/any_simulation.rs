@@ -5,8 +5,8 @@ use std::{fmt, ops::ControlFlow};
 use carom_detection::Detection;
 use carom_engine::{
     Batch, BodyKey, CellScheduler, Checkpoint, CheckpointError, EditError, ElasticitySpec, Growth,
-    HeapScheduler, MoleculeSpec, Observer, Rotation, RunError, Scene, SceneError, Scheduler, Simulation, Tag,
-    TileCounters, TileUse, TileWork, Tiling, View, Violation, WallSpec,
+    HeapScheduler, MoleculeSpec, Observer, Rotation, RunError, Scene, SceneError, Scheduler,
+    Simulation, Tag, TileCounters, TileUse, TileWork, Tiling, View, Violation, WallSpec,
 };
 use carom_kinematics::EpochTime;
 use carom_response::{Impact, Response};
@@ -23,7 +23,9 @@ pub struct AnySimulation(Box<dyn Dynamic>);
 
 impl fmt::Debug for AnySimulation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("AnySimulation").field("time", &self.time()).finish_non_exhaustive()
+        f.debug_struct("AnySimulation")
+            .field("time", &self.time())
+            .finish_non_exhaustive()
     }
 }
 
@@ -69,8 +71,12 @@ impl AnySimulation {
     ) -> Result<Self, SceneError> {
         let detector = method.detector;
         let simulation: Self = match method.order {
-            Order::Cells(options) => Cells::with_progress(scene, detector, Impact, options, progress)?.into(),
-            Order::Heap(options) => Heap::with_progress(scene, detector, Impact, options, progress)?.into(),
+            Order::Cells(options) => {
+                Cells::with_progress(scene, detector, Impact, options, progress)?.into()
+            }
+            Order::Heap(options) => {
+                Heap::with_progress(scene, detector, Impact, options, progress)?.into()
+            }
         };
         Ok(simulation.in_tiles(method))
     }
@@ -83,12 +89,12 @@ impl AnySimulation {
     pub fn grown(growth: Growth, method: &Method) -> Result<Self, SceneError> {
         let detector = method.detector;
         let simulation: Self = match method.order {
-            Order::Cells(options) => {
-                growth.finish_with::<_, _, CellScheduler>(detector, Impact, options)?.into()
-            }
-            Order::Heap(options) => {
-                growth.finish_with::<_, _, HeapScheduler>(detector, Impact, options)?.into()
-            }
+            Order::Cells(options) => growth
+                .finish_with::<_, _, CellScheduler>(detector, Impact, options)?
+                .into(),
+            Order::Heap(options) => growth
+                .finish_with::<_, _, HeapScheduler>(detector, Impact, options)?
+                .into(),
         };
         Ok(simulation.in_tiles(method))
     }
@@ -102,8 +108,12 @@ impl AnySimulation {
     pub fn resume(checkpoint: &Checkpoint, method: &Method) -> Result<Self, CheckpointError> {
         let detector = method.detector;
         let simulation: Self = match method.order {
-            Order::Cells(options) => Cells::resume_with(checkpoint, detector, Impact, options)?.into(),
-            Order::Heap(options) => Heap::resume_with(checkpoint, detector, Impact, options)?.into(),
+            Order::Cells(options) => {
+                Cells::resume_with(checkpoint, detector, Impact, options)?.into()
+            }
+            Order::Heap(options) => {
+                Heap::resume_with(checkpoint, detector, Impact, options)?.into()
+            }
         };
         Ok(simulation.in_tiles(method))
     }
@@ -345,7 +355,9 @@ mod tests {
             "detector = \"bounding-circles\"",
             "detector = \"fixed-step\"\nstep = 0.1",
         ]
-        .map(|text| Method::try_from(&toml::from_str::<carom_engine::MethodSpec>(text).unwrap()).unwrap())
+        .map(|text| {
+            Method::try_from(&toml::from_str::<carom_engine::MethodSpec>(text).unwrap()).unwrap()
+        })
         .to_vec()
     }
 
@@ -353,7 +365,12 @@ mod tests {
         let view = simulation.view();
         let motions = view.bodies().flat_map(|body| {
             let motion = body.motion;
-            [motion.position.x, motion.position.y, motion.velocity.x, motion.orientation.turns()]
+            [
+                motion.position.x,
+                motion.position.y,
+                motion.velocity.x,
+                motion.orientation.turns(),
+            ]
         });
         motions.map(f64::to_bits).collect()
     }
@@ -376,9 +393,14 @@ mod tests {
         for method in methods() {
             let mut through = AnySimulation::with(&scene, &method).unwrap();
             while through.checkpoint().is_none() || through.time().to_f64() == 0.0 {
-                assert!(!through.observe_epoch(EpochTime::from(1e3), &mut ()).unwrap());
+                assert!(
+                    !through
+                        .observe_epoch(EpochTime::from(1e3), &mut ())
+                        .unwrap()
+                );
             }
-            let mut resumed = AnySimulation::resume(&through.checkpoint().unwrap(), &method).unwrap();
+            let mut resumed =
+                AnySimulation::resume(&through.checkpoint().unwrap(), &method).unwrap();
             let mut copy = through.clone();
             let until = through.time().to_f64() + 0.5;
             for simulation in [&mut through, &mut resumed, &mut copy] {
@@ -394,8 +416,13 @@ mod tests {
         let scene = Scene::from_toml(GAS).unwrap();
         for method in methods() {
             let mut simulation = AnySimulation::with(&scene, &method).unwrap();
-            let tee =
-                simulation.view().tagged(simulation.find_tag("tee").unwrap()).next().unwrap().body.key();
+            let tee = simulation
+                .view()
+                .tagged(simulation.find_tag("tee").unwrap())
+                .next()
+                .unwrap()
+                .body
+                .key();
             simulation.set_rotation(tee, Rotation::Locked).unwrap();
             simulation.reset_energy_of_all(2.0).unwrap_err();
             let before = bits(&simulation);

@@ -4,8 +4,8 @@ use std::fmt;
 
 use carom_detection::{Exact, FixedStep, GoldenSecant};
 use carom_engine::{
-    CellsPerSide, DetectorName, Instructions, InstructionsName, MethodSpec, SceneError, SchedulerName,
-    TilesName, Tiling,
+    CellsPerSide, DetectorName, Instructions, InstructionsName, MethodSpec, SceneError,
+    SchedulerName, TilesName, Tiling,
 };
 use thiserror::Error;
 
@@ -68,7 +68,10 @@ pub enum MethodError {
 
 impl From<MethodError> for SceneError {
     fn from(error: MethodError) -> Self {
-        Self::Entry { entry: "method".to_owned(), problem: error.to_string() }
+        Self::Entry {
+            entry: "method".to_owned(),
+            problem: error.to_string(),
+        }
     }
 }
 
@@ -77,9 +80,11 @@ impl Method {
     pub fn tiling(&self, threads: usize) -> Tiling {
         match self.tiles {
             TilesName::Automatic => Tiling::with_threads(threads),
-            TilesName::Always => {
-                Tiling { least_bodies: 0, least_molecules: 0, ..Tiling::with_threads(threads) }
-            }
+            TilesName::Always => Tiling {
+                least_bodies: 0,
+                least_molecules: 0,
+                ..Tiling::with_threads(threads)
+            },
             TilesName::Never => Tiling::NONE,
         }
     }
@@ -96,14 +101,20 @@ impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.detector {
             AnyDetector::Exact(exact) if exact == Exact::default() => write!(f, "exact detector")?,
-            AnyDetector::Exact(exact) => write!(f, "exact detector, at most {} steps", exact.most_steps)?,
+            AnyDetector::Exact(exact) => {
+                write!(f, "exact detector, at most {} steps", exact.most_steps)?
+            }
             AnyDetector::GoldenSecant(golden) => write!(
                 f,
                 "golden-section and secant search with tolerance {:e} and crop factor {}",
                 golden.tolerance, golden.crop_factor
             )?,
             AnyDetector::FixedStep(fixed) => {
-                write!(f, "overlap tests every {:e} natural times of a pair", fixed.step)?;
+                write!(
+                    f,
+                    "overlap tests every {:e} natural times of a pair",
+                    fixed.step
+                )?;
             }
             AnyDetector::BoundingCircles => write!(f, "bounding circles in place of molecules")?,
         }
@@ -116,7 +127,10 @@ impl fmt::Display for Method {
                 write!(f, "; heap of all events, {cells} cells per side")?;
             }
             Order::Heap(CellsPerSide::Unchecked(cells)) => {
-                write!(f, "; heap of all events, {cells} cells per side, which may miss contacts")?;
+                write!(
+                    f,
+                    "; heap of all events, {cells} cells per side, which may miss contacts"
+                )?;
             }
         }
         match self.tiles {
@@ -146,12 +160,16 @@ fn detector(spec: &MethodSpec) -> Result<AnyDetector, MethodError> {
         return no_effect("most_steps", "detector = \"exact\" and \"fixed-step\"");
     }
     if spec.most_steps == Some(0) {
-        return Err(MethodError::OutOfRange { key: "most_steps", allowed: "at least 1", value: 0.0 });
+        return Err(MethodError::OutOfRange {
+            key: "most_steps",
+            allowed: "at least 1",
+            value: 0.0,
+        });
     }
     Ok(match spec.detector {
-        DetectorName::Exact => {
-            AnyDetector::Exact(Exact { most_steps: spec.most_steps.unwrap_or(Exact::default().most_steps) })
-        }
+        DetectorName::Exact => AnyDetector::Exact(Exact {
+            most_steps: spec.most_steps.unwrap_or(Exact::default().most_steps),
+        }),
         DetectorName::GoldenSecant => {
             let default = GoldenSecant::default();
             AnyDetector::GoldenSecant(GoldenSecant {
@@ -176,10 +194,16 @@ fn order(spec: &MethodSpec) -> Result<Order, MethodError> {
         SchedulerName::Cells => {
             let owner = "scheduler = \"heap\"";
             if spec.cells_per_side.is_some() {
-                return Err(MethodError::NoEffect { key: "cells_per_side", owner });
+                return Err(MethodError::NoEffect {
+                    key: "cells_per_side",
+                    owner,
+                });
             }
             if spec.unchecked_cells_per_side.is_some() {
-                return Err(MethodError::NoEffect { key: "unchecked_cells_per_side", owner });
+                return Err(MethodError::NoEffect {
+                    key: "unchecked_cells_per_side",
+                    owner,
+                });
             }
             Ok(Order::Cells(match spec.instructions {
                 None | Some(InstructionsName::Widest) => Instructions::Widest,
@@ -190,18 +214,26 @@ fn order(spec: &MethodSpec) -> Result<Order, MethodError> {
         SchedulerName::Heap => {
             if spec.instructions.is_some() {
                 let owner = "scheduler = \"cells\"";
-                return Err(MethodError::NoEffect { key: "instructions", owner });
+                return Err(MethodError::NoEffect {
+                    key: "instructions",
+                    owner,
+                });
             }
             if spec.tiles.is_some() {
                 let owner = "scheduler = \"cells\"";
-                return Err(MethodError::NoEffect { key: "tiles", owner });
+                return Err(MethodError::NoEffect {
+                    key: "tiles",
+                    owner,
+                });
             }
-            Ok(Order::Heap(match (spec.cells_per_side, spec.unchecked_cells_per_side) {
-                (None, None) => CellsPerSide::Automatic,
-                (Some(cells), None) => CellsPerSide::Given(cells),
-                (None, Some(cells)) => CellsPerSide::Unchecked(cells),
-                (Some(_), Some(_)) => return Err(MethodError::TwoGrids),
-            }))
+            Ok(Order::Heap(
+                match (spec.cells_per_side, spec.unchecked_cells_per_side) {
+                    (None, None) => CellsPerSide::Automatic,
+                    (Some(cells), None) => CellsPerSide::Given(cells),
+                    (None, Some(cells)) => CellsPerSide::Unchecked(cells),
+                    (Some(_), Some(_)) => return Err(MethodError::TwoGrids),
+                },
+            ))
         }
     }
 }
@@ -215,7 +247,11 @@ fn within(key: &'static str, given: Option<f64>, default: f64) -> Result<f64, Me
     if RANGE.contains(&value) {
         Ok(value)
     } else {
-        Err(MethodError::OutOfRange { key, allowed: "from 1e-15 to 1e3", value })
+        Err(MethodError::OutOfRange {
+            key,
+            allowed: "from 1e-15 to 1e3",
+            value,
+        })
     }
 }
 
@@ -224,21 +260,29 @@ impl TryFrom<&MethodSpec> for Method {
 
     fn try_from(spec: &MethodSpec) -> Result<Self, MethodError> {
         let tiles = spec.tiles.unwrap_or_default();
-        Ok(Self { detector: detector(spec)?, order: order(spec)?, tiles })
+        Ok(Self {
+            detector: detector(spec)?,
+            order: order(spec)?,
+            tiles,
+        })
     }
 }
 
 impl From<&Method> for MethodSpec {
     fn from(method: &Method) -> Self {
         let tiles = (method.tiles != TilesName::default()).then_some(method.tiles);
-        let mut spec = Self { tiles, ..Self::default() };
+        let mut spec = Self {
+            tiles,
+            ..Self::default()
+        };
         match method.detector {
             AnyDetector::Exact(exact) => {
                 spec.most_steps = (exact != Exact::default()).then_some(exact.most_steps);
             }
             AnyDetector::GoldenSecant(golden) => {
                 spec.detector = DetectorName::GoldenSecant;
-                (spec.tolerance, spec.crop_factor) = (Some(golden.tolerance), Some(golden.crop_factor));
+                (spec.tolerance, spec.crop_factor) =
+                    (Some(golden.tolerance), Some(golden.crop_factor));
             }
             AnyDetector::FixedStep(fixed) => {
                 spec.detector = DetectorName::FixedStep;
@@ -249,7 +293,9 @@ impl From<&Method> for MethodSpec {
         match method.order {
             Order::Cells(Instructions::Widest) => {}
             Order::Cells(Instructions::Avx2) => spec.instructions = Some(InstructionsName::Avx2),
-            Order::Cells(Instructions::Portable) => spec.instructions = Some(InstructionsName::Portable),
+            Order::Cells(Instructions::Portable) => {
+                spec.instructions = Some(InstructionsName::Portable)
+            }
             Order::Heap(cells) => {
                 spec.scheduler = SchedulerName::Heap;
                 match cells {
@@ -268,7 +314,8 @@ mod tests {
     use super::*;
 
     fn method(text: &str) -> Result<Method, String> {
-        let spec: MethodSpec = toml::from_str(text).map_err(|error: toml::de::Error| error.to_string())?;
+        let spec: MethodSpec =
+            toml::from_str(text).map_err(|error: toml::de::Error| error.to_string())?;
         Method::try_from(&spec).map_err(|error| error.to_string())
     }
 
@@ -295,7 +342,11 @@ mod tests {
     #[test]
     fn only_the_certified_detector_on_a_safe_grid_is_exact() {
         assert!(Method::default().is_exact());
-        assert!(method("scheduler = \"heap\"\ncells_per_side = 20").unwrap().is_exact());
+        assert!(
+            method("scheduler = \"heap\"\ncells_per_side = 20")
+                .unwrap()
+                .is_exact()
+        );
         for text in [
             "detector = \"golden-secant\"",
             "detector = \"fixed-step\"",
@@ -314,14 +365,20 @@ mod tests {
             ("tolerance = 1e-9", "golden-secant"),
             ("crop_factor = 1.0", "crop_factor"),
             ("step = 1e-3", "fixed-step"),
-            ("detector = \"bounding-circles\"\nmost_steps = 5", "most_steps"),
+            (
+                "detector = \"bounding-circles\"\nmost_steps = 5",
+                "most_steps",
+            ),
             ("most_steps = 0", "at least 1"),
             ("detector = \"golden-secant\"\ntolerance = 0.0", "1e-15"),
             ("detector = \"fixed-step\"\nstep = nan", "1e-15"),
             ("cells_per_side = 20", "heap"),
             ("unchecked_cells_per_side = 20", "heap"),
             ("scheduler = \"heap\"\ninstructions = \"avx2\"", "cells"),
-            ("scheduler = \"heap\"\ncells_per_side = 2\nunchecked_cells_per_side = 2", "not both"),
+            (
+                "scheduler = \"heap\"\ncells_per_side = 2\nunchecked_cells_per_side = 2",
+                "not both",
+            ),
         ] {
             let error = method(text).unwrap_err();
             assert!(error.contains(said), "{text}: {error}");
@@ -331,8 +388,12 @@ mod tests {
     #[test]
     fn a_method_reads_as_words() {
         assert_eq!(Method::default().to_string(), "exact detector");
-        let words =
-            method("detector = \"fixed-step\"\nstep = 0.01\nscheduler = \"heap\"").unwrap().to_string();
-        assert_eq!(words, "overlap tests every 1e-2 natural times of a pair; heap of all events");
+        let words = method("detector = \"fixed-step\"\nstep = 0.01\nscheduler = \"heap\"")
+            .unwrap()
+            .to_string();
+        assert_eq!(
+            words,
+            "overlap tests every 1e-2 natural times of a pair; heap of all events"
+        );
     }
 }

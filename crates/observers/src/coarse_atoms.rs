@@ -10,19 +10,19 @@ use glam::DVec2;
 const CELLS: usize = 128;
 
 /// The most circles that any molecule is drawn by.
-pub const MOST_CIRCLES: usize = CELLS * CELLS;
+pub const MAX_CIRCLES: usize = CELLS * CELLS;
 
 /// Centre and radius of each circle that a molecule is drawn by (length, in the molecule's frame),
-/// at most [`MOST_CIRCLES`] of them.
+/// at most [`MAX_CIRCLES`] of them.
 ///
-/// They are its atoms, in their order. Of more than [`MOST_CIRCLES`] atoms only the largest one
+/// They are its atoms, in their order. Of more than [`MAX_CIRCLES`] atoms only the largest one
 /// with its centre in each cell of a square grid is drawn, and at least as large as the circle
 /// around a cell. So each cell that an atom stands in is covered, and nothing farther from an atom
 /// than the diagonal of a cell: 1.1 % of the diameter of the bounding circle.
 ///
 /// ```
 /// use carom_geometry::{Atom, Molecule};
-/// use carom_observers::{MOST_CIRCLES, drawn_circles};
+/// use carom_observers::{MAX_CIRCLES, drawn_circles};
 /// use glam::DVec2;
 ///
 /// let row = |atoms: usize| {
@@ -30,11 +30,14 @@ pub const MOST_CIRCLES: usize = CELLS * CELLS;
 ///     Molecule::new((0..atoms).map(atom)).unwrap()
 /// };
 /// assert_eq!(drawn_circles(&row(5)).len(), 5);
-/// assert_eq!(drawn_circles(&row(MOST_CIRCLES + 1)).len(), 128);
+/// assert_eq!(drawn_circles(&row(MAX_CIRCLES + 1)).len(), 128);
 /// ```
 pub fn drawn_circles(molecule: &Molecule) -> Vec<(DVec2, f64)> {
-    let circles = molecule.atoms().iter().map(|atom| (atom.offset(), atom.radius()));
-    if molecule.atoms().len() <= MOST_CIRCLES {
+    let circles = molecule
+        .atoms()
+        .iter()
+        .map(|atom| (atom.offset(), atom.radius()));
+    if molecule.atoms().len() <= MAX_CIRCLES {
         return circles.collect();
     }
     let reach = molecule.bounding_radius();
@@ -42,7 +45,9 @@ pub fn drawn_circles(molecule: &Molecule) -> Vec<(DVec2, f64)> {
     let index = |x: f64| (((x + reach) / side) as usize).min(CELLS - 1);
     let mut largest: BTreeMap<[usize; 2], (DVec2, f64)> = BTreeMap::new();
     for (centre, radius) in circles {
-        let kept = largest.entry([index(centre.y), index(centre.x)]).or_insert((centre, radius));
+        let kept = largest
+            .entry([index(centre.y), index(centre.x)])
+            .or_insert((centre, radius));
         if radius > kept.1 {
             *kept = (centre, radius);
         }
@@ -55,7 +60,10 @@ pub fn drawn_circles(molecule: &Molecule) -> Vec<(DVec2, f64)> {
         let middle = DVec2::new(column as f64 + 0.5, row as f64 + 0.5) * side - reach;
         (middle, around_cell.max(radius))
     };
-    largest.iter().map(|(cell, &circle)| covering((cell, circle))).collect()
+    largest
+        .iter()
+        .map(|(cell, &circle)| covering((cell, circle)))
+        .collect()
 }
 
 #[cfg(test)]
@@ -71,13 +79,22 @@ mod tests {
             (0.01 * angle * DVec2::from_angle(angle), 0.003)
         });
         let atoms: Vec<(DVec2, f64)> = small.chain([(DVec2::new(1.5, 0.0), 0.25)]).collect();
-        let molecule =
-            Molecule::new(atoms.iter().map(|&(at, radius)| Atom::new(at, radius, 1.0).unwrap())).unwrap();
+        let molecule = Molecule::new(
+            atoms
+                .iter()
+                .map(|&(at, radius)| Atom::new(at, radius, 1.0).unwrap()),
+        )
+        .unwrap();
         let drawn = drawn_circles(&molecule);
-        assert!((500..=MOST_CIRCLES).contains(&drawn.len()), "{}", drawn.len());
+        assert!(
+            (500..=MAX_CIRCLES).contains(&drawn.len()),
+            "{}",
+            drawn.len()
+        );
         let cell = 2.0 * molecule.bounding_radius() / CELLS as f64;
         for atom in molecule.atoms() {
-            let is_covered = |&(centre, radius): &(DVec2, f64)| (atom.offset() - centre).length() <= radius;
+            let is_covered =
+                |&(centre, radius): &(DVec2, f64)| (atom.offset() - centre).length() <= radius;
             assert!(drawn.iter().any(is_covered), "{atom:?}");
         }
         let large = molecule.atoms().last().unwrap();

@@ -71,7 +71,10 @@ impl Observer for CollisionRate {
 
     fn start(&mut self, view: &View<'_>) {
         let (time, moving) = (view.time(), moving(view));
-        let goes_on = self.interval.as_mut().is_some_and(|(interval, _)| interval.go_on(time, moving));
+        let goes_on = self
+            .interval
+            .as_mut()
+            .is_some_and(|(interval, _)| interval.go_on(time, moving));
         if !goes_on {
             self.interval = Some((OpenInterval::new(time, moving), *view.counters()));
         }
@@ -87,18 +90,30 @@ impl Observer for CollisionRate {
         let (time, counters) = (view.time(), *view.counters());
         let moving = moving(view);
         let next = (OpenInterval::new(time, moving), counters);
-        let Some((interval, before)) = self.interval.replace(next) else { return };
+        let Some((interval, before)) = self.interval.replace(next) else {
+            return;
+        };
         let duration = interval.duration(time);
         if duration <= 0.0 {
             return;
         }
         // In an edited checkpoint these counts may be later than those of the simulation.
         let collisions = counters.collisions.saturating_sub(before.collisions);
-        let with_fixed = counters.fixed_collisions.saturating_sub(before.fixed_collisions);
+        let with_fixed = counters
+            .fixed_collisions
+            .saturating_sub(before.fixed_collisions);
         let suffered = (2 * collisions).saturating_sub(with_fixed);
         let moving = interval.mean(time, moving);
-        let rate = if moving == 0.0 { 0.0 } else { suffered as f64 / (moving * duration) };
-        self.series.push(RatePoint { time: time.to_f64(), collisions, rate });
+        let rate = if moving == 0.0 {
+            0.0
+        } else {
+            suffered as f64 / (moving * duration)
+        };
+        self.series.push(RatePoint {
+            time: time.to_f64(),
+            collisions,
+            rate,
+        });
     }
 }
 

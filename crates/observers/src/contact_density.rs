@@ -116,7 +116,15 @@ impl ContactDensity {
                 }
             }
         }
-        Ok(Self { body: body.key(), radius, bins, atoms, others: 0, began: None, duration: 0.0 })
+        Ok(Self {
+            body: body.key(),
+            radius,
+            bins,
+            atoms,
+            others: 0,
+            began: None,
+            duration: 0.0,
+        })
     }
 
     /// The observed body.
@@ -136,7 +144,10 @@ impl ContactDensity {
 
     /// Length of the boundary in a bin of an atom that the discs can touch (length).
     pub fn arc(&self, atom: usize, bin: usize) -> f64 {
-        self.atoms.get(atom).and_then(|bins| bins.get(bin)).map_or(0.0, |bin| bin.arc)
+        self.atoms
+            .get(atom)
+            .and_then(|bins| bins.get(bin))
+            .map_or(0.0, |bin| bin.arc)
     }
 
     /// Every bin that contains a piece of the boundary, for every atom; empty before any time has
@@ -158,15 +169,23 @@ impl ContactDensity {
             }
         };
         let bins = self.atoms.iter().enumerate().flat_map(|(atom, boundary)| {
-            boundary.iter().enumerate().map(move |(index, bin)| (atom, index, bin))
+            boundary
+                .iter()
+                .enumerate()
+                .map(move |(index, bin)| (atom, index, bin))
         });
-        bins.filter(|(_, _, bin)| bin.arc > 0.0).map(|(atom, index, bin)| point(atom, index, bin)).collect()
+        bins.filter(|(_, _, bin)| bin.arc > 0.0)
+            .map(|(atom, index, bin)| point(atom, index, bin))
+            .collect()
     }
 
     /// Σ|J| of the contacts in one bin around an atom (mass × length / time); 0 if there is no such
     /// bin.
     pub fn impulse(&self, atom: usize, bin: usize) -> f64 {
-        self.atoms.get(atom).and_then(|bins| bins.get(bin)).map_or(0.0, |bin| bin.impulse)
+        self.atoms
+            .get(atom)
+            .and_then(|bins| bins.get(bin))
+            .map_or(0.0, |bin| bin.impulse)
     }
 
     /// Σ|J| / (t P) over the whole boundary (mass / time²): kT times the mean of ρ_c along it.
@@ -214,18 +233,26 @@ impl Observer for ContactDensity {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some((side, impulse)) = report.side_of(self.body) else { return };
+        let Some((side, impulse)) = report.side_of(self.body) else {
+            return;
+        };
         self.watched_until(report.time);
         // A contact without impulse has no direction.
         if impulse == DVec2::ZERO {
             return;
         }
-        let partner = report.sides.iter().find(|side| side.body.key() != self.body);
+        let partner = report
+            .sides
+            .iter()
+            .find(|side| side.body.key() != self.body);
         let is_of_the_gas = partner.is_some_and(|partner| {
             let molecule = partner.body.molecule();
             molecule.is_disc() && molecule.bounding_radius() == self.radius
         });
-        let boundary = side.atom.filter(|_| is_of_the_gas).and_then(|atom| self.atoms.get_mut(atom as usize));
+        let boundary = side
+            .atom
+            .filter(|_| is_of_the_gas)
+            .and_then(|atom| self.atoms.get_mut(atom as usize));
         // The impulse points inwards.
         let index = bin_of(-in_body_frame(impulse, side.before.orientation), self.bins);
         // A boundary read from a damaged file may have fewer bins.

@@ -70,7 +70,11 @@ pub struct ContactLog {
 impl ContactLog {
     /// An empty log of the contacts whose tags pass the filter.
     pub fn new(filter: TagFilter) -> Self {
-        Self { filter, bounds: None, contacts: Vec::new() }
+        Self {
+            filter,
+            bounds: None,
+            contacts: Vec::new(),
+        }
     }
 
     /// Removes and returns the contacts recorded since the last call.
@@ -91,15 +95,19 @@ impl Observer for ContactLog {
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let bodies = report.sides.each_ref().map(|side| side.body);
-        let Some(bounds) = self.bounds.filter(|_| self.filter.matches(bodies)) else { return };
+        let Some(bounds) = self.bounds.filter(|_| self.filter.matches(bodies)) else {
+            return;
+        };
         let [first, second] = &report.sides;
         // The first body's image is the reference of the point; the second is shifted to it.
         let at_point = |motion: &Motion, centre: DVec2| {
             motion.velocity + motion.angular_velocity * (report.point - centre).perp()
         };
         let centre = first.before.position;
-        let [a, b] =
-            [at_point(&first.before, centre), at_point(&second.before, centre + report.separation(&bounds))];
+        let [a, b] = [
+            at_point(&first.before, centre),
+            at_point(&second.before, centre + report.separation(&bounds)),
+        ];
         self.contacts.push(Contact {
             time: report.time.to_f64(),
             bodies: bodies.map(Body::id),
@@ -162,10 +170,17 @@ mod tests {
             let normal_speed = contact.relative_velocity.dot(contact.normal);
             let expected = -(1.0 + contact.elasticity) * 0.5 * normal_speed;
             assert!(normal_speed < 0.0, "{contact:?}");
-            assert!((contact.impulse.dot(contact.normal) / expected - 1.0).abs() < 1e-9, "{contact:?}");
+            assert!(
+                (contact.impulse.dot(contact.normal) / expected - 1.0).abs() < 1e-9,
+                "{contact:?}"
+            );
             assert!((0.0..1.0).contains(&contact.point.x) && (0.0..1.0).contains(&contact.point.y));
         }
         // Ids of the second gas follow those of the first.
-        assert!(mixed.iter().all(|contact| contact.bodies[0] < 60 && contact.bodies[1] >= 60));
+        assert!(
+            mixed
+                .iter()
+                .all(|contact| contact.bodies[0] < 60 && contact.bodies[1] >= 60)
+        );
     }
 }

@@ -80,7 +80,12 @@ impl DirectionHistogram {
 
     fn of(watched: Watched, bins: usize) -> Self {
         let bins = bins.max(1);
-        Self { watched, counts: vec![0; bins], impulse: vec![0.0; bins], atom_counts: Vec::new() }
+        Self {
+            watched,
+            counts: vec![0; bins],
+            impulse: vec![0.0; bins],
+            atom_counts: Vec::new(),
+        }
     }
 
     /// Number of contacts in each bin.
@@ -120,8 +125,12 @@ impl Observer for DirectionHistogram {
 
     fn start(&mut self, view: &View<'_>) {
         let bodies = view.bodies().filter(|view| self.watched.has(view.body));
-        let atoms = bodies.map(|view| view.body.molecule().atoms().len()).max().unwrap_or(0);
-        self.atom_counts.resize(atoms.max(self.atom_counts.len()), 0);
+        let atoms = bodies
+            .map(|view| view.body.molecule().atoms().len())
+            .max()
+            .unwrap_or(0);
+        self.atom_counts
+            .resize(atoms.max(self.atom_counts.len()), 0);
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
@@ -133,11 +142,15 @@ impl Observer for DirectionHistogram {
             if !self.watched.has(side.body) {
                 continue;
             }
-            let bin = bin_of(in_body_frame(impulse, side.before.orientation), self.counts.len());
+            let bin = bin_of(
+                in_body_frame(impulse, side.before.orientation),
+                self.counts.len(),
+            );
             self.counts[bin] += 1;
             self.impulse[bin] += impulse.length();
             if let Some(atom) = side.atom.map(|atom| atom as usize) {
-                self.atom_counts.resize(self.atom_counts.len().max(atom + 1), 0);
+                self.atom_counts
+                    .resize(self.atom_counts.len().max(atom + 1), 0);
                 self.atom_counts[atom] += 1;
             }
         }

@@ -59,26 +59,38 @@ impl Bins {
 
     /// Means of a density over each bin, from its integral up to each edge.
     pub fn means_of(&self, integral: impl Fn(f64) -> f64) -> Vec<f64> {
-        self.edges.windows(2).map(|bin| (integral(bin[1]) - integral(bin[0])) / (bin[1] - bin[0])).collect()
+        self.edges
+            .windows(2)
+            .map(|bin| (integral(bin[1]) - integral(bin[0])) / (bin[1] - bin[0]))
+            .collect()
     }
 }
 
 impl Distribution {
     /// Equal bins from `low` to `high`; `bins` = 0 is taken as 1.
     pub(crate) fn within(low: f64, high: f64, bins: usize) -> Self {
-        Self { least: bins.max(1), range: Range::Given(Histogram::new(low, high, bins)) }
+        Self {
+            least: bins.max(1),
+            range: Range::Given(Histogram::new(low, high, bins)),
+        }
     }
 
     /// A range that follows values of both signs, with at least `bins` bins for each sign; `bins` =
     /// 0 is taken as 1.
     pub fn of_components(bins: usize) -> Self {
-        Self { least: bins.max(1), range: Range::Components(Following::new(bins)) }
+        Self {
+            least: bins.max(1),
+            range: Range::Components(Following::new(bins)),
+        }
     }
 
     /// A range that follows values that are not negative, with at least `bins` bins; `bins` = 0 is
     /// taken as 1.
     pub fn of_magnitudes(bins: usize) -> Self {
-        Self { least: bins.max(1), range: Range::Magnitudes(Following::new(bins)) }
+        Self {
+            least: bins.max(1),
+            range: Range::Magnitudes(Following::new(bins)),
+        }
     }
 
     /// Counts a value.
@@ -98,7 +110,10 @@ impl Distribution {
             Range::Components(following) => Range::Components(following.emptied()),
             Range::Magnitudes(following) => Range::Magnitudes(following.emptied()),
         };
-        Self { least: self.least, range }
+        Self {
+            least: self.least,
+            range,
+        }
     }
 
     /// Adds the counts of a distribution with as many bins and a range of the same kind. One of
@@ -137,10 +152,16 @@ impl Distribution {
 
     /// The bins for the values so far.
     pub fn bins(&self) -> Bins {
-        let of = |octaves: &Octaves| octaves.shown(self.least).map(|shown| (shown, octaves.edges(shown)));
+        let of = |octaves: &Octaves| {
+            octaves
+                .shown(self.least)
+                .map(|shown| (shown, octaves.edges(shown)))
+        };
         let following = match &self.range {
             Range::Given(histogram) => {
-                let edges = (0..=histogram.counts().len()).map(|bin| histogram.edge(bin)).collect();
+                let edges = (0..=histogram.counts().len())
+                    .map(|bin| histogram.edge(bin))
+                    .collect();
                 return Bins { edges, shown: None };
             }
             Range::Components(following) => of(&following.octaves).map(|(shown, edges)| {
@@ -150,13 +171,23 @@ impl Distribution {
             Range::Magnitudes(following) => of(&following.octaves),
         };
         let (shown, edges) = following.unzip();
-        Bins { edges: edges.unwrap_or_default(), shown }
+        Bins {
+            edges: edges.unwrap_or_default(),
+            shown,
+        }
     }
 
     /// The bins for the values of several distributions, whose ranges must be of one kind.
     pub fn common_bins(distributions: &[&Self]) -> Bins {
-        let mut all = distributions.iter().map(|&distribution| distribution.clone());
-        let Some(mut sum) = all.next() else { return Bins { edges: Vec::new(), shown: None } };
+        let mut all = distributions
+            .iter()
+            .map(|&distribution| distribution.clone());
+        let Some(mut sum) = all.next() else {
+            return Bins {
+                edges: Vec::new(),
+                shown: None,
+            };
+        };
         all.for_each(|distribution| sum.absorb(&distribution));
         sum.bins()
     }
@@ -189,17 +220,27 @@ impl Distribution {
         let total = self.total() as f64;
         let counts = self.counts_in(bins);
         let widths = bins.edges.windows(2).map(|bin| bin[1] - bin[0]);
-        counts.into_iter().zip(widths).map(|(count, width)| [count as f64 / width, total]).collect()
+        counts
+            .into_iter()
+            .zip(widths)
+            .map(|(count, width)| [count as f64 / width, total])
+            .collect()
     }
 }
 
 impl Following {
     fn new(bins: usize) -> Self {
-        Self { octaves: Octaves::new(bins), beyond: 0 }
+        Self {
+            octaves: Octaves::new(bins),
+            beyond: 0,
+        }
     }
 
     fn emptied(&self) -> Self {
-        Self { octaves: self.octaves.emptied(), beyond: 0 }
+        Self {
+            octaves: self.octaves.emptied(),
+            beyond: 0,
+        }
     }
 
     fn add(&mut self, value: f64, is_valid: bool) {
@@ -229,18 +270,29 @@ mod tests {
     fn integral(distribution: &Distribution) -> f64 {
         let bins = distribution.bins();
         let widths = bins.edges().windows(2).map(|bin| bin[1] - bin[0]);
-        distribution.sums_in(&bins).iter().zip(widths).map(|([x, w], width)| x / w * width).sum()
+        distribution
+            .sums_in(&bins)
+            .iter()
+            .zip(widths)
+            .map(|([x, w], width)| x / w * width)
+            .sum()
     }
 
     #[test]
     fn a_range_that_follows_the_data_loses_no_value() {
         for scale in [1e-100, 3e-7, 1.0, 77.0, 1e100] {
             let found = filled(Distribution::of_components(10), scale);
-            assert_eq!((found.counts().len(), found.total(), found.beyond()), (20, 1999, 0));
+            assert_eq!(
+                (found.counts().len(), found.total(), found.beyond()),
+                (20, 1999, 0)
+            );
             assert!((integral(&found) - 1.0).abs() < 1e-14, "{scale}");
             // The bins are at most twice as wide as needed.
             let bins = found.bins();
-            assert!(bins.edges()[20] > 0.999 * scale && bins.edges()[20] < 2.0 * scale, "{bins:?}");
+            assert!(
+                bins.edges()[20] > 0.999 * scale && bins.edges()[20] < 2.0 * scale,
+                "{bins:?}"
+            );
         }
     }
 
@@ -271,6 +323,9 @@ mod tests {
         for value in [0.0, 1.0, -1.0, f64::NAN, f64::INFINITY] {
             speeds.add(value);
         }
-        assert_eq!((speeds.total(), speeds.beyond(), speeds.counts()), (5, 3, vec![1, 0, 1, 0]));
+        assert_eq!(
+            (speeds.total(), speeds.beyond(), speeds.counts()),
+            (5, 3, vec![1, 0, 1, 0])
+        );
     }
 }

@@ -116,13 +116,19 @@ impl Drift {
 
     /// Adds the flight that ends with this motion.
     fn follow(&mut self, motion: &Motion, now: EpochTime) {
-        let Some(before) = self.followed_until.replace(now) else { return };
+        let Some(before) = self.followed_until.replace(now) else {
+            return;
+        };
         let time = now.since(before);
         let half_turn = 0.5 * motion.angular_velocity * time;
         // ∫ R(ωs) ds over the flight is a rotation by half its angle, times the ratio of chord to
         // arc.
         let (sin, cos) = libm::sincos(half_turn);
-        let shortened = if half_turn == 0.0 { 1.0 } else { sin / half_turn };
+        let shortened = if half_turn == 0.0 {
+            1.0
+        } else {
+            sin / half_turn
+        };
         let at_end = in_body_frame(motion.velocity, motion.orientation);
         self.path += DVec2::new(cos, sin).rotate(at_end) * (time * shortened);
         self.turn += 2.0 * half_turn;
@@ -141,7 +147,9 @@ impl Observer for Drift {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some((side, impulse)) = report.side_of(self.body) else { return };
+        let Some((side, impulse)) = report.side_of(self.body) else {
+            return;
+        };
         self.follow(&side.before, report.time);
         self.impulse += in_body_frame(impulse, side.before.orientation);
         // The line of the impulse passes through the centre of the touched atom, so its arm gives
@@ -150,7 +158,9 @@ impl Observer for Drift {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let Some(watched) = view.body(self.body) else { return };
+        let Some(watched) = view.body(self.body) else {
+            return;
+        };
         self.follow(&watched.motion, view.time());
         let velocity = in_body_frame(watched.motion.velocity, watched.motion.orientation);
         self.velocity_squares += velocity * velocity;

@@ -59,7 +59,11 @@ impl EnergyLedger {
         let first = self.series.first().map_or(0.0, |first| first.energy);
         let relative = self.series.iter().map(|point| {
             let scale = first.max(point.exchanged);
-            if scale > 0.0 { (point.energy - point.booked).abs() / scale } else { 0.0 }
+            if scale > 0.0 {
+                (point.energy - point.booked).abs() / scale
+            } else {
+                0.0
+            }
         });
         relative.fold(0.0, f64::max)
     }
@@ -68,7 +72,11 @@ impl EnergyLedger {
 /// The largest of the energies lost in contacts, put in by edits, and given by walls.
 fn largest_exchange(view: &View<'_>) -> f64 {
     let ledger = view.ledger();
-    ledger.lost.abs().max(ledger.put_in.abs()).max(ledger.heat.abs())
+    ledger
+        .lost
+        .abs()
+        .max(ledger.put_in.abs())
+        .max(ledger.heat.abs())
 }
 
 impl Observer for EnergyLedger {

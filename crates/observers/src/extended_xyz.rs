@@ -52,11 +52,17 @@ const PROPERTIES: &str = "species:S:1:pos:R:3:velo:R:3:molecule_id:I:1:atom:I:1:
 #[doc(alias = "snapshot")]
 pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Result<()> {
     let molecules = || view.bodies().filter(|view| !view.body.is_wall());
-    let count: usize = molecules().map(|view| view.body.molecule().atoms().len()).sum();
+    let count: usize = molecules()
+        .map(|view| view.body.molecule().atoms().len())
+        .sum();
     let radii = molecules().flat_map(|view| view.body.molecule().atoms().iter().map(Atom::radius));
     let largest = radii.fold(0.0, f64::max);
     let sides = view.bounds().sides();
-    let thickness = if largest > 0.0 { 2.0 * largest } else { sides.min_element() };
+    let thickness = if largest > 0.0 {
+        2.0 * largest
+    } else {
+        sides.min_element()
+    };
     let kinds = kinds_of_groups(view);
     writeln!(out, "{count}")?;
     writeln!(
@@ -69,7 +75,10 @@ pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Resu
         view.time().to_f64(),
         walls(view)
     )?;
-    let mut molecules = view.bodies().zip(kinds).filter(|(view, _)| !view.body.is_wall());
+    let mut molecules = view
+        .bodies()
+        .zip(kinds)
+        .filter(|(view, _)| !view.body.is_wall());
     molecules.try_for_each(|(body, kind)| write_molecule(&body, kind, out))
 }
 
@@ -78,17 +87,37 @@ pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Resu
 fn walls(view: &View<'_>) -> String {
     let wall = |view: BodyView<'_>| {
         let ([from, to], face) = (view.wall()?, view.body.molecule().face()?);
-        Some(format!("{:?} {:?} {:?} {:?} {:?}", from.x, from.y, to.x, to.y, face.radius()))
+        Some(format!(
+            "{:?} {:?} {:?} {:?} {:?}",
+            from.x,
+            from.y,
+            to.x,
+            to.y,
+            face.radius()
+        ))
     };
     let walls: Vec<String> = view.bodies().filter_map(wall).collect();
-    if walls.is_empty() { String::new() } else { format!(" Walls=\"{}\"", walls.join(" ")) }
+    if walls.is_empty() {
+        String::new()
+    } else {
+        format!(" Walls=\"{}\"", walls.join(" "))
+    }
 }
 
 fn write_molecule(view: &BodyView<'_>, kind: usize, out: &mut impl io::Write) -> io::Result<()> {
-    let BodyView { body, motion, winding: [right, up], .. } = view;
+    let BodyView {
+        body,
+        motion,
+        winding: [right, up],
+        ..
+    } = view;
     let species = if body.is_fixed() { "X" } else { "H" };
     let rotation = motion.orientation.cos_sin();
-    let (id, angle, spin) = (body.id(), motion.orientation.radians(), motion.angular_velocity);
+    let (id, angle, spin) = (
+        body.id(),
+        motion.orientation.radians(),
+        motion.angular_velocity,
+    );
     for (index, atom) in body.molecule().atoms().iter().enumerate() {
         let arm = rotation.rotate(atom.offset());
         let (place, velocity) = (motion.position + arm, motion.velocity_of(arm));

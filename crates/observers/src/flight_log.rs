@@ -56,18 +56,28 @@ impl FlightLog {
     /// An empty log with a capacity of that many flights. If there are more bodies, it holds only
     /// the first ones.
     pub fn new(capacity: usize) -> Self {
-        Self { capacity, among: None, flights: Vec::new() }
+        Self {
+            capacity,
+            among: None,
+            flights: Vec::new(),
+        }
     }
 
     /// An empty log of the flights of these bodies only, by [`Body::id`](carom_engine::Body::id).
     pub fn among(capacity: usize, bodies: impl IntoIterator<Item = u64>) -> Self {
         let mut among: Vec<u64> = bodies.into_iter().collect();
         among.sort_unstable();
-        Self { capacity, among: Some(among), flights: Vec::new() }
+        Self {
+            capacity,
+            among: Some(among),
+            flights: Vec::new(),
+        }
     }
 
     fn logs(&self, body: &Body) -> bool {
-        self.among.as_ref().is_none_or(|among| among.binary_search(&body.id()).is_ok())
+        self.among
+            .as_ref()
+            .is_none_or(|among| among.binary_search(&body.id()).is_ok())
     }
 
     /// The flights in order of their begin.
@@ -100,8 +110,13 @@ impl Observer for FlightLog {
 
     fn start(&mut self, view: &View<'_>) {
         if self.flights.is_empty() {
-            let bodies = view.bodies().filter(|body| self.logs(body.body)).take(self.capacity);
-            self.flights = bodies.map(|body| flight(view.time(), body.body.id(), &body.motion)).collect();
+            let bodies = view
+                .bodies()
+                .filter(|body| self.logs(body.body))
+                .take(self.capacity);
+            self.flights = bodies
+                .map(|body| flight(view.time(), body.body.id(), &body.motion))
+                .collect();
         }
     }
 
@@ -111,7 +126,8 @@ impl Observer for FlightLog {
         }
         for side in &report.sides {
             if !side.body.is_fixed() && self.logs(side.body) {
-                self.flights.push(flight(report.time, side.body.id(), &side.after));
+                self.flights
+                    .push(flight(report.time, side.body.id(), &side.after));
             }
         }
     }

@@ -97,7 +97,10 @@ impl FreePaths {
     /// [`GeometryError::NotPositive`] if `longest` is not positive and finite.
     pub fn new(group: Group, longest: f64, bins: usize) -> Result<Self, GeometryError> {
         let longest = check_positive("the longest free path of a histogram", longest)?;
-        Ok(Self { lengths: Distribution::within(0.0, longest, bins), ..Self::adaptive(group, bins) })
+        Ok(Self {
+            lengths: Distribution::within(0.0, longest, bins),
+            ..Self::adaptive(group, bins)
+        })
     }
 
     /// Free paths in at least `bins` bins whose range follows their lengths, so that none is lost.
@@ -150,7 +153,10 @@ impl FreePaths {
 
     /// The path of the open flights up to this time (length).
     fn open_until(&self, time: EpochTime) -> f64 {
-        self.open.values().map(|flight| flight.length_until(time)).sum()
+        self.open
+            .values()
+            .map(|flight| flight.length_until(time))
+            .sum()
     }
 
     fn measures(&self, body: &Body) -> bool {
@@ -171,15 +177,28 @@ impl Observer for FreePaths {
         let mut open = BTreeMap::new();
         for body in view.bodies().filter(|view| self.measures(view.body)) {
             let (id, velocity) = (body.body.id(), body.motion.velocity);
-            let begun = || OpenFlight { length: 0.0, since: view.time(), velocity, has_begun: false };
+            let begun = || OpenFlight {
+                length: 0.0,
+                since: view.time(),
+                velocity,
+                has_begun: false,
+            };
             let mut flight = before.remove(&id).unwrap_or_else(begun);
             if flight.velocity != velocity {
                 let length = flight.length_until(view.time());
-                flight = OpenFlight { length, since: view.time(), velocity, ..flight };
+                flight = OpenFlight {
+                    length,
+                    since: view.time(),
+                    velocity,
+                    ..flight
+                };
             }
             open.insert(id, flight);
         }
-        self.ended += before.values().map(|flight| flight.length_until(view.time())).sum::<f64>();
+        self.ended += before
+            .values()
+            .map(|flight| flight.length_until(view.time()))
+            .sum::<f64>();
         self.open = open;
         self.in_progress = self.open_until(view.time());
     }
@@ -194,8 +213,15 @@ impl Observer for FreePaths {
                 continue;
             }
             let velocity = side.after.velocity;
-            let flight = OpenFlight { length: 0.0, since: report.time, velocity, has_begun: true };
-            let Some(ended) = self.open.insert(side.body.id(), flight) else { continue };
+            let flight = OpenFlight {
+                length: 0.0,
+                since: report.time,
+                velocity,
+                has_begun: true,
+            };
+            let Some(ended) = self.open.insert(side.body.id(), flight) else {
+                continue;
+            };
             if ended.velocity == side.before.velocity {
                 let length = ended.length_until(report.time);
                 self.ended += length;
@@ -240,8 +266,12 @@ mod tests {
         assert_eq!((paths.flights(), paths.interrupted()), (9, 0));
         assert_eq!(paths.lengths().counts().iter().sum::<u64>(), 9);
         assert!((paths.mean().unwrap() - 0.7).abs() < 1e-12);
-        let density: f64 =
-            paths.lengths().sums_in(&paths.lengths().bins()).iter().map(|[x, w]| x / w * 0.1).sum();
+        let density: f64 = paths
+            .lengths()
+            .sums_in(&paths.lengths().bins())
+            .iter()
+            .map(|[x, w]| x / w * 0.1)
+            .sum();
         assert!((density - 1.0).abs() < 1e-12);
     }
 
@@ -252,11 +282,15 @@ mod tests {
         let mut paths = FreePaths::adaptive(Group::All, 10);
         paths.start(&simulation.view());
         for sample in 1..=73 {
-            simulation.observe_until(0.1 * f64::from(sample), &mut paths).unwrap();
+            simulation
+                .observe_until(0.1 * f64::from(sample), &mut paths)
+                .unwrap();
             paths.sample(&simulation.view());
         }
         assert_eq!((paths.flights(), paths.contacts()), (9, 10));
-        assert!((paths.sums()[0] - 7.3).abs() < 1e-12 && (paths.mean().unwrap() - 0.73).abs() < 1e-12);
+        assert!(
+            (paths.sums()[0] - 7.3).abs() < 1e-12 && (paths.mean().unwrap() - 0.73).abs() < 1e-12
+        );
     }
 
     /// With some five contacts a body, complete flights alone would give a fifth less.
@@ -280,7 +314,10 @@ mod tests {
         }
         let estimate = Estimate::of_ratio(sums).unwrap();
         let expected = enskog(count, radius);
-        assert!((estimate.mean - expected).abs() < 4.0 * estimate.standard_error, "{estimate:?} {expected}");
+        assert!(
+            (estimate.mean - expected).abs() < 4.0 * estimate.standard_error,
+            "{estimate:?} {expected}"
+        );
         assert!(estimate.standard_error < 0.01 * expected, "{estimate:?}");
     }
 
@@ -294,18 +331,31 @@ mod tests {
     #[test]
     fn edits_of_the_energy_do_not_end_a_flight() {
         let mut simulation = Simulation::new(&Scene::from_toml(ONE_PATH).unwrap()).unwrap();
-        let disc = simulation.view().bodies().find(|view| !view.body.is_fixed()).unwrap().body.key();
+        let disc = simulation
+            .view()
+            .bodies()
+            .find(|view| !view.body.is_fixed())
+            .unwrap()
+            .body
+            .key();
         let mut paths = FreePaths::new(Group::All, 0.9, 10).unwrap();
         paths.start(&simulation.view());
         for (edit, energy) in (1..=20).zip([0.5, 2.0].into_iter().cycle()) {
-            simulation.observe_until(0.3 * f64::from(edit), &mut paths).unwrap();
+            simulation
+                .observe_until(0.3 * f64::from(edit), &mut paths)
+                .unwrap();
             simulation.reset_energy(disc, energy).unwrap();
             paths.start(&simulation.view());
         }
         let seen = paths.flights();
         let mean = |paths: &FreePaths| {
             let bins = paths.lengths().bins();
-            let occupied = paths.lengths().counts().iter().filter(|&&count| count > 0).count();
+            let occupied = paths
+                .lengths()
+                .counts()
+                .iter()
+                .filter(|&&count| count > 0)
+                .count();
             (occupied, bins.count())
         };
         assert!(seen > 5 && mean(&paths) == (1, 10), "{paths:?}");
@@ -322,8 +372,9 @@ mod tests {
     #[test]
     fn a_dilute_gas_has_maxwells_mean_free_path() {
         let (count, radius) = (200.0, 0.004);
-        let scene =
-            format!("[box]\nseed = 8\n[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}");
+        let scene = format!(
+            "[box]\nseed = 8\n[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}"
+        );
         let mut simulation = Simulation::new(&Scene::from_toml(&scene).unwrap()).unwrap();
         simulation.run_until(5.0).unwrap();
         let mut paths = FreePaths::new(Group::All, 2.0, 20).unwrap();
@@ -332,14 +383,19 @@ mod tests {
         paths.start(&simulation.view());
         for block in 1..=40 {
             let before = paths.sums();
-            simulation.observe_until(10.0 + 2.0 * f64::from(block), &mut paths).unwrap();
+            simulation
+                .observe_until(10.0 + 2.0 * f64::from(block), &mut paths)
+                .unwrap();
             paths.sample(&simulation.view());
             let after = paths.sums();
             blocks.push((after[0] - before[0], after[1] - before[1]));
         }
         let estimate = Estimate::of_ratio(blocks).unwrap();
         let expected = enskog(count, radius);
-        assert!((estimate.mean - expected).abs() < 5.0 * estimate.standard_error, "{estimate:?} {expected}");
+        assert!(
+            (estimate.mean - expected).abs() < 5.0 * estimate.standard_error,
+            "{estimate:?} {expected}"
+        );
         assert!(estimate.standard_error < 0.01 * expected);
     }
 }

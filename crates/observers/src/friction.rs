@@ -87,16 +87,35 @@ impl Impulses {
 impl Friction {
     /// Empty sums for the bodies of this group.
     pub fn new(group: Group) -> Self {
-        Self { group, interval: None, impulses: Impulses::default(), weights: DVec3::ZERO }
+        Self {
+            group,
+            interval: None,
+            impulses: Impulses::default(),
+            weights: DVec3::ZERO,
+        }
     }
 
     /// A sum and a weight, whose quotient is the mean, of: |J| per body and time (mass × length /
     /// time²); the friction coefficient (mass / time); that of the rotation (mass × length² /
     /// time); the initial decay of the velocity autocorrelation (1 / time), without fixed bodies.
     pub fn sums(&self) -> [[f64; 2]; 4] {
-        let Impulses { sizes, squares, turning, changes } = self.impulses;
-        let DVec3 { x: bodies, y: heat, z: speeds } = self.weights;
-        [[sizes, bodies], [0.25 * squares, heat], [0.5 * turning, heat], [0.5 * changes, speeds]]
+        let Impulses {
+            sizes,
+            squares,
+            turning,
+            changes,
+        } = self.impulses;
+        let DVec3 {
+            x: bodies,
+            y: heat,
+            z: speeds,
+        } = self.weights;
+        [
+            [sizes, bodies],
+            [0.25 * squares, heat],
+            [0.5 * turning, heat],
+            [0.5 * changes, speeds],
+        ]
     }
 
     /// Number of bodies n, n kT, and Σ |v|² of those that move.
@@ -106,7 +125,11 @@ impl Friction {
         let mut weights = DVec3::ZERO;
         for body in view.bodies().filter(|body| self.group.contains(body.body)) {
             let velocity = body.motion.velocity - frame.velocity();
-            let square = if body.body.is_fixed() { 0.0 } else { velocity.length_squared() };
+            let square = if body.body.is_fixed() {
+                0.0
+            } else {
+                velocity.length_squared()
+            };
             weights += DVec3::new(1.0, temperature, square);
         }
         weights
@@ -121,7 +144,11 @@ impl Observer for Friction {
 
     fn start(&mut self, view: &View<'_>) {
         let (time, now) = (view.time(), self.weights_now(view));
-        if !self.interval.as_mut().is_some_and(|(interval, _)| interval.go_on(time, now)) {
+        if !self
+            .interval
+            .as_mut()
+            .is_some_and(|(interval, _)| interval.go_on(time, now))
+        {
             self.interval = Some((OpenInterval::new(time, now), Impulses::default()));
         }
     }
@@ -134,7 +161,9 @@ impl Observer for Friction {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some((_, impulses)) = &mut self.interval else { return };
+        let Some((_, impulses)) = &mut self.interval else {
+            return;
+        };
         for (side, impulse) in report.sides.iter().zip([-report.impulse, report.impulse]) {
             if self.group.contains(side.body) {
                 impulses.add(side.body, side.arm, impulse);
@@ -173,8 +202,9 @@ mod tests {
         both.start(&simulation.view());
         simulation.observe_until(0.12, &mut both).unwrap();
         both.sample(&simulation.view());
-        let close =
-            |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        let close = |found: f64, expected: f64| {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}")
+        };
         // The energy relative to the centre of mass, ½ · 0.75 · 9, has two degrees of freedom.
         let heat = 0.75 * 9.0 / 2.0;
         for (friction, bodies) in [(&both.0, 1.0), (&both.1, 1.0), (&both.2, 2.0)] {

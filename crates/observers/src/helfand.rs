@@ -167,7 +167,13 @@ impl HelfandMoment {
 
     fn of(current: Current, spacing: f64, longest: f64) -> Result<Self, GeometryError> {
         let (clock, lags) = Lags::new(spacing, longest)?;
-        Ok(Self { current, clock, lags, flow: None, moment: DVec2::ZERO })
+        Ok(Self {
+            current,
+            clock,
+            lags,
+            flow: None,
+            moment: DVec2::ZERO,
+        })
     }
 
     /// M so far in ascending order of lag, from lag 0 on, where it is 0; lags without origins are
@@ -176,7 +182,11 @@ impl HelfandMoment {
         let lags = self.lags.each(&self.clock).filter(|(_, sum)| sum.pairs > 0);
         let point = |(lag, sum): (f64, &LagSum<Squares>)| {
             let mean_square = sum.sums.0 / sum.pairs as f64;
-            HelfandPoint { lag, origins: sum.pairs, mean_square }
+            HelfandPoint {
+                lag,
+                origins: sum.pairs,
+                mean_square,
+            }
         };
         lags.map(point).collect()
     }
@@ -190,7 +200,10 @@ impl HelfandMoment {
     /// displacement of G (mass² × length⁴ / time², of energy mass² × length⁶ / time⁴), and w is 1
     /// for each origin.
     pub fn sums(&self) -> Vec<[f64; 2]> {
-        self.lags.each(&self.clock).map(|(_, sum)| [sum.sums.0, sum.pairs as f64]).collect()
+        self.lags
+            .each(&self.clock)
+            .map(|(_, sum)| [sum.sums.0, sum.pairs as f64])
+            .collect()
     }
 
     /// The number of samples that were not one spacing after the previous sample, to one part in a
@@ -218,25 +231,35 @@ impl Observer for HelfandMoment {
         let moving = view.bodies().filter(|view| !view.body.is_fixed());
         let rates = moving.map(|body| self.current.flux(body.body, &body.motion, drift));
         let (until, bounds) = (view.time(), *view.bounds());
-        self.flow = Some(Flow { until, bounds, drift, rate: rates.sum() });
+        self.flow = Some(Flow {
+            until,
+            bounds,
+            drift,
+            rate: rates.sum(),
+        });
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         self.advance(report.time);
         let Some(flow) = &mut self.flow else { return };
         for side in report.sides.iter().filter(|side| !side.body.is_fixed()) {
-            let [before, after] =
-                [&side.before, &side.after].map(|motion| self.current.flux(side.body, motion, flow.drift));
+            let [before, after] = [&side.before, &side.after]
+                .map(|motion| self.current.flux(side.body, motion, flow.drift));
             flow.rate += after - before;
         }
-        self.moment += self.current.transfer(report, report.separation(&flow.bounds), flow.drift);
+        self.moment += self
+            .current
+            .transfer(report, report.separation(&flow.bounds), flow.drift);
     }
 
     fn sample(&mut self, view: &View<'_>) {
         // Sums the flow anew, so that its rounding does not grow.
         self.start(view);
         if self.lags.is_due(&self.clock, view.time()) {
-            let now = [Sample { id: 0, state: self.moment }];
+            let now = [Sample {
+                id: 0,
+                state: self.moment,
+            }];
             self.lags.take(&mut self.clock, view.time(), &now);
         }
     }
@@ -269,7 +292,10 @@ impl Current {
 
 /// Kinetic energy in a frame of this velocity; 0 for a fixed body (mass × length² / time²).
 fn energy(body: &Body, motion: &Motion, drift: DVec2) -> f64 {
-    let relative = Motion { velocity: motion.velocity - drift, ..*motion };
+    let relative = Motion {
+        velocity: motion.velocity - drift,
+        ..*motion
+    };
     kinetic_energy(&relative, body.inertia())
 }
 
@@ -319,7 +345,10 @@ mod tests {
         // Σ m v_x v_y = 4; at each contact r = σ (1, 1) / √2 and J = 4 (1, 1).
         let expected = 4.0 + contacts * 4.0 * sigma / root;
         let point = moment.points()[1];
-        assert!((point.mean_square / (0.5 * expected * expected) - 1.0).abs() < 1e-11, "{point:?}");
+        assert!(
+            (point.mean_square / (0.5 * expected * expected) - 1.0).abs() < 1e-11,
+            "{point:?}"
+        );
         assert_eq!((moment.sums().len(), moment.lags()), (2, vec![0.0, 1.0]));
         assert_eq!(moment.sums()[1], [point.mean_square, 1.0]);
         assert!((point.viscosity(2.0, 1.0) - point.mean_square / 4.0).abs() < 1e-9);
@@ -347,7 +376,10 @@ mod tests {
         assert!(contacts > 8.0, "{contacts}");
         let expected = 27.0 / 9.0 + contacts * 0.1 * 9.0 / 6.0;
         let point = moment.points()[1];
-        assert!((point.mean_square / (0.5 * expected * expected) - 1.0).abs() < 1e-9, "{point:?}");
+        assert!(
+            (point.mean_square / (0.5 * expected * expected) - 1.0).abs() < 1e-9,
+            "{point:?}"
+        );
     }
 
     /// The slope of M in a gas of 150 discs of mass 1 at this area fraction, in a box of area 1;
@@ -358,8 +390,9 @@ mod tests {
     ) -> (Estimate, f64, f64) {
         let count = 150.0;
         let radius = f64::sqrt(fraction / (count * PI));
-        let scene =
-            format!("[box]\nseed = 4\n[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}");
+        let scene = format!(
+            "[box]\nseed = 4\n[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}"
+        );
         let mut simulation = Simulation::new(&Scene::from_toml(&scene).unwrap()).unwrap();
         simulation.run_until(5.0).unwrap();
         let kt = simulation.view().temperature().unwrap();
@@ -373,12 +406,18 @@ mod tests {
             let before = moment.sums();
             for _ in 0..300 {
                 samples += 1;
-                simulation.observe_until(5.0 + spacing * f64::from(samples), &mut moment).unwrap();
+                simulation
+                    .observe_until(5.0 + spacing * f64::from(samples), &mut moment)
+                    .unwrap();
                 moment.sample(&simulation.view());
             }
             let after = moment.sums();
-            let mean = |lag: usize| (after[lag][0] - before[lag][0]) / (after[lag][1] - before[lag][1]);
-            blocks.push(((mean(late) - mean(early)) / ((late - early) as f64 * spacing), 1.0));
+            let mean =
+                |lag: usize| (after[lag][0] - before[lag][0]) / (after[lag][1] - before[lag][1]);
+            blocks.push((
+                (mean(late) - mean(early)) / ((late - early) as f64 * spacing),
+                1.0,
+            ));
         }
         assert_eq!(moment.uneven(), 0);
         (Estimate::of_ratio(blocks).unwrap(), kt, radius)
@@ -386,7 +425,10 @@ mod tests {
 
     fn agree(slope: Estimate, scale: f64, expected: f64) {
         let (found, error) = (slope.mean / scale, slope.standard_error / scale);
-        assert!((found - expected).abs() < 5.0 * error, "{found} {error} {expected}");
+        assert!(
+            (found - expected).abs() < 5.0 * error,
+            "{found} {error} {expected}"
+        );
         assert!(error < 0.04 * expected, "{found} {error} {expected}");
     }
 

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::Group;
 
 /// The number of nearest neighbours.
-const NEAREST: usize = 6;
+const NEIGHBOURS: usize = 6;
 
 /// The largest relative difference of the squares of distances that are taken as equal: far above
 /// their rounding, far below any spread in a fluid.
@@ -74,7 +74,10 @@ pub struct HexaticPoint {
 impl HexaticOrder {
     /// Order of the bodies of a group, with neighbours in this group only.
     pub fn new(group: Group) -> Self {
-        Self { group, ..Self::default() }
+        Self {
+            group,
+            ..Self::default()
+        }
     }
 
     /// The samples so far.
@@ -85,7 +88,9 @@ impl HexaticOrder {
     /// [Σx, Σw] over all samples so far, w = 1 for each sample: local order, mean square of the
     /// local order, global order.
     pub fn sums(&self) -> Vec<[f64; 2]> {
-        self.sums.map(|sum| [sum, self.series.len() as f64]).to_vec()
+        self.sums
+            .map(|sum| [sum, self.series.len() as f64])
+            .to_vec()
     }
 }
 
@@ -96,9 +101,11 @@ impl Observer for HexaticOrder {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let members = view.bodies().filter(|view| !view.body.is_wall() && self.group.contains(view.body));
+        let members = view
+            .bodies()
+            .filter(|view| !view.body.is_wall() && self.group.contains(view.body));
         let places: Vec<DVec2> = members.map(|view| view.motion.position).collect();
-        if places.len() <= NEAREST {
+        if places.len() <= NEIGHBOURS {
             return;
         }
         let orders = orders(&places, view.bounds());
@@ -109,7 +116,11 @@ impl Observer for HexaticOrder {
             local_square: orders.iter().map(|psi| psi.length_squared()).sum::<f64>() / count,
             global: orders.iter().sum::<DVec2>().length() / count,
         };
-        for (sum, value) in self.sums.iter_mut().zip([point.local, point.local_square, point.global]) {
+        for (sum, value) in
+            self.sums
+                .iter_mut()
+                .zip([point.local, point.local_square, point.global])
+        {
             *sum += value;
         }
         self.series.push(point);
@@ -119,14 +130,17 @@ impl Observer for HexaticOrder {
 /// |ψ₆| of each body that is not a wall, in their order, with neighbours among all of them; 0 for
 /// all of fewer than seven.
 pub fn local_orders(view: &View<'_>) -> Vec<f64> {
-    complex_orders(view).iter().map(|psi| psi.length()).collect()
+    complex_orders(view)
+        .iter()
+        .map(|psi| psi.length())
+        .collect()
 }
 
 /// ψ₆ of each body that is not a wall, real and imaginary part; 0 for all of fewer than seven.
 pub(crate) fn complex_orders(view: &View<'_>) -> Vec<DVec2> {
     let bodies = view.bodies().filter(|view| !view.body.is_wall());
     let places: Vec<DVec2> = bodies.map(|view| view.motion.position).collect();
-    if places.len() <= NEAREST {
+    if places.len() <= NEIGHBOURS {
         return vec![DVec2::ZERO; places.len()];
     }
     orders(&places, view.bounds())
@@ -138,8 +152,10 @@ fn orders(places: &[DVec2], bounds: &PeriodicBox) -> Vec<DVec2> {
     let mut found = Vec::new();
     let order = |index| {
         grid.nearest(index, &mut found);
-        let sum: DVec2 =
-            found.iter().map(|&(_, displacement)| sixth_power(displacement.normalize_or_zero())).sum();
+        let sum: DVec2 = found
+            .iter()
+            .map(|&(_, displacement)| sixth_power(displacement.normalize_or_zero()))
+            .sum();
         sum / found.len() as f64
     };
     (0..places.len()).map(order).collect()
@@ -168,9 +184,17 @@ impl<'a> Grid<'a> {
         // Square cells, except in boxes so narrow that one cell is as wide as the box.
         let wanted = (places.len() as f64 / BODIES_PER_CELL).max(1.0);
         let shape = (wanted * sides / sides.yx()).map(f64::sqrt).floor();
-        let cells = shape.clamp(DVec2::ONE, DVec2::splat(wanted.floor())).to_array().map(|n| n as usize);
-        let mut grid =
-            Self { places, sides, cells, members: Vec::new(), begins: vec![0; cells[0] * cells[1] + 1] };
+        let cells = shape
+            .clamp(DVec2::ONE, DVec2::splat(wanted.floor()))
+            .to_array()
+            .map(|n| n as usize);
+        let mut grid = Self {
+            places,
+            sides,
+            cells,
+            members: Vec::new(),
+            begins: vec![0; cells[0] * cells[1] + 1],
+        };
         grid.members = (0..places.len()).collect();
         let cell_of: Vec<usize> = (0..places.len())
             .map(|index| {
@@ -207,9 +231,10 @@ impl<'a> Grid<'a> {
             self.collect_ring(index, ring, found);
             // Cells in later rings are at least this far away.
             let reached = ring as f64 * size.min_element();
-            if found.len() >= NEAREST {
-                found.select_nth_unstable_by(NEAREST - 1, |one, other| one.0.total_cmp(&other.0));
-                limit = found[NEAREST - 1].0 * (1.0 + AS_NEAR);
+            if found.len() >= NEIGHBOURS {
+                found
+                    .select_nth_unstable_by(NEIGHBOURS - 1, |one, other| one.0.total_cmp(&other.0));
+                limit = found[NEIGHBOURS - 1].0 * (1.0 + AS_NEAR);
                 if limit <= reached * reached {
                     break;
                 }
@@ -231,7 +256,8 @@ impl<'a> Grid<'a> {
                 for &other in &self.members[self.begins[cell]..self.begins[cell + 1]] {
                     if other != index {
                         let displacement = self.places[other] - self.places[index];
-                        let nearest = displacement - self.sides * (displacement / self.sides).round();
+                        let nearest =
+                            displacement - self.sides * (displacement / self.sides).round();
                         found.push((nearest.length_squared(), nearest));
                     }
                 }
@@ -259,7 +285,13 @@ mod tests {
         scene.bounds.sides = sides;
         // A wall does not count.
         scene.wall = Scene::from_toml("[[wall]]\nx = 0.9").unwrap().wall;
-        scene.bumper = places.map(|at| BumperSpec { radius: 0.01, at, tags: vec![] }).collect();
+        scene.bumper = places
+            .map(|at| BumperSpec {
+                radius: 0.01,
+                at,
+                tags: vec![],
+            })
+            .collect();
         let mut order = HexaticOrder::new(Group::All);
         order.sample(&Simulation::new(&scene).unwrap().view());
         order.series()[0]
@@ -273,7 +305,10 @@ mod tests {
             [x + 0.5 * (y % 2.0) + 0.1, height * y]
         };
         let point = order_of([8.0, 10.0 * height], (0..80).map(place));
-        assert!((point.local - 1.0).abs() < 1e-12 && (point.global - 1.0).abs() < 1e-12, "{point:?}");
+        assert!(
+            (point.local - 1.0).abs() < 1e-12 && (point.global - 1.0).abs() < 1e-12,
+            "{point:?}"
+        );
     }
 
     #[test]
@@ -294,7 +329,10 @@ mod tests {
         let (a, b) = (1.0, 1.6f64 * 1.6);
         let real = a - 15.0 * b + 15.0 * b * b - b * b * b;
         let expected = (4.0 * real / (1.0 + b).powi(3) / 8.0).abs();
-        assert!((point.local - expected).abs() < 1e-12, "{point:?} {expected}");
+        assert!(
+            (point.local - expected).abs() < 1e-12,
+            "{point:?} {expected}"
+        );
         assert!((point.global - expected).abs() < 1e-12);
     }
 
@@ -307,22 +345,39 @@ mod tests {
         }
         let squares = order.series().iter().map(|point| point.local_square);
         let (mean, error) = carom_tables::block_sums::mean_of_series(squares).unwrap();
-        assert!((mean - 1.0 / 6.0).abs() < 5.0 * error && error < 0.003, "{mean} ± {error}");
+        assert!(
+            (mean - 1.0 / 6.0).abs() < 5.0 * error && error < 0.003,
+            "{mean} ± {error}"
+        );
         assert!(order.series().iter().all(|point| point.global < 0.15));
-        let [_, [sum, samples], _] = order.sums()[..] else { panic!("three sums") };
+        let [_, [sum, samples], _] = order.sums()[..] else {
+            panic!("three sums")
+        };
         assert!((sum / samples - mean).abs() < 1e-14 && samples == 20.0);
     }
 
     #[test]
     fn the_search_in_cells_agrees_with_all_pairs() {
-        for (sides, count) in [([1.0, 1.0], 7), ([1.0, 1.0], 60), ([0.1, 7.0], 40), ([3.0, 1.0], 300)] {
+        for (sides, count) in [
+            ([1.0, 1.0], 7),
+            ([1.0, 1.0], 60),
+            ([0.1, 7.0], 40),
+            ([3.0, 1.0], 300),
+        ] {
             let scene = random_points(count, sides, 1);
             let simulation = Simulation::new(&scene).unwrap();
-            let places: Vec<DVec2> = simulation.view().bodies().map(|view| view.motion.position).collect();
+            let places: Vec<DVec2> = simulation
+                .view()
+                .bodies()
+                .map(|view| view.motion.position)
+                .collect();
             let bounds = simulation.view().bounds();
             let found = orders(&places, bounds);
             for (index, psi) in found.iter().enumerate() {
-                let others = places.iter().enumerate().filter(|(other, _)| *other != index);
+                let others = places
+                    .iter()
+                    .enumerate()
+                    .filter(|(other, _)| *other != index);
                 let mut near: Vec<DVec2> = others
                     .map(|(_, place)| {
                         let d = *place - places[index];
@@ -337,7 +392,10 @@ mod tests {
                         DVec2::new(six.cos(), six.sin())
                     })
                     .sum();
-                assert!((*psi - sum / 6.0).length() < 1e-12, "body {index} of {count} in {sides:?}");
+                assert!(
+                    (*psi - sum / 6.0).length() < 1e-12,
+                    "body {index} of {count} in {sides:?}"
+                );
             }
         }
     }

@@ -15,7 +15,12 @@ impl Histogram {
     /// Empty, with at least one bin: `bins` = 0 is taken as 1.
     pub(crate) fn new(low: f64, high: f64, bins: usize) -> Self {
         let bins = bins.max(1);
-        Self { low, width: (high - low) / bins as f64, counts: vec![0; bins], beyond: 0 }
+        Self {
+            low,
+            width: (high - low) / bins as f64,
+            counts: vec![0; bins],
+            beyond: 0,
+        }
     }
 
     pub(crate) fn add(&mut self, value: f64) {
@@ -29,13 +34,18 @@ impl Histogram {
 
     /// An empty histogram with these bins.
     pub(crate) fn emptied(&self) -> Self {
-        Self { counts: vec![0; self.counts.len()], beyond: 0, ..*self }
+        Self {
+            counts: vec![0; self.counts.len()],
+            beyond: 0,
+            ..*self
+        }
     }
 
     /// Adds the counts of a histogram with the same bins.
     pub(crate) fn absorb(&mut self, other: &Self) {
         debug_assert!(
-            (self.low, self.width, self.counts.len()) == (other.low, other.width, other.counts.len())
+            (self.low, self.width, self.counts.len())
+                == (other.low, other.width, other.counts.len())
         );
         for (mine, theirs) in self.counts.iter_mut().zip(&other.counts) {
             *mine += theirs;
@@ -78,7 +88,10 @@ impl Histogram {
     /// without values.
     pub fn densities(&self) -> Vec<f64> {
         let norm = self.total().max(1) as f64 * self.width;
-        self.counts.iter().map(|&count| count as f64 / norm).collect()
+        self.counts
+            .iter()
+            .map(|&count| count as f64 / norm)
+            .collect()
     }
 }
 
@@ -89,16 +102,36 @@ mod tests {
     #[test]
     fn bins_are_half_open_and_count_every_value() {
         let mut histogram = Histogram::new(-1.0, 1.0, 4);
-        for value in [-1.0, -0.5, -0.25, 0.0, 0.999, 1.0, -1.001, f64::NAN, f64::INFINITY, 1e300] {
+        for value in [
+            -1.0,
+            -0.5,
+            -0.25,
+            0.0,
+            0.999,
+            1.0,
+            -1.001,
+            f64::NAN,
+            f64::INFINITY,
+            1e300,
+        ] {
             histogram.add(value);
         }
-        assert_eq!((histogram.counts(), histogram.beyond()), ([1, 2, 1, 1].as_slice(), 5));
+        assert_eq!(
+            (histogram.counts(), histogram.beyond()),
+            ([1, 2, 1, 1].as_slice(), 5)
+        );
         assert_eq!((histogram.total(), histogram.width()), (10, 0.5));
-        assert_eq!((histogram.edge(0), histogram.centre(1), histogram.edge(4)), (-1.0, -0.25, 1.0));
+        assert_eq!(
+            (histogram.edge(0), histogram.centre(1), histogram.edge(4)),
+            (-1.0, -0.25, 1.0)
+        );
         assert_eq!(histogram.densities(), [0.2, 0.4, 0.2, 0.2]);
         let mut twice = histogram.clone();
         twice.absorb(&histogram);
-        assert_eq!((twice.counts(), twice.beyond()), ([2, 4, 2, 2].as_slice(), 10));
+        assert_eq!(
+            (twice.counts(), twice.beyond()),
+            ([2, 4, 2, 2].as_slice(), 10)
+        );
         assert_eq!(Histogram::new(0.0, 1.0, 0).densities(), [0.0]);
     }
 }

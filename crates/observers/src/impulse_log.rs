@@ -64,7 +64,12 @@ pub struct ImpulseLog {
 impl ImpulseLog {
     /// An empty log for one body that keeps the first `most` impulses.
     pub fn new(body: BodyKey, most: u64) -> Self {
-        Self { body, most, seen: 0, impulses: Vec::new() }
+        Self {
+            body,
+            most,
+            seen: 0,
+            impulses: Vec::new(),
+        }
     }
 
     /// Removes and returns the impulses recorded since the last call.
@@ -85,7 +90,9 @@ impl Observer for ImpulseLog {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some((side, impulse)) = report.side_of(self.body) else { return };
+        let Some((side, impulse)) = report.side_of(self.body) else {
+            return;
+        };
         // A contact without impulse is not recorded.
         if impulse == DVec2::ZERO {
             return;
@@ -100,7 +107,11 @@ impl Observer for ImpulseLog {
             time: report.time.to_f64(),
             atom: side.atom,
             other: other.body.id(),
-            normal: if is_first { -report.normal } else { report.normal },
+            normal: if is_first {
+                -report.normal
+            } else {
+                report.normal
+            },
             impulse,
             in_body_frame: in_body_frame(impulse, side.before.orientation),
         });

@@ -41,24 +41,37 @@ impl Isotropy {
     /// let found = Isotropy::of_counts(counts.iter().map(Vec::as_slice), 1).expect("six blocks scatter");
     /// assert!(found.probability < 1e-3);
     /// ```
-    pub fn of_counts<'a>(blocks: impl IntoIterator<Item = &'a [u64]>, harmonics: usize) -> Option<Self> {
-        let vectors: Vec<Vec<f64>> = blocks.into_iter().map(|counts| transform(counts, harmonics)).collect();
+    pub fn of_counts<'a>(
+        blocks: impl IntoIterator<Item = &'a [u64]>,
+        harmonics: usize,
+    ) -> Option<Self> {
+        let vectors: Vec<Vec<f64>> = blocks
+            .into_iter()
+            .map(|counts| transform(counts, harmonics))
+            .collect();
         let (count, size) = (vectors.len(), 2 * harmonics);
         if size == 0 || count <= size {
             return None;
         }
-        let mean: Vec<f64> =
-            (0..size).map(|i| vectors.iter().map(|v| v[i]).sum::<f64>() / count as f64).collect();
+        let mean: Vec<f64> = (0..size)
+            .map(|i| vectors.iter().map(|v| v[i]).sum::<f64>() / count as f64)
+            .collect();
         let covariance = |i: usize, j: usize| {
             let products = vectors.iter().map(|v| (v[i] - mean[i]) * (v[j] - mean[j]));
             products.sum::<f64>() / (count as f64 - 1.0)
         };
-        let matrix: Vec<Vec<f64>> =
-            (0..size).map(|i| (0..size).map(|j| covariance(i, j)).collect()).collect();
+        let matrix: Vec<Vec<f64>> = (0..size)
+            .map(|i| (0..size).map(|j| covariance(i, j)).collect())
+            .collect();
         let square = count as f64 * inverse_form(matrix, &mean)?;
         let ratio = (count - size) as f64 / (size as f64 * (count as f64 - 1.0)) * square;
         let probability = exceedance(ratio, harmonics, count - size);
-        Some(Self { harmonics, blocks: count, ratio, probability })
+        Some(Self {
+            harmonics,
+            blocks: count,
+            ratio,
+            probability,
+        })
     }
 }
 
@@ -66,9 +79,15 @@ impl Isotropy {
 fn transform(counts: &[u64], harmonics: usize) -> Vec<f64> {
     let angle = |sector: usize| TAU * (sector as f64 + 0.5) / counts.len() as f64;
     let sum = |of: fn(f64) -> f64, order: usize| -> f64 {
-        counts.iter().enumerate().map(|(sector, &c)| c as f64 * of(order as f64 * angle(sector))).sum()
+        counts
+            .iter()
+            .enumerate()
+            .map(|(sector, &c)| c as f64 * of(order as f64 * angle(sector)))
+            .sum()
     };
-    (1..=harmonics).flat_map(|order| [sum(libm::cos, order), sum(libm::sin, order)]).collect()
+    (1..=harmonics)
+        .flat_map(|order| [sum(libm::cos, order), sum(libm::sin, order)])
+        .collect()
 }
 
 /// vᵀ S⁻¹ v by Cholesky's decomposition S = L Lᵀ: the square of L⁻¹ v; `None` if S is not positive
@@ -131,15 +150,27 @@ mod tests {
     fn a_form_by_hand() {
         let matrix = vec![vec![4.0, 2.0], vec![2.0, 3.0]];
         assert!((inverse_form(matrix, &[1.0, 2.0]).unwrap() - 11.0 / 8.0).abs() < 1e-15);
-        assert_eq!(inverse_form(vec![vec![1.0, 1.0], vec![1.0, 1.0]], &[1.0, 2.0]), None);
+        assert_eq!(
+            inverse_form(vec![vec![1.0, 1.0], vec![1.0, 1.0]], &[1.0, 2.0]),
+            None
+        );
     }
 
     #[test]
     fn too_few_blocks_give_none() {
         let counts = [[1_u64, 2, 3, 4], [2, 3, 4, 5]];
-        assert_eq!(Isotropy::of_counts(counts.iter().map(<[u64; 4]>::as_slice), 1), None);
+        assert_eq!(
+            Isotropy::of_counts(counts.iter().map(<[u64; 4]>::as_slice), 1),
+            None
+        );
         let same = [[5_u64; 4]; 9];
-        assert_eq!(Isotropy::of_counts(same.iter().map(<[u64; 4]>::as_slice), 1), None);
-        assert_eq!(Isotropy::of_counts(same.iter().map(<[u64; 4]>::as_slice), 0), None);
+        assert_eq!(
+            Isotropy::of_counts(same.iter().map(<[u64; 4]>::as_slice), 1),
+            None
+        );
+        assert_eq!(
+            Isotropy::of_counts(same.iter().map(<[u64; 4]>::as_slice), 0),
+            None
+        );
     }
 }

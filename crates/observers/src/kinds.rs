@@ -30,7 +30,7 @@ pub fn few_kinds(view: &View<'_>, most: usize) -> Vec<usize> {
 
 /// Most sizes and masses in one group of bodies that are kinds of their own: as many as pictures
 /// have colours. More are those of a distribution.
-const MOST_SIZES: usize = 7;
+const MAX_SIZES: usize = 7;
 
 /// The kind of each body of a view, numbered in order of appearance; where bodies that are alike
 /// but for size and mass have more than seven sizes, as a gas that draws them, all of them are of
@@ -41,13 +41,15 @@ pub fn kinds_of_groups(view: &View<'_>) -> Vec<usize> {
     for body in view.bodies() {
         let all = likeness(body.body);
         let of_group = sizes.entry(group(all)).or_default();
-        if of_group.len() <= MOST_SIZES {
+        if of_group.len() <= MAX_SIZES {
             of_group.insert(all.3);
         }
     }
     numbered(view, |body| {
         let all = likeness(body);
-        let is_drawn = sizes.get(&group(all)).is_some_and(|sizes| sizes.len() > MOST_SIZES);
+        let is_drawn = sizes
+            .get(&group(all))
+            .is_some_and(|sizes| sizes.len() > MAX_SIZES);
         if is_drawn { group(all) } else { all }
     })
 }
@@ -61,16 +63,25 @@ pub fn names_of_kinds(view: &View<'_>, kinds: &[usize]) -> Vec<String> {
         if kind < names.len() {
             continue;
         }
-        let tags: Vec<&str> = body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
+        let tags: Vec<&str> = body
+            .tags()
+            .iter()
+            .map(|&tag| view.tag_names().name(tag))
+            .collect();
         let name = match tags.as_slice() {
             [] if body.is_wall() => "wall".to_owned(),
             [] if body.is_fixed() => "fixed".to_owned(),
             [] => "molecule".to_owned(),
-            tags => tags.join("+").replace(|c: char| c.is_whitespace() || c.is_control() || c == '"', "_"),
+            tags => tags.join("+").replace(
+                |c: char| c.is_whitespace() || c.is_control() || c == '"',
+                "_",
+            ),
         };
         // One of so many names is new.
         let numbered = (2..=known.len() + 2).map(|number| format!("{name}-{number}"));
-        let new = std::iter::once(name.clone()).chain(numbered).find(|name| !known.contains(name));
+        let new = std::iter::once(name.clone())
+            .chain(numbered)
+            .find(|name| !known.contains(name));
         let new = new.unwrap_or(name);
         known.insert(new.clone());
         names.push(new);
@@ -114,7 +125,10 @@ mod tests {
         assert_eq!((&found[..20], &found[50..]), (&[0; 20][..], &[3; 5][..]));
         let two: BTreeSet<usize> = found[20..50].iter().copied().collect();
         assert_eq!(two.into_iter().collect::<Vec<_>>(), [1, 2]);
-        assert_eq!(names_of_kinds(&simulation.view(), &found), ["drawn", "two", "two-2", "equal"]);
+        assert_eq!(
+            names_of_kinds(&simulation.view(), &found),
+            ["drawn", "two", "two-2", "equal"]
+        );
     }
 
     #[test]

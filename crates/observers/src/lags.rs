@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 const RATIO: u64 = 10;
 
 /// A limit on the number of spacings, larger than in any run: 10¹⁸.
-const MOST_SPACINGS: u64 = RATIO.pow(18);
+const MAX_SPACINGS: u64 = RATIO.pow(18);
 
 /// The largest relative deviation of an interval from the spacing, and so the accuracy of the lags.
 const EVENNESS: f64 = 1e-6;
@@ -79,14 +79,31 @@ impl<S: Copy, T: PairSums<S>> Lags<S, T> {
     pub(crate) fn new(spacing: f64, longest: f64) -> Result<(Clock, Self), GeometryError> {
         let spacing = check_positive("the spacing of samples", spacing)?;
         let longest = check_positive("the longest lag", longest)?;
-        let spacings = ((longest / spacing * (1.0 + EVENNESS)) as u64).clamp(1, MOST_SPACINGS);
-        let strides = (0..).map(|level| RATIO.pow(level)).take_while(|&stride| stride <= spacings);
+        let spacings = ((longest / spacing * (1.0 + EVENNESS)) as u64).clamp(1, MAX_SPACINGS);
+        let strides = (0..)
+            .map(|level| RATIO.pow(level))
+            .take_while(|&stride| stride <= spacings);
         let level = |stride: u64| {
             let lags = (spacings / stride).min(RATIO - 1) as usize;
-            Level { stride, past: VecDeque::new(), sums: vec![LagSum::default(); lags] }
+            Level {
+                stride,
+                past: VecDeque::new(),
+                sums: vec![LagSum::default(); lags],
+            }
         };
         let levels = strides.map(level).collect();
-        Ok((Clock { spacing, last: None }, Self { taken: 0, uneven: 0, at_zero: LagSum::default(), levels }))
+        Ok((
+            Clock {
+                spacing,
+                last: None,
+            },
+            Self {
+                taken: 0,
+                uneven: 0,
+                at_zero: LagSum::default(),
+                levels,
+            },
+        ))
     }
 
     /// Each lag (time) and its sums, in ascending order from lag 0 on, also without pairs.
@@ -94,7 +111,9 @@ impl<S: Copy, T: PairSums<S>> Lags<S, T> {
         let spacing = clock.spacing;
         let lags = self.levels.iter().flat_map(|level| {
             let strides = 1..;
-            strides.zip(&level.sums).map(|(count, sum): (u64, _)| (count * level.stride, sum))
+            strides
+                .zip(&level.sums)
+                .map(|(count, sum): (u64, _)| (count * level.stride, sum))
         });
         std::iter::once((0, &self.at_zero))
             .chain(lags)
@@ -124,7 +143,11 @@ impl<S: Copy, T: PairSums<S>> Lags<S, T> {
     /// Takes a sample that [is due](Self::is_due), of bodies in ascending order of number.
     pub(crate) fn take(&mut self, clock: &mut Clock, time: EpochTime, now: &[Sample<S>]) {
         self.at_zero.add(now, now);
-        for level in self.levels.iter_mut().take_while(|level| self.taken.is_multiple_of(level.stride)) {
+        for level in self
+            .levels
+            .iter_mut()
+            .take_while(|level| self.taken.is_multiple_of(level.stride))
+        {
             level.take(now);
         }
         clock.last = Some(time);
@@ -138,8 +161,12 @@ impl<S: Copy, T: PairSums<S>> Level<S, T> {
             sum.add(past, now);
         }
         // Reuses the memory of the oldest sample.
-        let mut sample =
-            if self.past.len() == self.sums.len() { self.past.pop_back() } else { None }.unwrap_or_default();
+        let mut sample = if self.past.len() == self.sums.len() {
+            self.past.pop_back()
+        } else {
+            None
+        }
+        .unwrap_or_default();
         sample.clear();
         sample.extend_from_slice(now);
         self.past.push_front(sample);

@@ -142,7 +142,7 @@ pub use wall_pressure::{Layer, WallPressure, WallsError};
 pub use carom_tables::Estimate;
 // Parts that pictures and reports of runs share; no user of the library needs them.
 #[doc(hidden)]
-pub use coarse_atoms::{MOST_CIRCLES, drawn_circles};
+pub use coarse_atoms::{MAX_CIRCLES, drawn_circles};
 #[doc(hidden)]
 pub use hexatic_order::local_orders;
 #[doc(hidden)]

@@ -61,12 +61,19 @@ pub fn order_map(view: &View<'_>, most: usize) -> BoxMap<DVec2> {
     let orders = complex_orders(view);
     let mut map = BoxMap::empty(view, orders.len(), most, DVec2::ZERO);
     let mut numbers = vec![0.0_f64; map.values.len()];
-    for (body, order) in view.bodies().filter(|body| !body.body.is_wall()).zip(orders) {
+    for (body, order) in view
+        .bodies()
+        .filter(|body| !body.body.is_wall())
+        .zip(orders)
+    {
         let cell = map.cell(view, &body);
         map.values[cell] += order;
         numbers[cell] += 1.0;
     }
-    map.values.iter_mut().zip(numbers).for_each(|(sum, number)| *sum /= number.max(1.0));
+    map.values
+        .iter_mut()
+        .zip(numbers)
+        .for_each(|(sum, number)| *sum /= number.max(1.0));
     map
 }
 
@@ -78,8 +85,13 @@ impl<T: Clone> BoxMap<T> {
         let shorter = (wanted * sides.min_element() / sides.max_element()).sqrt();
         let along = |side: f64| shorter * (side / sides.min_element());
         let scale = (most.max(1) as f64 / along(sides.max_element())).min(1.0);
-        let counts = sides.to_array().map(|side| (scale * along(side)).round().max(1.0) as usize);
-        Self { counts, values: vec![value; counts[0] * counts[1]] }
+        let counts = sides
+            .to_array()
+            .map(|side| (scale * along(side)).round().max(1.0) as usize);
+        Self {
+            counts,
+            values: vec![value; counts[0] * counts[1]],
+        }
     }
 
     /// The cell of a body's centre of mass.
@@ -102,15 +114,39 @@ mod tests {
     fn crystal(is_turned: bool) -> Simulation {
         let row = 0.75_f64.sqrt();
         let disc = |column: usize, line: usize| {
-            let place = [column as f64 + 0.5 * (line % 2) as f64 + 0.2, row * line as f64 + 0.3];
-            let at = if is_turned { [place[1], place[0]] } else { place };
-            let atoms = vec![AtomSpec { at: [0.0; 2], radius: 0.45, mass: 1.0 }];
-            MoleculeSpec { atoms, at, ..MoleculeSpec::default() }
+            let place = [
+                column as f64 + 0.5 * (line % 2) as f64 + 0.2,
+                row * line as f64 + 0.3,
+            ];
+            let at = if is_turned {
+                [place[1], place[0]]
+            } else {
+                place
+            };
+            let atoms = vec![AtomSpec {
+                at: [0.0; 2],
+                radius: 0.45,
+                mass: 1.0,
+            }];
+            MoleculeSpec {
+                atoms,
+                at,
+                ..MoleculeSpec::default()
+            }
         };
-        let molecule = (0..28).flat_map(|line| (0..24).map(move |column| disc(column, line))).collect();
-        let mut scene = Scene { molecule, ..Scene::default() };
+        let molecule = (0..28)
+            .flat_map(|line| (0..24).map(move |column| disc(column, line)))
+            .collect();
+        let mut scene = Scene {
+            molecule,
+            ..Scene::default()
+        };
         let sides = [24.0, 28.0 * row];
-        scene.bounds.sides = if is_turned { [sides[1], sides[0]] } else { sides };
+        scene.bounds.sides = if is_turned {
+            [sides[1], sides[0]]
+        } else {
+            sides
+        };
         Simulation::new(&scene).unwrap()
     }
 
@@ -119,18 +155,36 @@ mod tests {
         for (is_turned, direction) in [(false, 1.0), (true, -1.0)] {
             let map = order_map(&crystal(is_turned).view(), 100);
             // Rows along y are turned by 30°, six times of which is half a turn.
-            assert!(map.values.iter().all(|order| (*order - direction * DVec2::X).length() < 1e-9));
+            assert!(
+                map.values
+                    .iter()
+                    .all(|order| (*order - direction * DVec2::X).length() < 1e-9)
+            );
         }
     }
 
     #[test]
     fn dense_halves_are_denser() {
-        let atoms = vec![AtomSpec { at: [0.0; 2], radius: 0.02, mass: 1.0 }];
+        let atoms = vec![AtomSpec {
+            at: [0.0; 2],
+            radius: 0.02,
+            mass: 1.0,
+        }];
         let disc = |k: u32| {
-            let at = [0.04 * f64::from(k % 12) + 0.03, 0.04 * f64::from(k / 12) + 0.03];
-            MoleculeSpec { atoms: atoms.clone(), at, ..MoleculeSpec::default() }
+            let at = [
+                0.04 * f64::from(k % 12) + 0.03,
+                0.04 * f64::from(k / 12) + 0.03,
+            ];
+            MoleculeSpec {
+                atoms: atoms.clone(),
+                at,
+                ..MoleculeSpec::default()
+            }
         };
-        let scene = Scene { molecule: (0..12 * 24).map(disc).collect(), ..Scene::default() };
+        let scene = Scene {
+            molecule: (0..12 * 24).map(disc).collect(),
+            ..Scene::default()
+        };
         let map = density_map(&Simulation::new(&scene).unwrap().view(), 4);
         assert_eq!(map.counts, [4, 4]);
         for (cell, fraction) in map.values.iter().enumerate() {

@@ -44,7 +44,11 @@ impl Octaves {
     /// No counts; `bins` bins of equal width for each sign, rounded up to an even number.
     pub fn new(bins: usize) -> Self {
         let bins = bins.max(1).next_multiple_of(2);
-        Self { bins, exponent: None, counts: [Vec::new(), Vec::new()] }
+        Self {
+            bins,
+            exponent: None,
+            counts: [Vec::new(), Vec::new()],
+        }
     }
 
     pub fn emptied(&self) -> Self {
@@ -76,7 +80,9 @@ impl Octaves {
         }
         for (mine, theirs) in self.counts.iter_mut().zip(&other.counts) {
             mine.resize(mine.len().max(theirs.len()), 0);
-            mine.iter_mut().zip(theirs).for_each(|(sum, count)| *sum += count);
+            mine.iter_mut()
+                .zip(theirs)
+                .for_each(|(sum, count)| *sum += count);
         }
     }
 
@@ -93,7 +99,10 @@ impl Octaves {
         let doublings = self.octave(last).min(self.doublings_of_median());
         let exponent = finest + doublings as i32;
         let rows = self.at(exponent).iter().map(Vec::len).max()?;
-        Some(Shown { exponent, rows: rows.max(least) })
+        Some(Shown {
+            exponent,
+            rows: rows.max(least),
+        })
     }
 
     /// Counts of both signs, from 0 outwards, in the bins shown.
@@ -189,7 +198,10 @@ mod tests {
             let octaves = Octaves::new(bins);
             for units in 0..5000 {
                 let bin = octaves.bin_of(units);
-                assert!((octaves.lower(bin)..octaves.lower(bin + 1)).contains(&units), "{bins} {units}");
+                assert!(
+                    (octaves.lower(bin)..octaves.lower(bin + 1)).contains(&units),
+                    "{bins} {units}"
+                );
                 let width = octaves.lower(bin + 1) - octaves.lower(bin);
                 assert_eq!(width, 1 << octaves.octave(bin), "{bins} {units}");
             }
@@ -214,20 +226,34 @@ mod tests {
         assert_eq!(of(&reversed), expected);
         for size in [1, 17, 900] {
             let mut sum = expected.emptied();
-            reversed.chunks(size).for_each(|block| sum.absorb(&of(block)));
+            reversed
+                .chunks(size)
+                .for_each(|block| sum.absorb(&of(block)));
             assert_eq!(sum, expected);
         }
         assert_eq!(expected.total(), 3003);
         let shown = expected.shown(10).unwrap();
-        assert_eq!(expected.counts_in(shown).iter().flatten().sum::<u64>(), 3003);
+        assert_eq!(
+            expected.counts_in(shown).iter().flatten().sum::<u64>(),
+            3003
+        );
     }
 
     #[test]
     fn wider_bins_have_the_counts_of_values_counted_in_them() {
         let mut octaves = Octaves::new(4);
         (1..=40).for_each(|k| octaves.add(f64::from(k) + 0.5));
-        let shown = Shown { exponent: 3, rows: 6 };
-        assert_eq!(octaves.edges(shown), [0.0, 8.0, 16.0, 24.0, 32.0, 48.0, 64.0]);
-        assert_eq!(octaves.counts_in(shown), [vec![7, 8, 8, 8, 9, 0], vec![0; 6]]);
+        let shown = Shown {
+            exponent: 3,
+            rows: 6,
+        };
+        assert_eq!(
+            octaves.edges(shown),
+            [0.0, 8.0, 16.0, 24.0, 32.0, 48.0, 64.0]
+        );
+        assert_eq!(
+            octaves.counts_in(shown),
+            [vec![7, 8, 8, 8, 9, 0], vec![0; 6]]
+        );
     }
 }

@@ -25,7 +25,13 @@ pub(crate) struct OpenInterval<T> {
 impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> OpenInterval<T> {
     /// An interval that begins at this time with this value.
     pub(crate) fn new(time: EpochTime, first: T) -> Self {
-        Self { began: time, earlier: 0.0, mean: first, first, is_paused: false }
+        Self {
+            began: time,
+            earlier: 0.0,
+            mean: first,
+            first,
+            is_paused: false,
+        }
     }
 
     /// Its length at this time (time).
@@ -41,7 +47,11 @@ impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> OpenInterval<T> {
         }
         let share = self.earlier / duration;
         let part = (self.first + last) * 0.5;
-        if share == 0.0 { part } else { self.mean * share + part * (1.0 - share) }
+        if share == 0.0 {
+            part
+        } else {
+            self.mean * share + part * (1.0 - share)
+        }
     }
 
     /// Ends the present part, before an edit. If the edit fails, the next part begins with the same
@@ -99,13 +109,21 @@ mod tests {
         .unwrap();
         let mut simulation = Simulation::new(&scene).unwrap();
         let tag = simulation.find_tag("gas").unwrap();
-        let new = || (Pressure::default(), PressureTensor::default(), CollisionRate::default());
+        let new = || {
+            (
+                Pressure::default(),
+                PressureTensor::default(),
+                CollisionRate::default(),
+            )
+        };
         // One interval with edits, and one interval for each part.
         let (mut whole, mut parts) = (new(), new());
         whole.start(&simulation.view());
         parts.start(&simulation.view());
         for (edit, until) in [0.3, 0.4, 0.4, 1.0].into_iter().enumerate() {
-            simulation.observe_until(until, &mut (&mut whole, &mut parts)).unwrap();
+            simulation
+                .observe_until(until, &mut (&mut whole, &mut parts))
+                .unwrap();
             parts.sample(&simulation.view());
             whole.pause(&simulation.view());
             match edit {
@@ -113,9 +131,15 @@ mod tests {
                     simulation.reset_energy_of_tag(tag, 7.0).unwrap();
                 }
                 1 => {
-                    let keys: Vec<_> =
-                        simulation.view().tagged(tag).take(60).map(|body| body.body.key()).collect();
-                    simulation.edit(|batch| keys.iter().try_for_each(|&key| batch.remove(key))).unwrap();
+                    let keys: Vec<_> = simulation
+                        .view()
+                        .tagged(tag)
+                        .take(60)
+                        .map(|body| body.body.key())
+                        .collect();
+                    simulation
+                        .edit(|batch| keys.iter().try_for_each(|&key| batch.remove(key)))
+                        .unwrap();
                 }
                 // Nothing is edited: the interval goes on all the same.
                 2 => (),
@@ -126,31 +150,79 @@ mod tests {
             whole.start(&simulation.view());
             parts.start(&simulation.view());
         }
-        simulation.observe_until(2.0, &mut (&mut whole, &mut parts)).unwrap();
+        simulation
+            .observe_until(2.0, &mut (&mut whole, &mut parts))
+            .unwrap();
         whole.sample(&simulation.view());
         parts.sample(&simulation.view());
 
         let lengths = [0.3, 0.1, 0.6, 1.0];
         let mean = |values: Vec<f64>| -> f64 {
             assert_eq!(values.len(), lengths.len());
-            values.iter().zip(lengths).map(|(value, length)| value * length).sum::<f64>() / 2.0
+            values
+                .iter()
+                .zip(lengths)
+                .map(|(value, length)| value * length)
+                .sum::<f64>()
+                / 2.0
         };
-        let close =
-            |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
-        let [point] = whole.0.series() else { panic!("{:?}", whole.0.series()) };
-        close(point.pressure(), mean(parts.0.series().iter().map(PressurePoint::pressure).collect()));
+        let close = |found: f64, expected: f64| {
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}")
+        };
+        let [point] = whole.0.series() else {
+            panic!("{:?}", whole.0.series())
+        };
+        close(
+            point.pressure(),
+            mean(
+                parts
+                    .0
+                    .series()
+                    .iter()
+                    .map(PressurePoint::pressure)
+                    .collect(),
+            ),
+        );
         close(
             point.momentum_flux(),
-            mean(parts.0.series().iter().map(PressurePoint::momentum_flux).collect()),
+            mean(
+                parts
+                    .0
+                    .series()
+                    .iter()
+                    .map(PressurePoint::momentum_flux)
+                    .collect(),
+            ),
         );
-        let [point] = whole.1.series() else { panic!("{:?}", whole.1.series()) };
-        close(point.xx(), mean(parts.1.series().iter().map(TensorPoint::xx).collect()));
-        close(point.yy(), mean(parts.1.series().iter().map(TensorPoint::yy).collect()));
-        let [point] = whole.2.series() else { panic!("{:?}", whole.2.series()) };
+        let [point] = whole.1.series() else {
+            panic!("{:?}", whole.1.series())
+        };
+        close(
+            point.xx(),
+            mean(parts.1.series().iter().map(TensorPoint::xx).collect()),
+        );
+        close(
+            point.yy(),
+            mean(parts.1.series().iter().map(TensorPoint::yy).collect()),
+        );
+        let [point] = whole.2.series() else {
+            panic!("{:?}", whole.2.series())
+        };
         assert_eq!(point.collisions, simulation.view().counters().collisions);
-        assert_eq!(point.collisions, parts.2.series().iter().map(|part| part.collisions).sum::<u64>());
+        assert_eq!(
+            point.collisions,
+            parts
+                .2
+                .series()
+                .iter()
+                .map(|part| part.collisions)
+                .sum::<u64>()
+        );
         // 200 bodies for 0.4, then 140 for 1.6.
-        close(point.rate, 2.0 * point.collisions as f64 / (200.0 * 0.4 + 140.0 * 1.6));
+        close(
+            point.rate,
+            2.0 * point.collisions as f64 / (200.0 * 0.4 + 140.0 * 1.6),
+        );
 
         // Without a pause the contacts before are unknown: the interval begins anew.
         let (mut anew, mut last) = (Pressure::default(), Pressure::default());
@@ -158,7 +230,9 @@ mod tests {
         simulation.observe_until(3.0, &mut anew).unwrap();
         anew.start(&simulation.view());
         last.start(&simulation.view());
-        simulation.observe_until(3.5, &mut (&mut anew, &mut last)).unwrap();
+        simulation
+            .observe_until(3.5, &mut (&mut anew, &mut last))
+            .unwrap();
         anew.sample(&simulation.view());
         last.sample(&simulation.view());
         assert_eq!(anew.series(), last.series());

@@ -120,9 +120,12 @@ impl OrientationCorrelation {
     /// [Σx, Σw] over all samples so far, w the number of pairs: C₁ at each of the
     /// [lags](Self::lags), then C₂ at each, then the autocorrelation of ω at each.
     pub fn sums(&self) -> Vec<[f64; 2]> {
-        let terms: [fn(&Sums) -> f64; 3] = [|sums| sums.first, |sums| sums.second, |sums| sums.products];
+        let terms: [fn(&Sums) -> f64; 3] =
+            [|sums| sums.first, |sums| sums.second, |sums| sums.products];
         let of_term = |term: fn(&Sums) -> f64| {
-            self.lags.each(&self.clock).map(move |(_, sum)| [term(&sum.sums), sum.pairs as f64])
+            self.lags
+                .each(&self.clock)
+                .map(move |(_, sum)| [term(&sum.sums), sum.pairs as f64])
         };
         terms.into_iter().flat_map(of_term).collect()
     }
@@ -153,8 +156,14 @@ impl Observer for OrientationCorrelation {
             .filter(turning)
             .map(|body| {
                 let direction = body.motion.orientation.cos_sin();
-                let state = State { direction, angular_velocity: body.motion.angular_velocity };
-                Sample { id: body.body.id(), state }
+                let state = State {
+                    direction,
+                    angular_velocity: body.motion.angular_velocity,
+                };
+                Sample {
+                    id: body.body.id(),
+                    state,
+                }
             })
             .collect();
         self.lags.take(&mut self.clock, view.time(), &now);
@@ -192,7 +201,9 @@ mod tests {
         let mut simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
         let mut correlation = OrientationCorrelation::new(Group::All, spacing, longest).unwrap();
         for sample in 0..=samples {
-            simulation.observe_until(spacing * f64::from(sample), &mut ()).unwrap();
+            simulation
+                .observe_until(spacing * f64::from(sample), &mut ())
+                .unwrap();
             correlation.sample(&simulation.view());
         }
         correlation
@@ -229,7 +240,10 @@ mod tests {
         for point in &points {
             let angle = 0.7 * point.lag;
             assert!((point.first - angle.cos()).abs() < 1e-12, "{point:?}");
-            assert!((point.second - (2.0 * angle).cos()).abs() < 1e-12, "{point:?}");
+            assert!(
+                (point.second - (2.0 * angle).cos()).abs() < 1e-12,
+                "{point:?}"
+            );
             assert!((point.autocorrelation - 0.49).abs() < 1e-14, "{point:?}");
         }
         let sums = correlation.sums();
@@ -260,7 +274,15 @@ mod tests {
         let mut simulation = Simulation::new(&scene).unwrap();
         simulation.run_until(5.0).unwrap();
         let kt = simulation.view().temperature().unwrap();
-        let moment = 1.0 / simulation.view().bodies().next().unwrap().body.inertia().inverse_moment;
+        let moment = 1.0
+            / simulation
+                .view()
+                .bodies()
+                .next()
+                .unwrap()
+                .body
+                .inertia()
+                .inverse_moment;
         // One thermal angle of 1 radian, in which about one body in 250 has a contact; 40
         // independent origins each.
         let lag = (moment / kt).sqrt();
@@ -283,7 +305,10 @@ mod tests {
             // Variance of cos nα for Gaussian α: (1 + exp(−2n²)) / 2 − exp(−n²).
             let variance = 0.5 * (1.0 + f64::exp(-2.0 * n * n)) - f64::exp(-n * n);
             let error = (variance / point.pairs as f64).sqrt();
-            assert!((found - expected).abs() < 5.0 * error, "C{n} = {found}, not {expected} ± {error}");
+            assert!(
+                (found - expected).abs() < 5.0 * error,
+                "C{n} = {found}, not {expected} ± {error}"
+            );
         }
     }
 }

@@ -94,7 +94,14 @@ impl PairDistribution {
             return Err(CutoffError::BeyondHalf { cutoff, half });
         }
         let distances = Histogram::new(0.0, cutoff, bins);
-        Ok(Self { groups, bounds: *bounds, cutoff, distances, pairs_per_area: 0.0, passed_over: 0 })
+        Ok(Self {
+            groups,
+            bounds: *bounds,
+            cutoff,
+            distances,
+            pairs_per_area: 0.0,
+            passed_over: 0,
+        })
     }
 
     /// g in each bin from the samples so far; empty if there has been no pair.
@@ -106,9 +113,18 @@ impl PairDistribution {
             // π (r₂² − r₁²) = 2π r w at the centre r of the bin.
             let distance = self.distances.centre(bin);
             let shell = std::f64::consts::TAU * distance * self.distances.width();
-            PairPoint { distance, pairs, g: pairs as f64 / (self.pairs_per_area * shell) }
+            PairPoint {
+                distance,
+                pairs,
+                g: pairs as f64 / (self.pairs_per_area * shell),
+            }
         };
-        self.distances.counts().iter().enumerate().map(point).collect()
+        self.distances
+            .counts()
+            .iter()
+            .enumerate()
+            .map(point)
+            .collect()
     }
 
     /// Σ pairs / (2π r w) and Σ pairs of all distances / A over the samples so far, for each bin: g
@@ -147,9 +163,13 @@ impl Observer for PairDistribution {
             })
             .filter(|member| member.is_in.contains(&true))
             .collect();
-        let count =
-            |wanted: fn(&Member) -> bool| members.iter().filter(|&member| wanted(member)).count() as f64;
-        let [first, second] = [count(|member| member.is_in[0]), count(|member| member.is_in[1])];
+        let count = |wanted: fn(&Member) -> bool| {
+            members.iter().filter(|&member| wanted(member)).count() as f64
+        };
+        let [first, second] = [
+            count(|member| member.is_in[0]),
+            count(|member| member.is_in[1]),
+        ];
         let both = count(|member| member.is_in == [true; 2]);
         self.pairs_per_area += (first * second - both) / self.bounds.area();
         let neighbourhoods = Neighbourhoods::new(members, &self.bounds, self.cutoff);
@@ -186,7 +206,9 @@ impl Neighbourhoods {
     fn new(mut members: Vec<Member>, bounds: &PeriodicBox, cutoff: f64) -> Self {
         // Not many more cells than bodies, even for a short cutoff.
         let most = (members.len() as f64).sqrt().ceil().max(1.0);
-        let cells = (bounds.sides() / cutoff).floor().clamp(DVec2::ONE, DVec2::splat(most));
+        let cells = (bounds.sides() / cutoff)
+            .floor()
+            .clamp(DVec2::ONE, DVec2::splat(most));
         let per_side = [cells.x as usize, cells.y as usize];
         let cell_of = |member: &Member| {
             let place = member.place / bounds.sides() * cells;
@@ -201,7 +223,11 @@ impl Neighbourhoods {
         for cell in 1..begins.len() {
             begins[cell] += begins[cell - 1];
         }
-        Self { members, cells: per_side, begins }
+        Self {
+            members,
+            cells: per_side,
+            begins,
+        }
     }
 
     /// Calls `f` with the displacement within the box of each ordered pair of the two groups in
@@ -211,13 +237,16 @@ impl Neighbourhoods {
         for cell in 0..columns * rows {
             let [x, y] = [cell % columns, cell / columns];
             // With one or two cells along a side, each is visited once.
-            let near =
-                |at: usize, cells: usize| (0..cells.min(3)).map(move |step| (at + cells - 1 + step) % cells);
-            for other in near(y, rows).flat_map(|y| near(x, columns).map(move |x| x + y * columns)) {
+            let near = |at: usize, cells: usize| {
+                (0..cells.min(3)).map(move |step| (at + cells - 1 + step) % cells)
+            };
+            for other in near(y, rows).flat_map(|y| near(x, columns).map(move |x| x + y * columns))
+            {
                 for i in self.begins[cell]..self.begins[cell + 1] {
                     let one = self.members[i];
                     let others = self.begins[other]..self.begins[other + 1];
-                    for j in others.filter(|&j| j != i && one.is_in[0] && self.members[j].is_in[1]) {
+                    for j in others.filter(|&j| j != i && one.is_in[0] && self.members[j].is_in[1])
+                    {
                         f(self.members[j].place - one.place);
                     }
                 }

@@ -11,10 +11,12 @@ use crate::{coarse_atoms::drawn_circles, kinds::few_kinds};
 
 /// Colours that colour-blind readers can distinguish (Okabe & Ito 2008); fixed bodies are grey. In
 /// charts the curves of a kind of bodies have its colour, and predictions the last one.
-const COLOURS: [&str; 7] = ["#0072b2", "#009e73", "#e69f00", "#cc79a7", "#56b4e9", "#f0e442", "#d55e00"];
+const COLOURS: [&str; 7] = [
+    "#0072b2", "#009e73", "#e69f00", "#cc79a7", "#56b4e9", "#f0e442", "#d55e00",
+];
 const FIXED: &str = "#4d4d4d";
 /// Line width of walls without thickness, in pixels.
-const THINNEST: f64 = 1.5;
+const MIN_LINE_WIDTH: f64 = 1.5;
 
 /// Returns the system as an SVG document whose longer side is `size` pixels; y points upwards.
 ///
@@ -36,7 +38,14 @@ const THINNEST: f64 = 1.5;
 #[doc(alias = "svg")]
 pub fn picture(view: &View<'_>, size: u32) -> String {
     let sides = view.bounds().sides();
-    draw(view, Window { low: DVec2::ZERO, high: sides }, f64::from(size.max(1)) / sides.max_element())
+    draw(
+        view,
+        Window {
+            low: DVec2::ZERO,
+            high: sides,
+        },
+        f64::from(size.max(1)) / sides.max_element(),
+    )
 }
 
 /// Returns a square part of the system, of side `side` (length) around `centre`, as an SVG document
@@ -60,7 +69,11 @@ pub fn picture(view: &View<'_>, size: u32) -> String {
 /// ```
 pub fn close_up(view: &View<'_>, centre: DVec2, side: f64, size: u32) -> String {
     let longest = view.bounds().sides().min_element();
-    let side = if side > 0.0 { side.min(longest) } else { longest };
+    let side = if side > 0.0 {
+        side.min(longest)
+    } else {
+        longest
+    };
     let (low, high) = (centre - 0.5 * side, centre + 0.5 * side);
     draw(view, Window { low, high }, f64::from(size.max(1)) / side)
 }
@@ -76,14 +89,20 @@ impl Window {
     /// The images, as shifts in boxes, of an object between two corners that can reach into the
     /// window.
     fn images(self, low: DVec2, high: DVec2, sides: DVec2) -> impl Iterator<Item = [i64; 2]> {
-        let (first, last) = (((self.low - high) / sides).ceil(), ((self.high - low) / sides).floor());
+        let (first, last) = (
+            ((self.low - high) / sides).ceil(),
+            ((self.high - low) / sides).floor(),
+        );
         (first.y as i64..=last.y as i64)
             .flat_map(move |row| (first.x as i64..=last.x as i64).map(move |column| [column, row]))
     }
 }
 
 fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
-    let DVec2 { x: width, y: height } = (window.high - window.low) * scale;
+    let DVec2 {
+        x: width,
+        y: height,
+    } = (window.high - window.low) * scale;
     let place_of = |point: DVec2| {
         let place = (point - window.low) * scale;
         DVec2::new(place.x, height - place.y)
@@ -91,12 +110,15 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
     let mut groups: Vec<Group> = Vec::new();
     for (body, kind) in view.bodies().zip(coloured_kinds(view)) {
         if kind == groups.len() {
-            groups.push(Group { open: open_group(view, body.body, kind), circles: String::new() });
+            groups.push(Group {
+                open: open_group(view, body.body, kind),
+                circles: String::new(),
+            });
         }
         if let (Some(ends), Some(face)) = (body.wall(), body.body.molecule().face()) {
             for [from, to] in images_of_wall(ends, face.radius(), window, *view.bounds()) {
                 let [from, to] = [from, to].map(place_of);
-                let stroke = (2.0 * face.radius() * scale).max(THINNEST);
+                let stroke = (2.0 * face.radius() * scale).max(MIN_LINE_WIDTH);
                 write_to(
                     &mut groups[kind].circles,
                     format_args!(
@@ -142,7 +164,11 @@ pub fn coloured_kinds(view: &View<'_>) -> Vec<usize> {
 /// The colour of a body in CSS notation: grey if it is fixed, otherwise the colour of its kind in
 /// the numbering of [`coloured_kinds`].
 pub fn colour(body: &Body, kind: usize) -> &'static str {
-    if body.is_fixed() { FIXED } else { COLOURS[kind % COLOURS.len()] }
+    if body.is_fixed() {
+        FIXED
+    } else {
+        COLOURS[kind % COLOURS.len()]
+    }
 }
 
 /// The bodies of one kind.
@@ -153,18 +179,29 @@ struct Group {
 
 fn open_group(view: &View<'_>, body: &Body, kind: usize) -> String {
     let colour = colour(body, kind);
-    let tags: Vec<&str> = body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
+    let tags: Vec<&str> = body
+        .tags()
+        .iter()
+        .map(|&tag| view.tag_names().name(tag))
+        .collect();
     let title = escaped(&tags.join(", "));
     format!("<g fill=\"{colour}\" stroke=\"black\" stroke-width=\"0.3\"><title>{title}</title>")
 }
 
 /// The positions of the images of a circle that are visible in the window.
-fn images(centre: DVec2, radius: f64, window: Window, bounds: PeriodicBox) -> impl Iterator<Item = DVec2> {
+fn images(
+    centre: DVec2,
+    radius: f64,
+    window: Window,
+    bounds: PeriodicBox,
+) -> impl Iterator<Item = DVec2> {
     let images = window.images(centre - radius, centre + radius, bounds.sides());
-    images.map(move |image| centre + bounds.shift(image)).filter(move |&place| {
-        let nearest = place.clamp(window.low, window.high);
-        (place - nearest).length_squared() < radius * radius
-    })
+    images
+        .map(move |image| centre + bounds.shift(image))
+        .filter(move |&place| {
+            let nearest = place.clamp(window.low, window.high);
+            (place - nearest).length_squared() < radius * radius
+        })
 }
 
 /// The end points of the images of a wall that are visible in the window.
@@ -175,25 +212,38 @@ fn images_of_wall(
     bounds: PeriodicBox,
 ) -> impl Iterator<Item = [DVec2; 2]> {
     let (low, high) = (ends[0].min(ends[1]) - radius, ends[0].max(ends[1]) + radius);
-    window.images(low, high, bounds.sides()).filter_map(move |image| {
-        let shift = bounds.shift(image);
-        // A wall that only ends at the border is not drawn on the other side; a wall along the
-        // border is.
-        let is_seen = (0..2).all(|axis| {
-            let (from, to) = (low[axis] + shift[axis], high[axis] + shift[axis]);
-            let (first, last) = (window.low[axis], window.high[axis]);
-            if from < to { from < last && to > first } else { (first..=last).contains(&from) }
-        });
-        is_seen.then(|| ends.map(|end| end + shift))
-    })
+    window
+        .images(low, high, bounds.sides())
+        .filter_map(move |image| {
+            let shift = bounds.shift(image);
+            // A wall that only ends at the border is not drawn on the other side; a wall along the
+            // border is.
+            let is_seen = (0..2).all(|axis| {
+                let (from, to) = (low[axis] + shift[axis], high[axis] + shift[axis]);
+                let (first, last) = (window.low[axis], window.high[axis]);
+                if from < to {
+                    from < last && to > first
+                } else {
+                    (first..=last).contains(&from)
+                }
+            });
+            is_seen.then(|| ends.map(|end| end + shift))
+        })
 }
 
 /// Escapes arbitrary text for XML.
 fn escaped(text: &str) -> String {
-    let plain: String = text.chars().filter(|character| !character.is_control()).collect();
-    plain.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    let plain: String = text
+        .chars()
+        .filter(|character| !character.is_control())
+        .collect();
+    plain
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }
 
 fn write_to(text: &mut String, arguments: std::fmt::Arguments<'_>) {
-    text.write_fmt(arguments).expect("writing to a string cannot fail");
+    text.write_fmt(arguments)
+        .expect("writing to a string cannot fail");
 }

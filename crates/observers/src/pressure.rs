@@ -107,22 +107,32 @@ impl Pressure {
     /// Mean of β p A / N over the intervals and its standard error; `None` with fewer than two, or
     /// if one of them has no temperature.
     pub fn compressibility_factor(&self) -> Option<(f64, f64)> {
-        let factors: Option<Vec<f64>> =
-            self.series.iter().map(PressurePoint::compressibility_factor).collect();
+        let factors: Option<Vec<f64>> = self
+            .series
+            .iter()
+            .map(PressurePoint::compressibility_factor)
+            .collect();
         mean_of_series(factors?)
     }
 
     /// Begins an interval with these values of N kT and K.
     fn begin(&mut self, view: &View<'_>, now: DVec2) {
         let thermal = OpenInterval::new(view.time(), now);
-        self.interval = Some(Interval { bounds: *view.bounds(), thermal, virial: 0.0 });
+        self.interval = Some(Interval {
+            bounds: *view.bounds(),
+            thermal,
+            virial: 0.0,
+        });
     }
 }
 
 impl Observer for Pressure {
     fn start(&mut self, view: &View<'_>) {
         let (time, now) = (view.time(), thermal(view));
-        let goes_on = self.interval.as_mut().is_some_and(|interval| interval.thermal.go_on(time, now));
+        let goes_on = self
+            .interval
+            .as_mut()
+            .is_some_and(|interval| interval.thermal.go_on(time, now));
         if !goes_on {
             self.begin(view, now);
         }
@@ -163,5 +173,8 @@ impl Observer for Pressure {
 /// time²).
 fn thermal(view: &View<'_>) -> DVec2 {
     let thermal = view.centre_of_mass_frame().thermal(view.bodies());
-    DVec2::new(thermal.bodies as f64 * thermal.temperature().unwrap_or(0.0), thermal.translation)
+    DVec2::new(
+        thermal.bodies as f64 * thermal.temperature().unwrap_or(0.0),
+        thermal.translation,
+    )
 }

@@ -124,8 +124,12 @@ impl PressureTensor {
     /// The errors hold for intervals long against the time between two collisions of a body.
     pub fn mean(&self) -> Option<[Estimate; 4]> {
         let of = |component: usize| {
-            let products =
-                |point: &TensorPoint| (point.components()[component] * point.duration, point.duration);
+            let products = |point: &TensorPoint| {
+                (
+                    point.components()[component] * point.duration,
+                    point.duration,
+                )
+            };
             Estimate::of_ratio(self.series.iter().map(products))
         };
         Some([of(0)?, of(1)?, of(2)?, of(3)?])
@@ -134,14 +138,21 @@ impl PressureTensor {
     /// Begins an interval with this value of Σ m v_a v_b.
     fn begin(&mut self, view: &View<'_>, now: DMat2) {
         let momenta = OpenInterval::new(view.time(), now);
-        self.interval = Some(Interval { bounds: *view.bounds(), momenta, virial: DMat2::ZERO });
+        self.interval = Some(Interval {
+            bounds: *view.bounds(),
+            momenta,
+            virial: DMat2::ZERO,
+        });
     }
 }
 
 impl Observer for PressureTensor {
     fn start(&mut self, view: &View<'_>) {
         let (time, now) = (view.time(), momenta(view));
-        let goes_on = self.interval.as_mut().is_some_and(|interval| interval.momenta.go_on(time, now));
+        let goes_on = self
+            .interval
+            .as_mut()
+            .is_some_and(|interval| interval.momenta.go_on(time, now));
         if !goes_on {
             self.begin(view, now);
         }
@@ -207,7 +218,9 @@ mod tests {
         let mut both = (Pressure::default(), PressureTensor::default());
         both.start(&simulation.view());
         for sample in 1..=samples {
-            simulation.observe_until(spacing * f64::from(sample), &mut both).unwrap();
+            simulation
+                .observe_until(spacing * f64::from(sample), &mut both)
+                .unwrap();
             both.sample(&simulation.view());
         }
         (both.0, both.1, simulation)
@@ -233,7 +246,11 @@ mod tests {
                 let half_trace = 0.5 * (point.xx() + point.yy());
                 assert!((half_trace / scalar.momentum_flux() - 1.0).abs() < 1e-12);
             }
-            let flux = pressure.series().iter().map(|point| 0.3 * point.momentum_flux()).sum::<f64>();
+            let flux = pressure
+                .series()
+                .iter()
+                .map(|point| 0.3 * point.momentum_flux())
+                .sum::<f64>();
             let sums = tensor.sums();
             assert!((0.5 * (sums[0][0] + sums[3][0]) / flux - 1.0).abs() < 1e-12);
             assert!((sums[0][1] - 6.0).abs() < 1e-12);
@@ -257,9 +274,15 @@ mod tests {
             // Σ m v² = 4, and r_x J_x = 0.1 × 4 at each of two contacts in an interval. 4 + 1
             // is the pressure of a point in a box shorter by the diameter: 4 / 0.8.
             assert!((point.kinetic.x_axis.x - 4.0).abs() < 1e-12);
-            assert!((point.virial.x_axis.x - 2.0 * 4.0 * 0.1 / 0.8).abs() < 1e-12, "{point:?}");
+            assert!(
+                (point.virial.x_axis.x - 2.0 * 4.0 * 0.1 / 0.8).abs() < 1e-12,
+                "{point:?}"
+            );
             assert!((point.xx() - 4.0 / 0.8).abs() < 1e-12);
-            assert!(point.xy().abs() < 1e-12 && point.yy().abs() < 1e-12, "{point:?}");
+            assert!(
+                point.xy().abs() < 1e-12 && point.yy().abs() < 1e-12,
+                "{point:?}"
+            );
         }
     }
 
@@ -267,19 +290,25 @@ mod tests {
     fn antisymmetry_is_the_loss_of_spin() {
         let spin = |simulation: &Simulation| -> f64 {
             let bodies = simulation.view().bodies();
-            bodies.map(|body| body.motion.angular_velocity / body.body.inertia().inverse_moment).sum()
+            bodies
+                .map(|body| body.motion.angular_velocity / body.body.inertia().inverse_moment)
+                .sum()
         };
         let before = spin(&Simulation::new(&Scene::from_toml(DUMBBELLS).unwrap()).unwrap());
         let (_, tensor, simulation) = observe(DUMBBELLS, 1, 3.0);
         let sums = tensor.sums();
         let lost = before - spin(&simulation);
         assert!(lost.abs() > 1e-3, "it changes");
-        assert!((sums[1][0] - sums[2][0] - lost).abs() < 1e-11, "{sums:?} {lost}");
+        assert!(
+            (sums[1][0] - sums[2][0] - lost).abs() < 1e-11,
+            "{sums:?} {lost}"
+        );
     }
 
     #[test]
     fn a_gas_at_equilibrium_is_isotropic() {
-        let scene = "[box]\nseed = 3\n[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 200";
+        let scene =
+            "[box]\nseed = 3\n[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 200";
         let (pressure, tensor, _) = observe(scene, 60, 0.5);
         let [xx, xy, yx, yy] = tensor.mean().unwrap();
         let error = xx.standard_error.hypot(yy.standard_error);

@@ -47,17 +47,31 @@ impl ProjectionHistogram {
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if the half-width is not positive and finite.
-    pub fn new(body: BodyKey, axis: Axis, half_width: f64, bins: usize) -> Result<Self, GeometryError> {
+    pub fn new(
+        body: BodyKey,
+        axis: Axis,
+        half_width: f64,
+        bins: usize,
+    ) -> Result<Self, GeometryError> {
         let half_width = check_positive("the half-width of a histogram", half_width)?;
         let components = Distribution::within(-half_width, half_width, bins);
-        Ok(Self { components, ..Self::adaptive(body, axis, bins) })
+        Ok(Self {
+            components,
+            ..Self::adaptive(body, axis, bins)
+        })
     }
 
     /// An empty histogram whose range follows the impulses, so that none is lost, with at least
     /// `bins` bins; an odd number is rounded up, and 0 is taken as 2.
     pub fn adaptive(body: BodyKey, axis: Axis, bins: usize) -> Self {
         let components = Distribution::of_components(bins.div_ceil(2));
-        Self { body, axis, components, sum: 0.0, sum_of_squares: 0.0 }
+        Self {
+            body,
+            axis,
+            components,
+            sum: 0.0,
+            sum_of_squares: 0.0,
+        }
     }
 
     /// The distribution of the components, one entry for each contact (mass × length / time).
@@ -89,7 +103,9 @@ impl Observer for ProjectionHistogram {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some((side, impulse)) = report.side_of(self.body) else { return };
+        let Some((side, impulse)) = report.side_of(self.body) else {
+            return;
+        };
         let own = in_body_frame(impulse, side.before.orientation);
         let component = match self.axis {
             Axis::X => own.x,

@@ -58,7 +58,13 @@ pub struct RunningPoint {
 impl RunningAverage {
     /// Empty averages for one body.
     pub fn new(body: BodyKey) -> Self {
-        Self { body, began: None, momentum: DVec2::ZERO, velocity: DVec2::ZERO, series: Vec::new() }
+        Self {
+            body,
+            began: None,
+            momentum: DVec2::ZERO,
+            velocity: DVec2::ZERO,
+            series: Vec::new(),
+        }
     }
 
     /// The observed body.
@@ -83,18 +89,26 @@ impl Observer for RunningAverage {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some((side, impulse)) = report.side_of(self.body) else { return };
+        let Some((side, impulse)) = report.side_of(self.body) else {
+            return;
+        };
         self.began.get_or_insert(report.time);
         self.momentum += in_body_frame(impulse, side.before.orientation);
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let Some(watched) = view.body(self.body) else { return };
+        let Some(watched) = view.body(self.body) else {
+            return;
+        };
         let elapsed = view.time().since(*self.began.get_or_insert(view.time()));
         self.velocity += in_body_frame(watched.motion.velocity, watched.motion.orientation);
         self.series.push(RunningPoint {
             time: view.time().to_f64(),
-            momentum: if elapsed > 0.0 { self.momentum / elapsed } else { DVec2::ZERO },
+            momentum: if elapsed > 0.0 {
+                self.momentum / elapsed
+            } else {
+                DVec2::ZERO
+            },
             velocity: self.velocity / (self.series.len() + 1) as f64,
         });
     }

@@ -17,14 +17,14 @@ use crate::Group;
 
 /// The largest number of shells. The cost of a sample is the number of bodies times that of wave
 /// vectors, in a square box two to seven a shell.
-const MOST_SHELLS: usize = 10_000;
+const MAX_SHELLS: usize = 10_000;
 
 /// The largest relative difference of two k² in one shell: far above the rounding of k², a few
 /// 1e-16, and below the distance of different k² in a square box with 10⁴ shells, 1e-5.
 const SAME_LENGTH: f64 = 1e-9;
 
 /// Doublings of the area that is searched for shells; 2⁶⁴ times the first is never reached.
-const MOST_DOUBLINGS: usize = 64;
+const MAX_DOUBLINGS: usize = 64;
 
 /// Structure factor of a group over the samples; fixed discs and molecules count, walls do not.
 ///
@@ -80,7 +80,7 @@ pub struct StructurePoint {
 
 /// A number of shells that is 0 or too large.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("the number of shells must be 1 to {MOST_SHELLS}, but is {shells}")]
+#[error("the number of shells must be 1 to {MAX_SHELLS}, but is {shells}")]
 pub struct ShellsError {
     /// The number given.
     pub shells: usize,
@@ -92,11 +92,17 @@ impl StructureFactor {
     /// # Errors
     /// [`ShellsError`] if `shells` is 0 or larger.
     pub fn new(group: Group, bounds: &PeriodicBox, shells: usize) -> Result<Self, ShellsError> {
-        if !(1..=MOST_SHELLS).contains(&shells) {
+        if !(1..=MAX_SHELLS).contains(&shells) {
             return Err(ShellsError { shells });
         }
         let shells = shortest_shells(bounds, shells);
-        Ok(Self { group, bounds: *bounds, shells, samples: 0, passed_over: 0 })
+        Ok(Self {
+            group,
+            bounds: *bounds,
+            shells,
+            samples: 0,
+            passed_over: 0,
+        })
     }
 
     /// S in each shell, in ascending order of |k|; empty before the first sample.
@@ -106,7 +112,11 @@ impl StructureFactor {
             vectors: shell.vectors.len(),
             s: shell.sum / (self.samples as f64 * shell.vectors.len() as f64),
         };
-        if self.samples == 0 { Vec::new() } else { self.shells.iter().map(point).collect() }
+        if self.samples == 0 {
+            Vec::new()
+        } else {
+            self.shells.iter().map(point).collect()
+        }
     }
 
     /// |k| of each shell in ascending order (1 / length).
@@ -118,7 +128,10 @@ impl StructureFactor {
     /// w is 1.
     pub fn sums(&self) -> Vec<[f64; 2]> {
         let samples = self.samples as f64;
-        self.shells.iter().map(|shell| [shell.sum, samples * shell.vectors.len() as f64]).collect()
+        self.shells
+            .iter()
+            .map(|shell| [shell.sum, samples * shell.vectors.len() as f64])
+            .collect()
     }
 
     /// The number of samples skipped because their box differs from that of the constructor, or
@@ -136,7 +149,9 @@ impl Observer for StructureFactor {
 
     fn sample(&mut self, view: &View<'_>) {
         let sides = self.bounds.sides();
-        let members = view.bodies().filter(|view| !view.body.is_wall() && self.group.contains(view.body));
+        let members = view
+            .bodies()
+            .filter(|view| !view.body.is_wall() && self.group.contains(view.body));
         let places: Vec<DVec2> = members.map(|view| view.motion.position / sides).collect();
         if *view.bounds() != self.bounds || places.is_empty() {
             self.passed_over += 1;
@@ -146,7 +161,9 @@ impl Observer for StructureFactor {
             for &[x, y] in &shell.vectors {
                 let turns = DVec2::new(x as f64, y as f64);
                 // Phases in turns lose no digits to whole turns.
-                let waves = places.iter().map(|&place| Orientation::from_turns(turns.dot(place)).cos_sin());
+                let waves = places
+                    .iter()
+                    .map(|&place| Orientation::from_turns(turns.dot(place)).cos_sin());
                 shell.sum += waves.sum::<DVec2>().length_squared() / places.len() as f64;
             }
         }
@@ -160,7 +177,7 @@ fn shortest_shells(bounds: &PeriodicBox, wanted: usize) -> Vec<Shell> {
     let unit = bounds.sides().recip() * std::f64::consts::TAU;
     let mut radius_squared = unit.min_element() * unit.min_element() * (1.0 + SAME_LENGTH);
     let mut shells = shells_within(unit, radius_squared);
-    for _ in 0..MOST_DOUBLINGS {
+    for _ in 0..MAX_DOUBLINGS {
         if shells.len() >= wanted {
             break;
         }
@@ -173,12 +190,20 @@ fn shortest_shells(bounds: &PeriodicBox, wanted: usize) -> Vec<Shell> {
 
 /// All shells with k² up to a limit, in ascending order; `unit` is 2π / L.
 fn shells_within(unit: DVec2, radius_squared: f64) -> Vec<Shell> {
-    let [across, up] = (radius_squared.sqrt() / unit).floor().to_array().map(|most| most as i64);
+    let [across, up] = (radius_squared.sqrt() / unit)
+        .floor()
+        .to_array()
+        .map(|most| most as i64);
     // The half plane n_y > 0 and the half axis n_x > 0 have one of each pair k and −k.
     let half_plane = (0..=up).flat_map(|y| (-across..=across).map(move |x| [x, y]));
     let mut vectors: Vec<(f64, [i64; 2])> = half_plane
         .filter(|&[x, y]| y > 0 || x > 0)
-        .map(|[x, y]| ((unit * DVec2::new(x as f64, y as f64)).length_squared(), [x, y]))
+        .map(|[x, y]| {
+            (
+                (unit * DVec2::new(x as f64, y as f64)).length_squared(),
+                [x, y],
+            )
+        })
         .filter(|&(squared, _)| squared <= radius_squared)
         .collect();
     vectors.sort_by(|one, other| one.0.total_cmp(&other.0));
@@ -188,7 +213,11 @@ fn shells_within(unit: DVec2, radius_squared: f64) -> Vec<Shell> {
             Some(last) if squared <= last.wave_number * last.wave_number * (1.0 + SAME_LENGTH) => {
                 last.vectors.push(vector);
             }
-            _ => shells.push(Shell { wave_number: squared.sqrt(), vectors: vec![vector], sum: 0.0 }),
+            _ => shells.push(Shell {
+                wave_number: squared.sqrt(),
+                vectors: vec![vector],
+                sum: 0.0,
+            }),
         }
     }
     shells
@@ -213,20 +242,39 @@ mod tests {
     fn a_square_lattice_has_bragg_peaks_and_nothing_else() {
         let mut scene = Scene::default();
         scene.bounds.sides = [2.0, 2.0];
-        let sites = (0..64).map(|site| [f64::from(site % 8) * 0.25 + 0.03, f64::from(site / 8) * 0.25]);
-        scene.bumper = sites.map(|at| BumperSpec { radius: 0.01, at, tags: vec![] }).collect();
+        let sites = (0..64).map(|site| {
+            [
+                f64::from(site % 8) * 0.25 + 0.03,
+                f64::from(site / 8) * 0.25,
+            ]
+        });
+        scene.bumper = sites
+            .map(|at| BumperSpec {
+                radius: 0.01,
+                at,
+                tags: vec![],
+            })
+            .collect();
         let structure = observe(&[scene], 40);
         for point in structure.points() {
             // In units of 2π / L: the peaks are at |n|² = 8² and 2 · 8².
             let squared = (point.wave_number / std::f64::consts::PI).powi(2).round();
             match squared {
                 // (8, 0) and (0, 8).
-                64.0 => assert!((point.s - 64.0).abs() < 1e-9 && point.vectors == 2, "{point:?}"),
+                64.0 => assert!(
+                    (point.s - 64.0).abs() < 1e-9 && point.vectors == 2,
+                    "{point:?}"
+                ),
                 _ => assert!(point.s < 1e-20, "{point:?}"),
             }
         }
         let peak = std::f64::consts::TAU / 0.25;
-        assert!(structure.wave_numbers().iter().any(|k| (k - peak).abs() < 1e-9));
+        assert!(
+            structure
+                .wave_numbers()
+                .iter()
+                .any(|k| (k - peak).abs() < 1e-9)
+        );
     }
 
     #[test]
@@ -237,21 +285,32 @@ mod tests {
         // Half of the representations of these numbers as sums of two squares.
         let vectors = [2, 2, 2, 4, 2, 2, 4, 4, 2, 4, 2, 4];
         for ((shell, square), count) in structure.shells.iter().zip(squares).zip(vectors) {
-            assert!((shell.wave_number / square.sqrt() / std::f64::consts::TAU - 1.0).abs() < 1e-14);
+            assert!(
+                (shell.wave_number / square.sqrt() / std::f64::consts::TAU - 1.0).abs() < 1e-14
+            );
             assert_eq!(shell.vectors.len(), count, "{square}");
         }
         let long = PeriodicBox::new(DVec2::new(1e6, 1.0)).unwrap();
         let structure = StructureFactor::new(Group::All, &long, 100).unwrap();
-        let numbers: Vec<[i64; 2]> = structure.shells.iter().map(|shell| shell.vectors[0]).collect();
+        let numbers: Vec<[i64; 2]> = structure
+            .shells
+            .iter()
+            .map(|shell| shell.vectors[0])
+            .collect();
         assert_eq!(numbers, (1..=100).map(|x| [x, 0]).collect::<Vec<_>>());
-        for shells in [0, MOST_SHELLS + 1] {
-            assert_eq!(StructureFactor::new(Group::All, &long, shells).unwrap_err(), ShellsError { shells });
+        for shells in [0, MAX_SHELLS + 1] {
+            assert_eq!(
+                StructureFactor::new(Group::All, &long, shells).unwrap_err(),
+                ShellsError { shells }
+            );
         }
     }
 
     #[test]
     fn random_positions_give_one() {
-        let scenes: Vec<Scene> = (0..100).map(|seed| random_points(100, [1.0, 1.5], seed)).collect();
+        let scenes: Vec<Scene> = (0..100)
+            .map(|seed| random_points(100, [1.0, 1.5], seed))
+            .collect();
         let structure = observe(&scenes, 30);
         let sums = structure.sums();
         for (point, [x, w]) in structure.points().iter().zip(&sums) {
@@ -260,7 +319,9 @@ mod tests {
             assert!((x / w - 1.0).abs() < 5.0 * error, "{point:?}");
             assert_eq!((point.s, *w), (x / w, 100.0 * point.vectors as f64));
         }
-        let [x, w] = sums.iter().fold([0.0, 0.0], |all, sum| [all[0] + sum[0], all[1] + sum[1]]);
+        let [x, w] = sums
+            .iter()
+            .fold([0.0, 0.0], |all, sum| [all[0] + sum[0], all[1] + sum[1]]);
         assert!((x / w - 1.0).abs() < 5.0 / w.sqrt());
     }
 }

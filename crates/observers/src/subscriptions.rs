@@ -103,7 +103,8 @@ impl Subscriptions {
         filter: TagFilter,
         f: impl FnMut(&CollisionReport<'_>) + 'static,
     ) -> SubscriptionKey {
-        self.list.insert(Subscription::Collision(filter, Box::new(f)))
+        self.list
+            .insert(Subscription::Collision(filter, Box::new(f)))
     }
 
     /// Calls `f` with all further contacts with fixed bodies ([`EventKind::FixedCollision`]) if the
@@ -113,7 +114,8 @@ impl Subscriptions {
         filter: TagFilter,
         f: impl FnMut(&CollisionReport<'_>) + 'static,
     ) -> SubscriptionKey {
-        self.list.insert(Subscription::FixedCollision(filter, Box::new(f)))
+        self.list
+            .insert(Subscription::FixedCollision(filter, Box::new(f)))
     }
 
     /// Calls `f` with all further samples ([`EventKind::Sample`]); [`View::tagged`] selects the
@@ -151,13 +153,20 @@ impl Observer for Subscriptions {
 
     #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
-        self.list.values().any(|subscription| subscription.wants(bodies))
+        self.list
+            .values()
+            .any(|subscription| subscription.wants(bodies))
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let bodies = report.sides.each_ref().map(|side| side.body);
-        for subscription in self.list.values_mut().filter(|subscription| subscription.wants(bodies)) {
-            if let Subscription::Collision(_, f) | Subscription::FixedCollision(_, f) = subscription {
+        for subscription in self
+            .list
+            .values_mut()
+            .filter(|subscription| subscription.wants(bodies))
+        {
+            if let Subscription::Collision(_, f) | Subscription::FixedCollision(_, f) = subscription
+            {
                 f(report);
             }
         }
@@ -174,7 +183,10 @@ impl Observer for Subscriptions {
 
 impl fmt::Debug for Subscriptions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kinds = self.list.iter().map(|(key, subscription)| (key, subscription.kind()));
+        let kinds = self
+            .list
+            .iter()
+            .map(|(key, subscription)| (key, subscription.kind()));
         f.debug_map().entries(kinds).finish()
     }
 }

@@ -80,7 +80,11 @@ pub struct TemperaturePoint {
 impl TemperatureByTag {
     /// Temperatures of a group.
     pub fn new(group: Group) -> Self {
-        Self { group, rests: [true; 2], ..Self::default() }
+        Self {
+            group,
+            rests: [true; 2],
+            ..Self::default()
+        }
     }
 
     /// The samples so far.
@@ -99,7 +103,9 @@ impl TemperatureByTag {
     /// bodies
     /// (mass × length / time), and w its mass.
     pub fn flow(&self) -> [[f64; 2]; 2] {
-        self.momentum.to_array().map(|momentum| [momentum, self.mass])
+        self.momentum
+            .to_array()
+            .map(|momentum| [momentum, self.mass])
     }
 
     /// Whether the flow along x and along y is 0 by definition, because the group has all the
@@ -131,15 +137,24 @@ impl Observer for TemperatureByTag {
             *rests &= conserved && has_all;
         }
         let now = [
-            [2.0 * thermal.translation, thermal.degrees_of_freedom - turning],
+            [
+                2.0 * thermal.translation,
+                thermal.degrees_of_freedom - turning,
+            ],
             [2.0 * thermal.rotation, turning],
         ];
-        let [translation, rotation] = now.map(|[energy, freedom]| (freedom > 0.0).then(|| energy / freedom));
+        let [translation, rotation] =
+            now.map(|[energy, freedom]| (freedom > 0.0).then(|| energy / freedom));
         for (sum, term) in self.sums.iter_mut().zip(now) {
             *sum = [sum[0] + term[0], sum[1] + term[1]];
         }
         let time = view.time().to_f64();
-        self.series.push(TemperaturePoint { time, bodies: thermal.bodies, translation, rotation });
+        self.series.push(TemperaturePoint {
+            time,
+            bodies: thermal.bodies,
+            translation,
+            rotation,
+        });
     }
 }
 
@@ -182,11 +197,21 @@ mod tests {
         let tagged = |name| Group::Tagged(simulation.find_tag(name).unwrap());
         let mut of_disc = TemperatureByTag::new(tagged("disc"));
         of_disc.sample(&simulation.view());
-        assert_eq!((of_disc.flow(), of_disc.flow_is_zero()), ([[2.0, 2.0], [4.0, 2.0]], [false; 2]));
+        assert_eq!(
+            (of_disc.flow(), of_disc.flow_is_zero()),
+            ([[2.0, 2.0], [4.0, 2.0]], [false; 2])
+        );
         // V = (0, 3): relative velocities (1, 2) and (0, −2); 2 − 1/2 degrees of freedom each.
         let (disc, _) = found(tagged("disc"));
-        assert_eq!((disc.bodies, disc.translation, disc.rotation), (1, Some(10.0 / 1.5), None));
-        let rotor = simulation.view().tagged(simulation.find_tag("dumbbell").unwrap()).next().unwrap();
+        assert_eq!(
+            (disc.bodies, disc.translation, disc.rotation),
+            (1, Some(10.0 / 1.5), None)
+        );
+        let rotor = simulation
+            .view()
+            .tagged(simulation.find_tag("dumbbell").unwrap())
+            .next()
+            .unwrap();
         let moment = 1.0 / rotor.body.inertia().inverse_moment;
         let (dumbbell, sums) = found(tagged("dumbbell"));
         assert!((dumbbell.translation.unwrap() - 8.0 / 1.5).abs() < 1e-13);
@@ -219,13 +244,19 @@ mod tests {
         "#;
         let mut simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
         simulation.run_until(20.0).unwrap();
-        let groups = ["heavy", "light"].map(|name| Group::Tagged(simulation.find_tag(name).unwrap()));
-        let mut both = (TemperatureByTag::new(groups[0]), TemperatureByTag::new(groups[1]));
+        let groups =
+            ["heavy", "light"].map(|name| Group::Tagged(simulation.find_tag(name).unwrap()));
+        let mut both = (
+            TemperatureByTag::new(groups[0]),
+            TemperatureByTag::new(groups[1]),
+        );
         let mut blocks = [Vec::new(), Vec::new(), Vec::new()];
         for block in 1..=30 {
             let before = [both.0.sums()[0], both.0.sums()[1], both.1.sums()[0]];
             for sample in 1..=5 {
-                simulation.run_until(20.0 + f64::from(block) * 2.5 + 0.5 * f64::from(sample)).unwrap();
+                simulation
+                    .run_until(20.0 + f64::from(block) * 2.5 + 0.5 * f64::from(sample))
+                    .unwrap();
                 both.sample(&simulation.view());
             }
             let after = [both.0.sums()[0], both.0.sums()[1], both.1.sums()[0]];
@@ -237,7 +268,10 @@ mod tests {
         let kt = 2.0 * 120.0 / 198.0;
         for series in blocks {
             let estimate = crate::Estimate::of_ratio(series).unwrap();
-            assert!((estimate.mean - kt).abs() < 5.0 * estimate.standard_error, "{estimate:?} {kt}");
+            assert!(
+                (estimate.mean - kt).abs() < 5.0 * estimate.standard_error,
+                "{estimate:?} {kt}"
+            );
             assert!(estimate.standard_error < 0.05 * kt);
         }
     }

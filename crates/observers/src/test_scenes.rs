@@ -15,6 +15,12 @@ pub(crate) fn random_points(count: usize, sides: [f64; 2], seed: u64) -> Scene {
     let mut scene = Scene::default();
     scene.bounds.sides = sides;
     let places = (0..count).map(|_| [sides[0] * uniform(), sides[1] * uniform()]);
-    scene.bumper = places.map(|at| BumperSpec { radius: 1e-9, at, tags: vec![] }).collect();
+    scene.bumper = places
+        .map(|at| BumperSpec {
+            radius: 1e-9,
+            at,
+            tags: vec![],
+        })
+        .collect();
     scene
 }

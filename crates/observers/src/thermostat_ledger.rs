@@ -166,20 +166,25 @@ impl ThermostatLedger {
     /// last sample before the first action, and the time (mass × length² / time², and time). A gas
     /// that loses energy cools between actions, so that only equal phases compare.
     pub fn lost_until_action(&self) -> [f64; 2] {
-        let Some([first, last]) = self.books else { return [0.0; 2] };
+        let Some([first, last]) = self.books else {
+            return [0.0; 2];
+        };
         let end = self.acted.unwrap_or(last);
         [end.lost - first.lost, end.time.since(first.time)]
     }
 
     /// Time from the first to the last sample; 0 without one.
     pub fn duration(&self) -> f64 {
-        self.books.map_or(0.0, |[first, last]| last.time.since(first.time))
+        self.books
+            .map_or(0.0, |[first, last]| last.time.since(first.time))
     }
 
     /// Largest |E − E(first) − put in − heat + lost| over the samples, relative to the largest
     /// energy; 0 if that is 0.
     pub fn imbalance(&self) -> f64 {
-        let Some([first, _]) = self.books else { return 0.0 };
+        let Some([first, _]) = self.books else {
+            return 0.0;
+        };
         let (mut booked, mut worst, mut largest) = (first.energy, 0.0f64, first.energy);
         for point in &self.series {
             booked += point.put_in + point.heat - point.lost;
@@ -191,7 +196,11 @@ impl ThermostatLedger {
 
     /// The place of a tag among the heats; it is added if it is new.
     fn place(&mut self, view: &View<'_>, tag: Tag) -> usize {
-        let place = self.heats.iter().position(|of| of.tag == tag).unwrap_or(self.heats.len());
+        let place = self
+            .heats
+            .iter()
+            .position(|of| of.tag == tag)
+            .unwrap_or(self.heats.len());
         if place == self.heats.len() {
             self.heats.push(begun(view, tag, 0.0, 0));
         }
@@ -199,20 +208,34 @@ impl ThermostatLedger {
     }
 
     fn since_first(&self, of: impl Fn(&Books) -> f64) -> f64 {
-        self.books.map_or(0.0, |[first, last]| of(&last) - of(&first))
+        self.books
+            .map_or(0.0, |[first, last]| of(&last) - of(&first))
     }
 }
 
 fn begun(view: &View<'_>, tag: Tag, booked: f64, changed: u64) -> HeatOfTag {
     let name = view.tag_names().name(tag).to_owned();
-    HeatOfTag { tag, name, booked: [booked; 2], changed, acted: None, series: Vec::new() }
+    HeatOfTag {
+        tag,
+        name,
+        booked: [booked; 2],
+        changed,
+        acted: None,
+        series: Vec::new(),
+    }
 }
 
 /// The totals of a system.
 fn totals(view: &View<'_>) -> Books {
     let (time, ledger) = (view.time(), view.ledger());
     let (put_in, lost, heat) = (ledger.put_in, ledger.lost, ledger.heat);
-    Books { time, put_in, lost, heat, energy: view.energy() }
+    Books {
+        time,
+        put_in,
+        lost,
+        heat,
+        energy: view.energy(),
+    }
 }
 
 impl Observer for ThermostatLedger {
@@ -227,7 +250,12 @@ impl Observer for ThermostatLedger {
             return;
         }
         let mut has_acted = false;
-        for &TagHeat { tag, energy, counts } in view.heat().all() {
+        for &TagHeat {
+            tag,
+            energy,
+            counts,
+        } in view.heat().all()
+        {
             let place = self.place(view, tag);
             let of = &mut self.heats[place];
             if counts.changed > of.changed {
@@ -247,11 +275,16 @@ impl Observer for ThermostatLedger {
         let Some([first, before]) = self.books else {
             self.books = Some([now; 2]);
             let heats = view.heat().all().iter();
-            self.heats = heats.map(|heat| begun(view, heat.tag, heat.energy, heat.counts.changed)).collect();
+            self.heats = heats
+                .map(|heat| begun(view, heat.tag, heat.energy, heat.counts.changed))
+                .collect();
             return;
         };
         let intervals = self.series.len();
-        for &TagHeat { tag, energy: heat, .. } in view.heat().all() {
+        for &TagHeat {
+            tag, energy: heat, ..
+        } in view.heat().all()
+        {
             let place = self.place(view, tag);
             let of = &mut self.heats[place];
             of.series.resize(intervals, 0.0);

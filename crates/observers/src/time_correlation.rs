@@ -115,7 +115,12 @@ impl TimeCorrelation {
     /// [`GeometryError::NotPositive`] if `spacing` or `longest` is not positive and finite.
     pub fn new(group: Group, spacing: f64, longest: f64) -> Result<Self, GeometryError> {
         let (clock, lags) = Lags::new(spacing, longest)?;
-        Ok(Self { group, clock, frame: MovingFrame::default(), lags })
+        Ok(Self {
+            group,
+            clock,
+            frame: MovingFrame::default(),
+            lags,
+        })
     }
 
     /// The averages so far in ascending order of lag, from lag 0 on; lags without pairs are
@@ -134,9 +139,15 @@ impl TimeCorrelation {
     /// the [lags](Self::lags) (length²), then the product of velocities at each (length² / time²),
     /// then the fourth power of the displacement (length⁴).
     pub fn sums(&self) -> Vec<[f64; 2]> {
-        let terms: [fn(&Sums) -> f64; 3] = [|sums| sums.squares, |sums| sums.products, |sums| sums.fourths];
+        let terms: [fn(&Sums) -> f64; 3] = [
+            |sums| sums.squares,
+            |sums| sums.products,
+            |sums| sums.fourths,
+        ];
         let of_term = |term: fn(&Sums) -> f64| {
-            self.lags.each(&self.clock).map(move |(_, sum)| [term(&sum.sums), sum.pairs as f64])
+            self.lags
+                .each(&self.clock)
+                .map(move |(_, sum)| [term(&sum.sums), sum.pairs as f64])
         };
         terms.into_iter().flat_map(of_term).collect()
     }
@@ -167,12 +178,17 @@ impl Observer for TimeCorrelation {
             return;
         }
         let (group, frame) = (self.group, self.frame);
-        let moving = view.bodies().filter(|view| !view.body.is_fixed() && group.contains(view.body));
+        let moving = view
+            .bodies()
+            .filter(|view| !view.body.is_fixed() && group.contains(view.body));
         let now: Vec<Sample<State>> = moving
             .map(|body| {
                 let place = body.unwrapped(view.bounds()) - frame.displacement;
                 let velocity = body.motion.velocity - frame.velocity;
-                Sample { id: body.body.id(), state: State { place, velocity } }
+                Sample {
+                    id: body.body.id(),
+                    state: State { place, velocity },
+                }
             })
             .collect();
         self.lags.take(&mut self.clock, view.time(), &now);

@@ -75,7 +75,8 @@ impl SpeedMoments {
     /// ⟨v⁴⟩/⟨v²⟩² of all speeds together; `None` if nothing has moved. It exceeds 2 in a gas whose
     /// temperature changes.
     pub fn kurtosis(&self) -> Option<f64> {
-        (self.squares > 0.0).then(|| self.count * (self.fourth_powers / self.squares) / self.squares)
+        (self.squares > 0.0)
+            .then(|| self.count * (self.fourth_powers / self.squares) / self.squares)
     }
 }
 
@@ -163,13 +164,19 @@ impl VelocityDistribution {
 
     /// Mean of ⟨v⁴⟩/⟨v²⟩² over the samples and its standard error; `None` with fewer than two.
     pub fn kurtosis(&self) -> Option<(f64, f64)> {
-        let values: Vec<f64> = self.series.iter().filter_map(|point| point.kurtosis).collect();
+        let values: Vec<f64> = self
+            .series
+            .iter()
+            .filter_map(|point| point.kurtosis)
+            .collect();
         mean_of_series(values)
     }
 
     /// H_x and H_y of these velocities, whose mean square is `mean_square`.
     fn h(&self, velocities: &[DVec2], mean_square: f64) -> Option<DVec2> {
-        let largest = self.largest.unwrap_or(THERMAL_SPEEDS * (0.5 * mean_square).sqrt());
+        let largest = self
+            .largest
+            .unwrap_or(THERMAL_SPEEDS * (0.5 * mean_square).sqrt());
         if velocities.len() < 2 || largest == 0.0 {
             return None;
         }
@@ -180,7 +187,10 @@ impl VelocityDistribution {
             }
             h_of(&histogram)
         };
-        Some(DVec2::new(of(|velocity| velocity.x)?, of(|velocity| velocity.y)?))
+        Some(DVec2::new(
+            of(|velocity| velocity.x)?,
+            of(|velocity| velocity.y)?,
+        ))
     }
 }
 
@@ -191,7 +201,9 @@ impl Observer for VelocityDistribution {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let moving = view.bodies().filter(|view| !view.body.is_fixed() && self.group.contains(view.body));
+        let moving = view
+            .bodies()
+            .filter(|view| !view.body.is_fixed() && self.group.contains(view.body));
         let drift = view.centre_of_mass_frame().velocity();
         let velocities: Vec<DVec2> = moving.map(|view| view.motion.velocity - drift).collect();
         let count = velocities.len() as f64;
@@ -231,5 +243,12 @@ fn h_of(histogram: &Histogram) -> Option<f64> {
         let p = count as f64 / held as f64;
         p * libm::log(p / histogram.width())
     };
-    (held > 0).then(|| histogram.counts().iter().filter(|&&count| count > 0).map(term).sum())
+    (held > 0).then(|| {
+        histogram
+            .counts()
+            .iter()
+            .filter(|&&count| count > 0)
+            .map(term)
+            .sum()
+    })
 }

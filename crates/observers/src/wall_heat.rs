@@ -64,7 +64,14 @@ pub struct WallHeatPoint {
 impl WallHeat {
     /// The walls of this group; its other bodies have no effect.
     pub fn new(group: Group) -> Self {
-        Self { group, heat: 0.0, contacts: 0, start: None, duration: 0.0, series: Vec::new() }
+        Self {
+            group,
+            heat: 0.0,
+            contacts: 0,
+            start: None,
+            duration: 0.0,
+            series: Vec::new(),
+        }
     }
 
     /// Heat received so far (mass × length² / time²); negative if the walls have cooled the gas.
@@ -103,7 +110,9 @@ impl Observer for WallHeat {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some(wall) = report.sides.iter().position(|side| self.is_wall(side.body)) else { return };
+        let Some(wall) = report.sides.iter().position(|side| self.is_wall(side.body)) else {
+            return;
+        };
         let side = &report.sides[1 - wall];
         let inertia = side.body.inertia();
         self.heat += kinetic_energy(&side.after, inertia) - kinetic_energy(&side.before, inertia);
@@ -137,7 +146,9 @@ mod tests {
         heat.start(&simulation.view());
         for time in [1.0, 2.0] {
             simulation.observe_until(time, &mut heat).unwrap();
-            simulation.edit(|batch| batch.reset_energy_of_all(1.0)).unwrap();
+            simulation
+                .edit(|batch| batch.reset_energy_of_all(1.0))
+                .unwrap();
             heat.start(&simulation.view());
             heat.sample(&simulation.view());
         }

@@ -103,9 +103,9 @@ impl WallPressure {
         for wall in view.bodies().filter(is_wall) {
             let [from, to] = wall.wall().ok_or(WallsError::NotParallel)?;
             let span = (to - from).abs();
-            let own = [0, 1]
-                .into_iter()
-                .find(|&axis| span[axis] == 0.0 && span[1 - axis] >= (1.0 - ROUNDING) * sides[1 - axis]);
+            let own = [0, 1].into_iter().find(|&axis| {
+                span[axis] == 0.0 && span[1 - axis] >= (1.0 - ROUNDING) * sides[1 - axis]
+            });
             let own = own.ok_or(WallsError::NotParallel)?;
             if *axis.get_or_insert(own) != own {
                 return Err(WallsError::NotParallel);
@@ -138,7 +138,10 @@ impl WallPressure {
     fn gaps(&self) -> impl Iterator<Item = f64> {
         let next = self.planes.iter().skip(1).copied();
         let first_again = self.planes.first().map(|first| first + self.across);
-        self.planes.iter().zip(next.chain(first_again)).map(|(from, to)| to - from)
+        self.planes
+            .iter()
+            .zip(next.chain(first_again))
+            .map(|(from, to)| to - from)
     }
 
     /// Area of the places at distances between these from the nearest wall (length²).
@@ -159,13 +162,19 @@ impl WallPressure {
     /// Σ|J·n| (mass × length / time), and the time times the length of all sides of the walls (time
     /// × length): their ratio is the pressure.
     pub fn momentum(&self) -> [f64; 2] {
-        [self.impulse, self.duration * 2.0 * self.along * self.planes.len() as f64]
+        [
+            self.impulse,
+            self.duration * 2.0 * self.along * self.planes.len() as f64,
+        ]
     }
 
     /// Centres found far from the walls at all samples, and the samples times that area (length²):
     /// their ratio is the density. The area is 0 if the walls are too near to each other.
     pub fn far_from_walls(&self) -> [f64; 2] {
-        [self.far_count as f64, self.samples as f64 * self.area(self.far, f64::INFINITY)]
+        [
+            self.far_count as f64,
+            self.samples as f64 * self.area(self.far, f64::INFINITY),
+        ]
     }
 
     /// The layers from the walls to the middle between them.
@@ -173,8 +182,19 @@ impl WallPressure {
         let layer = |(bin, &count): (usize, &u64)| {
             let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * self.width);
             // The last one ends at the middle: rounding leaves nothing beyond.
-            let area = self.area(from, if bin + 1 == self.counts.len() { f64::INFINITY } else { to });
-            Layer { distance: 0.5 * (from + to), count, area: self.samples as f64 * area }
+            let area = self.area(
+                from,
+                if bin + 1 == self.counts.len() {
+                    f64::INFINITY
+                } else {
+                    to
+                },
+            );
+            Layer {
+                distance: 0.5 * (from + to),
+                count,
+                area: self.samples as f64 * area,
+            }
         };
         self.counts.iter().enumerate().map(layer).collect()
     }
@@ -231,18 +251,28 @@ mod tests {
         walls.start(&simulation.view());
         // Contacts at 0.1, 0.3, … : 10 up to 2.
         for sample in 1..=200 {
-            simulation.observe_until(0.01 * f64::from(sample), &mut walls).unwrap();
+            simulation
+                .observe_until(0.01 * f64::from(sample), &mut walls)
+                .unwrap();
             walls.sample(&simulation.view());
         }
         let [impulse, norm] = walls.momentum();
-        assert!((impulse - 10.0 * 24.0).abs() < 1e-9 && (norm - 2.0 * 2.0 * 3.0 * 2.0).abs() < 1e-12);
+        assert!(
+            (impulse - 10.0 * 24.0).abs() < 1e-9 && (norm - 2.0 * 2.0 * 3.0 * 2.0).abs() < 1e-12
+        );
         // Its centre is always at least 0.1 away, and half of the time at least 0.3.
         let layers = walls.layers();
         assert_eq!(layers.iter().map(|layer| layer.count).sum::<u64>(), 200);
         let areas: Vec<f64> = layers.iter().map(|layer| layer.area / 200.0).collect();
-        assert!(areas.iter().all(|area| (area - 1.5).abs() < 1e-12), "{areas:?}");
+        assert!(
+            areas.iter().all(|area| (area - 1.5).abs() < 1e-12),
+            "{areas:?}"
+        );
         let [far, area] = walls.far_from_walls();
-        assert!((far / 200.0 - 0.5).abs() < 0.02 && (area / 200.0 - 2.4).abs() < 1e-12, "{far} {area}");
+        assert!(
+            (far / 200.0 - 0.5).abs() < 0.02 && (area / 200.0 - 2.4).abs() < 1e-12,
+            "{far} {area}"
+        );
     }
 
     #[test]
@@ -253,6 +283,11 @@ mod tests {
         let crossed = "[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n";
         assert_eq!(walls(crossed, 1, 0.1).unwrap_err(), WallsError::NotParallel);
         // Nothing is as far away as this.
-        assert_eq!(walls("[[wall]]\nx = 0.0\n", 3, 0.6).unwrap().far_from_walls(), [0.0, 0.0]);
+        assert_eq!(
+            walls("[[wall]]\nx = 0.0\n", 3, 0.6)
+                .unwrap()
+                .far_from_walls(),
+            [0.0, 0.0]
+        );
     }
 }

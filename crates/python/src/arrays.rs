@@ -54,13 +54,19 @@ fn owned<'py>(py: Python<'py>, view: &View<'_>, name: &str) -> PyResult<Bound<'p
         "radii" => single(&|body| body.body.reach()),
         "masses" => single(&|body| body.body.molecule().mass()),
         "energies" => single(&|body| body.energy()),
-        "ids" => Ok(PyArray1::from_vec(py, view.bodies().map(|body| body.body.id()).collect()).into_any()),
-        "fixed" => {
-            Ok(PyArray1::from_vec(py, view.bodies().map(|body| body.body.is_fixed()).collect()).into_any())
-        }
-        "locked" => {
-            Ok(PyArray1::from_vec(py, view.bodies().map(|body| body.body.is_locked()).collect()).into_any())
-        }
+        "ids" => Ok(
+            PyArray1::from_vec(py, view.bodies().map(|body| body.body.id()).collect()).into_any(),
+        ),
+        "fixed" => Ok(PyArray1::from_vec(
+            py,
+            view.bodies().map(|body| body.body.is_fixed()).collect(),
+        )
+        .into_any()),
+        "locked" => Ok(PyArray1::from_vec(
+            py,
+            view.bodies().map(|body| body.body.is_locked()).collect(),
+        )
+        .into_any()),
         _ => Err(PyValueError::new_err(format!("unknown array {name:?}"))),
     }
 }
@@ -71,7 +77,11 @@ pub fn atoms<'py>(py: Python<'py>, view: &View<'_>) -> PyResult<Bound<'py, PyDic
     let (mut angles, mut radii, mut masses) = (Vec::new(), Vec::new(), Vec::new());
     let (mut ids, mut kind_of, mut fixed) = (Vec::new(), Vec::new(), Vec::new());
     let kinds = kinds_of_groups(view);
-    for (body, &kind) in view.bodies().zip(&kinds).filter(|(body, _)| !body.body.is_wall()) {
+    for (body, &kind) in view
+        .bodies()
+        .zip(&kinds)
+        .filter(|(body, _)| !body.body.is_wall())
+    {
         let rotation = body.motion.orientation.cos_sin();
         for atom in body.body.molecule().atoms() {
             let arm = rotation.rotate(atom.offset());
@@ -109,7 +119,8 @@ pub fn tags(py: Python<'_>, view: &View<'_>) -> PyResult<Vec<Py<PyTuple>>> {
         let names = match known.get(tags) {
             Some(names) => names.clone_ref(py),
             None => {
-                let names = PyTuple::new(py, tags.iter().map(|&tag| view.tag_names().name(tag)))?.unbind();
+                let names =
+                    PyTuple::new(py, tags.iter().map(|&tag| view.tag_names().name(tag)))?.unbind();
                 known.insert(tags, names.clone_ref(py));
                 names
             }

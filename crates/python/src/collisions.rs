@@ -10,7 +10,7 @@ use carom::{
 pub const ROW: usize = 8 + 2 * 8 + 2 * 4 + 2 * 4 + 3 * 16 + 8 + 3 * 32 + 3 * 16;
 
 /// Largest number of rows kept at once (about 24 GB). More is taken as a mistake.
-pub const MOST_ROWS: usize = 100_000_000;
+pub const MAX_ROWS: usize = 100_000_000;
 
 /// Keeps the reports that a filter admits, as bytes.
 #[derive(Debug, Default)]
@@ -61,11 +61,21 @@ fn write(bytes: &mut Vec<u8>, report: &CollisionReport<'_>) {
     };
     let sides: &[Side<'_>; 2] = &report.sides;
     put(&report.time.to_f64().to_ne_bytes());
-    sides.iter().for_each(|side| put(&side.body.id().to_ne_bytes()));
-    sides.iter().for_each(|side| put(&side.atom.map_or(-1, |atom| atom as i32).to_ne_bytes()));
-    report.image.iter().for_each(|image| put(&(*image as i32).to_ne_bytes()));
+    sides
+        .iter()
+        .for_each(|side| put(&side.body.id().to_ne_bytes()));
+    sides
+        .iter()
+        .for_each(|side| put(&side.atom.map_or(-1, |atom| atom as i32).to_ne_bytes()));
+    report
+        .image
+        .iter()
+        .for_each(|image| put(&(*image as i32).to_ne_bytes()));
     for vector in [report.point, report.normal, report.impulse] {
-        vector.to_array().iter().for_each(|number| put(&number.to_ne_bytes()));
+        vector
+            .to_array()
+            .iter()
+            .for_each(|number| put(&number.to_ne_bytes()));
     }
     put(&report.elasticity.coefficient().to_ne_bytes());
     let vectors = [
@@ -74,13 +84,21 @@ fn write(bytes: &mut Vec<u8>, report: &CollisionReport<'_>) {
         sides.each_ref().map(|side| side.after.velocity),
     ];
     for vector in vectors.as_flattened() {
-        vector.to_array().iter().for_each(|number| put(&number.to_ne_bytes()));
+        vector
+            .to_array()
+            .iter()
+            .for_each(|number| put(&number.to_ne_bytes()));
     }
     let numbers = [
-        sides.each_ref().map(|side| side.before.orientation.radians()),
+        sides
+            .each_ref()
+            .map(|side| side.before.orientation.radians()),
         sides.each_ref().map(|side| side.before.angular_velocity),
         sides.each_ref().map(|side| side.after.angular_velocity),
     ];
-    numbers.as_flattened().iter().for_each(|number| put(&number.to_ne_bytes()));
+    numbers
+        .as_flattened()
+        .iter()
+        .for_each(|number| put(&number.to_ne_bytes()));
     bytes.extend_from_slice(&row);
 }

@@ -15,7 +15,11 @@ use crate::{arrays::rows, molecule::MoleculeCore};
 
 /// Times (infinite without contact), atoms (−1 without), and outcome (0 free, 1 contact, 2
 /// undecided, 3 out of range).
-type Answers<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<i64>>, Bound<'py, PyArray1<u8>>);
+type Answers<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray2<i64>>,
+    Bound<'py, PyArray1<u8>>,
+);
 
 /// Times, atoms and outcomes, as in `Answers`.
 type Found = (Vec<f64>, Vec<i64>, Vec<u8>);
@@ -36,17 +40,25 @@ pub fn first_contact<'py>(
 ) -> PyResult<Answers<'py>> {
     let (motions, until) = (motions.as_slice()?, until.as_slice()?);
     if motions.len() != 8 * until.len() {
-        return Err(PyValueError::new_err("there must be 8 numbers and a limit for each pair"));
+        return Err(PyValueError::new_err(
+            "there must be 8 numbers and a limit for each pair",
+        ));
     }
     let molecules = [a.0.clone(), b.0.clone()];
-    let detector: DetectorName =
-        detector.parse().map_err(|error| PyValueError::new_err(format!("`detector`: {error}")))?;
+    let detector: DetectorName = detector
+        .parse()
+        .map_err(|error| PyValueError::new_err(format!("`detector`: {error}")))?;
     let mut found = Found::default();
-    for (motions, until) in motions.chunks(8 * PAIRS_AT_ONCE).zip(until.chunks(PAIRS_AT_ONCE)) {
+    for (motions, until) in motions
+        .chunks(8 * PAIRS_AT_ONCE)
+        .zip(until.chunks(PAIRS_AT_ONCE))
+    {
         let molecules = molecules.clone();
         let (times, atoms, outcomes) = py.detach(|| match detector {
             DetectorName::Exact => search(&Exact::default(), molecules, motions, until),
-            DetectorName::GoldenSecant => search(&GoldenSecant::default(), molecules, motions, until),
+            DetectorName::GoldenSecant => {
+                search(&GoldenSecant::default(), molecules, motions, until)
+            }
             DetectorName::FixedStep => search(&FixedStep::default(), molecules, motions, until),
             DetectorName::BoundingCircles => search(&BoundingCircles, molecules, motions, until),
         });
@@ -56,7 +68,11 @@ pub fn first_contact<'py>(
         py.check_signals()?;
     }
     let (times, atoms, outcomes) = found;
-    Ok((PyArray1::from_vec(py, times), rows(py, atoms, 2)?, PyArray1::from_vec(py, outcomes)))
+    Ok((
+        PyArray1::from_vec(py, times),
+        rows(py, atoms, 2)?,
+        PyArray1::from_vec(py, outcomes),
+    ))
 }
 
 fn search(
@@ -67,7 +83,14 @@ fn search(
 ) -> Found {
     let still = [Motion::at_rest(DVec2::ZERO); 2];
     let (class, id, window_end, expected) = (String::new(), String::new(), None, None);
-    let mut pair = EncounterRecord { class, id, molecules, motions: still, window_end, expected };
+    let mut pair = EncounterRecord {
+        class,
+        id,
+        molecules,
+        motions: still,
+        window_end,
+        expected,
+    };
     let (mut times, mut atoms, mut outcomes) = (Vec::new(), Vec::new(), Vec::new());
     for (numbers, &until) in motions.chunks_exact(8).zip(until) {
         let body = |place: DVec2, velocity: DVec2, which: usize| Motion {
@@ -76,7 +99,10 @@ fn search(
             angular_velocity: numbers[6 + which],
             ..Motion::at_rest(place)
         };
-        let (place, velocity) = (DVec2::new(numbers[0], numbers[1]), DVec2::new(numbers[2], numbers[3]));
+        let (place, velocity) = (
+            DVec2::new(numbers[0], numbers[1]),
+            DVec2::new(numbers[2], numbers[3]),
+        );
         pair.motions = [body(DVec2::ZERO, DVec2::ZERO, 0), body(place, velocity, 1)];
         pair.window_end = until.is_finite().then_some(until);
         let (time, touch, outcome) = match detect::first_contact(detector, &pair).outcome {

@@ -28,7 +28,11 @@ pub enum Change<'a> {
 ///
 /// # Errors
 /// The first body that is refused.
-pub fn change(simulation: &mut AnySimulation, ids: &[u64], change: Change<'_>) -> Result<(), EditError> {
+pub fn change(
+    simulation: &mut AnySimulation,
+    ids: &[u64],
+    change: Change<'_>,
+) -> Result<(), EditError> {
     simulation.edit(|batch| {
         for key in ids.iter().map(|&id| BodyKey::of_id(id)) {
             match change {
@@ -47,7 +51,11 @@ pub fn change(simulation: &mut AnySimulation, ids: &[u64], change: Change<'_>) -
 ///
 /// # Errors
 /// The first body that is refused.
-pub fn set_energies(simulation: &mut AnySimulation, ids: &[u64], energies: &[f64]) -> Result<(), EditError> {
+pub fn set_energies(
+    simulation: &mut AnySimulation,
+    ids: &[u64],
+    energies: &[f64],
+) -> Result<(), EditError> {
     simulation.edit(|batch| {
         let mut pairs = ids.iter().zip(energies);
         pairs.try_for_each(|(&id, &energy)| batch.reset_energy(BodyKey::of_id(id), energy))
@@ -68,7 +76,11 @@ fn wall(text: &str) -> Result<WallSpec, SceneError> {
 ///
 /// # Errors
 /// The first copy that is refused.
-pub fn add(simulation: &mut AnySimulation, text: &str, motions: &[f64]) -> Result<Vec<u64>, EditError> {
+pub fn add(
+    simulation: &mut AnySimulation,
+    text: &str,
+    motions: &[f64],
+) -> Result<Vec<u64>, EditError> {
     let template = template(text)?;
     simulation.edit(|batch| {
         let rows = motions.chunks_exact(6);
@@ -79,7 +91,8 @@ pub fn add(simulation: &mut AnySimulation, text: &str, motions: &[f64]) -> Resul
             angular_velocity: row[5],
             ..template.clone()
         };
-        rows.map(|row| batch.add(&spec(row)).and_then(id_of)).collect()
+        rows.map(|row| batch.add(&spec(row)).and_then(id_of))
+            .collect()
     })
 }
 
@@ -89,7 +102,9 @@ pub fn add(simulation: &mut AnySimulation, text: &str, motions: &[f64]) -> Resul
 /// It is refused.
 pub fn add_wall(simulation: &mut AnySimulation, text: &str) -> Result<u64, EditError> {
     let wall = wall(text)?;
-    simulation.edit(|batch| batch.add_wall(&wall)).and_then(id_of)
+    simulation
+        .edit(|batch| batch.add_wall(&wall))
+        .and_then(id_of)
 }
 
 fn id_of(key: BodyKey) -> Result<u64, EditError> {
@@ -97,11 +112,22 @@ fn id_of(key: BodyKey) -> Result<u64, EditError> {
 }
 
 /// A rule of elasticity for all contacts.
-pub fn elasticity(default: f64, contact_time: Option<f64>, pairs: Vec<(Vec<String>, f64)>) -> ElasticitySpec {
-    let rule = |(between, coefficient)| ElasticityRule { between, coefficient };
+pub fn elasticity(
+    default: f64,
+    contact_time: Option<f64>,
+    pairs: Vec<(Vec<String>, f64)>,
+) -> ElasticitySpec {
+    let rule = |(between, coefficient)| ElasticityRule {
+        between,
+        coefficient,
+    };
     let pair = pairs.into_iter().map(rule).collect();
     let standard = ElasticitySpec::default();
-    ElasticitySpec { default, contact_time: contact_time.unwrap_or(standard.contact_time), pair }
+    ElasticitySpec {
+        default,
+        contact_time: contact_time.unwrap_or(standard.contact_time),
+        pair,
+    }
 }
 
 /// The numbers of the bodies with a tag.
@@ -111,9 +137,15 @@ pub fn elasticity(default: f64, contact_time: Option<f64>, pairs: Vec<(Vec<Strin
 pub fn ids_of(simulation: &AnySimulation, name: &str) -> PyResult<Vec<u64>> {
     let view = simulation.view();
     let tag = view.tag_names().find(name);
-    let ids: Vec<u64> = tag.into_iter().flat_map(|tag| view.tagged(tag)).map(|body| body.body.id()).collect();
+    let ids: Vec<u64> = tag
+        .into_iter()
+        .flat_map(|tag| view.tagged(tag))
+        .map(|body| body.body.id())
+        .collect();
     if ids.is_empty() {
-        return Err(errors::EditError::new_err(format!("no body carries the tag {name:?}")));
+        return Err(errors::EditError::new_err(format!(
+            "no body carries the tag {name:?}"
+        )));
     }
     Ok(ids)
 }

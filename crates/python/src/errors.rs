@@ -55,5 +55,7 @@ pub fn checkpoint(error: impl Into<anyhow::Error>) -> PyErr {
 
 /// The simulation is in use.
 pub fn busy() -> PyErr {
-    BusyError::new_err("the simulation is running: wait until `run` returns, or use `copy()` before it")
+    BusyError::new_err(
+        "the simulation is running: wait until `run` returns, or use `copy()` before it",
+    )
 }

@@ -17,7 +17,7 @@ pub struct MoleculeCore(pub Molecule);
 
 /// Most atoms of a molecule given as a list; finding coincident ones takes the square of their
 /// number.
-const MOST_ATOMS: usize = 65_536;
+const MAX_ATOMS: usize = 65_536;
 
 impl MoleculeCore {
     fn region(&self, probe: f64) -> PyResult<ExcludedRegion> {
@@ -30,19 +30,26 @@ impl MoleculeCore {
     /// From x, y, radius and mass of each atom.
     #[new]
     fn new(atoms: Vec<[f64; 4]>) -> PyResult<Self> {
-        if atoms.len() > MOST_ATOMS {
-            let words = format!("a molecule has at most {MOST_ATOMS} atoms, but {} are given", atoms.len());
+        if atoms.len() > MAX_ATOMS {
+            let words = format!(
+                "a molecule has at most {MAX_ATOMS} atoms, but {} are given",
+                atoms.len()
+            );
             return Err(errors::MoleculeError::new_err(words));
         }
         let atom = |[x, y, radius, mass]: [f64; 4]| Atom::new(DVec2::new(x, y), radius, mass);
         let atoms: Result<Vec<Atom>, _> = atoms.into_iter().map(atom).collect();
-        Molecule::new(atoms.map_err(errors::molecule)?).map(Self).map_err(errors::molecule)
+        Molecule::new(atoms.map_err(errors::molecule)?)
+            .map(Self)
+            .map_err(errors::molecule)
     }
 
     #[staticmethod]
     fn named(shape: &str, radius: f64, mass: f64) -> PyResult<Self> {
         let shape: Shape = shape.parse().map_err(errors::molecule)?;
-        Molecule::named(shape, radius, mass).map(Self).map_err(errors::molecule)
+        Molecule::named(shape, radius, mass)
+            .map(Self)
+            .map_err(errors::molecule)
     }
 
     /// x, y, radius and mass of each atom, about the centre of mass.
@@ -73,7 +80,14 @@ impl MoleculeCore {
         let region = self.region(probe)?;
         let arcs = region.arcs().iter();
         let row = |arc: &carom::geometry::ExposedArc| {
-            [arc.atom as f64, arc.start, arc.end, arc.radius, arc.centre.x, arc.centre.y]
+            [
+                arc.atom as f64,
+                arc.start,
+                arc.end,
+                arc.radius,
+                arc.centre.x,
+                arc.centre.y,
+            ]
         };
         rows(py, arcs.flat_map(row).collect(), 6)
     }

@@ -25,11 +25,15 @@ const PAUSE: Duration = Duration::from_millis(2);
 
 /// A record for Python.
 pub fn encoded<'py>(py: Python<'py>, record: &Record) -> PyResult<Bound<'py, PyBytes>> {
-    Ok(PyBytes::new(py, &checkpoint_file::encode(record).map_err(errors::measure)?))
+    Ok(PyBytes::new(
+        py,
+        &checkpoint_file::encode(record).map_err(errors::measure)?,
+    ))
 }
 
 fn decoded(bytes: &[u8]) -> PyResult<Record> {
-    checkpoint_file::decode(bytes).map_err(|error| errors::measure(anyhow::anyhow!("no results: {error}")))
+    checkpoint_file::decode(bytes)
+        .map_err(|error| errors::measure(anyhow::anyhow!("no results: {error}")))
 }
 
 /// Runs a scene with its measures and stages in memory, and returns the record. The run ends early
@@ -68,7 +72,8 @@ pub fn run_scene<'py>(
     if let Some(error) = interrupted {
         return Err(error);
     }
-    let record = ended.map_err(|_| errors::RunError::new_err("the run has ended by an internal error"))?;
+    let record =
+        ended.map_err(|_| errors::RunError::new_err("the run has ended by an internal error"))?;
     encoded(py, &record.map_err(errors::run)?)
 }
 
@@ -77,7 +82,10 @@ pub fn run_scene<'py>(
 pub fn record_of_folder(py: Python<'_>, folder: PathBuf) -> PyResult<Bound<'_, PyBytes>> {
     let path = folder.join(SUMS);
     let read = || -> anyhow::Result<Record> {
-        ensure!(path.exists(), "it has no file '{SUMS}', which `carom run` and `carom merge` write");
+        ensure!(
+            path.exists(),
+            "it has no file '{SUMS}', which `carom run` and `carom merge` write"
+        );
         Record::take(&mut Body::read(&path)?)
     };
     let record = read().with_context(|| format!("{}: no run that has ended", folder.display()));
@@ -86,7 +94,11 @@ pub fn record_of_folder(py: Python<'_>, folder: PathBuf) -> PyResult<Bound<'_, P
 
 /// The runs of both records.
 #[pyfunction]
-pub fn merge_records<'py>(py: Python<'py>, one: &[u8], other: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
+pub fn merge_records<'py>(
+    py: Python<'py>,
+    one: &[u8],
+    other: &[u8],
+) -> PyResult<Bound<'py, PyBytes>> {
     let mut all = decoded(one)?;
     all.merge(decoded(other)?).map_err(errors::measure)?;
     encoded(py, &all)
@@ -100,9 +112,20 @@ fn results(record: &Record) -> (Vec<Table>, Vec<Figure>) {
     }
     let runs = || record.runs.values();
     let measures = || runs().flat_map(|run| &run.measures);
-    let of_measures = measures().flat_map(|measure| &measure.figures).map(|(figure, ..)| figure);
-    let figures = runs().flat_map(|run| &run.figures).chain(of_measures).cloned().collect();
-    (measures().flat_map(|measure| measure.tables.iter().cloned()).collect(), figures)
+    let of_measures = measures()
+        .flat_map(|measure| &measure.figures)
+        .map(|(figure, ..)| figure);
+    let figures = runs()
+        .flat_map(|run| &run.figures)
+        .chain(of_measures)
+        .cloned()
+        .collect();
+    (
+        measures()
+            .flat_map(|measure| measure.tables.iter().cloned())
+            .collect(),
+        figures,
+    )
 }
 
 /// Tables, figures, runs, totals and scene of a record.
@@ -117,7 +140,15 @@ pub fn record_contents<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py
         .into_iter()
         .map(|f| {
             let stationary = f.stationarity.map(|found| found.is_stationary);
-            (f.name, f.value, f.standard_error, f.unit, f.prediction, f.source, stationary)
+            (
+                f.name,
+                f.value,
+                f.standard_error,
+                f.unit,
+                f.prediction,
+                f.source,
+                stationary,
+            )
         })
         .collect();
     all.set_item("figures", figures)?;
@@ -125,8 +156,21 @@ pub fn record_contents<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py
         .runs
         .iter()
         .map(|(key, run)| {
-            let Totals { collisions, simulated_time, energy_drift, overlapping_pairs, .. } = run.totals;
-            (key.seed, key.number, collisions, simulated_time, energy_drift, overlapping_pairs)
+            let Totals {
+                collisions,
+                simulated_time,
+                energy_drift,
+                overlapping_pairs,
+                ..
+            } = run.totals;
+            (
+                key.seed,
+                key.number,
+                collisions,
+                simulated_time,
+                energy_drift,
+                overlapping_pairs,
+            )
         })
         .collect();
     all.set_item("runs", runs)?;
@@ -142,14 +186,30 @@ fn plain_table<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyDic
     plain.set_item("logarithmic", table.spacing == Spacing::Logarithmic)?;
     let columns = PyList::empty(py);
     for column in &table.columns {
-        let values: Vec<f64> = column.values.iter().map(|value| value.unwrap_or(f64::NAN)).collect();
+        let values: Vec<f64> = column
+            .values
+            .iter()
+            .map(|value| value.unwrap_or(f64::NAN))
+            .collect();
         let (role, source) = column.role.words();
         let values = PyArray1::from_vec(py, values);
-        columns.append((&column.name, &column.label, &column.unit, role, source, values))?;
+        columns.append((
+            &column.name,
+            &column.label,
+            &column.unit,
+            role,
+            source,
+            values,
+        ))?;
     }
     plain.set_item("columns", columns)?;
     let level = |level: &carom_tables::Level| {
-        (level.column.clone(), level.label.clone(), level.value, level.source.clone())
+        (
+            level.column.clone(),
+            level.label.clone(),
+            level.value,
+            level.source.clone(),
+        )
     };
     plain.set_item("levels", table.levels.iter().map(level).collect::<Vec<_>>())?;
     Ok(plain)

@@ -48,7 +48,11 @@ impl Watching {
 
     /// Takes the samples that are due at `time`.
     fn sample(&mut self, time: EpochTime, view: &View<'_>) {
-        for tracked in self.measures.iter_mut().filter(|tracked| tracked.is_due(time)) {
+        for tracked in self
+            .measures
+            .iter_mut()
+            .filter(|tracked| tracked.is_due(time))
+        {
             tracked.sample(view);
         }
     }
@@ -80,13 +84,21 @@ pub enum Ended {
 impl State {
     /// A state without measures.
     pub fn new(simulation: AnySimulation, scene: Scene) -> Self {
-        Self { simulation, scene, watching: Watching::default(), pieces: None }
+        Self {
+            simulation,
+            scene,
+            watching: Watching::default(),
+            pieces: None,
+        }
     }
 
     /// The time of the next sample, but not after `until`.
     fn target(&self, until: EpochTime) -> EpochTime {
         let times = self.watching.active().map(Tracked::time);
-        times.fold(until, |earliest, time| if time < earliest { time } else { earliest })
+        times.fold(
+            until,
+            |earliest, time| if time < earliest { time } else { earliest },
+        )
     }
 
     /// The pieces that this state of the run allows.
@@ -124,7 +136,8 @@ impl State {
         while begun.elapsed() < limit {
             let (end, is_whole) = self.next_end(until);
             let before = begun.elapsed();
-            self.simulation.observe_until_epoch_time(end, &mut self.watching)?;
+            self.simulation
+                .observe_until_epoch_time(end, &mut self.watching)?;
             let wall = begun.elapsed() - before;
             if self.end_piece((end, is_whole), wall) && end >= until {
                 return Ok(Ended::AtEnd);

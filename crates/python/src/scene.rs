@@ -17,7 +17,7 @@ use toml::{Table, Value};
 use crate::errors;
 
 /// Deepest nesting of a description; a scene needs less than half.
-const DEEPEST: usize = 16;
+const MAX_DEPTH: usize = 16;
 
 /// The text of a scene from nested dictionaries, lists, numbers and texts.
 #[pyfunction]
@@ -36,15 +36,26 @@ pub fn scene_of_text(text: &str) -> PyResult<String> {
 /// The text of a scene file with all options, and the frame from which its bodies start.
 #[pyfunction]
 pub fn scene_of_file(path: PathBuf) -> PyResult<(String, Option<String>)> {
-    let file = SceneFile { path, until: None, seed: None, from: None, set: Vec::new() };
+    let file = SceneFile {
+        path,
+        until: None,
+        seed: None,
+        from: None,
+        set: Vec::new(),
+    };
     let scene = file.read(None).map_err(errors::scene)?;
-    Ok((scene.to_toml(), scene.start.snapshot.as_deref().map(str::to_owned)))
+    Ok((
+        scene.to_toml(),
+        scene.start.snapshot.as_deref().map(str::to_owned),
+    ))
 }
 
 /// The tables of a scene file as nested dictionaries, lists, numbers and texts.
 #[pyfunction]
 pub fn tables_of<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
-    let table: Table = text.parse().map_err(|error: toml::de::Error| errors::scene(error))?;
+    let table: Table = text
+        .parse()
+        .map_err(|error: toml::de::Error| errors::scene(error))?;
     object_of(py, &Value::Table(table))
 }
 
@@ -56,7 +67,12 @@ pub fn parsed(text: &str, snapshot: Option<String>) -> PyResult<Scene> {
 }
 
 /// Name, meaning, bodies and parameters (name, meaning) of a measure.
-type KindWords = (&'static str, &'static str, &'static str, Vec<(&'static str, &'static str)>);
+type KindWords = (
+    &'static str,
+    &'static str,
+    &'static str,
+    Vec<(&'static str, &'static str)>,
+);
 
 /// All measures.
 #[pyfunction]
@@ -67,15 +83,24 @@ pub fn measure_kinds() -> Vec<KindWords> {
         Of::Pair => "pairs",
         Of::System => "system",
     };
-    let parameters = |kind: &Kind| kind.all_parameters().map(|entry| (entry.name, entry.about)).collect();
-    KINDS.iter().map(|kind| (kind.name, kind.summary, of(kind), parameters(kind))).collect()
+    let parameters = |kind: &Kind| {
+        kind.all_parameters()
+            .map(|entry| (entry.name, entry.about))
+            .collect()
+    };
+    KINDS
+        .iter()
+        .map(|kind| (kind.name, kind.summary, of(kind), parameters(kind)))
+        .collect()
 }
 
 fn table_of(dictionary: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
     let mut table = Table::new();
     for (key, value) in dictionary.iter() {
         let Ok(key) = key.cast::<PyString>() else {
-            return Err(PyTypeError::new_err(format!("the keys of a scene are texts, but one is {key}")));
+            return Err(PyTypeError::new_err(format!(
+                "the keys of a scene are texts, but one is {key}"
+            )));
         };
         if !value.is_none() {
             table.insert(key.to_string(), value_of(&value, depth + 1)?);
@@ -85,16 +110,19 @@ fn table_of(dictionary: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
 }
 
 fn value_of(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
-    if depth > DEEPEST {
-        return Err(errors::SceneError::new_err(format!("a scene is nested at most {DEEPEST} deep")));
+    if depth > MAX_DEPTH {
+        return Err(errors::SceneError::new_err(format!(
+            "a scene is nested at most {MAX_DEPTH} deep"
+        )));
     }
     if let Ok(value) = value.cast::<PyBool>() {
         Ok(Value::Boolean(value.is_true()))
     } else if value.cast::<PyInt>().is_ok() {
         // Larger integers are read as numbers, which the entry then accepts or refuses.
-        Ok(value
-            .extract::<i64>()
-            .map_or(Value::Float(value.extract().unwrap_or(f64::INFINITY)), Value::Integer))
+        Ok(value.extract::<i64>().map_or(
+            Value::Float(value.extract().unwrap_or(f64::INFINITY)),
+            Value::Integer,
+        ))
     } else if let Ok(value) = value.cast::<PyFloat>() {
         Ok(Value::Float(value.value()))
     } else if let Ok(value) = value.cast::<PyString>() {
@@ -102,7 +130,10 @@ fn value_of(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
     } else if let Ok(value) = value.cast::<PyDict>() {
         Ok(Value::Table(table_of(value, depth)?))
     } else if let Ok(list) = value.cast::<PyList>() {
-        let entries: PyResult<Vec<Value>> = list.iter().map(|entry| value_of(&entry, depth + 1)).collect();
+        let entries: PyResult<Vec<Value>> = list
+            .iter()
+            .map(|entry| value_of(&entry, depth + 1))
+            .collect();
         Ok(Value::Array(entries?))
     } else {
         let kind = value.get_type().name()?.to_string();
@@ -121,12 +152,16 @@ fn object_of<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>>
         Value::Datetime(value) => PyString::new(py, &value.to_string()).into_any(),
         Value::Array(values) => {
             let list = PyList::empty(py);
-            values.iter().try_for_each(|value| list.append(object_of(py, value)?))?;
+            values
+                .iter()
+                .try_for_each(|value| list.append(object_of(py, value)?))?;
             list.into_any()
         }
         Value::Table(table) => {
             let dictionary = PyDict::new(py);
-            table.iter().try_for_each(|(key, value)| dictionary.set_item(key, object_of(py, value)?))?;
+            table
+                .iter()
+                .try_for_each(|(key, value)| dictionary.set_item(key, object_of(py, value)?))?;
             dictionary.into_any()
         }
     })

@@ -32,7 +32,7 @@ use pyo3::{
 
 use crate::{
     arrays,
-    collisions::{MOST_ROWS, Rows},
+    collisions::{MAX_ROWS, Rows},
     edits::{self, Change},
     errors, records,
     run_loop::{Ended, State},
@@ -61,16 +61,19 @@ impl Drop for Running<'_> {
 
 impl Core {
     fn of(state: State) -> Self {
-        Self { state: Mutex::new(state), is_running: AtomicBool::new(false) }
+        Self {
+            state: Mutex::new(state),
+            is_running: AtomicBool::new(false),
+        }
     }
 
     fn lock(&self) -> PyResult<MutexGuard<'_, State>> {
         match self.state.try_lock() {
             Ok(state) => Ok(state),
             Err(TryLockError::WouldBlock) => Err(errors::busy()),
-            Err(TryLockError::Poisoned(_)) => {
-                Err(errors::RunError::new_err("an internal error has damaged the simulation: create it anew"))
-            }
+            Err(TryLockError::Poisoned(_)) => Err(errors::RunError::new_err(
+                "an internal error has damaged the simulation: create it anew",
+            )),
         }
     }
 
@@ -83,7 +86,10 @@ impl Core {
 
     /// The end of a run: refused if it is past, too late, or not finite.
     fn end_of_run(&self, until: f64) -> PyResult<EpochTime> {
-        self.lock()?.simulation.end_of_run(until).map_err(errors::run)
+        self.lock()?
+            .simulation
+            .end_of_run(until)
+            .map_err(errors::run)
     }
 
     /// Makes an edit, and informs the measures.
@@ -104,7 +110,9 @@ impl Core {
     }
 
     fn change(&self, py: Python<'_>, ids: &[u64], change: Change<'_>) -> PyResult<()> {
-        self.edit(py, |state| edits::change(&mut state.simulation, ids, change))
+        self.edit(py, |state| {
+            edits::change(&mut state.simulation, ids, change)
+        })
     }
 }
 
@@ -114,14 +122,17 @@ const MAX_PICTURE: u32 = 16_384;
 fn filter(state: &State, between: &[String]) -> PyResult<TagFilter> {
     let view = state.simulation.view();
     let tag = |name: &String| {
-        let unknown = || errors::EditError::new_err(format!("no body or rule has ever had the tag {name:?}"));
+        let unknown =
+            || errors::EditError::new_err(format!("no body or rule has ever had the tag {name:?}"));
         view.tag_names().find(name).ok_or_else(unknown)
     };
     match between {
         [] => Ok(TagFilter::Any),
         [one] => Ok(TagFilter::One(tag(one)?)),
         [one, other] => Ok(TagFilter::Pair(tag(one)?, tag(other)?)),
-        _ => Err(PyValueError::new_err("collisions are between at most two tags")),
+        _ => Err(PyValueError::new_err(
+            "collisions are between at most two tags",
+        )),
     }
 }
 
@@ -133,8 +144,9 @@ impl Core {
         Demand::of(&scene)
             .and_then(|demand| demand.refuse_unless_fits(memory::available()))
             .map_err(errors::scene)?;
-        let method =
-            Method::try_from(&scene.method).map_err(carom::SceneError::from).map_err(errors::scene)?;
+        let method = Method::try_from(&scene.method)
+            .map_err(carom::SceneError::from)
+            .map_err(errors::scene)?;
         let mut interrupted = None;
         // Growth to a dense start may take long.
         let mut look = |_: &Growth| match Python::attach(|py| py.check_signals()) {
@@ -154,8 +166,9 @@ impl Core {
     /// Sets the number of threads of a run of this system.
     fn set_threads(&self, threads: usize) -> PyResult<()> {
         let mut state = self.lock()?;
-        let method =
-            Method::try_from(&state.scene.method).map_err(carom::SceneError::from).map_err(errors::scene)?;
+        let method = Method::try_from(&state.scene.method)
+            .map_err(carom::SceneError::from)
+            .map_err(errors::scene)?;
         state.simulation.set_tiling(&method.tiling(threads));
         Ok(())
     }
@@ -163,14 +176,21 @@ impl Core {
     /// The simulation at the end, or the last checkpoint, of a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let path = if path.is_dir() { path.join(resumable::CHECKPOINT) } else { path };
+        let path = if path.is_dir() {
+            path.join(resumable::CHECKPOINT)
+        } else {
+            path
+        };
         let read = || -> anyhow::Result<State> {
             let (last, data) = resumable::read_state::<Vec<Tracked>>(&path)?;
             let Some(text) = last.what.strip_prefix("run\n") else {
                 anyhow::bail!("it is a run of an experiment, not of a scene");
             };
             let mut scene = carom::Scene::from_toml(text)?;
-            scene.run = carom::engine::RunSpec { until: 1.0, ..scene.run };
+            scene.run = carom::engine::RunSpec {
+                until: 1.0,
+                ..scene.run
+            };
             scene.stage.clear();
             let simulation = AnySimulation::resume(&last.state, &Method::try_from(&scene.method)?)?;
             let mut state = State::new(simulation, scene);
@@ -178,14 +198,17 @@ impl Core {
             Ok(state)
         };
         let state = py.detach(read);
-        state
-            .map(Self::of)
-            .map_err(|error| errors::checkpoint(error.context(format!("cannot load {}", path.display()))))
+        state.map(Self::of).map_err(|error| {
+            errors::checkpoint(error.context(format!("cannot load {}", path.display())))
+        })
     }
 
     fn copy(&self) -> PyResult<Self> {
         let state = self.lock()?;
-        Ok(Self::of(State::new(state.simulation.clone(), state.scene.clone())))
+        Ok(Self::of(State::new(
+            state.simulation.clone(),
+            state.scene.clone(),
+        )))
     }
 
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
@@ -246,12 +269,16 @@ impl Core {
     }
 
     fn ids_of<'py>(&self, py: Python<'py>, tag: &str) -> PyResult<Bound<'py, PyArray1<u64>>> {
-        Ok(PyArray1::from_vec(py, edits::ids_of(&self.lock()?.simulation, tag)?))
+        Ok(PyArray1::from_vec(
+            py,
+            edits::ids_of(&self.lock()?.simulation, tag)?,
+        ))
     }
 
     fn picture(&self, size: u32) -> PyResult<String> {
         if !(1..=MAX_PICTURE).contains(&size) {
-            let words = format!("a picture has a side from 1 to {MAX_PICTURE} pixels, but not {size}");
+            let words =
+                format!("a picture has a side from 1 to {MAX_PICTURE} pixels, but not {size}");
             return Err(PyValueError::new_err(words));
         }
         Ok(picture_of(&self.lock()?.simulation.view(), size))
@@ -263,7 +290,9 @@ impl Core {
         // A copy runs ahead, so that the lock is free meanwhile.
         let ahead = guard.simulation.clone();
         drop(guard);
-        let json = py.detach(move || animation::json(&ahead)).map_err(errors::run)?;
+        let json = py
+            .detach(move || animation::json(&ahead))
+            .map_err(errors::run)?;
         let mut page = Page::new(title, "");
         page.animation(&json, caption);
         Ok(page.html())
@@ -306,10 +335,15 @@ impl Core {
         let until = self.end_of_run(until)?;
         let mut guard = self.lock()?;
         let state: &mut State = &mut guard;
-        state.watching.rows = Rows { filters: vec![TagFilter::Any], ..Rows::default() };
+        state.watching.rows = Rows {
+            filters: vec![TagFilter::Any],
+            ..Rows::default()
+        };
         let ended = loop {
             let ended = py.detach(|| state.step_piece(until));
-            let checked = ended.map_err(errors::run).and_then(|ended| py.check_signals().map(|()| ended));
+            let checked = ended
+                .map_err(errors::run)
+                .and_then(|ended| py.check_signals().map(|()| ended));
             match checked {
                 Ok(Ended::Early) => {}
                 other => break other,
@@ -331,7 +365,10 @@ impl Core {
         let mut guard = self.lock()?;
         let state: &mut State = &mut guard;
         let filters = vec![filter(state, &between)?];
-        state.watching.rows = Rows { filters, ..Rows::default() };
+        state.watching.rows = Rows {
+            filters,
+            ..Rows::default()
+        };
         let ended = loop {
             match py.detach(|| state.run_piece(until)).map_err(errors::run) {
                 Ok(Ended::AtEnd) => break Ok(()),
@@ -341,8 +378,9 @@ impl Core {
             if let Err(error) = py.check_signals() {
                 break Err(error);
             }
-            if state.watching.rows.len() > MOST_ROWS {
-                let words = format!("more than {MOST_ROWS} collisions at once: choose an earlier `until`");
+            if state.watching.rows.len() > MAX_ROWS {
+                let words =
+                    format!("more than {MAX_ROWS} collisions at once: choose an earlier `until`");
                 break Err(errors::RunError::new_err(words));
             }
         };
@@ -361,10 +399,20 @@ impl Core {
         parameters: Vec<(String, f64)>,
     ) -> PyResult<usize> {
         let mut guard = self.lock()?;
-        let State { simulation, scene, watching, .. } = &mut *guard;
+        let State {
+            simulation,
+            scene,
+            watching,
+            ..
+        } = &mut *guard;
         let number = |(key, value)| (key, carom::engine::MeasureParameter::Number(value));
         let parameters = parameters.into_iter().map(number).collect();
-        let spec = MeasureSpec { kind: kind.to_owned(), of, name, parameters };
+        let spec = MeasureSpec {
+            kind: kind.to_owned(),
+            of,
+            name,
+            parameters,
+        };
         let view = simulation.view();
         let measure = SingleMeasure::begin(&spec, every, scene, &view).map_err(errors::measure)?;
         watching.measures.push(Tracked::begin(measure, &view));
@@ -375,11 +423,16 @@ impl Core {
     fn results<'py>(&self, py: Python<'py>, measure: usize) -> PyResult<Bound<'py, PyBytes>> {
         let guard = self.lock()?;
         let Some(tracked) = guard.watching.measures.get(measure) else {
-            return Err(errors::MeasureError::new_err(format!("there is no measure {measure}")));
+            return Err(errors::MeasureError::new_err(format!(
+                "there is no measure {measure}"
+            )));
         };
-        let disturbed =
-            tracked.is_disturbed.then_some("the system is edited after the start of the measurement");
-        let record = tracked.measure.record(&guard.scene, &guard.simulation.view(), disturbed);
+        let disturbed = tracked
+            .is_disturbed
+            .then_some("the system is edited after the start of the measurement");
+        let record = tracked
+            .measure
+            .record(&guard.scene, &guard.simulation.view(), disturbed);
         records::encoded(py, &record)
     }
 
@@ -437,7 +490,9 @@ impl Core {
         energies: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<()> {
         let (ids, energies) = (ids.as_slice()?, energies.as_slice()?);
-        self.edit(py, |state| edits::set_energies(&mut state.simulation, ids, energies))
+        self.edit(py, |state| {
+            edits::set_energies(&mut state.simulation, ids, energies)
+        })
     }
 
     fn set_elasticity(
@@ -476,9 +531,15 @@ impl Core {
         loop {
             let mut guard = self.lock()?;
             let state: &mut State = &mut guard;
-            let filters: PyResult<Vec<TagFilter>> =
-                callbacks.iter().map(|(between, _)| filter(state, between)).collect();
-            state.watching.rows = Rows { filters: filters?, bytes: Vec::new(), admitted: Some(Vec::new()) };
+            let filters: PyResult<Vec<TagFilter>> = callbacks
+                .iter()
+                .map(|(between, _)| filter(state, between))
+                .collect();
+            state.watching.rows = Rows {
+                filters: filters?,
+                bytes: Vec::new(),
+                admitted: Some(Vec::new()),
+            };
             let ended = py.detach(|| state.step_piece(until));
             let rows = std::mem::take(&mut state.watching.rows);
             let view = state.simulation.view();

@@ -34,24 +34,37 @@ const FEW_DECADES: f64 = 2.5;
 impl Axis {
     /// A linear axis.
     pub fn new(label: impl Into<String>, range: (f64, f64)) -> Self {
-        Self { label: label.into(), range, scale: Scale::Linear }
+        Self {
+            label: label.into(),
+            range,
+            scale: Scale::Linear,
+        }
     }
 
     /// A logarithmic axis.
     pub fn logarithmic(label: impl Into<String>, range: (f64, f64)) -> Self {
-        Self { scale: Scale::Logarithmic, ..Self::new(label, range) }
+        Self {
+            scale: Scale::Logarithmic,
+            ..Self::new(label, range)
+        }
     }
 
     /// An axis of names.
     pub fn of_names(label: impl Into<String>, names: Vec<String>) -> Self {
         let range = (-0.5, names.len() as f64 - 0.5);
-        Self { scale: Scale::Names(names), ..Self::new(label, range) }
+        Self {
+            scale: Scale::Names(names),
+            ..Self::new(label, range)
+        }
     }
 
     /// Whether the range is one in which values can be placed.
     pub(crate) fn is_sound(&self) -> bool {
         let (low, high) = self.range;
-        low.is_finite() && high.is_finite() && low < high && (self.scale != Scale::Logarithmic || low > 0.0)
+        low.is_finite()
+            && high.is_finite()
+            && low < high
+            && (self.scale != Scale::Logarithmic || low > 0.0)
     }
 
     /// The place of a value: 0 at the first one, 1 at the last.
@@ -72,20 +85,29 @@ impl Axis {
             Scale::Logarithmic => low * (high / low).powf(factor),
             _ => low + (high - low) * factor,
         };
-        Self { range: (low, high), ..self.clone() }
+        Self {
+            range: (low, high),
+            ..self.clone()
+        }
     }
 
     /// The values at which numbers stand, with their text. `most` is the number of characters that
     /// have room along the axis.
     pub(crate) fn marks(&self, most: f64) -> Vec<(f64, String)> {
         match &self.scale {
-            Scale::Linear => {
-                marks(self.range).into_iter().map(|mark| (mark, tick(mark, self.range))).collect()
-            }
-            Scale::Logarithmic => decades(self.range).into_iter().map(|mark| (mark, power(mark))).collect(),
+            Scale::Linear => marks(self.range)
+                .into_iter()
+                .map(|mark| (mark, tick(mark, self.range)))
+                .collect(),
+            Scale::Logarithmic => decades(self.range)
+                .into_iter()
+                .map(|mark| (mark, power(mark)))
+                .collect(),
             Scale::Names(names) => {
                 let named = names.iter().enumerate().step_by(apart(names, most));
-                named.map(|(index, name)| (index as f64, name.clone())).collect()
+                named
+                    .map(|(index, name)| (index as f64, name.clone()))
+                    .collect()
             }
         }
     }
@@ -94,8 +116,14 @@ impl Axis {
 /// Distance between two names that are written at the axis, so that they do not overlap: 1 if there
 /// is room for all.
 fn apart(names: &[String], most: f64) -> usize {
-    let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
-    (((longest + 1) * names.len()) as f64 / most).ceil().max(1.0) as usize
+    let longest = names
+        .iter()
+        .map(|name| name.chars().count())
+        .max()
+        .unwrap_or(0);
+    (((longest + 1) * names.len()) as f64 / most)
+        .ceil()
+        .max(1.0) as usize
 }
 
 /// Positions of tick marks: 4 to 12 multiples of a round number; multiples of 30 if the axis is a
@@ -103,8 +131,15 @@ fn apart(names: &[String], most: f64) -> usize {
 fn marks((low, high): (f64, f64)) -> Vec<f64> {
     let span = high - low;
     let tenth = 10f64.powf((span / 4.0).log10().floor());
-    let round = [5.0, 2.0, 1.0].into_iter().map(|factor| factor * tenth).find(|step| span / step >= 4.0);
-    let step = if (low, high) == (0.0, 360.0) { 30.0 } else { round.unwrap_or(tenth) };
+    let round = [5.0, 2.0, 1.0]
+        .into_iter()
+        .map(|factor| factor * tenth)
+        .find(|step| span / step >= 4.0);
+    let step = if (low, high) == (0.0, 360.0) {
+        30.0
+    } else {
+        round.unwrap_or(tenth)
+    };
     let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
     (first..=last).map(|index| index as f64 * step).collect()
 }
@@ -116,16 +151,28 @@ fn decades((low, high): (f64, f64)) -> Vec<f64> {
     let (low, high) = (low * (1.0 - 1e-9), high * (1.0 + 1e-9));
     let (first, last) = (low.log10().floor() as i32, high.log10().floor() as i32);
     let every = (last - first).div_euclid(MAX_DECADES) + 1;
-    let factors: &[f64] = if (high / low).log10() < FEW_DECADES { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let factors: &[f64] = if (high / low).log10() < FEW_DECADES {
+        &[1.0, 2.0, 5.0]
+    } else {
+        &[1.0]
+    };
     let decades = (first..=last).filter(|decade| decade.rem_euclid(every) == 0);
-    let all = decades.flat_map(|decade| factors.iter().map(move |factor| factor * 10f64.powi(decade)));
+    let all = decades.flat_map(|decade| {
+        factors
+            .iter()
+            .map(move |factor| factor * 10f64.powi(decade))
+    });
     all.filter(|mark| (low..=high).contains(mark)).collect()
 }
 
 /// A number of a logarithmic axis: a decimal from 0.001 to 10 000, else with an exponent.
 fn power(value: f64) -> String {
     let digits = format!("{value:.0e}");
-    if (0.9e-3..2e4).contains(&value) { digits.parse().unwrap_or(value).to_string() } else { digits }
+    if (0.9e-3..2e4).contains(&value) {
+        digits.parse().unwrap_or(value).to_string()
+    } else {
+        digits
+    }
 }
 
 /// A number at an axis with the digits that the range needs.
@@ -136,16 +183,25 @@ pub(crate) fn tick(value: f64, (low, high): (f64, f64)) -> String {
         return "0".to_owned();
     }
     if !(1e-3..1e5).contains(&largest) {
-        let decimals = (value.abs().log10().floor() + 2.0 - span.log10()).ceil().clamp(2.0, 12.0) as usize;
+        let decimals = (value.abs().log10().floor() + 2.0 - span.log10())
+            .ceil()
+            .clamp(2.0, 12.0) as usize;
         let text = format!("{value:.decimals$e}");
         let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-        let digits =
-            if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
+        let digits = if digits.contains('.') {
+            digits.trim_end_matches('0').trim_end_matches('.')
+        } else {
+            digits
+        };
         return format!("{digits}e{exponent}");
     }
     let decimals = (2.0 - span.log10()).ceil().clamp(0.0, 8.0) as usize;
     let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
 }
 
 /// A curve that changes by less than this share of its value is constant: what changes is rounding,
@@ -159,7 +215,11 @@ pub(crate) fn height(low: f64, high: f64) -> (f64, f64) {
         let room = largest.max(1e-15);
         return (low - room, high + room);
     }
-    let low = if low > 0.0 && low < 0.5 * high { 0.0 } else { low };
+    let low = if low > 0.0 && low < 0.5 * high {
+        0.0
+    } else {
+        low
+    };
     let room = 0.08 * (high - low);
     (if low == 0.0 { 0.0 } else { low - room }, high + room)
 }
@@ -167,7 +227,9 @@ pub(crate) fn height(low: f64, high: f64) -> (f64, f64) {
 /// Least and largest value; `None` without values.
 pub(crate) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.fold(None, |range, value| {
-        Some(range.map_or((value, value), |(low, high): (f64, f64)| (low.min(value), high.max(value))))
+        Some(range.map_or((value, value), |(low, high): (f64, f64)| {
+            (low.min(value), high.max(value))
+        }))
     })
 }
 
@@ -189,12 +251,21 @@ mod tests {
     fn numbers_of_a_logarithmic_axis_are_powers_of_ten_and_on_a_short_one_their_multiples() {
         let near = |found: Vec<f64>, expected: &[f64]| {
             assert_eq!(found.len(), expected.len(), "{found:?}");
-            assert!(found.iter().zip(expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-12), "{found:?}");
+            assert!(
+                found
+                    .iter()
+                    .zip(expected)
+                    .all(|(a, b)| (a / b - 1.0).abs() < 1e-12),
+                "{found:?}"
+            );
         };
         near(decades((0.08, 1.3)), &[0.1, 0.2, 0.5, 1.0]);
         near(decades((0.1, 1000.0)), &[0.1, 1.0, 10.0, 100.0, 1000.0]);
         assert!(decades((1e-30, 1e30)).len() <= 13);
-        assert_eq!([1e-3, 0.5, 1e4, 1e-7, 5e9].map(power), ["0.001", "0.5", "10000", "1e-7", "5e9"]);
+        assert_eq!(
+            [1e-3, 0.5, 1e4, 1e-7, 5e9].map(power),
+            ["0.001", "0.5", "10000", "1e-7", "5e9"]
+        );
     }
 
     #[test]
@@ -217,7 +288,10 @@ mod tests {
         for range in [(0.0, 1e-15), (-3e7, 1.0), (0.0, 4.0), (0.0, 35.0)] {
             let marks = marks(range);
             assert!((4..=12).contains(&marks.len()), "{range:?}: {marks:?}");
-            assert!(marks.iter().all(|mark| (range.0..=range.1).contains(mark)), "{range:?}: {marks:?}");
+            assert!(
+                marks.iter().all(|mark| (range.0..=range.1).contains(mark)),
+                "{range:?}: {marks:?}"
+            );
         }
     }
 }

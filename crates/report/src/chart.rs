@@ -96,7 +96,11 @@ const SAMPLE: f64 = 20.0;
 /// Points of a step function with `values` in equal bins from `first` to `last`.
 pub fn staircase(first: f64, last: f64, values: &[f64]) -> Vec<(f64, f64)> {
     let edge = |index: usize| first + (last - first) * index as f64 / values.len() as f64;
-    values.iter().enumerate().flat_map(|(index, &y)| [(edge(index), y), (edge(index + 1), y)]).collect()
+    values
+        .iter()
+        .enumerate()
+        .flat_map(|(index, &y)| [(edge(index), y), (edge(index + 1), y)])
+        .collect()
 }
 
 /// A corner of the area within the axes.
@@ -108,16 +112,34 @@ struct Corner {
 
 /// The corners, of equal ones the first is taken.
 const CORNERS: [Corner; 4] = [
-    Corner { is_right: true, is_upper: true },
-    Corner { is_right: false, is_upper: true },
-    Corner { is_right: true, is_upper: false },
-    Corner { is_right: false, is_upper: false },
+    Corner {
+        is_right: true,
+        is_upper: true,
+    },
+    Corner {
+        is_right: false,
+        is_upper: true,
+    },
+    Corner {
+        is_right: true,
+        is_upper: false,
+    },
+    Corner {
+        is_right: false,
+        is_upper: false,
+    },
 ];
 
 impl Chart {
     /// A chart of the size of which two fit side by side.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis, layers: Vec<Layer>) -> Self {
-        Self { title: title.into(), x, y, layers, size: BESIDE }
+        Self {
+            title: title.into(),
+            x,
+            y,
+            layers,
+            size: BESIDE,
+        }
     }
 
     /// Draws the chart as SVG. Points outside the axes are drawn at the border.
@@ -132,15 +154,30 @@ impl Chart {
     pub(crate) fn svg_with(&self, more: impl FnOnce(&Plane<'_>, &mut Svg)) -> Result<String> {
         for axis in [&self.x, &self.y] {
             let (low, high) = axis.range;
-            ensure!(axis.is_sound(), "chart '{}': axis '{}' from {low} to {high}", self.title, axis.label);
+            ensure!(
+                axis.is_sound(),
+                "chart '{}': axis '{}' from {low} to {high}",
+                self.title,
+                axis.label
+            );
         }
         let (width, height) = self.size;
         let is_beside = self.entries().count() > MAX_INSIDE;
         let mut svg = Svg::default();
-        let roomy = if is_beside { self.clone() } else { self.with_room_for_legend() };
-        let plane = Plane { chart: &roomy, rectangle: self.rectangle() };
+        let roomy = if is_beside {
+            self.clone()
+        } else {
+            self.with_room_for_legend()
+        };
+        let plane = Plane {
+            chart: &roomy,
+            rectangle: self.rectangle(),
+        };
         plane.draw_axes(&mut svg);
-        roomy.layers.iter().for_each(|layer| plane.draw(layer, &mut svg));
+        roomy
+            .layers
+            .iter()
+            .for_each(|layer| plane.draw(layer, &mut svg));
         more(&plane, &mut svg);
         if is_beside {
             self.legend_beside(&mut svg);
@@ -172,7 +209,11 @@ impl Chart {
 
     /// Width and height of the legend, as shares of the axes.
     fn legend_size(&self) -> [f64; 2] {
-        let longest = self.entries().map(|layer| layer.name.chars().count()).max().unwrap_or(0) as f64;
+        let longest = self
+            .entries()
+            .map(|layer| layer.name.chars().count())
+            .max()
+            .unwrap_or(0) as f64;
         let [left, right, top, bottom] = self.rectangle();
         let width = (SAMPLE + 26.0 + CHARACTER * TEXT * longest) / (right - left);
         let height = (LINE * self.entries().count() as f64 + 16.0) / (bottom - top);
@@ -185,8 +226,9 @@ impl Chart {
         let place = |&(x, y): &(f64, f64)| [self.x.share(x), self.y.share(y)];
         let mut note = |points: &[(f64, f64)]| {
             for ends in points.iter().map(place).collect::<Vec<_>>().windows(2) {
-                let between =
-                    |part: f64| [0, 1].map(|axis| ends[0][axis] + part * (ends[1][axis] - ends[0][axis]));
+                let between = |part: f64| {
+                    [0, 1].map(|axis| ends[0][axis] + part * (ends[1][axis] - ends[0][axis]))
+                };
                 places.extend((0..=8).map(|part| between(f64::from(part) / 8.0)));
             }
         };
@@ -194,10 +236,22 @@ impl Chart {
             match &layer.shape {
                 Shape::Line(points) | Shape::Thin(points) => note(points),
                 Shape::Band(points) => {
-                    note(&points.iter().map(|&(x, low, _)| (x, low)).collect::<Vec<_>>());
-                    note(&points.iter().map(|&(x, _, high)| (x, high)).collect::<Vec<_>>());
+                    note(
+                        &points
+                            .iter()
+                            .map(|&(x, low, _)| (x, low))
+                            .collect::<Vec<_>>(),
+                    );
+                    note(
+                        &points
+                            .iter()
+                            .map(|&(x, _, high)| (x, high))
+                            .collect::<Vec<_>>(),
+                    );
                 }
-                Shape::Bars(bars) => bars.iter().for_each(|&(x, from, to)| note(&[(x, from), (x, to)])),
+                Shape::Bars(bars) => bars
+                    .iter()
+                    .for_each(|&(x, from, to)| note(&[(x, from), (x, to)])),
                 Shape::Dots(points) | Shape::Rings(points) | Shape::Crosses(points) => {
                     for &point in points {
                         note(&[point, point]);
@@ -214,24 +268,44 @@ impl Chart {
             places.iter().filter(near).count()
         };
         let [first, rest @ ..] = CORNERS.map(|corner| (hidden(corner), corner));
-        rest.into_iter().fold(first, |best, corner| if corner.0 < best.0 { corner } else { best })
+        rest.into_iter().fold(
+            first,
+            |best, corner| if corner.0 < best.0 { corner } else { best },
+        )
     }
 
     fn legend_inside(&self, plane: &Plane<'_>, svg: &mut Svg) {
         let [left, right, top, bottom] = plane.rectangle;
-        let longest = self.entries().map(|layer| layer.name.chars().count()).max().unwrap_or(0) as f64;
+        let longest = self
+            .entries()
+            .map(|layer| layer.name.chars().count())
+            .max()
+            .unwrap_or(0) as f64;
         let width = (SAMPLE + 22.0 + CHARACTER * TEXT * longest).min(right - left - 16.0);
         let height = LINE * self.entries().count() as f64 + 8.0;
         let corner = self.freest_corner().1;
-        let x = if corner.is_right { right - 8.0 - width } else { left + 8.0 };
-        let y = if corner.is_upper { top + 8.0 } else { bottom - 8.0 - height };
+        let x = if corner.is_right {
+            right - 8.0 - width
+        } else {
+            left + 8.0
+        };
+        let y = if corner.is_upper {
+            top + 8.0
+        } else {
+            bottom - 8.0 - height
+        };
         svg.raw(&format!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"ground\" \
              fill-opacity=\".85\"/>"
         ));
         svg.rectangle((x, y), (x + width, y + height), Ink::Quiet, "grid");
         for (index, layer) in self.entries().enumerate() {
-            draw_entry(layer, (x + 8.0, y + 4.0 + LINE * (index as f64 + 0.5)), width - SAMPLE - 18.0, svg);
+            draw_entry(
+                layer,
+                (x + 8.0, y + 4.0 + LINE * (index as f64 + 0.5)),
+                width - SAMPLE - 18.0,
+                svg,
+            );
         }
     }
 
@@ -245,7 +319,13 @@ impl Chart {
         }
         if count > MAX_LINES {
             let place = (left, MARGINS[2] + LINE * (MAX_LINES as f64 + 0.5) + 4.5);
-            svg.text(place, Anchor::Start, Ink::Quiet, TEXT, &format!("and {} more", count - MAX_LINES));
+            svg.text(
+                place,
+                Anchor::Start,
+                Ink::Quiet,
+                TEXT,
+                &format!("and {} more", count - MAX_LINES),
+            );
         }
     }
 }
@@ -257,17 +337,31 @@ fn draw_entry(layer: &Layer, (x, y): (f64, f64), width: f64, svg: &mut Svg) {
         Shape::Line(_) => svg.line([(x, y), (x + SAMPLE, y)], layer.ink, "thick"),
         Shape::Thin(_) => svg.line([(x, y), (x + SAMPLE, y)], layer.ink, "thin"),
         Shape::Band(_) => svg.rectangle((x, y - 5.0), (x + SAMPLE, y + 5.0), layer.ink, "area"),
-        Shape::Bars(_) => svg.line([(middle.0, y - 6.0), (middle.0, y + 6.0)], layer.ink, "thick"),
+        Shape::Bars(_) => svg.line(
+            [(middle.0, y - 6.0), (middle.0, y + 6.0)],
+            layer.ink,
+            "thick",
+        ),
         Shape::Dots(_) => svg.circle(middle, 3.6, layer.ink, "fill"),
         Shape::Rings(_) => svg.circle(middle, 5.5, layer.ink, "thin"),
         Shape::Crosses(_) => draw_cross(middle, layer.ink, svg),
     }
     let size = fitting(&layer.name, TEXT, width);
-    svg.text((x + SAMPLE + 6.0, y + 0.35 * size), Anchor::Start, Ink::Text, size, &layer.name);
+    svg.text(
+        (x + SAMPLE + 6.0, y + 0.35 * size),
+        Anchor::Start,
+        Ink::Text,
+        size,
+        &layer.name,
+    );
 }
 
 fn draw_cross((x, y): (f64, f64), ink: Ink, svg: &mut Svg) {
-    svg.path(&format!("M{:.1} {:.1}l8 8m0 -8l-8 8", x - 4.0, y - 4.0), ink, "thin");
+    svg.path(
+        &format!("M{:.1} {:.1}l8 8m0 -8l-8 8", x - 4.0, y - 4.0),
+        ink,
+        "thin",
+    );
 }
 
 /// The area within the axes of a chart.
@@ -298,7 +392,13 @@ impl Plane<'_> {
         let ([left, right, top, bottom], chart) = (self.rectangle, self.chart);
         let (width, height) = chart.size;
         let heading = fitting(&chart.title, HEADING, width - 24.0);
-        svg.text((0.5 * width, 26.0), Anchor::Middle, Ink::Text, heading, &chart.title);
+        svg.text(
+            (0.5 * width, 26.0),
+            Anchor::Middle,
+            Ink::Text,
+            heading,
+            &chart.title,
+        );
         let characters = |length: f64| length / (CHARACTER * TEXT);
         for (mark, text) in chart.x.marks(characters(right - left)) {
             let x = self.x(mark);
@@ -309,13 +409,30 @@ impl Plane<'_> {
             let y = self.y(mark);
             svg.line([(left, y), (right, y)], Ink::Quiet, "grid");
             let size = fitting(&text, TEXT, left - 32.0);
-            svg.text((left - 7.0, y + 0.35 * size), Anchor::End, Ink::Quiet, size, &text);
+            svg.text(
+                (left - 7.0, y + 0.35 * size),
+                Anchor::End,
+                Ink::Quiet,
+                size,
+                &text,
+            );
         }
-        svg.line([(left, top), (left, bottom), (right, bottom)], Ink::Quiet, "thin");
+        svg.line(
+            [(left, top), (left, bottom), (right, bottom)],
+            Ink::Quiet,
+            "thin",
+        );
         let labels = [&chart.x, &chart.y].map(|axis| in_parentheses(&axis.label));
         // One size for both labels, so that neither looks like a note.
-        let size = fitting(&labels[0], LABEL, width - 24.0).min(fitting(&labels[1], LABEL, height - 16.0));
-        svg.text((0.5 * (left + right), bottom + 42.0), Anchor::Middle, Ink::Text, size, &labels[0]);
+        let size =
+            fitting(&labels[0], LABEL, width - 24.0).min(fitting(&labels[1], LABEL, height - 16.0));
+        svg.text(
+            (0.5 * (left + right), bottom + 42.0),
+            Anchor::Middle,
+            Ink::Text,
+            size,
+            &labels[0],
+        );
         svg.upwards((20.0, 0.5 * (top + bottom)), Ink::Text, size, &labels[1]);
     }
 
@@ -334,9 +451,15 @@ impl Plane<'_> {
                     svg.line([self.at((x, from)), self.at((x, to))], ink, "thin");
                 }
             }
-            Shape::Dots(points) => points.iter().for_each(|&at| svg.circle(self.at(at), 3.6, ink, "fill")),
-            Shape::Rings(points) => points.iter().for_each(|&at| svg.circle(self.at(at), 6.0, ink, "thin")),
-            Shape::Crosses(points) => points.iter().for_each(|&at| draw_cross(self.at(at), ink, svg)),
+            Shape::Dots(points) => points
+                .iter()
+                .for_each(|&at| svg.circle(self.at(at), 3.6, ink, "fill")),
+            Shape::Rings(points) => points
+                .iter()
+                .for_each(|&at| svg.circle(self.at(at), 6.0, ink, "thin")),
+            Shape::Crosses(points) => points
+                .iter()
+                .for_each(|&at| draw_cross(self.at(at), ink, svg)),
         }
     }
 }
@@ -348,20 +471,48 @@ mod tests {
     fn chart(points: &[(f64, f64)]) -> Chart {
         let axis = || Axis::new("t <time>", (0.0, 1.0));
         let shape = Shape::Line(points.to_vec());
-        let layers = vec![Layer { name: "measured".to_owned(), ink: Ink::Blue, shape }];
+        let layers = vec![Layer {
+            name: "measured".to_owned(),
+            ink: Ink::Blue,
+            shape,
+        }];
         Chart::new("a & b", axis(), axis(), layers)
     }
 
     #[test]
     fn points_at_any_distance_are_drawn_at_the_border() {
-        let svg =
-            chart(&[(-1e300, 0.5), (0.5, 1e300), (f64::MAX, -f64::MAX), (f64::NAN, 0.0)]).svg().unwrap();
-        assert!(svg.contains("a &amp; b") && svg.contains("t &lt;time&gt;") && svg.contains("measured"));
+        let svg = chart(&[
+            (-1e300, 0.5),
+            (0.5, 1e300),
+            (f64::MAX, -f64::MAX),
+            (f64::NAN, 0.0),
+        ])
+        .svg()
+        .unwrap();
+        assert!(
+            svg.contains("a &amp; b") && svg.contains("t &lt;time&gt;") && svg.contains("measured")
+        );
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
         assert!(chart(&[]).svg().is_ok());
-        let empty = Chart { x: Axis::new("x", (1.0, 1.0)), ..chart(&[]) };
-        assert!(empty.svg().unwrap_err().to_string().contains("axis 'x' from 1 to 1"));
-        assert!(Chart { y: Axis::logarithmic("y", (0.0, 1.0)), ..chart(&[]) }.svg().is_err());
+        let empty = Chart {
+            x: Axis::new("x", (1.0, 1.0)),
+            ..chart(&[])
+        };
+        assert!(
+            empty
+                .svg()
+                .unwrap_err()
+                .to_string()
+                .contains("axis 'x' from 1 to 1")
+        );
+        assert!(
+            Chart {
+                y: Axis::logarithmic("y", (0.0, 1.0)),
+                ..chart(&[])
+            }
+            .svg()
+            .is_err()
+        );
     }
 
     #[test]
@@ -373,7 +524,10 @@ mod tests {
         assert_eq!(corner(&[(0.0, 1.0), (1.0, 0.0)]), (true, true));
         assert_eq!(corner(&[(0.0, 0.0), (1.0, 1.0)]), (false, true));
         assert_eq!(corner(&[(0.0, 1.0), (1.0, 1.0)]), (true, false));
-        assert_eq!(corner(&[(0.0, 1.0), (1.0, 1.0), (1.0, 0.0)]), (false, false));
+        assert_eq!(
+            corner(&[(0.0, 1.0), (1.0, 1.0), (1.0, 0.0)]),
+            (false, false)
+        );
     }
 
     #[test]
@@ -386,16 +540,27 @@ mod tests {
     #[test]
     fn many_entries_are_beside_the_chart_and_bounded() {
         let mut many = chart(&[(0.0, 0.0), (1.0, 1.0)]);
-        let layer = |index| Layer { name: format!("curve {index}"), ..many.layers[0].clone() };
+        let layer = |index| Layer {
+            name: format!("curve {index}"),
+            ..many.layers[0].clone()
+        };
         many.layers = (0..40).map(layer).collect();
         let svg = many.svg().unwrap();
-        assert!(svg.contains("width=\"790\"") && svg.contains("and 23 more") && !svg.contains("curve 17<"));
+        assert!(
+            svg.contains("width=\"790\"")
+                && svg.contains("and 23 more")
+                && !svg.contains("curve 17<")
+        );
     }
 
     #[test]
     fn every_shape_is_drawn_with_its_entry() {
         let shapes = [
-            (Shape::Band(vec![(0.0, 0.1, 0.2), (1.0, 0.2, 0.4)]), "area", 2),
+            (
+                Shape::Band(vec![(0.0, 0.1, 0.2), (1.0, 0.2, 0.4)]),
+                "area",
+                2,
+            ),
             (Shape::Dots(vec![(0.5, 0.5)]), "<circle", 2),
             (Shape::Rings(vec![(0.5, 0.5)]), "<circle", 2),
             (Shape::Crosses(vec![(0.5, 0.5)]), "l8 8m0 -8l-8 8", 2),
@@ -411,6 +576,9 @@ mod tests {
 
     #[test]
     fn a_step_function_has_two_points_a_bin() {
-        assert_eq!(staircase(0.0, 2.0, &[5.0, 7.0]), [(0.0, 5.0), (1.0, 5.0), (1.0, 7.0), (2.0, 7.0)]);
+        assert_eq!(
+            staircase(0.0, 2.0, &[5.0, 7.0]),
+            [(0.0, 5.0), (1.0, 5.0), (1.0, 7.0), (2.0, 7.0)]
+        );
     }
 }

@@ -15,7 +15,7 @@ const BAR: f64 = 2.0;
 const GUIDES: &str = "crosses: not judged";
 
 /// Space left and right of the points, as a share of their range.
-const ROOM: f64 = 0.05;
+const MARGIN: f64 = 0.05;
 
 /// The quantity that is varied.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,12 +78,23 @@ impl ErrorBars {
             value.x.is_finite() && value.y.is_finite() && is_placed
         };
         let mut values = self.values().peekable();
-        ensure!(values.peek().is_some(), "chart '{}' has no points", self.title);
+        ensure!(
+            values.peek().is_some(),
+            "chart '{}' has no points",
+            self.title
+        );
         for value in values {
             ensure!(sound(value), "chart '{}': {value:?}", self.title);
         }
         let (title, x, y) = (self.title.clone(), self.horizontal(), self.vertical());
-        Chart { title, x, y, layers: self.layers(), size: BESIDE }.svg()
+        Chart {
+            title,
+            x,
+            y,
+            layers: self.layers(),
+            size: BESIDE,
+        }
+        .svg()
     }
 
     fn values(&self) -> impl Iterator<Item = &Value> {
@@ -95,14 +106,36 @@ impl ErrorBars {
         let is_one = self.curves.len() == 1;
         let is_predicted = self.values().any(|value| value.prediction.is_some());
         let mut layers = Vec::new();
-        let mut add = |name: &str, ink, shape| layers.push(Layer { name: name.to_owned(), ink, shape });
+        let mut add = |name: &str, ink, shape| {
+            layers.push(Layer {
+                name: name.to_owned(),
+                ink,
+                shape,
+            })
+        };
         // One entry for all predictions, and one for all guides.
-        let (mut rings, mut crosses) = (if is_one { "predicted" } else { "rings: predicted" }, GUIDES);
-        for (index, curve) in self.curves.iter().enumerate().filter(|(_, curve)| !curve.values.is_empty()) {
+        let (mut rings, mut crosses) = (
+            if is_one {
+                "predicted"
+            } else {
+                "rings: predicted"
+            },
+            GUIDES,
+        );
+        for (index, curve) in self
+            .curves
+            .iter()
+            .enumerate()
+            .filter(|(_, curve)| !curve.values.is_empty())
+        {
             let ink = Ink::of_curve(index, self.curves.len());
             let theory = if is_one { Ink::Vermillion } else { ink };
             let of = |part: fn(&Value) -> Option<f64>| -> Vec<(f64, f64)> {
-                curve.values.iter().filter_map(|value| Some((value.x, part(value)?))).collect()
+                curve
+                    .values
+                    .iter()
+                    .filter_map(|value| Some((value.x, part(value)?)))
+                    .collect()
             };
             let (predicted, guides) = (of(|value| value.prediction), of(|value| value.guide));
             if !predicted.is_empty() {
@@ -118,8 +151,16 @@ impl ErrorBars {
                 let half = BAR * value.error?;
                 Some((value.x, value.y - half, value.y + half))
             };
-            add("", ink, Shape::Bars(curve.values.iter().filter_map(bar).collect()));
-            let name = if curve.name.is_empty() && is_predicted { "measured" } else { &curve.name };
+            add(
+                "",
+                ink,
+                Shape::Bars(curve.values.iter().filter_map(bar).collect()),
+            );
+            let name = if curve.name.is_empty() && is_predicted {
+                "measured"
+            } else {
+                &curve.name
+            };
             add(name, ink, Shape::Dots(of(|value| Some(value.y))));
         }
         layers
@@ -130,12 +171,19 @@ impl ErrorBars {
         match &self.abscissa {
             Abscissa::Names(names) => Axis::of_names(&self.x_label, names.clone()),
             Abscissa::Linear => {
-                let room = if high > low { ROOM * (high - low) } else { 0.5 * high.abs().max(1e-300) };
+                let room = if high > low {
+                    MARGIN * (high - low)
+                } else {
+                    0.5 * high.abs().max(1e-300)
+                };
                 Axis::new(&self.x_label, (low - room, high + room))
             }
             Abscissa::Logarithmic => {
-                let room = (high / low).powf(ROOM).max(1.12);
-                Axis { scale: Scale::Logarithmic, ..Axis::new(&self.x_label, (low / room, high * room)) }
+                let room = (high / low).powf(MARGIN).max(1.12);
+                Axis {
+                    scale: Scale::Logarithmic,
+                    ..Axis::new(&self.x_label, (low / room, high * room))
+                }
             }
         }
     }
@@ -144,7 +192,10 @@ impl ErrorBars {
         let heights = self.values().flat_map(|value| {
             let half = BAR * value.error.unwrap_or(0.0);
             let theory = [value.prediction, value.guide];
-            [Some(value.y - half), Some(value.y + half)].into_iter().chain(theory).flatten()
+            [Some(value.y - half), Some(value.y + half)]
+                .into_iter()
+                .chain(theory)
+                .flatten()
         });
         let (low, high) = range(heights.filter(|height| height.is_finite())).unwrap_or_default();
         Axis::new(&self.y_label, height(low, high))
@@ -156,8 +207,13 @@ mod tests {
     use super::*;
 
     fn chart(abscissa: &Abscissa, curves: usize) -> ErrorBars {
-        let value =
-            |x: f64| Value { x, y: 2.0 * x, error: Some(0.1), prediction: Some(2.1 * x), guide: None };
+        let value = |x: f64| Value {
+            x,
+            y: 2.0 * x,
+            error: Some(0.1),
+            prediction: Some(2.1 * x),
+            guide: None,
+        };
         let curve = |index| Curve {
             name: format!("curve <{index}>"),
             values: [0.0, 1.0, 2.0]
@@ -177,11 +233,24 @@ mod tests {
     fn every_value_has_a_dot_a_bar_and_a_ring() {
         let names = Abscissa::Names(["disc", "rod", "tee"].map(str::to_owned).to_vec());
         let many = (Abscissa::Linear, 8);
-        for (abscissa, curves) in [(Abscissa::Linear, 1), (Abscissa::Logarithmic, 3), (names, 2), many] {
+        for (abscissa, curves) in [
+            (Abscissa::Linear, 1),
+            (Abscissa::Logarithmic, 3),
+            (names, 2),
+            many,
+        ] {
             let svg = chart(&abscissa, curves).svg().unwrap();
             // Two circles a value, one for each name in the legend, and one for the predictions.
-            assert_eq!(svg.matches("<circle").count(), 2 * 3 * curves + curves + 1, "{abscissa:?}");
-            assert!(svg.contains("curve &lt;0&gt;") && svg.contains("predicted") && !svg.contains("NaN"));
+            assert_eq!(
+                svg.matches("<circle").count(),
+                2 * 3 * curves + curves + 1,
+                "{abscissa:?}"
+            );
+            assert!(
+                svg.contains("curve &lt;0&gt;")
+                    && svg.contains("predicted")
+                    && !svg.contains("NaN")
+            );
             assert_eq!(svg.contains("rod"), matches!(abscissa, Abscissa::Names(_)));
         }
     }

@@ -25,12 +25,22 @@ pub enum Ink {
 }
 
 /// Ends and middle of the colours of more curves than [`Ink::CURVES`], from the first to the last.
-const SEQUENCE: [[f64; 3]; 3] = [[60.0, 10.0, 110.0], [30.0, 145.0, 140.0], [215.0, 170.0, 20.0]];
+const SEQUENCE: [[f64; 3]; 3] = [
+    [60.0, 10.0, 110.0],
+    [30.0, 145.0, 140.0],
+    [215.0, 170.0, 20.0],
+];
 
 impl Ink {
     /// The colours of curves, in order: those of the kinds of bodies in pictures.
-    pub const CURVES: [Self; 6] =
-        [Self::Blue, Self::Green, Self::Orange, Self::Purple, Self::Sky, Self::Text];
+    pub const CURVES: [Self; 6] = [
+        Self::Blue,
+        Self::Green,
+        Self::Orange,
+        Self::Purple,
+        Self::Sky,
+        Self::Text,
+    ];
 
     /// The colour of one of `count` curves: one of [`Self::CURVES`], or of many curves one of a
     /// sequence.
@@ -88,8 +98,14 @@ mod tests {
 
     #[test]
     fn many_curves_have_different_colours() {
-        let inks: Vec<String> = (0..40).map(|curve| Ink::of_curve(curve, 40).drawn("fill")).collect();
-        assert!(inks.iter().enumerate().all(|(index, ink)| !inks[..index].contains(ink)));
+        let inks: Vec<String> = (0..40)
+            .map(|curve| Ink::of_curve(curve, 40).drawn("fill"))
+            .collect();
+        assert!(
+            inks.iter()
+                .enumerate()
+                .all(|(index, ink)| !inks[..index].contains(ink))
+        );
         assert_eq!(Ink::of_curve(0, 6), Ink::Blue);
     }
 }

@@ -29,10 +29,20 @@ pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
         svg.circle(centre, radius, Ink::Quiet, "area");
         // The probe never touches this atom.
         let is_hidden = hidden.contains(&index);
-        let (ink, style) = if is_hidden { (Ink::Purple, "dashed") } else { (Ink::Quiet, "thin") };
+        let (ink, style) = if is_hidden {
+            (Ink::Purple, "dashed")
+        } else {
+            (Ink::Quiet, "thin")
+        };
         svg.circle(centre, radius, ink, style);
         let size = 0.9 * radius;
-        svg.text((centre.0, centre.1 + 0.35 * size), Anchor::Middle, Ink::Text, size, &name(index));
+        svg.text(
+            (centre.0, centre.1 + 0.35 * size),
+            Anchor::Middle,
+            Ink::Text,
+            size,
+            &name(index),
+        );
     }
     for arc in region.arcs() {
         // Two halves: an SVG arc of a full turn has no direction.
@@ -56,17 +66,28 @@ pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
 
 /// Letter of an atom by its index; its number beyond the alphabet.
 pub fn name(index: usize) -> String {
-    ('A'..='Z').chain('a'..='z').nth(index).map_or_else(|| index.to_string(), String::from)
+    ('A'..='Z')
+        .chain('a'..='z')
+        .nth(index)
+        .map_or_else(|| index.to_string(), String::from)
 }
 
 /// Arrows along x′ and y′ through the centre of mass at the centre of the picture.
 fn axes(svg: &mut Svg) {
     let (middle, end) = (0.5 * SIDE, SIDE - 14.0);
-    let along =
-        [(14.0, middle), (end, middle), (end - 9.0, middle - 5.0), (end, middle), (end - 9.0, middle + 5.0)];
+    let along = [
+        (14.0, middle),
+        (end, middle),
+        (end - 9.0, middle - 5.0),
+        (end, middle),
+        (end - 9.0, middle + 5.0),
+    ];
     svg.line(along, Ink::Quiet, "thin");
     svg.line(along.map(|(x, y)| (y, SIDE - x)), Ink::Quiet, "thin");
-    for (place, name) in [((end - 9.0, middle + 22.0), "x′"), ((middle + 22.0, 24.0), "y′")] {
+    for (place, name) in [
+        ((end - 9.0, middle + 22.0), "x′"),
+        ((middle + 22.0, 24.0), "y′"),
+    ] {
         svg.text(place, Anchor::Middle, Ink::Text, 18.0, name);
     }
 }
@@ -82,7 +103,9 @@ mod tests {
         let region = ExcludedRegion::of(&tee, 0.01).unwrap();
         let picture = svg(&tee, &region, 0.01);
         let drawn = |picture: &str, element: &str| {
-            picture[picture.find("</style>").unwrap()..].matches(element).count()
+            picture[picture.find("</style>").unwrap()..]
+                .matches(element)
+                .count()
         };
         // An area and an outline for each of five atoms and for the probe.
         assert_eq!(drawn(&picture, "<circle"), 12);

@@ -11,7 +11,8 @@ use std::fmt::Write as _;
 
 use base64::{Engine as _, prelude::BASE64_STANDARD};
 use carom_tables::{
-    Check, Figure, OneRun, Totals, grouped, in_parentheses, named, predicted, two_digits, with_error,
+    Check, Figure, OneRun, Totals, grouped, in_parentheses, named, predicted, two_digits,
+    with_error,
 };
 use sha2::{Digest as _, Sha256};
 
@@ -61,7 +62,16 @@ impl Page {
         let (title, lead) = (title.to_owned(), lead.to_owned());
         let [verdict, errors, notes] = [const { String::new() }; 3];
         let (checks, parts) = (Vec::new(), Parts::default());
-        Self { title, lead, verdict, errors, notes, checks, parts, part: Part::Results }
+        Self {
+            title,
+            lead,
+            verdict,
+            errors,
+            notes,
+            checks,
+            parts,
+            part: Part::Results,
+        }
     }
 
     /// Sets the verdict: the answer in a sentence, above everything else. The default is the result
@@ -102,7 +112,8 @@ impl Page {
 
     /// Adds the commands that run it again, to their own part of the page.
     pub fn code(&mut self, text: &str) {
-        self.parts.push(Part::Again, &format!("<pre>{}</pre>\n", escape(text)));
+        self.parts
+            .push(Part::Again, &format!("<pre>{}</pre>\n", escape(text)));
     }
 
     /// Adds a file that opens on demand, to the part with the commands.
@@ -118,16 +129,24 @@ impl Page {
     /// Adds links to files, by their path relative to the page, to the part with the data.
     pub fn links<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
         let links: Vec<String> = paths.into_iter().map(link).collect();
-        self.parts.push(Part::Data, &format!("<p class=\"files\">{}</p>\n", links.join(" · ")));
+        self.parts.push(
+            Part::Data,
+            &format!("<p class=\"files\">{}</p>\n", links.join(" · ")),
+        );
     }
 
     /// Adds a table of files, by their path relative to the page, and what they hold, to the part
     /// with the data.
     pub fn files(&mut self, files: &[(String, String)]) {
-        let mut html = "<div class=\"wide\"><table>\n<tr><th>file</th><th>content</th></tr>\n".to_owned();
+        let mut html =
+            "<div class=\"wide\"><table>\n<tr><th>file</th><th>content</th></tr>\n".to_owned();
         for (path, content) in files {
-            let _ =
-                writeln!(html, "<tr><td>{}</td><td class=\"text\">{}</td></tr>", link(path), escape(content));
+            let _ = writeln!(
+                html,
+                "<tr><td>{}</td><td class=\"text\">{}</td></tr>",
+                link(path),
+                escape(content)
+            );
         }
         html.push_str("</table></div>\n");
         self.parts.push(Part::Data, &html);
@@ -135,9 +154,14 @@ impl Page {
 
     /// Adds SVG pictures, each with a caption.
     pub fn pictures(&mut self, layout: Layout, pictures: &[(&str, &str)]) {
-        let figures = pictures.iter().map(|(svg, caption)| figure(svg, &escape(caption)));
+        let figures = pictures
+            .iter()
+            .map(|(svg, caption)| figure(svg, &escape(caption)));
         let figures: String = figures.collect();
-        self.push(&format!("<div class=\"{}\">\n{figures}</div>\n", layout.class()));
+        self.push(&format!(
+            "<div class=\"{}\">\n{figures}</div>\n",
+            layout.class()
+        ));
     }
 
     /// Adds charts side by side, each with its caption and a link to its data.
@@ -155,7 +179,10 @@ impl Page {
             figure(&chart.svg, &caption)
         });
         let figures: String = figures.collect();
-        self.push(&format!("<div class=\"{}\">\n{figures}</div>\n", Layout::Beside.class()));
+        self.push(&format!(
+            "<div class=\"{}\">\n{figures}</div>\n",
+            Layout::Beside.class()
+        ));
     }
 
     /// Adds an animation from the data that `carom-runs` records, to a part of its own.
@@ -185,19 +212,33 @@ impl Page {
 
     /// Adds a table of figures with units, errors, predictions and sources.
     pub fn figures(&mut self, figures: &[Figure]) {
-        let has_tests = figures.iter().any(|figure| figure.smallest_difference.is_some());
-        let least = if has_tests { "<th>smallest difference that would have been found</th>" } else { "" };
+        let has_tests = figures
+            .iter()
+            .any(|figure| figure.smallest_difference.is_some());
+        let least = if has_tests {
+            "<th>smallest difference that would have been found</th>"
+        } else {
+            ""
+        };
         let mut html = format!(
             "<div class=\"wide\"><table>\n<tr><th>figure (unit)</th><th>measured</th>\
              <th>predicted</th>{least}<th>source of the prediction</th></tr>\n"
         );
         for figure in figures {
             let measured = grouped(&with_error(figure.value, figure.standard_error));
-            let predicted =
-                figure.prediction.map_or_else(|| "–".to_owned(), |value| grouped(&predicted(value, figure)));
-            let least = figure.smallest_difference.map(|least| grouped(&with_error(two_digits(least), None)));
+            let predicted = figure.prediction.map_or_else(
+                || "–".to_owned(),
+                |value| grouped(&predicted(value, figure)),
+            );
+            let least = figure
+                .smallest_difference
+                .map(|least| grouped(&with_error(two_digits(least), None)));
             let least = least.unwrap_or_else(|| "–".to_owned());
-            let least = if has_tests { format!("<td class=\"number\">{least}</td>") } else { String::new() };
+            let least = if has_tests {
+                format!("<td class=\"number\">{least}</td>")
+            } else {
+                String::new()
+            };
             let _ = writeln!(
                 html,
                 "<tr><td class=\"name\">{}</td><td class=\"number\">{measured}</td>\
@@ -216,7 +257,10 @@ impl Page {
         let html = facts_html(&[
             ("simulated time", number(totals.simulated_time)),
             ("collisions", totals.collisions.to_string()),
-            ("collisions per processor second", format!("{:.0}", totals.collisions_per_second)),
+            (
+                "collisions per processor second",
+                format!("{:.0}", totals.collisions_per_second),
+            ),
             ("energy drift, relative", number(totals.energy_drift)),
             ("overlapping pairs", totals.overlapping_pairs.to_string()),
             ("deepest overlap (diameters)", number(totals.max_overlap)),
@@ -231,7 +275,12 @@ impl Page {
             let (seconds, rate) = (format!("{:.1}", run.cpu_seconds), format!("{rate:.2}"));
             vec![run.name.clone(), run.collisions.to_string(), seconds, rate]
         };
-        let header = ["run", "collisions", "processor time (s)", "collisions (millions per second)"];
+        let header = [
+            "run",
+            "collisions",
+            "processor time (s)",
+            "collisions (millions per second)",
+        ];
         let html = table_html(&header, &runs.iter().map(row).collect::<Vec<_>>());
         // The times differ between runs of the same bits.
         self.push(&html.replace("<tr><td", "<tr class=\"speed\"><td"));
@@ -243,7 +292,11 @@ impl Page {
             "<div class=\"wide\"><table>\n<tr><th>check</th><th>found</th><th>at most</th><th>result</th></tr>\n"
                 .to_owned();
         for check in checks {
-            let (class, word) = if check.passed { ("good", "passed") } else { ("bad", "failed") };
+            let (class, word) = if check.passed {
+                ("good", "passed")
+            } else {
+                ("bad", "failed")
+            };
             let [found, allowed] =
                 [check.found, check.allowed].map(|value| grouped(&with_error(value, None)));
             let _ = writeln!(
@@ -294,7 +347,7 @@ impl Layout {
 
 /// A cell with more characters than this is text and may break into lines. Less: numbers with their
 /// errors break. More: text makes the table wider than the page.
-const LONGEST_NUMBER: usize = 24;
+const MAX_NUMBER: usize = 24;
 
 /// The scripts of a page.
 const THEME: &str = include_str!("theme.js");
@@ -324,7 +377,10 @@ fn policy() -> String {
 
 /// The hash of a script as a source of a Content-Security-Policy: `'sha256-…'`.
 fn hash_source(script: &str) -> String {
-    format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(script)))
+    format!(
+        "'sha256-{}'",
+        BASE64_STANDARD.encode(Sha256::digest(script))
+    )
 }
 
 /// Sets the content of a page, which this or an earlier version wrote, in the present layout;
@@ -335,7 +391,10 @@ pub fn relaid(html: &str) -> Option<String> {
     let (_, main) = html.split_once("<main>")?;
     let (main, _) = main.rsplit_once("<footer>")?;
     let (_, body) = main.split_once("</button>")?;
-    Some(laid_out(title, &format!("{}\n", with_present_player(body.trim()))))
+    Some(laid_out(
+        title,
+        &format!("{}\n", with_present_player(body.trim())),
+    ))
 }
 
 /// Elements of a page with the player of this version: the policy of the page allows no other.
@@ -359,7 +418,8 @@ pub fn checks_in_words(checks: &[Check]) -> String {
         [] if count == 1 => "The check passed.".to_owned(),
         [] => format!("All {count} checks passed."),
         [first, rest @ ..] => {
-            let [found, allowed] = [first.found, first.allowed].map(|value| with_error(value, None));
+            let [found, allowed] =
+                [first.found, first.allowed].map(|value| with_error(value, None));
             let others = if rest.is_empty() { "" } else { " first" };
             let name = first.name.replace('_', " ");
             format!(
@@ -385,11 +445,17 @@ fn figure(svg: &str, caption: &str) -> String {
     let svg = match inert_svg::fault(svg) {
         None => svg.to_owned(),
         Some(fault) => {
-            format!("<p class=\"note error\">This picture is not shown: {}.</p>", escape(&fault))
+            format!(
+                "<p class=\"note error\">This picture is not shown: {}.</p>",
+                escape(&fault)
+            )
         }
     };
-    let caption =
-        if caption.is_empty() { String::new() } else { format!("<figcaption>{caption}</figcaption>\n") };
+    let caption = if caption.is_empty() {
+        String::new()
+    } else {
+        format!("<figcaption>{caption}</figcaption>\n")
+    };
     format!("<figure>\n<div class=\"picture\">{svg}</div>\n{caption}</figure>\n")
 }
 
@@ -400,13 +466,17 @@ const LONG_HEADER: usize = 28;
 fn table_html(header: &[&str], rows: &[Vec<String>]) -> String {
     let mut html = "<div class=\"wide\"><table>\n<tr>".to_owned();
     for name in header {
-        let class = if name.chars().count() > LONG_HEADER { " class=\"long\"" } else { "" };
+        let class = if name.chars().count() > LONG_HEADER {
+            " class=\"long\""
+        } else {
+            ""
+        };
         let _ = write!(html, "<th{class}>{}</th>", escape(&in_parentheses(name)));
     }
     for row in rows {
         html.push_str("</tr>\n<tr>");
         for (column, cell) in row.iter().enumerate() {
-            let is_text = cell.chars().count() > LONGEST_NUMBER;
+            let is_text = cell.chars().count() > MAX_NUMBER;
             let class = match (column, is_text) {
                 (_, true) => " class=\"text\"",
                 (0, false) => "",
@@ -478,7 +548,12 @@ mod tests {
     #[test]
     fn text_in_a_table_may_break_into_lines_but_numbers_may_not() {
         let mut page = Page::new("", "");
-        let row = ["name", "350.62 ± 0.12", "no end in the processor time allowed"].map(str::to_owned);
+        let row = [
+            "name",
+            "350.62 ± 0.12",
+            "no end in the processor time allowed",
+        ]
+        .map(str::to_owned);
         page.table(&["a", "b", "c"], &[row.to_vec()]);
         let cells = "<td>name</td><td class=\"number\">350.62 ± 0.12</td><td class=\"text\">no end";
         assert!(page.html().contains(cells));
@@ -494,7 +569,10 @@ mod tests {
         page.heading("Results");
         page.paragraph("12345678 collisions");
         page.part(Part::Answer);
-        page.table(&["seed", "count"], &[vec!["12345".to_owned(), "12345".to_owned()]]);
+        page.table(
+            &["seed", "count"],
+            &[vec!["12345".to_owned(), "12345".to_owned()]],
+        );
         page.note("A note.");
         page.error("An error.");
         page.verdict("All is well.");
@@ -513,8 +591,10 @@ mod tests {
             "<h2>Checks",
             "one thing",
         ];
-        let places: Vec<usize> =
-            order.iter().map(|text| html.find(text).unwrap_or_else(|| panic!("no {text}"))).collect();
+        let places: Vec<usize> = order
+            .iter()
+            .map(|text| html.find(text).unwrap_or_else(|| panic!("no {text}")))
+            .collect();
         assert!(places.is_sorted(), "{places:?}");
     }
 
@@ -530,11 +610,19 @@ mod tests {
         let mut page = Page::new("Title", "Lead");
         page.animation("{}", "moving");
         let html = page.html();
-        let (_, policy) = html.split_once("Content-Security-Policy\" content=\"").unwrap();
+        let (_, policy) = html
+            .split_once("Content-Security-Policy\" content=\"")
+            .unwrap();
         let policy = policy.split_once('"').unwrap().0;
-        assert!(policy.contains("default-src 'none'") && !policy.contains("script-src 'unsafe"), "{policy}");
-        let scripts: Vec<&str> =
-            html.split("<script>").skip(1).filter_map(|rest| Some(rest.split_once("</script>")?.0)).collect();
+        assert!(
+            policy.contains("default-src 'none'") && !policy.contains("script-src 'unsafe"),
+            "{policy}"
+        );
+        let scripts: Vec<&str> = html
+            .split("<script>")
+            .skip(1)
+            .filter_map(|rest| Some(rest.split_once("</script>")?.0))
+            .collect();
         assert_eq!(scripts.len(), 2);
         for script in scripts {
             assert!(policy.contains(&hash_source(script)), "{script}");
@@ -548,12 +636,22 @@ mod tests {
     fn a_picture_with_a_script_is_not_shown() {
         let mut page = Page::new("Title", "Lead");
         let evil = "<?xml?><svg><script>alert(1)</script></svg>";
-        page.charts(&[DataChart { svg: evil.to_owned(), caption: String::new(), file: "a.svg".to_owned() }]);
+        page.charts(&[DataChart {
+            svg: evil.to_owned(),
+            caption: String::new(),
+            file: "a.svg".to_owned(),
+        }]);
         page.pictures(Layout::Full, &[("<svg onload=\"alert(1)\"></svg>", "")]);
         let html = page.html();
         assert!(!html.contains("alert(1)"), "{html}");
-        assert!(html.contains("not shown: it has the element &lt;script&gt;"), "{html}");
-        assert!(html.contains("not shown: it has the attribute onload"), "{html}");
+        assert!(
+            html.contains("not shown: it has the element &lt;script&gt;"),
+            "{html}"
+        );
+        assert!(
+            html.contains("not shown: it has the attribute onload"),
+            "{html}"
+        );
     }
 
     #[test]

@@ -127,7 +127,13 @@ impl Column {
     pub fn paragraph(&mut self, ink: Ink, size: f64, text: &str) {
         for line in wrapped(text, (WIDTH - 32.0) / (CHARACTER_OF_PARAGRAPH * size)) {
             self.height += 1.4 * size;
-            self.body.text((16.0, self.height - 0.3 * size), Anchor::Start, ink, size, &line);
+            self.body.text(
+                (16.0, self.height - 0.3 * size),
+                Anchor::Start,
+                ink,
+                size,
+                &line,
+            );
         }
     }
 
@@ -139,7 +145,10 @@ impl Column {
     /// Draws SVG elements whose origin is at the left end of the present height, and that take
     /// `height` (pixels).
     pub fn drawing(&mut self, elements: &str, height: f64) {
-        self.body.raw(&format!("<g transform=\"translate(0 {:.1})\">{elements}</g>", self.height));
+        self.body.raw(&format!(
+            "<g transform=\"translate(0 {:.1})\">{elements}</g>",
+            self.height
+        ));
         self.height += height;
     }
 
@@ -152,7 +161,13 @@ impl Column {
             Vertical::Scale(_) => (LEFT, HEIGHT),
             Vertical::Rows(rows) => (LEFT_OF_ROWS, ROW * rows.len() as f64),
         };
-        let place = Place { left, right: WIDTH - RIGHT, top, bottom: top + height, panel };
+        let place = Place {
+            left,
+            right: WIDTH - RIGHT,
+            top,
+            bottom: top + height,
+            panel,
+        };
         self.axes(&place);
         self.panels += 1;
         self.body.raw(&format!(
@@ -187,11 +202,18 @@ impl Column {
             }
             let y = self.height - 9.0;
             match sample {
-                Sample::Line(ink, stroke) => self.body.line([(x, y), (x + 24.0, y)], *ink, stroke.style()),
-                Sample::Area(ink) => self.body.rectangle((x, y - 6.0), (x + 24.0, y + 6.0), *ink, "area"),
+                Sample::Line(ink, stroke) => {
+                    self.body
+                        .line([(x, y), (x + 24.0, y)], *ink, stroke.style())
+                }
+                Sample::Area(ink) => {
+                    self.body
+                        .rectangle((x, y - 6.0), (x + 24.0, y + 6.0), *ink, "area")
+                }
                 Sample::Point(ink, point) => point.draw((x + 12.0, y), *ink, &mut self.body),
             }
-            self.body.text((x + 30.0, y + 5.0), Anchor::Start, Ink::Quiet, size, name);
+            self.body
+                .text((x + 30.0, y + 5.0), Anchor::Start, Ink::Quiet, size, name);
             x += width;
         }
     }
@@ -202,18 +224,41 @@ impl Column {
         for (mark, text) in x.marks((place.right - place.left) / (CHARACTER * size)) {
             let at = place.x(mark);
             svg.line([(at, place.top), (at, place.bottom)], Ink::Quiet, "grid");
-            svg.text((at, place.bottom + 17.0), Anchor::Middle, Ink::Quiet, size, &text);
+            svg.text(
+                (at, place.bottom + 17.0),
+                Anchor::Middle,
+                Ink::Quiet,
+                size,
+                &text,
+            );
         }
         let middle = 0.5 * (place.left + place.right);
-        svg.text((middle, place.bottom + 36.0), Anchor::Middle, Ink::Text, TEXT, &x.label);
+        svg.text(
+            (middle, place.bottom + 36.0),
+            Anchor::Middle,
+            Ink::Text,
+            TEXT,
+            &x.label,
+        );
         match y {
             Vertical::Scale(axis) => {
                 for (mark, text) in axis.marks((place.bottom - place.top) / (CHARACTER * size)) {
                     let at = place.y(mark);
                     svg.line([(place.left, at), (place.right, at)], Ink::Quiet, "grid");
-                    svg.text((place.left - 6.0, at + 4.5), Anchor::End, Ink::Quiet, size, &text);
+                    svg.text(
+                        (place.left - 6.0, at + 4.5),
+                        Anchor::End,
+                        Ink::Quiet,
+                        size,
+                        &text,
+                    );
                 }
-                svg.upwards((18.0, 0.5 * (place.top + place.bottom)), Ink::Text, TEXT, &axis.label);
+                svg.upwards(
+                    (18.0, 0.5 * (place.top + place.bottom)),
+                    Ink::Text,
+                    TEXT,
+                    &axis.label,
+                );
             }
             Vertical::Rows(rows) => {
                 for (index, name) in rows.iter().enumerate() {
@@ -222,7 +267,12 @@ impl Column {
                 }
             }
         }
-        svg.rectangle((place.left, place.top), (place.right, place.bottom), Ink::Quiet, "thin");
+        svg.rectangle(
+            (place.left, place.top),
+            (place.right, place.bottom),
+            Ink::Quiet,
+            "thin",
+        );
     }
 }
 
@@ -242,7 +292,11 @@ impl Point {
             Self::Disc => svg.circle((x, y), 3.2, ink, "fill"),
             Self::Ring => svg.circle((x, y), 4.5, ink, "thin"),
             Self::Diamond => {
-                svg.path(&format!("M{x:.1} {:.1}l5.5 5.5l-5.5 5.5l-5.5 -5.5z", y - 5.5), ink, "fill");
+                svg.path(
+                    &format!("M{x:.1} {:.1}l5.5 5.5l-5.5 5.5l-5.5 -5.5z", y - 5.5),
+                    ink,
+                    "fill",
+                );
             }
         }
     }
@@ -270,12 +324,22 @@ mod tests {
     fn panel(y: Vertical, marks: Vec<Mark>) -> Panel {
         let x = Axis::new("t (time)", (0.0, 1.0));
         let legend = vec![(Sample::Line(Ink::Blue, Stroke::Thick), "a & b".to_owned())];
-        Panel { title: "one <panel>".to_owned(), x, y, marks, legend }
+        Panel {
+            title: "one <panel>".to_owned(),
+            x,
+            y,
+            marks,
+            legend,
+        }
     }
 
     #[test]
     fn marks_far_outside_are_clipped_and_nothing_is_not_a_number() {
-        let line = Mark::Line(Ink::Blue, Stroke::Thin, vec![(-1e300, 0.0), (f64::NAN, 0.5), (0.5, 1e300)]);
+        let line = Mark::Line(
+            Ink::Blue,
+            Stroke::Thin,
+            vec![(-1e300, 0.0), (f64::NAN, 0.5), (0.5, 1e300)],
+        );
         let points = Mark::Points(Ink::Green, Point::Disc, vec![(2.0, 0.0), (0.5, -1e9)]);
         let axis = Axis::new("gap (length)", (-1.0, 1.0));
         let mut column = Column::default();
@@ -288,7 +352,11 @@ mod tests {
 
     #[test]
     fn marks_closer_than_a_line_are_drawn_once() {
-        let ticks = Mark::Ticks(Ink::Text, 0, (0..100_000).map(|index| f64::from(index) * 1e-5).collect());
+        let ticks = Mark::Ticks(
+            Ink::Text,
+            0,
+            (0..100_000).map(|index| f64::from(index) * 1e-5).collect(),
+        );
         let mut column = Column::default();
         column.panel(&panel(Vertical::Rows(vec!["row".to_owned()]), vec![ticks]));
         assert!(column.svg().len() < 20_000);

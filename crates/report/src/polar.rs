@@ -37,14 +37,30 @@ impl Polar {
     /// # Errors
     /// A value that is not finite.
     pub fn svg(&self) -> Result<String> {
-        let values = || self.curves.iter().flat_map(|(_, _, values)| values.iter().copied());
-        let is_sound = values().chain(self.errors.iter().copied()).all(f64::is_finite);
-        ensure!(is_sound, "polar chart '{}': a value is not finite", self.title);
+        let values = || {
+            self.curves
+                .iter()
+                .flat_map(|(_, _, values)| values.iter().copied())
+        };
+        let is_sound = values()
+            .chain(self.errors.iter().copied())
+            .all(f64::is_finite);
+        ensure!(
+            is_sound,
+            "polar chart '{}': a value is not finite",
+            self.title
+        );
         let largest = values().chain(self.band(1.0)).fold(0.0, f64::max);
         let rim = if largest > 0.0 { 1.05 * largest } else { 1.0 };
         let mut svg = Svg::default();
         let heading = fitting(&self.title, HEADING, WIDTH - 24.0);
-        svg.text((0.5 * WIDTH, 26.0), Anchor::Middle, Ink::Text, heading, &self.title);
+        svg.text(
+            (0.5 * WIDTH, 26.0),
+            Anchor::Middle,
+            Ink::Text,
+            heading,
+            &self.title,
+        );
         draw_grid(&mut svg, rim);
         let on = |(turn, value): (f64, f64)| on_circle(value / rim * RIM, turn);
         if let Some((_, ink, _)) = self.curves.first().filter(|_| !self.errors.is_empty()) {
@@ -64,7 +80,13 @@ impl Polar {
         for (name, ink, _) in &self.curves {
             y += LINE;
             svg.line([(200.0, y - 4.5), (222.0, y - 4.5)], *ink, "thick");
-            svg.text((230.0, y), Anchor::Start, Ink::Text, fitting(name, TEXT, WIDTH - 240.0), name);
+            svg.text(
+                (230.0, y),
+                Anchor::Start,
+                Ink::Text,
+                fitting(name, TEXT, WIDTH - 240.0),
+                name,
+            );
         }
         Ok(svg.finish((WIDTH, y + 16.0), true))
     }
@@ -72,7 +94,11 @@ impl Polar {
     /// The first curve shifted by its error, at least 0.
     fn band(&self, sign: f64) -> Vec<f64> {
         let first = self.curves.first().map_or(&[][..], |(_, _, values)| values);
-        first.iter().zip(&self.errors).map(|(value, error)| (value + sign * error).max(0.0)).collect()
+        first
+            .iter()
+            .zip(&self.errors)
+            .map(|(value, error)| (value + sign * error).max(0.0))
+            .collect()
     }
 }
 
@@ -86,12 +112,24 @@ fn draw_grid(svg: &mut Svg, rim: f64) {
         let turn = f64::from(spoke) / 12.0;
         svg.line([CENTRE, on_circle(RIM, turn)], Ink::Quiet, "grid");
         let (x, y) = on_circle(1.09 * RIM, turn);
-        svg.text((x, y + 4.5), Anchor::Middle, Ink::Quiet, TEXT, &format!("{}°", 30 * spoke));
+        svg.text(
+            (x, y + 4.5),
+            Anchor::Middle,
+            Ink::Quiet,
+            TEXT,
+            &format!("{}°", 30 * spoke),
+        );
     }
     for ring in 1..=4 {
         let share = f64::from(ring) / 4.0;
         let (x, y) = on_circle(share * RIM, 0.25);
-        svg.text((x + 4.0, y - 3.0), Anchor::Start, Ink::Quiet, TEXT, &tick(share * rim, (0.0, rim)));
+        svg.text(
+            (x + 4.0, y - 3.0),
+            Anchor::Start,
+            Ink::Quiet,
+            TEXT,
+            &tick(share * rim, (0.0, rim)),
+        );
     }
 }
 

@@ -54,14 +54,17 @@ pub fn row(poses: &[Pose]) -> String {
 
 fn draw(pose: &Pose, middle: DVec2, svg: &mut String) {
     // The rectangle that holds both bounding circles.
-    let [low, high] =
-        pose.circles.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], (centre, radius)| {
-            [low.min(*centre - *radius), high.max(*centre + *radius)]
-        });
+    let [low, high] = pose.circles.iter().fold(
+        [DVec2::INFINITY, DVec2::NEG_INFINITY],
+        |[low, high], (centre, radius)| [low.min(*centre - *radius), high.max(*centre + *radius)],
+    );
     let scale = (SIDE - 2.0 * NAME) / (high - low).max_element();
     let centre = 0.5 * (low + high);
     let place = |point: DVec2| middle + DVec2::new(point.x - centre.x, centre.y - point.y) * scale;
-    for (body, (name, ink)) in [("A", Ink::Blue), ("B", Ink::Vermillion)].into_iter().enumerate() {
+    for (body, (name, ink)) in [("A", Ink::Blue), ("B", Ink::Vermillion)]
+        .into_iter()
+        .enumerate()
+    {
         let mut disc = |(point, radius): Disc, style: &str, least: f64| {
             let at = place(point);
             let _ = writeln!(
@@ -95,7 +98,9 @@ fn draw(pose: &Pose, middle: DVec2, svg: &mut String) {
 
 /// An arrow of fixed length from the centre of B.
 fn arrow(from: DVec2, velocity: DVec2, svg: &mut String) {
-    let Some(along) = DVec2::new(velocity.x, -velocity.y).try_normalize() else { return };
+    let Some(along) = DVec2::new(velocity.x, -velocity.y).try_normalize() else {
+        return;
+    };
     let to = from + 34.0 * along;
     let [left, right] = [along.perp(), -along.perp()].map(|side| to - 8.0 * along + 4.5 * side);
     let _ = writeln!(
@@ -121,7 +126,10 @@ mod tests {
     fn all_atoms_and_circles_are_inside_the_row() {
         let pose = Pose {
             label: ["start".to_owned(), "t = 0".to_owned()],
-            atoms: [vec![(DVec2::ZERO, 1.0)], vec![(DVec2::new(1e6, 3.0), 1.0), (DVec2::new(1e6, 1.0), 1.0)]],
+            atoms: [
+                vec![(DVec2::ZERO, 1.0)],
+                vec![(DVec2::new(1e6, 3.0), 1.0), (DVec2::new(1e6, 1.0), 1.0)],
+            ],
             circles: [(DVec2::ZERO, 1.0), (DVec2::new(1e6, 2.0), 2.0)],
             velocity: DVec2::NEG_X,
         };

@@ -81,9 +81,17 @@ impl Scatter {
     /// There are no points, or a coordinate has no logarithm.
     pub fn svg(&self) -> Result<String> {
         let sound = |value: f64| value.is_finite() && value > 0.0;
-        ensure!(!self.points.is_empty(), "chart '{}' has no points", self.title);
+        ensure!(
+            !self.points.is_empty(),
+            "chart '{}' has no points",
+            self.title
+        );
         for point in &self.points {
-            ensure!(sound(point.x) && sound(point.y), "chart '{}': {point:?}", self.title);
+            ensure!(
+                sound(point.x) && sound(point.y),
+                "chart '{}': {point:?}",
+                self.title
+            );
         }
         let tops = self.points.iter().map(|point| match point.mark {
             Mark::UpTo(top) => top,
@@ -106,13 +114,26 @@ impl Scatter {
     /// The front, and for each family its lines, bounds and points.
     fn layers(&self, (bottom, top): (f64, f64)) -> Vec<Layer> {
         let mut layers = Vec::new();
-        let mut add = |name: &str, ink, shape| layers.push(Layer { name: name.to_owned(), ink, shape });
+        let mut add = |name: &str, ink, shape| {
+            layers.push(Layer {
+                name: name.to_owned(),
+                ink,
+                shape,
+            })
+        };
         add("", Ink::Quiet, Shape::Thin(self.front.clone()));
         for (index, family) in self.families.iter().enumerate() {
             let ink = ink_of(index);
-            let own = || self.points.iter().filter(move |point| point.family == index);
+            let own = || {
+                self.points
+                    .iter()
+                    .filter(move |point| point.family == index)
+            };
             let of = |is: fn(&Mark) -> bool| -> Vec<(f64, f64)> {
-                own().filter(|point| is(&point.mark)).map(|point| (point.x, point.y)).collect()
+                own()
+                    .filter(|point| is(&point.mark))
+                    .map(|point| (point.x, point.y))
+                    .collect()
             };
             let joined = of(|mark| matches!(mark, Mark::Joined | Mark::Published | Mark::Line));
             let dots = of(|mark| matches!(mark, Mark::Measured | Mark::Joined | Mark::UpTo(_)));
@@ -123,10 +144,22 @@ impl Scatter {
                 Mark::Measured | Mark::Joined | Mark::Published | Mark::Line => None,
             };
             let is_curve = dots.is_empty() && rings.is_empty();
-            add(if is_curve && !joined.is_empty() { family } else { "" }, ink, Shape::Thin(joined));
+            add(
+                if is_curve && !joined.is_empty() {
+                    family
+                } else {
+                    ""
+                },
+                ink,
+                Shape::Thin(joined),
+            );
             add("", ink, Shape::Bars(own().filter_map(bar).collect()));
             let named = |is_named: bool| if is_named { family.as_str() } else { "" };
-            add(named(dots.is_empty() && !rings.is_empty()), ink, Shape::Rings(rings));
+            add(
+                named(dots.is_empty() && !rings.is_empty()),
+                ink,
+                Shape::Rings(rings),
+            );
             add(named(!dots.is_empty()), ink, Shape::Dots(dots));
         }
         layers
@@ -140,10 +173,15 @@ impl Scatter {
             .map(|point| plane.at((point.x, point.y)))
             .map(|(x, y)| (x.round() as i32, y.round() as i32))
             .collect();
-        let labels: Vec<&str> = self.points.iter().map(|point| point.label.as_str()).collect();
+        let labels: Vec<&str> = self
+            .points
+            .iter()
+            .map(|point| point.label.as_str())
+            .collect();
         let [.., top, bottom] = plane.rectangle;
-        for (index, (left, top)) in
-            beside(&places, &labels, &(top as i32..bottom as i32)).into_iter().enumerate()
+        for (index, (left, top)) in beside(&places, &labels, &(top as i32..bottom as i32))
+            .into_iter()
+            .enumerate()
         {
             if labels[index].is_empty() {
                 continue;
@@ -155,7 +193,8 @@ impl Scatter {
             if (top + HEIGHT / 2 - y).abs() > HEIGHT {
                 let right = left + LETTER * labels[index].chars().count() as i32;
                 let end = if left > x { left - 2 } else { right + 2 };
-                let line = [(x, y), (end, top + HEIGHT / 2)].map(|(x, y)| (f64::from(x), f64::from(y)));
+                let line =
+                    [(x, y), (end, top + HEIGHT / 2)].map(|(x, y)| (f64::from(x), f64::from(y)));
                 svg.line(line, ink, "faint");
             }
         }
@@ -164,7 +203,14 @@ impl Scatter {
 
 /// The colour of a family.
 fn ink_of(family: usize) -> Ink {
-    const INKS: [Ink; 6] = [Ink::Blue, Ink::Vermillion, Ink::Green, Ink::Orange, Ink::Purple, Ink::Sky];
+    const INKS: [Ink; 6] = [
+        Ink::Blue,
+        Ink::Vermillion,
+        Ink::Green,
+        Ink::Orange,
+        Ink::Purple,
+        Ink::Sky,
+    ];
     INKS[family % INKS.len()]
 }
 
@@ -184,12 +230,21 @@ const REACH: i32 = 80;
 /// Positions of labels: to the right of their points, or else to the left, shifted up or down
 /// within `rows` until they cover no other label or point.
 fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32, i32)> {
-    let mut taken: Vec<[i32; 4]> = places.iter().map(|&(x, y)| [x - 5, y - 5, x + 5, y + 5]).collect();
+    let mut taken: Vec<[i32; 4]> = places
+        .iter()
+        .map(|&(x, y)| [x - 5, y - 5, x + 5, y + 5])
+        .collect();
     let mut found = Vec::new();
     for (&(x, y), label) in places.iter().zip(labels) {
         let width = LETTER * label.chars().count() as i32;
-        let at =
-            |(left, shift): (i32, i32)| [left, y - HEIGHT / 2 + shift, left + width, y + HEIGHT / 2 + shift];
+        let at = |(left, shift): (i32, i32)| {
+            [
+                left,
+                y - HEIGHT / 2 + shift,
+                left + width,
+                y + HEIGHT / 2 + shift,
+            ]
+        };
         let free = |rectangle: &[i32; 4]| {
             let inside = rows.start <= rectangle[1] && rectangle[3] <= rows.end;
             inside
@@ -202,7 +257,9 @@ fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32
         };
         let sides = [x + 10, x - 10 - width];
         let shifts = || (0..REACH).flat_map(|step| [3 * step, -3 * step]);
-        let mut tried = sides.into_iter().flat_map(|left| shifts().map(move |shift| at((left, shift))));
+        let mut tried = sides
+            .into_iter()
+            .flat_map(|left| shifts().map(move |shift| at((left, shift))));
         let rectangle = tried.find(free).unwrap_or(at((sides[0], 0)));
         if !label.is_empty() {
             taken.push(rectangle);
@@ -214,8 +271,9 @@ fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32
 
 /// Smallest range of whole decades that holds all values.
 fn whole_decades(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let (low, high) =
-        values.fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
     let decade = |value: f64, rounded: fn(f64) -> f64| 10f64.powf(rounded(value.log10()));
     (decade(0.8 * low, f64::floor), decade(1.2 * high, f64::ceil))
 }
@@ -230,15 +288,27 @@ mod tests {
             x_label: "time".to_owned(),
             y_label: "error".to_owned(),
             families: vec!["Exact".to_owned()],
-            points: vec![Point { family: 0, label: "default".to_owned(), x: 1.0, y, mark }],
+            points: vec![Point {
+                family: 0,
+                label: "default".to_owned(),
+                x: 1.0,
+                y,
+                mark,
+            }],
             front: vec![(1.0, y)],
         }
     }
 
     #[test]
     fn points_are_labelled_and_zero_is_refused() {
-        let marks =
-            [Mark::Measured, Mark::Joined, Mark::Published, Mark::Line, Mark::AtMost, Mark::UpTo(1e-9)];
+        let marks = [
+            Mark::Measured,
+            Mark::Joined,
+            Mark::Published,
+            Mark::Line,
+            Mark::AtMost,
+            Mark::UpTo(1e-9),
+        ];
         for mark in marks {
             let svg = scatter(1e-15, mark).svg().unwrap();
             assert!(svg.contains("default") && svg.contains("Exact") && !svg.contains("NaN"));
@@ -249,8 +319,20 @@ mod tests {
 
     #[test]
     fn the_front_holds_the_points_that_no_other_dominates() {
-        let point = |x, y| Point { family: 0, label: String::new(), x, y, mark: Mark::Measured };
-        let points = [point(2.0, 1.0), point(1.0, 3.0), point(1.5, 4.0), point(3.0, 1.0), point(4.0, 0.5)];
+        let point = |x, y| Point {
+            family: 0,
+            label: String::new(),
+            x,
+            y,
+            mark: Mark::Measured,
+        };
+        let points = [
+            point(2.0, 1.0),
+            point(1.0, 3.0),
+            point(1.5, 4.0),
+            point(3.0, 1.0),
+            point(4.0, 0.5),
+        ];
         assert_eq!(pareto(&points), [(1.0, 3.0), (2.0, 1.0), (4.0, 0.5)]);
     }
 
@@ -258,11 +340,16 @@ mod tests {
     fn labels_do_not_cover_each_other() {
         let places = [(100, 100); 5];
         let labels = ["one", "two", "three", "four", "five"];
-        let mut tops: Vec<i32> =
-            beside(&places, &labels, &(95..400)).into_iter().map(|(_, top)| top).collect();
+        let mut tops: Vec<i32> = beside(&places, &labels, &(95..400))
+            .into_iter()
+            .map(|(_, top)| top)
+            .collect();
         tops.sort_unstable();
         assert!(tops[0] >= 95, "no label leaves the chart: {tops:?}");
-        assert!(tops.windows(2).all(|pair| pair[1] - pair[0] >= HEIGHT - 1), "{tops:?}");
+        assert!(
+            tops.windows(2).all(|pair| pair[1] - pair[0] >= HEIGHT - 1),
+            "{tops:?}"
+        );
     }
 
     /// As in a scene of discs, where all exact settings have one upper bound and nearly one time,
@@ -274,9 +361,13 @@ mod tests {
         let found = beside(&places, &labels, &(60..520));
         let width = LETTER * labels[0].chars().count() as i32;
         for (index, one) in found.iter().enumerate() {
-            assert!(one.1 >= 60 && one.1 + HEIGHT - 1 <= 520, "{one:?} is in the chart");
+            assert!(
+                one.1 >= 60 && one.1 + HEIGHT - 1 <= 520,
+                "{one:?} is in the chart"
+            );
             for other in &found[..index] {
-                let apart = (one.0 - other.0).abs() > width || (one.1 - other.1).abs() >= HEIGHT - 1;
+                let apart =
+                    (one.0 - other.0).abs() > width || (one.1 - other.1).abs() >= HEIGHT - 1;
                 assert!(apart, "{one:?} and {other:?}");
             }
         }

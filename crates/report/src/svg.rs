@@ -36,7 +36,13 @@ pub(crate) struct Svg {
 impl Svg {
     /// A text with its baseline at a place.
     pub fn text(&mut self, (x, y): (f64, f64), anchor: Anchor, ink: Ink, size: f64, text: &str) {
-        self.placed(&format!("x=\"{x:.1}\" y=\"{y:.1}\""), anchor, ink, size, text);
+        self.placed(
+            &format!("x=\"{x:.1}\" y=\"{y:.1}\""),
+            anchor,
+            ink,
+            size,
+            text,
+        );
     }
 
     /// A text that runs upwards, with the middle of its baseline at a place.
@@ -52,7 +58,10 @@ impl Svg {
             Anchor::End => " text-anchor=\"end\"",
         };
         let (ink, text) = (ink.drawn("fill"), escape(text));
-        let _ = writeln!(self.body, "<text {place} font-size=\"{size:.1}\"{anchor} {ink}>{text}</text>");
+        let _ = writeln!(
+            self.body,
+            "<text {place} font-size=\"{size:.1}\"{anchor} {ink}>{text}</text>"
+        );
     }
 
     /// A path by its data.
@@ -92,7 +101,10 @@ impl Svg {
     /// A circle.
     pub fn circle(&mut self, (x, y): (f64, f64), radius: f64, ink: Ink, style: &str) {
         let ink = ink.drawn(style);
-        let _ = writeln!(self.body, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" {ink}/>");
+        let _ = writeln!(
+            self.body,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" {ink}/>"
+        );
     }
 
     /// Elements that are written already.
@@ -104,8 +116,11 @@ impl Svg {
     /// The whole picture on a ground of the theme (pixels). With a fixed size it is not drawn
     /// larger.
     pub fn finish(self, (width, height): (f64, f64), is_fixed: bool) -> String {
-        let size =
-            if is_fixed { format!("width=\"{width:.0}\" height=\"{height:.0}\" ") } else { String::new() };
+        let size = if is_fixed {
+            format!("width=\"{width:.0}\" height=\"{height:.0}\" ")
+        } else {
+            String::new()
+        };
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" {size}viewBox=\"0 0 {width:.0} {height:.0}\" \
              font-family=\"sans-serif\">\n{STYLE}\n<rect width=\"100%\" height=\"100%\" class=\"ground\"/>\n{}</svg>\n",
@@ -117,7 +132,10 @@ impl Svg {
 /// The data of a path through points; what is not a number is left out.
 fn through(points: impl IntoIterator<Item = (f64, f64)>) -> String {
     let mut path = String::new();
-    for (x, y) in points.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite()) {
+    for (x, y) in points
+        .into_iter()
+        .filter(|(x, y)| x.is_finite() && y.is_finite())
+    {
         let letter = if path.is_empty() { 'M' } else { 'L' };
         let _ = write!(path, "{letter}{x:.1} {y:.1}");
     }

@@ -13,7 +13,7 @@ use crate::{
 
 /// Most points of a line; of longer columns every second, third, … value is drawn. More: pages of
 /// long runs grow to many megabytes.
-const MOST_POINTS: usize = 4000;
+const MAX_POINTS: usize = 4000;
 
 /// Half width of an error band, in standard errors.
 const BAND: f64 = 2.0;
@@ -25,14 +25,24 @@ const BAND: f64 = 2.0;
 /// A chart cannot be drawn.
 pub fn charts(table: &Table) -> Result<Vec<String>> {
     let table = &table.as_drawn();
-    let Some(abscissa) = table.columns.iter().find(|column| column.role == Role::Abscissa) else {
+    let Some(abscissa) = table
+        .columns
+        .iter()
+        .find(|column| column.role == Role::Abscissa)
+    else {
         return Ok(Vec::new());
     };
     let mut groups: Vec<Vec<&Column>> = Vec::new();
     for column in &table.columns {
-        let begins = column.role.is_curve() && groups.last().is_none_or(|group| group[0].unit != column.unit);
+        let begins = column.role.is_curve()
+            && groups
+                .last()
+                .is_none_or(|group| group[0].unit != column.unit);
         match groups.last_mut() {
-            _ if matches!(column.role, Role::Abscissa | Role::Count | Role::Undrawn | Role::Width) => {}
+            _ if matches!(
+                column.role,
+                Role::Abscissa | Role::Count | Role::Undrawn | Role::Width
+            ) => {}
             Some(group) if !begins => group.push(column),
             _ => groups.push(vec![column]),
         }
@@ -61,21 +71,40 @@ pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>
     let (mut bands, mut lines, mut points, mut found) = (Vec::new(), Vec::new(), Vec::new(), None);
     for (index, (name, table)) in tables.iter().enumerate() {
         let table = table.as_drawn();
-        let Some(abscissa) = table.columns.iter().find(|column| column.role == Role::Abscissa) else {
+        let Some(abscissa) = table
+            .columns
+            .iter()
+            .find(|column| column.role == Role::Abscissa)
+        else {
             continue;
         };
-        let Some(place) = table.columns.iter().position(|other| other.name == column) else { continue };
-        let (places, ink) = (Places::of(abscissa, table.spacing), Ink::of_curve(index, tables.len()));
+        let Some(place) = table.columns.iter().position(|other| other.name == column) else {
+            continue;
+        };
+        let (places, ink) = (
+            Places::of(abscissa, table.spacing),
+            Ink::of_curve(index, tables.len()),
+        );
         let value = &table.columns[place];
-        if let Some(errors) = table.columns.get(place + 1).filter(|next| next.role == Role::StandardError) {
-            let band = |points| Layer { name: String::new(), ink, shape: Shape::Band(points) };
+        if let Some(errors) = table
+            .columns
+            .get(place + 1)
+            .filter(|next| next.role == Role::StandardError)
+        {
+            let band = |points| Layer {
+                name: String::new(),
+                ink,
+                shape: Shape::Band(points),
+            };
             bands.extend(places.band(value, errors).into_iter().map(band));
         }
         points.extend(places.points(value));
         lines.extend(curve(name, ink, places.curve(value)));
         found.get_or_insert((table.clone(), abscissa.clone(), value.clone()));
     }
-    let Some((table, abscissa, value)) = found.filter(|_| lines.len() > 1) else { return Ok(None) };
+    let Some((table, abscissa, value)) = found.filter(|_| lines.len() > 1) else {
+        return Ok(None);
+    };
     let x = range(points.iter().map(|point| point.0)).filter(|(first, last)| first != last);
     let (Some(x), Some((low, high))) = (x, range(points.iter().map(|point| point.1))) else {
         return Ok(None);
@@ -86,10 +115,13 @@ pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>
         Spacing::Logarithmic => Axis::logarithmic(label, x),
     };
     let (label, mut layers) = (named(&value.label, &value.unit), [bands, lines].concat());
-    let least = range(points.iter().map(|point| point.1).filter(|y| *y > 0.0)).map_or(1.0, |range| range.0);
+    let least =
+        range(points.iter().map(|point| point.1).filter(|y| *y > 0.0)).map_or(1.0, |range| range.0);
     let is_logarithmic = table.decades.contains(&value.name) && low >= 0.0 && high > least;
     let up = if is_logarithmic {
-        layers.iter_mut().for_each(|layer| layer.shape.leave_out_below(least));
+        layers
+            .iter_mut()
+            .for_each(|layer| layer.shape.leave_out_below(least));
         Axis::logarithmic(label, (0.7 * least, 1.4 * high))
     } else {
         Axis::new(label, height(low, high))
@@ -106,21 +138,40 @@ fn points(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<String>
             (Role::Value | Role::Derived, _) => {
                 let value = |row: usize| {
                     let (x, y) = (row as f64, cell(column, row)?);
-                    Some(Value { x, y, error: None, prediction: None, guide: None })
+                    Some(Value {
+                        x,
+                        y,
+                        error: None,
+                        prediction: None,
+                        guide: None,
+                    })
                 };
                 let values = (0..table.names.len()).filter_map(value).collect();
-                curves.push(Curve { name: column.label.clone(), values });
+                curves.push(Curve {
+                    name: column.label.clone(),
+                    values,
+                });
             }
             (Role::StandardError, Some(curve)) => {
-                curve.values.iter_mut().for_each(|value| value.error = cell(column, value.x as usize));
+                curve
+                    .values
+                    .iter_mut()
+                    .for_each(|value| value.error = cell(column, value.x as usize));
             }
             (Role::Prediction { .. }, Some(curve)) => {
-                curve.values.iter_mut().for_each(|value| value.prediction = cell(column, value.x as usize));
+                curve
+                    .values
+                    .iter_mut()
+                    .for_each(|value| value.prediction = cell(column, value.x as usize));
             }
             _ => {}
         }
     }
-    let label = curves.iter().map(|curve| curve.name.clone()).collect::<Vec<_>>().join(", ");
+    let label = curves
+        .iter()
+        .map(|curve| curve.name.clone())
+        .collect::<Vec<_>>()
+        .join(", ");
     if let [only] = &mut curves[..] {
         only.name.clear();
     }
@@ -137,26 +188,43 @@ fn points(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<String>
 /// The last measured quantity of a group as a polar chart; none if a sector lacks a value or has a
 /// negative one.
 fn polar(table: &Table, group: &[&Column]) -> Result<Option<String>> {
-    let Some(place) = group.iter().rposition(|column| column.role == Role::Value) else { return Ok(None) };
+    let Some(place) = group.iter().rposition(|column| column.role == Role::Value) else {
+        return Ok(None);
+    };
     let full = |column: &Column| column.values.iter().copied().collect::<Option<Vec<f64>>>();
     let is_positive = |values: &Vec<f64>| values.iter().all(|value| *value >= 0.0);
-    let Some(measured) = full(group[place]).filter(is_positive) else { return Ok(None) };
+    let Some(measured) = full(group[place]).filter(is_positive) else {
+        return Ok(None);
+    };
     let mut curves = vec![(group[place].label.clone(), Ink::Blue, measured)];
     let mut errors = Vec::new();
     for column in &group[place + 1..] {
         match &column.role {
             Role::StandardError => {
-                errors = full(column).unwrap_or_default().into_iter().map(|error| BAND * error).collect();
+                errors = full(column)
+                    .unwrap_or_default()
+                    .into_iter()
+                    .map(|error| BAND * error)
+                    .collect();
             }
             Role::Prediction { .. } => {
-                curves.extend(full(column).map(|values| (column.label.clone(), Ink::Vermillion, values)));
+                curves.extend(
+                    full(column).map(|values| (column.label.clone(), Ink::Vermillion, values)),
+                );
             }
             _ => {}
         }
     }
     let title = format!("{}, polar chart", table.title);
     let label = format!("radius: {}", named(&group[place].label, &group[place].unit));
-    Polar { title, label, curves, errors }.svg().map(Some)
+    Polar {
+        title,
+        label,
+        curves,
+        errors,
+    }
+    .svg()
+    .map(Some)
 }
 
 /// The abscissae of a chart: as drawn, `None` where there is no place.
@@ -165,22 +233,41 @@ struct Places(Vec<Option<f64>>);
 impl Places {
     fn of(abscissa: &Column, spacing: Spacing) -> Self {
         let is_placed = |x: &f64| spacing == Spacing::Linear || *x > 0.0;
-        Self(abscissa.values.iter().map(|x| x.filter(is_placed)).collect())
+        Self(
+            abscissa
+                .values
+                .iter()
+                .map(|x| x.filter(is_placed))
+                .collect(),
+        )
     }
 
-    /// At most [`MOST_POINTS`] of the rows of a column, at equal distances.
+    /// At most [`MAX_POINTS`] of the rows of a column, at equal distances.
     fn thinned<T>(&self, rows: Vec<T>) -> Vec<T> {
-        rows.into_iter().step_by(self.0.len().div_ceil(MOST_POINTS).max(1)).collect()
+        rows.into_iter()
+            .step_by(self.0.len().div_ceil(MAX_POINTS).max(1))
+            .collect()
     }
 
     fn points(&self, column: &Column) -> Vec<(f64, f64)> {
-        self.0.iter().zip(&column.values).filter_map(|(x, y)| Some(((*x)?, (*y)?))).collect()
+        self.0
+            .iter()
+            .zip(&column.values)
+            .filter_map(|(x, y)| Some(((*x)?, (*y)?)))
+            .collect()
     }
 
     /// The pieces of a curve between rows without a value.
     fn curve(&self, column: &Column) -> Vec<Vec<(f64, f64)>> {
-        let rows = self.0.iter().zip(&column.values).map(|(x, y)| Some(((*x)?, (*y)?)));
-        pieces(rows).into_iter().map(|piece| self.thinned(piece)).collect()
+        let rows = self
+            .0
+            .iter()
+            .zip(&column.values)
+            .map(|(x, y)| Some(((*x)?, (*y)?)));
+        pieces(rows)
+            .into_iter()
+            .map(|piece| self.thinned(piece))
+            .collect()
     }
 
     /// The pieces of the band around a column, from its errors.
@@ -190,7 +277,10 @@ impl Places {
             let (x, y, error) = ((*x)?, (*y)?, (*error)?);
             Some((x, y - BAND * error, y + BAND * error))
         });
-        pieces(rows).into_iter().map(|piece| self.thinned(piece)).collect()
+        pieces(rows)
+            .into_iter()
+            .map(|piece| self.thinned(piece))
+            .collect()
     }
 }
 
@@ -207,28 +297,50 @@ fn pieces<T>(rows: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
     }
     pieces.retain(|piece| !piece.is_empty());
     let alone = pieces.iter().filter(|piece| piece.len() == 1).count();
-    if 2 * alone > pieces.len() { vec![pieces.into_iter().flatten().collect()] } else { pieces }
+    if 2 * alone > pieces.len() {
+        vec![pieces.into_iter().flatten().collect()]
+    } else {
+        pieces
+    }
 }
 
-fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -> Result<Option<String>> {
-    let levels: Vec<&Level> =
-        table.levels.iter().filter(|level| group.iter().any(|column| column.name == level.column)).collect();
+fn chart(
+    table: &Table,
+    abscissa: &Column,
+    places: &Places,
+    group: &[&Column],
+) -> Result<Option<String>> {
+    let levels: Vec<&Level> = table
+        .levels
+        .iter()
+        .filter(|level| group.iter().any(|column| column.name == level.column))
+        .collect();
     let curves: Vec<(f64, f64)> = group
         .iter()
         .filter(|column| column.role != Role::StandardError)
         .flat_map(|column| places.points(column))
         .collect();
-    let Some(x) = range(curves.iter().map(|point| point.0)).filter(|(first, last)| first != last) else {
+    let Some(x) = range(curves.iter().map(|point| point.0)).filter(|(first, last)| first != last)
+    else {
         return Ok(None);
     };
-    let heights = curves.iter().map(|point| point.1).chain(levels.iter().map(|level| level.value));
-    let Some((low, high)) = range(heights) else { return Ok(None) };
+    let heights = curves
+        .iter()
+        .map(|point| point.1)
+        .chain(levels.iter().map(|level| level.value));
+    let Some((low, high)) = range(heights) else {
+        return Ok(None);
+    };
     let is_steep = table.decades.contains(&group[0].name);
     // The displacement at lag 0 has no logarithm, and is left out.
-    let least = range(curves.iter().map(|point| point.1).filter(|y| *y > 0.0)).map_or(1.0, |range| range.0);
+    let least =
+        range(curves.iter().map(|point| point.1).filter(|y| *y > 0.0)).map_or(1.0, |range| range.0);
     let is_logarithmic = is_steep && low >= 0.0 && high > least;
-    let names: Vec<&str> =
-        group.iter().filter(|column| column.role.is_curve()).map(|column| column.label.as_str()).collect();
+    let names: Vec<&str> = group
+        .iter()
+        .filter(|column| column.role.is_curve())
+        .map(|column| column.label.as_str())
+        .collect();
     let quantity = match names.as_slice() {
         // The legend names them all.
         [first, .., last] if names.len() > 2 => format!("{first} … {last}"),
@@ -240,7 +352,10 @@ fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -
         Spacing::Logarithmic => Axis::logarithmic(label, x),
     };
     let label = named(&quantity, &group[0].unit);
-    let (up, mut layers) = (height(low, high), layers(places, group, &levels, x, table.colour));
+    let (up, mut layers) = (
+        height(low, high),
+        layers(places, group, &levels, x, table.colour),
+    );
     if is_logarithmic && table.spacing == Spacing::Logarithmic {
         layers.extend(guides(table, places, group, x, [least, high]));
     }
@@ -256,7 +371,13 @@ fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -
 }
 
 /// Error bands, measured curves and predictions, from back to front.
-fn layers(places: &Places, group: &[&Column], levels: &[&Level], x: (f64, f64), colour: usize) -> Vec<Layer> {
+fn layers(
+    places: &Places,
+    group: &[&Column],
+    levels: &[&Level],
+    x: (f64, f64),
+    colour: usize,
+) -> Vec<Layer> {
     let (mut bands, mut lines, mut predictions) = (Vec::new(), Vec::new(), Vec::new());
     let mut last: Option<(&Column, Ink)> = None;
     let mut count = 0;
@@ -270,7 +391,11 @@ fn layers(places: &Places, group: &[&Column], levels: &[&Level], x: (f64, f64), 
             }
             Role::StandardError => {
                 let Some((value, ink)) = last else { continue };
-                let band = |points| Layer { name: String::new(), ink, shape: Shape::Band(points) };
+                let band = |points| Layer {
+                    name: String::new(),
+                    ink,
+                    shape: Shape::Band(points),
+                };
                 bands.extend(places.band(value, column).into_iter().map(band));
             }
             Role::Prediction { .. } => {
@@ -281,7 +406,11 @@ fn layers(places: &Places, group: &[&Column], levels: &[&Level], x: (f64, f64), 
     }
     let level = |level: &&Level| {
         let points = vec![(x.0, level.value), (x.1, level.value)];
-        Layer { name: level.label.clone(), ink: Ink::Vermillion, shape: Shape::Line(points) }
+        Layer {
+            name: level.label.clone(),
+            ink: Ink::Vermillion,
+            shape: Shape::Line(points),
+        }
     };
     predictions.extend(levels.iter().map(level));
     if count == 1 && predictions.is_empty() {
@@ -303,16 +432,32 @@ fn guides(
 ) -> Vec<Layer> {
     let of = |guide: &Guide| {
         let column = group.iter().find(|column| column.name == guide.column)?;
-        let points: Vec<(f64, f64)> =
-            places.points(column).into_iter().filter(|point| point.1 > 0.0).collect();
-        let &(x, y) = if guide.from_end { points.last()? } else { points.first()? };
+        let points: Vec<(f64, f64)> = places
+            .points(column)
+            .into_iter()
+            .filter(|point| point.1 > 0.0)
+            .collect();
+        let &(x, y) = if guide.from_end {
+            points.last()?
+        } else {
+            points.first()?
+        };
         let at = |abscissa: f64| (abscissa, y * (abscissa / x).powf(guide.power));
         let reaches = |height: f64| x * (height / y).powf(1.0 / guide.power);
         // Two points are a straight line where both axes are logarithmic.
-        let [left, right] = if guide.power > 0.0 { [low, high] } else { [high, low] }.map(reaches);
+        let [left, right] = if guide.power > 0.0 {
+            [low, high]
+        } else {
+            [high, low]
+        }
+        .map(reaches);
         let ends = [first.max(left), last.min(right)].map(at);
         let shape = Shape::Thin(ends.to_vec());
-        (ends[0].0 < ends[1].0).then(|| Layer { name: guide.label.clone(), ink: Ink::Quiet, shape })
+        (ends[0].0 < ends[1].0).then(|| Layer {
+            name: guide.label.clone(),
+            ink: Ink::Quiet,
+            shape,
+        })
     };
     table.guides.iter().filter_map(of).collect()
 }
@@ -320,8 +465,16 @@ fn guides(
 /// A curve in pieces, of which the first carries the name.
 fn curve(name: &str, ink: Ink, pieces: Vec<Vec<(f64, f64)>>) -> Vec<Layer> {
     let layer = |(index, points)| {
-        let name = if index == 0 { name.to_owned() } else { String::new() };
-        Layer { name, ink, shape: Shape::Line(points) }
+        let name = if index == 0 {
+            name.to_owned()
+        } else {
+            String::new()
+        };
+        Layer {
+            name,
+            ink,
+            shape: Shape::Line(points),
+        }
     };
     pieces.into_iter().enumerate().map(layer).collect()
 }
@@ -343,7 +496,9 @@ mod tests {
             .prediction("1", some([1.0, 1.0, 1.0]), "definition");
         let charts = charts(&table).unwrap();
         assert_eq!(charts.len(), 2);
-        assert!(charts[0].contains("near, far (length)") && charts[1].contains("speed (length/time)"));
+        assert!(
+            charts[0].contains("near, far (length)") && charts[1].contains("speed (length/time)")
+        );
     }
 
     #[test]
@@ -357,9 +512,17 @@ mod tests {
                 .errors(vec![Some(0.1); count])
         };
         let tables = [table(1.0, 4), table(2.0, 7), table(3.0, 4)];
-        let named: Vec<(&str, &Table)> = ["thin", "dense", "solid"].into_iter().zip(&tables).collect();
+        let named: Vec<(&str, &Table)> = ["thin", "dense", "solid"]
+            .into_iter()
+            .zip(&tables)
+            .collect();
         let chart = overlay(&named, "g").unwrap().unwrap();
-        assert!(["thin", "dense", "solid", "r (length)"].iter().all(|name| chart.contains(name)), "{chart}");
+        assert!(
+            ["thin", "dense", "solid", "r (length)"]
+                .iter()
+                .all(|name| chart.contains(name)),
+            "{chart}"
+        );
         assert_eq!(chart, overlay(&named, "g").unwrap().unwrap());
         assert_eq!(overlay(&named[..1], "g").unwrap(), None);
         assert_eq!(overlay(&named, "h").unwrap(), None);
@@ -368,11 +531,9 @@ mod tests {
     #[test]
     fn a_quantity_that_does_not_change_can_be_drawn() {
         for value in [0.0, 2.5] {
-            let table = Table::new("t", "T").abscissa("time", "time", vec![0.0, 1.0]).value(
-                "x",
-                "1",
-                vec![Some(value); 2],
-            );
+            let table = Table::new("t", "T")
+                .abscissa("time", "time", vec![0.0, 1.0])
+                .value("x", "1", vec![Some(value); 2]);
             assert_eq!(charts(&table).unwrap().len(), 1);
         }
     }
@@ -393,7 +554,11 @@ mod tests {
     #[test]
     fn long_columns_are_thinned() {
         let count = 300_000;
-        let wave = |scale: f64| (0..count).map(|i| Some(scale * f64::from(i).sin())).collect::<Vec<_>>();
+        let wave = |scale: f64| {
+            (0..count)
+                .map(|i| Some(scale * f64::from(i).sin()))
+                .collect::<Vec<_>>()
+        };
         let table = Table::new("t", "T")
             .abscissa("time", "time", (0..count).map(f64::from).collect())
             .value("x", "1", wave(1.0))
@@ -421,9 +586,13 @@ mod tests {
             .errors(vec![Some(0.1), None])
             .prediction("arcs", vec![Some(0.6), None], "geometry")
             .named(vec!["A".to_owned(), "B".to_owned()]);
-        let [chart] = &charts(&table).unwrap()[..] else { panic!("one chart") };
+        let [chart] = &charts(&table).unwrap()[..] else {
+            panic!("one chart")
+        };
         assert!(
-            chart.contains("predicted") && chart.contains("share") && chart.matches("<circle").count() >= 3
+            chart.contains("predicted")
+                && chart.contains("share")
+                && chart.matches("<circle").count() >= 3
         );
     }
 
@@ -444,21 +613,38 @@ mod tests {
     fn directions_are_drawn_as_such_too() {
         let table = Table::new("t", "Directions")
             .abscissa("direction", "°", vec![45.0, 135.0, 225.0, 315.0])
-            .value("share", "1", vec![Some(0.2), Some(0.3), Some(0.4), Some(0.1)])
+            .value(
+                "share",
+                "1",
+                vec![Some(0.2), Some(0.3), Some(0.4), Some(0.1)],
+            )
             .errors(vec![Some(0.01); 4])
             .prediction("isotropic", vec![Some(0.25); 4], "symmetry");
-        let [alone] = &charts(&table).unwrap()[..] else { panic!("one chart") };
+        let [alone] = &charts(&table).unwrap()[..] else {
+            panic!("one chart")
+        };
         let drawn = charts(&table.clone().polar()).unwrap();
         assert!(drawn.len() == 2 && drawn[0].contains("polar chart") && drawn[1] == *alone);
         let lacking = table.value("share", "1", vec![None; 4]).polar();
-        assert_eq!(charts(&lacking).unwrap().iter().filter(|svg| svg.contains("polar")).count(), 0);
+        assert_eq!(
+            charts(&lacking)
+                .unwrap()
+                .iter()
+                .filter(|svg| svg.contains("polar"))
+                .count(),
+            0
+        );
     }
 
     #[test]
     fn a_table_without_two_points_has_no_chart() {
-        let table = Table::new("t", "T").abscissa("time", "time", vec![1.0]).value("x", "1", vec![Some(2.0)]);
+        let table = Table::new("t", "T")
+            .abscissa("time", "time", vec![1.0])
+            .value("x", "1", vec![Some(2.0)]);
         assert!(charts(&table).unwrap().is_empty());
-        let empty = Table::new("t", "T").abscissa("time", "time", vec![]).value("x", "1", vec![]);
+        let empty = Table::new("t", "T")
+            .abscissa("time", "time", vec![])
+            .value("x", "1", vec![]);
         assert!(charts(&empty).unwrap().is_empty());
     }
 }

@@ -1,6 +1,9 @@
 //! The geometry of a contact, and the speed at which its surfaces approach.
 
-#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the caller"
+)]
 
 use carom_kinematics::Motion;
 use glam::DVec2;
@@ -26,7 +29,11 @@ impl ContactFrame {
     pub fn normal(&self) -> DVec2 {
         let d = self.line_of_centres;
         let inverse = 1.0 / d.length_squared().sqrt();
-        if inverse.is_finite() && inverse > 0.0 { d * inverse } else { DVec2::X }
+        if inverse.is_finite() && inverse > 0.0 {
+            d * inverse
+        } else {
+            DVec2::X
+        }
     }
 }
 

@@ -1,13 +1,16 @@
 //! The impulse of a smooth contact (equation 2.9 of Montanari 2017) and the motion after it.
 
-#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the caller"
+)]
 
 use carom_kinematics::{Inertia, Motion, two_product, two_sum};
 use glam::DVec2;
 
 use crate::{
-    ContactFrame, Elasticity, Response, contact_frame::scaled_approach, joint_impulses::joint_impulses,
-    reflection::reflected,
+    ContactFrame, Elasticity, Response, contact_frame::scaled_approach,
+    joint_impulses::joint_impulses, reflection::reflected,
 };
 
 /// Whether d is along the x or the y axis; false for d = 0.
@@ -20,7 +23,11 @@ fn is_along_axis(d: DVec2) -> bool {
 /// Returns d rescaled to length 1 if it is along an axis, where that is exact, else by [`spread`].
 #[inline]
 fn scaled(d: DVec2, g: DVec2) -> DVec2 {
-    if is_along_axis(d) { d / d.abs().max_element() } else { spread(d, g) }
+    if is_along_axis(d) {
+        d / d.abs().max_element()
+    } else {
+        spread(d, g)
+    }
 }
 
 /// Returns d rescaled to a length that differs between contacts.
@@ -102,7 +109,10 @@ impl Response for Impact {
         let [(motion_a, inertia_a), (motion_b, inertia_b)] = bodies;
         let on_axis = is_along_axis(frame.line_of_centres);
         let d = scaled(frame.line_of_centres, motion_a.velocity - motion_b.velocity);
-        let frame = ContactFrame { line_of_centres: d, ..*frame };
+        let frame = ContactFrame {
+            line_of_centres: d,
+            ..*frame
+        };
         let approach = scaled_approach(&frame, [motion_a, motion_b]);
         let turning = scaled_turning(&frame, [inertia_a, inertia_b]);
         let inverse_masses = [inertia_a.inverse_mass, inertia_b.inverse_mass];
@@ -160,14 +170,22 @@ impl Response for Impact {
         let d = scaled(line_of_centres, velocity);
         // The motion is that of A, as in the impulse; the sign of d does not affect the reflection
         // itself.
-        Some(if velocity.dot(d) > 0.0 { reflected(velocity, d) } else { velocity })
+        Some(if velocity.dot(d) > 0.0 {
+            reflected(velocity, d)
+        } else {
+            velocity
+        })
     }
 }
 
 /// Reduced mass μ of the contact (mass); 0 if neither body can move.
 pub fn reduced_mass(frame: &ContactFrame, inertias: [&Inertia; 2]) -> f64 {
     let inverse = scaled_inverse_mass(frame, inertias);
-    if inverse > 0.0 { frame.line_of_centres.length_squared() / inverse } else { 0.0 }
+    if inverse > 0.0 {
+        frame.line_of_centres.length_squared() / inverse
+    } else {
+        0.0
+    }
 }
 
 /// |d|²/μ
@@ -230,7 +248,15 @@ mod tests {
     }
 
     fn bodies() -> impl Strategy<Value = (Motion, Inertia, DVec2)> {
-        let numbers = (-1.0..1.0, -1.0..1.0, -2.0..2.0, -2.0..2.0, -5.0..5.0, -1.0..1.0, -1.0..1.0);
+        let numbers = (
+            -1.0..1.0,
+            -1.0..1.0,
+            -2.0..2.0,
+            -2.0..2.0,
+            -5.0..5.0,
+            -1.0..1.0,
+            -1.0..1.0,
+        );
         (numbers, masses(), masses(), 0..4u8).prop_map(
             |((x, y, vx, vy, spin, rx, ry), mass, moment, kind): (
                 (f64, f64, f64, f64, f64, f64, f64),
@@ -245,11 +271,18 @@ mod tests {
                 };
                 match kind {
                     0 => (
-                        Motion { angular_velocity: 0.0, ..motion },
+                        Motion {
+                            angular_velocity: 0.0,
+                            ..motion
+                        },
                         Inertia::locked(mass),
                         DVec2::new(rx, ry),
                     ),
-                    1 => (Motion::at_rest(motion.position), Inertia::FIXED, DVec2::new(rx, ry)),
+                    1 => (
+                        Motion::at_rest(motion.position),
+                        Inertia::FIXED,
+                        DVec2::new(rx, ry),
+                    ),
                     _ => (motion, Inertia::free(mass, moment), DVec2::new(rx, ry)),
                 }
             },
@@ -257,28 +290,38 @@ mod tests {
     }
 
     fn scenes() -> impl Strategy<Value = Scene> {
-        (bodies(), bodies(), 0.0..std::f64::consts::TAU, 0.0..1.0, 0.0..1.0).prop_map(
-            |((a, inertia_a, arm_a), (b, inertia_b, arm_b), angle, radius_a, radius_b): (
-                _,
-                _,
-                f64,
-                f64,
-                f64,
-            )| {
-                let normal = DVec2::from_angle(angle);
-                let point = a.position + arm_a + radius_a * normal;
-                let b = Motion { position: point + radius_b * normal - arm_b, ..b };
-                Scene {
-                    frame: ContactFrame {
-                        line_of_centres: normal * (radius_a + radius_b + 0.1),
-                        arms: [arm_a, arm_b],
-                    },
-                    point,
-                    motions: [a, b],
-                    inertias: [inertia_a, inertia_b],
-                }
-            },
+        (
+            bodies(),
+            bodies(),
+            0.0..std::f64::consts::TAU,
+            0.0..1.0,
+            0.0..1.0,
         )
+            .prop_map(
+                |((a, inertia_a, arm_a), (b, inertia_b, arm_b), angle, radius_a, radius_b): (
+                    _,
+                    _,
+                    f64,
+                    f64,
+                    f64,
+                )| {
+                    let normal = DVec2::from_angle(angle);
+                    let point = a.position + arm_a + radius_a * normal;
+                    let b = Motion {
+                        position: point + radius_b * normal - arm_b,
+                        ..b
+                    };
+                    Scene {
+                        frame: ContactFrame {
+                            line_of_centres: normal * (radius_a + radius_b + 0.1),
+                            arms: [arm_a, arm_b],
+                        },
+                        point,
+                        motions: [a, b],
+                        inertias: [inertia_a, inertia_b],
+                    }
+                },
+            )
     }
 
     fn collide(scene: &Scene, elasticity: f64) -> (DVec2, [Motion; 2]) {
@@ -287,7 +330,13 @@ mod tests {
         let elasticity = Elasticity::new(elasticity).unwrap();
         let impulse = Impact.impulse(&scene.frame, [(a, ia), (b, ib)], elasticity);
         let [arm_a, arm_b] = scene.frame.arms;
-        (impulse, [apply_impulse(a, ia, arm_a, -impulse), apply_impulse(b, ib, arm_b, impulse)])
+        (
+            impulse,
+            [
+                apply_impulse(a, ia, arm_a, -impulse),
+                apply_impulse(b, ib, arm_b, impulse),
+            ],
+        )
     }
 
     fn total<T: std::iter::Sum>(
@@ -295,7 +344,11 @@ mod tests {
         motions: &[Motion; 2],
         f: impl Fn(&Motion, &Inertia) -> T,
     ) -> T {
-        motions.iter().zip(&scene.inertias).map(|(m, i)| f(m, i)).sum()
+        motions
+            .iter()
+            .zip(&scene.inertias)
+            .map(|(m, i)| f(m, i))
+            .sum()
     }
 
     proptest! {
@@ -379,8 +432,9 @@ mod tests {
     /// sides.
     fn gains(masses: [f64; 2], distance: f64) -> Vec<f64> {
         let golden = 0.5 * (5.0f64.sqrt() - 1.0);
-        let turn =
-            |k: u32, share: f64| DVec2::from_angle(std::f64::consts::TAU * (f64::from(k) * share).fract());
+        let turn = |k: u32, share: f64| {
+            DVec2::from_angle(std::f64::consts::TAU * (f64::from(k) * share).fract())
+        };
         let dot = |a: DVec2, b: DVec2| {
             let ((x, x_rest), (y, y_rest)) = (two_product(a.x, b.x), two_product(a.y, b.y));
             let (sum, rest) = two_sum(x, y);
@@ -392,7 +446,12 @@ mod tests {
                 let place = DVec2::splat(0.5);
                 let d = (place + distance * turn(k, golden)) - place;
                 let velocity = (0.5 + (f64::from(k) * 3f64.sqrt()).fract()) * turn(k, 2f64.sqrt());
-                let j = Impact.impulse_of_discs(d, [velocity, DVec2::ZERO], inverse, Elasticity::ELASTIC);
+                let j = Impact.impulse_of_discs(
+                    d,
+                    [velocity, DVec2::ZERO],
+                    inverse,
+                    Elasticity::ELASTIC,
+                );
                 // −g·J + ½ J² (1/m_A + 1/m_B)
                 let (approach, square) = (dot(velocity, j), dot(j, j));
                 let (sum, sum_rest) = two_sum(0.5 * inverse[0], 0.5 * inverse[1]);
@@ -412,7 +471,15 @@ mod tests {
     fn inverse_masses_whose_sum_is_rounded_gain_no_energy() {
         // Rounded as one sum, 1/60 + 1 is too small by half a unit in the last place, at each
         // contact.
-        for masses in [[60.0, 1.0], [1.0, 3.0], [3.0, 1.0], [1.0, 2.0], [5.0, 7.0], [1.0, 1e-3], [7.0, 1.1]] {
+        for masses in [
+            [60.0, 1.0],
+            [1.0, 3.0],
+            [3.0, 1.0],
+            [1.0, 2.0],
+            [5.0, 7.0],
+            [1.0, 1e-3],
+            [7.0, 1.1],
+        ] {
             let bias = bias(&gains(masses, 0.04));
             assert!(bias.abs() < 4.0, "{masses:?}: {bias} standard errors");
         }
@@ -448,9 +515,16 @@ mod tests {
         (1..400_000)
             .filter_map(|k| {
                 let even = |share: f64| 2.0 * (f64::from(k) * share).fract() - 1.0;
-                let [va, vb] = [thermal[0] * even(2f64.sqrt()), thermal[1] * even(3f64.sqrt())];
-                let impulse =
-                    Impact.impulse_of_discs(0.3 * axis, [va * axis, vb * axis], [a, b], Elasticity::ELASTIC);
+                let [va, vb] = [
+                    thermal[0] * even(2f64.sqrt()),
+                    thermal[1] * even(3f64.sqrt()),
+                ];
+                let impulse = Impact.impulse_of_discs(
+                    0.3 * axis,
+                    [va * axis, vb * axis],
+                    [a, b],
+                    Elasticity::ELASTIC,
+                );
                 let j = impulse.dot(axis);
                 let (of_a, of_b) = (change(va, va - j * a, b), change(vb, vb + j * b, a));
                 (j != 0.0).then_some((of_a.0 + of_b.0) + (of_a.1 + of_b.1))
@@ -481,7 +555,10 @@ mod tests {
                 // The impulse itself has no bias. The product with 1/m, which the motion rounds,
                 // leaves up to 2·10⁻¹⁸ of the energy, 4 standard errors; a quotient rounded to
                 // nearest leaves 30 to 170.
-                assert!(bias.abs() < 8.0, "{masses:?} along {axis}: {bias} standard errors");
+                assert!(
+                    bias.abs() < 8.0,
+                    "{masses:?} along {axis}: {bias} standard errors"
+                );
             }
         }
     }
@@ -492,8 +569,12 @@ mod tests {
             let speed = f64::from(k).sqrt();
             for mass in [1.0, 0.25, 8.0] {
                 let velocities = [speed * axis, DVec2::ZERO];
-                let impulse =
-                    Impact.impulse_of_discs(0.3 * axis, velocities, [1.0 / mass; 2], Elasticity::ELASTIC);
+                let impulse = Impact.impulse_of_discs(
+                    0.3 * axis,
+                    velocities,
+                    [1.0 / mass; 2],
+                    Elasticity::ELASTIC,
+                );
                 assert_eq!(velocities[0] - impulse / mass, DVec2::ZERO);
                 assert_eq!(velocities[1] + impulse / mass, speed * axis);
             }
@@ -509,7 +590,10 @@ mod tests {
         };
         for k in 1..2000 {
             let (va, vb) = (f64::from(k).sqrt(), -f64::from(k).ln());
-            assert_eq!(along(0.3, 1024.0 * va, 1024.0 * vb), 1024.0 * along(0.3, va, vb));
+            assert_eq!(
+                along(0.3, 1024.0 * va, 1024.0 * vb),
+                1024.0 * along(0.3, va, vb)
+            );
             assert_eq!(along(-0.3, -va, -vb), -along(0.3, va, vb));
         }
     }
@@ -529,14 +613,19 @@ mod tests {
                         ..Motion::at_rest(DVec2::ZERO)
                     };
                     let wall = Motion::at_rest(DVec2::ZERO);
-                    let frame = ContactFrame { line_of_centres: 0.3 * axis, arms: [arm, DVec2::ZERO] };
+                    let frame = ContactFrame {
+                        line_of_centres: 0.3 * axis,
+                        arms: [arm, DVec2::ZERO],
+                    };
                     let bodies = [(&motion, &inertia), (&wall, &Inertia::FIXED)];
                     let impulse = Impact.impulse(&frame, bodies, Elasticity::ELASTIC);
                     // −u J + ½ J² (1/m + (r × d)²/I), with u and the lever as the impulse has them.
                     let (j, lever) = (impulse.dot(axis), arm.perp_dot(axis));
                     let approach = motion.velocity.dot(axis) + motion.angular_velocity * lever;
-                    let half = 0.5 * (inertia.inverse_mass + lever * lever * inertia.inverse_moment);
-                    let ((work, work_rest), (square, rest)) = (two_product(approach, j), two_product(j, j));
+                    let half =
+                        0.5 * (inertia.inverse_mass + lever * lever * inertia.inverse_moment);
+                    let ((work, work_rest), (square, rest)) =
+                        (two_product(approach, j), two_product(j, j));
                     let (gain, gain_rest) = two_product(square, half);
                     (j != 0.0).then_some((gain - work) + (gain_rest - work_rest + rest * half))
                 })
@@ -553,8 +642,14 @@ mod tests {
         let dumbbell = Inertia::free(2.0, 0.75);
         let disc = Inertia::free(1.0, 0.125);
         let a = Motion::at_rest(DVec2::ZERO);
-        let b = Motion { velocity: DVec2::NEG_Y, ..Motion::at_rest(DVec2::new(0.5, 1.0)) };
-        let frame = ContactFrame { line_of_centres: DVec2::Y, arms: [DVec2::new(0.5, 0.0), DVec2::ZERO] };
+        let b = Motion {
+            velocity: DVec2::NEG_Y,
+            ..Motion::at_rest(DVec2::new(0.5, 1.0))
+        };
+        let frame = ContactFrame {
+            line_of_centres: DVec2::Y,
+            arms: [DVec2::new(0.5, 0.0), DVec2::ZERO],
+        };
         let impulse = Impact.impulse(&frame, [(&a, &dumbbell), (&b, &disc)], Elasticity::ELASTIC);
         assert!((impulse.y - 12.0 / 11.0).abs() < 1e-15);
         let a = apply_impulse(&a, &dumbbell, frame.arms[0], -impulse);

@@ -47,13 +47,19 @@ pub(crate) fn joint_impulses(
 ) -> Option<Vec<DVec2>> {
     let motions = bodies.map(|(motion, _)| motion);
     let inertias = bodies.map(|(_, inertia)| inertia);
-    let speed = |frame: &ContactFrame| (1.0 + elasticity.coefficient()) * approach_speed(frame, motions);
+    let speed =
+        |frame: &ContactFrame| (1.0 + elasticity.coefficient()) * approach_speed(frame, motions);
     // A point that separates takes no part: it would gain energy in an elastic contact.
-    let approaching: Vec<usize> = (0..frames.len()).filter(|&k| speed(&frames[k]) > 0.0).collect();
+    let approaching: Vec<usize> = (0..frames.len())
+        .filter(|&k| speed(&frames[k]) > 0.0)
+        .collect();
     if approaching.len() < 2 {
         return None;
     }
-    let points: Vec<Point> = approaching.iter().map(|&k| Point::new(&frames[k])).collect();
+    let points: Vec<Point> = approaching
+        .iter()
+        .map(|&k| Point::new(&frames[k]))
+        .collect();
     let demanded: Vec<f64> = approaching.iter().map(|&k| speed(&frames[k])).collect();
     let sizes = smallest_set(&points, &demanded, inertias)?;
     let mut impulses = vec![DVec2::ZERO; frames.len()];
@@ -72,7 +78,10 @@ struct Point {
 impl Point {
     fn new(frame: &ContactFrame) -> Self {
         let normal = frame.normal();
-        Self { normal, levers: frame.arms.map(|arm| arm.perp_dot(normal)) }
+        Self {
+            normal,
+            levers: frame.arms.map(|arm| arm.perp_dot(normal)),
+        }
     }
 
     /// A_kl: the speed of separation here for a unit impulse at another point.
@@ -93,13 +102,25 @@ fn smallest_set(points: &[Point], demanded: &[f64], inertias: [&Inertia; 2]) -> 
     // Each pass adds a point with an impulse, and each set of points is met once; ten times their
     // number is never reached but by rounding.
     for _ in 0..10 * points.len() {
-        let lacking = |k: usize| demanded[k] - active.iter().map(|&l| yielding(k, l) * sizes[l]).sum::<f64>();
+        let lacking = |k: usize| {
+            demanded[k]
+                - active
+                    .iter()
+                    .map(|&l| yielding(k, l) * sizes[l])
+                    .sum::<f64>()
+        };
         let candidates = (0..points.len()).filter(|k| !active.contains(k) && !dependent[*k]);
         // In the norm of the energy; of equal ones the first.
         let in_energy = |k: usize| lacking(k) / yielding(k, k).sqrt();
         let most = candidates
             .filter(|&k| lacking(k) > ROUNDING * largest)
-            .reduce(|one, other| if in_energy(other) > in_energy(one) { other } else { one });
+            .reduce(|one, other| {
+                if in_energy(other) > in_energy(one) {
+                    other
+                } else {
+                    one
+                }
+            });
         let Some(most) = most else { return Some(sizes) };
         active.push(most);
         let Some(mut found) = solve(&active, demanded, yielding) else {
@@ -110,11 +131,16 @@ fn smallest_set(points: &[Point], demanded: &[f64], inertias: [&Inertia; 2]) -> 
         // Points whose impulse would pull are released, the first that reaches 0 first.
         while found.iter().any(|size| *size <= 0.0) {
             let steps = active.iter().zip(&found).filter(|(_, size)| **size <= 0.0);
-            let step = steps.map(|(&k, size)| sizes[k] / (sizes[k] - size)).fold(1.0, f64::min);
+            let step = steps
+                .map(|(&k, size)| sizes[k] / (sizes[k] - size))
+                .fold(1.0, f64::min);
             for (&k, size) in active.iter().zip(&found) {
                 sizes[k] += step * (size - sizes[k]);
             }
-            let pulled = active.iter().zip(&found).filter(|&(&k, size)| *size <= 0.0 && sizes[k] <= 0.0);
+            let pulled = active
+                .iter()
+                .zip(&found)
+                .filter(|&(&k, size)| *size <= 0.0 && sizes[k] <= 0.0);
             let released: Vec<usize> = pulled.map(|(&k, _)| k).collect();
             if released.is_empty() {
                 return None;
@@ -133,13 +159,24 @@ fn smallest_set(points: &[Point], demanded: &[f64], inertias: [&Inertia; 2]) -> 
 }
 
 /// Solves A J = b for the points of a set by elimination; `None` if they depend on each other.
-fn solve(set: &[usize], demanded: &[f64], yielding: impl Fn(usize, usize) -> f64) -> Option<Vec<f64>> {
+fn solve(
+    set: &[usize],
+    demanded: &[f64],
+    yielding: impl Fn(usize, usize) -> f64,
+) -> Option<Vec<f64>> {
     let count = set.len();
     if count > MAX_IMPULSES {
         return None;
     }
-    let mut rows: Vec<Vec<f64>> =
-        set.iter().map(|&k| set.iter().map(|&l| yielding(k, l)).chain([demanded[k]]).collect()).collect();
+    let mut rows: Vec<Vec<f64>> = set
+        .iter()
+        .map(|&k| {
+            set.iter()
+                .map(|&l| yielding(k, l))
+                .chain([demanded[k]])
+                .collect()
+        })
+        .collect();
     // Positive definite: no exchange of rows is needed.
     for pivot in 0..count {
         if rows[pivot][pivot] <= SINGULAR * yielding(set[pivot], set[pivot]) {
@@ -148,7 +185,9 @@ fn solve(set: &[usize], demanded: &[f64], yielding: impl Fn(usize, usize) -> f64
         let (done, rest) = rows.split_at_mut(pivot + 1);
         for row in rest {
             let factor = row[pivot] / done[pivot][pivot];
-            row.iter_mut().zip(&done[pivot]).for_each(|(x, y)| *x -= factor * y);
+            row.iter_mut()
+                .zip(&done[pivot])
+                .for_each(|(x, y)| *x -= factor * y);
         }
     }
     let mut solution = vec![0.0; count];
@@ -190,14 +229,19 @@ mod tests {
     #[test]
     fn a_row_that_falls_flat_leaves_without_spin() {
         for count in [2, 3, 8, 9, 100] {
-            let places: Vec<f64> = (0..count).map(|k| f64::from(k) - 0.5 * f64::from(count - 1)).collect();
+            let places: Vec<f64> = (0..count)
+                .map(|k| f64::from(k) - 0.5 * f64::from(count - 1))
+                .collect();
             for e in [0.0, 0.5, 1.0] {
                 let (after, impulses) = falling_row(&places, 0.0, e);
                 assert!(
                     (after.velocity.y - e).abs() < 1e-14 && after.angular_velocity.abs() < 1e-14,
                     "{count}"
                 );
-                assert!(impulses.iter().filter(|impulse| impulse.y > 0.0).count() <= 2, "{count}");
+                assert!(
+                    impulses.iter().filter(|impulse| impulse.y > 0.0).count() <= 2,
+                    "{count}"
+                );
             }
         }
     }
@@ -209,11 +253,17 @@ mod tests {
         // 1/μ = 1 + 1/1.1 at each end; the coupling of the ends is 1 − 1/1.1.
         let [left, right] = [impulses[0].y, impulses[1].y];
         assert!(left > 0.0 && right > 0.0);
-        assert!((after.velocity.y - 1.0).abs() < 1e-14 && (after.angular_velocity + 0.5).abs() < 1e-14);
+        assert!(
+            (after.velocity.y - 1.0).abs() < 1e-14 && (after.angular_velocity + 0.5).abs() < 1e-14
+        );
         // A strong spin: the right end hardly approaches, and leaves fast enough by the left
         // impulse alone if the coupling is positive.
         let (_, impulses) = falling_row(&[-1.0, -0.4], 0.5, 1.0);
-        assert_eq!(impulses.iter().filter(|impulse| impulse.y > 0.0).count(), 1, "{impulses:?}");
+        assert_eq!(
+            impulses.iter().filter(|impulse| impulse.y > 0.0).count(),
+            1,
+            "{impulses:?}"
+        );
     }
 
     proptest! {
@@ -273,11 +323,21 @@ mod tests {
     #[test]
     fn one_approaching_point_is_an_ordinary_contact() {
         let inertia = Inertia::free(1.0, 1.0);
-        let (a, b) =
-            (Motion { velocity: DVec2::X, ..Motion::at_rest(DVec2::ZERO) }, Motion::at_rest(DVec2::X));
-        let frames = [DVec2::X, -DVec2::X]
-            .map(|line_of_centres| ContactFrame { line_of_centres, arms: [DVec2::ZERO; 2] });
+        let (a, b) = (
+            Motion {
+                velocity: DVec2::X,
+                ..Motion::at_rest(DVec2::ZERO)
+            },
+            Motion::at_rest(DVec2::X),
+        );
+        let frames = [DVec2::X, -DVec2::X].map(|line_of_centres| ContactFrame {
+            line_of_centres,
+            arms: [DVec2::ZERO; 2],
+        });
         let bodies = [(&a, &inertia), (&b, &inertia)];
-        assert_eq!(Impact.joint_impulses(&frames, bodies, Elasticity::ELASTIC), None);
+        assert_eq!(
+            Impact.joint_impulses(&frames, bodies, Elasticity::ELASTIC),
+            None
+        );
     }
 }

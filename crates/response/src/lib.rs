@@ -117,10 +117,18 @@ pub trait Response: Sync {
         inverse_masses: [f64; 2],
         elasticity: Elasticity,
     ) -> DVec2 {
-        let [a, b] = velocities.map(|velocity| Motion { velocity, ..Motion::at_rest(DVec2::ZERO) });
-        let [inertia_a, inertia_b] =
-            inverse_masses.map(|inverse_mass| Inertia { inverse_mass, inverse_moment: 0.0 });
-        let frame = ContactFrame { line_of_centres, arms: [DVec2::ZERO; 2] };
+        let [a, b] = velocities.map(|velocity| Motion {
+            velocity,
+            ..Motion::at_rest(DVec2::ZERO)
+        });
+        let [inertia_a, inertia_b] = inverse_masses.map(|inverse_mass| Inertia {
+            inverse_mass,
+            inverse_moment: 0.0,
+        });
+        let frame = ContactFrame {
+            line_of_centres,
+            arms: [DVec2::ZERO; 2],
+        };
         self.impulse(&frame, [(&a, &inertia_a), (&b, &inertia_b)], elasticity)
     }
 

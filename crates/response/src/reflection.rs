@@ -9,7 +9,7 @@ type Double = (f64, f64);
 /// Largest change of the smaller component of the velocity to correct the energy, as a share of the
 /// larger component. Larger: velocities nearly along an axis change direction for an energy that no
 /// float there can represent. Smaller: more of them keep the rounding error of the energy.
-const MOST_TURNED: f64 = 4.0 * f64::EPSILON;
+const MAX_TURNED: f64 = 4.0 * f64::EPSILON;
 
 /// Returns the velocity v − 2 (v·d) d/(d·d) after an elastic contact with a fixed body, with d
 /// along the normal.
@@ -24,7 +24,8 @@ pub fn reflected(velocity: DVec2, d: DVec2) -> DVec2 {
     let (approach, square) = (dot(velocity, d), dot(d, d));
     let quotient = 2.0 * approach.0 / square.0;
     let (product, product_rest) = two_product(quotient, square.0);
-    let remainder = ((2.0 * approach.0 - product) - product_rest) + (2.0 * approach.1 - quotient * square.1);
+    let remainder =
+        ((2.0 * approach.0 - product) - product_rest) + (2.0 * approach.1 - quotient * square.1);
     let quotient_rest = remainder / square.0;
     let component = |v: f64, d: f64| {
         let (product, product_rest) = two_product(quotient, d);
@@ -40,7 +41,11 @@ pub fn reflected(velocity: DVec2, d: DVec2) -> DVec2 {
 /// Returns the velocity next to `rounded` whose square is nearest to `square`.
 fn of_equal_energy(rounded: DVec2, square: Double) -> DVec2 {
     let along_x = rounded.x.abs() > rounded.y.abs();
-    let (large, small) = if along_x { (rounded.x, rounded.y) } else { (rounded.y, rounded.x) };
+    let (large, small) = if along_x {
+        (rounded.x, rounded.y)
+    } else {
+        (rounded.y, rounded.x)
+    };
     let missing = |large: f64, small: f64| {
         let now = dot(DVec2::new(large, small), DVec2::new(large, small));
         (square.0 - now.0) + (square.1 - now.1)
@@ -48,13 +53,22 @@ fn of_equal_energy(rounded: DVec2, square: Double) -> DVec2 {
     // The smaller component has the finer last digit: it corrects the remaining energy.
     let candidate = |large: f64| {
         let turned = missing(large, small) / (2.0 * small);
-        let small = if turned.abs() <= MOST_TURNED * large.abs() { small + turned } else { small };
+        let small = if turned.abs() <= MAX_TURNED * large.abs() {
+            small + turned
+        } else {
+            small
+        };
         (missing(large, small).abs(), large, small)
     };
-    let nearer = |best: (f64, f64, f64), other: (f64, f64, f64)| if other.0 < best.0 { other } else { best };
+    let nearer =
+        |best: (f64, f64, f64), other: (f64, f64, f64)| if other.0 < best.0 { other } else { best };
     let beside = [large.next_up(), large.next_down()].map(candidate);
     let (_, large, small) = beside.into_iter().fold(candidate(large), nearer);
-    if along_x { DVec2::new(large, small) } else { DVec2::new(small, large) }
+    if along_x {
+        DVec2::new(large, small)
+    } else {
+        DVec2::new(small, large)
+    }
 }
 
 /// Returns a·b in double-double arithmetic.
@@ -72,8 +86,9 @@ mod tests {
     /// Relative energy gains of contacts at one distance |d| from all sides, at all angles.
     fn gains(radius: f64, reflect: impl Fn(DVec2, DVec2) -> DVec2) -> Vec<f64> {
         let golden = 0.5 * (5.0f64.sqrt() - 1.0);
-        let turn =
-            |k: u32, share: f64| DVec2::from_angle(std::f64::consts::TAU * (f64::from(k) * share).fract());
+        let turn = |k: u32, share: f64| {
+            DVec2::from_angle(std::f64::consts::TAU * (f64::from(k) * share).fract())
+        };
         (1..200_000)
             .filter_map(|k| {
                 // Positions in a box of side 1 have the last digit of 1/2.
@@ -105,7 +120,11 @@ mod tests {
         }
         // The plain formula has a bias, so that the test can detect it.
         let plain = |v: DVec2, d: DVec2| v - 2.0 * v.dot(d) / d.length_squared() * d;
-        assert!(bias(&gains(0.25, plain)).0.abs() > 8.0, "{}", bias(&gains(0.25, plain)).0);
+        assert!(
+            bias(&gains(0.25, plain)).0.abs() > 8.0,
+            "{}",
+            bias(&gains(0.25, plain)).0
+        );
     }
 
     #[test]
@@ -121,9 +140,18 @@ mod tests {
 
     #[test]
     fn along_the_axes_it_is_exact_and_symmetric() {
-        assert_eq!(reflected(DVec2::new(0.3, 0.7), DVec2::new(0.1, 0.0)), DVec2::new(-0.3, 0.7));
-        assert_eq!(reflected(DVec2::new(0.3, 0.7), DVec2::new(0.0, 0.1)), DVec2::new(0.3, -0.7));
-        assert_eq!(reflected(DVec2::new(0.0, 0.7), DVec2::new(0.0, 0.1)), DVec2::new(0.0, -0.7));
+        assert_eq!(
+            reflected(DVec2::new(0.3, 0.7), DVec2::new(0.1, 0.0)),
+            DVec2::new(-0.3, 0.7)
+        );
+        assert_eq!(
+            reflected(DVec2::new(0.3, 0.7), DVec2::new(0.0, 0.1)),
+            DVec2::new(0.3, -0.7)
+        );
+        assert_eq!(
+            reflected(DVec2::new(0.0, 0.7), DVec2::new(0.0, 0.1)),
+            DVec2::new(0.0, -0.7)
+        );
         let (v, d) = (DVec2::new(0.6, 0.8), DVec2::new(0.23, 0.11));
         let after = reflected(v, d);
         assert_eq!(reflected(v.yx(), d.yx()), after.yx());

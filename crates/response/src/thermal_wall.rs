@@ -94,7 +94,10 @@ mod tests {
         for k in 1..100 {
             let angle = f64::from(k);
             let normal = [angle.sin(), (2.0 * angle).cos(), (3.0 * angle).sin()];
-            let draw = ThermalDraw { normal, rayleigh: 0.05 * angle };
+            let draw = ThermalDraw {
+                normal,
+                rayleigh: 0.05 * angle,
+            };
             let before = Motion::at_rest(DVec2::ONE);
             let after = thermal_motion(&before, &molecule, arm, away, 3.0, &draw, true);
             let speed = after.velocity_of(arm).dot(away);
@@ -103,11 +106,13 @@ mod tests {
             // the point of contact.
             let tangent = away.perp();
             assert!(
-                (after.velocity.dot(tangent) - 1.5f64.sqrt() * DVec2::new(normal[0], normal[1]).dot(tangent))
-                    .abs()
+                (after.velocity.dot(tangent)
+                    - 1.5f64.sqrt() * DVec2::new(normal[0], normal[1]).dot(tangent))
+                .abs()
                     < 1e-13
             );
-            let locked = thermal_motion(&before, &Inertia::locked(2.0), arm, away, 3.0, &draw, false);
+            let locked =
+                thermal_motion(&before, &Inertia::locked(2.0), arm, away, 3.0, &draw, false);
             assert!((locked.velocity.dot(away) - draw.rayleigh * 1.5f64.sqrt()).abs() < 1e-13);
             assert_eq!(locked.angular_velocity, 0.0);
         }

@@ -30,7 +30,16 @@ pub const ANIMATION: &str = "animation.json";
 /// Name of the table of flights.
 pub const FLIGHTS: &str = "flights.csv";
 
-const HEADER: [&str; 8] = ["time", "body", "x", "y", "velocity_x", "velocity_y", "angle", "angular_velocity"];
+const HEADER: [&str; 8] = [
+    "time",
+    "body",
+    "x",
+    "y",
+    "velocity_x",
+    "velocity_y",
+    "angle",
+    "angular_velocity",
+];
 
 /// Largest number of recorded flights. More: a longer animation and a larger page; these take about
 /// 0.6 MB.
@@ -38,7 +47,7 @@ const CAPACITY: usize = 32_000;
 
 /// The animation ends after this many contacts of the whole system. More: a longer animation of a
 /// large system, and about a second more before the run for each million.
-const MOST_CONTACTS: usize = 500_000;
+const MAX_CONTACTS: usize = 500_000;
 
 /// Number of levels for a number between 0 and 1; even, so that the middle is a level.
 const LEVELS: f64 = 262_142.0;
@@ -88,11 +97,23 @@ impl Shape {
 
     /// Whether the atoms are those of another shape times a factor, to the precision of a picture.
     fn is_scaled(&self, other: &Self) -> bool {
-        let size = |shape: &Self| shape.atoms.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let size = |shape: &Self| {
+            shape
+                .atoms
+                .iter()
+                .flatten()
+                .fold(0.0, |most: f64, x| most.max(x.abs()))
+        };
         let factor = size(self) / size(other);
-        let is_near = |(one, other): (&f64, &f64)| (one - factor * other).abs() <= 1e-6 * size(self);
+        let is_near =
+            |(one, other): (&f64, &f64)| (one - factor * other).abs() <= 1e-6 * size(self);
         self.atoms.len() == other.atoms.len()
-            && self.atoms.iter().flatten().zip(other.atoms.iter().flatten()).all(is_near)
+            && self
+                .atoms
+                .iter()
+                .flatten()
+                .zip(other.atoms.iter().flatten())
+                .all(is_near)
     }
 }
 
@@ -107,9 +128,17 @@ const CROSSINGS: f64 = 4.0;
 pub fn record(simulation: &AnySimulation, folder: &Folder) -> Result<()> {
     let (log, animation) = recorded(simulation);
     let rows = log.flights().iter().map(|flight| {
-        let Flight { position, velocity, .. } = flight;
+        let Flight {
+            position, velocity, ..
+        } = flight;
         let place = [position.x, position.y, velocity.x, velocity.y];
-        (flight.time, flight.body, place, flight.angle, flight.angular_velocity)
+        (
+            flight.time,
+            flight.body,
+            place,
+            flight.angle,
+            flight.angular_velocity,
+        )
     });
     folder.write_lasting_table(FLIGHTS, &HEADER, rows)?;
     folder.write_lasting(ANIMATION, encoded(&animation)?)
@@ -148,7 +177,7 @@ fn recorded(simulation: &AnySimulation) -> (FlightLog, Animation) {
     while matches!(twin.step(until, &mut watching), Ok(true)) {
         contacts += 1;
         let now = twin.time().to_f64();
-        if watching.0.is_full() || contacts == MOST_CONTACTS {
+        if watching.0.is_full() || contacts == MAX_CONTACTS {
             until = now;
             break;
         }
@@ -175,8 +204,10 @@ impl Observer for Fastest {
 /// Latest end of an animation that begins now (time).
 fn end(view: &View<'_>) -> f64 {
     let moving = || view.bodies().filter(|body| !body.body.is_fixed());
-    let mean =
-        moving().map(|body| body.motion.velocity.length()).sum::<f64>() / moving().count().max(1) as f64;
+    let mean = moving()
+        .map(|body| body.motion.velocity.length())
+        .sum::<f64>()
+        / moving().count().max(1) as f64;
     let stretch = CROSSINGS * view.bounds().sides().max_element() / mean;
     // Without motion the duration is arbitrary.
     view.time().to_f64() + if stretch.is_finite() { stretch } else { 1.0 }
@@ -188,16 +219,30 @@ impl Animation {
         let mut shapes: Vec<Shape> = Vec::new();
         let (mut bodies, mut number_of) = (Vec::new(), BTreeMap::new());
         let shown = |body: &Body| !body.is_wall() && is_shown(body);
-        for (body, kind) in view.bodies().zip(coloured_kinds(view)).filter(|(body, _)| shown(body.body)) {
-            let tags: Vec<&str> = body.body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
+        for (body, kind) in view
+            .bodies()
+            .zip(coloured_kinds(view))
+            .filter(|(body, _)| shown(body.body))
+        {
+            let tags: Vec<&str> = body
+                .body
+                .tags()
+                .iter()
+                .map(|&tag| view.tag_names().name(tag))
+                .collect();
             let circles = drawn_circles(body.body.molecule()).into_iter();
             let shape = Shape {
                 name: tags.join(", "),
                 colour: colour(body.body, kind),
                 fixed: body.body.is_fixed(),
-                atoms: circles.map(|(centre, radius)| [centre.x, centre.y, radius]).collect(),
+                atoms: circles
+                    .map(|(centre, radius)| [centre.x, centre.y, radius])
+                    .collect(),
             };
-            let number = shapes.iter().position(|known| *known == shape).unwrap_or(shapes.len());
+            let number = shapes
+                .iter()
+                .position(|known| *known == shape)
+                .unwrap_or(shapes.len());
             if number == shapes.len() {
                 shapes.push(shape);
             }
@@ -210,8 +255,12 @@ impl Animation {
             .bodies()
             .filter(|body| is_shown(body.body))
             .filter_map(|body| Some(wall(body.wall()?, body.body.molecule().face()?.radius())));
-        let largest =
-            |quantity: fn(&Flight) -> f64| flights.iter().map(quantity).fold(f64::MIN_POSITIVE, f64::max);
+        let largest = |quantity: fn(&Flight) -> f64| {
+            flights
+                .iter()
+                .map(quantity)
+                .fold(f64::MIN_POSITIVE, f64::max)
+        };
         let mut animation = Self {
             sides: sides.to_array(),
             window: part.map(VisibleRegion::window),
@@ -227,8 +276,14 @@ impl Animation {
         };
         for flight in flights {
             // Walls have no number.
-            let Some(&number) = number_of.get(&flight.body) else { continue };
-            animation.pack(flight, number, view.bounds().wrap(flight.position).0 / sides);
+            let Some(&number) = number_of.get(&flight.body) else {
+                continue;
+            };
+            animation.pack(
+                flight,
+                number,
+                view.bounds().wrap(flight.position).0 / sides,
+            );
         }
         animation
     }
@@ -236,13 +291,30 @@ impl Animation {
     fn pack(&mut self, flight: &Flight, number: usize, place: DVec2) {
         let signed = |value: f64, largest: f64| 0.5 * (value / largest + 1.0);
         let time = (flight.time - self.from) / (self.until - self.from);
-        let velocity = flight.velocity.to_array().map(|component| signed(component, self.fastest));
+        let velocity = flight
+            .velocity
+            .to_array()
+            .map(|component| signed(component, self.fastest));
         let turn = flight.angle / std::f64::consts::TAU;
-        let spin = [turn - turn.floor(), signed(flight.angular_velocity, self.fastest_spin)];
-        let turning = if self.shapes[self.bodies[number]].turns() { &spin[..] } else { &[] };
+        let spin = [
+            turn - turn.floor(),
+            signed(flight.angular_velocity, self.fastest_spin),
+        ];
+        let turning = if self.shapes[self.bodies[number]].turns() {
+            &spin[..]
+        } else {
+            &[]
+        };
         push(&mut self.flights, number as u32);
-        for value in [time, place.x, place.y].iter().chain(&velocity).chain(turning) {
-            push(&mut self.flights, (value.clamp(0.0, 1.0) * LEVELS).round() as u32);
+        for value in [time, place.x, place.y]
+            .iter()
+            .chain(&velocity)
+            .chain(turning)
+        {
+            push(
+                &mut self.flights,
+                (value.clamp(0.0, 1.0) * LEVELS).round() as u32,
+            );
         }
     }
 }
@@ -257,7 +329,8 @@ fn watched(shapes: &[Shape], bodies: &[usize]) -> Option<usize> {
     let first = bodies.iter().position(|&shape| !shapes[shape].fixed)?;
     let own = bodies[first];
     let is_alone = |shape: usize| counts[shape] == 1 && !shapes[shape].fixed;
-    let is_size = |other: usize| other != own && is_alone(other) && shapes[other].is_scaled(&shapes[own]);
+    let is_size =
+        |other: usize| other != own && is_alone(other) && shapes[other].is_scaled(&shapes[own]);
     (is_alone(own) && !(0..shapes.len()).any(is_size)).then_some(first)
 }
 
@@ -299,8 +372,10 @@ mod tests {
         assert_eq!(animation["watched"], 0);
         assert_eq!(animation["walls"].as_array().unwrap().len(), 1);
         assert_eq!(animation["shapes"].as_array().unwrap().len(), 3);
-        let (fastest, spin) =
-            (animation["fastest"].as_f64().unwrap(), animation["fastest_spin"].as_f64().unwrap());
+        let (fastest, spin) = (
+            animation["fastest"].as_f64().unwrap(),
+            animation["fastest_spin"].as_f64().unwrap(),
+        );
         let mut packed = numbers(animation["flights"].as_str().unwrap()).into_iter();
         let table = folder.read(FLIGHTS).unwrap();
         let mut flights = 0;
@@ -341,14 +416,18 @@ mod tests {
     fn the_animation_of_a_large_system_stays_small_and_shows_only_recorded_bodies() {
         let scene = |count: u32| {
             let radius = 0.3 / f64::from(count).sqrt();
-            let gas = format!("[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
+            let gas =
+                format!("[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
             AnySimulation::new(&Scene::from_toml(&gas).unwrap()).unwrap()
         };
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
         let mut simulation = scene(40_000);
         record(&simulation, &folder).unwrap();
-        let (text, table) = (folder.read(ANIMATION).unwrap(), folder.read(FLIGHTS).unwrap());
+        let (text, table) = (
+            folder.read(ANIMATION).unwrap(),
+            folder.read(FLIGHTS).unwrap(),
+        );
         assert!(text.len() < 800_000, "{}", text.len());
         let animation: Value = serde_json::from_str(&text).unwrap();
         let number = |value: &Value| value.as_f64().unwrap();
@@ -370,7 +449,9 @@ mod tests {
             let from_corner = (place - DVec2::new(left, bottom)).rem_euclid(DVec2::ONE);
             if from_corner.x < wide && from_corner.y < high {
                 seen += 1;
-                let recorded = last.get(&body.body.id()).expect("an unrecorded body is in view");
+                let recorded = last
+                    .get(&body.body.id())
+                    .expect("an unrecorded body is in view");
                 let off = recorded - place;
                 assert!((off - off.round()).length() < 1e-9, "{off}");
             }
@@ -391,7 +472,8 @@ mod tests {
 
     #[test]
     fn one_molecule_is_watched_but_none_of_a_gas_of_many_sizes() {
-        let gas = "[[gas]]\nradius = { uniform = [0.01, 0.02] }\nmass = 1.0\nenergy = 1.0\ncount = 30\n";
+        let gas =
+            "[[gas]]\nradius = { uniform = [0.01, 0.02] }\nmass = 1.0\nenergy = 1.0\ncount = 30\n";
         let shape = |name: &str| {
             format!(
                 "[[molecule]]\nshape = \"{name}\"\natom_radius = 0.03\natom_mass = 1.0\nat = [0.5, 0.5]\n"

@@ -103,7 +103,11 @@ pub struct CheckpointLengths {
 impl CheckpointLengths {
     /// State before the first checkpoint of a run with these files.
     pub fn new(files: &AppendFiles) -> Self {
-        Self { folder: files.folder.clone(), writing: Arc::clone(&files.writing), lengths: None }
+        Self {
+            folder: files.folder.clone(),
+            writing: Arc::clone(&files.writing),
+            lengths: None,
+        }
     }
 
     /// Records the file lengths of a checkpoint; `None` after the end of the run, when files are no
@@ -120,7 +124,9 @@ impl CheckpointLengths {
         for length in self.lengths.iter().flatten() {
             let path = self.folder.path().join(&length.name);
             if let Ok(file) = OpenOptions::new().write(true).open(path)
-                && file.metadata().is_ok_and(|found| found.len() > length.bytes)
+                && file
+                    .metadata()
+                    .is_ok_and(|found| found.len() > length.bytes)
             {
                 let _ = file.set_len(length.bytes);
             }
@@ -147,7 +153,11 @@ struct AppendFile {
 impl AppendFiles {
     /// An empty set of files.
     pub fn begin(folder: &Folder) -> Self {
-        Self { folder: folder.clone(), files: Vec::new(), writing: Writing::default() }
+        Self {
+            folder: folder.clone(),
+            files: Vec::new(),
+            writing: Writing::default(),
+        }
     }
 
     /// Opens the files of a checkpoint and truncates them to their lengths there.
@@ -159,7 +169,11 @@ impl AppendFiles {
         for length in lengths {
             let file = cut_back(&folder.file(&length.name)?, length)?;
             let (name, out) = (length.name.clone(), resumed.appender(file, length.bytes));
-            resumed.files.push(AppendFile { name, out, records: length.records });
+            resumed.files.push(AppendFile {
+                name,
+                out,
+                records: length.records,
+            });
         }
         Ok(resumed)
     }
@@ -179,8 +193,17 @@ impl AppendFiles {
     ///
     /// # Errors
     /// The table cannot be written.
-    pub fn append_to<T>(&mut self, name: &str, table: &SeriesFormat<T>, series: &[T]) -> Result<()> {
-        let written = self.files.iter().find(|file| file.name == name).map_or(0, |file| file.records);
+    pub fn append_to<T>(
+        &mut self,
+        name: &str,
+        table: &SeriesFormat<T>,
+        series: &[T],
+    ) -> Result<()> {
+        let written = self
+            .files
+            .iter()
+            .find(|file| file.name == name)
+            .map_or(0, |file| file.records);
         let new = series.get(written..).unwrap_or(series);
         if new.len() == series.len()
             && let Some(file) = self.files.iter_mut().find(|file| file.name == name)
@@ -204,11 +227,20 @@ impl AppendFiles {
     ///
     /// # Errors
     /// The table cannot be written.
-    pub fn append_new_to<T>(&mut self, name: &str, table: &SeriesFormat<T>, points: &[T]) -> Result<()> {
-        let file = self.file(name, |out| write_csv(out, |csv| csv.write_record(table.header)))?;
+    pub fn append_new_to<T>(
+        &mut self,
+        name: &str,
+        table: &SeriesFormat<T>,
+        points: &[T],
+    ) -> Result<()> {
+        let file = self.file(name, |out| {
+            write_csv(out, |csv| csv.write_record(table.header))
+        })?;
         file.records += points.len();
-        write_csv(&mut file.out, |csv| points.iter().try_for_each(|point| (table.row)(csv, point)))
-            .with_context(|| format!("cannot write {name}"))
+        write_csv(&mut file.out, |csv| {
+            points.iter().try_for_each(|point| (table.row)(csv, point))
+        })
+        .with_context(|| format!("cannot write {name}"))
     }
 
     /// Whether a file of this name has been begun.
@@ -227,7 +259,9 @@ impl AppendFiles {
     ) -> Result<()> {
         let file = self.file(name, |_| Ok(()))?;
         file.records += 1;
-        write(&mut file.out).and_then(|()| file.out.flush()).with_context(|| format!("cannot write {name}"))
+        write(&mut file.out)
+            .and_then(|()| file.out.flush())
+            .with_context(|| format!("cannot write {name}"))
     }
 
     /// Flushes all files to disk and returns their lengths.
@@ -241,10 +275,17 @@ impl AppendFiles {
         let length = |file: &mut AppendFile| -> Result<Length> {
             file.out.flush()?;
             let bytes = file.out.get_ref().length()?;
-            Ok(Length { name: file.name.clone(), bytes, records: file.records })
+            Ok(Length {
+                name: file.name.clone(),
+                bytes,
+                records: file.records,
+            })
         };
         let cannot = |name: &str| format!("cannot write {}", folder.join(name).display());
-        self.files.iter_mut().map(|file| length(file).with_context(|| cannot(&file.name))).collect()
+        self.files
+            .iter_mut()
+            .map(|file| length(file).with_context(|| cannot(&file.name)))
+            .collect()
     }
 
     /// Returns the file of this name; creates it on first use.
@@ -258,20 +299,29 @@ impl AppendFiles {
         if place == self.files.len() {
             let path = self.folder.file(name)?;
             // Truncated separately: not every system truncates a file that is opened for appending.
-            let made = File::create(&path).and_then(|_| OpenOptions::new().append(true).open(&path));
+            let made =
+                File::create(&path).and_then(|_| OpenOptions::new().append(true).open(&path));
             let made = made.map(|file| self.appender(file, 0)).and_then(|mut out| {
                 begin(&mut out)?;
                 Ok(out)
             });
             let out = made.with_context(|| format!("cannot write {}", path.display()))?;
-            self.files.push(AppendFile { name: name.to_owned(), out, records: 0 });
+            self.files.push(AppendFile {
+                name: name.to_owned(),
+                out,
+                records: 0,
+            });
         }
         Ok(&mut self.files[place])
     }
 
     /// Writes to the end of a file of this length.
     fn appender(&self, file: File, bytes: u64) -> Appender {
-        BufWriter::new(SharedFile { file, bytes, writing: Arc::clone(&self.writing) })
+        BufWriter::new(SharedFile {
+            file,
+            bytes,
+            writing: Arc::clone(&self.writing),
+        })
     }
 }
 
@@ -279,7 +329,9 @@ fn write_csv(
     out: &mut Appender,
     write: impl FnOnce(&mut csv::Writer<&mut Appender>) -> csv::Result<()>,
 ) -> io::Result<()> {
-    let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(out);
+    let mut csv = csv::WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(out);
     write(&mut csv)?;
     csv.flush()
 }
@@ -287,7 +339,10 @@ fn write_csv(
 /// Truncates a file to its length at the checkpoint, and opens it for appending.
 fn cut_back(path: &Path, length: &Length) -> Result<File> {
     let cannot = || format!("cannot continue {}", path.display());
-    let file = OpenOptions::new().write(true).open(path).with_context(cannot)?;
+    let file = OpenOptions::new()
+        .write(true)
+        .open(path)
+        .with_context(cannot)?;
     let found = file.metadata().with_context(cannot)?.len();
     ensure!(
         found >= length.bytes,
@@ -296,7 +351,10 @@ fn cut_back(path: &Path, length: &Length) -> Result<File> {
         length.bytes
     );
     file.set_len(length.bytes).with_context(cannot)?;
-    OpenOptions::new().append(true).open(path).with_context(cannot)
+    OpenOptions::new()
+        .append(true)
+        .open(path)
+        .with_context(cannot)
 }
 
 #[cfg(test)]
@@ -324,11 +382,15 @@ mod tests {
         let mut files = AppendFiles::begin(&folder);
         files.append(&SQUARES, &[]).unwrap();
         files.append(&SQUARES, &[1.0, 2.0]).unwrap();
-        files.append_frame("frames", |out| out.write_all(b"one")).unwrap();
+        files
+            .append_frame("frames", |out| out.write_all(b"one"))
+            .unwrap();
         files.append_new(&CUBES, &[2.0]).unwrap();
         let lengths = files.lengths().unwrap();
         files.append(&SQUARES, &[1.0, 2.0, 3.0]).unwrap();
-        files.append_frame("frames", |out| out.write_all(b"two")).unwrap();
+        files
+            .append_frame("frames", |out| out.write_all(b"two"))
+            .unwrap();
         // Without a checkpoint, or after the end of the run, files keep their full length.
         let mut lengths_kept = CheckpointLengths::new(&files);
         drop(files);
@@ -347,16 +409,28 @@ mod tests {
         assert_eq!(read("squares.csv"), "x,square\n1.0,1.0\n2.0,4.0\n");
         files.append(&SQUARES, &[1.0, 2.0, 3.0]).unwrap();
         files.append_new(&CUBES, &[3.0]).unwrap();
-        files.append_frame("frames", |out| out.write_all(b"two")).unwrap();
+        files
+            .append_frame("frames", |out| out.write_all(b"two"))
+            .unwrap();
         drop(files);
         assert_eq!(read("cubes.csv"), "x,cube\n2.0,8.0\n3.0,27.0\n");
         assert_eq!((read("squares.csv"), read("frames")), (table, frames));
 
         fs::write(root.path().join("frames"), "on").unwrap();
-        let refused = AppendFiles::resume(&folder, &lengths).unwrap_err().to_string();
-        assert!(refused.contains("frames") && refused.contains("2 bytes, but had 3"), "{refused}");
+        let refused = AppendFiles::resume(&folder, &lengths)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            refused.contains("frames") && refused.contains("2 bytes, but had 3"),
+            "{refused}"
+        );
         fs::remove_file(root.path().join("frames")).unwrap();
-        assert!(AppendFiles::resume(&folder, &lengths).unwrap_err().to_string().contains("frames"));
+        assert!(
+            AppendFiles::resume(&folder, &lengths)
+                .unwrap_err()
+                .to_string()
+                .contains("frames")
+        );
     }
 
     /// A second process in the same folder, where locks do not reach it, truncates or extends what
@@ -376,7 +450,12 @@ mod tests {
         let mut files = AppendFiles::begin(&folder);
         files.append_new(&SQUARES, &[1.0, 2.0]).unwrap();
         let lengths = files.lengths().unwrap();
-        OpenOptions::new().write(true).open(&path).unwrap().set_len(3).unwrap();
+        OpenOptions::new()
+            .write(true)
+            .open(&path)
+            .unwrap()
+            .set_len(3)
+            .unwrap();
         spoilt(&mut files);
         // What follows is appended: no gap of zeros.
         files.append_new(&SQUARES, &[3.0]).unwrap();

@@ -44,13 +44,17 @@ pub enum FileError {
     #[error("it is not a checkpoint of carom")]
     Foreign,
     /// A later program wrote it.
-    #[error("it was written by a newer program: its format is {found}, this program reads {FORMAT}")]
+    #[error(
+        "it was written by a newer program: its format is {found}, this program reads {FORMAT}"
+    )]
     Newer {
         /// Version of its format.
         found: u32,
     },
     /// An earlier program wrote it.
-    #[error("it was written by an older program: its format is {found}, this program reads {FORMAT}")]
+    #[error(
+        "it was written by an older program: its format is {found}, this program reads {FORMAT}"
+    )]
     Older {
         /// Version of its format.
         found: u32,
@@ -91,10 +95,15 @@ impl Body {
         }
         let found = bytes.len() as u64;
         let Some((header, body)) = bytes.split_first_chunk::<HEADER>() else {
-            return Err(FileError::Truncated { found, expected: HEADER as u64 });
+            return Err(FileError::Truncated {
+                found,
+                expected: HEADER as u64,
+            });
         };
-        let (described, checksum) =
-            (&header[..28], u32::from_le_bytes([28, 29, 30, 31].map(|at| header[at])));
+        let (described, checksum) = (
+            &header[..28],
+            u32::from_le_bytes([28, 29, 30, 31].map(|at| header[at])),
+        );
         let format = u32::from_le_bytes([16, 17, 18, 19].map(|at| header[at]));
         match format {
             FORMAT => {}
@@ -109,7 +118,10 @@ impl Body {
         if checksum_of(&[described, body]) != checksum || found > expected {
             return Err(FileError::Damaged);
         }
-        Ok(Self { bytes, taken: HEADER })
+        Ok(Self {
+            bytes,
+            taken: HEADER,
+        })
     }
 
     /// Decodes the next value.
@@ -147,7 +159,10 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FileError> {
 /// Whether a file begins like one that [`write()`] has written.
 pub fn is_one(path: &Path) -> bool {
     let mut magic = [0; MAGIC.len()];
-    fs::File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == MAGIC
+    fs::File::open(path)
+        .and_then(|mut file| file.read_exact(&mut magic))
+        .is_ok()
+        && magic == MAGIC
 }
 
 /// Writes a file of encoded values.
@@ -160,10 +175,14 @@ pub fn write(path: &Path, values: &[&[u8]]) -> Result<()> {
     header.extend(MAGIC);
     header.extend(FORMAT.to_le_bytes());
     header.extend(length.to_le_bytes());
-    let pieces: Vec<&[u8]> = std::iter::once(&header[..]).chain(values.iter().copied()).collect();
+    let pieces: Vec<&[u8]> = std::iter::once(&header[..])
+        .chain(values.iter().copied())
+        .collect();
     let checksum = checksum_of(&pieces);
     header.extend(checksum.to_le_bytes());
-    let pieces: Vec<&[u8]> = std::iter::once(&header[..]).chain(values.iter().copied()).collect();
+    let pieces: Vec<&[u8]> = std::iter::once(&header[..])
+        .chain(values.iter().copied())
+        .collect();
     write_lasting(path, &pieces)
 }
 
@@ -183,12 +202,20 @@ mod tests {
     fn refusal(spoil: impl FnOnce(&mut Vec<u8>)) -> String {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("checkpoint");
-        write(&path, &[&encode(&"text").unwrap(), &encode(&[0.1, -0.0, f64::MIN_POSITIVE]).unwrap()])
-            .unwrap();
+        write(
+            &path,
+            &[
+                &encode(&"text").unwrap(),
+                &encode(&[0.1, -0.0, f64::MIN_POSITIVE]).unwrap(),
+            ],
+        )
+        .unwrap();
         let mut bytes = fs::read(&path).unwrap();
         spoil(&mut bytes);
         fs::write(&path, bytes).unwrap();
-        Body::read(&path).map(|_| ()).map_or_else(|error| error.to_string(), |()| "sound".to_owned())
+        Body::read(&path)
+            .map(|_| ())
+            .map_or_else(|error| error.to_string(), |()| "sound".to_owned())
     }
 
     #[test]
@@ -196,10 +223,17 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("checkpoint");
         let numbers = [0.1 + 0.2, -0.0, 5e-324, f64::MAX];
-        write(&path, &[&encode(&"text").unwrap(), &encode(&numbers).unwrap()]).unwrap();
+        write(
+            &path,
+            &[&encode(&"text").unwrap(), &encode(&numbers).unwrap()],
+        )
+        .unwrap();
         let mut body = Body::read(&path).unwrap();
         assert_eq!(body.take::<String>().unwrap(), "text");
-        assert_eq!(body.take::<[f64; 4]>().unwrap().map(f64::to_bits), numbers.map(f64::to_bits));
+        assert_eq!(
+            body.take::<[f64; 4]>().unwrap().map(f64::to_bits),
+            numbers.map(f64::to_bits)
+        );
         assert!(body.rest().is_empty());
         assert!(body.take::<u8>().is_err(), "nothing is left");
     }
@@ -225,7 +259,10 @@ mod tests {
                 20..28 => &["truncated", "damaged"],
                 _ => &["damaged"],
             };
-            assert!(expected.iter().any(|words| message.contains(words)), "{place}: {message}");
+            assert!(
+                expected.iter().any(|words| message.contains(words)),
+                "{place}: {message}"
+            );
         }
         assert!(refusal(|bytes| bytes.push(0)).contains("damaged"));
     }
@@ -236,7 +273,15 @@ mod tests {
         let older = format!("older program: its format is {}", FORMAT - 1);
         assert!(refusal(|bytes| bytes[16] += 1).contains(&newer));
         assert!(refusal(|bytes| bytes[16] -= 1).contains(&older));
-        assert!(refusal(|bytes| *bytes = b"time,energy\n0.0,1.0\n".to_vec()).contains("not a checkpoint"));
-        assert!(Body::read(Path::new("no/such/file")).unwrap_err().to_string().contains("cannot be read"));
+        assert!(
+            refusal(|bytes| *bytes = b"time,energy\n0.0,1.0\n".to_vec())
+                .contains("not a checkpoint")
+        );
+        assert!(
+            Body::read(Path::new("no/such/file"))
+                .unwrap_err()
+                .to_string()
+                .contains("cannot be read")
+        );
     }
 }

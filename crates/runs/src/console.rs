@@ -69,10 +69,12 @@ pub trait Program: Parser {
 /// Parses the command line, runs the command, and writes what it ends with. Returns the exit code,
 /// see [`exit::code`].
 pub fn main<P: Program>() -> ExitCode {
-    let parsed = with_negative_numbers(P::command()).try_get_matches().and_then(|matches| {
-        let name = name(&matches);
-        P::from_arg_matches(&matches).map(|program| (program, name))
-    });
+    let parsed = with_negative_numbers(P::command())
+        .try_get_matches()
+        .and_then(|matches| {
+            let name = name(&matches);
+            P::from_arg_matches(&matches).map(|program| (program, name))
+        });
     let (program, name) = match parsed {
         Ok(parsed) => parsed,
         Err(error) => return refuse(&error),
@@ -82,8 +84,14 @@ pub fn main<P: Program>() -> ExitCode {
     if json {
         json_object::begin(&name);
     }
-    let shown = if quiet || !program.shows_progress() { None } else { progress::show(&name) };
-    let end = program.run().and_then(|verdict| lost_output().map(|()| verdict));
+    let shown = if quiet || !program.shows_progress() {
+        None
+    } else {
+        progress::show(&name)
+    };
+    let end = program
+        .run()
+        .and_then(|verdict| lost_output().map(|()| verdict));
     drop(shown);
     if let Err(error) = &end {
         complain(&exit::words(error));

@@ -29,7 +29,7 @@ use crate::{
 };
 
 /// Largest number of times that a search is continued after "certified free until".
-const MOST_QUERIES: u32 = 1000;
+const MAX_QUERIES: u32 = 1000;
 
 /// Options of `carom detect`.
 #[derive(Debug, Clone, Args)]
@@ -82,7 +82,13 @@ pub struct SearchSummary {
 
 impl fmt::Display for SearchSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { cases, contacts, free, unresolved, evaluations } = self;
+        let Self {
+            cases,
+            contacts,
+            free,
+            unresolved,
+            evaluations,
+        } = self;
         write!(f, "{cases} encounters: {contacts} contacts, {free} free")?;
         if *unresolved > 0 {
             write!(f, ", {unresolved} unresolved")?;
@@ -104,7 +110,15 @@ pub fn detect(cases: &Path, detector: DetectorName, out: &Path) -> Result<Search
     let encounters = encounters::read(cases)?;
     let mut summary = SearchSummary::default();
     let mut table = csv::Writer::from_writer(Vec::new());
-    table.write_record(["class", "id", "outcome", "t", "atomA", "atomB", "evaluations"])?;
+    table.write_record([
+        "class",
+        "id",
+        "outcome",
+        "t",
+        "atomA",
+        "atomB",
+        "evaluations",
+    ])?;
     let progress = Progress::items("pairs", encounters.len() as u64);
     for encounter in &encounters {
         let finding = match detector {
@@ -117,7 +131,15 @@ pub fn detect(cases: &Path, detector: DetectorName, out: &Path) -> Result<Search
         let [time, atom_a, atom_b] = finding.cells();
         let evaluations = finding.evaluations.to_string();
         let (class, id) = (&encounter.class, &encounter.id);
-        table.write_record([class, id, finding.word(), &time, &atom_a, &atom_b, &evaluations])?;
+        table.write_record([
+            class,
+            id,
+            finding.word(),
+            &time,
+            &atom_a,
+            &atom_b,
+            &evaluations,
+        ])?;
         progress.count(1);
     }
     write_whole(out, &table.into_inner()?)?;
@@ -168,18 +190,22 @@ impl SearchSummary {
         match finding.outcome {
             Outcome::Contact(_) => self.contacts += 1,
             Outcome::Free => self.free += 1,
-            Outcome::FreeUntil(_) | Outcome::Unresolved(_) | Outcome::OutOfRange => self.unresolved += 1,
+            Outcome::FreeUntil(_) | Outcome::Unresolved(_) | Outcome::OutOfRange => {
+                self.unresolved += 1
+            }
         }
     }
 }
 
 /// The first contact that a detector finds.
 pub fn first_contact(detector: &impl Detection, encounter: &EncounterRecord) -> Finding {
-    search(encounter, |a, b, motion, _, horizon| detector.first_contact(a, b, motion, horizon))
+    search(encounter, |a, b, motion, _, horizon| {
+        detector.first_contact(a, b, motion, horizon)
+    })
 }
 
 /// Continues a search that ended "certified free until" from there, as the engine does, at most
-/// [`MOST_QUERIES`] times. A query has A, B, their motion from a time on, that time, and the
+/// [`MAX_QUERIES`] times. A query has A, B, their motion from a time on, that time, and the
 /// horizon from there.
 pub(crate) fn search(
     encounter: &EncounterRecord,
@@ -192,7 +218,7 @@ pub(crate) fn search(
     });
     let mut time = 0.0;
     let mut evaluations = 0;
-    for _ in 0..MOST_QUERIES {
+    for _ in 0..MAX_QUERIES {
         let answer = query(a, b, &encounter.pair_at(time), time, window_end - time);
         evaluations += u64::from(answer.evaluations);
         let outcome = match answer.outcome {
@@ -210,9 +236,15 @@ pub(crate) fn search(
             Outcome::Unresolved(later) => Outcome::Unresolved(time + later),
             outcome @ (Outcome::Free | Outcome::OutOfRange) => outcome,
         };
-        return Finding { outcome, evaluations };
+        return Finding {
+            outcome,
+            evaluations,
+        };
     }
-    Finding { outcome: Outcome::FreeUntil(time), evaluations }
+    Finding {
+        outcome: Outcome::FreeUntil(time),
+        evaluations,
+    }
 }
 
 #[cfg(test)]
@@ -225,10 +257,17 @@ mod tests {
     /// Answers to a case file with these lines.
     fn answers(lines: &[&str], detector: DetectorName) -> Result<String> {
         let folder = tempfile::tempdir()?;
-        let (cases, out) = (folder.path().join("cases.csv"), folder.path().join("answers.csv"));
+        let (cases, out) = (
+            folder.path().join("cases.csv"),
+            folder.path().join("answers.csv"),
+        );
         fs::write(&cases, lines.join("\n"))?;
         detect(&cases, detector, &out)?;
-        assert_eq!(fs::read_dir(folder.path())?.count(), 2, "nothing else is left behind");
+        assert_eq!(
+            fs::read_dir(folder.path())?.count(),
+            2,
+            "nothing else is left behind"
+        );
         Ok(fs::read_to_string(out)?)
     }
 
@@ -252,7 +291,11 @@ mod tests {
         let columns = format!("{COLUMNS},window_end");
         let line = "discs,1,0,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5";
         for (window_end, word) in [("2", "contact"), ("1.9", "free"), ("", "contact")] {
-            let found = answers(&[&columns, &format!("{line},{window_end}")], DetectorName::Exact).unwrap();
+            let found = answers(
+                &[&columns, &format!("{line},{window_end}")],
+                DetectorName::Exact,
+            )
+            .unwrap();
             assert!(found.contains(word), "{window_end}: {found}");
         }
     }
@@ -264,23 +307,47 @@ mod tests {
             ("c,2,0,0,x,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5", "vxA"),
             ("c,2,0,0,0,0,0,NaN,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5", "wA"),
             ("c,2,0,0,0,0,0,0,0:0:1:0.5,inf,0,-1,0,0,0,0:0:1:0.5", "xB"),
-            ("c,2,0,0,0,0,0,0,0:0:1:-0.5,3,0,-1,0,0,0,0:0:1:0.5", "atomsA"),
+            (
+                "c,2,0,0,0,0,0,0,0:0:1:-0.5,3,0,-1,0,0,0,0:0:1:0.5",
+                "atomsA",
+            ),
             ("c,2,0,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1", "atomsB"),
-            ("c,2,0,0,0,0,0,0,0:0:1:0.5;0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5", "atomsA"),
+            (
+                "c,2,0,0,0,0,0,0,0:0:1:0.5;0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5",
+                "atomsA",
+            ),
             ("c,2,,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5", "xA"),
         ] {
-            let error = format!("{:#}", answers(&[COLUMNS, good, bad], DetectorName::Exact).unwrap_err());
-            assert!(error.contains("line 3") && error.contains(&format!("`{column}`")), "{error}");
+            let error = format!(
+                "{:#}",
+                answers(&[COLUMNS, good, bad], DetectorName::Exact).unwrap_err()
+            );
+            assert!(
+                error.contains("line 3") && error.contains(&format!("`{column}`")),
+                "{error}"
+            );
         }
         assert!(answers(&[COLUMNS, "c,2,0"], DetectorName::Exact).is_err());
-        let error = format!("{:#}", answers(&["class,id", "c,1"], DetectorName::Exact).unwrap_err());
+        let error = format!(
+            "{:#}",
+            answers(&["class,id", "c,1"], DetectorName::Exact).unwrap_err()
+        );
         assert!(error.contains("the column `xA` is missing"), "{error}");
     }
 
     #[test]
     fn detectors_are_parsed_by_name() {
-        assert_eq!("golden-secant".parse::<DetectorName>().unwrap(), DetectorName::GoldenSecant);
-        let error = "fixed-stop".parse::<DetectorName>().unwrap_err().to_string();
-        assert!(error.contains("golden-secant") && error.ends_with("did you mean `fixed-step`?"), "{error}");
+        assert_eq!(
+            "golden-secant".parse::<DetectorName>().unwrap(),
+            DetectorName::GoldenSecant
+        );
+        let error = "fixed-stop"
+            .parse::<DetectorName>()
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("golden-secant") && error.ends_with("did you mean `fixed-step`?"),
+            "{error}"
+        );
     }
 }

@@ -16,7 +16,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use carom_geometry::{Atom, LARGEST, Molecule};
+use carom_geometry::{Atom, MAX_MAGNITUDE, Molecule};
 use carom_kinematics::{Motion, Orientation, RelativeMotion};
 use csv::StringRecord;
 use glam::DVec2;
@@ -78,8 +78,13 @@ pub fn read(path: &Path) -> Result<Vec<EncounterRecord>> {
     for record in reader.records() {
         let record = record.with_context(name)?;
         let line = record.position().map_or(0, csv::Position::line);
-        let row = Row { headers: &headers, record: &record };
-        let encounter = row.encounter().with_context(|| format!("{}, line {line}", name()))?;
+        let row = Row {
+            headers: &headers,
+            record: &record,
+        };
+        let encounter = row
+            .encounter()
+            .with_context(|| format!("{}, line {line}", name()))?;
         encounters.push(encounter);
     }
     Ok(encounters)
@@ -109,7 +114,10 @@ impl Row<'_> {
         })
     }
 
-    fn body(&self, [x, y, vx, vy, orientation, spin, atoms]: Columns) -> Result<(Molecule, Motion)> {
+    fn body(
+        &self,
+        [x, y, vx, vy, orientation, spin, atoms]: Columns,
+    ) -> Result<(Molecule, Motion)> {
         let motion = Motion {
             position: DVec2::new(self.number(x)?, self.number(y)?),
             velocity: DVec2::new(self.number(vx)?, self.number(vy)?),
@@ -118,14 +126,22 @@ impl Row<'_> {
             time: 0.0,
         };
         let column = || format!("column `{atoms}`");
-        let list: Vec<Atom> =
-            self.text(atoms)?.split(';').map(atom).collect::<Result<_>>().with_context(column)?;
+        let list: Vec<Atom> = self
+            .text(atoms)?
+            .split(';')
+            .map(atom)
+            .collect::<Result<_>>()
+            .with_context(column)?;
         Ok((Molecule::new(list).with_context(column)?, motion))
     }
 
     fn window_end(&self) -> Result<Option<f64>> {
-        let Some(text) = self.given("window_end") else { return Ok(None) };
-        let end: f64 = text.parse().with_context(|| format!("column `window_end`: '{text}'"))?;
+        let Some(text) = self.given("window_end") else {
+            return Ok(None);
+        };
+        let end: f64 = text
+            .parse()
+            .with_context(|| format!("column `window_end`: '{text}'"))?;
         ensure!(
             end.is_finite() && end >= 0.0,
             "column `window_end`: {end} is not a finite time of at least 0"
@@ -134,42 +150,63 @@ impl Row<'_> {
     }
 
     fn expected(&self) -> Result<Option<Expected>> {
-        let Some(first) = self.given("t_first") else { return Ok(None) };
+        let Some(first) = self.given("t_first") else {
+            return Ok(None);
+        };
         if first == "none" {
             return Ok(Some(Expected::Free));
         }
         let atom = |name| -> Result<u32> {
             let text = self.text(name)?;
-            text.parse().with_context(|| format!("column `{name}`: '{text}' is not the index of an atom"))
+            text.parse()
+                .with_context(|| format!("column `{name}`: '{text}' is not the index of an atom"))
         };
-        Ok(Some(Expected::Contact { time: self.number("t_first")?, atoms: (atom("atomA")?, atom("atomB")?) }))
+        Ok(Some(Expected::Contact {
+            time: self.number("t_first")?,
+            atoms: (atom("atomA")?, atom("atomB")?),
+        }))
     }
 
-    /// Parses a number of magnitude at most [`LARGEST`].
+    /// Parses a number of magnitude at most [`MAX_MAGNITUDE`].
     fn number(&self, name: &str) -> Result<f64> {
         number(self.text(name)?).with_context(|| format!("column `{name}`"))
     }
 
     /// Text of a column, unless it is missing or empty.
     fn given(&self, name: &str) -> Option<&str> {
-        let index = self.headers.iter().position(|header| header.trim() == name)?;
-        self.record.get(index).map(str::trim).filter(|text| !text.is_empty())
+        let index = self
+            .headers
+            .iter()
+            .position(|header| header.trim() == name)?;
+        self.record
+            .get(index)
+            .map(str::trim)
+            .filter(|text| !text.is_empty())
     }
 
     fn text(&self, name: &str) -> Result<&str> {
-        self.given(name).with_context(|| format!("column `{name}` is missing or empty"))
+        self.given(name)
+            .with_context(|| format!("column `{name}` is missing or empty"))
     }
 }
 
 fn number(text: &str) -> Result<f64> {
-    let value: f64 = text.trim().parse().with_context(|| format!("'{text}' is not a number"))?;
-    ensure!(value.abs() <= LARGEST, "{value} is not between −1e60 and 1e60");
+    let value: f64 = text
+        .trim()
+        .parse()
+        .with_context(|| format!("'{text}' is not a number"))?;
+    ensure!(
+        value.abs() <= MAX_MAGNITUDE,
+        "{value} is not between −1e60 and 1e60"
+    );
     Ok(value)
 }
 
 /// Parses an atom from `x:y:m:r`.
 fn atom(text: &str) -> Result<Atom> {
     let numbers: Vec<f64> = text.split(':').map(number).collect::<Result<_>>()?;
-    let [x, y, mass, radius] = numbers[..] else { bail!("'{text}' is not an atom, x:y:m:r") };
+    let [x, y, mass, radius] = numbers[..] else {
+        bail!("'{text}' is not an atom, x:y:m:r")
+    };
     Ok(Atom::new(DVec2::new(x, y), radius, mass)?)
 }

@@ -27,10 +27,18 @@ macro_rules! example {
         example!($name, "run", concat!("../examples/", $name, ".toml"))
     };
     (study $name:literal) => {
-        example!($name, "sweep", concat!("../examples/studies/", $name, ".toml"))
+        example!(
+            $name,
+            "sweep",
+            concat!("../examples/studies/", $name, ".toml")
+        )
     };
     ($name:expr, $command:literal, $path:expr) => {
-        Example { name: $name, command: $command, text: include_str!($path) }
+        Example {
+            name: $name,
+            command: $command,
+            text: include_str!($path),
+        }
     };
 }
 
@@ -68,7 +76,9 @@ impl Example {
     /// # Errors
     /// There is none.
     pub fn named(name: &str) -> Result<&'static Self> {
-        let found = EXAMPLES.iter().find(|example| example.name == name.trim_end_matches(".toml"));
+        let found = EXAMPLES
+            .iter()
+            .find(|example| example.name == name.trim_end_matches(".toml"));
         found.with_context(|| {
             let names = || EXAMPLES.iter().map(|example| example.name);
             let all: Vec<&str> = names().collect();
@@ -82,10 +92,21 @@ impl Example {
 
     /// What it is about: its first sentence.
     pub fn about(&self) -> String {
-        let comment = self.text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim);
-        let words = comment.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
+        let comment = self
+            .text
+            .lines()
+            .map_while(|line| line.strip_prefix('#'))
+            .map(str::trim);
+        let words = comment
+            .take_while(|line| !line.is_empty())
+            .collect::<Vec<_>>()
+            .join(" ");
         let end = words.find(". ").map_or(words.len(), |end| end + 1);
-        words[..end].split("  ").next().unwrap_or_default().to_owned()
+        words[..end]
+            .split("  ")
+            .next()
+            .unwrap_or_default()
+            .to_owned()
     }
 }
 
@@ -113,13 +134,22 @@ fn list() {
     for example in EXAMPLES {
         print_line(&format!("{:<20}{}", example.name, example.about()));
     }
-    print_line("\nTo begin with one: carom example mixture --out mixture.toml && carom run mixture.toml");
+    print_line(
+        "\nTo begin with one: carom example mixture --out mixture.toml && carom run mixture.toml",
+    );
 }
 
 fn write(example: &Example, path: &Path) -> Result<()> {
-    ensure!(!path.exists(), "{} exists already: choose another file with --out", path.display());
+    ensure!(
+        !path.exists(),
+        "{} exists already: choose another file with --out",
+        path.display()
+    );
     write_whole(path, example.text.as_bytes())?;
-    print_line(&command([example.command.into(), path.as_os_str().to_owned()]));
+    print_line(&command([
+        example.command.into(),
+        path.as_os_str().to_owned(),
+    ]));
     Ok(())
 }
 
@@ -132,7 +162,11 @@ mod tests {
     fn all_examples_are_valid_and_say_what_they_are_about() {
         for example in EXAMPLES {
             let about = example.about();
-            assert!(about.len() > 20 && about.ends_with('.'), "{}: {about}", example.name);
+            assert!(
+                about.len() > 20 && about.ends_with('.'),
+                "{}: {about}",
+                example.name
+            );
             if example.command == "run" {
                 Scene::from_toml(example.text).unwrap();
             }

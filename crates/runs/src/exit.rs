@@ -22,14 +22,23 @@ impl Followed {
     /// The error with those that followed, without repetitions of it.
     pub fn by(cause: Error, later: impl IntoIterator<Item = Error>) -> Error {
         let words = format!("{cause:#}");
-        let later: Vec<Error> = later.into_iter().filter(|error| format!("{error:#}") != words).collect();
-        if later.is_empty() { cause } else { Self { cause, later }.into() }
+        let later: Vec<Error> = later
+            .into_iter()
+            .filter(|error| format!("{error:#}") != words)
+            .collect();
+        if later.is_empty() {
+            cause
+        } else {
+            Self { cause, later }.into()
+        }
     }
 }
 
 /// The first cause of an error.
 fn cause(error: &Error) -> &Error {
-    error.downcast_ref().map_or(error, |followed: &Followed| &followed.cause)
+    error
+        .downcast_ref()
+        .map_or(error, |followed: &Followed| &followed.cause)
 }
 
 /// Returns the exit code for the end of a command.
@@ -42,7 +51,12 @@ pub fn code(end: &Result<Verdict>) -> u8 {
         Err(error) => match interruption(error) {
             Some(interrupted) => interrupted.exit_code(),
             // A run that fails is a failed check; every other error is invalid input.
-            None if cause(error).chain().any(<dyn std::error::Error>::is::<RunError>) => 1,
+            None if cause(error)
+                .chain()
+                .any(<dyn std::error::Error>::is::<RunError>) =>
+            {
+                1
+            }
             None => 2,
         },
     }
@@ -52,8 +66,13 @@ pub fn code(end: &Result<Verdict>) -> u8 {
 /// causes, then the errors that followed, one a line.
 #[must_use]
 pub fn words(error: &Error) -> String {
-    let mut words = interruption(error).map_or_else(|| format!("error: {error:#}"), ToString::to_string);
-    for later in error.downcast_ref().iter().flat_map(|followed: &&Followed| &followed.later) {
+    let mut words =
+        interruption(error).map_or_else(|| format!("error: {error:#}"), ToString::to_string);
+    for later in error
+        .downcast_ref()
+        .iter()
+        .flat_map(|followed: &&Followed| &followed.later)
+    {
         let _ = write!(words, "\nnote: then {later:#}");
     }
     words
@@ -80,6 +99,9 @@ mod tests {
         assert_eq!(code(&Err(error)), 2);
         let of_run = Followed::by(RunError::Time(f64::NAN).into(), [full()]);
         assert_eq!(code(&Err(of_run)), 1);
-        assert_eq!(words(&Followed::by(full(), [full()])), "error: cannot write report.html: No space left");
+        assert_eq!(
+            words(&Followed::by(full(), [full()])),
+            "error: cannot write report.html: No space left"
+        );
     }
 }

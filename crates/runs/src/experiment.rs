@@ -60,13 +60,20 @@ impl Experiment {
     /// # Errors
     /// The folder is not empty, cannot be created, or is in use by another process.
     pub fn reserve(destination: &Destination, opening: &Opening<'_>) -> Result<Self> {
-        let (folder, alone) = Folder::claim(&destination.folder(opening.folder), destination.existing())?;
+        let (folder, alone) =
+            Folder::claim(&destination.folder(opening.folder), destination.existing())?;
         if !opening.note.is_empty() {
             note(opening.note);
         }
         let manifest = Manifest::new(opening.command, opening.scenes, None);
         let (items, begun) = (WorkItems::default(), ProcessTime::now());
-        Ok(Self { folder, items, _alone: alone, manifest, begun })
+        Ok(Self {
+            folder,
+            items,
+            _alone: alone,
+            manifest,
+            begun,
+        })
     }
 
     /// Starts or resumes an experiment of work items. `what` identifies the run in its checkpoint.
@@ -74,10 +81,16 @@ impl Experiment {
     /// # Errors
     /// The folder is not empty, cannot be written, or is in use by another process; the checkpoint
     /// cannot be read or belongs to another run.
-    pub fn begin_resumable(resumption: &Resumption, what: String, opening: &Opening<'_>) -> Result<Self> {
+    pub fn begin_resumable(
+        resumption: &Resumption,
+        what: String,
+        opening: &Opening<'_>,
+    ) -> Result<Self> {
         let signals = Signals::watch()?;
         let claimed = Folder::claim(&resumption.folder(opening.folder), resumption.existing())?;
-        Self::begin_in(claimed, opening, |folder| WorkItems::find(folder, what, resumption, signals))
+        Self::begin_in(claimed, opening, |folder| {
+            WorkItems::find(folder, what, resumption, signals)
+        })
     }
 
     fn begin_in(
@@ -93,7 +106,13 @@ impl Experiment {
         let manifest = Manifest::begin(&folder, opening.command, opening.scenes)?;
         folder.write("config.toml", &opening.configuration)?;
         items.begin()?;
-        Ok(Self { folder, items, _alone: alone, manifest, begun: ProcessTime::now() })
+        Ok(Self {
+            folder,
+            items,
+            _alone: alone,
+            manifest,
+            begun: ProcessTime::now(),
+        })
     }
 
     /// Writes page and summary, records the end in the manifest, prints totals and failed checks,
@@ -141,7 +160,10 @@ pub fn configuration(command: &str, more: &str) -> String {
 /// # Errors
 /// The system cannot create the threads.
 pub fn threads(wanted: Option<u16>) -> Result<ThreadPool> {
-    ThreadPoolBuilder::new().num_threads(usize::from(wanted.unwrap_or(0))).build().context("threads")
+    ThreadPoolBuilder::new()
+        .num_threads(usize::from(wanted.unwrap_or(0)))
+        .build()
+        .context("threads")
 }
 
 #[cfg(test)]
@@ -151,7 +173,10 @@ mod tests {
     #[test]
     fn an_experiment_that_writes_at_its_end_leaves_its_folder_empty_until_then() {
         let root = tempfile::tempdir().unwrap();
-        let destination = Destination { out: Some(root.path().to_owned()), force: false };
+        let destination = Destination {
+            out: Some(root.path().to_owned()),
+            force: false,
+        };
         let opening = Opening {
             folder: "out/never",
             note: "",
@@ -161,15 +186,24 @@ mod tests {
         };
         drop(Experiment::reserve(&destination, &opening).unwrap());
         let experiment = Experiment::reserve(&destination, &opening).unwrap();
-        assert!(Experiment::reserve(&destination, &opening).is_err(), "another one holds the folder");
+        assert!(
+            Experiment::reserve(&destination, &opening).is_err(),
+            "another one holds the folder"
+        );
         assert!(Manifest::is_complete(&experiment.complete().unwrap()));
-        assert!(Experiment::reserve(&destination, &opening).is_err(), "nothing is overwritten");
+        assert!(
+            Experiment::reserve(&destination, &opening).is_err(),
+            "nothing is overwritten"
+        );
     }
 
     #[test]
     fn an_experiment_writes_its_configuration_and_a_manifest_with_its_state() {
         let root = tempfile::tempdir().unwrap();
-        let destination = Destination { out: Some(root.path().to_owned()), force: false };
+        let destination = Destination {
+            out: Some(root.path().to_owned()),
+            force: false,
+        };
         let opening = Opening {
             folder: "out/never",
             note: "",
@@ -184,15 +218,30 @@ mod tests {
         );
         assert!(!Manifest::is_complete(&experiment.folder));
         assert!(Manifest::is_complete(&experiment.complete().unwrap()));
-        assert!(Experiment::begin(&destination, &opening).is_err(), "nothing is overwritten without --force");
-        assert!(Experiment::begin(&Destination { force: true, ..destination }, &opening).is_ok());
+        assert!(
+            Experiment::begin(&destination, &opening).is_err(),
+            "nothing is overwritten without --force"
+        );
+        assert!(
+            Experiment::begin(
+                &Destination {
+                    force: true,
+                    ..destination
+                },
+                &opening
+            )
+            .is_ok()
+        );
     }
 
     #[test]
     fn a_command_with_quotes_stays_one_value_of_the_configuration() {
         let command = "carom run 'a \"b\" \\c.toml'";
         let table: toml::Table = configuration(command, "seed = 1\n").parse().unwrap();
-        assert_eq!((table["command"].as_str(), table["seed"].as_integer()), (Some(command), Some(1)));
+        assert_eq!(
+            (table["command"].as_str(), table["seed"].as_integer()),
+            (Some(command), Some(1))
+        );
     }
 
     /// The folder that a process leaves if it is killed before its manifest.
@@ -207,15 +256,22 @@ mod tests {
         };
         for resume in [false, true] {
             let root = tempfile::tempdir().unwrap();
-            let destination = Destination { out: Some(root.path().to_owned()), force: false };
+            let destination = Destination {
+                out: Some(root.path().to_owned()),
+                force: false,
+            };
             let (folder, lock) = Folder::claim(root.path(), destination.existing()).unwrap();
             folder.write("config.toml", "half").unwrap();
             std::fs::write(root.path().join("manifest.json.part"), "{").unwrap();
             // The file of the lock stays too after a kill.
             drop(lock);
             std::fs::write(root.path().join(crate::folder_lock::LOCK), "").unwrap();
-            let resumption = Resumption { destination, resume };
-            let experiment = Experiment::begin_resumable(&resumption, "none".to_owned(), &opening).unwrap();
+            let resumption = Resumption {
+                destination,
+                resume,
+            };
+            let experiment =
+                Experiment::begin_resumable(&resumption, "none".to_owned(), &opening).unwrap();
             assert_eq!(experiment.folder.read("config.toml").unwrap(), "seed = 1\n");
         }
     }

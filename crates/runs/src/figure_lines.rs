@@ -14,23 +14,42 @@ const END: usize = 24;
 /// A line for each figure: name and unit, the value with its error, and its prediction. What
 /// changed during its measurement is marked.
 pub fn figure_lines(figures: &[Figure]) -> Vec<String> {
-    let names = figures.iter().map(|figure| named(&figure.name, &figure.unit));
+    let names = figures
+        .iter()
+        .map(|figure| named(&figure.name, &figure.unit));
     let names: Vec<String> = names.map(|name| shortened(&name)).collect();
-    let values: Vec<String> =
-        figures.iter().map(|figure| with_error(figure.value, figure.standard_error)).collect();
-    let width =
-        |texts: &[String]| texts.iter().take(MAX_LINES).map(|text| text.chars().count()).max().unwrap_or(0);
+    let values: Vec<String> = figures
+        .iter()
+        .map(|figure| with_error(figure.value, figure.standard_error))
+        .collect();
+    let width = |texts: &[String]| {
+        texts
+            .iter()
+            .take(MAX_LINES)
+            .map(|text| text.chars().count())
+            .max()
+            .unwrap_or(0)
+    };
     let (name_width, value_width) = (width(&names), width(&values));
     let line = |((figure, name), value): ((&Figure, &String), &String)| {
         let prediction = match figure.prediction {
             Some(prediction) => format!("  predicted {}", with_error(prediction, None)),
             None => String::new(),
         };
-        let is_changing = figure.stationarity.is_some_and(|found| !found.is_stationary);
+        let is_changing = figure
+            .stationarity
+            .is_some_and(|found| !found.is_stationary);
         let mark = if is_changing { "  NOT STATIONARY" } else { "" };
-        format!("  {name:<name_width$}  {value:<value_width$}{prediction}{mark}").trim_end().to_owned()
+        format!("  {name:<name_width$}  {value:<value_width$}{prediction}{mark}")
+            .trim_end()
+            .to_owned()
     };
-    let lines = figures.iter().zip(&names).zip(&values).take(MAX_LINES).map(line);
+    let lines = figures
+        .iter()
+        .zip(&names)
+        .zip(&values)
+        .take(MAX_LINES)
+        .map(line);
     let more = figures.len().saturating_sub(MAX_LINES);
     let more = (more > 0).then(|| format!("  {more} more figures are on the page"));
     lines.chain(more).collect()
@@ -61,9 +80,15 @@ mod tests {
             independent_blocks: 32.0,
             correlation_time: None,
         };
-        let changing = Figure { stationarity: Some(found), ..Figure::new("kT", 2.0, "energy").error(0.128) };
-        let figures =
-            [Figure::new("bodies", 40.0, "1"), changing, Figure::new("p", 3.0, "1").predicted(3.5, "Liu")];
+        let changing = Figure {
+            stationarity: Some(found),
+            ..Figure::new("kT", 2.0, "energy").error(0.128)
+        };
+        let figures = [
+            Figure::new("bodies", 40.0, "1"),
+            changing,
+            Figure::new("p", 3.0, "1").predicted(3.5, "Liu"),
+        ];
         let expected = [
             "  bodies       40",
             "  kT (energy)  2.00 ± 0.13  NOT STATIONARY",

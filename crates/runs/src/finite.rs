@@ -33,7 +33,10 @@ pub struct NotFinite {
 pub fn require_finite(value: &impl Serialize) -> Result<(), NotFinite> {
     let mut visitor = Visitor::default();
     match value.serialize(&mut visitor) {
-        Err(Stop::NotFinite(value)) => Err(NotFinite { place: visitor.place(), value }),
+        Err(Stop::NotFinite(value)) => Err(NotFinite {
+            place: visitor.place(),
+            value,
+        }),
         // A value that cannot be serialized was not read from a file.
         Ok(()) | Err(Stop::Other) => Ok(()),
     }
@@ -141,7 +144,11 @@ impl<'a> Serializer for &'a mut Visitor {
     }
 
     fn serialize_f64(self, value: f64) -> Result<(), Stop> {
-        if value.is_finite() { Ok(()) } else { Err(Stop::NotFinite(value)) }
+        if value.is_finite() {
+            Ok(())
+        } else {
+            Err(Stop::NotFinite(value))
+        }
     }
 
     fn serialize_none(self) -> Result<(), Stop> {
@@ -160,7 +167,11 @@ impl<'a> Serializer for &'a mut Visitor {
         Ok(())
     }
 
-    fn serialize_newtype_struct<T: Serialize + ?Sized>(self, _: &'static str, value: &T) -> Result<(), Stop> {
+    fn serialize_newtype_struct<T: Serialize + ?Sized>(
+        self,
+        _: &'static str,
+        value: &T,
+    ) -> Result<(), Stop> {
         value.serialize(self)
     }
 
@@ -175,7 +186,10 @@ impl<'a> Serializer for &'a mut Visitor {
     }
 
     fn serialize_seq(self, _: Option<usize>) -> Result<Inner<'a>, Stop> {
-        Ok(Inner { visitor: self, next: 0 })
+        Ok(Inner {
+            visitor: self,
+            next: 0,
+        })
     }
 
     fn serialize_tuple(self, _: usize) -> Result<Inner<'a>, Stop> {
@@ -305,9 +319,17 @@ mod tests {
     }
 
     fn value() -> Value {
-        let kinds = vec![Kind::Plain, Kind::Pair(1.0, -0.0), Kind::Named { x: Some(f32::MAX) }];
+        let kinds = vec![
+            Kind::Plain,
+            Kind::Pair(1.0, -0.0),
+            Kind::Named { x: Some(f32::MAX) },
+        ];
         let map = BTreeMap::from([(1, [f64::MAX, f64::MIN_POSITIVE]), (7, [0.0; 2])]);
-        Value { name: "NaN".to_owned(), kinds, map }
+        Value {
+            name: "NaN".to_owned(),
+            kinds,
+            map,
+        }
     }
 
     #[test]
@@ -324,7 +346,11 @@ mod tests {
         );
         let error = refused(|value| value.kinds[1] = Kind::Pair(0.0, f64::NEG_INFINITY));
         assert_eq!(error, "the number kinds[1][1] must be finite, but is -inf");
-        let error = refused(|value| value.kinds[2] = Kind::Named { x: Some(f32::INFINITY) });
+        let error = refused(|value| {
+            value.kinds[2] = Kind::Named {
+                x: Some(f32::INFINITY),
+            }
+        });
         assert_eq!(error, "the number kinds[2].x must be finite, but is inf");
     }
 }

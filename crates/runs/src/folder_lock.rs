@@ -69,7 +69,10 @@ impl Holder {
             return Ok(());
         }
         let folder = self.path.parent().unwrap_or(&self.path).to_owned();
-        Err(Ousted { holder: holder_in(&text), folder })
+        Err(Ousted {
+            holder: holder_in(&text),
+            folder,
+        })
     }
 }
 
@@ -107,14 +110,24 @@ impl FolderLock {
 
     fn take(folder: &Path, usage: Use) -> Result<Self> {
         let path = folder.join(LOCK);
-        let holder = Holder { path: path.clone(), text: usage.text() };
+        let holder = Holder {
+            path: path.clone(),
+            text: usage.text(),
+        };
         loop {
-            let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+            let opened = OpenOptions::new()
+                .read(true)
+                .write(true)
+                .create(true)
+                .truncate(false)
+                .open(&path);
             let file = match opened {
-                Err(error) if usage == Use::Reads && is_read_only(&error) => match File::open(&path) {
-                    Ok(file) => file,
-                    Err(_) => return Ok(Self { file: None, holder }),
-                },
+                Err(error) if usage == Use::Reads && is_read_only(&error) => {
+                    match File::open(&path) {
+                        Ok(file) => file,
+                        Err(_) => return Ok(Self { file: None, holder }),
+                    }
+                }
                 opened => opened.with_context(|| format!("cannot write {}", path.display()))?,
             };
             let locked = match usage {
@@ -133,19 +146,28 @@ impl FolderLock {
                     ));
                     // The name of a process that writes stays.
                     if usage == Use::Reads {
-                        return Ok(Self { file: Some(file), holder });
+                        return Ok(Self {
+                            file: Some(file),
+                            holder,
+                        });
                     }
                 }
             }
             let named = name_holder(&file, &holder);
             // Of a process that reads, others only learn the name.
             if usage == Use::Reads {
-                return Ok(Self { file: Some(file), holder });
+                return Ok(Self {
+                    file: Some(file),
+                    holder,
+                });
             }
             named.with_context(|| format!("cannot write {}", path.display()))?;
             // Without a lock, another process may have removed the file while it was named.
             if is_at(&file, &path) {
-                return Ok(Self { file: Some(file), holder });
+                return Ok(Self {
+                    file: Some(file),
+                    holder,
+                });
             }
         }
     }
@@ -168,14 +190,18 @@ impl Drop for FolderLock {
 }
 
 fn is_read_only(error: &io::Error) -> bool {
-    matches!(error.kind(), ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem)
+    matches!(
+        error.kind(),
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem
+    )
 }
 
 /// Whether the file at `path` is this one.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt as _;
-    let place = |found: io::Result<fs::Metadata>| found.ok().map(|found| (found.dev(), found.ino()));
+    let place =
+        |found: io::Result<fs::Metadata>| found.ok().map(|found| (found.dev(), found.ino()));
     place(file.metadata()).is_some_and(|own| place(fs::metadata(path)) == Some(own))
 }
 
@@ -188,10 +214,19 @@ fn is_at(_: &File, _: &Path) -> bool {
 impl Use {
     /// What a process writes into the file: no two processes write the same.
     fn text(self) -> String {
-        let verb = if self == Self::Writes { "writes into" } else { "reads" };
+        let verb = if self == Self::Writes {
+            "writes into"
+        } else {
+            "reads"
+        };
         let (host, id, now) = (host(), process::id(), SystemTime::now());
-        let nanoseconds = now.duration_since(UNIX_EPOCH).map_or(0, |past| past.as_nanos());
-        format!("{verb}\nprocess {id} on {host} since {}\n{nanoseconds}\n", utc(now))
+        let nanoseconds = now
+            .duration_since(UNIX_EPOCH)
+            .map_or(0, |past| past.as_nanos());
+        format!(
+            "{verb}\nprocess {id} on {host} since {}\n{nanoseconds}\n",
+            utc(now)
+        )
     }
 }
 
@@ -206,36 +241,68 @@ fn name_holder(mut file: &File, holder: &Holder) -> io::Result<()> {
 fn refusal(folder: &Path, path: &Path) -> String {
     // On some systems a locked file cannot be read.
     let text = fs::read_to_string(path).unwrap_or_default();
-    let verb = text.lines().next().filter(|verb| *verb == "reads").unwrap_or("writes into");
-    format!("another process {verb} {}{}: wait until it has ended", folder.display(), holder_in(&text))
+    let verb = text
+        .lines()
+        .next()
+        .filter(|verb| *verb == "reads")
+        .unwrap_or("writes into");
+    format!(
+        "another process {verb} {}{}: wait until it has ended",
+        folder.display(),
+        holder_in(&text)
+    )
 }
 
 /// The process that the text of a lock names, in brackets.
 fn holder_in(text: &str) -> String {
-    text.lines().nth(1).map(|holder| format!(" ({holder})")).unwrap_or_default()
+    text.lines()
+        .nth(1)
+        .map(|holder| format!(" ({holder})"))
+        .unwrap_or_default()
 }
 
 /// Name of this machine.
 fn host() -> String {
     let of_system = fs::read_to_string("/proc/sys/kernel/hostname").ok();
-    let name =
-        of_system.or_else(|| ["HOSTNAME", "COMPUTERNAME"].iter().find_map(|name| std::env::var(name).ok()));
-    name.map_or_else(|| "an unknown machine".to_owned(), |name| name.trim().to_owned())
+    let name = of_system.or_else(|| {
+        ["HOSTNAME", "COMPUTERNAME"]
+            .iter()
+            .find_map(|name| std::env::var(name).ok())
+    });
+    name.map_or_else(
+        || "an unknown machine".to_owned(),
+        |name| name.trim().to_owned(),
+    )
 }
 
 /// A time as text, such as `2000-02-29 23:59:59 UTC`.
 fn utc(time: SystemTime) -> String {
-    let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |past| past.as_secs());
+    let seconds = time
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |past| past.as_secs());
     let (mut days, rest) = (seconds / 86_400, seconds % 86_400);
-    let is_leap =
-        |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    let is_leap = |year: u64| {
+        year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
+    };
     let mut year = 1970;
     while days >= 365 + u64::from(is_leap(year)) {
         days -= 365 + u64::from(is_leap(year));
         year += 1;
     }
     let mut month = 1;
-    for length in [31, 28 + u64::from(is_leap(year)), 31, 30, 31, 30, 31, 31, 30, 31, 30] {
+    for length in [
+        31,
+        28 + u64::from(is_leap(year)),
+        31,
+        30,
+        31,
+        30,
+        31,
+        31,
+        30,
+        31,
+        30,
+    ] {
         if days < length {
             break;
         }
@@ -243,7 +310,10 @@ fn utc(time: SystemTime) -> String {
         month += 1;
     }
     let (hour, minute, second) = (rest / 3600, rest / 60 % 60, rest % 60);
-    format!("{year}-{month:02}-{:02} {hour:02}:{minute:02}:{second:02} UTC", days + 1)
+    format!(
+        "{year}-{month:02}-{:02} {hour:02}:{minute:02}:{second:02} UTC",
+        days + 1
+    )
 }
 
 #[cfg(test)]
@@ -259,14 +329,24 @@ mod tests {
     fn one_process_writes_at_a_time_and_is_named_to_others() {
         let root = root();
         let lock = FolderLock::exclusive(root.path()).unwrap();
-        for refused in [FolderLock::exclusive(root.path()), FolderLock::shared(root.path())] {
+        for refused in [
+            FolderLock::exclusive(root.path()),
+            FolderLock::shared(root.path()),
+        ] {
             let words = refused.unwrap_err().to_string();
             assert!(words.starts_with("another process writes into"), "{words}");
-            assert!(words.contains(&format!("process {} on {}", process::id(), host())), "{words}");
+            assert!(
+                words.contains(&format!("process {} on {}", process::id(), host())),
+                "{words}"
+            );
             assert!(words.contains(" UTC"), "{words}");
         }
         drop(lock);
-        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0, "the file is removed");
+        assert_eq!(
+            fs::read_dir(root.path()).unwrap().count(),
+            0,
+            "the file is removed"
+        );
         drop(FolderLock::exclusive(root.path()).unwrap());
     }
 
@@ -286,7 +366,11 @@ mod tests {
     #[test]
     fn the_file_of_a_killed_process_locks_nothing() {
         let root = root();
-        fs::write(root.path().join(LOCK), "writes into\nprocess 1 on moon since ever\n").unwrap();
+        fs::write(
+            root.path().join(LOCK),
+            "writes into\nprocess 1 on moon since ever\n",
+        )
+        .unwrap();
         drop(FolderLock::exclusive(root.path()).unwrap());
     }
 
@@ -314,9 +398,16 @@ mod tests {
         let root = root();
         let lock = FolderLock::exclusive(root.path()).unwrap();
         lock.holder().check().unwrap();
-        fs::write(root.path().join(LOCK), "writes into\nprocess 1 on moon since ever\n0\n").unwrap();
+        fs::write(
+            root.path().join(LOCK),
+            "writes into\nprocess 1 on moon since ever\n0\n",
+        )
+        .unwrap();
         let words = lock.holder().check().unwrap_err().to_string();
-        assert!(words.contains("another process (process 1 on moon since ever) has begun"), "{words}");
+        assert!(
+            words.contains("another process (process 1 on moon since ever) has begun"),
+            "{words}"
+        );
         // The file of the other stays.
         drop(lock);
         assert!(root.path().join(LOCK).exists());

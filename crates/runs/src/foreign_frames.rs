@@ -31,11 +31,15 @@ pub fn extended_xyz(bytes: &[u8], frame: Option<usize>) -> Result<String> {
     if bytes.starts_with(&GSD) {
         return Gsd::new(bytes)?.frame(frame);
     }
-    let text = std::str::from_utf8(bytes).ok().context("it is neither text nor a GSD file")?;
+    let text = std::str::from_utf8(bytes)
+        .ok()
+        .context("it is neither text nor a GSD file")?;
     if text.trim_start().starts_with(DUMP) {
         return dump(text, frame);
     }
-    Ok(frame_of(text, frame).map_err(anyhow::Error::msg)?.to_owned())
+    Ok(frame_of(text, frame)
+        .map_err(anyhow::Error::msg)?
+        .to_owned())
 }
 
 /// One atom: columns of the frame that is written.
@@ -65,12 +69,23 @@ fn written(sides: [f64; 2], atoms: &[Atom]) -> String {
     ] {
         columns.push_str(if is_there { name } else { "" });
     }
-    let mut text = format!("{}\nLattice=\"{x:?} 0 0 0 {y:?} 0 0 0 1\" Properties={columns}\n", atoms.len());
+    let mut text = format!(
+        "{}\nLattice=\"{x:?} 0 0 0 {y:?} 0 0 0 1\" Properties={columns}\n",
+        atoms.len()
+    );
     for atom in atoms {
         let mut numbers = atom.place.to_vec();
         numbers.extend(atom.velocity.filter(|_| velocities).into_iter().flatten());
-        let rest = [(radii, atom.radius), (angles, atom.angle), (spins, atom.spin)];
-        numbers.extend(rest.into_iter().filter(|(is_there, _)| *is_there).filter_map(|(_, number)| number));
+        let rest = [
+            (radii, atom.radius),
+            (angles, atom.angle),
+            (spins, atom.spin),
+        ];
+        numbers.extend(
+            rest.into_iter()
+                .filter(|(is_there, _)| *is_there)
+                .filter_map(|(_, number)| number),
+        );
         text.push('X');
         for number in numbers {
             // Writing to a string cannot fail.
@@ -104,11 +119,17 @@ impl<'a> Gsd<'a> {
         let [index_at, entries, names_at, names] =
             [8, 16, 24, 32].map(|at| number(bytes, at).unwrap_or(u64::MAX));
         let schema = bytes.get(112..176).unwrap_or_default();
-        ensure!(schema.starts_with(b"hoomd\0"), "the GSD file has another schema than HOOMD's");
+        ensure!(
+            schema.starts_with(b"hoomd\0"),
+            "the GSD file has another schema than HOOMD's"
+        );
         let part = |at: u64, count: u64, size: usize| -> Result<&'a [u8]> {
             let (at, count) = (usize::try_from(at)?, usize::try_from(count)?);
-            let end = count.checked_mul(size).and_then(|length| length.checked_add(at));
-            end.and_then(|end| bytes.get(at..end)).context("the GSD file is cut or damaged")
+            let end = count
+                .checked_mul(size)
+                .and_then(|length| length.checked_add(at));
+            end.and_then(|end| bytes.get(at..end))
+                .context("the GSD file is cut or damaged")
         };
         let list = part(names_at, names, NAME)?.split(|byte| *byte == 0);
         let names = list
@@ -118,8 +139,9 @@ impl<'a> Gsd<'a> {
             .context("the names in the GSD file are no text")?;
         let entry = |bytes: &[u8]| {
             let wide = |at: usize| number(bytes, at).unwrap_or(0);
-            let half =
-                |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+            let half = |at: usize| {
+                u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+            };
             Chunk {
                 frame: wide(0),
                 rows: wide(8) as usize,
@@ -129,29 +151,44 @@ impl<'a> Gsd<'a> {
                 kind: bytes[30],
             }
         };
-        let index = part(index_at, entries, ENTRY)?.chunks_exact(ENTRY).map(entry);
+        let index = part(index_at, entries, ENTRY)?
+            .chunks_exact(ENTRY)
+            .map(entry);
         // Unused entries at the end have no place.
         let index = index.take_while(|chunk| chunk.at != 0).collect();
-        Ok(Self { bytes, names, index })
+        Ok(Self {
+            bytes,
+            names,
+            index,
+        })
     }
 
     /// The chunk of this name in a frame, or else in the first frame, whose values are defaults.
     fn chunk(&self, name: &str, frame: u64) -> Option<Chunk> {
         let number = self.names.iter().position(|known| *known == name)?;
-        let of = |frame: u64| self.index.iter().find(|chunk| chunk.name == number && chunk.frame == frame);
+        let of = |frame: u64| {
+            self.index
+                .iter()
+                .find(|chunk| chunk.name == number && chunk.frame == frame)
+        };
         of(frame).or_else(|| of(0)).copied()
     }
 
     /// Rows of numbers; `None` if the chunk is absent.
     fn floats(&self, name: &str, frame: u64, columns: usize) -> Result<Option<Vec<Vec<f64>>>> {
-        let Some(chunk) = self.chunk(name, frame) else { return Ok(None) };
+        let Some(chunk) = self.chunk(name, frame) else {
+            return Ok(None);
+        };
         let size = match chunk.kind {
             9 => 4,
             10 => 8,
             other => bail!("'{name}' is no array of floating-point numbers, but of type {other}"),
         };
         ensure!(chunk.rows <= MAX_ATOMS, "'{name}' has {} rows", chunk.rows);
-        let all = chunk.rows.checked_mul(chunk.columns).and_then(|count| count.checked_mul(size));
+        let all = chunk
+            .rows
+            .checked_mul(chunk.columns)
+            .and_then(|count| count.checked_mul(size));
         let end = all.and_then(|length| length.checked_add(chunk.at));
         let bytes = end.and_then(|end| self.bytes.get(chunk.at..end));
         let bytes = bytes.with_context(|| format!("'{name}' lies outside the file"))?;
@@ -166,30 +203,53 @@ impl<'a> Gsd<'a> {
             "'{name}' has {} numbers, which are not rows of {columns}",
             numbers.len()
         );
-        Ok(Some(numbers.chunks_exact(columns).map(<[f64]>::to_vec).collect()))
+        Ok(Some(
+            numbers.chunks_exact(columns).map(<[f64]>::to_vec).collect(),
+        ))
     }
 
     fn frame(&self, wanted: Option<usize>) -> Result<String> {
-        let frames = self.index.iter().map(|chunk| chunk.frame.saturating_add(1)).max().unwrap_or(0);
+        let frames = self
+            .index
+            .iter()
+            .map(|chunk| chunk.frame.saturating_add(1))
+            .max()
+            .unwrap_or(0);
         let frame = wanted.map_or(frames.saturating_sub(1), |wanted| wanted as u64);
-        ensure!(frame < frames, "the file has {frames} frames, numbered from 0; {frame} is out of range");
-        let edges = self.floats("configuration/box", frame, 6)?.context("the file has no box")?;
+        ensure!(
+            frame < frames,
+            "the file has {frames} frames, numbered from 0; {frame} is out of range"
+        );
+        let edges = self
+            .floats("configuration/box", frame, 6)?
+            .context("the file has no box")?;
         let edges = edges.first().context("the file has no box")?;
         let [x, y, xy] = [edges[0], edges[1], edges[3]];
-        ensure!(xy == 0.0, "the box is sheared (xy = {xy}), but carom's is a rectangle");
-        let places = self.floats("particles/position", frame, 3)?.context("the file has no places")?;
+        ensure!(
+            xy == 0.0,
+            "the box is sheared (xy = {xy}), but carom's is a rectangle"
+        );
+        let places = self
+            .floats("particles/position", frame, 3)?
+            .context("the file has no places")?;
         let count = places.len();
         let of_atoms = |name: &str, columns: usize| -> Result<Option<Vec<Vec<f64>>>> {
-            Ok(self.floats(name, frame, columns)?.filter(|rows| rows.len() == count))
+            Ok(self
+                .floats(name, frame, columns)?
+                .filter(|rows| rows.len() == count))
         };
         let velocities = of_atoms("particles/velocity", 3)?;
         let orientations = of_atoms("particles/orientation", 4)?;
         let atom = |(index, place): (usize, &Vec<f64>)| Atom {
             order: index as i64,
             place: [place[0] + 0.5 * x, place[1] + 0.5 * y],
-            velocity: velocities.as_ref().map(|rows| [rows[index][0], rows[index][1]]),
+            velocity: velocities
+                .as_ref()
+                .map(|rows| [rows[index][0], rows[index][1]]),
             radius: None,
-            angle: orientations.as_ref().map(|rows| 2.0 * rows[index][3].atan2(rows[index][0])),
+            angle: orientations
+                .as_ref()
+                .map(|rows| 2.0 * rows[index][3].atan2(rows[index][0])),
             spin: None,
         };
         let atoms: Vec<Atom> = places.iter().enumerate().map(atom).collect();
@@ -207,21 +267,35 @@ fn dump(text: &str, wanted: Option<usize>) -> Result<String> {
     let starts: Vec<usize> = text.match_indices(DUMP).map(|(at, _)| at).collect();
     let frame = wanted.unwrap_or(starts.len() - 1);
     let begin = *starts.get(frame).with_context(|| {
-        format!("the file has {} frames, numbered from 0; {frame} is out of range", starts.len())
+        format!(
+            "the file has {} frames, numbered from 0; {frame} is out of range",
+            starts.len()
+        )
     })?;
     let end = starts.get(frame + 1).copied().unwrap_or(text.len());
     let first = text[..begin].lines().count() + 1;
-    let mut lines = text[begin..end].lines().enumerate().map(|(index, line)| (first + index, line.trim()));
+    let mut lines = text[begin..end]
+        .lines()
+        .enumerate()
+        .map(|(index, line)| (first + index, line.trim()));
     let (mut count, mut bounds) = (None, Vec::new());
     while let Some((number, line)) = lines.next() {
         let line_of = || format!("line {number}");
         if line == "ITEM: NUMBER OF ATOMS" {
             let (number, line) = lines.next().context("the frame ends after its head")?;
-            let found: usize = line.parse().with_context(|| format!("line {number}: '{line:.40}'"))?;
-            ensure!(found <= MAX_ATOMS, "line {number}: {found} atoms are more than {MAX_ATOMS}");
+            let found: usize = line
+                .parse()
+                .with_context(|| format!("line {number}: '{line:.40}'"))?;
+            ensure!(
+                found <= MAX_ATOMS,
+                "line {number}: {found} atoms are more than {MAX_ATOMS}"
+            );
             count = Some(found);
         } else if line.starts_with("ITEM: BOX BOUNDS") {
-            ensure!(!line.contains("xy"), "line {number}: the box is sheared, but carom's is a rectangle");
+            ensure!(
+                !line.contains("xy"),
+                "line {number}: the box is sheared, but carom's is a rectangle"
+            );
             for _ in 0..2 {
                 let (number, line) = lines.next().context("the frame ends within its box")?;
                 bounds.push(numbers(line).with_context(|| format!("line {number}"))?);
@@ -229,7 +303,9 @@ fn dump(text: &str, wanted: Option<usize>) -> Result<String> {
         } else if let Some(names) = line.strip_prefix("ITEM: ATOMS") {
             let columns: Vec<&str> = names.split_whitespace().collect();
             let count = count.with_context(line_of)?;
-            let [x, y] = &bounds[..] else { bail!("line {number}: the box is missing before the atoms") };
+            let [x, y] = &bounds[..] else {
+                bail!("line {number}: the box is missing before the atoms")
+            };
             let [&[left, right, ..], &[low, high, ..]] = [&x[..], &y[..]] else {
                 bail!("line {number}: a bound of the box is no pair of numbers")
             };
@@ -241,7 +317,11 @@ fn dump(text: &str, wanted: Option<usize>) -> Result<String> {
                         .with_context(|| format!("line {number}"))?,
                 );
             }
-            ensure!(atoms.len() == count, "the frame must have {count} atoms, but has {}", atoms.len());
+            ensure!(
+                atoms.len() == count,
+                "the frame must have {count} atoms, but has {}",
+                atoms.len()
+            );
             atoms.sort_by_key(|atom| atom.order);
             return Ok(written([right - left, high - low], &atoms));
         }
@@ -251,7 +331,10 @@ fn dump(text: &str, wanted: Option<usize>) -> Result<String> {
 
 /// The numbers of a line; a word, such as an element, counts as NaN.
 fn numbers(line: &str) -> Result<Vec<f64>> {
-    let numbers: Vec<f64> = line.split_whitespace().map(|word| word.parse().unwrap_or(f64::NAN)).collect();
+    let numbers: Vec<f64> = line
+        .split_whitespace()
+        .map(|word| word.parse().unwrap_or(f64::NAN))
+        .collect();
     ensure!(!numbers.is_empty(), "it is empty");
     Ok(numbers)
 }
@@ -267,7 +350,9 @@ fn atom(columns: &[&str], values: &[f64], corner: [f64; 2], sides: [f64; 2]) -> 
     let scaled = both(["xs", "ys"]).map(|share| [share[0] * sides[0], share[1] * sides[1]]);
     Ok(Atom {
         order: of("id").map_or(0, |id| id as i64),
-        place: absolute.or(scaled).context("the atom has no columns x y, xu yu or xs ys")?,
+        place: absolute
+            .or(scaled)
+            .context("the atom has no columns x y, xu yu or xs ys")?,
         velocity: both(["vx", "vy"]),
         radius: of("radius"),
         angle: of("angle"),
@@ -297,9 +382,15 @@ mod tests {
         let last = extended_xyz(TWO_FRAMES.as_bytes(), None).unwrap();
         assert!(last.ends_with("pos:R:2\nX 0.25 0.75\n"), "{last}");
         for (text, expected) in [
-            (TWO_FRAMES.replace("1 Ar 0.25", "1 Ar what"), "no columns x y"),
+            (
+                TWO_FRAMES.replace("1 Ar 0.25", "1 Ar what"),
+                "no columns x y",
+            ),
             (TWO_FRAMES.replace("0 1\n0 1\n0 1", "0 1\n0"), "pair"),
-            (TWO_FRAMES.replace("ATOMS\n1\n", "ATOMS\n7\n"), "must have 7 atoms, but has 1"),
+            (
+                TWO_FRAMES.replace("ATOMS\n1\n", "ATOMS\n7\n"),
+                "must have 7 atoms, but has 1",
+            ),
         ] {
             let error = format!("{:#}", extended_xyz(text.as_bytes(), None).unwrap_err());
             assert!(error.contains(expected), "{error}");
@@ -330,9 +421,15 @@ mod tests {
                 let (one, other) = (one.motion, other.motion);
                 let away = (one.position - other.position).length();
                 assert!(away < 2.0 * tolerance, "{name}: {one:?} {other:?}");
-                assert!((one.velocity - other.velocity).length() < 10.0 * tolerance, "{name}");
+                assert!(
+                    (one.velocity - other.velocity).length() < 10.0 * tolerance,
+                    "{name}"
+                );
                 let turned = one.orientation.cos_sin() - other.orientation.cos_sin();
-                assert!(turned.length() < 10.0 * tolerance, "{name}: {one:?} {other:?}");
+                assert!(
+                    turned.length() < 10.0 * tolerance,
+                    "{name}: {one:?} {other:?}"
+                );
             }
         }
     }

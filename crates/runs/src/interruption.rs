@@ -99,7 +99,10 @@ impl Signals {
                 let left = TIME_TO_SAVE.saturating_sub(begun.elapsed());
                 if left.is_zero() {
                     let name = name(signal);
-                    end_now(format!("ended by a further {name} before the run was saved; {remains}"), signal);
+                    end_now(
+                        format!("ended by a further {name} before the run was saved; {remains}"),
+                        signal,
+                    );
                 }
                 let left = left.as_secs_f64().ceil();
                 let _ = writeln!(
@@ -160,10 +163,14 @@ impl Signals {
         let runs = self.runs.lock().unwrap_or_else(PoisonError::into_inner);
         // The guards are held until the process exits: no later checkpoint is written, and nothing
         // is written to a file that has been truncated.
-        let checkpoints: Vec<_> =
-            runs.iter().filter_map(|run| try_until(deadline, || run.try_lock().ok())).collect();
-        let _cut: Vec<_> =
-            checkpoints.iter().filter_map(|kept| try_until(deadline, || kept.cut_back())).collect();
+        let checkpoints: Vec<_> = runs
+            .iter()
+            .filter_map(|run| try_until(deadline, || run.try_lock().ok()))
+            .collect();
+        let _cut: Vec<_> = checkpoints
+            .iter()
+            .filter_map(|kept| try_until(deadline, || kept.cut_back()))
+            .collect();
         let words = format!(
             "interrupted by {}{} before the next checkpoint; the last checkpoint is kept. Resume with\n  {} --resume",
             if second.is_some() { "a second " } else { "" },
@@ -185,7 +192,9 @@ impl Signals {
     pub fn check(&self) -> Result<(), Interrupted> {
         match self.received.load(Ordering::Relaxed) {
             0 => Ok(()),
-            signal => Err(Interrupted { signal: signal as i32 }),
+            signal => Err(Interrupted {
+                signal: signal as i32,
+            }),
         }
     }
 }
@@ -238,8 +247,10 @@ impl OnlyAtEnd {
             let is_writing = watched.lock().unwrap_or_else(PoisonError::into_inner);
             if !*is_writing {
                 let name = name(signal);
-                let words =
-                    format!("interrupted by {name}; nothing is kept. Start again with\n  {}", command());
+                let words = format!(
+                    "interrupted by {name}; nothing is kept. Start again with\n  {}",
+                    command()
+                );
                 end_now(words, signal);
             }
             drop(is_writing);
@@ -257,7 +268,10 @@ impl OnlyAtEnd {
     /// Marks the beginning of the output, which is short: a single signal no longer ends the
     /// program.
     pub fn write(&self) {
-        *self.is_writing.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        *self
+            .is_writing
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) = true;
     }
 }
 
@@ -274,7 +288,10 @@ fn try_until<T>(deadline: Instant, lock: impl Fn() -> Option<T>) -> Option<T> {
 
 fn in_background(watch: impl FnOnce() + Send + 'static) -> Result<()> {
     let thread = thread::Builder::new().name("signals".to_owned());
-    thread.spawn(watch).map(drop).context("cannot watch for signals")
+    thread
+        .spawn(watch)
+        .map(drop)
+        .context("cannot watch for signals")
 }
 
 /// Ends the program with a message.

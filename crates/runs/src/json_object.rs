@@ -33,7 +33,9 @@ pub fn put(key: &str, value: &impl Serialize) {
 /// Adds a line to the array `text`; returns `false` where no object is written.
 pub(crate) fn takes_line(text: &str) -> bool {
     let mut object = object();
-    let Some(all) = object.as_mut() else { return false };
+    let Some(all) = object.as_mut() else {
+        return false;
+    };
     if let Value::Array(lines) = all.entry("text").or_insert_with(|| json!([])) {
         lines.push(text.into());
     }
@@ -48,12 +50,19 @@ pub(crate) fn end(end: Result<Verdict, String>, exit_code: u8) -> Option<String>
         Ok(verdict) => {
             let word = verdict.word();
             all.insert("verdict".to_owned(), word.into());
-            for (key, default) in [("folder", Value::Null), ("totals", Value::Null), ("checks", json!([]))] {
+            for (key, default) in [
+                ("folder", Value::Null),
+                ("totals", Value::Null),
+                ("checks", json!([])),
+            ] {
                 all.entry(key).or_insert(default);
             }
         }
         Err(words) => {
-            all.insert("error".to_owned(), words.strip_prefix("error: ").unwrap_or(&words).into());
+            all.insert(
+                "error".to_owned(),
+                words.strip_prefix("error: ").unwrap_or(&words).into(),
+            );
         }
     }
     all.insert("exit_code".to_owned(), exit_code.into());

@@ -46,7 +46,12 @@ pub struct Damaged {
 impl Damaged {
     /// What is left out and why, with the remedy.
     pub fn words(&self) -> String {
-        let Self { file, content, reason, again } = self;
+        let Self {
+            file,
+            content,
+            reason,
+            again,
+        } = self;
         format!(
             "{content} is left out: {}: {reason}. {}",
             file.display(),
@@ -82,7 +87,9 @@ impl LeftOut {
     /// All that is left out, in words.
     pub fn words(&self) -> Vec<String> {
         let missing = self.missing.iter().map(MissingRun::words);
-        missing.chain(self.damaged.iter().map(Damaged::words)).collect()
+        missing
+            .chain(self.damaged.iter().map(Damaged::words))
+            .collect()
     }
 }
 

@@ -81,12 +81,18 @@ pub fn conclude(folder: &Folder, summary: &Summary) {
     for line in figure_lines(&summary.figures) {
         print_line(&line);
     }
-    let judged = [report::stationarity_in_words(&figures), report::tests_in_words(&figures)];
+    let judged = [
+        report::stationarity_in_words(&figures),
+        report::tests_in_words(&figures),
+    ];
     for words in judged.into_iter().flatten() {
         print_line(&words);
     }
     for check in summary.checks.iter().filter(|check| !check.passed) {
-        print_line(&format!("FAILED: {} is {}, allowed is {}", check.name, check.found, check.allowed));
+        print_line(&format!(
+            "FAILED: {} is {}, allowed is {}",
+            check.name, check.found, check.allowed
+        ));
     }
     print_line(&format!("{}", folder.path().join("report.html").display()));
 }

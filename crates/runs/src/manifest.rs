@@ -122,7 +122,9 @@ impl Manifest {
             rustc: env!("CAROM_RUSTC_VERSION"),
             processor: processor(),
             logical_processors: std::thread::available_parallelism().map_or(1, usize::from),
-            command: given().map(|word| word.to_string_lossy().into_owned()).collect(),
+            command: given()
+                .map(|word| word.to_string_lossy().into_owned())
+                .collect(),
             again: again.to_owned(),
             methods: methods(scenes),
             streams: scenes.iter().flat_map(|scene| streams(scene)).collect(),
@@ -142,7 +144,10 @@ impl Manifest {
     /// # Errors
     /// It cannot be written.
     pub fn begin_part(&self, folder: &Folder, again: &str) -> Result<Self> {
-        let mut manifest = Self { again: again.to_owned(), ..self.clone() };
+        let mut manifest = Self {
+            again: again.to_owned(),
+            ..self.clone()
+        };
         manifest.write(folder)?;
         Ok(manifest)
     }
@@ -154,7 +159,10 @@ impl Manifest {
 
     /// Returns true if the folder holds a run that has ended.
     pub fn is_complete(folder: &Folder) -> bool {
-        let manifest = folder.read(MANIFEST).ok().and_then(|text| serde_json::from_str(&text).ok());
+        let manifest = folder
+            .read(MANIFEST)
+            .ok()
+            .and_then(|text| serde_json::from_str(&text).ok());
         manifest.is_some_and(|manifest: serde_json::Value| manifest["complete"] == true)
     }
 
@@ -196,14 +204,23 @@ impl Manifest {
     fn end(mut self, folder: &Folder) -> Result<()> {
         folder.check_holder()?;
         self.write(folder)?;
-        if self.files.is_some() { folder.end_list() } else { Ok(()) }
+        if self.files.is_some() {
+            folder.end_list()
+        } else {
+            Ok(())
+        }
     }
 }
 
 /// The methods that are not the default.
 fn methods(scenes: &[&Scene]) -> Vec<String> {
-    let methods = scenes.iter().filter_map(|scene| Method::try_from(&scene.method).ok());
-    methods.filter(|method| *method != Method::default()).map(|method| method.to_string()).collect()
+    let methods = scenes
+        .iter()
+        .filter_map(|scene| Method::try_from(&scene.method).ok());
+    methods
+        .filter(|method| *method != Method::default())
+        .map(|method| method.to_string())
+        .collect()
 }
 
 /// The streams that a scene draws from: number 16 × replica + purpose, see

@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use toml::{Table, Value};
 
 /// Most entries that a message names.
-const MOST_NAMED: usize = 6;
+const MAX_NAMED: usize = 6;
 
 /// Returns an error that names the entries, or else the first line, in which two run descriptions
 /// differ. A description is TOML, or a line, such as a command, that may have TOML below it.
@@ -20,7 +20,9 @@ pub fn refuse_other(there: &str, here: &str) -> Result<()> {
     }
     let mut pairs = there.lines().zip(here.lines());
     match pairs.find(|(there, here)| there != here) {
-        Some((there, here)) => bail!("it belongs to another run: its line `{there}` differs from `{here}`"),
+        Some((there, here)) => {
+            bail!("it belongs to another run: its line `{there}` differs from `{here}`")
+        }
         None => bail!("it belongs to another run: one description has more lines than the other"),
     }
 }
@@ -28,13 +30,21 @@ pub fn refuse_other(there: &str, here: &str) -> Result<()> {
 /// The entries that differ; `None` if the scenes are equal, or one is not TOML.
 fn differing_entries(there: &str, here: &str) -> Option<String> {
     let scene = |text: &str| {
-        let below = || text.split_once('\n').and_then(|(_, scene)| scene.parse::<Table>().ok());
+        let below = || {
+            text.split_once('\n')
+                .and_then(|(_, scene)| scene.parse::<Table>().ok())
+        };
         text.parse::<Table>().ok().or_else(below)
     };
     let mut found = Vec::new();
-    compare("", &Value::Table(scene(there)?), &Value::Table(scene(here)?), &mut found);
-    let more = found.len().saturating_sub(MOST_NAMED);
-    found.truncate(MOST_NAMED);
+    compare(
+        "",
+        &Value::Table(scene(there)?),
+        &Value::Table(scene(here)?),
+        &mut found,
+    );
+    let more = found.len().saturating_sub(MAX_NAMED);
+    found.truncate(MAX_NAMED);
     if more > 0 {
         found.push(format!("and {more} more entries"));
     }
@@ -52,10 +62,16 @@ fn compare(path: &str, there: &Value, here: &Value, found: &mut Vec<String>) {
                 match (there.get(key), here.get(key)) {
                     (Some(there), Some(here)) => compare(&path, there, here, found),
                     (Some(there), None) => {
-                        found.push(format!("it has {path} = {}, and this run has none", short(there)));
+                        found.push(format!(
+                            "it has {path} = {}, and this run has none",
+                            short(there)
+                        ));
                     }
                     (None, Some(here)) => {
-                        found.push(format!("it has no {path}, and this run has {}", short(here)));
+                        found.push(format!(
+                            "it has no {path}, and this run has {}",
+                            short(here)
+                        ));
                     }
                     (None, None) => {}
                 }
@@ -69,7 +85,11 @@ fn compare(path: &str, there: &Value, here: &Value, found: &mut Vec<String>) {
             }
         }
         _ if there == here => {}
-        _ => found.push(format!("its {path} = {} differs from {}", short(there), short(here))),
+        _ => found.push(format!(
+            "its {path} = {} differs from {}",
+            short(there),
+            short(here)
+        )),
     }
 }
 
@@ -94,7 +114,9 @@ mod tests {
     #[test]
     fn entries_that_differ_are_named() {
         let scene = |radius: f64, side: f64| {
-            format!("carom run\n[box]\nsides = [\n    {side:?},\n    1.0,\n]\n[[gas]]\nradius = {radius:?}\n")
+            format!(
+                "carom run\n[box]\nsides = [\n    {side:?},\n    1.0,\n]\n[[gas]]\nradius = {radius:?}\n"
+            )
         };
         assert!(refuse_other(&scene(0.1, 1.0), &scene(0.1, 1.0)).is_ok());
         assert_eq!(
@@ -104,15 +126,24 @@ mod tests {
         );
         // The scene first: the command follows from it.
         let other = scene(0.2, 1.0).replace("carom run", "carom run --from 3");
-        assert!(refused(&scene(0.1, 1.0), &other).ends_with("run: its gas[0].radius = 0.1 differs from 0.2"));
+        assert!(
+            refused(&scene(0.1, 1.0), &other)
+                .ends_with("run: its gas[0].radius = 0.1 differs from 0.2")
+        );
         let command = scene(0.1, 1.0).replace("carom run", "carom run --from 3");
         assert!(
-            refused(&scene(0.1, 1.0), &command).ends_with("`carom run` differs from `carom run --from 3`")
+            refused(&scene(0.1, 1.0), &command)
+                .ends_with("`carom run` differs from `carom run --from 3`")
         );
         let two = format!("{}[[gas]]\nradius = 0.3\n", scene(0.1, 1.0));
-        assert!(refused(&scene(0.1, 1.0), &two).ends_with("its gas = 1 entry differs from 2 entries"));
+        assert!(
+            refused(&scene(0.1, 1.0), &two).ends_with("its gas = 1 entry differs from 2 entries")
+        );
         let walled = format!("{}[[wall]]\nx = 0.0\n", scene(0.1, 1.0));
-        assert!(refused(&scene(0.1, 1.0), &walled).ends_with("it has no wall, and this run has 1 entry"));
+        assert!(
+            refused(&scene(0.1, 1.0), &walled)
+                .ends_with("it has no wall, and this run has 1 entry")
+        );
         assert!(refused("a run", "another").ends_with("its line `a run` differs from `another`"));
         assert!(refused("a run", "a run\nlonger").contains("more lines"));
     }

@@ -73,7 +73,11 @@ impl Destination {
 
     /// Treatment of existing files.
     pub fn existing(&self) -> Existing {
-        if self.force { Existing::Replace } else { Existing::Refuse }
+        if self.force {
+            Existing::Replace
+        } else {
+            Existing::Refuse
+        }
     }
 
     /// Refuses a folder that holds files, before a long preparation; creates nothing.
@@ -82,7 +86,11 @@ impl Destination {
     /// The folder is not empty, and files are not to be replaced.
     pub fn check(&self, usual: &str) -> Result<()> {
         let path = self.folder(usual);
-        if path.is_dir() { self.existing().admit(&path) } else { Ok(()) }
+        if path.is_dir() {
+            self.existing().admit(&path)
+        } else {
+            Ok(())
+        }
     }
 }
 
@@ -115,7 +123,11 @@ impl Resumption {
 
     /// Treatment of existing files.
     pub fn existing(&self) -> Existing {
-        if self.resume { Existing::Resume } else { self.destination.existing() }
+        if self.resume {
+            Existing::Resume
+        } else {
+            self.destination.existing()
+        }
     }
 }
 
@@ -158,15 +170,26 @@ impl Folder {
     ///
     /// # Errors
     /// It cannot be created, the error of `admit`, or another process uses it.
-    pub fn claim_if(path: &Path, admit: impl Fn(&Path) -> Result<()>) -> Result<(Self, FolderLock)> {
-        fs::create_dir_all(path).with_context(|| format!("cannot create the folder {}", path.display()))?;
+    pub fn claim_if(
+        path: &Path,
+        admit: impl Fn(&Path) -> Result<()>,
+    ) -> Result<(Self, FolderLock)> {
+        fs::create_dir_all(path)
+            .with_context(|| format!("cannot create the folder {}", path.display()))?;
         admit(path)?;
         let lock = FolderLock::exclusive(path)?;
         // Another process may have written since.
         admit(path)?;
         let (files, inner) = (Arc::new(WrittenFiles::read(path)), String::new());
         let holder = Some(Arc::new(lock.holder().clone()));
-        Ok((Self { path: path.to_owned(), holder, written: Some(Written { files, inner }) }, lock))
+        Ok((
+            Self {
+                path: path.to_owned(),
+                holder,
+                written: Some(Written { files, inner }),
+            },
+            lock,
+        ))
     }
 
     /// Creates the folder and its parents, for files that belong to a run of another folder.
@@ -174,9 +197,14 @@ impl Folder {
     /// # Errors
     /// It cannot be created, or it holds files and `existing` is [`Existing::Refuse`].
     pub fn create(path: &Path, existing: Existing) -> Result<Self> {
-        fs::create_dir_all(path).with_context(|| format!("cannot create the folder {}", path.display()))?;
+        fs::create_dir_all(path)
+            .with_context(|| format!("cannot create the folder {}", path.display()))?;
         existing.admit(path)?;
-        Ok(Self { path: path.to_owned(), holder: None, written: None })
+        Ok(Self {
+            path: path.to_owned(),
+            holder: None,
+            written: None,
+        })
     }
 
     /// Returns a folder inside this one and creates it if necessary.
@@ -185,8 +213,14 @@ impl Folder {
     /// It cannot be created.
     pub fn inner(&self, name: &str) -> Result<Self> {
         let written = self.written.clone();
-        let written = written.map(|outer| Written { inner: format!("{}{name}/", outer.inner), ..outer });
-        Ok(Self { written, ..self.unlisted(name)? })
+        let written = written.map(|outer| Written {
+            inner: format!("{}{name}/", outer.inner),
+            ..outer
+        });
+        Ok(Self {
+            written,
+            ..self.unlisted(name)?
+        })
     }
 
     /// Returns a folder inside this one, whose files are not listed, and creates it if necessary.
@@ -195,7 +229,10 @@ impl Folder {
     /// It cannot be created.
     pub fn unlisted(&self, name: &str) -> Result<Self> {
         let holder = self.holder.clone();
-        Ok(Self { holder, ..Self::create(&self.path.join(name), Existing::Replace)? })
+        Ok(Self {
+            holder,
+            ..Self::create(&self.path.join(name), Existing::Replace)?
+        })
     }
 
     /// Returns the path of a file that this run is about to write, and lists it.
@@ -214,7 +251,9 @@ impl Folder {
     /// # Errors
     /// Another process has come, where locks do not reach it.
     pub(crate) fn check_holder(&self) -> Result<()> {
-        self.holder.as_ref().map_or(Ok(()), |holder| Ok(holder.check()?))
+        self.holder
+            .as_ref()
+            .map_or(Ok(()), |holder| Ok(holder.check()?))
     }
 
     /// Names of the files that this run, or the one that it resumes, has written, relative to this
@@ -222,7 +261,9 @@ impl Folder {
     pub fn written(&self) -> Option<Vec<String>> {
         let Written { files, inner } = self.written.as_ref()?;
         let own = |name: &String| name.strip_prefix(inner).map(str::to_owned);
-        files.names().map(|names| names.iter().filter_map(own).collect())
+        files
+            .names()
+            .map(|names| names.iter().filter_map(own).collect())
     }
 
     /// Removes the separate list of the written files, once the manifest holds it.
@@ -241,7 +282,9 @@ impl Folder {
     /// # Errors
     /// A file cannot be removed.
     pub fn remove_earlier(&self) -> Result<()> {
-        self.written.as_ref().map_or(Ok(()), |written| written.files.remove_states())?;
+        self.written
+            .as_ref()
+            .map_or(Ok(()), |written| written.files.remove_states())?;
         self.remove_earlier_results()
     }
 
@@ -251,7 +294,9 @@ impl Folder {
     /// # Errors
     /// A file cannot be removed.
     pub(crate) fn remove_earlier_results(&self) -> Result<()> {
-        self.written.as_ref().map_or(Ok(()), |written| written.files.remove_earlier())
+        self.written
+            .as_ref()
+            .map_or(Ok(()), |written| written.files.remove_earlier())
     }
 
     /// Removes all that this process has written into the folder, and the folder if it is empty
@@ -261,7 +306,9 @@ impl Folder {
     /// Another process has come, where locks do not reach it, or a file cannot be removed.
     pub(crate) fn remove_own(&self) -> Result<()> {
         self.check_holder()?;
-        self.written.as_ref().map_or(Ok(()), |written| written.files.remove_own())?;
+        self.written
+            .as_ref()
+            .map_or(Ok(()), |written| written.files.remove_own())?;
         // It stays if other files are in it.
         let _ = fs::remove_dir(&self.path);
         Ok(())
@@ -332,7 +379,11 @@ impl Folder {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn write_records<R: Serialize>(&self, name: &str, rows: impl IntoIterator<Item = R>) -> Result<()> {
+    pub fn write_records<R: Serialize>(
+        &self,
+        name: &str,
+        rows: impl IntoIterator<Item = R>,
+    ) -> Result<()> {
         let mut table = csv::Writer::from_writer(Vec::new());
         rows.into_iter().try_for_each(|row| table.serialize(row))?;
         self.write(name, table.into_inner()?)
@@ -354,13 +405,16 @@ impl Folder {
 
 /// Encodes a file of JSON.
 fn json(content: &impl Serialize) -> Result<String> {
-    let text = serde_json::to_string_pretty(content).context("the content cannot be encoded as JSON")?;
+    let text =
+        serde_json::to_string_pretty(content).context("the content cannot be encoded as JSON")?;
     Ok(text + "\n")
 }
 
 /// Encodes a table as CSV.
 fn table<R: Serialize>(header: &[&str], rows: impl IntoIterator<Item = R>) -> Result<Vec<u8>> {
-    let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    let mut table = csv::WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(Vec::new());
     table.write_record(header)?;
     rows.into_iter().try_for_each(|row| table.serialize(row))?;
     Ok(table.into_inner()?)
@@ -381,15 +435,32 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("new/inner");
         let folder = Folder::create(&path, Existing::Refuse).unwrap();
-        assert!(Folder::create(&path, Existing::Refuse).is_ok(), "an empty folder is fine");
+        assert!(
+            Folder::create(&path, Existing::Refuse).is_ok(),
+            "an empty folder is fine"
+        );
         folder.write("a.txt", "first").unwrap();
-        let refused = Folder::create(&path, Existing::Refuse).unwrap_err().to_string();
-        assert!(refused.contains("--force") && refused.contains("--resume"), "{refused}");
-        let refused = Folder::create(&path, Existing::Resume).unwrap_err().to_string();
+        let refused = Folder::create(&path, Existing::Refuse)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            refused.contains("--force") && refused.contains("--resume"),
+            "{refused}"
+        );
+        let refused = Folder::create(&path, Existing::Resume)
+            .unwrap_err()
+            .to_string();
         assert!(refused.contains("manifest.json"), "{refused}");
-        Folder::create(&path, Existing::Replace).unwrap().write("a.txt", "second").unwrap();
+        Folder::create(&path, Existing::Replace)
+            .unwrap()
+            .write("a.txt", "second")
+            .unwrap();
         assert_eq!(fs::read_to_string(path.join("a.txt")).unwrap(), "second");
-        assert_eq!(fs::read_dir(&path).unwrap().count(), 1, "no temporary file is left");
+        assert_eq!(
+            fs::read_dir(&path).unwrap().count(),
+            1,
+            "no temporary file is left"
+        );
     }
 
     #[test]
@@ -406,9 +477,14 @@ mod tests {
             admitted
         });
         let words = claimed.unwrap_err().to_string();
-        assert!(looks.get() == 2 && words.contains("is not empty"), "{words}");
+        assert!(
+            looks.get() == 2 && words.contains("is not empty"),
+            "{words}"
+        );
         let (_folder, lock) = Folder::claim(root.path(), Existing::Resume).unwrap();
-        let words = Folder::claim(root.path(), Existing::Replace).unwrap_err().to_string();
+        let words = Folder::claim(root.path(), Existing::Replace)
+            .unwrap_err()
+            .to_string();
         assert!(words.contains("another process writes into"), "{words}");
         drop(lock);
         assert!(Folder::claim(root.path(), Existing::Replace).is_ok());
@@ -439,10 +515,15 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
         let values = [0.1 + 0.2, 1e-300, -0.0, 1.0 / 3.0];
-        folder.write_table("t.csv", &["i", "x"], values.iter().enumerate()).unwrap();
+        folder
+            .write_table("t.csv", &["i", "x"], values.iter().enumerate())
+            .unwrap();
         let text = fs::read_to_string(root.path().join("t.csv")).unwrap();
-        let read: Vec<f64> =
-            text.lines().skip(1).map(|line| line.split(',').nth(1).unwrap().parse().unwrap()).collect();
+        let read: Vec<f64> = text
+            .lines()
+            .skip(1)
+            .map(|line| line.split(',').nth(1).unwrap().parse().unwrap())
+            .collect();
         assert_eq!(read.map_bits(), values.to_vec().map_bits());
     }
 

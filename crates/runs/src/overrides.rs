@@ -21,14 +21,18 @@ impl FromStr for Override {
     /// Parses `key.path=value`. Entries of lists are numbers from 0: `gas.0.count=100`. A value
     /// that is not TOML becomes a string: `run.snapshots=extxyz`.
     fn from_str(text: &str) -> Result<Self> {
-        let (path, value) =
-            text.split_once('=').with_context(|| format!("'{text}' is not of the form key.path=value"))?;
+        let (path, value) = text
+            .split_once('=')
+            .with_context(|| format!("'{text}' is not of the form key.path=value"))?;
         let value = value.trim();
         let parsed = match format!("value = {value}").parse::<Table>() {
             Ok(mut table) if table.len() == 1 => table.remove("value"),
             _ => None,
         };
-        Self::new(path, parsed.unwrap_or_else(|| Value::String(value.to_owned())))
+        Self::new(
+            path,
+            parsed.unwrap_or_else(|| Value::String(value.to_owned())),
+        )
     }
 }
 
@@ -38,8 +42,15 @@ impl Override {
     /// # Errors
     /// The path has an empty key.
     pub fn new(path: &str, value: Value) -> Result<Self> {
-        let keys: Vec<String> = path.trim().split('.').map(|key| key.trim().to_owned()).collect();
-        ensure!(keys.iter().all(|key| !key.is_empty()), "'{path}' has an empty key in its path");
+        let keys: Vec<String> = path
+            .trim()
+            .split('.')
+            .map(|key| key.trim().to_owned())
+            .collect();
+        ensure!(
+            keys.iter().all(|key| !key.is_empty()),
+            "'{path}' has an empty key in its path"
+        );
         Ok(Self { path: keys, value })
     }
 
@@ -65,7 +76,9 @@ impl Override {
             }
         }
         let mut walked = String::new();
-        let Some((last, above)) = path.split_last() else { bail!("an empty path") };
+        let Some((last, above)) = path.split_last() else {
+            bail!("an empty path")
+        };
         let mut place = Place::Table(scene);
         for key in above {
             place = place.enter(key, &walked)?;
@@ -87,13 +100,18 @@ enum Place<'a> {
 impl Place<'_> {
     fn enter(self, key: &str, walked: &str) -> Result<Self> {
         let value = match self {
-            Self::Table(table) => table.entry(key).or_insert_with(|| Value::Table(Table::new())),
+            Self::Table(table) => table
+                .entry(key)
+                .or_insert_with(|| Value::Table(Table::new())),
             Self::List(list) => entry(list, key, walked)?,
         };
         match value {
             Value::Table(table) => Ok(Self::Table(table)),
             Value::Array(list) => Ok(Self::List(list)),
-            other => bail!("`{walked}.{key}` is a {}, which has no entries", other.type_str()),
+            other => bail!(
+                "`{walked}.{key}` is a {}, which has no entries",
+                other.type_str()
+            ),
         }
     }
 
@@ -116,7 +134,8 @@ fn entry<'a>(list: &'a mut [Value], key: &str, walked: &str) -> Result<&'a mut V
             "`{walked}` is a list, whose entries are numbers from 0, not `{key}`; write `{walked}.0.{key}`"
         )
     })?;
-    list.get_mut(index).with_context(|| format!("`{walked}` has {count} entries; {index} is out of range"))
+    list.get_mut(index)
+        .with_context(|| format!("`{walked}` has {count} entries; {index} is out of range"))
 }
 
 #[cfg(test)]
@@ -132,12 +151,28 @@ mod tests {
     #[test]
     fn entries_of_lists_and_tables_are_changed_or_made() {
         let scene = "[[gas]]\ncount = 3\n[[gas]]\ncount = 4\n";
-        assert!(changed(scene, "gas.1.count=100").unwrap().contains("count = 100"));
-        assert_eq!(changed("", "run.until = 2.5").unwrap(), "[run]\nuntil = 2.5\n");
-        assert_eq!(changed("", "run.snapshots=extxyz").unwrap(), "[run]\nsnapshots = \"extxyz\"\n");
-        assert_eq!(changed("", "box.sides=[2, 1.0]").unwrap(), "[box]\nsides = [2, 1.0]\n");
+        assert!(
+            changed(scene, "gas.1.count=100")
+                .unwrap()
+                .contains("count = 100")
+        );
+        assert_eq!(
+            changed("", "run.until = 2.5").unwrap(),
+            "[run]\nuntil = 2.5\n"
+        );
+        assert_eq!(
+            changed("", "run.snapshots=extxyz").unwrap(),
+            "[run]\nsnapshots = \"extxyz\"\n"
+        );
+        assert_eq!(
+            changed("", "box.sides=[2, 1.0]").unwrap(),
+            "[box]\nsides = [2, 1.0]\n"
+        );
         for set in ["run.sample_interval=2", "run.standby=2"] {
-            assert_eq!(changed("[run]\nstandby = 1\n", set).unwrap(), "[run]\nsample_interval = 2\n");
+            assert_eq!(
+                changed("[run]\nstandby = 1\n", set).unwrap(),
+                "[run]\nsample_interval = 2\n"
+            );
         }
         assert_eq!(changed("", "box.seed=7").unwrap(), "[box]\nseed = 7\n");
     }

@@ -69,8 +69,14 @@ impl Record {
     /// nothing, are left out.
     pub fn of(scene: &Scene, mut run: RunRecord) -> Self {
         run.leave_out_undefined();
-        let replica = Replica { seed: scene.bounds.seed, number: scene.bounds.replica };
-        Self { what: description(scene), runs: BTreeMap::from([(replica, run)]) }
+        let replica = Replica {
+            seed: scene.bounds.seed,
+            number: scene.bounds.replica,
+        };
+        Self {
+            what: description(scene),
+            runs: BTreeMap::from([(replica, run)]),
+        }
     }
 
     /// Adds the runs of another part of the same scene.
@@ -79,7 +85,9 @@ impl Record {
     /// The scenes differ, or a run is in both parts.
     pub fn merge(&mut self, other: Self) -> Result<()> {
         refuse_other(&self.what, &other.what)?;
-        if let Some(Replica { seed, number }) = other.runs.keys().find(|key| self.runs.contains_key(key)) {
+        if let Some(Replica { seed, number }) =
+            other.runs.keys().find(|key| self.runs.contains_key(key))
+        {
             bail!("the run with seed {seed} and replica {number} is there twice");
         }
         self.runs.extend(other.runs);
@@ -119,7 +127,11 @@ impl Record {
     /// Verifies what the encoding does not: sums are added without a further look.
     fn check(&self) -> Result<()> {
         require_finite(self)?;
-        let first = self.runs.values().next().map_or(0, |run| run.measures.len());
+        let first = self
+            .runs
+            .values()
+            .next()
+            .map_or(0, |run| run.measures.len());
         for (Replica { seed, number }, run) in &self.runs {
             let name = || format!("the run with seed {seed} and replica {number}");
             ensure!(
@@ -147,8 +159,11 @@ impl RunRecord {
     fn leave_out_undefined(&mut self) {
         let keep = |figure: &mut Figure| {
             figure.standard_error = figure.standard_error.filter(|error| error.is_finite());
-            figure.prediction = figure.prediction.filter(|prediction| prediction.is_finite());
-            figure.smallest_difference = figure.smallest_difference.filter(|least| least.is_finite());
+            figure.prediction = figure
+                .prediction
+                .filter(|prediction| prediction.is_finite());
+            figure.smallest_difference =
+                figure.smallest_difference.filter(|least| least.is_finite());
             figure.value.is_finite()
         };
         self.figures.retain_mut(keep);
@@ -156,7 +171,10 @@ impl RunRecord {
             measure.figures.retain_mut(|(figure, _)| keep(figure));
             for table in &mut measure.tables {
                 table.levels.retain(|level| level.value.is_finite());
-                let cells = table.columns.iter_mut().flat_map(|column| &mut column.values);
+                let cells = table
+                    .columns
+                    .iter_mut()
+                    .flat_map(|column| &mut column.values);
                 cells.for_each(|cell| *cell = cell.filter(|value| value.is_finite()));
             }
         }
@@ -171,7 +189,11 @@ impl MeasureRecord {
         let quantities = self.sums.total.len();
         let is_known = |quantity: &Option<usize>| quantity.is_none_or(|index| index < quantities);
         for (figure, quantity) in &self.figures {
-            ensure!(is_known(quantity), "the figure '{}' has no sums", figure.name);
+            ensure!(
+                is_known(quantity),
+                "the figure '{}' has no sums",
+                figure.name
+            );
         }
         for table in &self.tables {
             let check = |column: &Column| {
@@ -181,7 +203,11 @@ impl MeasureRecord {
                     "{} has {values} rows and sums for {numbers}",
                     column.name
                 );
-                ensure!(column.quantities.iter().all(is_known), "{} has no sums", column.name);
+                ensure!(
+                    column.quantities.iter().all(is_known),
+                    "{} has no sums",
+                    column.name
+                );
                 let least = column.values.iter().flatten().copied().fold(0.0, f64::min);
                 ensure!(
                     column.role != Role::Count || least >= 0.0,
@@ -190,7 +216,11 @@ impl MeasureRecord {
                 );
                 Ok(())
             };
-            table.columns.iter().try_for_each(check).with_context(|| format!("table '{}'", table.name))?;
+            table
+                .columns
+                .iter()
+                .try_for_each(check)
+                .with_context(|| format!("table '{}'", table.name))?;
         }
         Ok(())
     }
@@ -235,35 +265,64 @@ mod tests {
         let record = outcome.record(&scene(), &Method::default());
         assert_eq!(refused(&record, |_| ()), "accepted");
         let measure = |run: &RunRecord| {
-            let has_sums =
-                |measure: &MeasureRecord| measure.sums.blocks.len() > 1 && !measure.sums.total.is_empty();
-            run.measures.iter().position(has_sums).expect("sums of blocks")
+            let has_sums = |measure: &MeasureRecord| {
+                measure.sums.blocks.len() > 1 && !measure.sums.total.is_empty()
+            };
+            run.measures
+                .iter()
+                .position(has_sums)
+                .expect("sums of blocks")
         };
         let table = |run: &RunRecord| {
-            let is_long = |table: &Table| table.columns.iter().any(|column| column.role == Role::Count);
-            let place = |(index, measure): (usize, &MeasureRecord)| {
-                measure.tables.iter().position(is_long).map(|table| (index, table))
+            let is_long = |table: &Table| {
+                table
+                    .columns
+                    .iter()
+                    .any(|column| column.role == Role::Count)
             };
-            run.measures.iter().enumerate().find_map(place).expect("a table with counts")
+            let place = |(index, measure): (usize, &MeasureRecord)| {
+                measure
+                    .tables
+                    .iter()
+                    .position(is_long)
+                    .map(|table| (index, table))
+            };
+            run.measures
+                .iter()
+                .enumerate()
+                .find_map(place)
+                .expect("a table with counts")
         };
         for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let error = refused(&record, |run| run.totals.energy_drift = value);
-            assert!(error.contains("totals.energy_drift must be finite, but is"), "{error}");
+            assert!(
+                error.contains("totals.energy_drift must be finite, but is"),
+                "{error}"
+            );
             let error = refused(&record, |run| {
                 let index = measure(run);
                 run.measures[index].sums.total[0][0] = value;
             });
-            assert!(error.contains(".sums.total[0][0] must be finite"), "{error}");
+            assert!(
+                error.contains(".sums.total[0][0] must be finite"),
+                "{error}"
+            );
             let error = refused(&record, |run| {
                 let index = measure(run);
                 run.measures[index].sums.blocks[1][0][1] = value;
             });
-            assert!(error.contains(".sums.blocks[1][0][1] must be finite"), "{error}");
+            assert!(
+                error.contains(".sums.blocks[1][0][1] must be finite"),
+                "{error}"
+            );
             let error = refused(&record, |run| {
                 let (measure, table) = table(run);
                 run.measures[measure].tables[table].columns[0].values[0] = Some(value);
             });
-            assert!(error.contains(".columns[0].values[0] must be finite"), "{error}");
+            assert!(
+                error.contains(".columns[0].values[0] must be finite"),
+                "{error}"
+            );
         }
         let error = refused(&record, |run| {
             let index = measure(run);
@@ -278,11 +337,18 @@ mod tests {
         let error = refused(&record, |run| {
             let (measure, table) = table(run);
             let columns = &mut run.measures[measure].tables[table].columns;
-            columns.iter_mut().find(|column| column.role == Role::Count).unwrap().values[0] = Some(-3.0);
+            columns
+                .iter_mut()
+                .find(|column| column.role == Role::Count)
+                .unwrap()
+                .values[0] = Some(-3.0);
         });
         assert!(error.contains("must be at least 0, but is -3"), "{error}");
         let error = refused(&record, |run| run.totals.simulated_time = -1.0);
-        assert!(error.contains("simulated_time must be at least 0, but is -1"), "{error}");
+        assert!(
+            error.contains("simulated_time must be at least 0, but is -1"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -291,7 +357,8 @@ mod tests {
         let record = outcome.record(&scene(), &Method::default());
         let mut run = record.runs.values().next().unwrap().clone();
         let before = run.figures.len();
-        run.figures.push(Figure::new("a mean of nothing", f64::NAN, "1"));
+        run.figures
+            .push(Figure::new("a mean of nothing", f64::NAN, "1"));
         let again = Record::of(&scene(), run);
         assert_eq!(again.runs.values().next().unwrap().figures.len(), before);
         assert_eq!(encode(&again).unwrap(), encode(&record).unwrap());

@@ -10,7 +10,8 @@ pub fn remarks(scene: &Scene) -> Vec<String> {
     let mut remarks = Vec::new();
     if !moves(scene) {
         remarks.push(
-            "Nothing moves: no molecule has a velocity, an energy or a temperature above 0.".to_owned(),
+            "Nothing moves: no molecule has a velocity, an energy or a temperature above 0."
+                .to_owned(),
         );
     }
     let run = &scene.run;
@@ -39,7 +40,11 @@ pub fn remarks(scene: &Scene) -> Vec<String> {
     for (index, wall) in scene.wall.iter().enumerate() {
         // A segment may lie outside.
         if wall.x.is_some() || wall.y.is_some() {
-            outside("wall", index, [wall.x.unwrap_or(0.0), wall.y.unwrap_or(0.0)]);
+            outside(
+                "wall",
+                index,
+                [wall.x.unwrap_or(0.0), wall.y.unwrap_or(0.0)],
+            );
         }
     }
     remarks
@@ -48,7 +53,8 @@ pub fn remarks(scene: &Scene) -> Vec<String> {
 /// Whether something may move during the run.
 fn moves(scene: &Scene) -> bool {
     let of_gas = |gas: &GasSpec| {
-        let has_energy = gas.energy > 0.0 || gas.temperature.is_some_and(|temperature| temperature > 0.0);
+        let has_energy =
+            gas.energy > 0.0 || gas.temperature.is_some_and(|temperature| temperature > 0.0);
         has_energy && gas.count != Some(0) && gas.area_fraction != Some(0.0)
     };
     let of_molecule =
@@ -57,7 +63,9 @@ fn moves(scene: &Scene) -> bool {
         || scene.molecule.iter().any(of_molecule)
         || scene.start.from.is_some()
         || scene.stage.iter().any(|stage| {
-            stage.add.iter().any(of_molecule) || !stage.set_energy.is_empty() || !stage.thermostat.is_empty()
+            stage.add.iter().any(of_molecule)
+                || !stage.set_energy.is_empty()
+                || !stage.thermostat.is_empty()
         })
 }
 
@@ -73,9 +81,17 @@ mod tests {
         assert!(of("").starts_with("Nothing moves"));
         assert!(of(&gas.replace("energy = 1.0", "temperature = 0.0")).starts_with("Nothing moves"));
         assert!(of(&gas.replace("count = 5", "area_fraction = 0.0")).starts_with("Nothing moves"));
-        assert!(of(&format!("{gas}[run]\nuntil = 1.0\nsample_interval = 2.0")).starts_with("Only the start"));
-        let found = of(&format!("{gas}[[wall]]\nx = 1.7\n[[bumper]]\nradius = 0.1\nat = [5.5, 0.5]\n"));
-        assert!(found.starts_with("bumper[0] is at [5.5, 0.5], outside the box of sides [1, 1]"), "{found}");
+        assert!(
+            of(&format!("{gas}[run]\nuntil = 1.0\nsample_interval = 2.0"))
+                .starts_with("Only the start")
+        );
+        let found = of(&format!(
+            "{gas}[[wall]]\nx = 1.7\n[[bumper]]\nradius = 0.1\nat = [5.5, 0.5]\n"
+        ));
+        assert!(
+            found.starts_with("bumper[0] is at [5.5, 0.5], outside the box of sides [1, 1]"),
+            "{found}"
+        );
         assert!(found.contains("wall[0] is at [1.7, 0]"), "{found}");
     }
 }

@@ -106,7 +106,11 @@ enum Clock {
 
 impl Clock {
     fn start(threads: usize) -> Self {
-        if threads > 1 { Self::Process(ProcessTime::now()) } else { Self::Thread(ThreadTime::now()) }
+        if threads > 1 {
+            Self::Process(ProcessTime::now())
+        } else {
+            Self::Thread(ThreadTime::now())
+        }
     }
 
     fn seconds(&self) -> f64 {
@@ -210,11 +214,26 @@ pub struct LastState {
 /// The file cannot be read or is no checkpoint of a run in time.
 pub fn last_state(path: &Path) -> Result<LastState> {
     let mut body = Body::read(path)?;
-    let Head { what, progress, end, .. } = body.take()?;
+    let Head {
+        what,
+        progress,
+        end,
+        ..
+    } = body.take()?;
     Ok(match end {
-        Some(End { state, actions }) => LastState { what, state, is_end: true, actions },
+        Some(End { state, actions }) => LastState {
+            what,
+            state,
+            is_end: true,
+            actions,
+        },
         // The first value of the state is that of the simulation.
-        None => LastState { what, state: body.take()?, is_end: false, actions: progress.actions },
+        None => LastState {
+            what,
+            state: body.take()?,
+            is_end: false,
+            actions: progress.actions,
+        },
     })
 }
 
@@ -227,14 +246,32 @@ const SAVED: &str = "# saved by a program\n";
 ///
 /// # Errors
 /// The data cannot be encoded, or the file cannot be written.
-pub fn write_state<T: Serialize>(path: &Path, scene: &Scene, state: Checkpoint, data: &T) -> Result<()> {
+pub fn write_state<T: Serialize>(
+    path: &Path,
+    scene: &Scene,
+    state: Checkpoint,
+    data: &T,
+) -> Result<()> {
     let (time, progress) = (state.time(), Done::default());
     let mut what = without_end("run", scene);
     what.insert_str("run\n".len(), SAVED);
     let until = time.to_f64();
     let end = Some(End { state, actions: 0 });
-    let head = Head { what, until, ended: true, time, progress, end };
-    checkpoint_file::write(path, &[&checkpoint_file::encode(&head)?, &checkpoint_file::encode(data)?])
+    let head = Head {
+        what,
+        until,
+        ended: true,
+        time,
+        progress,
+        end,
+    };
+    checkpoint_file::write(
+        path,
+        &[
+            &checkpoint_file::encode(&head)?,
+            &checkpoint_file::encode(data)?,
+        ],
+    )
 }
 
 /// Writes the checkpoint of a run that another loop has made so far, which [`Task::find`] accepts.
@@ -251,9 +288,27 @@ pub(crate) fn write_going<O: Serialize>(
     observers: &O,
 ) -> Result<()> {
     let (what, time) = (what.to_owned(), simulation.time());
-    let head = Head { what, until, ended: false, time, progress, end: None };
-    let state = State { simulation: simulation.clone(), observers, seconds: 0.0, files: Vec::new() };
-    checkpoint_file::write(path, &[&checkpoint_file::encode(&head)?, &checkpoint_file::encode(&state)?])
+    let head = Head {
+        what,
+        until,
+        ended: false,
+        time,
+        progress,
+        end: None,
+    };
+    let state = State {
+        simulation: simulation.clone(),
+        observers,
+        seconds: 0.0,
+        files: Vec::new(),
+    };
+    checkpoint_file::write(
+        path,
+        &[
+            &checkpoint_file::encode(&head)?,
+            &checkpoint_file::encode(&state)?,
+        ],
+    )
 }
 
 /// Reads a state like [`last_state`], with the data of the program if [`write_state`] has written
@@ -294,7 +349,9 @@ impl Task<'_> {
         }
         let path = self.path();
         match Body::read(&path) {
-            Err(FileError::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(FileError::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => {
+                Ok(None)
+            }
             Err(error) => Err(error.into()),
             Ok(body) => self.accept(body).map(Some),
         }
@@ -337,7 +394,8 @@ impl Task<'_> {
                 _ => Ok(Start::Anew),
             };
         };
-        self.resume(found).with_context(|| format!("cannot resume from {}", path.display()))
+        self.resume(found)
+            .with_context(|| format!("cannot resume from {}", path.display()))
     }
 
     fn resume<O: Serialize + DeserializeOwned, F: DeserializeOwned>(
@@ -391,11 +449,20 @@ impl Task<'_> {
     /// Writes the checkpoint of a run that has not ended.
     fn write<O: Serialize>(&self, progress: Done, state: &State<O>) -> Result<()> {
         let time = state.simulation.time();
-        let head =
-            Head { what: self.what.clone(), until: self.until, ended: false, time, progress, end: None };
+        let head = Head {
+            what: self.what.clone(),
+            until: self.until,
+            ended: false,
+            time,
+            progress,
+            end: None,
+        };
         checkpoint_file::write(
             &self.path(),
-            &[&checkpoint_file::encode(&head)?, &checkpoint_file::encode(state)?],
+            &[
+                &checkpoint_file::encode(&head)?,
+                &checkpoint_file::encode(state)?,
+            ],
         )
     }
 
@@ -486,15 +553,23 @@ impl<O: Observer + Serialize> Resumable<O> {
     fn save_if_due(&mut self, task: &Task<'_>) -> Result<()> {
         let interrupted = task.signals.check();
         let near_end = task.is_nearly_done(self.simulation.time());
-        let timely = self.saved.is_none_or(|saved| saved.elapsed() >= task.choices.checkpoint_every);
-        if (timely || interrupted.is_err() || (near_end && !self.saved_near_end)) && self.save(task)? {
+        let timely = self
+            .saved
+            .is_none_or(|saved| saved.elapsed() >= task.choices.checkpoint_every);
+        if (timely || interrupted.is_err() || (near_end && !self.saved_near_end))
+            && self.save(task)?
+        {
             self.saved_near_end |= near_end;
         }
         Ok(interrupted?)
     }
 
     fn done(&self) -> Done {
-        Done { samples: self.samples, steps: self.steps, actions: self.actions }
+        Done {
+            samples: self.samples,
+            steps: self.steps,
+            actions: self.actions,
+        }
     }
 
     /// Counts a step that is not a sample.
@@ -533,19 +608,38 @@ impl<O: Observer + Serialize> Resumable<O> {
         // The files are now longer than at the checkpoint and must not be truncated.
         lengths.set(None);
         let mut body = Body::read(&task.path())?;
-        let end = End { state: self.simulation.end_epoch_here(), actions: self.actions };
-        let head = Head { ended: true, until: task.until, end: Some(end), ..body.take()? };
+        let end = End {
+            state: self.simulation.end_epoch_here(),
+            actions: self.actions,
+        };
+        let head = Head {
+            ended: true,
+            until: task.until,
+            end: Some(end),
+            ..body.take()?
+        };
         checkpoint_file::write(
             &task.path(),
-            &[&checkpoint_file::encode(&head)?, body.rest(), &checkpoint_file::encode(result)?],
+            &[
+                &checkpoint_file::encode(&head)?,
+                body.rest(),
+                &checkpoint_file::encode(result)?,
+            ],
         )
     }
 
     /// Writes a checkpoint if the simulation is at the end of an epoch; returns whether it is.
     fn save(&mut self, task: &Task<'_>) -> Result<bool> {
-        let Some(simulation) = self.simulation.checkpoint() else { return Ok(false) };
+        let Some(simulation) = self.simulation.checkpoint() else {
+            return Ok(false);
+        };
         let files = self.files.lengths()?;
-        let state = State { simulation, observers: &self.observers, seconds: self.seconds(), files };
+        let state = State {
+            simulation,
+            observers: &self.observers,
+            seconds: self.seconds(),
+            files,
+        };
         // The lock keeps the signal handler from truncating files to an older checkpoint than the
         // one on disk.
         let mut lengths = self.lengths.lock().unwrap_or_else(PoisonError::into_inner);
@@ -583,8 +677,17 @@ mod tests {
         let view = simulation.view();
         let tee = view.bodies().next().unwrap().body.key();
         let mut observers = (
-            (EnergyLedger::default(), OverlapCheck::default(), CollisionRate::default(), Pressure::default()),
-            (DirectionHistogram::new(tee, 4), RunningAverage::new(tee), ImpulseLog::new(tee, 100)),
+            (
+                EnergyLedger::default(),
+                OverlapCheck::default(),
+                CollisionRate::default(),
+                Pressure::default(),
+            ),
+            (
+                DirectionHistogram::new(tee, 4),
+                RunningAverage::new(tee),
+                ImpulseLog::new(tee, 100),
+            ),
         );
         observers.start(&view);
         observers.sample(&view);
@@ -597,7 +700,19 @@ mod tests {
             end: None,
         };
         let simulation = simulation.checkpoint().unwrap();
-        let kept = encode(&(head, State { simulation, observers, seconds: 0.5, files: Vec::new() })).unwrap();
-        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (15, 912, 3_836_691_579));
+        let kept = encode(&(
+            head,
+            State {
+                simulation,
+                observers,
+                seconds: 0.5,
+                files: Vec::new(),
+            },
+        ))
+        .unwrap();
+        assert_eq!(
+            (FORMAT, kept.len(), crc32fast::hash(&kept)),
+            (15, 912, 3_836_691_579)
+        );
     }
 }

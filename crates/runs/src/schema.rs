@@ -27,7 +27,10 @@ const REQUIRED_IN_STAGES: [(&str, &[&str]); 4] = [
 /// Returns the JSON Schema (draft 7) of a type that a TOML file holds, as its derivation gives it.
 pub fn schema_of<T: JsonSchema>(title: &str) -> Value {
     let settings = SchemaSettings::draft07().with_transform(RecursiveTransform(clean));
-    let mut schema = settings.into_generator().into_root_schema_for::<T>().to_value();
+    let mut schema = settings
+        .into_generator()
+        .into_root_schema_for::<T>()
+        .to_value();
     schema["title"] = title.into();
     schema
 }
@@ -44,20 +47,33 @@ pub fn scene_schema() -> Value {
     for (name, keys) in REQUIRED_IN_STAGES {
         types[name]["required"] = json!(keys);
         for key in keys {
-            types[name]["properties"][key].as_object_mut().map(|entry| entry.remove("default"));
+            types[name]["properties"][key]
+                .as_object_mut()
+                .map(|entry| entry.remove("default"));
         }
     }
     types["StageSpec"]["properties"]["measure"]["default"] = true.into();
     for (name, key) in [("MoleculeSpec", "at"), ("GasSpec", "energy")] {
-        types[name]["properties"][key].as_object_mut().map(|entry| entry.remove("default"));
+        types[name]["properties"][key]
+            .as_object_mut()
+            .map(|entry| entry.remove("default"));
     }
     for gas_or_molecule in ["MoleculeSpec", "GasSpec"] {
-        add(&mut types[gas_or_molecule]["properties"]["shape"], one_of(Shape::NAMES.into_iter()));
+        add(
+            &mut types[gas_or_molecule]["properties"]["shape"],
+            one_of(Shape::NAMES.into_iter()),
+        );
     }
-    add(&mut types["MeasureSpec"]["properties"]["kind"], one_of(KINDS.iter().map(|kind| kind.name)));
+    add(
+        &mut types["MeasureSpec"]["properties"]["kind"],
+        one_of(KINDS.iter().map(|kind| kind.name)),
+    );
     let run = &mut types["RunSpec"]["properties"];
     add(&mut run["snapshots"], json!({ "enum": [EXTENDED_XYZ] }));
-    add(&mut run["observe"]["items"], one_of(observable().iter().map(String::as_str)));
+    add(
+        &mut run["observe"]["items"],
+        one_of(observable().iter().map(String::as_str)),
+    );
     // Defaults that are left out of a written scene.
     let default = RunSpec::default();
     run["measure_from"]["default"] = default.measure_from.time().into();
@@ -103,7 +119,9 @@ fn observable() -> Vec<String> {
     let measures = KINDS.iter().flat_map(|kind| match kind.of {
         Of::Group => vec![kind.name.to_owned(), format!("{}:TAG", kind.name)],
         Of::OneBody => vec![format!("{}:TAG", kind.name)],
-        Of::Pair => ["", ":TAG", ":TAG,:TAG"].map(|tags| format!("{}{tags}", kind.name)).to_vec(),
+        Of::Pair => ["", ":TAG", ":TAG,:TAG"]
+            .map(|tags| format!("{}{tags}", kind.name))
+            .to_vec(),
         Of::System => vec![kind.name.to_owned()],
     });
     measures.collect()
@@ -121,8 +139,13 @@ fn one_of<'a>(names: impl Iterator<Item = &'a str>) -> Value {
                 .replace(":TAG", &format!(":{TAG}"))
         )
     };
-    let patterns = open.into_iter().map(|name| json!({ "pattern": pattern(name) }));
-    let choices: Vec<Value> = [json!({ "enum": fixed })].into_iter().chain(patterns).collect();
+    let patterns = open
+        .into_iter()
+        .map(|name| json!({ "pattern": pattern(name) }));
+    let choices: Vec<Value> = [json!({ "enum": fixed })]
+        .into_iter()
+        .chain(patterns)
+        .collect();
     json!({ "anyOf": choices })
 }
 
@@ -135,7 +158,9 @@ fn add(entry: &mut Value, more: Value) {
 /// Adapts the schema of a Rust type to TOML, which has no null, and turns its documentation to
 /// plain text.
 fn clean(schema: &mut schemars::Schema) {
-    let Some(entry) = schema.as_object_mut() else { return };
+    let Some(entry) = schema.as_object_mut() else {
+        return;
+    };
     entry.remove("format");
     if entry.get("default") == Some(&Value::Null) {
         entry.remove("default");
@@ -155,7 +180,9 @@ fn clean(schema: &mut schemars::Schema) {
 
 /// Replaces a choice between a schema and null by the schema.
 fn without_null(entry: &mut Map<String, Value>) {
-    let Some(Value::Array(choices)) = entry.get_mut("anyOf") else { return };
+    let Some(Value::Array(choices)) = entry.get_mut("anyOf") else {
+        return;
+    };
     choices.retain(|choice| choice["type"] != "null");
     if choices.len() == 1 {
         let only = choices.remove(0);

@@ -9,7 +9,13 @@ use crate::append_file::SeriesFormat;
 /// `energy.csv`.
 pub const ENERGY: SeriesFormat<LedgerPoint> = SeriesFormat {
     name: "energy.csv",
-    header: &["time", "energy", "booked_energy", "momentum_x", "momentum_y"],
+    header: &[
+        "time",
+        "energy",
+        "booked_energy",
+        "momentum_x",
+        "momentum_y",
+    ],
     row: |csv, point| {
         csv.serialize((
             fifteen_digits(point.time),
@@ -34,7 +40,13 @@ pub const PRESSURE: SeriesFormat<PressurePoint> = SeriesFormat {
     header: &["time", "pressure", "ideal", "virial", "momentum_flux"],
     row: |csv, point| {
         let (pressure, flux) = (point.pressure(), point.momentum_flux());
-        csv.serialize((fifteen_digits(point.time), pressure, point.ideal, point.virial, flux))
+        csv.serialize((
+            fifteen_digits(point.time),
+            pressure,
+            point.ideal,
+            point.virial,
+            flux,
+        ))
     },
 };
 
@@ -44,7 +56,13 @@ pub const AVERAGES: SeriesFormat<RunningPoint> = SeriesFormat {
     header: &["time", "force_x", "force_y", "velocity_x", "velocity_y"],
     row: |csv, point| {
         let (force, velocity) = (point.momentum, point.velocity);
-        csv.serialize((fifteen_digits(point.time), force.x, force.y, velocity.x, velocity.y))
+        csv.serialize((
+            fifteen_digits(point.time),
+            force.x,
+            force.y,
+            velocity.x,
+            velocity.y,
+        ))
     },
 };
 
@@ -69,10 +87,24 @@ pub const EVENTS: SeriesFormat<Contact> = SeriesFormat {
         "elasticity",
     ],
     row: |csv, contact| {
-        let Contact { point, normal, impulse, relative_velocity: velocity, .. } = contact;
+        let Contact {
+            point,
+            normal,
+            impulse,
+            relative_velocity: velocity,
+            ..
+        } = contact;
         let ([a, b], [atom_a, atom_b]) = (contact.bodies, contact.atoms);
         let vectors = [point, normal, impulse, velocity].map(|vector| [vector.x, vector.y]);
-        csv.serialize((contact.time, a, atom_a, b, atom_b, vectors, contact.elasticity))
+        csv.serialize((
+            contact.time,
+            a,
+            atom_a,
+            b,
+            atom_b,
+            vectors,
+            contact.elasticity,
+        ))
     },
 };
 
@@ -92,8 +124,20 @@ pub const IMPULSES: SeriesFormat<Impulse> = SeriesFormat {
         "impulse_body_y",
     ],
     row: |csv, kick| {
-        let Impulse { normal, impulse, in_body_frame, .. } = kick;
-        let vectors = [normal.x, normal.y, impulse.x, impulse.y, in_body_frame.x, in_body_frame.y];
+        let Impulse {
+            normal,
+            impulse,
+            in_body_frame,
+            ..
+        } = kick;
+        let vectors = [
+            normal.x,
+            normal.y,
+            impulse.x,
+            impulse.y,
+            in_body_frame.x,
+            in_body_frame.y,
+        ];
         csv.serialize((kick.time, kick.atom, kick.other, vectors))
     },
 };

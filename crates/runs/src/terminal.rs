@@ -33,13 +33,20 @@ pub(crate) fn keep_failure(written: io::Result<()>) {
     if let Err(error) = written
         && error.kind() != ErrorKind::BrokenPipe
     {
-        LOST_OUTPUT.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        LOST_OUTPUT
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .get_or_insert(error);
     }
 }
 
 /// Takes the first failure to write to standard output.
 pub(crate) fn lost_output() -> Result<()> {
-    match LOST_OUTPUT.lock().unwrap_or_else(PoisonError::into_inner).take() {
+    match LOST_OUTPUT
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take()
+    {
         None => Ok(()),
         Some(error) => Err(Error::new(error).context(STANDARD_OUTPUT)),
     }

@@ -29,7 +29,9 @@ pub fn write_lasting(path: &Path, pieces: &[&[u8]]) -> Result<()> {
     })?;
     // Flushes the folder entry too, where folders can be opened.
     if let Some(Ok(folder)) = path.parent().map(File::open) {
-        folder.sync_all().with_context(|| format!("cannot write {}", path.display()))?;
+        folder
+            .sync_all()
+            .with_context(|| format!("cannot write {}", path.display()))?;
     }
     Ok(())
 }
@@ -39,7 +41,10 @@ pub fn write_lasting(path: &Path, pieces: &[&[u8]]) -> Result<()> {
 ///
 /// # Errors
 /// The error of `write`, or the file cannot be written; no file is left then.
-pub fn write_streamed(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+pub fn write_streamed(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
+) -> Result<()> {
     let mut failed = None;
     let written = aside(path, |aside| {
         let mut out = BufWriter::new(File::create(aside)?);

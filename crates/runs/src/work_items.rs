@@ -53,16 +53,30 @@ impl WorkItems {
     ///
     /// # Errors
     /// The checkpoint cannot be read or belongs to another run.
-    pub fn find(folder: &Folder, what: String, resumption: &Resumption, signals: Signals) -> Result<Self> {
+    pub fn find(
+        folder: &Folder,
+        what: String,
+        resumption: &Resumption,
+        signals: Signals,
+    ) -> Result<Self> {
         let path = folder.path().join(CHECKPOINT);
         let by_name = if resumption.resume {
             read(&path, &what).with_context(|| format!("cannot resume from {}", path.display()))?
         } else {
             BTreeMap::new()
         };
-        let finished = Finished { by_name, ..Finished::default() };
+        let finished = Finished {
+            by_name,
+            ..Finished::default()
+        };
         let progress = OnceLock::new();
-        Ok(Self { path: Some(path), what, signals, finished: Mutex::new(finished), progress })
+        Ok(Self {
+            path: Some(path),
+            what,
+            signals,
+            finished: Mutex::new(finished),
+            progress,
+        })
     }
 
     /// Replaces an older checkpoint.
@@ -80,7 +94,8 @@ impl WorkItems {
     /// Shows the progress of this number of items, for experiments without a [`Progress`] of their
     /// own. The first call counts.
     pub fn expect(&self, number: usize) {
-        self.progress.get_or_init(|| Progress::items("parts", number as u64));
+        self.progress
+            .get_or_init(|| Progress::items("parts", number as u64));
     }
 
     /// Returns true if the item has finished.
@@ -108,14 +123,22 @@ impl WorkItems {
             return checkpoint_file::decode(kept)
                 .with_context(|| format!("cannot read the stored result of {name}"));
         }
-        let done = self.signals.check().map_err(Into::into).and_then(|()| work());
+        let done = self
+            .signals
+            .check()
+            .map_err(Into::into)
+            .and_then(|()| work());
         let mut finished = self.lock();
         if let Ok(result) = &done {
             self.progress.get().inspect(|progress| progress.count(1));
-            finished.by_name.insert(name.to_owned(), checkpoint_file::encode(result)?);
+            finished
+                .by_name
+                .insert(name.to_owned(), checkpoint_file::encode(result)?);
             finished.is_saved = false;
         }
-        let timely = finished.saved.is_none_or(|saved| saved.elapsed() >= INTERVAL);
+        let timely = finished
+            .saved
+            .is_none_or(|saved| saved.elapsed() >= INTERVAL);
         // After a failure or a signal every thread saves, so the last one saves all results.
         if timely || done.is_err() || self.signals.check().is_err() {
             self.save(&mut finished)?;
@@ -133,7 +156,10 @@ impl WorkItems {
 
     fn save(&self, finished: &mut Finished) -> Result<()> {
         if let Some(path) = self.path.as_ref().filter(|_| !finished.is_saved) {
-            let parts = [checkpoint_file::encode(&self.what)?, checkpoint_file::encode(&finished.by_name)?];
+            let parts = [
+                checkpoint_file::encode(&self.what)?,
+                checkpoint_file::encode(&finished.by_name)?,
+            ];
             checkpoint_file::write(path, &[&parts[0], &parts[1]])?;
             finished.is_saved = true;
             finished.saved = Some(Instant::now());
@@ -166,7 +192,10 @@ mod tests {
     use anyhow::bail;
 
     fn items(folder: &Folder, what: &str, resume: bool) -> Result<WorkItems> {
-        let resumption = Resumption { resume, ..Resumption::default() };
+        let resumption = Resumption {
+            resume,
+            ..Resumption::default()
+        };
         WorkItems::find(folder, what.to_owned(), &resumption, Signals::default())
     }
 
@@ -177,7 +206,10 @@ mod tests {
         let first = items(&folder, "a run", false).unwrap();
         first.begin().unwrap();
         let sum: f64 = 0.1 + 0.2;
-        assert_eq!(first.finish("a", || Ok(vec![sum, -0.0])).unwrap(), [sum, -0.0]);
+        assert_eq!(
+            first.finish("a", || Ok(vec![sum, -0.0])).unwrap(),
+            [sum, -0.0]
+        );
         assert!(first.finish::<u8>("b", || bail!("broken")).is_err());
         drop(first);
 
@@ -189,7 +221,10 @@ mod tests {
             [sum.to_bits(), (-0.0f64).to_bits()]
         );
         assert_eq!(again.finish("b", || Ok(7u8)).unwrap(), 7);
-        assert!(again.finish::<String>("b", || Ok(String::new())).is_err(), "it is a number");
+        assert!(
+            again.finish::<String>("b", || Ok(String::new())).is_err(),
+            "it is a number"
+        );
     }
 
     #[test]
@@ -200,7 +235,10 @@ mod tests {
         first.finish("a", || Ok(1u8)).unwrap();
         first.end().unwrap();
         let refused = format!("{:#}", items(&folder, "another", true).unwrap_err());
-        assert!(refused.contains("another run: its line `a run` differs from `another`"), "{refused}");
+        assert!(
+            refused.contains("another run: its line `a run` differs from `another`"),
+            "{refused}"
+        );
         let forced = items(&folder, "another", false).unwrap();
         assert!(!forced.has("a"));
         forced.begin().unwrap();

@@ -49,11 +49,16 @@ struct Names {
 impl WrittenFiles {
     /// Reads which files earlier processes have written into a folder.
     pub fn read(folder: &Path) -> Self {
-        let mut names = Names { is_complete: true, ..Names::default() };
+        let mut names = Names {
+            is_complete: true,
+            ..Names::default()
+        };
         match (manifest(folder), folder.join(MANIFEST).exists()) {
             (Some(manifest), _) if manifest["files"].is_array() => {
                 let files = manifest["files"].as_array().into_iter().flatten();
-                names.earlier.extend(files.filter_map(Value::as_str).map(str::to_owned));
+                names
+                    .earlier
+                    .extend(files.filter_map(Value::as_str).map(str::to_owned));
             }
             (Some(_), _) => {
                 names.is_complete = false;
@@ -64,8 +69,14 @@ impl WrittenFiles {
         }
         let list = fs::read_to_string(folder.join(LIST)).unwrap_or_default();
         // A line that was being written when its process was killed is no name.
-        names.earlier.extend(list.lines().filter_map(|line| serde_json::from_str::<String>(line).ok()));
-        Self { folder: folder.to_owned(), names: Mutex::new(names) }
+        names.earlier.extend(
+            list.lines()
+                .filter_map(|line| serde_json::from_str::<String>(line).ok()),
+        );
+        Self {
+            folder: folder.to_owned(),
+            names: Mutex::new(names),
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, Names> {
@@ -85,15 +96,20 @@ impl WrittenFiles {
         // The first line end closes a line that a killed process has left.
         let line = format!("\n{}\n", Value::from(name));
         let list = OpenOptions::new().create(true).append(true).open(&path);
-        list.and_then(|mut list| list.write_all(line.as_bytes()).and_then(|()| list.sync_data()))
-            .with_context(|| format!("cannot write {}", path.display()))
+        list.and_then(|mut list| {
+            list.write_all(line.as_bytes())
+                .and_then(|()| list.sync_data())
+        })
+        .with_context(|| format!("cannot write {}", path.display()))
     }
 
     /// All names in their order; `None` if an older version of this program has written files and
     /// no list.
     pub fn names(&self) -> Option<Vec<String>> {
         let names = self.lock();
-        names.is_complete.then(|| names.earlier.union(&names.own).cloned().collect())
+        names
+            .is_complete
+            .then(|| names.earlier.union(&names.own).cloned().collect())
     }
 
     /// Removes the list, once the manifest holds its names.
@@ -112,12 +128,19 @@ impl WrittenFiles {
     pub fn remove_earlier(&self) -> Result<()> {
         let mut names = self.lock();
         let mut folders = BTreeSet::new();
-        for name in names.earlier.iter().filter(|name| *name != MANIFEST && is_inside(name)) {
+        for name in names
+            .earlier
+            .iter()
+            .filter(|name| *name != MANIFEST && is_inside(name))
+        {
             let path = self.folder.join(name);
             remove(&path)?;
             remove(&part_of(&path))?;
             folders.extend(
-                Path::new(name).parent().filter(|inner| !inner.as_os_str().is_empty()).map(Path::to_owned),
+                Path::new(name)
+                    .parent()
+                    .filter(|inner| !inner.as_os_str().is_empty())
+                    .map(Path::to_owned),
             );
         }
         // The innermost come last.
@@ -146,7 +169,12 @@ impl WrittenFiles {
     pub fn remove_own(&self) -> Result<()> {
         remove_states(&self.folder)?;
         let own = std::mem::take(&mut self.lock().own);
-        for name in own.iter().map(String::as_str).filter(|name| is_inside(name)).chain([LIST, LOCK]) {
+        for name in own
+            .iter()
+            .map(String::as_str)
+            .filter(|name| is_inside(name))
+            .chain([LIST, LOCK])
+        {
             remove(&self.folder.join(name))?;
             remove(&part_of(&self.folder.join(name)))?;
         }
@@ -199,13 +227,23 @@ fn manifest(folder: &Path) -> Option<Value> {
 fn names_without_list(folder: &Path) -> BTreeSet<String> {
     let tables = fs::read_to_string(folder.join("tables.json")).unwrap_or_default();
     let tables: Value = serde_json::from_str(&tables).unwrap_or_default();
-    let files = tables.as_array().into_iter().flatten().filter_map(|table| table["file"].as_str());
-    files.chain(KNOWN.map(|(name, _)| name)).map(str::to_owned).collect()
+    let files = tables
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(|table| table["file"].as_str());
+    files
+        .chain(KNOWN.map(|(name, _)| name))
+        .map(str::to_owned)
+        .collect()
 }
 
 /// Whether a relative path stays inside its folder.
 fn is_inside(name: &str) -> bool {
-    !name.is_empty() && Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
+    !name.is_empty()
+        && Path::new(name)
+            .components()
+            .all(|part| matches!(part, Component::Normal(_)))
 }
 
 fn remove_states(folder: &Path) -> Result<()> {
@@ -223,7 +261,12 @@ fn remove(path: &Path) -> Result<()> {
         return Ok(());
     }
     match fs::remove_file(path) {
-        Err(error) if !matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+        Err(error)
+            if !matches!(
+                error.kind(),
+                io::ErrorKind::NotFound | io::ErrorKind::NotADirectory
+            ) =>
+        {
             Err(error).with_context(|| format!("cannot remove {}", path.display()))
         }
         _ => Ok(()),
@@ -248,20 +291,33 @@ mod tests {
         first.add("../outside").unwrap();
         write("letter.txt");
         // The line of the next file is cut.
-        OpenOptions::new().append(true).open(at(LIST)).unwrap().write_all(b"\n\"d.c").unwrap();
+        OpenOptions::new()
+            .append(true)
+            .open(at(LIST))
+            .unwrap()
+            .write_all(b"\n\"d.c")
+            .unwrap();
 
         let second = WrittenFiles::read(root.path());
         second.add("b.csv").unwrap();
         second.add("e.csv").unwrap();
-        assert_eq!(second.names().unwrap(), ["../outside", "a.csv", "b.csv", "e.csv", "inner/c.csv"]);
+        assert_eq!(
+            second.names().unwrap(),
+            ["../outside", "a.csv", "b.csv", "e.csv", "inner/c.csv"]
+        );
         second.remove_earlier().unwrap();
         assert_eq!(second.names().unwrap(), ["b.csv", "e.csv"]);
-        let mut left: Vec<_> =
-            fs::read_dir(root.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        let mut left: Vec<_> = fs::read_dir(root.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
         left.sort();
         assert_eq!(left, [LIST, "b.csv", "letter.txt"]);
         let third = WrittenFiles::read(root.path());
-        assert!(third.names().unwrap().contains(&"e.csv".to_owned()), "the cut line hides no later one");
+        assert!(
+            third.names().unwrap().contains(&"e.csv".to_owned()),
+            "the cut line hides no later one"
+        );
     }
 
     #[test]
@@ -290,7 +346,10 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| fs::write(root.path().join(name), text).unwrap();
         write(MANIFEST, r#"{"program":"carom","complete":true}"#);
-        write("tables.json", r#"[{"file":"energy.csv"},{"file":"/tmp/x"}]"#);
+        write(
+            "tables.json",
+            r#"[{"file":"energy.csv"},{"file":"/tmp/x"}]"#,
+        );
         for name in ["energy.csv", "price.json", "energy-notes.csv"] {
             write(name, "x");
         }
@@ -298,8 +357,10 @@ mod tests {
         assert_eq!(written.names(), None);
         written.remove_earlier().unwrap();
         assert_eq!(written.names().unwrap(), [MANIFEST]);
-        let mut left: Vec<_> =
-            fs::read_dir(root.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        let mut left: Vec<_> = fs::read_dir(root.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
         left.sort();
         assert_eq!(left, ["energy-notes.csv", MANIFEST]);
     }

@@ -18,13 +18,13 @@ use crate::{
 };
 
 /// Most charts on a page; the table has the figures of the others.
-const MOST: usize = 120;
+const MAX_CHARTS: usize = 120;
 
 /// A longer name stands in the title alone (characters).
-const LONGEST_LABEL: usize = 32;
+const MAX_LABEL: usize = 32;
 
 /// A logarithmic axis spans at least this factor.
-const LEAST_SPAN: f64 = 4.0;
+const MIN_SPAN: f64 = 4.0;
 
 /// The charts of all figures that have an error or differ between points, and the number of figures
 /// that are left out: the most charts are drawn.
@@ -32,29 +32,48 @@ const LEAST_SPAN: f64 = 4.0;
 /// # Errors
 /// A chart cannot be drawn.
 pub fn charts(study: &Study, points: &[PointResults]) -> Result<(Vec<DataChart>, usize)> {
-    let axes: Vec<usize> =
-        (0..study.vary.len()).filter(|&axis| study.vary[axis].settings.len() > 1).collect();
-    let Some((&first, rest)) = axes.split_first() else { return Ok((Vec::new(), 0)) };
+    let axes: Vec<usize> = (0..study.vary.len())
+        .filter(|&axis| study.vary[axis].settings.len() > 1)
+        .collect();
+    let Some((&first, rest)) = axes.split_first() else {
+        return Ok((Vec::new(), 0));
+    };
     let (second, others) = match rest {
         [] => (None, &[][..]),
         [second, others @ ..] => (Some(*second), others),
     };
-    let mut shown: Vec<Quantity> =
-        quantities(points).into_iter().filter(|quantity| quantity.has_error || quantity.varies).collect();
+    let mut shown: Vec<Quantity> = quantities(points)
+        .into_iter()
+        .filter(|quantity| quantity.has_error || quantity.varies)
+        .collect();
     // Figures that are tested, and then those with a prediction, carry the answer.
     shown.sort_by_key(|quantity| {
         let tested = study.place_of_expectation(&quantity.name);
         // What every run measures comes after what the scene asks for.
         let is_rate = quantity.name.starts_with("collisions per");
-        (tested.unwrap_or(usize::MAX), std::cmp::Reverse(quantity.predicted), !quantity.has_error, is_rate)
+        (
+            tested.unwrap_or(usize::MAX),
+            std::cmp::Reverse(quantity.predicted),
+            !quantity.has_error,
+            is_rate,
+        )
     });
     let panels = panels(study, others);
-    let most = (MOST / panels.len()).max(1);
+    let most = (MAX_CHARTS / panels.len()).max(1);
     let left_out = shown.len().saturating_sub(most);
     let mut charts = Vec::new();
     for quantity in shown.iter().take(most) {
         for panel in &panels {
-            charts.extend(chart(&Choice { study, points, first, second, panel }, quantity)?);
+            charts.extend(chart(
+                &Choice {
+                    study,
+                    points,
+                    first,
+                    second,
+                    panel,
+                },
+                quantity,
+            )?);
         }
     }
     Ok((charts, left_out))
@@ -68,13 +87,16 @@ pub fn charts(study: &Study, points: &[PointResults]) -> Result<(Vec<DataChart>,
 pub fn overlaid(points: &[PointResults]) -> Result<Vec<DataChart>> {
     let mut names: Vec<&str> = Vec::new();
     for table in points.iter().flat_map(|point| &point.tables) {
-        let is_series = table.columns.first().is_some_and(|column| column.name == "time");
+        let is_series = table
+            .columns
+            .first()
+            .is_some_and(|column| column.name == "time");
         if !is_series && table.names.is_empty() && !names.contains(&table.name.as_str()) {
             names.push(&table.name);
         }
     }
     let mut charts = Vec::new();
-    for name in names.into_iter().take(MOST) {
+    for name in names.into_iter().take(MAX_CHARTS) {
         let labels: Vec<String> = points.iter().enumerate().map(legend).collect();
         let of_points = points.iter().zip(&labels);
         let tables: Vec<(&str, &Table)> = of_points
@@ -83,10 +105,22 @@ pub fn overlaid(points: &[PointResults]) -> Result<Vec<DataChart>> {
                 Some((label.as_str(), table))
             })
             .collect();
-        let Some((_, first)) = tables.first() else { continue };
-        let Some(column) = first.columns.iter().find(|column| column.role == Role::Value) else { continue };
+        let Some((_, first)) = tables.first() else {
+            continue;
+        };
+        let Some(column) = first
+            .columns
+            .iter()
+            .find(|column| column.role == Role::Value)
+        else {
+            continue;
+        };
         let svg = table_chart::overlay(&tables, &column.name)?;
-        charts.extend(svg.map(|svg| DataChart { svg, caption: String::new(), file: String::new() }));
+        charts.extend(svg.map(|svg| DataChart {
+            svg,
+            caption: String::new(),
+            file: String::new(),
+        }));
     }
     Ok(charts)
 }
@@ -94,9 +128,13 @@ pub fn overlaid(points: &[PointResults]) -> Result<Vec<DataChart>> {
 /// The name of a point in a legend: its values in words, or the values alone where these are long.
 fn legend((index, point): (usize, &PointResults)) -> String {
     let words = point.short_label();
-    let values =
-        || words.split(", ").map(|part| part.rsplit(" = ").next().unwrap_or(part)).collect::<Vec<_>>();
-    let fits = |label: &String| label.chars().count() <= LONGEST_LABEL;
+    let values = || {
+        words
+            .split(", ")
+            .map(|part| part.rsplit(" = ").next().unwrap_or(part))
+            .collect::<Vec<_>>()
+    };
+    let fits = |label: &String| label.chars().count() <= MAX_LABEL;
     [words.clone(), values().join(", ")]
         .into_iter()
         .find(fits)
@@ -130,13 +168,31 @@ fn panels(study: &Study, others: &[usize]) -> Vec<Vec<(usize, usize)>> {
 }
 
 fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> {
-    let Choice { study, points, first, second, panel } = *choice;
+    let Choice {
+        study,
+        points,
+        first,
+        second,
+        panel,
+    } = *choice;
     let axis = Axis::of(&study.vary[first]);
-    let names = second.map_or_else(|| vec![String::new()], |second| setting_names(&study.vary[second]));
-    let mut curves: Vec<Curve> = names.into_iter().map(|name| Curve { name, values: Vec::new() }).collect();
+    let names = second.map_or_else(
+        || vec![String::new()],
+        |second| setting_names(&study.vary[second]),
+    );
+    let mut curves: Vec<Curve> = names
+        .into_iter()
+        .map(|name| Curve {
+            name,
+            values: Vec::new(),
+        })
+        .collect();
     for (index, results) in points.iter().enumerate() {
-        let is_here = panel.iter().all(|&(axis, wanted)| study.setting(index, axis) == wanted);
-        let Some(figure) = figure(results, quantity).filter(|figure| is_here && figure.value.is_finite())
+        let is_here = panel
+            .iter()
+            .all(|&(axis, wanted)| study.setting(index, axis) == wanted);
+        let Some(figure) =
+            figure(results, quantity).filter(|figure| is_here && figure.value.is_finite())
         else {
             continue;
         };
@@ -145,12 +201,22 @@ fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> 
         let (y, error) = (figure.value, figure.standard_error);
         // The first that is a number, no bound, and no other measurement.
         let expected = |show_only: bool| {
-            let answers = results.answers.iter().filter(|answer| answer.quantity == figure.name);
-            let mut answers = answers.filter(|answer| answer.show_only == show_only && !answer.is_measured);
+            let answers = results
+                .answers
+                .iter()
+                .filter(|answer| answer.quantity == figure.name);
+            let mut answers =
+                answers.filter(|answer| answer.show_only == show_only && !answer.is_measured);
             answers.find_map(|answer| answer.expected.parse().ok())
         };
         let (prediction, guide) = (expected(false).or(figure.prediction), expected(true));
-        curves[curve].values.push(Point { x, y, error, prediction, guide });
+        curves[curve].values.push(Point {
+            x,
+            y,
+            error,
+            prediction,
+            guide,
+        });
     }
     for curve in &mut curves {
         curve.values.sort_by(|a, b| a.x.total_cmp(&b.x));
@@ -160,12 +226,31 @@ fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> 
         return Ok(None);
     }
     // The title has a long name already.
-    let is_long = quantity.name.chars().count() > LONGEST_LABEL;
-    let y_label = if is_long { quantity.unit.clone() } else { named(&quantity.name, &quantity.unit) };
-    let places = panel.iter().map(|&(axis, wanted)| setting_names(&study.vary[axis])[wanted].clone());
-    let title = std::iter::once(quantity.name.clone()).chain(places).collect::<Vec<_>>().join(", ");
-    let chart = ErrorBars { title, x_label: axis.label, y_label, abscissa: axis.abscissa, curves };
-    Ok(Some(DataChart { svg: chart.svg()?, caption: String::new(), file: TABLE.to_owned() }))
+    let is_long = quantity.name.chars().count() > MAX_LABEL;
+    let y_label = if is_long {
+        quantity.unit.clone()
+    } else {
+        named(&quantity.name, &quantity.unit)
+    };
+    let places = panel
+        .iter()
+        .map(|&(axis, wanted)| setting_names(&study.vary[axis])[wanted].clone());
+    let title = std::iter::once(quantity.name.clone())
+        .chain(places)
+        .collect::<Vec<_>>()
+        .join(", ");
+    let chart = ErrorBars {
+        title,
+        x_label: axis.label,
+        y_label,
+        abscissa: axis.abscissa,
+        curves,
+    };
+    Ok(Some(DataChart {
+        svg: chart.svg()?,
+        caption: String::new(),
+        file: TABLE.to_owned(),
+    }))
 }
 
 /// The horizontal axis of an entry.
@@ -179,28 +264,49 @@ struct Axis {
 impl Axis {
     /// The first key, or the label, whose values are different numbers, or else names.
     fn of(vary: &Vary) -> Self {
-        let keys = if vary.names.is_none() { vary.keys.as_slice() } else { &[] };
+        let keys = if vary.names.is_none() {
+            vary.keys.as_slice()
+        } else {
+            &[]
+        };
         let of_key = |(index, key): (usize, &String)| {
             let number = |setting: &Vec<toml::Value>| match &setting[index] {
                 toml::Value::Integer(whole) => Some(*whole as f64),
                 toml::Value::Float(number) => Some(*number),
                 _ => None,
             };
-            let places = vary.settings.iter().map(number).collect::<Option<Vec<f64>>>()?;
+            let places = vary
+                .settings
+                .iter()
+                .map(number)
+                .collect::<Option<Vec<f64>>>()?;
             Some((vary.label.clone().unwrap_or_else(|| key.clone()), places))
         };
         let named = vary.label.clone().zip(vary.values_of_names());
         let are_different = |(_, places): &(String, Vec<f64>)| {
-            places.iter().enumerate().all(|(i, place)| !places[..i].contains(place))
+            places
+                .iter()
+                .enumerate()
+                .all(|(i, place)| !places[..i].contains(place))
         };
-        let mut numbers = named.into_iter().chain(keys.iter().enumerate().filter_map(of_key));
+        let mut numbers = named
+            .into_iter()
+            .chain(keys.iter().enumerate().filter_map(of_key));
         if let Some((key, places)) = numbers.find(are_different) {
             let low = places.iter().copied().fold(f64::INFINITY, f64::min);
             let high = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let is_logarithmic =
-                vary.spacing == Spacing::Logarithmic && low > 0.0 && high >= LEAST_SPAN * low;
-            let abscissa = if is_logarithmic { Abscissa::Logarithmic } else { Abscissa::Linear };
-            return Self { label: short(&key).replace('_', " "), abscissa, places };
+                vary.spacing == Spacing::Logarithmic && low > 0.0 && high >= MIN_SPAN * low;
+            let abscissa = if is_logarithmic {
+                Abscissa::Logarithmic
+            } else {
+                Abscissa::Linear
+            };
+            return Self {
+                label: short(&key).replace('_', " "),
+                abscissa,
+                places,
+            };
         }
         let columns = vary.columns();
         let keys: Vec<&str> = columns.iter().map(|key| short(key)).collect();
@@ -217,7 +323,8 @@ impl Axis {
 fn setting_names(vary: &Vary) -> Vec<String> {
     let words = |setting: usize| {
         let parts = vary.columns().into_iter().zip(vary.cells(setting));
-        let parts = parts.map(|(key, value)| format!("{} = {value}", short(&key).replace('_', " ")));
+        let parts =
+            parts.map(|(key, value)| format!("{} = {value}", short(&key).replace('_', " ")));
         parts.collect::<Vec<_>>().join(", ")
     };
     (0..vary.settings.len()).map(words).collect()
@@ -255,11 +362,19 @@ mod tests {
         };
         let points: Vec<PointResults> = study.points.iter().enumerate().map(result).collect();
         let (charts, left_out) = charts(&study, &points).unwrap();
-        assert_eq!((charts.len(), left_out), (4, 0), "two figures, two settings of the third key");
+        assert_eq!(
+            (charts.len(), left_out),
+            (4, 0),
+            "two figures, two settings of the third key"
+        );
         assert!(charts[0].svg.contains("rate") && charts[2].svg.contains("pressure"));
         for (chart, tag) in charts.iter().zip(["a", "b", "a", "b"]) {
             assert!(chart.svg.contains("mass = 2.0") && chart.svg.contains("count"));
-            assert!(chart.svg.contains(&format!("tags = [&quot;{tag}&quot;]")), "{}", chart.svg);
+            assert!(
+                chart.svg.contains(&format!("tags = [&quot;{tag}&quot;]")),
+                "{}",
+                chart.svg
+            );
         }
         for (index, point) in study.points.iter().enumerate() {
             let mass = study.setting(index, 1);

@@ -53,12 +53,22 @@ pub fn of_replica(point: &Point) -> Result<u64> {
 
 fn of_run(scene: &Scene, view: &View<'_>) -> f64 {
     let stop = scene.run.stop.as_ref().and_then(|stop| stop.collisions);
-    let collisions = expected_collisions(scene, view).unwrap_or(0.0).min(stop.unwrap_or(f64::INFINITY));
+    let collisions = expected_collisions(scene, view)
+        .unwrap_or(0.0)
+        .min(stop.unwrap_or(f64::INFINITY));
     let (mut work, mut count) = (0.0, 0.0);
-    for body in view.bodies().map(|view| view.body).filter(|body| !body.is_fixed()) {
+    for body in view
+        .bodies()
+        .map(|view| view.body)
+        .filter(|body| !body.is_fixed())
+    {
         let molecule = body.molecule();
         let further = molecule.atoms().len().saturating_sub(1) as f64;
-        work += if molecule.is_round() { 1.0 } else { OF_MOLECULE + OF_FURTHER_ATOM * further };
+        work += if molecule.is_round() {
+            1.0
+        } else {
+            OF_MOLECULE + OF_FURTHER_ATOM * further
+        };
         count += 1.0;
     }
     let weight = if count > 0.0 { work / count } else { 1.0 };
@@ -82,13 +92,19 @@ mod tests {
             "{values}\n[[scene.gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50\n[scene.run]\nuntil = 2.0"
         );
         let study = Study::parse(&text, Path::new(""), crate::Size::default()).unwrap();
-        study.points.iter().map(|point| of_replica(point).unwrap()).collect()
+        study
+            .points
+            .iter()
+            .map(|point| of_replica(point).unwrap())
+            .collect()
     }
 
     #[test]
     fn a_longer_and_a_denser_run_cost_more() {
         let by_time = costs("[[vary]]\nkey = \"run.until\"\nvalues = [10.0, 20.0, 80.0]");
-        let [a, b, c] = by_time[..] else { panic!("{by_time:?}") };
+        let [a, b, c] = by_time[..] else {
+            panic!("{by_time:?}")
+        };
         assert!((b as f64 / a as f64 - 2.0).abs() < 0.2 && (c as f64 / a as f64 - 8.0).abs() < 0.8);
         let dense = costs("[[vary]]\nkey = \"gas.0.count\"\nvalues = [50, 100, 200]");
         assert!(dense.is_sorted() && dense[2] > 8 * dense[0], "{dense:?}");
@@ -96,7 +112,8 @@ mod tests {
 
     #[test]
     fn a_stop_at_a_number_of_collisions_bounds_the_cost() {
-        let bounded = costs("stop.collisions = 100\n[[vary]]\nkey = \"run.until\"\nvalues = [10.0, 1000.0]");
+        let bounded =
+            costs("stop.collisions = 100\n[[vary]]\nkey = \"run.until\"\nvalues = [10.0, 1000.0]");
         assert_eq!(bounded[0], bounded[1]);
         // A gas that has to be grown is not placed.
         let grown = costs("[[vary]]\nkey = \"gas.0.count\"\nvalues = [660]");

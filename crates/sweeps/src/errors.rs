@@ -31,7 +31,9 @@ const COLUMNS: [&str; 11] = [
 
 /// All comparisons with their points.
 fn all(points: &[PointResults]) -> impl Iterator<Item = (&PointResults, &Calibration)> {
-    points.iter().flat_map(|point| point.errors.iter().map(move |errors| (point, errors)))
+    points
+        .iter()
+        .flat_map(|point| point.errors.iter().map(move |errors| (point, errors)))
 }
 
 /// Whether a point has enough replicas.
@@ -48,11 +50,27 @@ pub fn write(folder: &Folder, points: &[PointResults]) -> Result<()> {
         return Ok(());
     }
     let row = |(point, errors): (&PointResults, &Calibration)| {
-        let Calibration { name, replicas, rows, rare, ratio, least, most, band, result } = errors;
+        let Calibration {
+            name,
+            replicas,
+            rows,
+            rare,
+            ratio,
+            least,
+            most,
+            band,
+            result,
+        } = errors;
         let counts = [replicas, rows, rare].map(ToString::to_string);
         let numbers = [ratio, least, most, &band[0], &band[1]].map(ToString::to_string);
         let (label, result) = (point.label.clone(), result.word().to_lowercase());
-        [vec![label, name.clone()], counts.to_vec(), numbers.to_vec(), vec![result]].concat()
+        [
+            vec![label, name.clone()],
+            counts.to_vec(),
+            numbers.to_vec(),
+            vec![result],
+        ]
+        .concat()
     };
     folder.write_lasting_table(FILE, &COLUMNS, all(points).map(row))
 }
@@ -63,8 +81,10 @@ pub fn show(page: &mut Page, points: &[PointResults]) {
         return;
     }
     let is_flagged = |errors: &Calibration| errors.result == Calibrated::Flagged;
-    let (count, flagged) =
-        (all(points).count(), all(points).filter(|(_, errors)| is_flagged(errors)).count());
+    let (count, flagged) = (
+        all(points).count(),
+        all(points).filter(|(_, errors)| is_flagged(errors)).count(),
+    );
     page.heading("Standard errors against the scatter of replicas");
     page.paragraph(&format!(
         "{flagged} of {count} are flagged. The ratio is the root mean square of the standard errors of single \
@@ -80,9 +100,25 @@ pub fn show(page: &mut Page, points: &[PointResults]) {
         let result = errors.result.word().to_owned();
         let words = vec![result, errors.name.clone(), point.short_label()];
         let counts = vec![errors.rows.to_string(), errors.rare.to_string()];
-        [words, numbers.to_vec(), vec![format!("{from} to {to}")], counts].concat()
+        [
+            words,
+            numbers.to_vec(),
+            vec![format!("{from} to {to}")],
+            counts,
+        ]
+        .concat()
     };
-    let header = ["result", "quantity", "point", "ratio", "least", "largest", "band", "rows", "rare rows"];
+    let header = [
+        "result",
+        "quantity",
+        "point",
+        "ratio",
+        "least",
+        "largest",
+        "band",
+        "rows",
+        "rare rows",
+    ];
     let rows: Vec<Vec<String>> = shown.map(row).collect();
     if !rows.is_empty() {
         page.table(&header, &rows);

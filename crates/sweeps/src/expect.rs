@@ -79,12 +79,18 @@ pub struct Expect {
     pub source: Option<String>,
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
 fn is_false(value: &bool) -> bool {
     !value
 }
@@ -140,7 +146,11 @@ impl Answer {
     /// The answer as a check, named with its point.
     pub fn check(&self, point: &str) -> Check {
         Check {
-            name: format!("{}, {point}: difference from {}", self.quantity, self.rounded()),
+            name: format!(
+                "{}, {point}: difference from {}",
+                self.quantity,
+                self.rounded()
+            ),
             found: self.difference,
             allowed: self.allowed,
             passed: self.passed,
@@ -149,7 +159,9 @@ impl Answer {
 
     /// The expected value with as many digits as a reader needs.
     pub fn rounded(&self) -> String {
-        self.expected.parse::<f64>().map_or_else(|_| self.expected.clone(), |value| with_error(value, None))
+        self.expected
+            .parse::<f64>()
+            .map_or_else(|_| self.expected.clone(), |value| with_error(value, None))
     }
 }
 
@@ -173,30 +185,50 @@ impl Expect {
     pub fn check(&self, keys: &[&str], points: &[Vec<(String, Value)>]) -> Result<()> {
         match (&self.figure, &self.table) {
             (Some(_), Some(_)) => bail!("`figure` and `table` exclude each other"),
-            (None, None) => bail!("`figure` is missing: the name of a figure; or `table`, `column` and `at`"),
+            (None, None) => {
+                bail!("`figure` is missing: the name of a figure; or `table`, `column` and `at`")
+            }
             (Some(_), None) => {
-                ensure!(self.column.is_none() && self.at.is_none(), "`column` and `at` need `table`");
+                ensure!(
+                    self.column.is_none() && self.at.is_none(),
+                    "`column` and `at` need `table`"
+                );
             }
             (None, Some(_)) => {
-                ensure!(self.column.is_some(), "`column` is missing: a column of the table");
-                ensure!(self.at.is_some_and(f64::is_finite), "`at` is missing: a value of the abscissa");
+                ensure!(
+                    self.column.is_some(),
+                    "`column` is missing: a column of the table"
+                );
+                ensure!(
+                    self.at.is_some_and(f64::is_finite),
+                    "`at` is missing: a value of the abscissa"
+                );
             }
         }
-        let given = [self.value, self.above, self.below].iter().flatten().count();
+        let given = [self.value, self.above, self.below]
+            .iter()
+            .flatten()
+            .count();
         ensure!(
             given + usize::from(self.values.is_some()) + usize::from(self.same_as.is_some()) <= 1,
             "`value`, `values`, `same_as`, `above` and `below` exclude each other"
         );
         let numbers = [self.value, self.above, self.below].into_iter().flatten();
         for number in numbers.chain(self.values.iter().flatten().copied()) {
-            ensure!(number.is_finite(), "an expected value must be finite, but is {number}");
+            ensure!(
+                number.is_finite(),
+                "an expected value must be finite, but is {number}"
+            );
         }
         ensure!(
             self.same_as.is_none() || self.same_as != self.figure,
             "`same_as` and `figure` name the same figure"
         );
         let tolerances = [
-            ("standard_errors", self.standard_errors.unwrap_or(STANDARD_ERRORS)),
+            (
+                "standard_errors",
+                self.standard_errors.unwrap_or(STANDARD_ERRORS),
+            ),
             ("relative", self.relative),
             ("absolute", self.absolute),
         ];
@@ -212,7 +244,9 @@ impl Expect {
                 "`only`: the key `{key}` does not vary{}",
                 did_you_mean(key, keys.iter().copied())
             );
-            let Value::Array(values) = values else { bail!("`only`: give a list of values of `{key}`") };
+            let Value::Array(values) = values else {
+                bail!("`only`: give a list of values of `{key}`")
+            };
             let cells = || points.iter().flatten().filter(|(name, _)| name == key);
             for wanted in values {
                 let is_there = cells().any(|(_, value)| is_same(value, wanted));
@@ -256,23 +290,42 @@ impl Expect {
     }
 
     fn measured(&self, figures: &[Figure], tables: &[Table]) -> Result<Measured> {
-        self.figure.as_ref().map_or_else(|| self.of_table(tables), |name| of_figure(name, figures))
+        self.figure
+            .as_ref()
+            .map_or_else(|| self.of_table(tables), |name| of_figure(name, figures))
     }
 
     /// What is expected at the tested point of this number.
     fn wanted(&self, number: usize, figures: &[Figure]) -> Result<Wanted> {
-        let of_point = self.values.as_ref().and_then(|values| values.get(number).copied());
-        Ok(match (self.above, self.below, self.value.or(of_point), &self.same_as) {
-            (Some(above), ..) => Wanted::Above(above),
-            (_, Some(below), ..) => Wanted::Below(below),
-            (_, _, Some(value), _) => Wanted::Equal(value),
-            (.., Some(other)) => Wanted::SameAs(of_figure(other, figures)?),
-            _ => Wanted::Predicted,
-        })
+        let of_point = self
+            .values
+            .as_ref()
+            .and_then(|values| values.get(number).copied());
+        Ok(
+            match (
+                self.above,
+                self.below,
+                self.value.or(of_point),
+                &self.same_as,
+            ) {
+                (Some(above), ..) => Wanted::Above(above),
+                (_, Some(below), ..) => Wanted::Below(below),
+                (_, _, Some(value), _) => Wanted::Equal(value),
+                (.., Some(other)) => Wanted::SameAs(of_figure(other, figures)?),
+                _ => Wanted::Predicted,
+            },
+        )
     }
 
     fn compare(&self, measured: Measured, wanted: &Wanted) -> Answer {
-        let Measured { name, unit, value, error, prediction, source } = measured;
+        let Measured {
+            name,
+            unit,
+            value,
+            error,
+            prediction,
+            source,
+        } = measured;
         let other_error = match wanted {
             Wanted::SameAs(other) => other.error.unwrap_or(0.0),
             _ => 0.0,
@@ -280,16 +333,28 @@ impl Expect {
         let error_of_both = error.unwrap_or(0.0).hypot(other_error);
         let by_error = self.standard_errors.unwrap_or(STANDARD_ERRORS) * error_of_both;
         let tolerance = |expected: f64| by_error + self.relative * expected.abs() + self.absolute;
-        let equal = |expected: f64| (expected.to_string(), tolerance(expected), (value - expected).abs());
+        let equal = |expected: f64| {
+            (
+                expected.to_string(),
+                tolerance(expected),
+                (value - expected).abs(),
+            )
+        };
         let (expected, allowed, difference) = match *wanted {
             Wanted::Equal(expected) => equal(expected),
             Wanted::SameAs(ref other) => equal(other.value),
-            Wanted::Predicted => prediction.map_or(("a prediction".to_owned(), f64::NAN, f64::NAN), equal),
+            Wanted::Predicted => {
+                prediction.map_or(("a prediction".to_owned(), f64::NAN, f64::NAN), equal)
+            }
             Wanted::Above(least) => (format!("> {least}"), 0.0, least + tolerance(least) - value),
             Wanted::Below(most) => (format!("< {most}"), 0.0, value - (most - tolerance(most))),
         };
         let is_strict = matches!(wanted, Wanted::Above(_) | Wanted::Below(_));
-        let passed = if is_strict { difference < allowed } else { difference <= allowed };
+        let passed = if is_strict {
+            difference < allowed
+        } else {
+            difference <= allowed
+        };
         let given = self.source.clone().or_else(|| self.same_as.clone());
         Answer {
             quantity: name,
@@ -308,22 +373,37 @@ impl Expect {
 
     /// The column of the table at the abscissa, linear between two rows.
     fn of_table(&self, tables: &[Table]) -> Result<Measured> {
-        let (name, wanted) = (self.table.as_deref().unwrap_or(""), self.column.as_deref().unwrap_or(""));
+        let (name, wanted) = (
+            self.table.as_deref().unwrap_or(""),
+            self.column.as_deref().unwrap_or(""),
+        );
         let at = self.at.unwrap_or(f64::NAN);
         let found = tables.iter().find(|table| table.name == name);
         let names = tables.iter().map(|table| table.name.as_str());
-        let table =
-            found.with_context(|| format!("no table is called {name}{}", did_you_mean(name, names)))?;
+        let table = found
+            .with_context(|| format!("no table is called {name}{}", did_you_mean(name, names)))?;
         let names = table.columns.iter().map(|column| column.name.as_str());
-        let place = table.columns.iter().position(|column| column.name == wanted);
+        let place = table
+            .columns
+            .iter()
+            .position(|column| column.name == wanted);
         let place = place.with_context(|| {
-            format!("the table {name} has no column {wanted}{}", did_you_mean(wanted, names))
+            format!(
+                "the table {name} has no column {wanted}{}",
+                did_you_mean(wanted, names)
+            )
         })?;
         let (column, abscissa) = (&table.columns[place], &table.columns[0]);
-        let rows: Vec<(f64, usize)> =
-            abscissa.values.iter().enumerate().filter_map(|(row, x)| Some(((*x)?, row))).collect();
-        let rows: Vec<(f64, usize)> =
-            rows.into_iter().filter(|&(_, row)| column.values[row].is_some()).collect();
+        let rows: Vec<(f64, usize)> = abscissa
+            .values
+            .iter()
+            .enumerate()
+            .filter_map(|(row, x)| Some(((*x)?, row)))
+            .collect();
+        let rows: Vec<(f64, usize)> = rows
+            .into_iter()
+            .filter(|&(_, row)| column.values[row].is_some())
+            .collect();
         let near = SAME_ABSCISSA * at.abs();
         let after = rows.iter().position(|&(x, _)| x >= at - near);
         let outside = || format!("the table {name} has no {wanted} at {} {at}", abscissa.name);
@@ -332,13 +412,20 @@ impl Expect {
         let is_at_row = (x - at).abs() <= near;
         ensure!(after > 0 || is_at_row, outside());
         let before = if is_at_row { (x, row) } else { rows[after - 1] };
-        let share = if is_at_row { 1.0 } else { (at - before.0) / (x - before.0) };
-        let value = |values: &[Option<f64>]| Some(values[before.1]? * (1.0 - share) + values[row]? * share);
+        let share = if is_at_row {
+            1.0
+        } else {
+            (at - before.0) / (x - before.0)
+        };
+        let value =
+            |values: &[Option<f64>]| Some(values[before.1]? * (1.0 - share) + values[row]? * share);
         let beside = || {
             let after = table.columns[place + 1..].iter();
             after.take_while(|c| matches!(c.role, Role::StandardError | Role::Prediction { .. }))
         };
-        let error = beside().find(|c| c.role == Role::StandardError).and_then(|c| value(&c.values));
+        let error = beside()
+            .find(|c| c.role == Role::StandardError)
+            .and_then(|c| value(&c.values));
         let predicted = beside().find(|c| c.role != Role::StandardError);
         Ok(Measured {
             name: format!("{wanted} at {} {at}, {name}", abscissa.name),
@@ -354,11 +441,14 @@ impl Expect {
 /// The figure of this name, or of this name without its numbers.
 fn of_figure(name: &str, figures: &[Figure]) -> Result<Measured> {
     let exact = figures.iter().find(|figure| figure.name == name);
-    let found = exact
-        .or_else(|| figures.iter().find(|figure| without_numbers(&figure.name) == without_numbers(name)));
+    let found = exact.or_else(|| {
+        figures
+            .iter()
+            .find(|figure| without_numbers(&figure.name) == without_numbers(name))
+    });
     let names = || figures.iter().map(|figure| figure.name.as_str());
-    let figure =
-        found.with_context(|| format!("no figure is called {name}{}", did_you_mean(name, names())))?;
+    let figure = found
+        .with_context(|| format!("no figure is called {name}{}", did_you_mean(name, names())))?;
     Ok(Measured {
         name: figure.name.clone(),
         unit: figure.unit.clone(),
@@ -371,7 +461,11 @@ fn of_figure(name: &str, figures: &[Figure]) -> Result<Measured> {
 
 /// Equality of values, in which 1 and 1.0 are the same.
 fn is_same(a: &Value, b: &Value) -> bool {
-    let number = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
+    let number = |value: &Value| {
+        value
+            .as_float()
+            .or(value.as_integer().map(|whole| whole as f64))
+    };
     a == b || number(a).is_some_and(|a| number(b) == Some(a))
 }
 
@@ -387,12 +481,16 @@ mod tests {
 
     /// The cells of three points.
     fn points() -> Vec<Vec<(String, Value)>> {
-        [1.0, 2.0, 3.0].map(|mass| vec![("gas.0.mass".to_owned(), Value::Float(mass))]).to_vec()
+        [1.0, 2.0, 3.0]
+            .map(|mass| vec![("gas.0.mass".to_owned(), Value::Float(mass))])
+            .to_vec()
     }
 
     fn figures() -> Vec<Figure> {
         vec![
-            Figure::new("pressure", 2.0, "1").error(0.01).predicted(2.02, "theory"),
+            Figure::new("pressure", 2.0, "1")
+                .error(0.01)
+                .predicted(2.02, "theory"),
             Figure::new("diffusion coefficient, from lags 5.000 to 20.000", 0.3, "1"),
         ]
     }
@@ -403,7 +501,11 @@ mod tests {
                 .abscissa("time", "time", vec![0.0, 1.0, 2.0])
                 .value("distance", "length", vec![Some(0.0), Some(5.0), Some(20.0)])
                 .errors(vec![Some(0.1), Some(0.1), Some(0.3)])
-                .prediction("g t²/2", vec![Some(0.0), Some(4.9), Some(19.6)], "Galilei (1638)"),
+                .prediction(
+                    "g t²/2",
+                    vec![Some(0.0), Some(4.9), Some(19.6)],
+                    "Galilei (1638)",
+                ),
         ]
     }
 
@@ -417,15 +519,21 @@ mod tests {
     fn differences_are_allowed_up_to_the_sum_of_the_tolerances() {
         assert!(passes("figure = \"pressure\""));
         assert!(!passes("figure = \"pressure\"\nstandard_errors = 1.5"));
-        assert!(passes("figure = \"pressure\"\nstandard_errors = 1.5\nrelative = 0.005"));
-        assert!(passes("figure = \"pressure\"\nvalue = 2.1\nstandard_errors = 0\nabsolute = 0.11"));
+        assert!(passes(
+            "figure = \"pressure\"\nstandard_errors = 1.5\nrelative = 0.005"
+        ));
+        assert!(passes(
+            "figure = \"pressure\"\nvalue = 2.1\nstandard_errors = 0\nabsolute = 0.11"
+        ));
         assert!(!passes("figure = \"pressure\"\nvalue = 2.1"));
         assert!(passes("figure = \"pressure\"\nvalues = [1.99, 7.0]"));
         assert!(
-            passes("figure = \"pressure\"\nabove = 1.95") && !passes("figure = \"pressure\"\nabove = 1.97")
+            passes("figure = \"pressure\"\nabove = 1.95")
+                && !passes("figure = \"pressure\"\nabove = 1.97")
         );
         assert!(
-            passes("figure = \"pressure\"\nbelow = 2.05") && !passes("figure = \"pressure\"\nbelow = 2.0")
+            passes("figure = \"pressure\"\nbelow = 2.05")
+                && !passes("figure = \"pressure\"\nbelow = 2.0")
         );
         // Numbers that depend on the data may be left out; without a prediction nothing is equal.
         let lags = "figure = \"diffusion coefficient, from lags … to …\"\n";
@@ -444,17 +552,26 @@ mod tests {
         };
         // They differ by 0.2, four times √(0.03² + 0.04²).
         assert!(agree(4.01).passed && !agree(3.99).passed);
-        assert_eq!((&agree(4.0).expected[..], &agree(4.0).source[..]), ("2.2", "by density"));
-        let answer = expect("figure = \"by momentum\"\nsame_as = \"by densty\"").answer(0, &routes, &[]);
-        assert!(!answer.passed && answer.quantity.contains("did you mean `by density`?"), "{answer:?}");
+        assert_eq!(
+            (&agree(4.0).expected[..], &agree(4.0).source[..]),
+            ("2.2", "by density")
+        );
+        let answer =
+            expect("figure = \"by momentum\"\nsame_as = \"by densty\"").answer(0, &routes, &[]);
+        assert!(
+            !answer.passed && answer.quantity.contains("did you mean `by density`?"),
+            "{answer:?}"
+        );
     }
 
     #[test]
     fn a_difference_from_what_is_only_shown_is_no_failure() {
-        let answer = expect("figure = \"pressure\"\nvalue = 7\nshow_only = true").answer(0, &figures(), &[]);
+        let answer =
+            expect("figure = \"pressure\"\nvalue = 7\nshow_only = true").answer(0, &figures(), &[]);
         assert!(!answer.passed && !answer.has_failed() && answer.expected == "7");
         // A misspelt name does.
-        let answer = expect("figure = \"presure\"\nvalue = 7\nshow_only = true").answer(0, &figures(), &[]);
+        let answer =
+            expect("figure = \"presure\"\nvalue = 7\nshow_only = true").answer(0, &figures(), &[]);
         assert!(answer.has_failed(), "{answer:?}");
     }
 
@@ -466,34 +583,50 @@ mod tests {
         };
         let half = at(1.5);
         assert!(
-            (half.value - 12.5).abs() < 1e-12 && half.expected == "12.25" && half.source.contains("Galilei")
+            (half.value - 12.5).abs() < 1e-12
+                && half.expected == "12.25"
+                && half.source.contains("Galilei")
         );
         assert!((half.standard_error.unwrap() - 0.2).abs() < 1e-12 && half.passed);
-        assert_eq!((at(1.0).value, at(0.0).value, at(2.0).value), (5.0, 0.0, 20.0));
+        assert_eq!(
+            (at(1.0).value, at(0.0).value, at(2.0).value),
+            (5.0, 0.0, 20.0)
+        );
         assert!(!at(2.5).passed && at(2.5).quantity.contains("no distance at time 2.5"));
         assert!(!at(-1.0).passed);
         // Below zero too, and in the last row, up to rounding.
-        let below = [Table::new("fall", "Height").abscissa("height", "length", vec![-0.3, -0.1]).value(
-            "distance",
-            "length",
-            vec![Some(1.0), Some(2.0)],
-        )];
-        let last = expect("table = \"fall\"\ncolumn = \"distance\"\nat = -0.10000000000000002\nvalue = 2");
+        let below = [Table::new("fall", "Height")
+            .abscissa("height", "length", vec![-0.3, -0.1])
+            .value("distance", "length", vec![Some(1.0), Some(2.0)])];
+        let last =
+            expect("table = \"fall\"\ncolumn = \"distance\"\nat = -0.10000000000000002\nvalue = 2");
         assert!(last.answer(0, &[], &below).passed);
     }
 
     #[test]
     fn what_is_not_measured_fails_with_a_hint() {
         let answer = expect("figure = \"presure\"").answer(0, &figures(), &[]);
-        assert!(!answer.passed && answer.quantity.contains("did you mean `pressure`?"), "{answer:?}");
+        assert!(
+            !answer.passed && answer.quantity.contains("did you mean `pressure`?"),
+            "{answer:?}"
+        );
         let answer = expect("table = \"fal\"\ncolumn = \"x\"\nat = 0").answer(0, &[], &tables());
-        assert!(answer.quantity.contains("did you mean `fall`?"), "{answer:?}");
+        assert!(
+            answer.quantity.contains("did you mean `fall`?"),
+            "{answer:?}"
+        );
     }
 
     #[test]
     fn points_are_chosen_by_the_values_of_their_keys() {
         let only = expect("figure = \"pressure\"\n[only]\n\"gas.0.mass\" = [1, 3]");
-        assert_eq!(points().iter().map(|cells| only.applies(cells)).collect::<Vec<_>>(), [true, false, true]);
+        assert_eq!(
+            points()
+                .iter()
+                .map(|cells| only.applies(cells))
+                .collect::<Vec<_>>(),
+            [true, false, true]
+        );
     }
 
     #[test]
@@ -505,16 +638,31 @@ mod tests {
             ("table = \"a\"\nat = 1", "`column` is missing"),
             ("table = \"a\"\ncolumn = \"b\"", "`at` is missing"),
             ("figure = \"a\"\nvalue = 1\nabove = 0", "exclude each other"),
-            ("figure = \"a\"\nvalue = 1\nsame_as = \"b\"", "exclude each other"),
+            (
+                "figure = \"a\"\nvalue = 1\nsame_as = \"b\"",
+                "exclude each other",
+            ),
             ("figure = \"a\"\nsame_as = \"a\"", "the same figure"),
             ("figure = \"a\"\nvalue = nan", "must be finite"),
-            ("figure = \"a\"\nrelative = -0.1", "`relative` must be at least 0"),
-            ("figure = \"a\"\n[only]\n\"gas.0.maß\" = [1]", "did you mean `gas.0.mass`?"),
+            (
+                "figure = \"a\"\nrelative = -0.1",
+                "`relative` must be at least 0",
+            ),
+            (
+                "figure = \"a\"\n[only]\n\"gas.0.maß\" = [1]",
+                "did you mean `gas.0.mass`?",
+            ),
             ("figure = \"a\"\n[only]\n\"gas.0.mass\" = 1", "give a list"),
-            ("figure = \"a\"\n[only]\n\"gas.0.mass\" = [1, 4]", "no point has gas.0.mass = 4"),
+            (
+                "figure = \"a\"\n[only]\n\"gas.0.mass\" = [1, 4]",
+                "no point has gas.0.mass = 4",
+            ),
         ] {
             let entry: Expect = toml::from_str(text).unwrap();
-            let error = entry.check(&["gas.0.mass"], &points()).unwrap_err().to_string();
+            let error = entry
+                .check(&["gas.0.mass"], &points())
+                .unwrap_err()
+                .to_string();
             assert!(error.contains(expected), "{text}: {error}");
         }
     }

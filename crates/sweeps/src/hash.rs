@@ -7,7 +7,9 @@ const PRIME: u64 = 0x0000_0100_0000_01b3;
 
 /// The hash FNV-1a with 64 bits (Fowler, Noll and Vo; RFC 9923).
 pub fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(BASIS, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME))
+    bytes.iter().fold(BASIS, |hash, &byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(PRIME)
+    })
 }
 
 /// The output function of SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): a bijection after which

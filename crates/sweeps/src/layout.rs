@@ -67,7 +67,11 @@ fn replica_name(replica: u64, ending: &str) -> String {
 
 /// Whether a folder holds nothing but a study that was being written when its process was killed.
 fn is_just_begun(path: &Path) -> bool {
-    let names = fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.file_name());
+    let names = fs::read_dir(path)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|entry| entry.file_name());
     names
         .map(|name| name.to_string_lossy().into_owned())
         .all(|name| name.starts_with(STUDY) || is_bookkeeping(&name))
@@ -79,8 +83,14 @@ impl SweepFolder {
     /// # Errors
     /// There is none.
     pub fn open(path: &Path) -> Result<Self> {
-        ensure!(is_sweep(path), "{} holds no sweep: it has no {STUDY}", path.display());
-        Ok(Self { folder: Folder::create(path, Existing::Replace)? })
+        ensure!(
+            is_sweep(path),
+            "{} holds no sweep: it has no {STUDY}",
+            path.display()
+        );
+        Ok(Self {
+            folder: Folder::create(path, Existing::Replace)?,
+        })
     }
 
     /// Creates and locks the folder of a sweep, or continues a sweep of the same study. With
@@ -93,7 +103,11 @@ impl SweepFolder {
         let shown = path.display();
         let (folder, lock) = Folder::claim_if(path, |path| {
             let is_open = is_sweep(path) || existing == Existing::Replace || is_just_begun(path);
-            if is_open { Ok(()) } else { Existing::Refuse.admit(path) }
+            if is_open {
+                Ok(())
+            } else {
+                Existing::Refuse.admit(path)
+            }
         })?;
         let sweep = Self { folder };
         let was_sweep = is_sweep(path);
@@ -151,8 +165,12 @@ impl SweepFolder {
         if !self.folder.path().join(SHARDS).is_file() {
             return Ok(Shards::new());
         }
-        let entries: Vec<Entry> = serde_json::from_str(&self.folder.read(SHARDS)?).context(SHARDS)?;
-        Ok(entries.into_iter().map(|Entry { shard, replicas }| (shard, replicas)).collect())
+        let entries: Vec<Entry> =
+            serde_json::from_str(&self.folder.read(SHARDS)?).context(SHARDS)?;
+        Ok(entries
+            .into_iter()
+            .map(|Entry { shard, replicas }| (shard, replicas))
+            .collect())
     }
 
     /// Writes the shards that write here.
@@ -160,9 +178,15 @@ impl SweepFolder {
     /// # Errors
     /// The file cannot be written.
     pub fn write_shards(&self, shards: &Shards) -> Result<()> {
-        let entries: Vec<Entry> =
-            shards.iter().map(|(&shard, replicas)| Entry { shard, replicas: replicas.clone() }).collect();
-        self.folder.write_lasting(SHARDS, serde_json::to_string(&entries)?)
+        let entries: Vec<Entry> = shards
+            .iter()
+            .map(|(&shard, replicas)| Entry {
+                shard,
+                replicas: replicas.clone(),
+            })
+            .collect();
+        self.folder
+            .write_lasting(SHARDS, serde_json::to_string(&entries)?)
     }
 
     /// Path of the folder of a point, relative to that of the sweep.
@@ -191,9 +215,13 @@ impl SweepFolder {
     pub fn records(&self) -> Result<Vec<Work>> {
         let mut records = Vec::new();
         for (name, path) in names(&self.folder.path().join(POINTS))? {
-            let Ok(key) = Key::try_from(name) else { continue };
+            let Ok(key) = Key::try_from(name) else {
+                continue;
+            };
             for (name, _) in names(&path)? {
-                let number = name.strip_prefix(REPLICA).and_then(|rest| rest.strip_suffix(RECORD));
+                let number = name
+                    .strip_prefix(REPLICA)
+                    .and_then(|rest| rest.strip_suffix(RECORD));
                 let replica = number.and_then(|number| number.parse().ok());
                 records.extend(replica.map(|replica| Work { key, replica }));
             }
@@ -211,11 +239,15 @@ impl SweepFolder {
     /// # Errors
     /// It cannot be created.
     pub fn begin(&self, work: Work) -> Result<Folder> {
-        self.point(work.key)?.unlisted(&replica_name(work.replica, PARTIAL))
+        self.point(work.key)?
+            .unlisted(&replica_name(work.replica, PARTIAL))
     }
 
     fn in_point(&self, Work { key, replica }: Work, ending: &str) -> PathBuf {
-        self.folder.path().join(Self::point_name(key)).join(replica_name(replica, ending))
+        self.folder
+            .path()
+            .join(Self::point_name(key))
+            .join(replica_name(replica, ending))
     }
 
     /// What is known of a replica.
@@ -223,8 +255,15 @@ impl SweepFolder {
     /// # Errors
     /// Its file cannot be read.
     pub fn find(&self, point: &Point, replica: u64) -> Result<Found> {
-        let work = Work { key: point.key, replica };
-        stored::read(&self.record(work), work, &carom_runs::record::description(&point.scene))
+        let work = Work {
+            key: point.key,
+            replica,
+        };
+        stored::read(
+            &self.record(work),
+            work,
+            &carom_runs::record::description(&point.scene),
+        )
     }
 }
 
@@ -236,12 +275,16 @@ fn names(path: &Path) -> Result<Vec<(String, PathBuf)>> {
             return Ok(Vec::new());
         }
         Err(error) => {
-            return Err(error).with_context(|| format!("cannot read the folder {}", path.display()));
+            return Err(error)
+                .with_context(|| format!("cannot read the folder {}", path.display()));
         }
     };
     let named = |entry: io::Result<fs::DirEntry>| {
         let entry = entry.with_context(|| format!("cannot read the folder {}", path.display()))?;
-        Ok((entry.file_name().to_string_lossy().into_owned(), entry.path()))
+        Ok((
+            entry.file_name().to_string_lossy().into_owned(),
+            entry.path(),
+        ))
     };
     entries.map(named).collect()
 }

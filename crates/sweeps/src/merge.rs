@@ -33,24 +33,40 @@ use crate::{
 /// Folders of sweeps and of runs are mixed, or are of different studies or scenes; a replica is
 /// there twice with different content; a file cannot be read or written.
 pub fn run(options: &merge::Options) -> Result<Verdict> {
-    let sweeps = options.folders.iter().filter(|folder| is_sweep(folder)).count();
+    let sweeps = options
+        .folders
+        .iter()
+        .filter(|folder| is_sweep(folder))
+        .count();
     if sweeps == 0 {
         return merge::run(options);
     }
     if let Some(other) = options.folders.iter().find(|folder| !is_sweep(folder)) {
-        bail!("{} holds no sweep, but other folders do: sweeps are merged with sweeps", other.display());
+        bail!(
+            "{} holds no sweep, but other folders do: sweeps are merged with sweeps",
+            other.display()
+        );
     }
     merge_sweeps(&options.folders, &options.destination)
 }
 
 fn merge_sweeps(paths: &[PathBuf], destination: &Destination) -> Result<Verdict> {
-    let sources = paths.iter().map(|path| SweepFolder::open(path)).collect::<Result<Vec<_>>>()?;
+    let sources = paths
+        .iter()
+        .map(|path| SweepFolder::open(path))
+        .collect::<Result<Vec<_>>>()?;
     // Held to the end: no other process begins to write there.
     let (_locks, in_use) = locked(&sources);
     let (study, shards) = common(&sources)?;
     let path = destination.folder("out/merge");
-    if let Some(same) = sources.iter().find(|source| is_same_folder(source.folder.path(), &path)) {
-        bail!("{} is one of the folders to merge: choose another with --out", same.folder.path().display());
+    if let Some(same) = sources
+        .iter()
+        .find(|source| is_same_folder(source.folder.path(), &path))
+    {
+        bail!(
+            "{} is one of the folders to merge: choose another with --out",
+            same.folder.path().display()
+        );
     }
     if !destination.force && is_sweep(&path) {
         bail!(
@@ -84,26 +100,43 @@ fn locked(sources: &[SweepFolder]) -> (Vec<FolderLock>, Vec<String>) {
 
 /// The study and the shards of all folders.
 fn common(sources: &[SweepFolder]) -> Result<(Study, Shards)> {
-    let Some(first) = sources.first() else { bail!("there are no folders") };
+    let Some(first) = sources.first() else {
+        bail!("there are no folders")
+    };
     let text = first.study_text()?;
     let mut shards = Shards::new();
     for source in sources {
         let path = source.folder.path().display();
-        refuse_other_text(&text, &source.study_text()?)
-            .with_context(|| format!("cannot merge {path} with {}", first.folder.path().display()))?;
-        shards.extend(source.shards().with_context(|| format!("cannot merge {path}"))?);
+        refuse_other_text(&text, &source.study_text()?).with_context(|| {
+            format!("cannot merge {path} with {}", first.folder.path().display())
+        })?;
+        shards.extend(
+            source
+                .shards()
+                .with_context(|| format!("cannot merge {path}"))?,
+        );
     }
     Ok((first.study()?, shards))
 }
 
 /// Copies all finished replicas.
-fn copy(study: &Study, sources: &[SweepFolder], target: &SweepFolder, pool: &ThreadPool) -> Result<Remarks> {
+fn copy(
+    study: &Study,
+    sources: &[SweepFolder],
+    target: &SweepFolder,
+    pool: &ThreadPool,
+) -> Result<Remarks> {
     let holders = pool.install(|| holders(sources))?;
     let progress = Progress::items("points", study.points.len() as u64);
     let of_point = |point: &Point| -> Result<(usize, Vec<Damaged>)> {
         let mut found = (0, Vec::new());
         for replica in 1..=study.replicas {
-            let own = holders.get(&Work { key: point.key, replica }).map_or(&[][..], Vec::as_slice);
+            let own = holders
+                .get(&Work {
+                    key: point.key,
+                    replica,
+                })
+                .map_or(&[][..], Vec::as_slice);
             let own: Vec<&SweepFolder> = own.iter().map(|&source| &sources[source]).collect();
             copy_replica(point, replica, &own, target, &mut found)?;
         }
@@ -120,13 +153,20 @@ fn copy(study: &Study, sources: &[SweepFolder], target: &SweepFolder, pool: &Thr
             "{twice} replicas are in several folders, with the same content: they count once."
         ));
     }
-    Ok(Remarks { notes, damaged, ..Remarks::default() })
+    Ok(Remarks {
+        notes,
+        damaged,
+        ..Remarks::default()
+    })
 }
 
 /// The sources of each replica, by their indices in ascending order. Each folder is listed once: a
 /// look for each replica in each source takes minutes on a shared file system.
 fn holders(sources: &[SweepFolder]) -> Result<BTreeMap<Work, Vec<usize>>> {
-    let listed: Vec<Vec<Work>> = sources.par_iter().map(SweepFolder::records).collect::<Result<_>>()?;
+    let listed: Vec<Vec<Work>> = sources
+        .par_iter()
+        .map(SweepFolder::records)
+        .collect::<Result<_>>()?;
     let mut holders: BTreeMap<Work, Vec<usize>> = BTreeMap::new();
     for (source, records) in listed.into_iter().enumerate() {
         for work in records {
@@ -145,7 +185,10 @@ fn copy_replica(
     target: &SweepFolder,
     (twice, damaged): &mut (usize, Vec<Damaged>),
 ) -> Result<()> {
-    let work = Work { key: point.key, replica };
+    let work = Work {
+        key: point.key,
+        replica,
+    };
     let mut first: Option<(Box<Stored>, &SweepFolder)> = None;
     for &source in sources {
         match source.find(point, replica)? {
@@ -173,8 +216,8 @@ fn copy_replica(
     }
     if let Some((_, source)) = first {
         target.point(point.key)?;
-        let bytes =
-            fs::read(source.record(work)).with_context(|| source.record(work).display().to_string())?;
+        let bytes = fs::read(source.record(work))
+            .with_context(|| source.record(work).display().to_string())?;
         output::write_lasting(&target.record(work), &[&bytes])?;
     }
     Ok(())

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::{layout::Shards, point::Key, results::PointResults, shard::Shard, study::Study};
 
 /// Most points that are listed by their values.
-const MOST: usize = 12;
+const MAX_LISTED: usize = 12;
 
 /// What has not been done.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -33,25 +33,35 @@ impl Missing {
     pub fn of(study: &Study, points: &[PointResults], shards: &Shards) -> Self {
         let mut replicas = BTreeMap::new();
         for results in points {
-            let lacking =
-                (1..=study.replicas).filter(|replica| results.replicas.binary_search(replica).is_err());
+            let lacking = (1..=study.replicas)
+                .filter(|replica| results.replicas.binary_search(replica).is_err());
             let lacking: Vec<u64> = lacking.collect();
             if !lacking.is_empty() {
                 replicas.insert(results.point, lacking);
             }
         }
         let is_lacking = |key: &Key, own: &[u64]| {
-            replicas
-                .get(key)
-                .is_some_and(|lacking: &Vec<u64>| own.iter().any(|one| lacking.binary_search(one).is_ok()))
+            replicas.get(key).is_some_and(|lacking: &Vec<u64>| {
+                own.iter().any(|one| lacking.binary_search(one).is_ok())
+            })
         };
-        let unfinished = shards.iter().filter(|(_, work)| work.iter().any(|(key, own)| is_lacking(key, own)));
+        let unfinished = shards
+            .iter()
+            .filter(|(_, work)| work.iter().any(|(key, own)| is_lacking(key, own)));
         let unfinished = unfinished.map(|(&shard, _)| shard).collect();
         let of = shards.keys().map(|shard| shard.of).max().unwrap_or(1);
         let is_absent = |shard: &Shard| !shards.contains_key(shard);
         let all = (1..=of).map(|index| Shard { of, index });
-        let absent = if replicas.is_empty() { Vec::new() } else { all.filter(is_absent).collect() };
-        Self { replicas, absent, unfinished }
+        let absent = if replicas.is_empty() {
+            Vec::new()
+        } else {
+            all.filter(is_absent).collect()
+        };
+        Self {
+            replicas,
+            absent,
+            unfinished,
+        }
     }
 
     /// Whether nothing is missing.
@@ -63,7 +73,11 @@ impl Missing {
     pub fn by_point<'a>(&'a self, study: &'a Study) -> Vec<MissingOfPoint<'a>> {
         let of_point = |point: &'a crate::point::Point| {
             let replicas = self.replicas.get(&point.key)?;
-            Some(MissingOfPoint { point: point.key, label: &point.label, replicas })
+            Some(MissingOfPoint {
+                point: point.key,
+                label: &point.label,
+                replicas,
+            })
         };
         study.points.iter().filter_map(of_point).collect()
     }
@@ -79,7 +93,8 @@ impl Missing {
         let all = study.points.len() as u64 * study.replicas;
         let points = self.replicas.len();
         let plural = if points == 1 { "" } else { "s" };
-        let mut words = format!("Missing are {lacking} of {all} replicas, in {points} point{plural}: ");
+        let mut words =
+            format!("Missing are {lacking} of {all} replicas, in {points} point{plural}: ");
         let points = study.points.iter().filter_map(|point| {
             let replicas = self.replicas.get(&point.key)?;
             let which = if replicas.len() as u64 == study.replicas {
@@ -89,12 +104,19 @@ impl Missing {
             };
             Some(format!("{} ({which})", point.label))
         });
-        words += &points.take(MOST).collect::<Vec<_>>().join("; ");
-        if self.replicas.len() > MOST {
-            let _ = write!(words, "; and {} more points", self.replicas.len() - MOST);
+        words += &points.take(MAX_LISTED).collect::<Vec<_>>().join("; ");
+        if self.replicas.len() > MAX_LISTED {
+            let _ = write!(
+                words,
+                "; and {} more points",
+                self.replicas.len() - MAX_LISTED
+            );
         }
         words.push('.');
-        for (shards, state) in [(&self.absent, "are not there"), (&self.unfinished, "have not ended")] {
+        for (shards, state) in [
+            (&self.absent, "are not there"),
+            (&self.unfinished, "have not ended"),
+        ] {
             if let [first, ..] = shards.as_slice() {
                 let indices = ranges(shards.iter().map(|shard| u64::from(shard.index)));
                 if first.of > 1 {

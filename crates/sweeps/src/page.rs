@@ -47,14 +47,25 @@ pub struct Frame<'a> {
 ///
 /// # Errors
 /// A chart cannot be drawn, or the file cannot be written.
-pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Frame<'_>) -> Result<()> {
+pub fn write(
+    folder: &Folder,
+    study: &Study,
+    points: &[PointResults],
+    frame: &Frame<'_>,
+) -> Result<()> {
     let mut page = Page::new(&frame.summary.title, &lead(study));
     page.verdict(&verdict(study, points, frame));
-    frame.failures.iter().for_each(|failure| page.error(failure));
+    frame
+        .failures
+        .iter()
+        .for_each(|failure| page.error(failure));
     if !frame.missing.is_empty() {
         page.error(&frame.missing.words(study));
     }
-    frame.damaged.iter().for_each(|damaged| page.error(&damaged.words()));
+    frame
+        .damaged
+        .iter()
+        .for_each(|damaged| page.error(&damaged.words()));
     if !frame.summary.note.is_empty() {
         page.note(&frame.summary.note);
     }
@@ -65,8 +76,10 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     failures(&mut page, points);
     page.charts(&all);
     curves(&mut page, points);
-    if let Some(first) =
-        study.points.first().filter(|_| points.iter().any(|point| !point.evidence.is_empty()))
+    if let Some(first) = study
+        .points
+        .first()
+        .filter(|_| points.iter().any(|point| !point.evidence.is_empty()))
     {
         motion::show(&mut page, first);
     }
@@ -74,7 +87,10 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     expectations(&mut page, study, points);
     page.heading("All points");
     let (header, rows) = on_page(study, points);
-    page.table(&header.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
+    page.table(
+        &header.iter().map(String::as_str).collect::<Vec<_>>(),
+        &rows,
+    );
     smallest_differences(&mut page, study, points);
     let overlaid = overlaid(points)?;
     if !overlaid.is_empty() {
@@ -88,16 +104,31 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     }
     errors::show(&mut page, points);
     let mut files = vec![
-        (TABLE.to_owned(), "all figures of all points, with errors and predictions".to_owned()),
-        ("summary.json".to_owned(), "figures, totals and checks of all points".to_owned()),
-        (STUDY.to_owned(), "the study, with the scene and all values".to_owned()),
+        (
+            TABLE.to_owned(),
+            "all figures of all points, with errors and predictions".to_owned(),
+        ),
+        (
+            "summary.json".to_owned(),
+            "figures, totals and checks of all points".to_owned(),
+        ),
+        (
+            STUDY.to_owned(),
+            "the study, with the scene and all values".to_owned(),
+        ),
     ];
     if errors::are_compared(points) {
-        files.push((errors::FILE.to_owned(), "standard errors over the scatter of replicas".to_owned()));
+        files.push((
+            errors::FILE.to_owned(),
+            "standard errors over the scatter of replicas".to_owned(),
+        ));
     }
     let with_page = points.iter().filter(|results| !results.replicas.is_empty());
     files.extend(with_page.map(|results| {
-        (format!("{}/{PAGE}", SweepFolder::point_name(results.point)), results.label.clone())
+        (
+            format!("{}/{PAGE}", SweepFolder::point_name(results.point)),
+            results.label.clone(),
+        )
     }));
     page.files(&files);
     page.code(frame.again);
@@ -119,7 +150,10 @@ fn curves(page: &mut Page, points: &[PointResults]) {
 
 /// The quantities that are not as expected.
 fn failures(page: &mut Page, points: &[PointResults]) {
-    let failed: Vec<_> = answers(points).into_iter().filter(|(_, answer)| answer.has_failed()).collect();
+    let failed: Vec<_> = answers(points)
+        .into_iter()
+        .filter(|(_, answer)| answer.has_failed())
+        .collect();
     if !failed.is_empty() {
         page.heading("Not as expected");
         page.table(&EXPECTATIONS, &failed.iter().map(row).collect::<Vec<_>>());
@@ -136,7 +170,9 @@ fn expectations(page: &mut Page, study: &Study, points: &[PointResults]) {
     page.heading("Expectations");
     page.table(&EXPECTATIONS, &answers.iter().map(row).collect::<Vec<_>>());
     if untested > 0 {
-        page.paragraph(&format!("{untested} more are not tested: their points have no replicas yet."));
+        page.paragraph(&format!(
+            "{untested} more are not tested: their points have no replicas yet."
+        ));
     }
 }
 
@@ -150,16 +186,29 @@ fn smallest_differences(page: &mut Page, study: &Study, points: &[PointResults])
             "A difference from the prediction counts as found above 4 standard errors; one of the smallest \
              size would have been found with probability 0.95.",
         );
-        page.table(&header.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
+        page.table(
+            &header.iter().map(String::as_str).collect::<Vec<_>>(),
+            &rows,
+        );
     }
 }
 
 /// Header of a table of expectations.
-const EXPECTATIONS: [&str; 7] =
-    ["result", "point", "quantity", "measured", "expected", "may differ by", "source"];
+const EXPECTATIONS: [&str; 7] = [
+    "result",
+    "point",
+    "quantity",
+    "measured",
+    "expected",
+    "may differ by",
+    "source",
+];
 
 fn answers(points: &[PointResults]) -> Vec<(&PointResults, &Answer)> {
-    points.iter().flat_map(|point| point.answers.iter().map(move |answer| (point, answer))).collect()
+    points
+        .iter()
+        .flat_map(|point| point.answers.iter().map(move |answer| (point, answer)))
+        .collect()
 }
 
 fn row(&(point, answer): &(&PointResults, &Answer)) -> Vec<String> {
@@ -169,7 +218,11 @@ fn row(&(point, answer): &(&PointResults, &Answer)) -> Vec<String> {
         (_, false) => "NOT AS EXPECTED",
     };
     let is_bound = answer.expected.starts_with(['<', '>']);
-    let allowed = if is_bound { "–".to_owned() } else { with_error(two_digits(answer.allowed), None) };
+    let allowed = if is_bound {
+        "–".to_owned()
+    } else {
+        with_error(two_digits(answer.allowed), None)
+    };
     // The result stands first: a narrow screen shows the first columns.
     vec![
         result.to_owned(),
@@ -185,12 +238,20 @@ fn row(&(point, answer): &(&PointResults, &Answer)) -> Vec<String> {
 /// What was varied.
 fn lead(study: &Study) -> String {
     let question = study.question.iter().map(|question| format!("{question} "));
-    let plural = if study.replicas == 1 { "replica" } else { "replicas" };
-    let mut lead = question.collect::<String>() + &format!("{} {plural} of each point.", study.replicas);
+    let plural = if study.replicas == 1 {
+        "replica"
+    } else {
+        "replicas"
+    };
+    let mut lead =
+        question.collect::<String>() + &format!("{} {plural} of each point.", study.replicas);
     for vary in &study.vary {
         let count = vary.settings.len();
         let plural = if count == 1 { "value" } else { "values" };
-        let name = vary.label.clone().unwrap_or_else(|| vary.keys.join(" with "));
+        let name = vary
+            .label
+            .clone()
+            .unwrap_or_else(|| vary.keys.join(" with "));
         let _ = write!(lead, " {count} {plural} of {name}.");
     }
     lead.push_str(
@@ -206,9 +267,17 @@ pub fn judgements(study: &Study, points: &[PointResults]) -> Vec<String> {
     let names: Vec<String> = (0..points.len()).map(|point| study.name(point)).collect();
     let named = names.iter().zip(points);
     let figures: Vec<_> = named
-        .flat_map(|(name, point)| point.figures.iter().map(move |figure| (name.as_str(), figure)))
+        .flat_map(|(name, point)| {
+            point
+                .figures
+                .iter()
+                .map(move |figure| (name.as_str(), figure))
+        })
         .collect();
-    stationarity_in_words(&figures).into_iter().chain(tests_in_words(&figures)).collect()
+    stationarity_in_words(&figures)
+        .into_iter()
+        .chain(tests_in_words(&figures))
+        .collect()
 }
 
 fn verdict(study: &Study, points: &[PointResults], frame: &Frame<'_>) -> String {
@@ -224,9 +293,14 @@ fn verdict(study: &Study, points: &[PointResults], frame: &Frame<'_>) -> String 
     } else {
         format!("Incomplete: {complete} of {} points", points.len())
     };
-    let exact =
-        if frame.summary.note.contains(carom_runs::report::NOT_EXACT) { "NOT EXACT" } else { "exact" };
-    let judged = judgements(study, points).into_iter().fold(String::new(), |all, words| all + &words + " ");
+    let exact = if frame.summary.note.contains(carom_runs::report::NOT_EXACT) {
+        "NOT EXACT"
+    } else {
+        "exact"
+    };
+    let judged = judgements(study, points)
+        .into_iter()
+        .fold(String::new(), |all, words| all + &words + " ");
     let plural = if done == 1 { "" } else { "s" };
     format!(
         "{judged}{state}, with {done} replica{plural} and {} {exact} collisions. {}",

@@ -40,8 +40,12 @@ impl TryFrom<String> for Key {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, Self::Error> {
-        let number = u64::from_str_radix(&text, 16).ok().filter(|_| text.len() == 16);
-        number.map(Self).ok_or_else(|| format!("'{text}' is not a key of 16 hexadecimal digits"))
+        let number = u64::from_str_radix(&text, 16)
+            .ok()
+            .filter(|_| text.len() == 16);
+        number
+            .map(Self)
+            .ok_or_else(|| format!("'{text}' is not a key of 16 hexadecimal digits"))
     }
 }
 
@@ -65,14 +69,25 @@ impl Point {
     ///
     /// # Errors
     /// A path leads nowhere, or the scene is invalid.
-    pub(crate) fn new(base: &Table, keys: &[&str], values: Vec<Value>, label: String) -> Result<Self> {
+    pub(crate) fn new(
+        base: &Table,
+        keys: &[&str],
+        values: Vec<Value>,
+        label: String,
+    ) -> Result<Self> {
         let mut scene = scene_of(base, keys, &values).with_context(|| format!("point {label}"))?;
         let seed = seed(scene.bounds.seed, keys, &values);
         (scene.bounds.seed, scene.bounds.replica) = (0, 0);
         // Only sums are kept: neither pictures nor snapshots.
         (scene.run.animation, scene.run.animation_from) = (true, 0.0);
         (scene.run.snapshots, scene.run.snapshot_interval) = (None, None);
-        Ok(Self { key: Key::of(&scene), values, label, scene, seed })
+        Ok(Self {
+            key: Key::of(&scene),
+            values,
+            label,
+            scene,
+            seed,
+        })
     }
 
     /// Validates the scene, without placing its bodies.
@@ -85,7 +100,11 @@ impl Point {
 
     /// The values in words, with the last part of each path.
     pub fn short_label(&self) -> String {
-        self.label.split(", ").map(short).collect::<Vec<_>>().join(", ")
+        self.label
+            .split(", ")
+            .map(short)
+            .collect::<Vec<_>>()
+            .join(", ")
     }
 
     /// The scene of a replica, with numbers from 1. Its random numbers depend on the seed of the
@@ -101,7 +120,10 @@ impl Point {
 /// `gas.0.radius = 0.1`.
 pub(crate) fn short(path: &str) -> &str {
     let key = path.split(" = ").next().unwrap_or(path);
-    let name = key.rsplit('.').find(|part| part.parse::<usize>().is_err()).unwrap_or(key);
+    let name = key
+        .rsplit('.')
+        .find(|part| part.parse::<usize>().is_err())
+        .unwrap_or(key);
     let begin = key.rfind(name).unwrap_or(0);
     &path[begin..]
 }
@@ -127,8 +149,11 @@ fn scene_of(base: &Table, keys: &[&str], values: &[Value]) -> Result<Scene> {
 /// keys, so that neither other values nor the order of the entries change it. It has 63 bits, which
 /// TOML can hold.
 fn seed(study: u64, keys: &[&str], values: &[Value]) -> u64 {
-    let mut lines: Vec<String> =
-        keys.iter().zip(values).map(|(key, value)| format!("{key} = {}", plain(value))).collect();
+    let mut lines: Vec<String> = keys
+        .iter()
+        .zip(values)
+        .map(|(key, value)| format!("{key} = {}", plain(value)))
+        .collect();
     lines.sort();
     mixed(mixed(study) ^ fnv1a(lines.join("\n").as_bytes())) >> 1
 }
@@ -138,7 +163,10 @@ fn plain(value: &Value) -> String {
     match value {
         Value::Integer(whole) => (*whole as f64).to_string(),
         Value::Float(number) => number.to_string(),
-        Value::Array(list) => format!("[{}]", list.iter().map(plain).collect::<Vec<_>>().join(", ")),
+        Value::Array(list) => format!(
+            "[{}]",
+            list.iter().map(plain).collect::<Vec<_>>().join(", ")
+        ),
         other => other.to_string(),
     }
 }
@@ -148,7 +176,8 @@ mod tests {
     use super::*;
 
     fn point(keys: &[&str], values: &[f64]) -> Result<Point> {
-        let base = "[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10\n";
+        let base =
+            "[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10\n";
         let values = values.iter().map(|&value| Value::Float(value)).collect();
         Point::new(&base.parse().unwrap(), keys, values, format!("of {keys:?}"))
     }
@@ -180,7 +209,10 @@ mod tests {
     #[test]
     fn values_that_do_not_fit_are_refused_with_the_point() {
         let error = format!("{:#}", point(&["gas.1.radius"], &[0.02]).unwrap_err());
-        assert!(error.contains("point of [\"gas.1.radius\"]") && error.contains("1 entries"), "{error}");
+        assert!(
+            error.contains("point of [\"gas.1.radius\"]") && error.contains("1 entries"),
+            "{error}"
+        );
         let error = format!("{:#}", point(&["gas.0.raduis"], &[0.02]).unwrap_err());
         assert!(error.contains("did you mean `radius`?"), "{error}");
         let error = format!("{:#}", point(&["box.seed"], &[1.0]).unwrap_err());

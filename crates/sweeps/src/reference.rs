@@ -69,7 +69,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
 /// Never: the names that it adds to are those of the types.
 pub fn study_schema() -> Value {
     let mut schema = schema_of::<StudyFile>("Study of carom");
-    let Value::Object(mut scene) = scene_schema() else { unreachable!("a schema is an object") };
+    let Value::Object(mut scene) = scene_schema() else {
+        unreachable!("a schema is an object")
+    };
     let definitions = scene.remove("definitions").unwrap_or_default();
     for (name, definition) in definitions.as_object().into_iter().flatten() {
         schema["definitions"][name] = definition.clone();
@@ -98,16 +100,23 @@ mod tests {
         let page = page_of(HEAD, &schema);
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../STUDY.md");
         let renew = "run `cargo run -p carom-cli -- schema --study --page > crates/STUDY.md`";
-        assert!(fs::read_to_string(path).unwrap_or_default() == page, "{renew}");
+        assert!(
+            fs::read_to_string(path).unwrap_or_default() == page,
+            "{renew}"
+        );
         for (key, property) in schema["properties"].as_object().unwrap() {
             assert!(property["description"].is_string(), "{key}");
         }
         for name in ["VarySpec", "Expect", "Quick"] {
-            for (key, property) in schema["definitions"][name]["properties"].as_object().unwrap() {
+            for (key, property) in schema["definitions"][name]["properties"]
+                .as_object()
+                .unwrap()
+            {
                 assert!(property["description"].is_string(), "{name}.{key}");
                 // A row, or a section of its own.
-                let is_there =
-                    [format!("| `{key}` |"), format!(".{key}]`")].iter().any(|text| page.contains(text));
+                let is_there = [format!("| `{key}` |"), format!(".{key}]`")]
+                    .iter()
+                    .any(|text| page.contains(text));
                 assert!(is_there, "{name}.{key}");
             }
         }
@@ -118,10 +127,21 @@ mod tests {
     fn the_scene_inside_is_complete() {
         fn check(root: &Value, value: &Value) {
             if let Some(target) = value["$ref"].as_str() {
-                assert!(root.pointer(target.trim_start_matches('#')).is_some(), "{target}");
+                assert!(
+                    root.pointer(target.trim_start_matches('#')).is_some(),
+                    "{target}"
+                );
             }
-            value.as_object().into_iter().flatten().for_each(|(_, inner)| check(root, inner));
-            value.as_array().into_iter().flatten().for_each(|inner| check(root, inner));
+            value
+                .as_object()
+                .into_iter()
+                .flatten()
+                .for_each(|(_, inner)| check(root, inner));
+            value
+                .as_array()
+                .into_iter()
+                .flatten()
+                .for_each(|inner| check(root, inner));
         }
         let schema = study_schema();
         check(&schema, &schema);

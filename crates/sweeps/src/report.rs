@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Most replicas that ended with an error and are named.
-const MOST_FAILURES: usize = 8;
+const MAX_FAILURES: usize = 8;
 
 /// What is known besides the files in the folder.
 #[derive(Debug, Default)]
@@ -68,10 +68,12 @@ pub fn write(
 ) -> Result<Verdict> {
     let points = results::of_points(sweep, study, (&manifest, again), pool)?;
     let missing = Missing::of(study, &points, shards);
-    let more = remarks.failures.len().saturating_sub(MOST_FAILURES);
-    remarks.failures.truncate(MOST_FAILURES);
+    let more = remarks.failures.len().saturating_sub(MAX_FAILURES);
+    remarks.failures.truncate(MAX_FAILURES);
     if more > 0 {
-        remarks.failures.push(format!("{more} more replicas ended with an error."));
+        remarks
+            .failures
+            .push(format!("{more} more replicas ended with an error."));
     }
     let summary = summary(study, &points);
     let folder = &sweep.folder;
@@ -89,20 +91,40 @@ pub fn write(
         points: &points,
     };
     folder.write_lasting("summary.json", serde_json::to_string_pretty(&file)? + "\n")?;
-    let Remarks { failures, notes, damaged } = &remarks;
-    let frame = Frame { summary: &summary, missing: &missing, failures, damaged, notes, again };
+    let Remarks {
+        failures,
+        notes,
+        damaged,
+    } = &remarks;
+    let frame = Frame {
+        summary: &summary,
+        missing: &missing,
+        failures,
+        damaged,
+        notes,
+        again,
+    };
     page::write(folder, study, &points, &frame)?;
     manifest.complete(folder, summary.totals.cpu_seconds())?;
     let lacking = (!missing.is_empty()).then(|| {
-        format!("Incomplete: {points_complete} of {} points. {}", points.len(), missing.words(study))
+        format!(
+            "Incomplete: {points_complete} of {} points. {}",
+            points.len(),
+            missing.words(study)
+        )
     });
-    let words: Vec<String> =
-        lacking.into_iter().chain(damaged.iter().map(Damaged::words)).chain(notes.iter().cloned()).collect();
+    let words: Vec<String> = lacking
+        .into_iter()
+        .chain(damaged.iter().map(Damaged::words))
+        .chain(notes.iter().cloned())
+        .collect();
     announce(&missing.by_point(study), damaged, &words);
     let answers = || points.iter().flat_map(|point| &point.answers);
     let judged = study.expected_answers() - answers().filter(|answer| answer.show_only).count();
     if !is_json() && judged > 0 {
-        let met = answers().filter(|answer| answer.passed && !answer.show_only).count();
+        let met = answers()
+            .filter(|answer| answer.passed && !answer.show_only)
+            .count();
         print_line(&format!("{met} of {judged} expectations are met"));
     }
     if !is_json() {
@@ -112,18 +134,33 @@ pub fn write(
     }
     conclude(folder, &summary);
     let verdict = summary.verdict();
-    Ok(if missing.is_empty() { verdict } else { verdict.of_incomplete() })
+    Ok(if missing.is_empty() {
+        verdict
+    } else {
+        verdict.of_incomplete()
+    })
 }
 
 fn summary(study: &Study, points: &[PointResults]) -> Summary {
     let totals: Vec<Totals> = points.iter().map(|results| results.totals).collect();
     let notes = points.iter().map(|results| &results.note);
-    let plural = |count: usize, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
+    let plural =
+        |count: usize, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
     let replicas: usize = points.iter().map(|results| results.replicas.len()).sum();
-    let (of_points, of_replicas) = (plural(study.points.len(), "point"), plural(replicas, "replica"));
+    let (of_points, of_replicas) = (
+        plural(study.points.len(), "point"),
+        plural(replicas, "replica"),
+    );
     Summary {
-        title: study.title.clone().unwrap_or_else(|| format!("Sweep of {of_points} with {of_replicas}")),
-        note: notes.into_iter().find(|note| !note.is_empty()).cloned().unwrap_or_default(),
+        title: study
+            .title
+            .clone()
+            .unwrap_or_else(|| format!("Sweep of {of_points} with {of_replicas}")),
+        note: notes
+            .into_iter()
+            .find(|note| !note.is_empty())
+            .cloned()
+            .unwrap_or_default(),
         totals: Totals::of(&totals),
         checks: [results::checks(points), results::expected(points)].concat(),
         figures: Vec::new(),

@@ -67,7 +67,11 @@ pub struct PointResults {
 impl PointResults {
     /// The values in words, with the last part of each path.
     pub fn short_label(&self) -> String {
-        self.label.split(", ").map(short).collect::<Vec<_>>().join(", ")
+        self.label
+            .split(", ")
+            .map(short)
+            .collect::<Vec<_>>()
+            .join(", ")
     }
 }
 
@@ -88,7 +92,12 @@ pub fn of_points(
         progress.count(1);
         results.with_context(|| format!("point {}", study.points[index].label))
     };
-    pool.install(|| (0..study.points.len()).into_par_iter().map(of_point).collect())
+    pool.install(|| {
+        (0..study.points.len())
+            .into_par_iter()
+            .map(of_point)
+            .collect()
+    })
 }
 
 fn of_point(
@@ -152,8 +161,18 @@ fn of_point(
         Vec::new()
     };
     let is_overlaid = (2..=MAX_OVERLAID).contains(&study.points.len());
-    let tables = if is_overlaid { merged.tables().to_vec() } else { Vec::new() };
-    let Summary { figures, totals, checks, note, .. } = merged.summary;
+    let tables = if is_overlaid {
+        merged.tables().to_vec()
+    } else {
+        Vec::new()
+    };
+    let Summary {
+        figures,
+        totals,
+        checks,
+        note,
+        ..
+    } = merged.summary;
     let point = key;
     Ok(PointResults {
         point,
@@ -174,12 +193,20 @@ fn of_point(
 /// sweep.
 fn evidence(folder: &Folder, path: &str) -> Result<Vec<DataChart>> {
     let charts = report::evidence(folder)?.into_iter();
-    Ok(charts.map(|chart| DataChart { file: format!("{path}/{}", chart.file), ..chart }).collect())
+    Ok(charts
+        .map(|chart| DataChart {
+            file: format!("{path}/{}", chart.file),
+            ..chart
+        })
+        .collect())
 }
 
 /// The message about a damaged file.
 pub(crate) fn damaged(point: &Point, replica: u64, reason: &str) -> String {
-    format!("point {}, replica {replica}: the file of its sums is left out: {reason}", point.label)
+    format!(
+        "point {}, replica {replica}: the file of its sums is left out: {reason}",
+        point.label
+    )
 }
 
 /// A check of each expectation.

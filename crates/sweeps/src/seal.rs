@@ -35,16 +35,28 @@ impl Seal {
     /// # Errors
     /// The sums cannot be encoded.
     pub fn of_source(title: &str, record: &Record) -> Result<u64> {
-        let parts: [&[u8]; 4] =
-            [carom::VERSION.as_bytes(), title.as_bytes(), record.what.as_bytes(), &encode(&record.runs)?];
-        let hashes: Vec<u8> = parts.iter().flat_map(|part| fnv1a(part).to_le_bytes()).collect();
+        let parts: [&[u8]; 4] = [
+            carom::VERSION.as_bytes(),
+            title.as_bytes(),
+            record.what.as_bytes(),
+            &encode(&record.runs)?,
+        ];
+        let hashes: Vec<u8> = parts
+            .iter()
+            .flat_map(|part| fnv1a(part).to_le_bytes())
+            .collect();
         Ok(fnv1a(&hashes))
     }
 
     /// Whether the folder has a seal of this source, and exactly the files that it names.
     pub fn is_intact(folder: &Folder, source: u64) -> bool {
-        let written = folder.read(SEAL).ok().and_then(|text| serde_json::from_str::<Self>(&text).ok());
-        written.is_some_and(|written| files(folder).is_ok_and(|files| Self { source, files } == written))
+        let written = folder
+            .read(SEAL)
+            .ok()
+            .and_then(|text| serde_json::from_str::<Self>(&text).ok());
+        written.is_some_and(|written| {
+            files(folder).is_ok_and(|files| Self { source, files } == written)
+        })
     }
 
     /// Writes the seal of the files as they are; it is on disk when this returns.
@@ -52,7 +64,10 @@ impl Seal {
     /// # Errors
     /// A file cannot be read or written.
     pub fn write(folder: &Folder, source: u64) -> Result<()> {
-        let seal = Self { source, files: files(folder)? };
+        let seal = Self {
+            source,
+            files: files(folder)?,
+        };
         folder.write_lasting(SEAL, serde_json::to_string(&seal)?)
     }
 
@@ -81,8 +96,8 @@ fn files(folder: &Folder) -> Result<BTreeMap<String, u64>> {
         if name.starts_with(OF_REPLICAS) || name.starts_with('.') || !entry.path().is_file() {
             continue;
         }
-        let bytes =
-            fs::read(entry.path()).with_context(|| format!("cannot read {}", entry.path().display()))?;
+        let bytes = fs::read(entry.path())
+            .with_context(|| format!("cannot read {}", entry.path().display()))?;
         files.insert(name, fnv1a(&bytes));
     }
     Ok(files)

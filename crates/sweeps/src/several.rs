@@ -54,11 +54,21 @@ fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
             continue;
         }
         let cannot = || format!("cannot read the folder {}", path.display());
-        let entries = fs::read_dir(path).with_context(cannot)?.collect::<Result<Vec<_>, _>>();
-        let inner = entries.with_context(cannot)?.into_iter().map(|entry| entry.path());
-        let mut inner: Vec<_> =
-            inner.filter(|inner| inner.extension().is_some_and(|ending| ending == "toml")).collect();
-        ensure!(!inner.is_empty(), "{} holds no study: no file in it ends with .toml", path.display());
+        let entries = fs::read_dir(path)
+            .with_context(cannot)?
+            .collect::<Result<Vec<_>, _>>();
+        let inner = entries
+            .with_context(cannot)?
+            .into_iter()
+            .map(|entry| entry.path());
+        let mut inner: Vec<_> = inner
+            .filter(|inner| inner.extension().is_some_and(|ending| ending == "toml"))
+            .collect();
+        ensure!(
+            !inner.is_empty(),
+            "{} holds no study: no file in it ends with .toml",
+            path.display()
+        );
         inner.sort();
         files.extend(inner);
     }
@@ -82,14 +92,21 @@ struct Row {
 /// A study is invalid, two have one name, a study ended with an error, a file cannot be written, or
 /// a signal has been received.
 fn run_all(studies: &[PathBuf], options: &Options) -> Result<Verdict> {
-    let names: Vec<String> = studies.iter().map(|study| sweep::name(study, options)).collect();
+    let names: Vec<String> = studies
+        .iter()
+        .map(|study| sweep::name(study, options))
+        .collect();
     let distinct: BTreeSet<&String> = names.iter().collect();
-    if let Some(twice) = distinct.iter().find(|name| names.iter().filter(|other| other == *name).count() > 1)
+    if let Some(twice) = distinct
+        .iter()
+        .find(|name| names.iter().filter(|other| other == *name).count() > 1)
     {
         bail!("two studies are called {twice}, but each needs a folder of its own: rename one");
     }
     // All are validated before the first one runs.
-    studies.iter().try_for_each(|study| options.read(study).map(drop))?;
+    studies
+        .iter()
+        .try_for_each(|study| options.read(study).map(drop))?;
     let resumption = &options.how.choices.resumption;
     let path = resumption.folder("out/sweeps");
     let (folder, _lock) = claim(&path, &distinct, resumption.existing())?;
@@ -102,42 +119,69 @@ fn run_all(studies: &[PathBuf], options: &Options) -> Result<Verdict> {
         print_line(&format!("{name}:"));
         let ended = sweep::run(study, &inside(options, path.join(&name)));
         let ended = match ended {
-            Err(error) if error.chain().any(<dyn std::error::Error>::is::<Interrupted>) => {
+            Err(error)
+                if error
+                    .chain()
+                    .any(<dyn std::error::Error>::is::<Interrupted>) =>
+            {
                 return Err(error);
             }
             ended => ended.map_err(|error| format!("{error:#}")),
         };
         let has_results = ended.is_ok() && options.how.is_whole();
-        let summary = if has_results { summary(&path.join(&name))? } else { Value::Null };
-        rows.push(Row { name, ended, summary });
+        let summary = if has_results {
+            summary(&path.join(&name))?
+        } else {
+            Value::Null
+        };
+        rows.push(Row {
+            name,
+            ended,
+            summary,
+        });
     }
     if options.how.is_whole() {
         write(&folder, &rows, &again)?;
     }
     manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
-    let mut errors = rows.iter().filter_map(|row| Some((&row.name, row.ended.as_ref().err()?)));
+    let mut errors = rows
+        .iter()
+        .filter_map(|row| Some((&row.name, row.ended.as_ref().err()?)));
     if let Some((name, error)) = errors.next() {
         let others = errors.count();
-        let more = if others > 0 { format!("; and {others} more") } else { String::new() };
+        let more = if others > 0 {
+            format!("; and {others} more")
+        } else {
+            String::new()
+        };
         bail!("study {name}: {error}{more}");
     }
     Ok(worst(&rows))
 }
 
 /// Claims the folder of all studies. One that an earlier command has written is continued.
-fn claim(path: &Path, names: &BTreeSet<&String>, existing: Existing) -> Result<(Folder, FolderLock)> {
+fn claim(
+    path: &Path,
+    names: &BTreeSet<&String>,
+    existing: Existing,
+) -> Result<(Folder, FolderLock)> {
     let there = fs::read_to_string(path.join(STUDIES)).unwrap_or_default();
     let there: Vec<String> = serde_json::from_str(&there).unwrap_or_default();
     if existing == Existing::Replace
-        && let Some(other) = there.iter().find(|name| !names.contains(name) && path.join(name).is_dir())
+        && let Some(other) = there
+            .iter()
+            .find(|name| !names.contains(name) && path.join(name).is_dir())
     {
         bail!(
             "{} also holds the study {other}: remove its folder, or choose another with --out",
             path.display()
         );
     }
-    let existing =
-        if there.is_empty() || existing == Existing::Replace { existing } else { Existing::Resume };
+    let existing = if there.is_empty() || existing == Existing::Replace {
+        existing
+    } else {
+        Existing::Resume
+    };
     Folder::claim(path, existing)
 }
 
@@ -158,7 +202,10 @@ fn summary(folder: &Path) -> Result<Value> {
 /// The worst verdict of all.
 fn worst(rows: &[Row]) -> Verdict {
     let is = |verdict: Verdict| rows.iter().any(|row| row.ended == Ok(verdict));
-    [Verdict::Failed, Verdict::Incomplete].into_iter().find(|verdict| is(*verdict)).unwrap_or(Verdict::Passed)
+    [Verdict::Failed, Verdict::Incomplete]
+        .into_iter()
+        .find(|verdict| is(*verdict))
+        .unwrap_or(Verdict::Passed)
 }
 
 impl Row {
@@ -169,32 +216,50 @@ impl Row {
     /// Names of the checks that failed, or the error.
     fn reasons(&self) -> impl Iterator<Item = &str> {
         let failed = self.checks().iter().filter(|check| check["passed"] != true);
-        failed.filter_map(|check| check["name"].as_str()).chain(self.ended.as_ref().err().map(String::as_str))
+        failed
+            .filter_map(|check| check["name"].as_str())
+            .chain(self.ended.as_ref().err().map(String::as_str))
     }
 
     fn verdict(&self) -> &'static str {
-        self.ended.as_ref().map_or("error", |verdict| verdict.word())
+        self.ended
+            .as_ref()
+            .map_or("error", |verdict| verdict.word())
     }
 }
 
 /// Page and summary: the verdict of each study, and what differs.
 fn write(folder: &Folder, rows: &[Row], again: &str) -> Result<()> {
-    let mut page = Page::new("Studies", "Each study with its verdict; their pages are linked below.");
-    let passed = rows.iter().filter(|row| row.ended == Ok(Verdict::Passed)).count();
+    let mut page = Page::new(
+        "Studies",
+        "Each study with its verdict; their pages are linked below.",
+    );
+    let passed = rows
+        .iter()
+        .filter(|row| row.ended == Ok(Verdict::Passed))
+        .count();
     page.verdict(&match rows.len() - passed {
         0 => format!("All {passed} studies passed."),
         failed => format!("{failed} of {} studies did not pass.", rows.len()),
     });
     for row in rows {
-        row.reasons().for_each(|reason| page.error(&format!("{}: {reason}", row.name)));
+        row.reasons()
+            .for_each(|reason| page.error(&format!("{}: {reason}", row.name)));
     }
     page.part(Part::Answer);
     let header = ["study", "verdict", "checks", "failed", "collisions"];
     let cells = |row: &Row| {
         let collisions = row.summary["collisions"].as_u64().unwrap_or(0);
-        let numbers = [row.checks().len() as u64, row.reasons().count() as u64, collisions];
+        let numbers = [
+            row.checks().len() as u64,
+            row.reasons().count() as u64,
+            collisions,
+        ];
         let numbers = numbers.map(|number| number.to_string());
-        [row.name.clone(), row.verdict().to_owned()].into_iter().chain(numbers).collect::<Vec<_>>()
+        [row.name.clone(), row.verdict().to_owned()]
+            .into_iter()
+            .chain(numbers)
+            .collect::<Vec<_>>()
     };
     let cells: Vec<_> = rows.iter().map(cells).collect();
     page.table(&header, &cells);
@@ -207,9 +272,17 @@ fn write(folder: &Folder, rows: &[Row], again: &str) -> Result<()> {
     let mut files: Vec<_> = rows
         .iter()
         .filter(|row| row.ended.is_ok())
-        .map(|row| (format!("{}/report.html", row.name), format!("the page of the study {}", row.name)))
+        .map(|row| {
+            (
+                format!("{}/report.html", row.name),
+                format!("the page of the study {}", row.name),
+            )
+        })
         .collect();
-    files.push((SUMMARY.to_owned(), "what was expected and found in all studies".to_owned()));
+    files.push((
+        SUMMARY.to_owned(),
+        "what was expected and found in all studies".to_owned(),
+    ));
     page.files(&files);
     page.code(again);
     let checks: Vec<&Value> = rows.iter().flat_map(Row::checks).collect();
@@ -224,6 +297,9 @@ fn write(folder: &Folder, rows: &[Row], again: &str) -> Result<()> {
         })
     });
     let studies: Vec<Value> = studies.collect();
-    folder.write_json(SUMMARY, &json!({ "title": "Studies", "checks": checks, "studies": studies }))?;
+    folder.write_json(
+        SUMMARY,
+        &json!({ "title": "Studies", "checks": checks, "studies": studies }),
+    )?;
     folder.write("report.html", page.html())
 }

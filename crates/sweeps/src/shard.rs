@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::point::Key;
 
 /// Largest number of shards; more are a mistake.
-const MOST: u32 = 1_000_000;
+const MAX_SHARDS: u32 = 1_000_000;
 
 /// Shard I of N, with I from 1 to N.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -30,11 +30,23 @@ impl FromStr for Shard {
 
     /// Parses `I/N`.
     fn from_str(text: &str) -> Result<Self> {
-        let (index, of) = text.split_once('/').with_context(|| format!("'{text}' is not of the form I/N"))?;
-        let number = |word: &str| word.trim().parse().with_context(|| format!("'{word}' is not a number"));
+        let (index, of) = text
+            .split_once('/')
+            .with_context(|| format!("'{text}' is not of the form I/N"))?;
+        let number = |word: &str| {
+            word.trim()
+                .parse()
+                .with_context(|| format!("'{word}' is not a number"))
+        };
         let (index, of): (u32, u32) = (number(index)?, number(of)?);
-        ensure!((1..=MOST).contains(&of), "the number of shards must be from 1 to {MOST}, but is {of}");
-        ensure!((1..=of).contains(&index), "the shard must be from 1 to {of}, but is {index}");
+        ensure!(
+            (1..=MAX_SHARDS).contains(&of),
+            "the number of shards must be from 1 to {MAX_SHARDS}, but is {of}"
+        );
+        ensure!(
+            (1..=of).contains(&index),
+            "the shard must be from 1 to {of}, but is {index}"
+        );
         Ok(Self { of, index })
     }
 }
@@ -55,7 +67,8 @@ impl TryFrom<String> for Shard {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
-        text.parse().map_err(|error: anyhow::Error| format!("{error:#}"))
+        text.parse()
+            .map_err(|error: anyhow::Error| format!("{error:#}"))
     }
 }
 
@@ -82,7 +95,9 @@ pub fn split(mut work: Vec<(Work, u64)>, shard: Shard) -> Vec<(Work, u64)> {
     let mut loads: BinaryHeap<Reverse<(u64, u32)>> =
         (1..=shard.of).map(|index| Reverse((0, index))).collect();
     work.retain(|&(_, cost)| {
-        let Some(Reverse((load, index))) = loads.pop() else { return false };
+        let Some(Reverse((load, index))) = loads.pop() else {
+            return false;
+        };
         loads.push(Reverse((load + cost.max(1), index)));
         index == shard.index
     });
@@ -99,15 +114,28 @@ mod tests {
 
     fn work() -> Vec<(Work, u64)> {
         let points = (0..13u64).flat_map(|point| (1..=7).map(move |replica| (point, replica)));
-        points.map(|(point, replica)| (Work { key: key(point), replica }, 1 << (point % 6))).collect()
+        points
+            .map(|(point, replica)| {
+                (
+                    Work {
+                        key: key(point),
+                        replica,
+                    },
+                    1 << (point % 6),
+                )
+            })
+            .collect()
     }
 
     #[test]
     fn shards_are_parsed_and_refused_by_name() {
         assert_eq!("3/8".parse::<Shard>().unwrap(), Shard { of: 8, index: 3 });
-        for (text, expected) in
-            [("0/8", "from 1 to 8"), ("9/8", "but is 9"), ("1/0", "1000000"), ("3", "I/N")]
-        {
+        for (text, expected) in [
+            ("0/8", "from 1 to 8"),
+            ("9/8", "but is 9"),
+            ("1/0", "1000000"),
+            ("3", "I/N"),
+        ] {
             let error = text.parse::<Shard>().unwrap_err().to_string();
             assert!(error.contains(expected), "{text}: {error}");
         }
@@ -116,16 +144,22 @@ mod tests {
     #[test]
     fn each_piece_of_work_is_in_one_shard_and_the_loads_are_balanced() {
         for of in [1, 2, 5, 16, 200] {
-            let shards: Vec<Vec<(Work, u64)>> =
-                (1..=of).map(|index| split(work(), Shard { of, index })).collect();
+            let shards: Vec<Vec<(Work, u64)>> = (1..=of)
+                .map(|index| split(work(), Shard { of, index }))
+                .collect();
             let mut all = shards.concat();
             all.sort_unstable();
             let mut expected = work();
             expected.sort_unstable();
             assert_eq!(all, expected);
-            let loads: Vec<u64> =
-                shards.iter().map(|shard| shard.iter().map(|(_, cost)| cost).sum()).collect();
-            let (total, most) = (loads.iter().sum::<u64>(), loads.iter().max().copied().unwrap_or(0));
+            let loads: Vec<u64> = shards
+                .iter()
+                .map(|shard| shard.iter().map(|(_, cost)| cost).sum())
+                .collect();
+            let (total, most) = (
+                loads.iter().sum::<u64>(),
+                loads.iter().max().copied().unwrap_or(0),
+            );
             // No schedule is better than the mean, and none than the longest piece.
             let bound = (total as f64 / f64::from(of)).max(32.0);
             assert!(most as f64 <= 4.0 / 3.0 * bound, "{of}: {most} {bound}");
@@ -133,6 +167,10 @@ mod tests {
         let mut turned = work();
         turned.reverse();
         let shard = Shard { of: 5, index: 2 };
-        assert_eq!(split(turned, shard), split(work(), shard), "the order of the list has no effect");
+        assert_eq!(
+            split(turned, shard),
+            split(work(), shard),
+            "the order of the list has no effect"
+        );
     }
 }

@@ -46,7 +46,12 @@ pub struct Options {
         value_parser = clap::value_parser!(u32).range(1..))]
     pub array_size: u32,
     /// Time limit of a task, as Slurm writes it: minutes, hours:minutes:seconds or days-hours
-    #[arg(long, value_name = "LIMIT", default_value = "1:00:00", requires = "slurm")]
+    #[arg(
+        long,
+        value_name = "LIMIT",
+        default_value = "1:00:00",
+        requires = "slurm"
+    )]
     pub time: TimeLimit,
     /// Processors of a task
     #[arg(long, value_name = "N", default_value_t = 1, requires = "slurm",
@@ -78,16 +83,20 @@ impl FromStr for TimeLimit {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (days, rest) = text.split_once('-').map_or(("0", text), |(days, rest)| (days, rest));
+        let (days, rest) = text
+            .split_once('-')
+            .map_or(("0", text), |(days, rest)| (days, rest));
         let parts: Vec<&str> = rest.split(':').collect();
         let is_number =
             |part: &&str| (1..=9).contains(&part.len()) && part.bytes().all(|c| c.is_ascii_digit());
         if is_number(&days) && parts.len() <= 3 && parts.iter().all(is_number) {
             Ok(Self(text.to_owned()))
         } else {
-            Err("expected minutes, minutes:seconds, hours:minutes:seconds, days-hours or \
+            Err(
+                "expected minutes, minutes:seconds, hours:minutes:seconds, days-hours or \
                  days-hours:minutes:seconds"
-                .to_owned())
+                    .to_owned(),
+            )
         }
     }
 }
@@ -141,7 +150,14 @@ pub fn write(study: &Study, name: &str, choices: &Choices, options: &Options) ->
             )
         })?;
     }
-    let folder = Folder::create(&path, if is_begun { Existing::Replace } else { resumption.existing() })?;
+    let folder = Folder::create(
+        &path,
+        if is_begun {
+            Existing::Replace
+        } else {
+            resumption.existing()
+        },
+    )?;
     // Slurm does not create the folder of the logs; without it tasks fail and say nothing.
     folder.inner(LOGS)?;
     folder.write_lasting(INPUT, study.text())?;
@@ -169,31 +185,50 @@ impl Job {
             ("count", options.array_size.to_string()),
             ("lead", LEAD.to_string()),
             ("study", quoted(&self.folder.join(INPUT))?),
-            ("checkpoint_every", self.checkpoint_every.as_secs_f64().to_string()),
+            (
+                "checkpoint_every",
+                self.checkpoint_every.as_secs_f64().to_string(),
+            ),
         ];
-        Ok(filled(include_str!("slurm/array.sh"), &[&shards[..], &self.common(options)?].concat()))
+        Ok(filled(
+            include_str!("slurm/array.sh"),
+            &[&shards[..], &self.common(options)?].concat(),
+        ))
     }
 
     fn merge_script(&self, options: &Options) -> Result<String> {
         let all = [("all", quoted(&self.folder.join(ALL))?)];
-        Ok(filled(include_str!("slurm/merge.sh"), &[&all[..], &self.common(options)?].concat()))
+        Ok(filled(
+            include_str!("slurm/merge.sh"),
+            &[&all[..], &self.common(options)?].concat(),
+        ))
     }
 
     fn submit_script(&self) -> Result<String> {
         let [array, merge] = [ARRAY, MERGE].map(|name| quoted(&self.folder.join(name)));
-        Ok(filled(include_str!("slurm/submit.sh"), &[("array", array?), ("merge", merge?)]))
+        Ok(filled(
+            include_str!("slurm/submit.sh"),
+            &[("array", array?), ("merge", merge?)],
+        ))
     }
 
     /// What the jobs have in common.
     fn common(&self, options: &Options) -> Result<Vec<(&'static str, String)>> {
         let is_plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
-        let more: Vec<String> = options.sbatch.iter().map(|line| format!("#SBATCH {}", line.0)).collect();
+        let more: Vec<String> = options
+            .sbatch
+            .iter()
+            .map(|line| format!("#SBATCH {}", line.0))
+            .collect();
         Ok(vec![
             ("name", self.name.chars().map(is_plain).collect()),
             ("cpus", options.cpus.to_string()),
             ("time", options.time.0.clone()),
             // Slurm replaces what follows a per cent sign.
-            ("logs", quotable(&self.folder.join(LOGS))?.replace('%', "%%")),
+            (
+                "logs",
+                quotable(&self.folder.join(LOGS))?.replace('%', "%%"),
+            ),
             ("shards", quoted(&self.folder.join(SHARDS))?),
             ("program", quoted(&self.program)?),
             ("options", more.join("\n")),
@@ -230,8 +265,13 @@ fn quoted(path: &Path) -> Result<String> {
 /// The text of a path that both the shell and the directives of sbatch read as it is. sbatch has no
 /// escape for the characters that are refused.
 fn quotable(path: &Path) -> Result<&str> {
-    let text = path.to_str().with_context(|| format!("the path {} is not valid UTF-8", path.display()))?;
-    match text.chars().find(|&c| matches!(c, '"' | '\\') || c.is_control()) {
+    let text = path
+        .to_str()
+        .with_context(|| format!("the path {} is not valid UTF-8", path.display()))?;
+    match text
+        .chars()
+        .find(|&c| matches!(c, '"' | '\\') || c.is_control())
+    {
         None => Ok(text),
         Some(refused) => bail!(
             "the path {text:?} has the character {refused:?}, which a Slurm script cannot quote: choose \
@@ -249,7 +289,15 @@ mod tests {
         for good in ["90", "90:00", "1:30:00", "2-12", "2-12:30", "2-12:30:00"] {
             assert!(good.parse::<TimeLimit>().is_ok(), "{good}");
         }
-        for bad in ["", "-1", "1h", "1:2:3:4", "1-", "1\n#SBATCH --mail", "99999999999"] {
+        for bad in [
+            "",
+            "-1",
+            "1h",
+            "1:2:3:4",
+            "1-",
+            "1\n#SBATCH --mail",
+            "99999999999",
+        ] {
             assert!(bad.parse::<TimeLimit>().is_err(), "{bad}");
         }
         assert!("--partition=a".parse::<SbatchOption>().is_ok());
@@ -266,7 +314,13 @@ mod tests {
         };
         let partition: SbatchOption = "--partition=short".parse().unwrap();
         let time = "2:00:00".parse().unwrap();
-        let options = Options { slurm: true, array_size: 8, time, cpus: 2, sbatch: vec![partition] };
+        let options = Options {
+            slurm: true,
+            array_size: 8,
+            time,
+            cpus: 2,
+            sbatch: vec![partition],
+        };
         let array = job.array_script(&options).unwrap();
         for line in [
             "#SBATCH --job-name=gas-1",
@@ -277,12 +331,14 @@ mod tests {
         ] {
             assert!(array.lines().any(|other| other == line), "{line}: {array}");
         }
-        assert!(
-            array.contains("'/opt/a carom' --quiet sweep '/home/me/100%/input.toml' --shard \"$shard/8\"")
-        );
-        for script in
-            [array.replace("USR1@120", ""), job.merge_script(&options).unwrap(), job.submit_script().unwrap()]
-        {
+        assert!(array.contains(
+            "'/opt/a carom' --quiet sweep '/home/me/100%/input.toml' --shard \"$shard/8\""
+        ));
+        for script in [
+            array.replace("USR1@120", ""),
+            job.merge_script(&options).unwrap(),
+            job.submit_script().unwrap(),
+        ] {
             assert!(!script.contains('@'), "{script}");
         }
     }
@@ -307,7 +363,10 @@ mod tests {
             ("/a\u{1b}b", r"'\u{1b}'"),
         ] {
             let error = quoted(Path::new(path)).unwrap_err().to_string();
-            assert!(error.contains(&format!("the character {character},")), "{path:?}: {error}");
+            assert!(
+                error.contains(&format!("the character {character},")),
+                "{path:?}: {error}"
+            );
             assert!(!error.contains('\n') && error.contains("--out"), "{error}");
         }
     }
@@ -320,13 +379,24 @@ mod tests {
             folder: "/home/@options@/@count@".into(),
             checkpoint_every: Duration::from_secs(30),
         };
-        let options = Options { slurm: true, array_size: 3, ..Options::default() };
+        let options = Options {
+            slurm: true,
+            array_size: 3,
+            ..Options::default()
+        };
         let array = job.array_script(&options).unwrap();
         assert!(
             array.contains("'/opt/@study@' --quiet sweep '/home/@options@/@count@/input.toml'"),
             "{array}"
         );
-        assert!(array.contains("#SBATCH --output=\"/home/@options@/@count@/logs/shard-%a.log\""), "{array}");
-        assert!(job.submit_script().unwrap().contains("'/home/@options@/@count@/array.sh'"));
+        assert!(
+            array.contains("#SBATCH --output=\"/home/@options@/@count@/logs/shard-%a.log\""),
+            "{array}"
+        );
+        assert!(
+            job.submit_script()
+                .unwrap()
+                .contains("'/home/@options@/@count@/array.sh'")
+        );
     }
 }

@@ -51,7 +51,10 @@ impl Stored {
     /// # Errors
     /// It cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let head = Head { work: self.work, seconds: self.seconds };
+        let head = Head {
+            work: self.work,
+            seconds: self.seconds,
+        };
         checkpoint_file::write(path, &[&encode(&head)?, &encode(&self.record)?])
     }
 
@@ -82,12 +85,30 @@ pub fn read(path: &Path, work: Work, what: &str) -> Result<Found> {
         Err(error) => return Ok(Found::Damaged(error.to_string())),
     };
     let mut take = || -> Result<Stored> {
-        let Head { work: there, seconds } = body.take()?;
+        let Head {
+            work: there,
+            seconds,
+        } = body.take()?;
         let record = Record::take(&mut body)?;
-        ensure!(seconds.is_finite() && seconds >= 0.0, "its processor time is {seconds} s");
-        ensure!(there == work, "it is replica {} of point {}", there.replica, there.key);
-        ensure!(record.what == what && record.runs.len() == 1, "it is of another scene");
-        Ok(Stored { work, record, seconds })
+        ensure!(
+            seconds.is_finite() && seconds >= 0.0,
+            "its processor time is {seconds} s"
+        );
+        ensure!(
+            there == work,
+            "it is replica {} of point {}",
+            there.replica,
+            there.key
+        );
+        ensure!(
+            record.what == what && record.runs.len() == 1,
+            "it is of another scene"
+        );
+        Ok(Stored {
+            work,
+            record,
+            seconds,
+        })
     };
     Ok(take().map_or_else(
         |error| Found::Damaged(format!("{error:#}")),

@@ -19,8 +19,8 @@ use crate::{
 };
 
 /// Largest number of points of a study, and of replicas of all points together; more are a mistake.
-const MOST_POINTS: usize = 100_000;
-const MOST_REPLICAS: u64 = 10_000_000;
+const MAX_POINTS: usize = 100_000;
+const MAX_REPLICAS: u64 = 10_000_000;
 
 /// A study file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -82,10 +82,18 @@ impl Quick {
         for (key, value) in &self.set {
             let is_varied = vary.iter().any(|vary| vary.keys.contains(key));
             ensure!(!is_varied, "[quick.set]: `{key}` varies");
-            Override::new(key, value.clone()).and_then(|set| set.apply(&mut base)).context("[quick.set]")?;
+            Override::new(key, value.clone())
+                .and_then(|set| set.apply(&mut base))
+                .context("[quick.set]")?;
         }
-        let keys: Vec<&str> = vary.iter().flat_map(|vary| vary.keys.iter().map(String::as_str)).collect();
-        let values = vary.iter().flat_map(|vary| vary.settings[0].clone()).collect();
+        let keys: Vec<&str> = vary
+            .iter()
+            .flat_map(|vary| vary.keys.iter().map(String::as_str))
+            .collect();
+        let values = vary
+            .iter()
+            .flat_map(|vary| vary.settings[0].clone())
+            .collect();
         Point::new(&base, &keys, values, "of the short form".to_owned()).context("[quick]")?;
         Ok(base)
     }
@@ -134,7 +142,8 @@ impl Study {
     /// The file or the scene cannot be read, a key is unknown, or a point is invalid.
     pub fn read(path: &Path, size: Size) -> Result<Self> {
         let shown = path.display();
-        let text = fs::read_to_string(path).with_context(|| format!("cannot read the study file {shown}"))?;
+        let text = fs::read_to_string(path)
+            .with_context(|| format!("cannot read the study file {shown}"))?;
         let folder = path.parent().unwrap_or_else(|| Path::new(""));
         Self::parse(&text, folder, size).with_context(|| format!("study {shown}"))
     }
@@ -145,11 +154,26 @@ impl Study {
     /// Those of [`Self::read`].
     pub fn parse(text: &str, folder: &Path, size: Size) -> Result<Self> {
         let file: StudyFile = toml::from_str(text).map_err(|error| unknown_key(&error, text))?;
-        let StudyFile { title, question, scene, mut replicas, measure, mut stop, vary, expect, quick } = file;
+        let StudyFile {
+            title,
+            question,
+            scene,
+            mut replicas,
+            measure,
+            mut stop,
+            vary,
+            expect,
+            quick,
+        } = file;
         let mut base = base(scene, folder)?;
-        let entry =
-            |(index, spec): (usize, &VarySpec)| Vary::new(spec).with_context(|| format!("vary[{index}]"));
-        let vary = vary.iter().enumerate().map(entry).collect::<Result<Vec<_>>>()?;
+        let entry = |(index, spec): (usize, &VarySpec)| {
+            Vary::new(spec).with_context(|| format!("vary[{index}]"))
+        };
+        let vary = vary
+            .iter()
+            .enumerate()
+            .map(entry)
+            .collect::<Result<Vec<_>>>()?;
         refuse_repeated_keys(&vary)?;
         if let Some(quick) = &quick {
             // Also without --quick, so that an error in it is found.
@@ -162,17 +186,34 @@ impl Study {
         } else if size.is_quick {
             bail!("--quick: the study has no table [quick], its short form");
         }
-        measure.into_iter().try_for_each(|entry| add_measure(&mut base, entry))?;
+        measure
+            .into_iter()
+            .try_for_each(|entry| add_measure(&mut base, entry))?;
         let replicas = size.replicas.unwrap_or(replicas);
-        let count = vary.iter().fold(1usize, |count, vary| count.saturating_mul(vary.settings.len()));
-        ensure!(count <= MOST_POINTS, "the study has {count} points; allowed are {MOST_POINTS}");
-        let most = MOST_REPLICAS / count as u64;
+        let count = vary.iter().fold(1usize, |count, vary| {
+            count.saturating_mul(vary.settings.len())
+        });
+        ensure!(
+            count <= MAX_POINTS,
+            "the study has {count} points; allowed are {MAX_POINTS}"
+        );
+        let most = MAX_REPLICAS / count as u64;
         ensure!(
             (1..=most).contains(&replicas),
             "`replicas` must be from 1 to {most} with {count} points, but is {replicas}"
         );
         let (points, tested) = (Vec::new(), Vec::new());
-        let mut study = Self { title, question, replicas, vary, points, stop, expect, tested, base };
+        let mut study = Self {
+            title,
+            question,
+            replicas,
+            vary,
+            points,
+            stop,
+            expect,
+            tested,
+            base,
+        };
         study.points = study.make_points()?;
         study.tested = study.expected_points()?;
         Ok(study)
@@ -185,20 +226,39 @@ impl Study {
         let mut base = self.base.clone();
         self.add_stop(&mut base)?;
         let point = |index: usize| {
-            let settings =
-                || self.vary.iter().enumerate().map(|(entry, vary)| (vary, self.setting(index, entry)));
-            let values = settings().flat_map(|(vary, setting)| vary.settings[setting].clone()).collect();
-            let words: Vec<String> = settings().map(|(vary, setting)| vary.words(setting)).collect();
-            let label = if words.is_empty() { "the scene".to_owned() } else { words.join(", ") };
+            let settings = || {
+                self.vary
+                    .iter()
+                    .enumerate()
+                    .map(|(entry, vary)| (vary, self.setting(index, entry)))
+            };
+            let values = settings()
+                .flat_map(|(vary, setting)| vary.settings[setting].clone())
+                .collect();
+            let words: Vec<String> = settings()
+                .map(|(vary, setting)| vary.words(setting))
+                .collect();
+            let label = if words.is_empty() {
+                "the scene".to_owned()
+            } else {
+                words.join(", ")
+            };
             let point = Point::new(&base, &keys, values, label)?;
             point.check()?;
             Ok(point)
         };
-        let points: Vec<Point> = (0..count).into_par_iter().map(point).collect::<Result<_>>()?;
+        let points: Vec<Point> = (0..count)
+            .into_par_iter()
+            .map(point)
+            .collect::<Result<_>>()?;
         let mut by_key: BTreeMap<Key, &Point> = BTreeMap::new();
         for point in &points {
             if let Some(same) = by_key.insert(point.key, point) {
-                bail!("the points {} and {} are the same scene", same.label, point.label);
+                bail!(
+                    "the points {} and {} are the same scene",
+                    same.label,
+                    point.label
+                );
             }
         }
         Ok(points)
@@ -212,17 +272,23 @@ impl Study {
         let mut keys = self.keys();
         let paths: Vec<String> = self.vary.iter().flat_map(Vary::columns).collect();
         keys.extend(paths.iter().map(String::as_str));
-        let cells: Vec<Vec<(String, Value)>> =
-            (0..self.points.len()).map(|point| self.cells(point)).collect();
+        let cells: Vec<Vec<(String, Value)>> = (0..self.points.len())
+            .map(|point| self.cells(point))
+            .collect();
         let of_entry = |(index, expect): (usize, &Expect)| -> Result<Vec<usize>> {
             let entry = || format!("expect[{index}]");
             expect.check(&keys, &cells).with_context(entry)?;
-            let tested: Vec<usize> =
-                (0..cells.len()).filter(|&point| expect.applies(&cells[point])).collect();
+            let tested: Vec<usize> = (0..cells.len())
+                .filter(|&point| expect.applies(&cells[point]))
+                .collect();
             ensure!(!tested.is_empty(), "{}: `only` leaves no point", entry());
             if let Some(values) = &expect.values {
                 let (count, points) = (values.len(), tested.len());
-                ensure!(count == points, "{}: {count} `values` for {points} points", entry());
+                ensure!(
+                    count == points,
+                    "{}: {count} `values` for {points} points",
+                    entry()
+                );
             }
             Ok(tested)
         };
@@ -233,9 +299,20 @@ impl Study {
     fn cells(&self, point: usize) -> Vec<(String, Value)> {
         let of_entry = |(entry, vary): (usize, &Vary)| {
             let setting = self.setting(point, entry);
-            let values = vary.keys.iter().cloned().zip(vary.settings[setting].iter().cloned());
-            let name = vary.names.as_ref().map(|names| Value::String(names[setting].clone()));
-            let name = name.or_else(|| vary.label.as_ref().map(|_| vary.settings[setting][0].clone()));
+            let values = vary
+                .keys
+                .iter()
+                .cloned()
+                .zip(vary.settings[setting].iter().cloned());
+            let name = vary
+                .names
+                .as_ref()
+                .map(|names| Value::String(names[setting].clone()));
+            let name = name.or_else(|| {
+                vary.label
+                    .as_ref()
+                    .map(|_| vary.settings[setting][0].clone())
+            });
             let named = name.map(|name| (vary.columns().concat(), name));
             values.chain(named).collect::<Vec<_>>()
         };
@@ -245,18 +322,30 @@ impl Study {
     /// The place of the first `[[expect]]` entry about a figure, in the order of the file.
     pub fn place_of_expectation(&self, figure: &str) -> Option<usize> {
         let is_about = |expect: &Expect| {
-            expect.figure.as_ref().is_some_and(|name| without_numbers(name) == without_numbers(figure))
+            expect
+                .figure
+                .as_ref()
+                .is_some_and(|name| without_numbers(name) == without_numbers(figure))
         };
         self.expect.iter().position(is_about)
     }
 
     /// Compares the results of a point, by its index, with what is expected.
-    pub fn answers(&self, point: usize, figures: &[Figure], tables: &[carom_tables::Table]) -> Vec<Answer> {
+    pub fn answers(
+        &self,
+        point: usize,
+        figures: &[Figure],
+        tables: &[carom_tables::Table],
+    ) -> Vec<Answer> {
         let of_entry = |(expect, tested): (&Expect, &Vec<usize>)| {
             let number = tested.binary_search(&point).ok()?;
             Some(expect.answer(number, figures, tables))
         };
-        self.expect.iter().zip(&self.tested).filter_map(of_entry).collect()
+        self.expect
+            .iter()
+            .zip(&self.tested)
+            .filter_map(of_entry)
+            .collect()
     }
 
     /// Number of answers when all points have results.
@@ -267,10 +356,19 @@ impl Study {
     /// Writes `[stop]` into the scene. The error of the mean of n equal replicas is smaller by √n
     /// than that of each.
     fn add_stop(&self, base: &mut Table) -> Result<()> {
-        let Some(stop) = &self.stop else { return Ok(()) };
-        let run = base.entry("run").or_insert_with(|| Value::Table(Table::new()));
-        let Value::Table(run) = run else { bail!("`run` of the scene is no table") };
-        ensure!(!run.contains_key("stop"), "[stop] is given, and so is [run.stop] of the scene: give one");
+        let Some(stop) = &self.stop else {
+            return Ok(());
+        };
+        let run = base
+            .entry("run")
+            .or_insert_with(|| Value::Table(Table::new()));
+        let Value::Table(run) = run else {
+            bail!("`run` of the scene is no table")
+        };
+        ensure!(
+            !run.contains_key("stop"),
+            "[stop] is given, and so is [run.stop] of the scene: give one"
+        );
         let factor = (self.replicas as f64).sqrt();
         let of_one = |error: Option<f64>| error.map(|error| error * factor);
         let stop = StopSpec {
@@ -285,7 +383,10 @@ impl Study {
     /// The setting of an entry of [`Self::vary`] at a point, both by their indices; the last entry
     /// varies fastest.
     pub fn setting(&self, point: usize, entry: usize) -> usize {
-        let faster: usize = self.vary[entry + 1..].iter().map(|vary| vary.settings.len()).product();
+        let faster: usize = self.vary[entry + 1..]
+            .iter()
+            .map(|vary| vary.settings.len())
+            .product();
         point / faster % self.vary[entry].settings.len()
     }
 
@@ -299,7 +400,10 @@ impl Study {
 
     /// The paths of all varied keys, in the order of the values of a point.
     pub fn keys(&self) -> Vec<&str> {
-        self.vary.iter().flat_map(|vary| vary.keys.iter().map(String::as_str)).collect()
+        self.vary
+            .iter()
+            .flat_map(|vary| vary.keys.iter().map(String::as_str))
+            .collect()
     }
 
     /// The study as the text of a file that needs no other file, without comments and with all
@@ -329,11 +433,24 @@ impl Study {
     /// The first line that differs.
     pub fn refuse_other_subject(&self, other: &Self) -> Result<()> {
         let subject = |study: &Self| {
-            let vary = |vary: &Vary| Vary { settings: Vec::new(), names: None, ..vary.clone() };
+            let vary = |vary: &Vary| Vary {
+                settings: Vec::new(),
+                names: None,
+                ..vary.clone()
+            };
             let vary = study.vary.iter().map(vary).collect();
             let (title, question) = (None, None);
             let (expect, points) = (Vec::new(), Vec::new());
-            Self { title, question, replicas: 1, vary, expect, points, ..study.clone() }.text()
+            Self {
+                title,
+                question,
+                replicas: 1,
+                vary,
+                expect,
+                points,
+                ..study.clone()
+            }
+            .text()
         };
         refuse_other(&subject(other), &subject(self))
     }
@@ -346,8 +463,8 @@ fn base(scene: Value, folder: &Path) -> Result<Table> {
         Value::String(name) => {
             let path = folder.join(&name);
             let shown = path.display();
-            let text =
-                fs::read_to_string(&path).with_context(|| format!("cannot read the scene file {shown}"))?;
+            let text = fs::read_to_string(&path)
+                .with_context(|| format!("cannot read the scene file {shown}"))?;
             text.parse().with_context(|| format!("scene {shown}"))
         }
         other => bail!("`scene` must be the path of a scene file, or a table, but is {other}"),
@@ -359,14 +476,25 @@ fn base(scene: Value, folder: &Path) -> Result<Table> {
 fn add_measure(base: &mut Table, entry: Value) -> Result<()> {
     let list = match &entry {
         Value::String(_) => {
-            let run = base.entry("run").or_insert_with(|| Value::Table(Table::new()));
-            let Value::Table(run) = run else { bail!("`run` of the scene is no table") };
-            run.entry("observe").or_insert_with(|| Value::Array(Vec::new()))
+            let run = base
+                .entry("run")
+                .or_insert_with(|| Value::Table(Table::new()));
+            let Value::Table(run) = run else {
+                bail!("`run` of the scene is no table")
+            };
+            run.entry("observe")
+                .or_insert_with(|| Value::Array(Vec::new()))
         }
-        Value::Table(_) => base.entry("measure").or_insert_with(|| Value::Array(Vec::new())),
-        other => bail!("`measure` must have names, or tables as [[measure]] of a scene, but has {other}"),
+        Value::Table(_) => base
+            .entry("measure")
+            .or_insert_with(|| Value::Array(Vec::new())),
+        other => {
+            bail!("`measure` must have names, or tables as [[measure]] of a scene, but has {other}")
+        }
     };
-    let Value::Array(list) = list else { bail!("`observe` or `measure` of the scene is no list") };
+    let Value::Array(list) = list else {
+        bail!("`observe` or `measure` of the scene is no list")
+    };
     if !list.contains(&entry) {
         list.push(entry);
     }
@@ -384,7 +512,9 @@ fn refuse_repeated_keys(vary: &[Vary]) -> Result<()> {
 /// The error of a study file, with a hint where its tables are those of a scene.
 fn unknown_key(error: &toml::de::Error, text: &str) -> anyhow::Error {
     let is_scene = ["[[gas]]", "[box]", "[[molecule]]", "[run]"];
-    let is_scene = text.lines().any(|line| is_scene.iter().any(|table| line.starts_with(table)));
+    let is_scene = text
+        .lines()
+        .any(|line| is_scene.iter().any(|table| line.starts_with(table)));
     let hint = if is_scene && error.message().starts_with("unknown field") {
         "; this is a scene, which `carom run` runs; inside a study it is in the table [scene]: [scene.box], \
          [[scene.gas]], …"
@@ -412,7 +542,10 @@ mod tests {
     fn entries_are_combined_and_the_last_varies_fastest() {
         let study = study(VARY).unwrap();
         assert_eq!((study.points.len(), study.replicas), (6, 4));
-        assert_eq!(study.points[1].label, "gas.0.area_fraction = 0.1, gas.0.radius = 0.02, gas.0.mass = 4");
+        assert_eq!(
+            study.points[1].label,
+            "gas.0.area_fraction = 0.1, gas.0.radius = 0.02, gas.0.mass = 4"
+        );
         assert_eq!(study.points[4].scene.gas[0].area_fraction, Some(0.3));
         let again = Study::parse(&study.text(), Path::new(""), Size::default()).unwrap();
         assert_eq!(again, study);
@@ -422,8 +555,12 @@ mod tests {
     #[test]
     fn comments_and_new_values_keep_points_and_other_scenes_are_another_subject() {
         let one = study(VARY).unwrap();
-        let more =
-            study(&VARY.replace("[0.1, 0.3]", "[0.1, 0.2, 0.3] # more").replace("= 4", "= 9")).unwrap();
+        let more = study(
+            &VARY
+                .replace("[0.1, 0.3]", "[0.1, 0.2, 0.3] # more")
+                .replace("= 4", "= 9"),
+        )
+        .unwrap();
         one.refuse_other_subject(&more).unwrap();
         assert!(one.points.iter().all(|point| more.points.contains(point)));
         let other = Study::parse(
@@ -431,7 +568,10 @@ mod tests {
             Path::new(""),
             Size::default(),
         );
-        let error = one.refuse_other_subject(&other.unwrap()).unwrap_err().to_string();
+        let error = one
+            .refuse_other_subject(&other.unwrap())
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("another"), "{error}");
     }
 
@@ -448,11 +588,18 @@ mod tests {
 
     #[test]
     fn measures_are_added_to_those_of_the_scene() {
-        let added = study("measure = [\"pressure\", { kind = \"pair-distribution\", bins = 20 }]").unwrap();
+        let added =
+            study("measure = [\"pressure\", { kind = \"pair-distribution\", bins = 20 }]").unwrap();
         let scene = &added.points[0].scene;
-        assert_eq!((scene.run.observe.as_slice(), scene.measure.len()), (&["pressure".to_owned()][..], 1));
+        assert_eq!(
+            (scene.run.observe.as_slice(), scene.measure.len()),
+            (&["pressure".to_owned()][..], 1)
+        );
         let error = format!("{:#}", study("measure = [\"presure\"]").unwrap_err());
-        assert!(error.contains("point the scene") && error.contains("did you mean `pressure`?"), "{error}");
+        assert!(
+            error.contains("point the scene") && error.contains("did you mean `pressure`?"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -460,21 +607,39 @@ mod tests {
         for (head, expected) in [
             ("replicas = 0", "`replicas` must be from 1"),
             ("replica = 2", "line 1"),
-            ("replica = 2", "expected one of `title`, `question`, `replicas`"),
+            (
+                "replica = 2",
+                "expected one of `title`, `question`, `replicas`",
+            ),
             ("[[vary]]\nkey = \"gas.0.mass\"", "vary[0]: give `values`"),
-            ("[[vary]]\nkey = \"gas.0.mass\"\nvalue = [1]", "unknown field `value`"),
-            ("[[vary]]\nkey = \"run.until\"\nvalues = [1, -1]", "point run.until = -1"),
-            ("[[vary]]\nkey = \"gas.0.mass\"\nvalues = [1, 1.0]", "are the same scene"),
+            (
+                "[[vary]]\nkey = \"gas.0.mass\"\nvalue = [1]",
+                "unknown field `value`",
+            ),
+            (
+                "[[vary]]\nkey = \"run.until\"\nvalues = [1, -1]",
+                "point run.until = -1",
+            ),
+            (
+                "[[vary]]\nkey = \"gas.0.mass\"\nvalues = [1, 1.0]",
+                "are the same scene",
+            ),
             (
                 "[[vary]]\nkey = \"gas.0.mass\"\nvalues = [1]\n[[vary]]\nkey = \"gas.0.mass\"\nvalues = [2]",
                 "varies twice",
             ),
             ("[stop]\nfigure = \"pressure\"", "needs `standard_error`"),
             ("measure = [\"events\"]", "it writes contacts to a file"),
-            ("[[expect]]\nfigure = \"pressure\"\nvalues = [1, 2]", "expect[0]: 2 `values` for 1 points"),
+            (
+                "[[expect]]\nfigure = \"pressure\"\nvalues = [1, 2]",
+                "expect[0]: 2 `values` for 1 points",
+            ),
             ("[[expect]]\nvalue = 1", "expect[0]: `figure` is missing"),
             ("[quick]\nreplica = 1", "unknown field `replica`"),
-            ("[quick]\nset = { \"gas.0.raduis\" = 1 }", "did you mean `radius`?"),
+            (
+                "[quick]\nset = { \"gas.0.raduis\" = 1 }",
+                "did you mean `radius`?",
+            ),
             (
                 "[quick]\nset = { \"gas.0.mass\" = 1 }\n[[vary]]\nkey = \"gas.0.mass\"\nvalues = [1]",
                 "[quick.set]: `gas.0.mass` varies",
@@ -489,7 +654,10 @@ mod tests {
         );
         assert!(error.contains("a/no.toml"), "{error}");
         let text = format!("replicas = 2\n{}", SCENE.replace("scene.", ""));
-        let error = format!("{:#}", Study::parse(&text, Path::new(""), Size::default()).unwrap_err());
+        let error = format!(
+            "{:#}",
+            Study::parse(&text, Path::new(""), Size::default()).unwrap_err()
+        );
         assert!(error.contains("[scene.box]"), "{error}");
     }
 }

@@ -109,7 +109,13 @@ impl Options {
     /// # Errors
     /// Those of [`Study::read`].
     pub(crate) fn read(&self, study: &Path) -> Result<Study> {
-        Study::read(study, Size { replicas: self.how.replicas, is_quick: self.quick })
+        Study::read(
+            study,
+            Size {
+                replicas: self.how.replicas,
+                is_quick: self.quick,
+            },
+        )
     }
 }
 
@@ -120,8 +126,18 @@ impl Options {
 /// cannot be written, or a signal has been received. What has ended is kept.
 pub(crate) fn run(path: &Path, options: &Options) -> Result<Verdict> {
     let (study, name) = (options.read(path)?, name(path, options));
-    let (folder, command) = (format!("out/sweep-{name}"), |folder: &Path| command(&[path], options, folder));
-    run_study(&Named { study: &study, name: &name, folder: &folder, command: &command }, &options.how)
+    let (folder, command) = (format!("out/sweep-{name}"), |folder: &Path| {
+        command(&[path], options, folder)
+    });
+    run_study(
+        &Named {
+            study: &study,
+            name: &name,
+            folder: &folder,
+            command: &command,
+        },
+        &options.how,
+    )
 }
 
 /// Runs all replicas of a study that have not ended, or those of a shard, and writes the results;
@@ -137,7 +153,10 @@ pub fn run_study(named: &Named<'_>, how: &How) -> Result<Verdict> {
         return Ok(Verdict::Passed);
     }
     let shard = how.shard.unwrap_or(Shard::WHOLE);
-    let path = how.choices.resumption.folder(&usual_folder(named.folder, shard));
+    let path = how
+        .choices
+        .resumption
+        .folder(&usual_folder(named.folder, shard));
     let existing = how.choices.resumption.existing();
     let signals = Signals::watch()?;
     let pool = threads(how.threads)?;
@@ -159,7 +178,10 @@ pub fn run_study(named: &Named<'_>, how: &How) -> Result<Verdict> {
     let again = (named.command)(&path);
     let manifest = Manifest::begin(&sweep.folder, &again, &[])?;
     let failures = execute(&sweep, study, &work, how, (&signals, &pool))?;
-    let remarks = Remarks { failures: failures.iter().map(words).collect(), ..Remarks::default() };
+    let remarks = Remarks {
+        failures: failures.iter().map(words).collect(),
+        ..Remarks::default()
+    };
     let verdict = if shard == Shard::WHOLE {
         report::write(&sweep, study, &shards, (manifest, &again), remarks, &pool)?
     } else {
@@ -174,20 +196,34 @@ pub fn run_study(named: &Named<'_>, how: &How) -> Result<Verdict> {
         Verdict::Passed
     };
     let count = failures.len();
-    let runs_only = |failure: &Failure| failure.error.chain().any(<dyn std::error::Error>::is::<RunError>);
+    let runs_only = |failure: &Failure| {
+        failure
+            .error
+            .chain()
+            .any(<dyn std::error::Error>::is::<RunError>)
+    };
     match failures.into_iter().next() {
         None => Ok(verdict),
         Some(first) => {
             let is_run = runs_only(&first);
-            let error = first.error.context(format!("{count} replicas ended with an error; the first is"));
-            if is_run { Err(error) } else { bail!("{error:#}") }
+            let error = first.error.context(format!(
+                "{count} replicas ended with an error; the first is"
+            ));
+            if is_run {
+                Err(error)
+            } else {
+                bail!("{error:#}")
+            }
         }
     }
 }
 
 /// The name of a study in folders and jobs. The short form has other runs, and so another name.
 pub(crate) fn name(study: &Path, options: &Options) -> String {
-    let name = study.file_stem().unwrap_or_else(|| "study".as_ref()).to_string_lossy();
+    let name = study
+        .file_stem()
+        .unwrap_or_else(|| "study".as_ref())
+        .to_string_lossy();
     let quick = if options.quick { "-quick" } else { "" };
     format!("{name}{quick}")
 }
@@ -205,7 +241,11 @@ pub(crate) fn command(studies: &[impl AsRef<Path>], options: &Options, folder: &
     let studies: Vec<String> = studies.iter().map(|study| quoted(study.as_ref())).collect();
     let quick = if options.quick { " --quick" } else { "" };
     let (studies, words) = (studies.join(" "), options.how.words());
-    format!("{} sweep {studies}{quick} --out {}{words}", program(), quoted(folder))
+    format!(
+        "{} sweep {studies}{quick} --out {}{words}",
+        program(),
+        quoted(folder)
+    )
 }
 
 /// The work of a shard with its costs, longest first. Places the bodies of each point that has work
@@ -218,15 +258,33 @@ fn planned(
     pool: &ThreadPool,
 ) -> Result<Vec<(Work, u64)>> {
     let is_begun = is_sweep(path) && existing != Existing::Replace;
-    let sweep = if is_begun { Some(SweepFolder::open(path)?) } else { None };
-    let is_done = |work: Work| sweep.as_ref().is_some_and(|sweep| sweep.record(work).is_file());
+    let sweep = if is_begun {
+        Some(SweepFolder::open(path)?)
+    } else {
+        None
+    };
+    let is_done = |work: Work| {
+        sweep
+            .as_ref()
+            .is_some_and(|sweep| sweep.record(work).is_file())
+    };
     let cost = |point: &crate::point::Point| -> Result<u64> {
-        let is_needed = |replica| !is_done(Work { key: point.key, replica });
+        let is_needed = |replica| {
+            !is_done(Work {
+                key: point.key,
+                replica,
+            })
+        };
         // A shard needs the costs of all points, which determine the split.
         let is_costed = shard.of > 1 || (1..=study.replicas).any(is_needed);
-        if is_costed { cost::of_replica(point) } else { Ok(1) }
+        if is_costed {
+            cost::of_replica(point)
+        } else {
+            Ok(1)
+        }
     };
-    let costs: Vec<u64> = pool.install(|| study.points.par_iter().map(cost).collect::<Result<_>>())?;
+    let costs: Vec<u64> =
+        pool.install(|| study.points.par_iter().map(cost).collect::<Result<_>>())?;
     let of_point = |(point, cost): (&crate::point::Point, u64)| {
         let key = point.key;
         (1..=study.replicas).map(move |replica| (Work { key, replica }, cost))
@@ -243,7 +301,11 @@ fn execute(
     how: &How,
     (signals, pool): (&Signals, &ThreadPool),
 ) -> Result<Vec<Failure>> {
-    let points: BTreeMap<_, _> = study.points.iter().map(|point| (point.key, point)).collect();
+    let points: BTreeMap<_, _> = study
+        .points
+        .iter()
+        .map(|point| (point.key, point))
+        .collect();
     let is_left = |&(work, cost): &(Work, u64)| -> Result<Option<(Work, u64)>> {
         let point = points[&work.key];
         match sweep.find(point, work.replica)? {
@@ -253,7 +315,10 @@ fn execute(
             }
             Found::Nothing => Ok(Some((work, cost))),
             Found::Damaged(reason) => {
-                note(&format!("{}; it is run again", damaged(point, work.replica, &reason)));
+                note(&format!(
+                    "{}; it is run again",
+                    damaged(point, work.replica, &reason)
+                ));
                 Ok(Some((work, cost)))
             }
             Found::Newer(reason) => bail!(
@@ -269,11 +334,26 @@ fn execute(
     let finished = (work.len() - left.len()) as u64;
     let work = left.into_iter().map(|(work, _)| work).collect();
     let checkpoint_every = how.choices.checkpoint_every;
-    Execution { sweep, points, work, finished, checkpoint_every, signals }.run(pool)
+    Execution {
+        sweep,
+        points,
+        work,
+        finished,
+        checkpoint_every,
+        signals,
+    }
+    .run(pool)
 }
 
 /// A failure for the page.
 fn words(failure: &Failure) -> String {
-    let Failure { point, replica, error } = failure;
-    format!("Replica {replica} of {point} ended with an error: {}.", error.root_cause())
+    let Failure {
+        point,
+        replica,
+        error,
+    } = failure;
+    format!(
+        "Replica {replica} of {point} ended with an error: {}.",
+        error.root_cause()
+    )
 }

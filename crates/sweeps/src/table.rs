@@ -4,7 +4,9 @@ use anyhow::Result;
 use carom_runs::output::Folder;
 use carom_tables::{Figure, named, two_digits, with_error};
 
-use crate::{figure_name::without_numbers, point::short, results::PointResults, study::Study, vary::Vary};
+use crate::{
+    figure_name::without_numbers, point::short, results::PointResults, study::Study, vary::Vary,
+};
 
 /// Name of the file.
 pub const TABLE: &str = "table.csv";
@@ -53,14 +55,26 @@ pub struct Quantity {
 /// All figures that points have, in the order of the first point with each.
 pub fn quantities(points: &[PointResults]) -> Vec<Quantity> {
     let mut all: Vec<(Quantity, f64)> = Vec::new();
-    for (results, figure) in points.iter().flat_map(|point| point.figures.iter().map(move |f| (point, f))) {
+    for (results, figure) in points
+        .iter()
+        .flat_map(|point| point.figures.iter().map(move |f| (point, f)))
+    {
         let pattern = pattern(results, figure);
-        let known = all.iter().position(|(quantity, _)| quantity.pattern == pattern);
+        let known = all
+            .iter()
+            .position(|(quantity, _)| quantity.pattern == pattern);
         let place = known.unwrap_or_else(|| {
             let (name, unit) = (figure.name.clone(), figure.unit.clone());
             let (has_error, predicted, varies) = (false, Predicted::Not, false);
             let pattern = pattern.clone();
-            let quantity = Quantity { name, pattern, unit, has_error, predicted, varies };
+            let quantity = Quantity {
+                name,
+                pattern,
+                unit,
+                has_error,
+                predicted,
+                varies,
+            };
             all.push((quantity, figure.value));
             all.len() - 1
         });
@@ -77,15 +91,25 @@ pub fn quantities(points: &[PointResults]) -> Vec<Quantity> {
 
 /// The figure of a point.
 pub fn figure<'a>(point: &'a PointResults, quantity: &Quantity) -> Option<&'a Figure> {
-    point.figures.iter().find(|figure| pattern(point, figure) == quantity.pattern)
+    point
+        .figures
+        .iter()
+        .find(|figure| pattern(point, figure) == quantity.pattern)
 }
 
 /// The name of a figure without its numbers, such as the lags of a fit, which depend on the data;
 /// with them if the point has another figure of that name.
 fn pattern(point: &PointResults, figure: &Figure) -> String {
     let pattern = without_numbers(&figure.name);
-    let same = point.figures.iter().filter(|other| without_numbers(&other.name) == pattern);
-    if same.count() > 1 { figure.name.clone() } else { pattern }
+    let same = point
+        .figures
+        .iter()
+        .filter(|other| without_numbers(&other.name) == pattern);
+    if same.count() > 1 {
+        figure.name.clone()
+    } else {
+        pattern
+    }
 }
 
 /// Writes `table.csv`: the varied keys, the number of replicas, and each figure with its standard
@@ -97,7 +121,10 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<
     let quantities = quantities(points);
     let least = |figure: &Figure| figure.smallest_difference;
     let is_test = |quantity: &Quantity| {
-        points.iter().filter_map(|of| figure(of, quantity)).any(|of| least(of).is_some())
+        points
+            .iter()
+            .filter_map(|of| figure(of, quantity))
+            .any(|of| least(of).is_some())
     };
     let mut header: Vec<String> = study.vary.iter().flat_map(Vary::columns).collect();
     header.push("replicas".to_owned());
@@ -114,7 +141,8 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<
         row.push(results.replicas.len().to_string());
         for quantity in &quantities {
             let figure = figure(results, quantity);
-            let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+            let number =
+                |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
             row.push(number(figure.map(|figure| figure.value)));
             let error = || number(figure.and_then(|figure| figure.standard_error));
             row.extend(quantity.has_error.then(error));
@@ -134,26 +162,36 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<
 /// The settings of a point, by its index.
 fn cells(study: &Study, point: usize) -> Vec<String> {
     let entries = study.vary.iter().enumerate();
-    entries.flat_map(|(entry, vary)| vary.cells(study.setting(point, entry))).collect()
+    entries
+        .flat_map(|(entry, vary)| vary.cells(study.setting(point, entry)))
+        .collect()
 }
 
 /// The name of a column: letters, digits and underscores.
 fn column(name: &str) -> String {
-    let words = name.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
+    let words = name
+        .split(|c: char| !c.is_alphanumeric())
+        .filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("_")
 }
 
 /// Header and rows of the table on the page: figures that have an error or differ between points.
 pub fn on_page(study: &Study, points: &[PointResults]) -> (Vec<String>, Vec<Vec<String>>) {
-    let shown: Vec<Quantity> =
-        quantities(points).into_iter().filter(|quantity| quantity.has_error || quantity.varies).collect();
+    let shown: Vec<Quantity> = quantities(points)
+        .into_iter()
+        .filter(|quantity| quantity.has_error || quantity.varies)
+        .collect();
     let columns = study.vary.iter().flat_map(Vary::columns);
     let mut header: Vec<String> = columns.map(|key| short(&key).replace('_', " ")).collect();
     if header.is_empty() {
         header.push("point".to_owned());
     }
     header.push("replicas".to_owned());
-    header.extend(shown.iter().map(|quantity| named(&quantity.name, &quantity.unit)));
+    header.extend(
+        shown
+            .iter()
+            .map(|quantity| named(&quantity.name, &quantity.unit)),
+    );
     let row = |(index, results): (usize, &PointResults)| {
         let point = &study.points[index];
         let mut row = cells(study, index);
@@ -163,7 +201,10 @@ pub fn on_page(study: &Study, points: &[PointResults]) -> (Vec<String>, Vec<Vec<
         row.push(format!("{} of {}", results.replicas.len(), study.replicas));
         row.extend(shown.iter().map(|quantity| {
             let figure = figure(results, quantity);
-            figure.map_or_else(|| "–".to_owned(), |figure| with_error(figure.value, figure.standard_error))
+            figure.map_or_else(
+                || "–".to_owned(),
+                |figure| with_error(figure.value, figure.standard_error),
+            )
         }));
         row
     };
@@ -188,7 +229,10 @@ pub fn tests_on_page(study: &Study, points: &[PointResults]) -> (Vec<String>, Ve
         let figures = point.figures.iter().map(move |figure| (index, figure));
         figures.filter_map(row).collect::<Vec<_>>()
     };
-    (header, points.iter().enumerate().flat_map(of_point).collect())
+    (
+        header,
+        points.iter().enumerate().flat_map(of_point).collect(),
+    )
 }
 
 #[cfg(test)]
@@ -205,7 +249,9 @@ mod tests {
             point: Key::try_from("0".repeat(16)).unwrap(),
             label: String::new(),
             replicas: vec![1],
-            figures: names.map(|name| Figure::new(name, value, "1").error(0.1)).to_vec(),
+            figures: names
+                .map(|name| Figure::new(name, value, "1").error(0.1))
+                .to_vec(),
             totals: Totals::default(),
             checks: Vec::new(),
             answers: Vec::new(),
@@ -214,8 +260,10 @@ mod tests {
             tables: Vec::new(),
             note: String::new(),
         };
-        let points =
-            [point(["slope from 0.2 to 1, gas", "k"], 1.0), point(["slope from 0.3 to 2, gas", "k"], 2.0)];
+        let points = [
+            point(["slope from 0.2 to 1, gas", "k"], 1.0),
+            point(["slope from 0.3 to 2, gas", "k"], 2.0),
+        ];
         let found = quantities(&points);
         assert_eq!(
             found.iter().map(|q| q.name.as_str()).collect::<Vec<_>>(),
@@ -223,18 +271,27 @@ mod tests {
         );
         assert_eq!(figure(&points[1], &found[0]).unwrap().value, 2.0);
         // Two of a point remain apart.
-        let points = [point(["mode 1", "mode 2"], 1.0), point(["mode 1", "mode 2"], 2.0)];
+        let points = [
+            point(["mode 1", "mode 2"], 1.0),
+            point(["mode 1", "mode 2"], 2.0),
+        ];
         assert_eq!(
-            quantities(&points).iter().map(|q| q.name.clone()).collect::<Vec<_>>(),
+            quantities(&points)
+                .iter()
+                .map(|q| q.name.clone())
+                .collect::<Vec<_>>(),
             ["mode 1", "mode 2"]
         );
     }
 
     #[test]
     fn only_figures_that_test_their_predictions_show_what_they_would_have_found() {
-        let text = "replicas = 1\n[[scene.gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 2\n";
+        let text =
+            "replicas = 1\n[[scene.gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 2\n";
         let study = Study::parse(text, Path::new(""), Size::default()).unwrap();
-        let velocity = Figure::new("velocity", 0.1, "length/time").error(0.2).predicted(0.0, "equilibrium");
+        let velocity = Figure::new("velocity", 0.1, "length/time")
+            .error(0.2)
+            .predicted(0.0, "equilibrium");
         let point = PointResults {
             point: Key::try_from("0".repeat(16)).unwrap(),
             label: String::new(),
@@ -249,7 +306,10 @@ mod tests {
             note: String::new(),
         };
         let (header, rows) = tests_on_page(&study, &[point]);
-        assert_eq!(header.last().map(String::as_str), Some("smallest difference"));
+        assert_eq!(
+            header.last().map(String::as_str),
+            Some("smallest difference")
+        );
         assert_eq!((rows.len(), rows[0].len()), (1, header.len()));
         // 5.645 standard errors.
         assert_eq!(rows[0][1..], ["0.10 ± 0.20", "0", "1.1"]);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use toml::Value;
 
 /// Largest number of values of one entry; more are a mistake.
-const MOST_VALUES: usize = 100_000;
+const MAX_VALUES: usize = 100_000;
 
 /// Digits to which the values of a range are rounded, so that they are the numbers that a person
 /// would write.
@@ -97,13 +97,19 @@ impl Vary {
             Some(_) if is_range => bail!("`values` excludes `from`, `to` and `steps`"),
             Some(values) => listed(values, spec.key.is_some(), &keys)?,
             None if is_range => {
-                ensure!(spec.key.is_some(), "a range needs one `key`; with `keys` give `values`");
+                ensure!(
+                    spec.key.is_some(),
+                    "a range needs one `key`; with `keys` give `values`"
+                );
                 range(spec)?.into_iter().map(|value| vec![value]).collect()
             }
             None => bail!("give `values`, or `from`, `to` and `steps`"),
         };
         let count = settings.len();
-        ensure!((1..=MOST_VALUES).contains(&count), "{count} values: allowed are 1 to {MOST_VALUES}");
+        ensure!(
+            (1..=MAX_VALUES).contains(&count),
+            "{count} values: allowed are 1 to {MAX_VALUES}"
+        );
         for (index, setting) in settings.iter().enumerate() {
             let same = settings[..index].contains(setting);
             ensure!(!same, "the value {} is there twice", words(setting));
@@ -122,7 +128,13 @@ impl Vary {
             );
         }
         let (names, label) = (spec.names.clone(), spec.label.clone());
-        Ok(Self { keys, settings, names, label, spacing: spec.spacing.unwrap_or_default() })
+        Ok(Self {
+            keys,
+            settings,
+            names,
+            label,
+            spacing: spec.spacing.unwrap_or_default(),
+        })
     }
 
     /// The entry that gives these keys and values.
@@ -130,13 +142,34 @@ impl Vary {
         let spacing = (self.spacing != Spacing::default()).then_some(self.spacing);
         let (names, label) = (self.names.clone(), self.label.clone());
         if let [key] = self.keys.as_slice() {
-            let values = self.settings.iter().filter_map(|setting| setting.first().cloned());
+            let values = self
+                .settings
+                .iter()
+                .filter_map(|setting| setting.first().cloned());
             let (key, values) = (Some(key.clone()), Some(values.collect()));
-            return VarySpec { key, values, names, label, spacing, ..VarySpec::default() };
+            return VarySpec {
+                key,
+                values,
+                names,
+                label,
+                spacing,
+                ..VarySpec::default()
+            };
         }
-        let values = self.settings.iter().map(|setting| Value::Array(setting.clone())).collect();
+        let values = self
+            .settings
+            .iter()
+            .map(|setting| Value::Array(setting.clone()))
+            .collect();
         let keys = Some(self.keys.clone());
-        VarySpec { keys, values: Some(values), names, label, spacing, ..VarySpec::default() }
+        VarySpec {
+            keys,
+            values: Some(values),
+            names,
+            label,
+            spacing,
+            ..VarySpec::default()
+        }
     }
 
     /// A setting in words, such as `gas.0.area_fraction = 0.1`, or `molecule.0 = tee` of a setting
@@ -149,18 +182,30 @@ impl Vary {
             return format!("{label} = {}", words(&self.settings[setting]));
         }
         let words = self.keys.iter().zip(&self.settings[setting]);
-        words.map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
+        words
+            .map(|(key, value)| format!("{key} = {value}"))
+            .collect::<Vec<_>>()
+            .join(", ")
     }
 
     /// The columns of a table: the label, or the path of each key, or the common path if the
     /// settings have names.
     pub fn columns(&self) -> Vec<String> {
-        if self.names.is_some() || self.label.is_some() { vec![self.name()] } else { self.keys.clone() }
+        if self.names.is_some() || self.label.is_some() {
+            vec![self.name()]
+        } else {
+            self.keys.clone()
+        }
     }
 
     /// The values of the quantity with a label, if its names are numbers.
     pub fn values_of_names(&self) -> Option<Vec<f64>> {
-        let number = |name: &String| name.trim().parse().ok().filter(|number: &f64| number.is_finite());
+        let number = |name: &String| {
+            name.trim()
+                .parse()
+                .ok()
+                .filter(|number: &f64| number.is_finite())
+        };
         self.names
             .iter()
             .filter(|_| self.label.is_some())
@@ -188,11 +233,17 @@ impl Vary {
         let first = &self.keys[0];
         let is_common = |&end: &usize| {
             let path = &first[..end];
-            self.keys
-                .iter()
-                .all(|key| key == path || key.strip_prefix(path).is_some_and(|rest| rest.starts_with('.')))
+            self.keys.iter().all(|key| {
+                key == path
+                    || key
+                        .strip_prefix(path)
+                        .is_some_and(|rest| rest.starts_with('.'))
+            })
         };
-        let mut ends = first.match_indices('.').map(|(end, _)| end).chain([first.len()]);
+        let mut ends = first
+            .match_indices('.')
+            .map(|(end, _)| end)
+            .chain([first.len()]);
         let longest = ends.rfind(is_common).unwrap_or(first.len());
         first[..longest].to_owned()
     }
@@ -207,7 +258,11 @@ fn plain(value: &Value) -> String {
 }
 
 fn words(setting: &[Value]) -> String {
-    setting.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+    setting
+        .iter()
+        .map(ToString::to_string)
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 /// Whether a text can stand in a list of settings.
@@ -216,7 +271,10 @@ fn is_word(text: &str) -> bool {
 }
 
 fn check_names(names: &[String], has_values: bool, count: usize) -> Result<()> {
-    ensure!(has_values, "`names` needs `values`; the values of a range are its names");
+    ensure!(
+        has_values,
+        "`names` needs `values`; the values of a range are its names"
+    );
     ensure!(
         names.len() == count,
         "`names` must have a name for each of the {count} values, but has {}",
@@ -227,7 +285,10 @@ fn check_names(names: &[String], has_values: bool, count: usize) -> Result<()> {
             is_word(name),
             "`names` must be words without commas, equals signs and line ends, but one is '{name}'"
         );
-        ensure!(!names[..index].contains(name), "the name {name} is there twice");
+        ensure!(
+            !names[..index].contains(name),
+            "the name {name} is there twice"
+        );
     }
     Ok(())
 }
@@ -254,12 +315,22 @@ fn range(spec: &VarySpec) -> Result<Vec<Value>> {
             Some(other) => bail!("`{key}` must be a number, but is {other}"),
             None => bail!("`{key}` is missing: a range has `from`, `to` and `steps`"),
         };
-        ensure!(found.0.is_finite(), "`{key}` must be finite, but is {}", found.0);
+        ensure!(
+            found.0.is_finite(),
+            "`{key}` must be finite, but is {}",
+            found.0
+        );
         Ok(found)
     };
-    let ((from, is_whole), (to, ends_whole)) = (number("from", &spec.from)?, number("to", &spec.to)?);
-    let steps = spec.steps.context("`steps` is missing: the number of values of the range")?;
-    ensure!((2..=MOST_VALUES).contains(&steps), "`steps` must be from 2 to {MOST_VALUES}, but is {steps}");
+    let ((from, is_whole), (to, ends_whole)) =
+        (number("from", &spec.from)?, number("to", &spec.to)?);
+    let steps = spec
+        .steps
+        .context("`steps` is missing: the number of values of the range")?;
+    ensure!(
+        (2..=MAX_VALUES).contains(&steps),
+        "`steps` must be from 2 to {MAX_VALUES}, but is {steps}"
+    );
     let is_logarithmic = spec.spacing == Some(Spacing::Logarithmic);
     ensure!(
         !is_logarithmic || (from > 0.0 && to > 0.0),
@@ -277,7 +348,13 @@ fn range(spec: &VarySpec) -> Result<Vec<Value>> {
     };
     let values: Vec<f64> = (0..steps).map(value).collect();
     let all_whole = is_whole && ends_whole && values.iter().all(|value| value.fract() == 0.0);
-    let value = |&value: &f64| if all_whole { Value::Integer(value as i64) } else { Value::Float(value) };
+    let value = |&value: &f64| {
+        if all_whole {
+            Value::Integer(value as i64)
+        } else {
+            Value::Float(value)
+        }
+    };
     Ok(values.iter().map(value).collect())
 }
 
@@ -302,17 +379,25 @@ mod tests {
     fn ranges_have_their_ends_and_the_numbers_that_a_person_would_write() {
         let tenths = numbers("key = \"x\"\nfrom = 0.1\nto = 0.5\nsteps = 5");
         assert_eq!(tenths, [0.1, 0.2, 0.3, 0.4, 0.5].map(Value::Float));
-        let decades = numbers("key = \"x\"\nfrom = 10\nto = 1000\nsteps = 3\nspacing = \"logarithmic\"");
+        let decades =
+            numbers("key = \"x\"\nfrom = 10\nto = 1000\nsteps = 3\nspacing = \"logarithmic\"");
         assert_eq!(decades, [10, 100, 1000].map(Value::Integer));
-        let down = numbers("key = \"x\"\nfrom = 1e-3\nto = 1e-5\nsteps = 3\nspacing = \"logarithmic\"");
+        let down =
+            numbers("key = \"x\"\nfrom = 1e-3\nto = 1e-5\nsteps = 3\nspacing = \"logarithmic\"");
         assert_eq!(down, [1e-3, 1e-4, 1e-5].map(Value::Float));
-        assert_eq!(numbers("key = \"x\"\nfrom = 1\nto = 2\nsteps = 3")[1], Value::Float(1.5));
+        assert_eq!(
+            numbers("key = \"x\"\nfrom = 1\nto = 2\nsteps = 3")[1],
+            Value::Float(1.5)
+        );
     }
 
     #[test]
     fn zipped_keys_change_together_and_an_entry_can_be_written_again() {
         let zipped = vary("keys = [\"a\", \"b.0.c\"]\nvalues = [[1, \"x\"], [2, \"y\"]]").unwrap();
-        assert_eq!(zipped.settings[1], [Value::Integer(2), Value::String("y".to_owned())]);
+        assert_eq!(
+            zipped.settings[1],
+            [Value::Integer(2), Value::String("y".to_owned())]
+        );
         assert_eq!(Vary::new(&zipped.spec()).unwrap(), zipped);
         let one = vary("key = \"box.sides\"\nvalues = [[1, 1], [2, 1]]").unwrap();
         assert_eq!(one.settings.len(), 2);
@@ -321,11 +406,16 @@ mod tests {
 
     #[test]
     fn named_settings_are_called_by_their_names() {
-        let text =
-            "keys = [\"gas.0.shape\", \"gas.0.atom_mass\"]\nvalues = [[\"tee\", 0.2], [\"disc\", 1.0]]\n";
+        let text = "keys = [\"gas.0.shape\", \"gas.0.atom_mass\"]\nvalues = [[\"tee\", 0.2], [\"disc\", 1.0]]\n";
         let plain = vary(text).unwrap();
-        assert_eq!(plain.words(0), "gas.0.shape = \"tee\", gas.0.atom_mass = 0.2");
-        assert_eq!((plain.columns().len(), plain.cells(1)), (2, vec!["disc".to_owned(), "1.0".to_owned()]));
+        assert_eq!(
+            plain.words(0),
+            "gas.0.shape = \"tee\", gas.0.atom_mass = 0.2"
+        );
+        assert_eq!(
+            (plain.columns().len(), plain.cells(1)),
+            (2, vec!["disc".to_owned(), "1.0".to_owned()])
+        );
         let named = vary(&format!("{text}names = [\"five discs\", \"one\"]")).unwrap();
         assert_eq!(
             (named.words(0), named.columns()),
@@ -334,48 +424,100 @@ mod tests {
         assert_eq!(named.cells(1), ["one"]);
         assert_eq!(Vary::new(&named.spec()).unwrap(), named);
         // Other paths have the first key as their name.
-        let apart = "keys = [\"gas.0.mass\", \"box.sides\"]\nvalues = [[1, [1, 1]]]\nnames = [\"a\"]";
+        let apart =
+            "keys = [\"gas.0.mass\", \"box.sides\"]\nvalues = [[1, [1, 1]]]\nnames = [\"a\"]";
         assert_eq!(vary(apart).unwrap().words(0), "gas.0.mass = a");
     }
 
     #[test]
     fn a_label_stands_for_the_keys() {
-        let text =
-            "keys = [\"molecule.0.at\", \"molecule.1.at\"]\nvalues = [[[0, 0], [5, 0]], [[0, 0], [6, 0]]]\n";
+        let text = "keys = [\"molecule.0.at\", \"molecule.1.at\"]\nvalues = [[[0, 0], [5, 0]], [[0, 0], [6, 0]]]\n";
         let gap = vary(&format!("{text}names = [\"0\", \"0.5\"]\nlabel = \"gap\"")).unwrap();
-        assert_eq!((gap.words(1), gap.columns()), ("gap = 0.5".to_owned(), vec!["gap".to_owned()]));
+        assert_eq!(
+            (gap.words(1), gap.columns()),
+            ("gap = 0.5".to_owned(), vec!["gap".to_owned()])
+        );
         assert_eq!(gap.values_of_names(), Some(vec![0.0, 0.5]));
         assert_eq!(Vary::new(&gap.spec()).unwrap(), gap);
-        let one = vary("key = \"gas.0.count\"\nfrom = 1\nto = 2\nsteps = 2\nlabel = \"discs\"").unwrap();
-        assert_eq!((one.words(1), one.columns()), ("discs = 2".to_owned(), vec!["discs".to_owned()]));
-        assert_eq!((one.values_of_names(), one.cells(0)), (None, vec!["1".to_owned()]));
-        let words = vary(&format!("{text}names = [\"near\", \"far\"]\nlabel = \"gap\"")).unwrap();
+        let one =
+            vary("key = \"gas.0.count\"\nfrom = 1\nto = 2\nsteps = 2\nlabel = \"discs\"").unwrap();
+        assert_eq!(
+            (one.words(1), one.columns()),
+            ("discs = 2".to_owned(), vec!["discs".to_owned()])
+        );
+        assert_eq!(
+            (one.values_of_names(), one.cells(0)),
+            (None, vec!["1".to_owned()])
+        );
+        let words = vary(&format!(
+            "{text}names = [\"near\", \"far\"]\nlabel = \"gap\""
+        ))
+        .unwrap();
         assert_eq!(words.values_of_names(), None);
     }
 
     #[test]
     fn contradictory_entries_are_refused() {
         for (text, expected) in [
-            ("key = \"a\"\nvalues = [1]\nlabel = \"x = 1\"", "`label` must be a word"),
-            ("keys = [\"a\", \"b\"]\nvalues = [[1, 2]]\nlabel = \"x\"", "needs `names`"),
+            (
+                "key = \"a\"\nvalues = [1]\nlabel = \"x = 1\"",
+                "`label` must be a word",
+            ),
+            (
+                "keys = [\"a\", \"b\"]\nvalues = [[1, 2]]\nlabel = \"x\"",
+                "needs `names`",
+            ),
             ("values = [1]", "`key` is missing"),
-            ("key = \"a\"\nkeys = [\"b\"]\nvalues = [1]", "exclude each other"),
+            (
+                "key = \"a\"\nkeys = [\"b\"]\nvalues = [1]",
+                "exclude each other",
+            ),
             ("keys = []\nvalues = [[]]", "empty"),
             ("key = \"a\"", "give `values`"),
             ("key = \"a\"\nvalues = []", "0 values"),
-            ("key = \"a\"\nvalues = [1, 2, 1]", "the value 1 is there twice"),
+            (
+                "key = \"a\"\nvalues = [1, 2, 1]",
+                "the value 1 is there twice",
+            ),
             ("key = \"a\"\nvalues = [1]\nsteps = 2", "excludes"),
             ("key = \"a\"\nfrom = 1\nsteps = 2", "`to` is missing"),
-            ("key = \"a\"\nfrom = 1\nto = \"b\"\nsteps = 2", "must be a number"),
+            (
+                "key = \"a\"\nfrom = 1\nto = \"b\"\nsteps = 2",
+                "must be a number",
+            ),
             ("key = \"a\"\nfrom = 1\nto = 2", "`steps` is missing"),
-            ("key = \"a\"\nfrom = 1\nto = 2\nsteps = 1", "from 2 to 100000, but is 1"),
-            ("key = \"a\"\nfrom = 0\nto = 2\nsteps = 3\nspacing = \"logarithmic\"", "positive ends"),
-            ("keys = [\"a\", \"b\"]\nvalues = [[1, 2], [3]]", "each of the 2 keys"),
-            ("keys = [\"a\", \"b\"]\nfrom = 1\nto = 2\nsteps = 2", "one `key`"),
-            ("key = \"a\"\nfrom = 1\nto = 2\nsteps = 2\nnames = [\"x\", \"y\"]", "needs `values`"),
-            ("key = \"a\"\nvalues = [1, 2]\nnames = [\"x\"]", "each of the 2 values, but has 1"),
-            ("key = \"a\"\nvalues = [1, 2]\nnames = [\"x\", \"x\"]", "x is there twice"),
-            ("key = \"a\"\nvalues = [1]\nnames = [\"x = 1\"]", "words without"),
+            (
+                "key = \"a\"\nfrom = 1\nto = 2\nsteps = 1",
+                "from 2 to 100000, but is 1",
+            ),
+            (
+                "key = \"a\"\nfrom = 0\nto = 2\nsteps = 3\nspacing = \"logarithmic\"",
+                "positive ends",
+            ),
+            (
+                "keys = [\"a\", \"b\"]\nvalues = [[1, 2], [3]]",
+                "each of the 2 keys",
+            ),
+            (
+                "keys = [\"a\", \"b\"]\nfrom = 1\nto = 2\nsteps = 2",
+                "one `key`",
+            ),
+            (
+                "key = \"a\"\nfrom = 1\nto = 2\nsteps = 2\nnames = [\"x\", \"y\"]",
+                "needs `values`",
+            ),
+            (
+                "key = \"a\"\nvalues = [1, 2]\nnames = [\"x\"]",
+                "each of the 2 values, but has 1",
+            ),
+            (
+                "key = \"a\"\nvalues = [1, 2]\nnames = [\"x\", \"x\"]",
+                "x is there twice",
+            ),
+            (
+                "key = \"a\"\nvalues = [1]\nnames = [\"x = 1\"]",
+                "words without",
+            ),
         ] {
             let error = vary(text).unwrap_err().to_string();
             assert!(error.contains(expected), "{text}: {error}");

@@ -88,8 +88,16 @@ impl Execution<'_> {
         let mut points: BTreeMap<Key, PointProgress<'_>> = BTreeMap::new();
         for work in &self.work {
             let point = self.points[&work.key];
-            let shown = || Mutex::new(Shown { progress: None, left: 0 });
-            let entry = points.entry(work.key).or_insert_with(|| PointProgress { point, shown: shown() });
+            let shown = || {
+                Mutex::new(Shown {
+                    progress: None,
+                    left: 0,
+                })
+            };
+            let entry = points.entry(work.key).or_insert_with(|| PointProgress {
+                point,
+                shown: shown(),
+            });
             lock(&entry.shown).left += 1;
         }
         let shared = Shared {
@@ -109,10 +117,17 @@ impl Execution<'_> {
             }
         });
         self.signals.check()?;
-        if let Some(error) = shared.broken.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        if let Some(error) = shared
+            .broken
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner)
+        {
             return Err(error);
         }
-        let mut failures = shared.failures.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let mut failures = shared
+            .failures
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner);
         failures.sort_by(|a, b| (&a.point, a.replica).cmp(&(&b.point, b.replica)));
         Ok(failures)
     }
@@ -121,17 +136,29 @@ impl Execution<'_> {
         let of_point = &shared.points[&work.key];
         let done = self.replica(work, &of_point.begin());
         of_point.end();
-        let Err(error) = done else { return shared.whole.count(1) };
-        if error.chain().any(<dyn std::error::Error>::is::<Interrupted>) {
+        let Err(error) = done else {
+            return shared.whole.count(1);
+        };
+        if error
+            .chain()
+            .any(<dyn std::error::Error>::is::<Interrupted>)
+        {
             return;
         }
         // Nothing can be kept on a full disk, or beside another process: no further replica begins.
-        if error.chain().any(|cause| cause.is::<io::Error>() || cause.is::<Ousted>()) {
+        if error
+            .chain()
+            .any(|cause| cause.is::<io::Error>() || cause.is::<Ousted>())
+        {
             lock(&shared.broken).get_or_insert(error);
             return;
         }
         let point = of_point.point.label.clone();
-        lock(&shared.failures).push(Failure { point, replica: work.replica, error });
+        lock(&shared.failures).push(Failure {
+            point,
+            replica: work.replica,
+            error,
+        });
     }
 
     /// Executes one replica, from its checkpoint if there is one, and keeps its result.
@@ -141,9 +168,19 @@ impl Execution<'_> {
         let folder = self.sweep.begin(work)?;
         let scene = point.replica(work.replica);
         let (checkpoint_every, signals) = (self.checkpoint_every, self.signals);
-        let replica = Replica { scene: &scene, folder: &folder, checkpoint_every, signals, progress };
+        let replica = Replica {
+            scene: &scene,
+            folder: &folder,
+            checkpoint_every,
+            signals,
+            progress,
+        };
         let finished = replica.run().with_context(name)?;
-        let stored = Stored { work, record: finished.record, seconds: finished.seconds };
+        let stored = Stored {
+            work,
+            record: finished.record,
+            seconds: finished.seconds,
+        };
         stored.write(&self.sweep.record(work))?;
         remove_folder(folder.path())
     }

@@ -63,20 +63,34 @@ impl Place {
     /// Runs the sweep into a folder, with further options.
     fn sweep(&self, out: &str, more: &str) -> Result<()> {
         let (study, out) = (self.path("study.toml"), self.path(out));
-        let threads = if more.contains("--slurm") { "" } else { "--threads 2" };
-        let words = format!("{} --out {} {threads} {more}", study.display(), out.display());
+        let threads = if more.contains("--slurm") {
+            ""
+        } else {
+            "--threads 2"
+        };
+        let words = format!(
+            "{} --out {} {threads} {more}",
+            study.display(),
+            out.display()
+        );
         several::run(&options(&words)).map(drop)
     }
 
     fn merge(&self, folders: &[String], out: &str) -> Result<()> {
-        let folders: Vec<String> = folders.iter().map(|name| self.path(name).display().to_string()).collect();
+        let folders: Vec<String> = folders
+            .iter()
+            .map(|name| self.path(name).display().to_string())
+            .collect();
         let words = format!("{} --out {}", folders.join(" "), self.path(out).display());
         merge::run(&options(&words)).map(drop)
     }
 
     /// The verdict of a merge.
     fn merged(&self, folders: &[&str], out: &str) -> Verdict {
-        let folders: Vec<String> = folders.iter().map(|name| self.path(name).display().to_string()).collect();
+        let folders: Vec<String> = folders
+            .iter()
+            .map(|name| self.path(name).display().to_string())
+            .collect();
         let words = format!("{} --out {}", folders.join(" "), self.path(out).display());
         merge::run(&options(&words)).unwrap()
     }
@@ -91,11 +105,25 @@ impl Place {
 
     /// The finished replicas of a folder with the times of their files.
     fn records(&self, out: &str) -> BTreeMap<PathBuf, SystemTime> {
-        let points = fs::read_dir(self.path(out).join("points")).unwrap().map(|entry| entry.unwrap().path());
+        let points = fs::read_dir(self.path(out).join("points"))
+            .unwrap()
+            .map(|entry| entry.unwrap().path());
         let folders = points.filter(|point| point.is_dir());
-        let files = folders.flat_map(|point| fs::read_dir(point).unwrap().map(|entry| entry.unwrap().path()));
-        let records = files.filter(|path| path.extension().is_some_and(|ending| ending == "record"));
-        records.map(|path| (path.clone(), fs::metadata(path).unwrap().modified().unwrap())).collect()
+        let files = folders.flat_map(|point| {
+            fs::read_dir(point)
+                .unwrap()
+                .map(|entry| entry.unwrap().path())
+        });
+        let records =
+            files.filter(|path| path.extension().is_some_and(|ending| ending == "record"));
+        records
+            .map(|path| {
+                (
+                    path.clone(),
+                    fs::metadata(path).unwrap().modified().unwrap(),
+                )
+            })
+            .collect()
     }
 }
 
@@ -104,10 +132,16 @@ fn tables(folder: &Path) -> BTreeMap<String, String> {
     let mut found = BTreeMap::new();
     let mut left = vec![folder.to_owned()];
     while let Some(inner) = left.pop() {
-        for path in fs::read_dir(inner).unwrap().map(|entry| entry.unwrap().path()) {
+        for path in fs::read_dir(inner)
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+        {
             if path.is_dir() {
                 left.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "csv" || ending == "toml") {
+            } else if path
+                .extension()
+                .is_some_and(|ending| ending == "csv" || ending == "toml")
+            {
                 let name = path.strip_prefix(folder).unwrap().display().to_string();
                 found.insert(name, fs::read_to_string(&path).unwrap());
             }
@@ -121,7 +155,8 @@ fn tables(folder: &Path) -> BTreeMap<String, String> {
 fn several_studies_have_a_folder_each_and_one_page_with_their_verdicts() {
     let place = Place::new(STUDY);
     let expecting = |bound: f64| {
-        let expect = format!("[[expect]]\nfigure = \"pressure\"\nvalue = 0.0\nabsolute = {bound}\n");
+        let expect =
+            format!("[[expect]]\nfigure = \"pressure\"\nvalue = 0.0\nabsolute = {bound}\n");
         STUDY
             .replace("[[scene.gas]]", &format!("{expect}[[scene.gas]]"))
             .replace("replicas = 3", "replicas = 1")
@@ -132,13 +167,19 @@ fn several_studies_have_a_folder_each_and_one_page_with_their_verdicts() {
     write("bad.toml", &expecting(1e-6));
     write("notes.txt", "not a study");
     let run = |more: &str| {
-        let words =
-            format!("{} --out {} {more}", place.path("studies").display(), place.path("all").display());
+        let words = format!(
+            "{} --out {} {more}",
+            place.path("studies").display(),
+            place.path("all").display()
+        );
         several::run(&options(&words))
     };
     assert_eq!(run("").unwrap(), Verdict::Failed);
     let page = place.read("all/report.html");
-    assert!(page.contains("1 of 2 studies did not pass.") && page.contains("bad: "), "{page}");
+    assert!(
+        page.contains("1 of 2 studies did not pass.") && page.contains("bad: "),
+        "{page}"
+    );
     let summary: serde_json::Value = serde_json::from_str(&place.read("all/summary.json")).unwrap();
     let verdicts: Vec<_> = summary["studies"]
         .as_array()
@@ -146,7 +187,13 @@ fn several_studies_have_a_folder_each_and_one_page_with_their_verdicts() {
         .iter()
         .map(|s| (s["study"].as_str(), s["verdict"].as_str()))
         .collect();
-    assert_eq!(verdicts, [(Some("bad"), Some("failed")), (Some("good"), Some("passed"))]);
+    assert_eq!(
+        verdicts,
+        [
+            (Some("bad"), Some("failed")),
+            (Some("good"), Some("passed"))
+        ]
+    );
     // Each is the sweep of its own, and is continued.
     let records = place.records("all/good");
     assert_eq!(records.len(), 3);
@@ -154,10 +201,17 @@ fn several_studies_have_a_folder_each_and_one_page_with_their_verdicts() {
     assert_eq!(place.records("all/good"), records, "nothing is run again");
 
     // One that cannot go on does not keep the others from running.
-    write("ends.toml", &STUDY.replace("[10, 20, 30]", "[10, 20, 10000]"));
+    write(
+        "ends.toml",
+        &STUDY.replace("[10, 20, 30]", "[10, 20, 10000]"),
+    );
     let error = format!("{:#}", run("").unwrap_err());
     assert!(error.contains("ends"), "{error}");
-    assert!(place.read("all/report.html").contains("2 of 3 studies did not pass."));
+    assert!(
+        place
+            .read("all/report.html")
+            .contains("2 of 3 studies did not pass.")
+    );
 
     write("invalid.toml", "replicas = 0\n");
     assert!(format!("{:#}", run("").unwrap_err()).contains("invalid.toml"));
@@ -172,7 +226,10 @@ fn several_studies_have_a_folder_each_and_one_page_with_their_verdicts() {
         )
     };
     let refused = |study: &str, more: &str| {
-        format!("{:#}", several::run(&options(&format!("{} {more}", words(study)))).unwrap_err())
+        format!(
+            "{:#}",
+            several::run(&options(&format!("{} {more}", words(study)))).unwrap_err()
+        )
     };
     assert!(refused(&place.path("empty").display().to_string(), "").contains("holds no study"));
     let same = place.path("studies/good.toml").display().to_string();
@@ -186,33 +243,66 @@ fn shards_merged_in_any_order_and_tree_give_the_tables_of_one_process_to_the_dig
     let place = Place::new(STUDY);
     place.sweep("whole", "").unwrap();
     let expected = tables(&place.path("whole"));
-    assert!(expected["table.csv"].lines().count() == 4 && expected["table.csv"].contains("pressure_error"));
-    assert_eq!(expected.keys().filter(|name| name.ends_with("pressure.csv")).count(), 3);
+    assert!(
+        expected["table.csv"].lines().count() == 4
+            && expected["table.csv"].contains("pressure_error")
+    );
+    assert_eq!(
+        expected
+            .keys()
+            .filter(|name| name.ends_with("pressure.csv"))
+            .count(),
+        3
+    );
     let shards: Vec<String> = (1..=4).map(|index| format!("shard-{index}")).collect();
     for (index, shard) in shards.iter().enumerate() {
-        place.sweep(shard, &format!("--shard {}/4", index + 1)).unwrap();
+        place
+            .sweep(shard, &format!("--shard {}/4", index + 1))
+            .unwrap();
     }
-    assert_eq!(shards.iter().map(|shard| place.records(shard).len()).sum::<usize>(), 9);
+    assert_eq!(
+        shards
+            .iter()
+            .map(|shard| place.records(shard).len())
+            .sum::<usize>(),
+        9
+    );
     let order = |order: [usize; 4]| order.map(|index| shards[index].clone());
     place.merge(&order([0, 1, 2, 3]), "a").unwrap();
     place.merge(&order([3, 1, 0, 2]), "b").unwrap();
     place.merge(&shards[..2], "left").unwrap();
     place.merge(&shards[1..], "right").unwrap();
-    place.merge(&["right".to_owned(), "left".to_owned()], "c").unwrap();
+    place
+        .merge(&["right".to_owned(), "left".to_owned()], "c")
+        .unwrap();
     for merged in ["a", "b", "c"] {
         assert_eq!(tables(&place.path(merged)), expected, "{merged}");
     }
     // Shard 2 is in both halves.
-    assert!(place.read("c/report.html").contains("replicas are in several folders, with the same content"));
-    assert!(place.read("a/report.html").contains("All 3 points are complete, with 9 replicas"));
+    assert!(
+        place
+            .read("c/report.html")
+            .contains("replicas are in several folders, with the same content")
+    );
+    assert!(
+        place
+            .read("a/report.html")
+            .contains("All 3 points are complete, with 9 replicas")
+    );
 
     // A folder in which another process writes gives what is finished, with a note.
     let writing = FolderLock::exclusive(&place.path("shard-2")).unwrap();
     place.merge(&shards, "meanwhile").unwrap();
     drop(writing);
-    assert_eq!(tables(&place.path("meanwhile"))["table.csv"], expected["table.csv"]);
+    assert_eq!(
+        tables(&place.path("meanwhile"))["table.csv"],
+        expected["table.csv"]
+    );
     let page = place.read("meanwhile/report.html");
-    assert!(page.contains("shard-2") && page.contains("only its finished replicas are merged"), "{page}");
+    assert!(
+        page.contains("shard-2") && page.contains("only its finished replicas are merged"),
+        "{page}"
+    );
 
     // What is missing is named, and can be done later.
     let half = place.read("left/report.html");
@@ -221,7 +311,10 @@ fn shards_merged_in_any_order_and_tree_give_the_tables_of_one_process_to_the_dig
         "{half}"
     );
     place.sweep("left", "").unwrap();
-    assert_eq!(tables(&place.path("left"))["table.csv"], expected["table.csv"]);
+    assert_eq!(
+        tables(&place.path("left"))["table.csv"],
+        expected["table.csv"]
+    );
 }
 
 #[test]
@@ -247,7 +340,10 @@ fn new_values_and_replicas_keep_what_is_done_and_nothing_is_done_twice() {
     place.sweep("out", "").unwrap();
     assert_eq!(place.records("out"), first);
     let kept = |now: &BTreeMap<PathBuf, SystemTime>| {
-        first.iter().filter(|one| now.get(one.0) == Some(one.1)).count()
+        first
+            .iter()
+            .filter(|one| now.get(one.0) == Some(one.1))
+            .count()
     };
 
     // A comment, another order, and a new value.
@@ -261,12 +357,22 @@ fn new_values_and_replicas_keep_what_is_done_and_nothing_is_done_twice() {
     place.sweep("out", "--replicas 5").unwrap();
     let five = place.records("out");
     assert_eq!((five.len(), kept(&five)), (12 + 6, 9));
-    assert!(place.read("out/table.csv").lines().nth(1).unwrap().starts_with("10,5,"));
+    assert!(
+        place
+            .read("out/table.csv")
+            .lines()
+            .nth(1)
+            .unwrap()
+            .starts_with("10,5,")
+    );
 
     // An edited value drops its own point alone.
     place.study(&STUDY.replace("[10, 20, 30]", "[10, 21, 30]"));
     place.sweep("out", "").unwrap();
-    assert_eq!((place.records("out").len(), kept(&place.records("out"))), (18 + 3, 9));
+    assert_eq!(
+        (place.records("out").len(), kept(&place.records("out"))),
+        (18 + 3, 9)
+    );
     assert!(!place.read("out/table.csv").contains("\n20,"));
 
     // Another scene is another study.
@@ -277,7 +383,10 @@ fn new_values_and_replicas_keep_what_is_done_and_nothing_is_done_twice() {
         "{error}"
     );
     place.sweep("out", "--force").unwrap();
-    assert_eq!((place.records("out").len(), kept(&place.records("out"))), (9, 0));
+    assert_eq!(
+        (place.records("out").len(), kept(&place.records("out"))),
+        (9, 0)
+    );
     fs::write(place.path("out/study.toml"), "").unwrap();
     assert!(place.refused("out", "").contains("out/study.toml"));
     fs::create_dir(place.path("other")).unwrap();
@@ -287,15 +396,21 @@ fn new_values_and_replicas_keep_what_is_done_and_nothing_is_done_twice() {
 
 #[test]
 fn a_damaged_file_is_recognised_at_every_length_and_its_replica_run_again() {
-    let place = Place::new(&STUDY.replace("[10, 20, 30]", "[10]").replace("until = 0.8", "until = 0.2"));
+    let place = Place::new(
+        &STUDY
+            .replace("[10, 20, 30]", "[10]")
+            .replace("until = 0.8", "until = 0.2"),
+    );
     place.sweep("out", "").unwrap();
     let table = place.read("out/table.csv");
     let path = place.records("out").into_keys().next().unwrap();
     let whole = fs::read(&path).unwrap();
     let half = whole.len() / 2;
     // Nothing, parts of the header, the header alone, parts of the body, and too much.
-    let mut broken: Vec<Vec<u8>> =
-        [0, 1, 15, 16, 27, 31, 32, 33, half, whole.len() - 1].iter().map(|&n| whole[..n].to_vec()).collect();
+    let mut broken: Vec<Vec<u8>> = [0, 1, 15, 16, 27, 31, 32, 33, half, whole.len() - 1]
+        .iter()
+        .map(|&n| whole[..n].to_vec())
+        .collect();
     broken.push([&whole[..], b"more"].concat());
     let mut flipped = whole.clone();
     flipped[half] ^= 1;
@@ -303,7 +418,12 @@ fn a_damaged_file_is_recognised_at_every_length_and_its_replica_run_again() {
     for content in broken {
         fs::write(&path, &content).unwrap();
         place.sweep("out", "").unwrap();
-        assert_eq!(place.read("out/table.csv"), table, "{} bytes", content.len());
+        assert_eq!(
+            place.read("out/table.csv"),
+            table,
+            "{} bytes",
+            content.len()
+        );
         // All but the time that it took.
         assert_eq!(fs::read(&path).unwrap().len(), whole.len());
     }
@@ -318,8 +438,13 @@ fn a_damaged_file_is_recognised_at_every_length_and_its_replica_run_again() {
     fs::write(&path, &whole[..half]).unwrap();
     place.merge(&["out".to_owned()], "lacking").unwrap();
     let page = place.read("lacking/report.html");
-    assert!(page.contains("it is truncated") && page.contains("Missing are 1 of 3 replicas"), "{page}");
-    place.merge(&["out".to_owned(), "copy".to_owned()], "both").unwrap();
+    assert!(
+        page.contains("it is truncated") && page.contains("Missing are 1 of 3 replicas"),
+        "{page}"
+    );
+    place
+        .merge(&["out".to_owned(), "copy".to_owned()], "both")
+        .unwrap();
     assert_eq!(place.read("both/table.csv"), table);
 }
 
@@ -332,7 +457,14 @@ fn results_of_a_point_that_a_loss_of_power_has_spoilt_are_written_again() {
     for out in ["out", "merged"] {
         let record = place.records(out).into_keys().next().unwrap();
         let point = record.parent().unwrap();
-        let names = ["report.html", "pressure.csv", "summary.json", "runs.csv", "tables.json", "config.toml"];
+        let names = [
+            "report.html",
+            "pressure.csv",
+            "summary.json",
+            "runs.csv",
+            "tables.json",
+            "config.toml",
+        ];
         for name in names {
             let whole = fs::read(point.join(name)).unwrap();
             let mut changed = whole.clone();
@@ -345,8 +477,15 @@ fn results_of_a_point_that_a_loss_of_power_has_spoilt_are_written_again() {
                 place.sweep(out, "").unwrap();
                 let now = fs::read(point.join(name)).unwrap();
                 // Times differ.
-                assert!(name == "summary.json" || name == "report.html" || now == whole, "{out} {name}");
-                assert!(now.len().abs_diff(whole.len()) < 100, "{out} {name}: {} bytes", now.len());
+                assert!(
+                    name == "summary.json" || name == "report.html" || now == whole,
+                    "{out} {name}"
+                );
+                assert!(
+                    now.len().abs_diff(whole.len()) < 100,
+                    "{out} {name}: {} bytes",
+                    now.len()
+                );
             }
         }
         // The process has ended between the page and the manifest.
@@ -355,7 +494,11 @@ fn results_of_a_point_that_a_loss_of_power_has_spoilt_are_written_again() {
         assert_ne!(open, manifest);
         fs::write(point.join("manifest.json"), open).unwrap();
         place.sweep(out, "").unwrap();
-        assert!(fs::read_to_string(point.join("manifest.json")).unwrap().contains("\"complete\": true"));
+        assert!(
+            fs::read_to_string(point.join("manifest.json"))
+                .unwrap()
+                .contains("\"complete\": true")
+        );
         // What is intact stays as it is.
         let time = |name: &str| fs::metadata(point.join(name)).unwrap().modified().unwrap();
         let before = time("report.html");
@@ -381,15 +524,25 @@ fn records_of_other_formats_are_named_with_the_remedy_and_stop_no_merge() {
         let out = format!("merged{change}");
         assert_eq!(place.merged(&["out"], &out), Verdict::Incomplete);
         let page = place.read(&format!("{out}/report.html"));
-        assert!(page.contains(words) && page.contains("To run it again: carom sweep"), "{page}");
+        assert!(
+            page.contains(words) && page.contains("To run it again: carom sweep"),
+            "{page}"
+        );
         assert!(page.contains("Missing are 1 of 9 replicas"), "{page}");
         let summary: serde_json::Value =
             serde_json::from_str(&place.read(&format!("{out}/summary.json"))).unwrap();
         assert_eq!(summary["damaged"][0]["file"], path.display().to_string());
-        assert_eq!(summary["missing"][0]["replicas"].as_array().unwrap().len(), 1);
+        assert_eq!(
+            summary["missing"][0]["replicas"].as_array().unwrap().len(),
+            1
+        );
     }
     // The record of a newer program is not replaced by an older one.
-    assert!(place.refused("out", "").contains("Continue the sweep with the newer program"));
+    assert!(
+        place
+            .refused("out", "")
+            .contains("Continue the sweep with the newer program")
+    );
     with_format(-1);
     place.sweep("out", "").unwrap();
     assert_eq!(place.read("out/table.csv"), table);
@@ -403,12 +556,19 @@ fn forged_numbers_in_a_record_are_counted_as_damaged() {
     let path = place.records("out").into_keys().next().unwrap();
     let mut stored = read(&place, &path);
     let run = stored.record.runs.values_mut().next().unwrap();
-    let measure = run.measures.iter_mut().find(|measure| !measure.sums.total.is_empty()).unwrap();
+    let measure = run
+        .measures
+        .iter_mut()
+        .find(|measure| !measure.sums.total.is_empty())
+        .unwrap();
     measure.sums.total[0][0] = f64::NAN;
     stored.write(&path).unwrap();
     assert_eq!(place.merged(&["out"], "merged"), Verdict::Incomplete);
     let page = place.read("merged/report.html");
-    assert!(page.contains("sums.total[0][0] must be finite, but is NaN"), "{page}");
+    assert!(
+        page.contains("sums.total[0][0] must be finite, but is NaN"),
+        "{page}"
+    );
     assert!(!place.read("merged/table.csv").contains("NaN"));
     place.sweep("out", "").unwrap();
     assert_eq!(place.read("out/table.csv"), table);
@@ -419,11 +579,18 @@ fn job_scripts_are_not_written_into_folders_that_they_cannot_name() {
     let place = Place::new(STUDY);
     for name in ["a\"b", "a\\b"] {
         let error = place.refused(name, "--slurm --array-size 2");
-        assert!(error.contains("which a Slurm script cannot quote"), "{error}");
+        assert!(
+            error.contains("which a Slurm script cannot quote"),
+            "{error}"
+        );
         assert!(!place.path(name).exists(), "{name}");
     }
     place.sweep("@options@", "--slurm --array-size 2").unwrap();
-    assert!(place.read("@options@/array.sh").contains("/@options@/logs/shard-%a.log"));
+    assert!(
+        place
+            .read("@options@/array.sh")
+            .contains("/@options@/logs/shard-%a.log")
+    );
 }
 
 /// No clock of the day has an effect: durations are those of a clock that never jumps, and times of
@@ -435,15 +602,33 @@ fn a_clock_that_jumps_repeats_and_changes_nothing() {
     let expected = tables(&place.path("whole"));
     place.sweep("a", "--shard 1/2").unwrap();
     place.sweep("b", "--shard 2/2").unwrap();
-    let times = [SystemTime::UNIX_EPOCH, SystemTime::now() + Duration::from_secs(1 << 32)];
+    let times = [
+        SystemTime::UNIX_EPOCH,
+        SystemTime::now() + Duration::from_secs(1 << 32),
+    ];
     for (out, time) in ["a", "b"].into_iter().zip(times) {
         for path in place.records(out).into_keys() {
-            fs::File::options().append(true).open(path).unwrap().set_modified(time).unwrap();
+            fs::File::options()
+                .append(true)
+                .open(path)
+                .unwrap()
+                .set_modified(time)
+                .unwrap();
         }
-        place.sweep(out, &format!("--shard {}/2", if out == "a" { 1 } else { 2 })).unwrap();
-        assert!(place.records(out).into_values().all(|now| now == time), "{out} was run again");
+        place
+            .sweep(
+                out,
+                &format!("--shard {}/2", if out == "a" { 1 } else { 2 }),
+            )
+            .unwrap();
+        assert!(
+            place.records(out).into_values().all(|now| now == time),
+            "{out} was run again"
+        );
     }
-    place.merge(&["b".to_owned(), "a".to_owned()], "all").unwrap();
+    place
+        .merge(&["b".to_owned(), "a".to_owned()], "all")
+        .unwrap();
     assert_eq!(tables(&place.path("all")), expected);
 }
 
@@ -458,7 +643,10 @@ fn folders_that_do_not_fit_are_not_merged() {
         format!("{:#}", place.merge(&folders, out).unwrap_err())
     };
     let error = refused(&["a", "b"], "all");
-    assert!(error.contains("another study") && error.contains("[10, 20]") && error.contains("/b"), "{error}");
+    assert!(
+        error.contains("another study") && error.contains("[10, 20]") && error.contains("/b"),
+        "{error}"
+    );
     assert!(refused(&["a"], "a").contains("is one of the folders"));
     fs::create_dir(place.path("run")).unwrap();
     assert!(refused(&["a", "run"], "all").contains("run holds no sweep"));
@@ -467,18 +655,28 @@ fn folders_that_do_not_fit_are_not_merged() {
     // The same replica with another content: two files that swapped their names.
     place.study(STUDY);
     place.sweep("c", "--shard 1/2").unwrap();
-    let [one, other] = [place.records("a"), place.records("c")].map(|all| all.into_keys().next().unwrap());
+    let [one, other] =
+        [place.records("a"), place.records("c")].map(|all| all.into_keys().next().unwrap());
     let mut stored = carom_sweeps::stored::Stored::clone(&read(&place, &one));
-    stored.record.runs.values_mut().for_each(|run| run.totals.collisions += 1);
+    stored
+        .record
+        .runs
+        .values_mut()
+        .for_each(|run| run.totals.collisions += 1);
     stored.write(&other).unwrap();
     let error = refused(&["a", "c"], "all");
-    assert!(error.contains("have different results") && error.contains(".record"), "{error}");
+    assert!(
+        error.contains("have different results") && error.contains(".record"),
+        "{error}"
+    );
 
     // Other processor times are no difference.
     let mut stored = read(&place, &one);
     stored.seconds *= 7.0;
     stored.write(&other).unwrap();
-    place.merge(&["c".to_owned(), "a".to_owned()], "again").unwrap();
+    place
+        .merge(&["c".to_owned(), "a".to_owned()], "again")
+        .unwrap();
 }
 
 /// The content of the file of a replica.
@@ -488,11 +686,24 @@ fn read(place: &Place, path: &Path) -> carom_sweeps::stored::Stored {
         stored::{self, Found},
     };
     let study = Study::read(&place.path("study.toml"), Size::default()).unwrap();
-    let folder = path.parent().unwrap().file_name().unwrap().to_string_lossy().into_owned();
-    let point = study.points.iter().find(|point| point.key.to_string() == folder).unwrap();
+    let folder = path
+        .parent()
+        .unwrap()
+        .file_name()
+        .unwrap()
+        .to_string_lossy()
+        .into_owned();
+    let point = study
+        .points
+        .iter()
+        .find(|point| point.key.to_string() == folder)
+        .unwrap();
     let name = path.file_stem().unwrap().to_string_lossy().into_owned();
     let replica = name.trim_start_matches("replica-").parse().unwrap();
-    let work = Work { key: point.key, replica };
+    let work = Work {
+        key: point.key,
+        replica,
+    };
     match stored::read(path, work, &carom_runs::record::description(&point.scene)).unwrap() {
         Found::Finished(stored) => *stored,
         other => panic!("{other:?}"),
@@ -506,15 +717,31 @@ fn replicas_end_at_the_wanted_error_and_the_record_says_where() {
                  [scene.run]\nuntil = 400.0\nsample_interval = 0.05\nmeasure_from = 0.5\n";
     let place = Place::new(study);
     place.sweep("out", "").unwrap();
-    let point = Study::read(&place.path("study.toml"), Size::default()).unwrap().points[0].key;
+    let point = Study::read(&place.path("study.toml"), Size::default())
+        .unwrap()
+        .points[0]
+        .key;
     let runs = place.read(&format!("out/points/{point}/runs.csv"));
-    let ends: Vec<f64> =
-        runs.lines().skip(1).map(|row| row.rsplit(',').next().unwrap().parse().unwrap()).collect();
+    let ends: Vec<f64> = runs
+        .lines()
+        .skip(1)
+        .map(|row| row.rsplit(',').next().unwrap().parse().unwrap())
+        .collect();
     // 32 blocks of one sample at least; long before the end.
-    assert!(ends.iter().all(|end| (2.0..100.0).contains(end)), "{ends:?}");
+    assert!(
+        ends.iter().all(|end| (2.0..100.0).contains(end)),
+        "{ends:?}"
+    );
     let table = place.read("out/table.csv");
-    let column =
-        |name: &str| table.lines().next().unwrap().split(',').position(|column| column == name).unwrap();
+    let column = |name: &str| {
+        table
+            .lines()
+            .next()
+            .unwrap()
+            .split(',')
+            .position(|column| column == name)
+            .unwrap()
+    };
     let row: Vec<&str> = table.lines().nth(1).unwrap().split(',').collect();
     let number = |name: &str| row[column(name)].parse::<f64>().unwrap();
     let error = number("pressure_error") / number("pressure");
@@ -532,17 +759,29 @@ fn replicas_end_at_the_wanted_error_and_the_record_says_where() {
 #[test]
 fn replicas_end_at_the_first_sample_with_the_wanted_collisions() {
     let place = Place::new(
-        &STUDY.replace("until = 0.8", "until = 50.0").replace("[[vary]]", "stop.collisions = 300\n[[vary]]"),
+        &STUDY
+            .replace("until = 0.8", "until = 50.0")
+            .replace("[[vary]]", "stop.collisions = 300\n[[vary]]"),
     );
     place.sweep("out", "").unwrap();
-    for point in Study::read(&place.path("study.toml"), Size::default()).unwrap().points {
+    for point in Study::read(&place.path("study.toml"), Size::default())
+        .unwrap()
+        .points
+    {
         let runs = place.read(&format!("out/points/{}/runs.csv", point.key));
         for row in runs.lines().skip(1) {
             let cells: Vec<&str> = row.split(',').collect();
-            let (collisions, end): (f64, f64) = (cells[2].parse().unwrap(), cells[3].parse().unwrap());
-            assert!(end < 50.0 && (end / 0.02 - (end / 0.02).round()).abs() < 1e-9, "{row}");
+            let (collisions, end): (f64, f64) =
+                (cells[2].parse().unwrap(), cells[3].parse().unwrap());
+            assert!(
+                end < 50.0 && (end / 0.02 - (end / 0.02).round()).abs() < 1e-9,
+                "{row}"
+            );
             let of_interval = collisions / end * 0.02;
-            assert!((300.0..300.0 + 5.0 * of_interval + 20.0).contains(&collisions), "{row}");
+            assert!(
+                (300.0..300.0 + 5.0 * of_interval + 20.0).contains(&collisions),
+                "{row}"
+            );
         }
     }
 }
@@ -562,11 +801,17 @@ fn a_folder_that_cannot_be_written_ends_the_sweep_and_keeps_what_is_done() {
         fs::remove_dir(points.join("probe")).unwrap();
         set(0o755);
         let study = Study::read(&place.path("study.toml"), Size::default()).unwrap();
-        let missing = study.points.iter().map(|point| points.join(point.key.to_string()));
+        let missing = study
+            .points
+            .iter()
+            .map(|point| points.join(point.key.to_string()));
         for path in missing.filter(|path| !path.exists()) {
             fs::write(path, "").unwrap();
         }
-        let lacking = points.read_dir().unwrap().any(|entry| entry.unwrap().path().is_file());
+        let lacking = points
+            .read_dir()
+            .unwrap()
+            .any(|entry| entry.unwrap().path().is_file());
         if !lacking {
             return;
         }
@@ -576,7 +821,12 @@ fn a_folder_that_cannot_be_written_ends_the_sweep_and_keeps_what_is_done() {
     let kept = place.records("out");
     assert!(done.iter().all(|(path, time)| kept.get(path) == Some(time)));
     set(0o755);
-    for path in points.read_dir().unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file()) {
+    for path in points
+        .read_dir()
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.is_file())
+    {
         fs::remove_file(path).unwrap();
     }
     place.sweep("out", "").unwrap();
@@ -598,7 +848,10 @@ fn runs_that_end_at_a_wanted_error_scatter_as_wanted() {
             let record = record(&point.replica(number), &Signals::default()).unwrap();
             let run = record.runs.into_values().next().unwrap();
             let figures = run.measures.into_iter().flat_map(|measure| measure.figures);
-            let (figure, ..) = figures.into_iter().find(|(figure, ..)| figure.name == "pressure").unwrap();
+            let (figure, ..) = figures
+                .into_iter()
+                .find(|(figure, ..)| figure.name == "pressure")
+                .unwrap();
             // At the sample that ends the run.
             assert!(figure.standard_error.unwrap() <= 0.01 * figure.value);
             figure.value
@@ -631,8 +884,17 @@ only = { \"gas.0.count\" = [10, 30] }
 fn answers(place: &Place, out: &str) -> (Vec<serde_json::Value>, serde_json::Value) {
     let summary: serde_json::Value =
         serde_json::from_str(&place.read(&format!("{out}/summary.json"))).unwrap();
-    let of_point = |point: &serde_json::Value| point["answers"].as_array().cloned().unwrap_or_default();
-    (summary["points"].as_array().unwrap().iter().flat_map(of_point).collect(), summary["checks"].clone())
+    let of_point =
+        |point: &serde_json::Value| point["answers"].as_array().cloned().unwrap_or_default();
+    (
+        summary["points"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .flat_map(of_point)
+            .collect(),
+        summary["checks"].clone(),
+    )
 }
 
 #[test]
@@ -640,26 +902,54 @@ fn expectations_are_answered_alike_by_one_process_and_by_merged_shards() {
     let place = Place::new(&format!("{STUDY}{EXPECT}"));
     let sweep = |out: &str, more: &str| {
         let (study, out) = (place.path("study.toml"), place.path(out));
-        several::run(&options(&format!("{} --out {} {more}", study.display(), out.display()))).unwrap()
+        several::run(&options(&format!(
+            "{} --out {} {more}",
+            study.display(),
+            out.display()
+        )))
+        .unwrap()
     };
     assert_eq!(sweep("whole", ""), Verdict::Failed);
     let whole = answers(&place, "whole");
-    let passed: Vec<bool> = whole.0.iter().map(|answer| answer["passed"].as_bool().unwrap()).collect();
+    let passed: Vec<bool> = whole
+        .0
+        .iter()
+        .map(|answer| answer["passed"].as_bool().unwrap())
+        .collect();
     // Of each point in turn: the prediction, then the guess.
     assert_eq!(passed, [true, true, true, true, false], "{whole:?}");
     assert!(whole.0[0]["source"].as_str().unwrap().contains("Liu"));
-    assert_eq!((&whole.0[4]["expected"], &whole.0[4]["source"]), (&"9".into(), &"a guess".into()));
-    assert!(whole.1.as_array().unwrap().iter().any(|check| check["passed"] == false));
+    assert_eq!(
+        (&whole.0[4]["expected"], &whole.0[4]["source"]),
+        (&"9".into(), &"a guess".into())
+    );
+    assert!(
+        whole
+            .1
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|check| check["passed"] == false)
+    );
     let page = place.read("whole/report.html");
-    assert!(page.contains("NOT AS EXPECTED") && page.contains("a guess") && !page.contains("not tested"));
+    assert!(
+        page.contains("NOT AS EXPECTED")
+            && page.contains("a guess")
+            && !page.contains("not tested")
+    );
 
     // Shards alone have no verdict; merged ones have that of one process.
     for index in 1..=3 {
-        assert_eq!(sweep(&format!("shard-{index}"), &format!("--shard {index}/3")), Verdict::Passed);
+        assert_eq!(
+            sweep(&format!("shard-{index}"), &format!("--shard {index}/3")),
+            Verdict::Passed
+        );
     }
     let merge = |shards: &[u32], out: &str| {
-        let folders: Vec<String> =
-            shards.iter().map(|index| place.path(&format!("shard-{index}")).display().to_string()).collect();
+        let folders: Vec<String> = shards
+            .iter()
+            .map(|index| place.path(&format!("shard-{index}")).display().to_string())
+            .collect();
         let words = format!("{} --out {}", folders.join(" "), place.path(out).display());
         merge::run(&options(&words)).unwrap()
     };
@@ -671,7 +961,11 @@ fn expectations_are_answered_alike_by_one_process_and_by_merged_shards() {
     place.merge(&["lone".to_owned()], "part").unwrap();
     let left = 5 - answers(&place, "part").0.len();
     assert!((3..=4).contains(&left));
-    assert!(place.read("part/report.html").contains(&format!("{left} more are not tested")));
+    assert!(
+        place
+            .read("part/report.html")
+            .contains(&format!("{left} more are not tested"))
+    );
 
     // A corrected expectation is judged from the finished replicas.
     let first = place.records("whole");
@@ -682,24 +976,47 @@ fn expectations_are_answered_alike_by_one_process_and_by_merged_shards() {
 
 #[test]
 fn the_short_form_is_a_study_of_its_own_in_shards_and_jobs_too() {
-    let quick = "\n[quick]\nreplicas = 2\nstop = { collisions = 50 }\nset = { \"run.until\" = 0.4 }\n";
+    let quick =
+        "\n[quick]\nreplicas = 2\nstop = { collisions = 50 }\nset = { \"run.until\" = 0.4 }\n";
     let place = Place::new(&format!("{STUDY}{EXPECT}{quick}").replace("9.0", "1.5"));
-    let is_quick = Size { is_quick: true, ..Size::default() };
+    let is_quick = Size {
+        is_quick: true,
+        ..Size::default()
+    };
     let study = |name: &str, size| Study::read(&place.path(name), size).unwrap();
-    let (short, full) = (study("study.toml", is_quick), study("study.toml", Size::default()));
+    let (short, full) = (
+        study("study.toml", is_quick),
+        study("study.toml", Size::default()),
+    );
     assert_eq!((short.replicas, full.replicas), (2, 3));
-    assert_eq!((short.points[0].scene.run.until, full.points[0].scene.run.until), (0.4, 0.8));
+    assert_eq!(
+        (
+            short.points[0].scene.run.until,
+            full.points[0].scene.run.until
+        ),
+        (0.4, 0.8)
+    );
     assert!(short.points[0].scene.run.stop.is_some() && full.points[0].scene.run.stop.is_none());
-    let more = Size { replicas: Some(4), is_quick: true };
+    let more = Size {
+        replicas: Some(4),
+        is_quick: true,
+    };
     assert_eq!(study("study.toml", more).replicas, 4);
 
     place.sweep("whole", "--quick").unwrap();
     assert_eq!(place.records("whole").len(), 6);
     assert!(place.refused("whole", "").contains("another study"));
     for index in 1..=2 {
-        place.sweep(&format!("shard-{index}"), &format!("--quick --shard {index}/2")).unwrap();
+        place
+            .sweep(
+                &format!("shard-{index}"),
+                &format!("--quick --shard {index}/2"),
+            )
+            .unwrap();
     }
-    place.merge(&["shard-2".to_owned(), "shard-1".to_owned()], "all").unwrap();
+    place
+        .merge(&["shard-2".to_owned(), "shard-1".to_owned()], "all")
+        .unwrap();
     assert_eq!(tables(&place.path("all")), tables(&place.path("whole")));
     assert_eq!(answers(&place, "all"), answers(&place, "whole"));
     // A shard of the whole study is of another study.
@@ -723,13 +1040,25 @@ fn the_short_form_is_a_study_of_its_own_in_shards_and_jobs_too() {
 fn the_study_of_the_readme_is_valid() {
     let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../README.md");
     let readme = fs::read_to_string(readme).unwrap();
-    let blocks = readme.split("```toml\n").skip(1).filter_map(|rest| Some(rest.split_once("```")?.0));
-    let (studies, scenes): (Vec<&str>, Vec<&str>) = blocks.partition(|block| block.contains("[[vary]]"));
+    let blocks = readme
+        .split("```toml\n")
+        .skip(1)
+        .filter_map(|rest| Some(rest.split_once("```")?.0));
+    let (studies, scenes): (Vec<&str>, Vec<&str>) =
+        blocks.partition(|block| block.contains("[[vary]]"));
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("gas.toml"), scenes[0]).unwrap();
     let study = Study::parse(studies[0], folder.path(), Size::default()).unwrap();
     assert_eq!((study.points.len(), study.replicas), (6, 8));
-    let quick = Study::parse(studies[0], folder.path(), Size { is_quick: true, ..Size::default() }).unwrap();
+    let quick = Study::parse(
+        studies[0],
+        folder.path(),
+        Size {
+            is_quick: true,
+            ..Size::default()
+        },
+    )
+    .unwrap();
     assert_eq!((quick.points.len(), quick.replicas), (6, 2));
     // The points of the first and the second density.
     assert_eq!(study.expected_answers(), 4);
@@ -738,20 +1067,42 @@ fn the_study_of_the_readme_is_valid() {
 #[test]
 fn the_studies_of_the_repository_are_valid() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let files = |folder: &str| fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
-    let folders = ["xtask/studies", "xtask/studies/theory", "crates/runs/examples/studies"];
+    let files = |folder: &str| {
+        fs::read_dir(root.join(folder))
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+    };
+    let folders = [
+        "xtask/studies",
+        "xtask/studies/theory",
+        "crates/runs/examples/studies",
+    ];
     let all: Vec<PathBuf> = folders.into_iter().flat_map(files).collect();
     let mut points = 0;
-    for path in all.into_iter().filter(|path| path.extension().is_some_and(|ending| ending == "toml")) {
+    for path in all
+        .into_iter()
+        .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
+    {
         let text = fs::read_to_string(&path).unwrap();
         let study = Study::read(&path, Size::default()).unwrap();
         points += study.points.len();
         if text.contains("\n[quick]") {
-            let quick = Study::read(&path, Size { is_quick: true, ..Size::default() }).unwrap();
+            let quick = Study::read(
+                &path,
+                Size {
+                    is_quick: true,
+                    ..Size::default()
+                },
+            )
+            .unwrap();
             assert_eq!(quick.points.len(), study.points.len());
         }
         for point in &study.points {
-            assert!(carom_sweeps::cost::of_replica(point).unwrap() > 0, "{}", point.label);
+            assert!(
+                carom_sweeps::cost::of_replica(point).unwrap() > 0,
+                "{}",
+                point.label
+            );
         }
     }
     // Equation of state, shapes, Brownian runs and billiard, and those of kinetic theory.

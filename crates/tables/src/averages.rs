@@ -8,8 +8,11 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
 
 /// Geometric mean of positive values; `None` if there are none.
 pub fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
-    let (count, sum) =
-        values.into_iter().fold((0u32, 0.0), |(count, sum), value: f64| (count + 1, sum + value.ln()));
+    let (count, sum) = values
+        .into_iter()
+        .fold((0u32, 0.0), |(count, sum), value: f64| {
+            (count + 1, sum + value.ln())
+        });
     (count > 0).then(|| (sum / f64::from(count)).exp())
 }
 

@@ -98,16 +98,26 @@ pub fn mean_of_series(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64
 
 /// The sums of one quantity in each block.
 pub fn of_quantity(blocks: &[Sums], quantity: usize) -> Vec<[f64; 2]> {
-    blocks.iter().map(|block| block.get(quantity).copied().unwrap_or_default()).collect()
+    blocks
+        .iter()
+        .map(|block| block.get(quantity).copied().unwrap_or_default())
+        .collect()
 }
 
 /// Means of sums, with standard errors from the sums of the blocks of each run.
 pub fn means(total: &[[f64; 2]], runs: &[Vec<Sums>]) -> Vec<BlockMean> {
     let mean = |(index, &[sum, weight]): (usize, &[f64; 2])| {
         let value = (weight > 0.0).then(|| sum / weight);
-        let runs: Vec<Sums> = runs.iter().map(|blocks| of_quantity(blocks, index)).collect();
+        let runs: Vec<Sums> = runs
+            .iter()
+            .map(|blocks| of_quantity(blocks, index))
+            .collect();
         let standard_error = Estimate::of_runs(&runs).map(|estimate| estimate.standard_error);
-        BlockMean { value, standard_error, quantity: Some(index) }
+        BlockMean {
+            value,
+            standard_error,
+            quantity: Some(index),
+        }
     };
     total.iter().enumerate().map(mean).collect()
 }
@@ -116,7 +126,10 @@ pub fn means(total: &[[f64; 2]], runs: &[Vec<Sums>]) -> Vec<BlockMean> {
 pub fn differences(borders: &[Sums]) -> Vec<Sums> {
     let none = Vec::new();
     let before = std::iter::once(&none).chain(borders);
-    before.zip(borders).map(|(before, after)| difference(before, after)).collect()
+    before
+        .zip(borders)
+        .map(|(before, after)| difference(before, after))
+        .collect()
 }
 
 /// Sums of a block from those at its borders.
@@ -180,9 +193,16 @@ pub(crate) mod tests {
             .collect();
         let count = means.len() as f64;
         let mean = means.iter().map(|mean| mean.value.unwrap()).sum::<f64>() / count;
-        let variance =
-            means.iter().map(|one| (one.value.unwrap() - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        let square = means.iter().map(|one| one.standard_error.unwrap().powi(2)).sum::<f64>() / count;
+        let variance = means
+            .iter()
+            .map(|one| (one.value.unwrap() - mean).powi(2))
+            .sum::<f64>()
+            / (count - 1.0);
+        let square = means
+            .iter()
+            .map(|one| one.standard_error.unwrap().powi(2))
+            .sum::<f64>()
+            / count;
         (square / variance).sqrt()
     }
 
@@ -240,7 +260,13 @@ pub(crate) mod tests {
             blocks.record(|| vec![[f64::from(time), 1.0], [0.0, 0.0]]);
         }
         let means = blocks.means(&[[4.0, 1.0], [0.0, 0.0]]);
-        assert_eq!(means[1], BlockMean { quantity: Some(1), ..BlockMean::default() });
+        assert_eq!(
+            means[1],
+            BlockMean {
+                quantity: Some(1),
+                ..BlockMean::default()
+            }
+        );
         assert_eq!(means[0].value, Some(4.0));
         assert_eq!(means[0].standard_error, None);
     }

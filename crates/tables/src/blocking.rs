@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// The number of blocks at which pairs are joined. Smaller: the relative error of the standard
 /// error exceeds 1/√(2 · 32) = 1/8. Larger: blocks of long runs are correlated.
-pub const MOST_BLOCKS: usize = 64;
+pub const MAX_BLOCKS: usize = 64;
 
 /// The complete blocks of a run.
 ///
@@ -35,7 +35,11 @@ pub struct Blocking<T> {
 
 impl<T> Default for Blocking<T> {
     fn default() -> Self {
-        Self { complete: Vec::new(), doublings: 0, open: 0 }
+        Self {
+            complete: Vec::new(),
+            doublings: 0,
+            open: 0,
+        }
     }
 }
 
@@ -56,7 +60,7 @@ impl<T> Blocking<T> {
     }
 
     /// Counts one record. If it completes the open block, `close` gives that block, and `join` adds
-    /// the later of two neighbours to the earlier one when there are [`MOST_BLOCKS`].
+    /// the later of two neighbours to the earlier one when there are [`MAX_BLOCKS`].
     pub fn record(&mut self, close: impl FnOnce() -> T, mut join: impl FnMut(&mut T, T)) {
         self.open += 1;
         if self.open < self.records_per_block() {
@@ -64,10 +68,10 @@ impl<T> Blocking<T> {
         }
         self.open = 0;
         self.complete.push(close());
-        if self.complete.len() < MOST_BLOCKS {
+        if self.complete.len() < MAX_BLOCKS {
             return;
         }
-        let mut joined: Vec<T> = Vec::with_capacity(MOST_BLOCKS);
+        let mut joined: Vec<T> = Vec::with_capacity(MAX_BLOCKS);
         for (index, block) in self.complete.drain(..).enumerate() {
             match joined.last_mut() {
                 Some(last) if index % 2 == 1 => join(last, block),
@@ -85,7 +89,9 @@ mod tests {
 
     #[test]
     fn blocks_are_contiguous_and_complete() {
-        for (records, blocks, length) in [(0, 0, 1), (1, 1, 1), (63, 63, 1), (64, 32, 2), (391, 48, 8)] {
+        for (records, blocks, length) in
+            [(0, 0, 1), (1, 1, 1), (63, 63, 1), (64, 32, 2), (391, 48, 8)]
+        {
             let mut blocking = Blocking::default();
             let mut open = Vec::new();
             for record in 0..records {
@@ -95,10 +101,18 @@ mod tests {
                     |earlier: &mut Vec<u64>, later| earlier.extend(later),
                 );
             }
-            assert_eq!((blocking.complete().len(), blocking.records_per_block()), (blocks, length));
+            assert_eq!(
+                (blocking.complete().len(), blocking.records_per_block()),
+                (blocks, length)
+            );
             let all: Vec<u64> = blocking.complete().concat();
             assert_eq!(all, (0..blocks as u64 * length).collect::<Vec<_>>());
-            assert!(blocking.complete().iter().all(|block| block.len() as u64 == length));
+            assert!(
+                blocking
+                    .complete()
+                    .iter()
+                    .all(|block| block.len() as u64 == length)
+            );
         }
     }
 }

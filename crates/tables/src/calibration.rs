@@ -86,11 +86,19 @@ impl Calibration {
     /// ```
     pub fn of(name: &str, rows: &[Vec<Measured>]) -> Option<Self> {
         let replicas = rows.iter().map(Vec::len).max()?;
-        let tested = rows.iter().filter(|row| row.len() == replicas && replicas >= MIN_REPLICAS);
+        let tested = rows
+            .iter()
+            .filter(|row| row.len() == replicas && replicas >= MIN_REPLICAS);
         let found: Vec<Option<Ratio>> = tested.map(|row| ratio(row)).collect();
         let rare = found.iter().filter(|ratio| ratio.is_none()).count();
-        let mut ratios: Vec<f64> = found.iter().filter_map(|found| found.and_then(Ratio::measured)).collect();
-        let exact = found.iter().filter(|found| matches!(found, Some(Ratio::Exact))).count();
+        let mut ratios: Vec<f64> = found
+            .iter()
+            .filter_map(|found| found.and_then(Ratio::measured))
+            .collect();
+        let exact = found
+            .iter()
+            .filter(|found| matches!(found, Some(Ratio::Exact)))
+            .count();
         let count = ratios.len();
         if count == 0 {
             let (rows, band, result) = (exact, band(replicas, FLAGGED), Calibrated::Exact);
@@ -109,12 +117,29 @@ impl Calibration {
         }
         let ratio = median(&mut ratios)?;
         let (least, most) = (ratios[0], ratios[count - 1]);
-        let (of_one, of_all) = (band(replicas, FLAGGED), band(replicas, FLAGGED / count as f64));
+        let (of_one, of_all) = (
+            band(replicas, FLAGGED),
+            band(replicas, FLAGGED / count as f64),
+        );
         let is_in = |ratio: f64, [from, to]: [f64; 2]| from <= ratio && ratio <= to;
         let is_fine = is_in(ratio, of_one) && is_in(least, of_all) && is_in(most, of_all);
-        let result = if is_fine { Calibrated::Fine } else { Calibrated::Flagged };
+        let result = if is_fine {
+            Calibrated::Fine
+        } else {
+            Calibrated::Flagged
+        };
         let (name, rows) = (name.to_owned(), count + exact);
-        Some(Self { name, replicas, rows, rare, ratio, least, most, band: of_one, result })
+        Some(Self {
+            name,
+            replicas,
+            rows,
+            rare,
+            ratio,
+            least,
+            most,
+            band: of_one,
+            result,
+        })
     }
 }
 
@@ -136,15 +161,26 @@ impl Ratio {
 
 /// The ratio of one row; `None` if too few replicas have an error.
 fn ratio(row: &[Measured]) -> Option<Ratio> {
-    let with_error: Vec<(f64, f64)> = row.iter().filter_map(|&(x, error)| Some((x, error?))).collect();
+    let with_error: Vec<(f64, f64)> = row
+        .iter()
+        .filter_map(|&(x, error)| Some((x, error?)))
+        .collect();
     let count = with_error.len() as f64;
     let wanted = TESTED_SHARE * row.len() as f64;
     if count < wanted {
         return None;
     }
     let mean = with_error.iter().map(|(x, _)| x).sum::<f64>() / count;
-    let variance = with_error.iter().map(|(x, _)| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    let square = with_error.iter().map(|(_, error)| error * error).sum::<f64>() / count;
+    let variance = with_error
+        .iter()
+        .map(|(x, _)| (x - mean).powi(2))
+        .sum::<f64>()
+        / (count - 1.0);
+    let square = with_error
+        .iter()
+        .map(|(_, error)| error * error)
+        .sum::<f64>()
+        / count;
     if square == 0.0 && variance.sqrt() <= ROUNDING * mean.abs() {
         // A bin that is always empty says nothing.
         return (mean != 0.0).then_some(Ratio::Exact);
@@ -166,7 +202,11 @@ pub fn band(replicas: usize, probability: f64) -> [f64; 2] {
         let (mut low, mut high) = (1e-3f64.ln(), 1e3f64.ln());
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if above(middle.exp()) < wanted { low = middle } else { high = middle }
+            if above(middle.exp()) < wanted {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         low.exp()
     };
@@ -185,8 +225,14 @@ mod tests {
         let quantile = |z: f64| k * (1.0 - 2.0 / (9.0 * k) + z * (2.0 / (9.0 * k)).sqrt()).powi(3);
         // 3.2905 standard deviations: a probability of 5·10⁻⁴ on each side.
         let [from, to] = band(48, 1e-3);
-        assert!((from / (k / quantile(3.2905)).sqrt() - 1.0).abs() < 2e-3, "{from}");
-        assert!((to / (k / quantile(-3.2905)).sqrt() - 1.0).abs() < 2e-3, "{to}");
+        assert!(
+            (from / (k / quantile(3.2905)).sqrt() - 1.0).abs() < 2e-3,
+            "{from}"
+        );
+        assert!(
+            (to / (k / quantile(-3.2905)).sqrt() - 1.0).abs() < 2e-3,
+            "{to}"
+        );
     }
 
     #[test]
@@ -194,18 +240,38 @@ mod tests {
         let value = |replica: usize, row: usize| ((replica * 7919 + row * 31) % 101) as f64;
         let scatter = 101.0 / 12f64.sqrt();
         let row = |index: usize, error: f64| -> Vec<Measured> {
-            (0..101).map(|replica| (value(replica, index), Some(error))).collect()
+            (0..101)
+                .map(|replica| (value(replica, index), Some(error)))
+                .collect()
         };
         let mut rows: Vec<Vec<Measured>> = (0..5).map(|index| row(index, scatter)).collect();
-        rows.push((0..101).map(|replica| (value(replica, 0), (replica > 50).then_some(1.0))).collect());
+        rows.push(
+            (0..101)
+                .map(|replica| (value(replica, 0), (replica > 50).then_some(1.0)))
+                .collect(),
+        );
         rows.push(vec![(2.0, Some(0.0)); 101]);
         let found = Calibration::of("x", &rows).unwrap();
-        assert_eq!((found.rows, found.rare, found.result), (6, 1, Calibrated::Fine));
+        assert_eq!(
+            (found.rows, found.rare, found.result),
+            (6, 1, Calibrated::Fine)
+        );
         assert!((found.ratio - 1.0).abs() < 0.02);
         // One row with errors three times too large is found.
         rows[2] = row(2, 3.0 * scatter);
-        assert_eq!(Calibration::of("x", &rows).unwrap().result, Calibrated::Flagged);
-        assert_eq!(Calibration::of("x", &[vec![(2.0, Some(0.0)); 50]]).unwrap().result, Calibrated::Exact);
-        assert_eq!(Calibration::of("x", &[row(0, scatter)[..29].to_vec()]), None);
+        assert_eq!(
+            Calibration::of("x", &rows).unwrap().result,
+            Calibrated::Flagged
+        );
+        assert_eq!(
+            Calibration::of("x", &[vec![(2.0, Some(0.0)); 50]])
+                .unwrap()
+                .result,
+            Calibrated::Exact
+        );
+        assert_eq!(
+            Calibration::of("x", &[row(0, scatter)[..29].to_vec()]),
+            None
+        );
     }
 }

@@ -18,19 +18,26 @@ impl ChiSquare {
             let expected = total as f64 * share;
             (count as f64 - expected).powi(2) / expected
         };
-        Self { value: bins().map(term).sum(), freedom: bins().count().saturating_sub(1) }
+        Self {
+            value: bins().map(term).sum(),
+            freedom: bins().count().saturating_sub(1),
+        }
     }
 
     /// Returns the p-value, the probability of a χ² at least as large by chance: Q(k/2, χ²/2); 1
     /// without a degree of freedom.
     pub fn p_value(&self) -> f64 {
-        if self.freedom == 0 { 1.0 } else { upper_gamma(0.5 * self.freedom as f64, 0.5 * self.value) }
+        if self.freedom == 0 {
+            1.0
+        } else {
+            upper_gamma(0.5 * self.freedom as f64, 0.5 * self.value)
+        }
     }
 }
 
 /// Largest number of terms. Both sums converge within some √a terms near x = a, and faster
 /// elsewhere: enough for 10⁸ bins.
-const MOST_TERMS: u32 = 100_000;
+const MAX_TERMS: u32 = 100_000;
 
 /// The regularised incomplete gamma function Q(a, x) = Γ(a, x) / Γ(a), for a > 0; NaN for x < 0 or
 /// NaN.
@@ -47,7 +54,7 @@ fn upper_gamma(a: f64, x: f64) -> f64 {
     let scale = (a * x.ln() - x - libm::lgamma(a)).exp();
     if x < a + 1.0 {
         let (mut term, mut sum) = (1.0 / a, 1.0 / a);
-        for index in 1..MOST_TERMS {
+        for index in 1..MAX_TERMS {
             term *= x / (a + f64::from(index));
             sum += term;
             if term < sum * f64::EPSILON {
@@ -59,7 +66,7 @@ fn upper_gamma(a: f64, x: f64) -> f64 {
     let mut b = x + 1.0 - a;
     let (mut c, mut d) = (f64::MAX, 1.0 / b);
     let mut fraction = d;
-    for index in 1..MOST_TERMS {
+    for index in 1..MAX_TERMS {
         let i = f64::from(index);
         let numerator = -i * (i - a);
         b += 2.0;
@@ -78,7 +85,10 @@ mod tests {
     use super::*;
 
     fn close(found: f64, expected: f64) {
-        assert!((found - expected).abs() < 1e-12 * expected.max(1e-3), "found {found}, expected {expected}");
+        assert!(
+            (found - expected).abs() < 1e-12 * expected.max(1e-3),
+            "found {found}, expected {expected}"
+        );
     }
 
     /// Two degrees: exp(−χ²/2). Four: that times 1 + χ²/2. One: erfc √(χ²/2).
@@ -87,11 +97,31 @@ mod tests {
         for value in [0.1, 1.0, 3.0, 10.0, 40.0] {
             let half = 0.5 * value;
             close(ChiSquare { value, freedom: 2 }.p_value(), f64::exp(-half));
-            close(ChiSquare { value, freedom: 4 }.p_value(), f64::exp(-half) * (1.0 + half));
-            close(ChiSquare { value, freedom: 1 }.p_value(), libm::erfc(f64::sqrt(half)));
+            close(
+                ChiSquare { value, freedom: 4 }.p_value(),
+                f64::exp(-half) * (1.0 + half),
+            );
+            close(
+                ChiSquare { value, freedom: 1 }.p_value(),
+                libm::erfc(f64::sqrt(half)),
+            );
         }
-        assert_eq!(ChiSquare { value: 0.0, freedom: 3 }.p_value(), 1.0);
-        assert!(ChiSquare { value: f64::NAN, freedom: 3 }.p_value().is_nan());
+        assert_eq!(
+            ChiSquare {
+                value: 0.0,
+                freedom: 3
+            }
+            .p_value(),
+            1.0
+        );
+        assert!(
+            ChiSquare {
+                value: f64::NAN,
+                freedom: 3
+            }
+            .p_value()
+            .is_nan()
+        );
     }
 
     /// For 359 degrees of freedom the cube root of χ²/k is nearly Gaussian with variance 2/9k
@@ -102,9 +132,16 @@ mod tests {
         for sigma in [-3.0, 0.0, 2.0, 4.0f64] {
             let value = k * (1.0 - 2.0 / (9.0 * k) + sigma * (2.0 / (9.0 * k)).sqrt()).powi(3);
             let gaussian = 0.5 * libm::erfc(sigma / 2f64.sqrt());
-            let found = ChiSquare { value, freedom: 359 }.p_value();
+            let found = ChiSquare {
+                value,
+                freedom: 359,
+            }
+            .p_value();
             // The approximation has an error of 1 % at four standard deviations.
-            assert!((found / gaussian - 1.0).abs() < 0.02, "{sigma}: {found}, {gaussian}");
+            assert!(
+                (found / gaussian - 1.0).abs() < 0.02,
+                "{sigma}: {found}, {gaussian}"
+            );
         }
     }
 
@@ -112,7 +149,10 @@ mod tests {
     fn the_statistic_is_that_of_pearson() {
         let found = ChiSquare::of(&[10, 20, 30, 7], &[0.25, 0.25, 0.5, 0.0]);
         // The total is 67; expected are 16.75, 16.75 and 33.5.
-        close(found.value, (6.75f64.powi(2) + 3.25f64.powi(2)) / 16.75 + 3.5f64.powi(2) / 33.5);
+        close(
+            found.value,
+            (6.75f64.powi(2) + 3.25f64.powi(2)) / 16.75 + 3.5f64.powi(2) / 33.5,
+        );
         assert_eq!(found.freedom, 2);
     }
 }

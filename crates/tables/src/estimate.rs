@@ -39,7 +39,12 @@ impl Deviations {
         let ratio = sum / weight;
         let values: Vec<f64> = blocks.iter().map(|[x, w]| x - ratio * w).collect();
         let squares = values.iter().map(|d| d * d).sum();
-        Some(Self { ratio, weight, squares, values })
+        Some(Self {
+            ratio,
+            weight,
+            squares,
+            values,
+        })
     }
 }
 
@@ -64,8 +69,16 @@ impl Estimate {
         if blocks.len() < 2 {
             return None;
         }
-        let Deviations { ratio, weight, squares, .. } = Deviations::of(&blocks)?;
-        Some(Self { mean: ratio, standard_error: (squares * count / (count - 1.0)).sqrt() / weight })
+        let Deviations {
+            ratio,
+            weight,
+            squares,
+            ..
+        } = Deviations::of(&blocks)?;
+        Some(Self {
+            mean: ratio,
+            standard_error: (squares * count / (count - 1.0)).sqrt() / weight,
+        })
     }
 
     /// The estimate from [x, w] of the blocks of each run, in the order of time. Blocks of a run
@@ -84,27 +97,47 @@ impl Estimate {
     /// ```
     pub fn of_runs(runs: &[Vec<[f64; 2]>]) -> Option<Self> {
         let has_weight = |block: &&[f64; 2]| block[1] > 0.0;
-        let runs: Vec<Vec<[f64; 2]>> =
-            runs.iter().map(|run| run.iter().filter(has_weight).copied().collect()).collect();
+        let runs: Vec<Vec<[f64; 2]>> = runs
+            .iter()
+            .map(|run| run.iter().filter(has_weight).copied().collect())
+            .collect();
         let blocks: Vec<[f64; 2]> = runs.concat();
         if blocks.len() < 2 {
             return None;
         }
-        let Deviations { ratio, weight, values, .. } = Deviations::of(&blocks)?;
+        let Deviations {
+            ratio,
+            weight,
+            values,
+            ..
+        } = Deviations::of(&blocks)?;
         let total: f64 = blocks.iter().map(|[x, _]| x.abs()).sum();
-        if values.iter().all(|deviation| deviation.abs() <= ROUNDING * total) {
-            return Some(Self { mean: ratio, standard_error: 0.0 });
+        if values
+            .iter()
+            .all(|deviation| deviation.abs() <= ROUNDING * total)
+        {
+            return Some(Self {
+                mean: ratio,
+                standard_error: 0.0,
+            });
         }
         let with_blocks = runs.iter().filter(|run| !run.is_empty()).count() as f64;
         let (mut spectrum, mut begin) = (Spectrum::default(), 0);
         for run in runs.iter().filter(|run| !run.is_empty()) {
             let of_run = &values[begin..begin + run.len()];
-            spectrum.add(of_run, run.iter().map(|[_, weight]| weight).sum(), with_blocks);
+            spectrum.add(
+                of_run,
+                run.iter().map(|[_, weight]| weight).sum(),
+                with_blocks,
+            );
             begin += run.len();
         }
         let standard_error = (spectrum.at_zero() / weight).sqrt();
         // Sums near the largest number overflow when they are squared.
-        standard_error.is_finite().then_some(Self { mean: ratio, standard_error })
+        standard_error.is_finite().then_some(Self {
+            mean: ratio,
+            standard_error,
+        })
     }
 }
 
@@ -115,7 +148,13 @@ mod tests {
     #[test]
     fn values_proportional_to_their_weights_have_no_error() {
         let estimate = Estimate::of_ratio([(3.0, 1.0), (6.0, 2.0), (1.5, 0.5)]).unwrap();
-        assert_eq!(estimate, Estimate { mean: 3.0, standard_error: 0.0 });
+        assert_eq!(
+            estimate,
+            Estimate {
+                mean: 3.0,
+                standard_error: 0.0
+            }
+        );
     }
 
     #[test]
@@ -129,15 +168,21 @@ mod tests {
 
     #[test]
     fn sums_that_overflow_have_no_error() {
-        let run: Vec<[f64; 2]> = (0..40).map(|block| [1e300 * f64::from(block % 3), 1.5]).collect();
+        let run: Vec<[f64; 2]> = (0..40)
+            .map(|block| [1e300 * f64::from(block % 3), 1.5])
+            .collect();
         assert_eq!(Estimate::of_runs(&[run]), None);
     }
 
     #[test]
     fn a_conserved_quantity_has_no_error() {
-        let run: Vec<[f64; 2]> = (0..40).map(|block| [3.0 + 1e-15 * f64::from(block % 3), 1.5]).collect();
+        let run: Vec<[f64; 2]> = (0..40)
+            .map(|block| [3.0 + 1e-15 * f64::from(block % 3), 1.5])
+            .collect();
         assert_eq!(Estimate::of_runs(&[run]).unwrap().standard_error, 0.0);
-        let run: Vec<[f64; 2]> = (0..40).map(|block| [3.0 + 1e-9 * f64::from(block % 3), 1.5]).collect();
+        let run: Vec<[f64; 2]> = (0..40)
+            .map(|block| [3.0 + 1e-9 * f64::from(block % 3), 1.5])
+            .collect();
         assert!(Estimate::of_runs(&[run]).unwrap().standard_error > 0.0);
     }
 

@@ -6,10 +6,10 @@ use crate::Figure;
 const SPACE: char = '\u{202f}';
 
 /// Integers with fewer digits stay in one piece (ISO 80000-1 leaves four digits together).
-const FEWEST_DIGITS: usize = 5;
+const MIN_DIGITS: usize = 5;
 
 /// Longer integers stay in one piece: spaces would make them wider still.
-const MOST_DIGITS: usize = 21;
+const MAX_DIGITS: usize = 21;
 
 /// Formats a value to the digits that its standard error justifies, or to six.
 pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
@@ -34,13 +34,22 @@ pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
 /// ```
 pub fn significant(value: f64, digits: u8) -> String {
     if value == 0.0 || !value.is_finite() {
-        return if value == 0.0 { "0".to_owned() } else { value.to_string() };
+        return if value == 0.0 {
+            "0".to_owned()
+        } else {
+            value.to_string()
+        };
     }
     let most = 10f64.powi(i32::from(digits.max(6)));
     let is_plain = (1e-4..most).contains(&value.abs());
     let trimmed = |text: &str| {
         let is_decimal = text.contains('.');
-        if is_decimal { text.trim_end_matches('0').trim_end_matches('.') } else { text }.to_owned()
+        if is_decimal {
+            text.trim_end_matches('0').trim_end_matches('.')
+        } else {
+            text
+        }
+        .to_owned()
     };
     if is_plain {
         let decimals = (f64::from(digits) - 1.0 - value.abs().log10().floor()).max(0.0) as usize;
@@ -74,7 +83,10 @@ pub fn two_digits(value: f64) -> f64 {
 pub fn predicted(value: f64, figure: &Figure) -> String {
     match figure.standard_error {
         Some(error) if value != 0.0 && error > 0.0 && error.is_finite() => {
-            format!("{value:.0$}", (2.0 - error.log10().floor()).clamp(0.0, 12.0) as usize)
+            format!(
+                "{value:.0$}",
+                (2.0 - error.log10().floor()).clamp(0.0, 12.0) as usize
+            )
         }
         _ => with_error(value, None),
     }
@@ -103,11 +115,15 @@ pub fn grouped(text: &str) -> String {
             continue;
         }
         let (number, after) = rest.split_at(digits);
-        let joins_word = before.is_some_and(is_part) || after.starts_with(|next: char| next.is_alphabetic());
+        let joins_word =
+            before.is_some_and(is_part) || after.starts_with(|next: char| next.is_alphabetic());
         // 12345e-7 is a number, too.
         let has_exponent = after.starts_with('e');
         let is_exponent = result.ends_with("e-") || result.ends_with("e+");
-        if !(FEWEST_DIGITS..=MOST_DIGITS).contains(&digits) || (joins_word && !has_exponent) || is_exponent {
+        if !(MIN_DIGITS..=MAX_DIGITS).contains(&digits)
+            || (joins_word && !has_exponent)
+            || is_exponent
+        {
             result.push_str(number);
         } else {
             for (index, digit) in number.chars().enumerate() {
@@ -134,13 +150,19 @@ pub fn grouped(text: &str) -> String {
 /// assert_eq!(named("time", "time"), "time");
 /// ```
 pub fn named(name: &str, unit: &str) -> String {
-    if unit.is_empty() || unit == "1" || unit == name { name.to_owned() } else { format!("{name} ({unit})") }
+    if unit.is_empty() || unit == "1" || unit == name {
+        name.to_owned()
+    } else {
+        format!("{name} ({unit})")
+    }
 }
 
 /// A label whose unit stands in brackets at its end, with parentheses instead: units look the same
 /// in tables and charts.
 pub fn in_parentheses(label: &str) -> String {
-    let parts = label.strip_suffix(']').and_then(|rest| rest.rsplit_once(" ["));
+    let parts = label
+        .strip_suffix(']')
+        .and_then(|rest| rest.rsplit_once(" ["));
     parts.map_or_else(|| label.to_owned(), |(name, unit)| named(name, unit))
 }
 
@@ -182,7 +204,10 @@ mod tests {
     #[test]
     fn units_stand_in_parentheses() {
         assert_eq!(in_parentheses("step [τ]"), "step (τ)");
-        assert_eq!(in_parentheses("interval [a, b] of x"), "interval [a, b] of x");
+        assert_eq!(
+            in_parentheses("interval [a, b] of x"),
+            "interval [a, b] of x"
+        );
         assert_eq!(in_parentheses("pressure"), "pressure");
     }
 
@@ -191,8 +216,18 @@ mod tests {
         let plain = |text: &str| grouped(text).replace(SPACE, " ");
         assert_eq!(plain("13979096"), "13 979 096");
         assert_eq!(plain("-123456.789012 ± 12345"), "-123 456.789012 ± 12 345");
-        assert_eq!(plain("the first 100000 of 2500000"), "the first 100 000 of 2 500 000");
-        for same in ["1234", "0.000012345", "1.5e-12345", "run-a12345", "out/12345", "v12345678x"] {
+        assert_eq!(
+            plain("the first 100000 of 2500000"),
+            "the first 100 000 of 2 500 000"
+        );
+        for same in [
+            "1234",
+            "0.000012345",
+            "1.5e-12345",
+            "run-a12345",
+            "out/12345",
+            "v12345678x",
+        ] {
             assert_eq!(plain(same), same);
         }
     }

@@ -19,10 +19,21 @@ impl PowerLaw {
         let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / count;
         let (x, y) = (mean(|log| log.0), mean(|log| log.1));
         let spread: f64 = logs.iter().map(|log| (log.0 - x).powi(2)).sum();
-        let exponent = logs.iter().map(|log| (log.0 - x) * (log.1 - y)).sum::<f64>() / spread;
-        let residual: f64 = logs.iter().map(|log| (log.1 - y - exponent * (log.0 - x)).powi(2)).sum();
+        let exponent = logs
+            .iter()
+            .map(|log| (log.0 - x) * (log.1 - y))
+            .sum::<f64>()
+            / spread;
+        let residual: f64 = logs
+            .iter()
+            .map(|log| (log.1 - y - exponent * (log.0 - x)).powi(2))
+            .sum();
         let error = (logs.len() > 2).then(|| (residual / (count - 2.0) / spread).sqrt());
-        exponent.is_finite().then(|| Self { exponent, error, factor: (y - exponent * x).exp() })
+        exponent.is_finite().then(|| Self {
+            exponent,
+            error,
+            factor: (y - exponent * x).exp(),
+        })
     }
 }
 
@@ -32,7 +43,9 @@ mod tests {
 
     #[test]
     fn an_exact_power_law_is_recovered_without_error() {
-        let points: Vec<(f64, f64)> = [1.0, 2.0, 5.0, 40.0].map(|x: f64| (x, 3.0 * x.powf(1.7))).to_vec();
+        let points: Vec<(f64, f64)> = [1.0, 2.0, 5.0, 40.0]
+            .map(|x: f64| (x, 3.0 * x.powf(1.7)))
+            .to_vec();
         let found = PowerLaw::through(&points).unwrap();
         assert!((found.exponent - 1.7).abs() < 1e-12 && (found.factor - 3.0).abs() < 1e-12);
         assert!(found.error.unwrap() < 1e-12);

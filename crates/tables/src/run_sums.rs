@@ -30,7 +30,11 @@ impl RunSums {
         let all = self.total.len();
         for (index, block) in self.blocks.iter().enumerate() {
             if block.len() > all {
-                return Err(SumsError::Quantities { block: index + 1, found: block.len(), all });
+                return Err(SumsError::Quantities {
+                    block: index + 1,
+                    found: block.len(),
+                    all,
+                });
             }
             check(block)?;
         }
@@ -87,13 +91,22 @@ impl std::fmt::Display for SumsError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Sum { quantity, sum } => {
-                write!(f, "the sum of quantity {quantity} must be finite, but is {sum}")
+                write!(
+                    f,
+                    "the sum of quantity {quantity} must be finite, but is {sum}"
+                )
             }
             Self::Weight { quantity, weight } => {
-                write!(f, "the weight of quantity {quantity} must be finite and at least 0, but is {weight}")
+                write!(
+                    f,
+                    "the weight of quantity {quantity} must be finite and at least 0, but is {weight}"
+                )
             }
             Self::Quantities { block, found, all } => {
-                write!(f, "block {block} has {found} quantities, but the run has {all}")
+                write!(
+                    f,
+                    "block {block} has {found} quantities, but the run has {all}"
+                )
             }
         }
     }
@@ -142,7 +155,10 @@ impl std::fmt::Display for MergeError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Twice(Replica { seed, number }) => {
-                write!(f, "the run with seed {seed} and replica {number} is there twice")
+                write!(
+                    f,
+                    "the run with seed {seed} and replica {number} is there twice"
+                )
             }
             Self::Quantities([one, other]) => {
                 write!(f, "one part has {one} quantities, the other {other}")
@@ -156,7 +172,9 @@ impl std::error::Error for MergeError {}
 impl MergedSums {
     /// The sums of one run.
     pub fn of(replica: Replica, sums: RunSums) -> Self {
-        Self { runs: BTreeMap::from([(replica, sums)]) }
+        Self {
+            runs: BTreeMap::from([(replica, sums)]),
+        }
     }
 
     /// Adds the runs of another part.
@@ -171,7 +189,11 @@ impl MergedSums {
         {
             return Err(MergeError::Quantities([one, two]));
         }
-        if let Some(replica) = other.runs.keys().find(|replica| self.runs.contains_key(replica)) {
+        if let Some(replica) = other
+            .runs
+            .keys()
+            .find(|replica| self.runs.contains_key(replica))
+        {
             return Err(MergeError::Twice(*replica));
         }
         self.runs.extend(other.runs);
@@ -214,9 +236,18 @@ mod tests {
     /// Sums whose addition in floating point depends on the order.
     fn part(number: u64) -> MergedSums {
         let x = 0.1 * (number as f64 + 1.0).powi(7) + 1e-9 / (number as f64 + 1.0);
-        let blocks = vec![vec![[0.4 * x, 1.0], [x, 2.0]], vec![[0.6 * x, 1.1], [-x, 3.0]]];
+        let blocks = vec![
+            vec![[0.4 * x, 1.0], [x, 2.0]],
+            vec![[0.6 * x, 1.1], [-x, 3.0]],
+        ];
         let total = vec![[x, 2.1], [1e-16 * x, 5.0]];
-        MergedSums::of(Replica { seed: 7 - number % 3, number }, RunSums { total, blocks })
+        MergedSums::of(
+            Replica {
+                seed: 7 - number % 3,
+                number,
+            },
+            RunSums { total, blocks },
+        )
     }
 
     fn merged(mut parts: Vec<MergedSums>) -> MergedSums {
@@ -237,7 +268,10 @@ mod tests {
             if stack[index] < index {
                 order.swap(if index % 2 == 0 { 0 } else { stack[index] }, index);
                 let found = merged(order.iter().map(|&number| part(number)).collect());
-                assert_eq!((found.total(), found.means()), (sums.clone(), means.clone()));
+                assert_eq!(
+                    (found.total(), found.means()),
+                    (sums.clone(), means.clone())
+                );
                 stack[index] += 1;
                 index = 0;
             } else {
@@ -250,7 +284,10 @@ mod tests {
             let tree = |numbers: std::ops::Range<u64>| merged(numbers.map(part).collect());
             let mut right = tree(cut..6);
             right.merge(tree(0..cut)).unwrap();
-            assert_eq!((right.total(), right.means()), (sums.clone(), means.clone()));
+            assert_eq!(
+                (right.total(), right.means()),
+                (sums.clone(), means.clone())
+            );
         }
         let pairs = [[4, 1], [0, 5], [3, 2]].map(|pair| merged(pair.map(part).to_vec()));
         assert_eq!(merged(pairs.to_vec()).means(), means);
@@ -258,14 +295,42 @@ mod tests {
 
     #[test]
     fn sums_that_are_no_sums_are_refused() {
-        let sums = |total: Sums, block: Sums| RunSums { total, blocks: vec![block] }.check();
-        assert_eq!(sums(vec![[-1.0, 0.0], [2.0, 3.0]], vec![[1.0, 1.0]]), Ok(()));
-        assert_eq!(sums(vec![[1.0, -0.5]], Vec::new()), Err(SumsError::Weight { quantity: 0, weight: -0.5 }));
+        let sums = |total: Sums, block: Sums| {
+            RunSums {
+                total,
+                blocks: vec![block],
+            }
+            .check()
+        };
+        assert_eq!(
+            sums(vec![[-1.0, 0.0], [2.0, 3.0]], vec![[1.0, 1.0]]),
+            Ok(())
+        );
+        assert_eq!(
+            sums(vec![[1.0, -0.5]], Vec::new()),
+            Err(SumsError::Weight {
+                quantity: 0,
+                weight: -0.5
+            })
+        );
         let infinite = sums(vec![[1.0, 1.0]], vec![[f64::INFINITY, 1.0]]);
-        assert_eq!(infinite, Err(SumsError::Sum { quantity: 0, sum: f64::INFINITY }));
+        assert_eq!(
+            infinite,
+            Err(SumsError::Sum {
+                quantity: 0,
+                sum: f64::INFINITY
+            })
+        );
         assert!(sums(vec![[1.0, f64::NAN]], Vec::new()).is_err());
         let longer = sums(vec![[1.0, 1.0]], vec![[1.0, 1.0]; 2]);
-        assert_eq!(longer, Err(SumsError::Quantities { block: 1, found: 2, all: 1 }));
+        assert_eq!(
+            longer,
+            Err(SumsError::Quantities {
+                block: 1,
+                found: 2,
+                all: 1
+            })
+        );
     }
 
     #[test]
@@ -273,8 +338,14 @@ mod tests {
         let mut all = merged((0..3).map(part).collect());
         let before = all.clone();
         let other = merged(vec![part(4), part(2)]);
-        assert_eq!(all.merge(other), Err(MergeError::Twice(Replica { seed: 5, number: 2 })));
-        let one = RunSums { total: vec![[1.0, 1.0]], blocks: Vec::new() };
+        assert_eq!(
+            all.merge(other),
+            Err(MergeError::Twice(Replica { seed: 5, number: 2 }))
+        );
+        let one = RunSums {
+            total: vec![[1.0, 1.0]],
+            blocks: Vec::new(),
+        };
         let one = MergedSums::of(Replica { seed: 9, number: 9 }, one);
         assert_eq!(all.merge(one), Err(MergeError::Quantities([2, 1])));
         assert_eq!(all, before);

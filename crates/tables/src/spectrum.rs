@@ -28,7 +28,7 @@ const CANCELLING: f64 = 0.25;
 /// Exponents of two of the smallest and largest b and c. Smaller than 1/2: indistinguishable from
 /// independent blocks. A larger c with b = 0: a memory of several blocks, which 64 blocks cannot
 /// tell from a drift.
-const SMALLEST: i32 = -1;
+const MIN_EXPONENT: i32 = -1;
 const MAX_MEMORY: i32 = 3;
 const MAX_CANCELLING: i32 = 9;
 const MAX_OF_BOTH: i32 = 4;
@@ -53,9 +53,13 @@ impl Spectrum {
     /// sum. There are `runs` runs, with one mean.
     pub fn add(&mut self, deviations: &[f64], weight: f64, runs: f64) {
         let count = deviations.len();
-        let ordinates = self.by_count.entry(count).or_insert_with(|| Ordinates::new(count));
-        let turns: Vec<(f64, f64)> =
-            (0..count).map(|place| libm::sincos(TAU * place as f64 / count as f64)).collect();
+        let ordinates = self
+            .by_count
+            .entry(count)
+            .or_insert_with(|| Ordinates::new(count));
+        let turns: Vec<(f64, f64)> = (0..count)
+            .map(|place| libm::sincos(TAU * place as f64 / count as f64))
+            .collect();
         for index in 0..ordinates.s.len() {
             let (mut sin, mut cos) = (0.0, 0.0);
             for (place, deviation) in deviations.iter().enumerate() {
@@ -79,11 +83,21 @@ impl Spectrum {
     pub fn at_zero(&self) -> f64 {
         let mut models = Vec::new();
         self.weigh([0.0; 2], INDEPENDENT, &mut models);
-        if self.by_count.keys().next_back().is_some_and(|count| *count >= MIN_CORRELATED) {
-            let powers = |largest: i32| (SMALLEST..=largest).map(|power| 2f64.powi(power));
+        if self
+            .by_count
+            .keys()
+            .next_back()
+            .is_some_and(|count| *count >= MIN_CORRELATED)
+        {
+            let powers = |largest: i32| (MIN_EXPONENT..=largest).map(|power| 2f64.powi(power));
             let memory: Vec<[f64; 2]> = powers(MAX_MEMORY).map(|c| [0.0, c]).collect();
-            let of_both = |b: f64| powers(MAX_OF_BOTH).filter(move |c| 2.0 * c <= b).map(move |c| [b, c]);
-            let cancelling = powers(MAX_CANCELLING).flat_map(|b| [[b, 0.0]].into_iter().chain(of_both(b)));
+            let of_both = |b: f64| {
+                powers(MAX_OF_BOTH)
+                    .filter(move |c| 2.0 * c <= b)
+                    .map(move |c| [b, c])
+            };
+            let cancelling =
+                powers(MAX_CANCELLING).flat_map(|b| [[b, 0.0]].into_iter().chain(of_both(b)));
             let cancelling: Vec<[f64; 2]> = cancelling.collect();
             for (family, weight) in [(memory, WITH_MEMORY), (cancelling, CANCELLING)] {
                 let share = weight / family.len() as f64;
@@ -92,7 +106,10 @@ impl Spectrum {
                 }
             }
         }
-        let largest = models.iter().map(|model| model[0]).fold(f64::NEG_INFINITY, f64::max);
+        let largest = models
+            .iter()
+            .map(|model| model[0])
+            .fold(f64::NEG_INFINITY, f64::max);
         let mean = |[sum, weights]: [f64; 2], [likelihood, density]: &[f64; 2]| {
             let weight = libm::exp(likelihood - largest);
             [sum + weight * density, weights + weight]
@@ -105,7 +122,12 @@ impl Spectrum {
     fn weigh(&self, [b, c]: [f64; 2], weight: f64, models: &mut Vec<[f64; 2]>) {
         let (mut squares, mut freedom, mut logarithms) = (0.0, 0.0, 0.0);
         for ordinates in self.by_count.values() {
-            for ((s, sum), count) in ordinates.s.iter().zip(&ordinates.squares).zip(&ordinates.freedom) {
+            for ((s, sum), count) in ordinates
+                .s
+                .iter()
+                .zip(&ordinates.squares)
+                .zip(&ordinates.freedom)
+            {
                 let shape = (1.0 + b * s) / (1.0 + c * s);
                 squares += sum / shape;
                 freedom += count;
@@ -113,7 +135,10 @@ impl Spectrum {
             }
         }
         let density = squares / freedom;
-        models.push([libm::log(weight) - 0.5 * (freedom * libm::log(density) + logarithms), density]);
+        models.push([
+            libm::log(weight) - 0.5 * (freedom * libm::log(density) + logarithms),
+            density,
+        ]);
     }
 }
 
@@ -125,6 +150,10 @@ impl Ordinates {
         };
         let s: Vec<f64> = (0..=count / 2).map(s).collect();
         let (squares, freedom) = (vec![0.0; s.len()], vec![0.0; s.len()]);
-        Self { s, squares, freedom }
+        Self {
+            s,
+            squares,
+            freedom,
+        }
     }
 }

@@ -74,16 +74,25 @@ impl Stationarity {
     /// assert!((4.0..20.0).contains(&found.settled_at.expect("it settles")));
     /// ```
     pub fn of(runs: &[Vec<[f64; 2]>], span: [f64; 2]) -> Option<Self> {
-        let count = runs.iter().map(Vec::len).min().filter(|count| *count >= MIN_JUDGED)?;
-        let sum =
-            |block: usize| runs.iter().fold([0.0; 2], |[x, w], run| [x + run[block][0], w + run[block][1]]);
+        let count = runs
+            .iter()
+            .map(Vec::len)
+            .min()
+            .filter(|count| *count >= MIN_JUDGED)?;
+        let sum = |block: usize| {
+            runs.iter().fold([0.0; 2], |[x, w], run| {
+                [x + run[block][0], w + run[block][1]]
+            })
+        };
         let blocks: Vec<[f64; 2]> = (0..count).map(sum).collect();
         let [deviation, change, standard_error] = clearest_change(&blocks)?;
         let is_stationary = deviation <= CHANGED;
         let settled_at = (1..=DIVISIONS / 2)
             .map(|part| part * count / DIVISIONS)
             .filter(|begin| count - begin >= MIN_SETTLED)
-            .find(|&begin| clearest_change(&blocks[begin..]).is_some_and(|[rest, ..]| rest <= SETTLED))
+            .find(|&begin| {
+                clearest_change(&blocks[begin..]).is_some_and(|[rest, ..]| rest <= SETTLED)
+            })
             .map(|begin| span[0] + (span[1] - span[0]) * begin as f64 / count as f64)
             .filter(|_| !is_stationary);
         let inefficiency = statistical_inefficiency(runs)?;
@@ -129,12 +138,20 @@ fn clearest_change(blocks: &[[f64; 2]]) -> Option<[f64; 3]> {
         let error = of_block * (1.0 / earlier.len() as f64 + 1.0 / rest.len() as f64).sqrt();
         [change.abs() / error, change, error]
     };
-    let clearest = EARLIER.iter().map(change).max_by(|a, b| a[0].total_cmp(&b[0]))?;
-    clearest.iter().all(|number| number.is_finite()).then_some(clearest)
+    let clearest = EARLIER
+        .iter()
+        .map(change)
+        .max_by(|a, b| a[0].total_cmp(&b[0]))?;
+    clearest
+        .iter()
+        .all(|number| number.is_finite())
+        .then_some(clearest)
 }
 
 fn mean(blocks: &[[f64; 2]]) -> f64 {
-    let [x, w] = blocks.iter().fold([0.0; 2], |[x, w], block| [x + block[0], w + block[1]]);
+    let [x, w] = blocks
+        .iter()
+        .fold([0.0; 2], |[x, w], block| [x + block[0], w + block[1]]);
     x / w
 }
 
@@ -143,8 +160,15 @@ fn without_trend(blocks: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let middle = 0.5 * (blocks.len() as f64 - 1.0);
     let places = || (0..blocks.len()).map(|place| place as f64 - middle);
     let squares: f64 = places().map(|place| place * place).sum();
-    let slope = places().zip(blocks).map(|(place, [x, w])| place * x / w).sum::<f64>() / squares;
-    places().zip(blocks).map(|(place, [x, w])| [x - slope * place * w, *w]).collect()
+    let slope = places()
+        .zip(blocks)
+        .map(|(place, [x, w])| place * x / w)
+        .sum::<f64>()
+        / squares;
+    places()
+        .zip(blocks)
+        .map(|(place, [x, w])| [x - slope * place * w, *w])
+        .collect()
 }
 
 #[cfg(test)]
@@ -196,7 +220,11 @@ mod tests {
                 .collect();
             let times = found.iter().filter_map(|one| one.correlation_time);
             let independent = found.iter().map(|one| one.independent_blocks).sum::<f64>() / 100.0;
-            (times.clone().count(), times.clone().sum::<f64>() / times.count().max(1) as f64, independent)
+            (
+                times.clone().count(),
+                times.clone().sum::<f64>() / times.count().max(1) as f64,
+                independent,
+            )
         };
         // (1 + a)/(1 − a) is the inefficiency: τ = 1/2 (1 + a)/(1 − a) blocks.
         let (count, _, independent) = of(0.0, &mut random);
@@ -209,8 +237,14 @@ mod tests {
     #[test]
     fn replicas_show_a_change_that_one_does_not() {
         let mut random = Random(7);
-        let runs: Vec<_> = (0..40).map(|_| run(&mut random, 0.0, |t| 100.0 - 0.8 * t)).collect();
-        assert!(Stationarity::of(&runs[..1], [0.0, 1.0]).unwrap().is_stationary);
+        let runs: Vec<_> = (0..40)
+            .map(|_| run(&mut random, 0.0, |t| 100.0 - 0.8 * t))
+            .collect();
+        assert!(
+            Stationarity::of(&runs[..1], [0.0, 1.0])
+                .unwrap()
+                .is_stationary
+        );
         let found = Stationarity::of(&runs, [0.0, 1.0]).unwrap();
         assert!(!found.is_stationary && found.change < 0.0);
     }

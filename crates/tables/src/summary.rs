@@ -72,22 +72,29 @@ impl Figure {
     /// Adds a standard error; one that is not finite is left out.
     #[must_use]
     pub fn error(self, standard_error: impl Into<Option<f64>>) -> Self {
-        Self { standard_error: standard_error.into().filter(|error| error.is_finite()), ..self }
+        Self {
+            standard_error: standard_error.into().filter(|error| error.is_finite()),
+            ..self
+        }
     }
 
     /// Whether the prediction is an approximation: its distance from the value has another cause
     /// than chance, and is not judged.
     pub fn is_approximate(&self) -> bool {
-        self.source.as_ref().is_some_and(|source| source.starts_with(APPROXIMATION))
+        self.source
+            .as_ref()
+            .is_some_and(|source| source.starts_with(APPROXIMATION))
     }
 
     /// Adds a prediction and its source; `None` adds nothing.
     #[must_use]
     pub fn predicted(self, prediction: impl Into<Option<f64>>, source: &str) -> Self {
         match prediction.into() {
-            Some(prediction) => {
-                Self { prediction: Some(prediction), source: Some(source.to_owned()), ..self }
-            }
+            Some(prediction) => Self {
+                prediction: Some(prediction),
+                source: Some(source.to_owned()),
+                ..self
+            },
             None => self,
         }
     }
@@ -105,7 +112,11 @@ impl Figure {
     /// ```
     #[must_use]
     pub fn test(self) -> Self {
-        Self { is_test: self.prediction.is_some(), ..self }.resolved()
+        Self {
+            is_test: self.prediction.is_some(),
+            ..self
+        }
+        .resolved()
     }
 
     /// The distance from the prediction in standard errors, of a figure that tests it. `None` if
@@ -119,14 +130,19 @@ impl Figure {
     pub fn check(&self) -> Option<Check> {
         let prediction = self.prediction?;
         let name = format!("{}: standard errors from {prediction}", self.name);
-        self.deviation().map(|deviation| Check::at_most(&name, deviation, BROKEN))
+        self.deviation()
+            .map(|deviation| Check::at_most(&name, deviation, BROKEN))
     }
 
     /// The figure without the error of a test, if the error comes from fewer than [`MIN_BLOCKS`].
     #[must_use]
     pub fn judged_by(self, blocks: usize) -> Self {
         let is_weak = self.is_test && blocks < MIN_BLOCKS;
-        Self { standard_error: self.standard_error.filter(|_| !is_weak), ..self }.resolved()
+        Self {
+            standard_error: self.standard_error.filter(|_| !is_weak),
+            ..self
+        }
+        .resolved()
     }
 
     /// The figure with the smallest difference that belongs to its standard error. Call it after
@@ -134,7 +150,10 @@ impl Figure {
     #[must_use]
     pub fn resolved(self) -> Self {
         let error = self.standard_error.filter(|_| self.is_test);
-        Self { smallest_difference: error.map(|error| (THRESHOLD + SAFELY) * error), ..self }
+        Self {
+            smallest_difference: error.map(|error| (THRESHOLD + SAFELY) * error),
+            ..self
+        }
     }
 }
 
@@ -157,7 +176,12 @@ pub struct Check {
 impl Check {
     /// A check that `found` is at most `allowed`; NaN fails.
     pub fn at_most(name: &str, found: f64, allowed: f64) -> Self {
-        Self { name: name.to_owned(), found, allowed, passed: found <= allowed }
+        Self {
+            name: name.to_owned(),
+            found,
+            allowed,
+            passed: found <= allowed,
+        }
     }
 }
 
@@ -187,23 +211,39 @@ impl Totals {
         Self {
             collisions,
             simulated_time: runs.iter().map(|run| run.simulated_time).sum(),
-            collisions_per_second: if collisions == 0 { 0.0 } else { collisions as f64 / seconds },
+            collisions_per_second: if collisions == 0 {
+                0.0
+            } else {
+                collisions as f64 / seconds
+            },
             energy_drift: runs.iter().map(|run| run.energy_drift).fold(0.0, f64::max),
-            overlapping_pairs: runs.iter().map(|run| run.overlapping_pairs).max().unwrap_or(0),
+            overlapping_pairs: runs
+                .iter()
+                .map(|run| run.overlapping_pairs)
+                .max()
+                .unwrap_or(0),
             max_overlap: runs.iter().map(|run| run.max_overlap).fold(0.0, f64::max),
         }
     }
 
     /// Processor time of the run phase, summed over all threads (seconds).
     pub fn cpu_seconds(&self) -> f64 {
-        if self.collisions == 0 { 0.0 } else { self.collisions as f64 / self.collisions_per_second }
+        if self.collisions == 0 {
+            0.0
+        } else {
+            self.collisions as f64 / self.collisions_per_second
+        }
     }
 
     /// Checks that no pair overlaps and that energy is conserved.
     pub fn checks(&self) -> Vec<Check> {
         vec![
             Check::at_most(OVERLAPPING_PAIRS, self.overlapping_pairs as f64, 0.0),
-            Check::at_most("energy_drift", self.energy_drift, allowed_drift(self.collisions)),
+            Check::at_most(
+                "energy_drift",
+                self.energy_drift,
+                allowed_drift(self.collisions),
+            ),
         ]
     }
 }
@@ -217,7 +257,7 @@ impl Totals {
 /// ε √n is 10 standard deviations. An error of one sign, such as that of a wrong response, grows in
 /// proportion to n: one of 10⁻¹⁶ a contact is found from 10⁴ contacts on.
 pub fn allowed_drift(contacts: u64) -> f64 {
-    LEAST_ALLOWED_DRIFT.max(DRIFT_FACTOR * f64::EPSILON * (contacts as f64).sqrt())
+    MIN_ALLOWED_DRIFT.max(DRIFT_FACTOR * f64::EPSILON * (contacts as f64).sqrt())
 }
 
 /// Name of the check that no pair overlaps.
@@ -225,7 +265,7 @@ pub const OVERLAPPING_PAIRS: &str = "overlapping_pairs";
 
 /// Allowed drift of the energy of short runs. Smaller: sums of the energies of many bodies would
 /// fail. Larger: an error in the response could hide.
-const LEAST_ALLOWED_DRIFT: f64 = 1e-12;
+const MIN_ALLOWED_DRIFT: f64 = 1e-12;
 
 /// Allowed drift in units of ε √n. Smaller: some runs would fail by chance. Larger: an error of one
 /// sign is found later.
@@ -264,14 +304,20 @@ pub struct OneRun {
 impl OneRun {
     /// A run with the name of its folder and its totals.
     pub fn new(name: String, totals: &Totals) -> Self {
-        Self { name, collisions: totals.collisions, cpu_seconds: totals.cpu_seconds() }
+        Self {
+            name,
+            collisions: totals.collisions,
+            cpu_seconds: totals.cpu_seconds(),
+        }
     }
 }
 
 /// Whether no figure changed during its measurement; `None` if none was judged.
 pub fn are_stationary<'a>(figures: impl IntoIterator<Item = &'a Figure>) -> Option<bool> {
     let judged = figures.into_iter().filter_map(|figure| figure.stationarity);
-    judged.map(|found| found.is_stationary).reduce(|all, one| all && one)
+    judged
+        .map(|found| found.is_stationary)
+        .reduce(|all, one| all && one)
 }
 
 /// A summary with what follows from its figures, as it is written to `summary.json`.
@@ -286,14 +332,21 @@ pub struct SummaryFile<'a> {
 impl<'a> SummaryFile<'a> {
     /// The file of a summary.
     pub fn of(summary: &'a Summary) -> Self {
-        Self { summary, stationary: are_stationary(&summary.figures) }
+        Self {
+            summary,
+            stationary: are_stationary(&summary.figures),
+        }
     }
 }
 
 impl Summary {
     /// [`Verdict::Passed`] if all checks passed.
     pub fn verdict(&self) -> Verdict {
-        if self.checks.iter().all(|check| check.passed) { Verdict::Passed } else { Verdict::Failed }
+        if self.checks.iter().all(|check| check.passed) {
+            Verdict::Passed
+        } else {
+            Verdict::Failed
+        }
     }
 }
 
@@ -321,7 +374,11 @@ impl Verdict {
     /// The verdict on data of which parts are missing: a failed check counts more.
     #[must_use]
     pub fn of_incomplete(self) -> Self {
-        if self == Self::Passed { Self::Incomplete } else { self }
+        if self == Self::Passed {
+            Self::Incomplete
+        } else {
+            self
+        }
     }
 }
 
@@ -339,7 +396,11 @@ mod tests {
 
     #[test]
     fn a_tested_prediction_fails_six_errors_away_and_only_with_enough_blocks() {
-        let velocity = |value: f64| Figure::new("v", value, "1").error(0.1).predicted(0.0, "symmetry");
+        let velocity = |value: f64| {
+            Figure::new("v", value, "1")
+                .error(0.1)
+                .predicted(0.0, "symmetry")
+        };
         let passes = |figure: Figure| figure.check().map(|check| check.passed);
         assert_eq!(
             [0.5, 0.61, f64::NAN].map(|v| passes(velocity(v).test())),
@@ -347,17 +408,32 @@ mod tests {
         );
         assert_eq!(passes(velocity(0.9)), None, "no test");
         let weak = velocity(0.9).test().judged_by(MIN_BLOCKS - 1);
-        assert!(weak.is_test && weak.standard_error.is_none() && weak.smallest_difference.is_none());
-        assert_eq!((passes(weak), passes(velocity(0.9).test().judged_by(MIN_BLOCKS))), (None, Some(false)));
+        assert!(
+            weak.is_test && weak.standard_error.is_none() && weak.smallest_difference.is_none()
+        );
+        assert_eq!(
+            (
+                passes(weak),
+                passes(velocity(0.9).test().judged_by(MIN_BLOCKS))
+            ),
+            (None, Some(false))
+        );
         assert!(velocity(0.9).judged_by(2).standard_error.is_some());
     }
 
     #[test]
     fn the_allowed_drift_grows_as_a_random_walk() {
         assert_eq!([0, 1, 50_000].map(allowed_drift), [1e-12; 3]);
-        assert_eq!(allowed_drift(1 << 40), 16.0 * f64::EPSILON * f64::from(1 << 20));
+        assert_eq!(
+            allowed_drift(1 << 40),
+            16.0 * f64::EPSILON * f64::from(1 << 20)
+        );
         let passes = |collisions, energy_drift| {
-            let totals = Totals { collisions, energy_drift, ..Totals::default() };
+            let totals = Totals {
+                collisions,
+                energy_drift,
+                ..Totals::default()
+            };
             totals.checks().iter().all(|check| check.passed)
         };
         assert!(passes(400_000_000, 1e-11) && !passes(400_000, 1e-11));
@@ -378,7 +454,14 @@ mod tests {
         // 100 in 1 s and 100 in 4 s.
         let totals = Totals::of(&[run(100, 100.0, 0), run(100, 25.0, 3)]);
         assert_eq!(totals.collisions_per_second, 40.0);
-        assert_eq!((totals.collisions, totals.simulated_time, totals.overlapping_pairs), (200, 4.0, 3));
+        assert_eq!(
+            (
+                totals.collisions,
+                totals.simulated_time,
+                totals.overlapping_pairs
+            ),
+            (200, 4.0, 3)
+        );
         assert_eq!(totals.energy_drift, 100.0 * 1e-20);
         assert!(totals.checks().iter().any(|check| !check.passed));
         assert_eq!(Totals::of(&[]).collisions_per_second, 0.0);
@@ -389,9 +472,16 @@ mod tests {
         let summary = Summary {
             title: "t".to_owned(),
             note: String::new(),
-            totals: Totals { collisions: 7, ..Totals::default() },
+            totals: Totals {
+                collisions: 7,
+                ..Totals::default()
+            },
             checks: Vec::new(),
-            figures: vec![Figure::new("kT", 1.0, "energy").error(0.5).predicted(1.0, "equipartition")],
+            figures: vec![
+                Figure::new("kT", 1.0, "energy")
+                    .error(0.5)
+                    .predicted(1.0, "equipartition"),
+            ],
             runs: Vec::new(),
         };
         let json = serde_json::to_value(&summary).unwrap();

@@ -169,33 +169,50 @@ impl Table {
     /// Sets the caption.
     #[must_use]
     pub fn caption(self, caption: impl Into<String>) -> Self {
-        Self { caption: caption.into(), ..self }
+        Self {
+            caption: caption.into(),
+            ..self
+        }
     }
 
     /// Draws the abscissa by its logarithm.
     #[must_use]
     pub fn logarithmic(self) -> Self {
-        Self { spacing: Spacing::Logarithmic, ..self }
+        Self {
+            spacing: Spacing::Logarithmic,
+            ..self
+        }
     }
 
     /// Draws these columns by their logarithms, if all their values are positive.
     #[must_use]
     pub fn in_decades(self, columns: &[&str]) -> Self {
-        Self { decades: columns.iter().map(|name| (*name).to_owned()).collect(), ..self }
+        Self {
+            decades: columns.iter().map(|name| (*name).to_owned()).collect(),
+            ..self
+        }
     }
 
     /// Draws these columns in units of their value in the first row, and leaves out what its error
     /// exceeds.
     #[must_use]
     pub fn relative_to_first(self, columns: &[&str]) -> Self {
-        Self { relative: columns.iter().map(|name| (*name).to_owned()).collect(), ..self }
+        Self {
+            relative: columns.iter().map(|name| (*name).to_owned()).collect(),
+            ..self
+        }
     }
 
     /// Draws a power of the abscissa through the first or the last point of a column, if both its
     /// axes are logarithmic.
     #[must_use]
     pub fn guide(mut self, column: &str, power: f64, label: &str, from_end: bool) -> Self {
-        self.guides.push(Guide { column: column.to_owned(), power, label: label.to_owned(), from_end });
+        self.guides.push(Guide {
+            column: column.to_owned(),
+            power,
+            label: label.to_owned(),
+            from_end,
+        });
         self
     }
 
@@ -220,10 +237,16 @@ impl Table {
                 }
                 of_value = Some((place, scale.unwrap_or(1.0), is_resolved));
             }
-            let Some((value, scale, is_resolved)) = of_value else { continue };
+            let Some((value, scale, is_resolved)) = of_value else {
+                continue;
+            };
             let belongs = matches!(column.role, Role::StandardError | Role::Prediction { .. });
             if place == value || belongs {
-                column.values.iter_mut().flatten().for_each(|number| *number /= scale);
+                column
+                    .values
+                    .iter_mut()
+                    .flatten()
+                    .for_each(|number| *number /= scale);
             }
             if column.role == Role::StandardError && is_resolved {
                 let errors = column.values.clone();
@@ -231,7 +254,8 @@ impl Table {
                 let values = &mut table.columns[value].values;
                 for (number, error) in values.iter_mut().zip(errors) {
                     // What has no error although others have one is not resolved either.
-                    let is_noise = |number: &f64| error.map_or(is_known, |error| error > number.abs());
+                    let is_noise =
+                        |number: &f64| error.map_or(is_known, |error| error > number.abs());
                     *number = number.filter(|number| !is_noise(number));
                 }
             }
@@ -249,7 +273,10 @@ impl Table {
     /// too.
     #[must_use]
     pub fn polar(self) -> Self {
-        Self { is_polar: true, ..self }
+        Self {
+            is_polar: true,
+            ..self
+        }
     }
 
     /// Adds the quantity that the others depend on. Times are rounded to 15 digits: those of
@@ -259,7 +286,13 @@ impl Table {
         let is_time = unit == "time";
         let values = values
             .into_iter()
-            .map(|value| Some(if is_time { fifteen_digits(value) } else { value }))
+            .map(|value| {
+                Some(if is_time {
+                    fifteen_digits(value)
+                } else {
+                    value
+                })
+            })
             .collect();
         self.column(name, name, unit, Role::Abscissa, values)
     }
@@ -268,9 +301,18 @@ impl Table {
     /// the edges of the bins in ascending order.
     #[must_use]
     pub fn bins(self, name: &str, unit: &str, edges: &[f64]) -> Self {
-        let centres = edges.windows(2).map(|bin| bin[0] + 0.5 * (bin[1] - bin[0])).collect();
+        let centres = edges
+            .windows(2)
+            .map(|bin| bin[0] + 0.5 * (bin[1] - bin[0]))
+            .collect();
         let widths = edges.windows(2).map(|bin| Some(bin[1] - bin[0])).collect();
-        self.abscissa(name, unit, centres).column("bin_width", "bin width", unit, Role::Width, widths)
+        self.abscissa(name, unit, centres).column(
+            "bin_width",
+            "bin width",
+            unit,
+            Role::Width,
+            widths,
+        )
     }
 
     /// Adds a number of events.
@@ -306,10 +348,20 @@ impl Table {
     /// in the legend and its source; `None` adds nothing.
     #[must_use]
     pub fn level(mut self, label: &str, value: Option<f64>, source: &str) -> Self {
-        let column = self.columns.iter().rev().find(|column| column.role.is_curve());
+        let column = self
+            .columns
+            .iter()
+            .rev()
+            .find(|column| column.role.is_curve());
         if let (Some(column), Some(value)) = (column, value) {
-            let (column, label, source) = (column.name.clone(), label.to_owned(), source.to_owned());
-            self.levels.push(Level { column, label, value, source });
+            let (column, label, source) =
+                (column.name.clone(), label.to_owned(), source.to_owned());
+            self.levels.push(Level {
+                column,
+                label,
+                value,
+                source,
+            });
         }
         self
     }
@@ -342,13 +394,17 @@ impl Table {
     #[must_use]
     pub fn prediction(self, label: &str, values: Vec<Option<f64>>, source: &str) -> Self {
         let (name, unit) = self.measured("predicted");
-        let role = Role::Prediction { source: source.to_owned() };
+        let role = Role::Prediction {
+            source: source.to_owned(),
+        };
         self.column(&name, label, &unit, role, values)
     }
 
     /// The columns of the file, without the [derived](Role::Derived) ones.
     pub fn in_file(&self) -> impl Iterator<Item = &Column> {
-        self.columns.iter().filter(|column| column.role != Role::Derived)
+        self.columns
+            .iter()
+            .filter(|column| column.role != Role::Derived)
     }
 
     /// Names of the columns of the file.
@@ -358,25 +414,53 @@ impl Table {
 
     /// The rows of the file.
     pub fn rows(&self) -> Vec<Vec<Option<f64>>> {
-        let count = self.columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
+        let count = self
+            .columns
+            .iter()
+            .map(|column| column.values.len())
+            .max()
+            .unwrap_or(0);
         let cell = |column: &Column, row: usize| column.values.get(row).copied().flatten();
-        (0..count).map(|row| self.in_file().map(|column| cell(column, row)).collect()).collect()
+        (0..count)
+            .map(|row| self.in_file().map(|column| cell(column, row)).collect())
+            .collect()
     }
 
     /// Name and unit of a column that belongs to the last measured quantity.
     fn measured(&self, suffix: &str) -> (String, String) {
-        let value = self.columns.iter().rev().find(|column| column.role == Role::Value);
+        let value = self
+            .columns
+            .iter()
+            .rev()
+            .find(|column| column.role == Role::Value);
         value.map_or_else(
             || (suffix.to_owned(), "1".to_owned()),
             |value| (format!("{}_{suffix}", value.name), value.unit.clone()),
         )
     }
 
-    fn column(mut self, name: &str, label: &str, unit: &str, role: Role, values: Vec<Option<f64>>) -> Self {
+    fn column(
+        mut self,
+        name: &str,
+        label: &str,
+        unit: &str,
+        role: Role,
+        values: Vec<Option<f64>>,
+    ) -> Self {
         let (name, label, unit) = (name.to_owned(), label.to_owned(), unit.to_owned());
         // A number that is not finite is no result.
-        let values = values.into_iter().map(|value| value.filter(|value| value.is_finite())).collect();
-        self.columns.push(Column { name, label, unit, role, values, quantities: Vec::new() });
+        let values = values
+            .into_iter()
+            .map(|value| value.filter(|value| value.is_finite()))
+            .collect();
+        self.columns.push(Column {
+            name,
+            label,
+            unit,
+            role,
+            values,
+            quantities: Vec::new(),
+        });
         self
     }
 }
@@ -402,7 +486,11 @@ mod tests {
         let some = |values: [f64; 3]| values.map(Some).to_vec();
         let table = Table::new("t", "T")
             .abscissa("lag", "time", vec![0.0, 1.0, 2.0])
-            .value("velocity_autocorrelation", "length²/time²", some([4.0, 2.0, 0.1]))
+            .value(
+                "velocity_autocorrelation",
+                "length²/time²",
+                some([4.0, 2.0, 0.1]),
+            )
             .errors(some([0.2, 0.1, 0.3]))
             .prediction("theory", some([4.0, 1.0, 0.4]), "S")
             .value("other", "1", some([0.1, 0.2, 0.3]))
@@ -410,9 +498,15 @@ mod tests {
             .relative_to_first(&["velocity_autocorrelation"]);
         let drawn = table.as_drawn();
         assert_eq!(drawn.columns[1].values, [Some(1.0), Some(0.5), None]);
-        assert_eq!(drawn.columns[2].values, [Some(0.05), Some(0.025), Some(0.075)]);
+        assert_eq!(
+            drawn.columns[2].values,
+            [Some(0.05), Some(0.025), Some(0.075)]
+        );
         assert_eq!(drawn.columns[3].values, some([1.0, 0.25, 0.1]));
-        assert_eq!((drawn.columns[1].unit.as_str(), &drawn.columns[4]), ("1", &table.columns[4]));
+        assert_eq!(
+            (drawn.columns[1].unit.as_str(), &drawn.columns[4]),
+            ("1", &table.columns[4])
+        );
         assert_eq!(table.columns[1].values, some([4.0, 2.0, 0.1]));
     }
 
@@ -428,7 +522,10 @@ mod tests {
             .derived("y over total", "length", vec![Some(0.2)]);
         assert_eq!(table.header(), ["x", "total", "y"]);
         assert_eq!(table.rows(), [[Some(0.0), Some(5.0), Some(1.0)]]);
-        assert_eq!((table.levels.len(), table.levels[0].column.as_str()), (1, "y"));
+        assert_eq!(
+            (table.levels.len(), table.levels[0].column.as_str()),
+            (1, "y")
+        );
         assert_eq!(table.columns[2].label, "height");
     }
 }

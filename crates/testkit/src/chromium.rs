@@ -18,8 +18,11 @@ const FAULTS: &str = "<script nonce=probe>const faults = []; addEventListener('e
 /// The browser of this machine; without one, `test` is reported as skipped.
 pub fn browser(test: &str) -> Option<&'static str> {
     let answers = |name: &&str| {
-        let version =
-            Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+        let version = Command::new(name)
+            .arg("--version")
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status();
         version.is_ok_and(|status| status.success())
     };
     let found = BROWSERS.into_iter().find(|name| answers(name));
@@ -46,7 +49,12 @@ pub fn with_probe(html: &str, script: &str) -> String {
 pub fn seen(browser: &str, page: &Path, options: &[&str]) -> String {
     let profile = page.with_file_name("profile");
     let output = Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"])
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--enable-logging=stderr",
+        ])
         .args(["--virtual-time-budget=20000", "--dump-dom"])
         .args(options)
         .arg(format!("--user-data-dir={}", profile.display()))
@@ -58,7 +66,10 @@ pub fn seen(browser: &str, page: &Path, options: &[&str]) -> String {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(!said.contains("CONSOLE"), "{said}");
     let shown = String::from_utf8_lossy(&output.stdout);
-    let (_, rest) =
-        shown.split_once("id=\"seen\">").unwrap_or_else(|| panic!("the probe has no result: {said}"));
-    rest.split_once("</script>").map(|(text, _)| text.to_owned()).expect("the end of the element")
+    let (_, rest) = shown
+        .split_once("id=\"seen\">")
+        .unwrap_or_else(|| panic!("the probe has no result: {said}"));
+    rest.split_once("</script>")
+        .map(|(text, _)| text.to_owned())
+        .expect("the end of the element")
 }

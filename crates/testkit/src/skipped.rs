@@ -12,7 +12,11 @@ pub fn skipped(test: &str, reason: impl Display) {
     // Not `eprintln!`: the test harness captures its output for passing tests.
     std::io::stderr().write_all(line.as_bytes()).unwrap();
     if let Some(list) = env::var_os("CAROM_SKIPPED") {
-        let mut list = OpenOptions::new().append(true).create(true).open(list).unwrap();
+        let mut list = OpenOptions::new()
+            .append(true)
+            .create(true)
+            .open(list)
+            .unwrap();
         list.write_all(line.as_bytes()).unwrap();
     }
 }

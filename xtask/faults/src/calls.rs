@@ -31,7 +31,9 @@ pub enum Fate {
 pub fn fate(kind: Kind) -> Fate {
     static CALLS: AtomicU64 = AtomicU64::new(0);
     let number = CALLS.fetch_add(1, Ordering::SeqCst) + 1;
-    let Some(settings) = settings() else { return Fate::Made(number) };
+    let Some(settings) = settings() else {
+        return Fate::Made(number);
+    };
     let is_chosen = number == settings.call;
     let is_later = settings.call > 0 && number > settings.call;
     match settings.fault {

@@ -38,8 +38,14 @@ pub fn watched_file(descriptor: c_int) -> Option<PathBuf> {
 /// `path` is a string that ends with a zero byte.
 pub unsafe fn watched_path(path: *const c_char) -> Option<PathBuf> {
     // SAFETY: the caller passes a string that ends with a zero byte.
-    let path = Path::new(std::ffi::OsStr::from_bytes(unsafe { CStr::from_ptr(path) }.to_bytes()));
-    let path = if path.is_absolute() { path.to_owned() } else { std::env::current_dir().ok()?.join(path) };
+    let path = Path::new(std::ffi::OsStr::from_bytes(
+        unsafe { CStr::from_ptr(path) }.to_bytes(),
+    ));
+    let path = if path.is_absolute() {
+        path.to_owned()
+    } else {
+        std::env::current_dir().ok()?.join(path)
+    };
     let mut plain = PathBuf::new();
     for part in path.components() {
         match part {
@@ -53,5 +59,6 @@ pub unsafe fn watched_path(path: *const c_char) -> Option<PathBuf> {
 
 fn below_root(path: &Path) -> Option<PathBuf> {
     let root = &settings()?.root;
-    path.starts_with(std::ffi::OsStr::from_bytes(root)).then(|| path.to_owned())
+    path.starts_with(std::ffi::OsStr::from_bytes(root))
+        .then(|| path.to_owned())
 }

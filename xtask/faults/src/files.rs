@@ -39,7 +39,11 @@ pub unsafe extern "C" fn open64(path: *const c_char, flags: c_int, mode: mode_t)
 unsafe fn open_at(folder: c_int, path: *const c_char, flags: c_int, mode: mode_t) -> c_int {
     let is_written = flags & (libc::O_WRONLY | libc::O_RDWR | libc::O_CREAT) != 0;
     // SAFETY: the caller passes a string.
-    let watched = if is_written { unsafe { watched_path(path) } } else { None };
+    let watched = if is_written {
+        unsafe { watched_path(path) }
+    } else {
+        None
+    };
     let number = match watched.as_ref().map(|_| fate(Kind::NeedsSpace)) {
         Some(Fate::Failed) => return FAILED,
         Some(Fate::Made(number) | Fate::Short(number)) => number,
@@ -62,14 +66,21 @@ fn exists(path: &Path) -> bool {
     name.push(0);
     // SAFETY: the name ends with a zero byte.
     let found = unsafe {
-        libc::syscall(libc::SYS_faccessat, libc::AT_FDCWD, name.as_ptr().cast::<c_char>(), libc::F_OK)
+        libc::syscall(
+            libc::SYS_faccessat,
+            libc::AT_FDCWD,
+            name.as_ptr().cast::<c_char>(),
+            libc::F_OK,
+        )
     };
     found == 0
 }
 
 /// Counts a call on an open file, makes it, and records it. `make` gets true for a short write.
 fn on_file(descriptor: c_int, kind: Kind, name: &str, make: impl FnOnce(bool) -> c_long) -> c_long {
-    let Some(path) = watched_file(descriptor) else { return make(false) };
+    let Some(path) = watched_file(descriptor) else {
+        return make(false);
+    };
     let (number, is_short) = match fate(kind) {
         Fate::Failed => return c_long::from(FAILED),
         Fate::Made(number) => (number, false),
@@ -90,8 +101,14 @@ fn shortened(count: size_t, is_short: bool) -> size_t {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn write(descriptor: c_int, bytes: *const c_void, count: size_t) -> ssize_t {
     // SAFETY: the arguments of the caller, with at most its count.
-    let make =
-        |is_short| unsafe { libc::syscall(libc::SYS_write, descriptor, bytes, shortened(count, is_short)) };
+    let make = |is_short| unsafe {
+        libc::syscall(
+            libc::SYS_write,
+            descriptor,
+            bytes,
+            shortened(count, is_short),
+        )
+    };
     on_file(descriptor, Kind::NeedsSpace, "write", make) as ssize_t
 }
 
@@ -100,7 +117,12 @@ pub unsafe extern "C" fn write(descriptor: c_int, bytes: *const c_void, count: s
 pub unsafe extern "C" fn writev(descriptor: c_int, parts: *const iovec, count: c_int) -> ssize_t {
     // SAFETY: the arguments of the caller, with at most its count.
     let make = |is_short| unsafe {
-        libc::syscall(libc::SYS_writev, descriptor, parts, if is_short { count.min(1) } else { count })
+        libc::syscall(
+            libc::SYS_writev,
+            descriptor,
+            parts,
+            if is_short { count.min(1) } else { count },
+        )
     };
     on_file(descriptor, Kind::NeedsSpace, "write", make) as ssize_t
 }
@@ -118,7 +140,15 @@ pub unsafe extern "C" fn copy_file_range(
     // SAFETY: the arguments of the caller, with at most its count.
     let make = |is_short| unsafe {
         let count = shortened(count, is_short);
-        libc::syscall(libc::SYS_copy_file_range, from, from_offset, to, to_offset, count, flags)
+        libc::syscall(
+            libc::SYS_copy_file_range,
+            from,
+            from_offset,
+            to,
+            to_offset,
+            count,
+            flags,
+        )
     };
     on_file(to, Kind::NeedsSpace, "write", make) as ssize_t
 }
@@ -155,7 +185,11 @@ fn flushed(descriptor: c_int, call: c_long) -> c_int {
     if status.st_mode & libc::S_IFMT == libc::S_IFDIR {
         note(number, "syncdir", &[path]);
     } else {
-        note(number, "sync", &[path, status.st_size.to_string().as_bytes()]);
+        note(
+            number,
+            "sync",
+            &[path, status.st_size.to_string().as_bytes()],
+        );
     }
     0
 }
@@ -175,14 +209,20 @@ pub unsafe extern "C" fn ftruncate64(descriptor: c_int, length: off_t) -> c_int 
 fn truncated(descriptor: c_int, length: off_t) -> c_int {
     // SAFETY: the call takes numbers only.
     let make = || unsafe { libc::syscall(libc::SYS_ftruncate, descriptor, length) as c_int };
-    let Some(path) = watched_file(descriptor) else { return make() };
+    let Some(path) = watched_file(descriptor) else {
+        return make();
+    };
     let number = match fate(Kind::Other) {
         Fate::Failed => return FAILED,
         Fate::Made(number) | Fate::Short(number) => number,
     };
     let done = make();
     if done == 0 {
-        note(number, "truncate", &[path.as_os_str().as_bytes(), length.to_string().as_bytes()]);
+        note(
+            number,
+            "truncate",
+            &[path.as_os_str().as_bytes(), length.to_string().as_bytes()],
+        );
     }
     done
 }
@@ -192,11 +232,20 @@ fn truncated(descriptor: c_int, length: off_t) -> c_int {
 pub unsafe extern "C" fn rename(from: *const c_char, to: *const c_char) -> c_int {
     // SAFETY: the arguments of the caller.
     let make = || unsafe {
-        libc::syscall(libc::SYS_renameat2, libc::AT_FDCWD, from, libc::AT_FDCWD, to, 0) as c_int
+        libc::syscall(
+            libc::SYS_renameat2,
+            libc::AT_FDCWD,
+            from,
+            libc::AT_FDCWD,
+            to,
+            0,
+        ) as c_int
     };
     // SAFETY: the caller passes strings.
     let watched = unsafe { (watched_path(from), watched_path(to)) };
-    let (Some(from_path), Some(to_path)) = watched else { return make() };
+    let (Some(from_path), Some(to_path)) = watched else {
+        return make();
+    };
     let number = match fate(Kind::Other) {
         Fate::Failed => return FAILED,
         Fate::Made(number) | Fate::Short(number) => number,
@@ -215,7 +264,9 @@ pub unsafe extern "C" fn rename(from: *const c_char, to: *const c_char) -> c_int
 /// no such file, or no folder for it.
 unsafe fn keep_replaced(path: *const c_char) -> Vec<u8> {
     static LINKS: AtomicU64 = AtomicU64::new(0);
-    let Some(folder) = settings().and_then(|settings| settings.replaced.as_ref()) else { return vec![] };
+    let Some(folder) = settings().and_then(|settings| settings.replaced.as_ref()) else {
+        return vec![];
+    };
     let number = LINKS.fetch_add(1, Ordering::SeqCst);
     let mut link = folder.clone();
     // SAFETY: the call takes no argument.
@@ -224,7 +275,14 @@ unsafe fn keep_replaced(path: *const c_char) -> Vec<u8> {
     // SAFETY: both paths end with a zero byte.
     let done = unsafe {
         let link = link.as_ptr().cast::<c_char>();
-        libc::syscall(libc::SYS_linkat, libc::AT_FDCWD, path, libc::AT_FDCWD, link, 0)
+        libc::syscall(
+            libc::SYS_linkat,
+            libc::AT_FDCWD,
+            path,
+            libc::AT_FDCWD,
+            link,
+            0,
+        )
     };
     link.pop();
     if done == 0 { link } else { vec![] }
@@ -236,7 +294,9 @@ pub unsafe extern "C" fn mkdir(path: *const c_char, mode: mode_t) -> c_int {
     // SAFETY: the arguments of the caller.
     let make = || unsafe { libc::syscall(libc::SYS_mkdirat, libc::AT_FDCWD, path, mode) as c_int };
     // SAFETY: the caller passes a string.
-    let Some(watched) = (unsafe { watched_path(path) }) else { return make() };
+    let Some(watched) = (unsafe { watched_path(path) }) else {
+        return make();
+    };
     let number = match fate(Kind::NeedsSpace) {
         Fate::Failed => return FAILED,
         Fate::Made(number) | Fate::Short(number) => number,

@@ -22,7 +22,9 @@ const MIN_DESCRIPTOR: c_int = 500;
 
 /// Appends a line.
 pub fn note(number: u64, kind: &str, fields: &[&[u8]]) {
-    let Some(descriptor) = descriptor() else { return };
+    let Some(descriptor) = descriptor() else {
+        return;
+    };
     let mut line = format!("{number}\t{kind}").into_bytes();
     for field in fields {
         line.push(b'\t');
@@ -31,7 +33,14 @@ pub fn note(number: u64, kind: &str, fields: &[&[u8]]) {
     line.push(b'\n');
     // A record that cannot be written is noticed by its reader.
     // SAFETY: the line has the length that is passed.
-    unsafe { libc::syscall(libc::SYS_write, descriptor, line.as_ptr().cast::<c_void>(), line.len()) };
+    unsafe {
+        libc::syscall(
+            libc::SYS_write,
+            descriptor,
+            line.as_ptr().cast::<c_void>(),
+            line.len(),
+        )
+    };
 }
 
 /// Appends a line about a file.
@@ -47,8 +56,19 @@ fn descriptor() -> Option<c_int> {
         let flags = libc::O_WRONLY | libc::O_CREAT | libc::O_APPEND | libc::O_CLOEXEC;
         // SAFETY: the path ends with a zero byte; the descriptors are those just opened.
         let moved = unsafe {
-            let first = libc::syscall(libc::SYS_openat, libc::AT_FDCWD, path.as_ptr(), flags, 0o600);
-            let moved = libc::syscall(libc::SYS_fcntl, first, libc::F_DUPFD_CLOEXEC, MIN_DESCRIPTOR);
+            let first = libc::syscall(
+                libc::SYS_openat,
+                libc::AT_FDCWD,
+                path.as_ptr(),
+                flags,
+                0o600,
+            );
+            let moved = libc::syscall(
+                libc::SYS_fcntl,
+                first,
+                libc::F_DUPFD_CLOEXEC,
+                MIN_DESCRIPTOR,
+            );
             libc::syscall(libc::SYS_close, first);
             moved
         };

@@ -11,7 +11,10 @@
 //! arguments on to the system call unchanged, except that a short write passes a smaller count.
 //! They call no function of the C library that is replaced here, so they never call themselves.
 #![cfg(target_os = "linux")]
-#![allow(unsafe_code, reason = "a library that replaces functions of the C library")]
+#![allow(
+    unsafe_code,
+    reason = "a library that replaces functions of the C library"
+)]
 #![allow(
     clippy::missing_safety_doc,
     reason = "the contract of each function is that of the function of the C library that it replaces"

@@ -24,7 +24,7 @@ use crate::fuzz::{
 };
 
 /// Further failures of one kind are counted, but neither minimised nor written.
-const MOST_WRITTEN_PER_KIND: usize = 3;
+const MAX_WRITTEN_PER_KIND: usize = 3;
 
 /// Time limit for the minimisation of one case.
 const MINIMISING: Duration = Duration::from_secs(30);
@@ -80,15 +80,20 @@ pub fn run<A: Attack>(attack: &A, cases: &[A::Case], threads: usize, out: &Path)
     let mut rows = Rows::new();
     for case in cases {
         let (name, number) = attack.row(case);
-        rows.entry(format!("{}: {name}", A::NAME)).or_default().tried += number;
+        rows.entry(format!("{}: {name}", A::NAME))
+            .or_default()
+            .tried += number;
     }
     let mut written = Counts::new();
     for (index, failure) in failures {
         let case = &cases[index];
-        rows.entry(format!("{}: {}", A::NAME, attack.row(case).0)).or_default().failed += 1;
+        rows.entry(format!("{}: {}", A::NAME, attack.row(case).0))
+            .or_default()
+            .failed += 1;
         if is_among_first(&mut written, &failure) {
             let name = format!("{}-{index}", A::NAME);
-            let (case, failure) = minimise(attack, &mut Here(attack), case.clone(), failure, MINIMISING);
+            let (case, failure) =
+                minimise(attack, &mut Here(attack), case.clone(), failure, MINIMISING);
             keep(attack, &case, &failure, &name, out)?;
         }
     }
@@ -102,7 +107,7 @@ type Counts = BTreeMap<String, usize>;
 fn is_among_first(counts: &mut Counts, failure: &Failure) -> bool {
     let number = counts.entry(failure.kind.clone()).or_default();
     *number += 1;
-    *number <= MOST_WRITTEN_PER_KIND
+    *number <= MAX_WRITTEN_PER_KIND
 }
 
 /// The failures, by the index of the case. The first of each kind are printed at once.
@@ -113,10 +118,17 @@ fn failures<A: Attack>(attack: &A, cases: &[A::Case], threads: usize) -> BTreeMa
         while let index = next.fetch_add(1, Ordering::Relaxed)
             && let Some(case) = cases.get(index)
         {
-            let Some(failure) = check_and_catch(|| attack.check(case)).failure else { continue };
+            let Some(failure) = check_and_catch(|| attack.check(case)).failure else {
+                continue;
+            };
             let mut found = failures.lock().unwrap_or_else(PoisonError::into_inner);
             if is_among_first(&mut found.1, &failure) {
-                print_line(&format!("FAILED: {} {}: {}", A::NAME, failure.kind, failure.detail));
+                print_line(&format!(
+                    "FAILED: {} {}: {}",
+                    A::NAME,
+                    failure.kind,
+                    failure.detail
+                ));
             }
             // Without a machine for the attack every case fails in the same way.
             if failure.kind == BROKEN {
@@ -130,7 +142,10 @@ fn failures<A: Attack>(attack: &A, cases: &[A::Case], threads: usize) -> BTreeMa
             scope.spawn(work);
         }
     });
-    failures.into_inner().unwrap_or_else(PoisonError::into_inner).0
+    failures
+        .into_inner()
+        .unwrap_or_else(PoisonError::into_inner)
+        .0
 }
 
 /// Kind of failures of the attack itself.
@@ -139,10 +154,14 @@ pub const BROKEN: &str = "broken attack";
 /// The report of a case: the difference that it found in words, or an error of the attack itself.
 pub fn report(found: Result<Option<Failure>>) -> Report {
     match found {
-        Ok(failure) => Report { failure, ..Report::default() },
-        Err(error) => {
-            Report { failure: Some(Failure::new(BROKEN, format!("{error:#}"))), ..Report::default() }
-        }
+        Ok(failure) => Report {
+            failure,
+            ..Report::default()
+        },
+        Err(error) => Report {
+            failure: Some(Failure::new(BROKEN, format!("{error:#}"))),
+            ..Report::default()
+        },
     }
 }
 
@@ -152,8 +171,14 @@ pub fn report(found: Result<Option<Failure>>) -> Report {
 /// The file cannot be read or holds no case.
 pub fn replay<A: Attack>(attack: &A, file: &Path) -> Result<Rows> {
     let bytes = fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
-    let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    let ending = file
+        .extension()
+        .and_then(|ending| ending.to_str())
+        .unwrap_or_default();
     let (name, tried) = attack.row(&attack.read(ending, &bytes)?);
     let failed = u64::from(run_file(&mut Here(attack), file)?.failure.is_some());
-    Ok(Rows::from([(format!("{}: {name}", A::NAME), Row { tried, failed })]))
+    Ok(Rows::from([(
+        format!("{}: {name}", A::NAME),
+        Row { tried, failed },
+    )]))
 }

@@ -39,7 +39,14 @@ pub struct Case {
 const FAULTS: [&str; 4] = ["EIO", "ENOSPC", "EINTR", "SHORT"];
 
 /// Targets whose calls fail.
-const TARGETS: [&str; 6] = ["run", "page", "sweep", "merge of sweeps", "merge of runs", "billiard"];
+const TARGETS: [&str; 6] = [
+    "run",
+    "page",
+    "sweep",
+    "merge of sweeps",
+    "merge of runs",
+    "billiard",
+];
 
 /// Number of calls of an undisturbed run that can fail.
 ///
@@ -50,9 +57,17 @@ pub fn calls(library: &Library, references: &References, target: &Target) -> Res
     let mut command = place.command(target.start);
     library.disturb(&mut command, &place.path(""), 0, "");
     let ended = Process::start(command, place.path("said"))?.end(LIMIT)?;
-    anyhow::ensure!(ended.code == Some(0), "carom {} with the library: {ended}", target.start);
+    anyhow::ensure!(
+        ended.code == Some(0),
+        "carom {} with the library: {ended}",
+        target.start
+    );
     let calls = Journal::read(&place.path(""))?.calls;
-    anyhow::ensure!(calls > 0, "the library records no call of carom {}", target.start);
+    anyhow::ensure!(
+        calls > 0,
+        "the library records no call of carom {}",
+        target.start
+    );
     Ok(calls)
 }
 
@@ -61,7 +76,8 @@ impl Faults {
         let target = target(&case.target)?;
         let place = self.references.place(target)?;
         let mut command = place.command(target.start);
-        self.library.disturb(&mut command, &place.path(""), case.call, &case.fault);
+        self.library
+            .disturb(&mut command, &place.path(""), case.call, &case.fault);
         let ended = Process::start(command, place.path("said"))?.end(LIMIT)?;
         let failure = |words: String| Some(Failure::new(target.name, words));
         match ended.code {
@@ -93,7 +109,11 @@ impl Subject for Faults {
     fn draw(&self, seed: u64) -> Case {
         let draw = &mut Draw::new(seed);
         let [target, fault] = [&TARGETS[..], &FAULTS].map(|names| draw.one_of(names).to_owned());
-        Case { target, call: draw.integer(1, 200) as u64, fault }
+        Case {
+            target,
+            call: draw.integer(1, 200) as u64,
+            fault,
+        }
     }
 
     fn check(&self, case: &Case) -> Report {
@@ -125,11 +145,19 @@ impl Attack for Faults {
             let calls = calls(&self.library, &self.references, target(name)?)
                 .with_context(|| format!("the target '{name}'"))?;
             let all = calls * FAULTS.len() as u64;
-            let number = if count < Self::FULL { all.min(count / TARGETS.len() as u64) } else { all };
+            let number = if count < Self::FULL {
+                all.min(count / TARGETS.len() as u64)
+            } else {
+                all
+            };
             let (step, offset) = (all as f64 / number as f64, draw.between(0.0, 1.0));
             for place in (0..number).map(|index| ((index as f64 + offset) * step) as u64) {
                 let fault = FAULTS[(place % FAULTS.len() as u64) as usize].to_owned();
-                cases.push(Case { target: name.to_owned(), call: 1 + place / FAULTS.len() as u64, fault });
+                cases.push(Case {
+                    target: name.to_owned(),
+                    call: 1 + place / FAULTS.len() as u64,
+                    fault,
+                });
             }
         }
         Ok(cases)

@@ -29,7 +29,7 @@ use crate::fuzz::{
 };
 
 /// Processor time of a command that runs no scene; more is a hang.
-const LONGEST: Duration = Duration::from_secs(10);
+const MAX_PROCESSOR_TIME: Duration = Duration::from_secs(10);
 
 /// Time after which a scene that runs is ended by SIGTERM: a mutated scene may be long.
 const LONG_RUN: Duration = Duration::from_millis(700);
@@ -76,29 +76,58 @@ pub struct Case {
 /// Files, and the commands that read them. A `*` in the path stands for any characters, and `POINT`
 /// in a command for the folder of a point.
 const READERS: [(World, &str, &[&str]); 15] = [
-    (World::Runs, "scene.toml", &["check scene.toml", "run scene.toml --out new"]),
-    (World::Runs, "study.toml", &["sweep study.toml --slurm --out new", "sweep study.toml --out new"]),
+    (
+        World::Runs,
+        "scene.toml",
+        &["check scene.toml", "run scene.toml --out new"],
+    ),
+    (
+        World::Runs,
+        "study.toml",
+        &[
+            "sweep study.toml --slurm --out new",
+            "sweep study.toml --out new",
+        ],
+    ),
     (
         World::Runs,
         "from.extxyz",
-        &["run from.toml --out new", "check from.toml", "convert from.extxyz a.gsd"],
+        &[
+            "run from.toml --out new",
+            "check from.toml",
+            "convert from.extxyz a.gsd",
+        ],
     ),
     (
         World::Runs,
         "out/trajectory.extxyz",
-        &["convert out/trajectory.extxyz a.gsd", "convert out/trajectory.extxyz a.lammpstrj"],
+        &[
+            "convert out/trajectory.extxyz a.gsd",
+            "convert out/trajectory.extxyz a.lammpstrj",
+        ],
     ),
     (
         World::Runs,
         "encounters.csv",
-        &["detect encounters.csv --out answers.csv", "detect encounters.csv --explain generic/0 --out a.svg"],
+        &[
+            "detect encounters.csv --out answers.csv",
+            "detect encounters.csv --explain generic/0 --out a.svg",
+        ],
     ),
     (
         World::Runs,
         "out/checkpoint",
-        &["run scene.toml --out out --resume", "run start.toml --from out --out new", "report out"],
+        &[
+            "run scene.toml --out out --resume",
+            "run start.toml --from out --out new",
+            "report out",
+        ],
     ),
-    (World::Runs, "out/sums", &["merge out out-2 --out new", "report out"]),
+    (
+        World::Runs,
+        "out/sums",
+        &["merge out out-2 --out new", "report out"],
+    ),
     (World::Runs, "out-2/sums", &["merge out out-2 --out new"]),
     (
         World::Runs,
@@ -110,12 +139,44 @@ const READERS: [(World, &str, &[&str]); 15] = [
             "run start.toml --from out --out new",
         ],
     ),
-    (World::Runs, "molecule.toml", &["billiard molecule.toml --hits 10000 --out new"]),
-    (World::Sweeps, "out/points/*.record", &["sweep study.toml --out out", "merge out --out new"]),
-    (World::Sweeps, "out/points/*", &["sweep study.toml --out out", "report POINT", "merge out --out new"]),
-    (World::Sweeps, "out/*", &["sweep study.toml --out out", "report out", "merge out --out new"]),
-    (World::Sweeps, "shard-1/*", &["merge shard-1 shard-2 --out new"]),
-    (World::Sweeps, "shard-1/*.json", &["merge shard-1 shard-2 --out new"]),
+    (
+        World::Runs,
+        "molecule.toml",
+        &["billiard molecule.toml --hits 10000 --out new"],
+    ),
+    (
+        World::Sweeps,
+        "out/points/*.record",
+        &["sweep study.toml --out out", "merge out --out new"],
+    ),
+    (
+        World::Sweeps,
+        "out/points/*",
+        &[
+            "sweep study.toml --out out",
+            "report POINT",
+            "merge out --out new",
+        ],
+    ),
+    (
+        World::Sweeps,
+        "out/*",
+        &[
+            "sweep study.toml --out out",
+            "report out",
+            "merge out --out new",
+        ],
+    ),
+    (
+        World::Sweeps,
+        "shard-1/*",
+        &["merge shard-1 shard-2 --out new"],
+    ),
+    (
+        World::Sweeps,
+        "shard-1/*.json",
+        &["merge shard-1 shard-2 --out new"],
+    ),
 ];
 
 /// Further inputs.
@@ -123,7 +184,8 @@ const MOLECULE: &str = "atoms = [\n  { at = [0.0, 0.0], radius = 0.01, mass = 1.
                         { at = [0.02, 0.0], radius = 0.012, mass = 2.0 },\n]\n";
 const FROM: &str = "[start]\nfrom = \"from.extxyz\"\n[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\n\
                     energy = 1.0\ncount = 30\n[run]\nuntil = 0.2\nsample_interval = 0.1\nobserve = [\"energy\"]\n";
-const START: &str = "[run]\nuntil = 0.2\nsample_interval = 0.1\nobserve = [\"energy\", \"pressure\"]\n";
+const START: &str =
+    "[run]\nuntil = 0.2\nsample_interval = 0.1\nobserve = [\"energy\", \"pressure\"]\n";
 const STUDY: &str = include_str!("inputs/study.toml");
 
 impl World {
@@ -134,18 +196,26 @@ impl World {
             Self::Runs => {
                 place.write("molecule.toml", MOLECULE.as_bytes())?;
                 place.write("start.toml", START.as_bytes())?;
-                let snapshots =
-                    FROM.replace("[start]\nfrom = \"from.extxyz\"\n", "") + "snapshots = \"extxyz\"\n";
+                let snapshots = FROM.replace("[start]\nfrom = \"from.extxyz\"\n", "")
+                    + "snapshots = \"extxyz\"\n";
                 place.write("from.toml", snapshots.as_bytes())?;
                 place.complete("run from.toml --out first --no-price")?;
-                fs::copy(place.path("first/trajectory.extxyz"), place.path("from.extxyz"))
-                    .context("the first run has no trajectory")?;
+                fs::copy(
+                    place.path("first/trajectory.extxyz"),
+                    place.path("from.extxyz"),
+                )
+                .context("the first run has no trajectory")?;
                 place.write("from.toml", FROM.as_bytes())?;
-                let scene = fs::read_to_string(place.path("scene.toml")).context("cannot read the scene")?;
-                place.write("scene.toml", scene.replace("until = 10.0", "until = 1.0").as_bytes())?;
+                let scene = fs::read_to_string(place.path("scene.toml"))
+                    .context("cannot read the scene")?;
+                place.write(
+                    "scene.toml",
+                    scene.replace("until = 10.0", "until = 1.0").as_bytes(),
+                )?;
                 place.complete("run scene.toml --out out")?;
                 place.complete("run scene.toml --out out-2 --seed 9")?;
-                let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/encounters.csv");
+                let root =
+                    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/encounters.csv");
                 let encounters = fs::read_to_string(&root).context("cannot read the encounters")?;
                 let few: Vec<&str> = encounters
                     .lines()
@@ -156,8 +226,15 @@ impl World {
                 place.write("encounters.csv", (few.join("\n") + "\n").as_bytes())?;
             }
             Self::Sweeps => {
-                place.write("study.toml", STUDY.replace("until = 20.0", "until = 0.5").as_bytes())?;
-                for words in ["--out out", "--shard 1/2 --out shard-1", "--shard 2/2 --out shard-2"] {
+                place.write(
+                    "study.toml",
+                    STUDY.replace("until = 20.0", "until = 0.5").as_bytes(),
+                )?;
+                for words in [
+                    "--out out",
+                    "--shard 1/2 --out shard-1",
+                    "--shard 2/2 --out shard-2",
+                ] {
                     place.complete(&format!("sweep study.toml {words}"))?;
                 }
             }
@@ -168,8 +245,13 @@ impl World {
 
 impl Case {
     fn content(&self) -> Result<Vec<u8>> {
-        let Some(digits) = &self.bytes else { return Ok(self.text.clone().unwrap_or_default().into_bytes()) };
-        ensure!(digits.is_ascii() && digits.len() % 2 == 0, "bytes have two hexadecimal digits each");
+        let Some(digits) = &self.bytes else {
+            return Ok(self.text.clone().unwrap_or_default().into_bytes());
+        };
+        ensure!(
+            digits.is_ascii() && digits.len() % 2 == 0,
+            "bytes have two hexadecimal digits each"
+        );
         let byte = |at| u8::from_str_radix(&digits[at..at + 2], 16).context("no hexadecimal digit");
         (0..digits.len()).step_by(2).map(byte).collect()
     }
@@ -195,18 +277,26 @@ impl Case {
     fn runs_scene(&self) -> bool {
         let words = &self.words;
         let is_script = words.contains("--slurm");
-        words.starts_with("run") || words.starts_with("sweep") && !is_script || words.starts_with("billiard")
+        words.starts_with("run")
+            || words.starts_with("sweep") && !is_script
+            || words.starts_with("billiard")
     }
 }
 
 impl Files {
     /// The place of each case is the folder `kept`, if given, and else a temporary folder.
     pub fn new(kept: Option<PathBuf>) -> Self {
-        Self { kept, templates: Mutex::default() }
+        Self {
+            kept,
+            templates: Mutex::default(),
+        }
     }
 
     fn template(&self, world: World) -> Result<Arc<Place>> {
-        let mut templates = self.templates.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut templates = self
+            .templates
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         if let Some(place) = templates.get(&world) {
             return Ok(Arc::clone(place));
         }
@@ -219,16 +309,27 @@ impl Files {
         let (world, pattern, commands) = draw.one_of(&READERS);
         let template = self.template(world)?;
         let root = template.path("");
-        let name = |path: &Path| path.strip_prefix(&root).unwrap_or(path).display().to_string();
+        let name = |path: &Path| {
+            path.strip_prefix(&root)
+                .unwrap_or(path)
+                .display()
+                .to_string()
+        };
         let matching = |file: &String| match pattern.split_once('*') {
             Some((begin, end)) => file.starts_with(begin) && file.ends_with(end),
             None => file == pattern,
         };
-        let files: Vec<String> =
-            folder::files(&root)?.iter().map(|path| name(path)).filter(matching).collect();
+        let files: Vec<String> = folder::files(&root)?
+            .iter()
+            .map(|path| name(path))
+            .filter(matching)
+            .collect();
         ensure!(!files.is_empty(), "no file is called {pattern}");
         let file = files[draw.index(files.len())].clone();
-        let point = Path::new(&file).parent().map(|folder| folder.display().to_string()).unwrap_or_default();
+        let point = Path::new(&file)
+            .parent()
+            .map(|folder| folder.display().to_string())
+            .unwrap_or_default();
         let words = draw.one_of(commands).replace("POINT", &point);
         let path = template.path(&file);
         let framed = Body::read(&path).ok().filter(|_| draw.happens(0.8));
@@ -237,7 +338,14 @@ impl Files {
             Some(body) => body.rest().to_vec(),
             None => fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?,
         };
-        let case = Case { world, words, file, has_checksum, text: None, bytes: None };
+        let case = Case {
+            world,
+            words,
+            file,
+            has_checksum,
+            text: None,
+            bytes: None,
+        };
         Ok(case.with_content(mutated(draw, &sound)))
     }
 
@@ -261,7 +369,9 @@ impl Files {
             return Ok(None);
         }
         let after = tables(&place)?;
-        let spoilt = after.iter().find(|(name, table)| before.get(*name) != Some(table) && has_nan(table));
+        let spoilt = after
+            .iter()
+            .find(|(name, table)| before.get(*name) != Some(table) && has_nan(table));
         Ok(spoilt.map(|(name, _)| Failure::new("NaN", format!("{case}: NaN in {name}"))))
     }
 }
@@ -305,7 +415,7 @@ fn end_within_processor_time(mut process: Process) -> Result<Ended> {
     let begun = Instant::now();
     while process.wait_for(Duration::from_millis(200))?.is_none() {
         let used = process.processor_time().unwrap_or_else(|| begun.elapsed());
-        if used > LONGEST || begun.elapsed() > LIMIT {
+        if used > MAX_PROCESSOR_TIME || begun.elapsed() > LIMIT {
             return process.end(Duration::ZERO);
         }
     }
@@ -320,9 +430,13 @@ fn tables(place: &Place) -> Result<BTreeMap<String, Vec<u8>>> {
         if folder.is_dir() {
             for path in folder::files(&folder)? {
                 if path.extension().is_some_and(|ending| ending == "csv") {
-                    let table = fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+                    let table = fs::read(&path)
+                        .with_context(|| format!("cannot read {}", path.display()))?;
                     tables.insert(
-                        path.strip_prefix(place.path("")).unwrap_or(&path).display().to_string(),
+                        path.strip_prefix(place.path(""))
+                            .unwrap_or(&path)
+                            .display()
+                            .to_string(),
                         table,
                     );
                 }
@@ -334,12 +448,17 @@ fn tables(place: &Place) -> Result<BTreeMap<String, Vec<u8>>> {
 
 fn has_nan(table: &[u8]) -> bool {
     let text = String::from_utf8_lossy(table);
-    text.split([',', '\n']).any(|field| field.parse::<f64>().is_ok_and(f64::is_nan))
+    text.split([',', '\n'])
+        .any(|field| field.parse::<f64>().is_ok_and(f64::is_nan))
 }
 
 impl std::fmt::Display for Case {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(formatter, "carom {} with a mutated {}", self.words, self.file)
+        write!(
+            formatter,
+            "carom {} with a mutated {}",
+            self.words, self.file
+        )
     }
 }
 
@@ -350,7 +469,8 @@ impl Subject for Files {
     const TIME_LIMIT: u64 = 600;
 
     fn draw(&self, seed: u64) -> Case {
-        self.draw_case(&mut Draw::new(seed)).expect("the files are made by undisturbed commands")
+        self.draw_case(&mut Draw::new(seed))
+            .expect("the files are made by undisturbed commands")
     }
 
     fn check(&self, case: &Case) -> Report {
@@ -358,9 +478,13 @@ impl Subject for Files {
     }
 
     fn simpler(&self, case: &Case) -> Vec<Case> {
-        let Some(text) = &case.text else { return vec![] };
+        let Some(text) = &case.text else {
+            return vec![];
+        };
         let smaller = mutate::with_less_text(text.as_bytes()).into_iter();
-        smaller.map(|content| case.clone().with_content(content)).collect()
+        smaller
+            .map(|content| case.clone().with_content(content))
+            .collect()
     }
 
     fn write(&self, case: &Case) -> (String, Vec<u8>) {
@@ -376,7 +500,9 @@ impl Attack for Files {
     const FULL: u64 = 26_000;
 
     fn cases(&self, seed: u64, count: u64) -> Result<Vec<Case>> {
-        (0..count).map(|index| self.draw_case(&mut Draw::new(case_seed(seed, index)))).collect()
+        (0..count)
+            .map(|index| self.draw_case(&mut Draw::new(case_seed(seed, index))))
+            .collect()
     }
 
     fn row(&self, case: &Case) -> (String, u64) {
@@ -391,7 +517,11 @@ mod tests {
 
     #[test]
     fn contents_of_all_kinds_are_written_and_read() {
-        for (has_checksum, content) in [(false, &b"a = 1\n"[..]), (false, &[0xff, 0x00]), (true, b"text")] {
+        for (has_checksum, content) in [
+            (false, &b"a = 1\n"[..]),
+            (false, &[0xff, 0x00]),
+            (true, b"text"),
+        ] {
             let case = Case {
                 world: World::Runs,
                 words: "report out".to_owned(),

@@ -19,7 +19,12 @@ const WITHOUT_RESULTS: [&str; 3] = ["manifest.json", "checkpoint", ".seal.json"]
 const OF_PROCESSES: &str = ".carom-";
 
 /// Parts of the lines that hold times.
-const CLOCKS: [&str; 4] = ["collisions_per_second", "per processor second", "cpu_seconds", "class=\"speed\""];
+const CLOCKS: [&str; 4] = [
+    "collisions_per_second",
+    "per processor second",
+    "cpu_seconds",
+    "class=\"speed\"",
+];
 
 /// The content of each file with results in a folder and below, by path; without times.
 pub type Contents = BTreeMap<String, Vec<u8>>;
@@ -54,7 +59,11 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
 pub fn contents(folder: &Path) -> Result<Contents> {
     let mut contents = Contents::new();
     for path in files(folder)? {
-        let name = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
+        let name = path
+            .strip_prefix(folder)
+            .unwrap_or(&path)
+            .display()
+            .to_string();
         let is_left_out = WITHOUT_RESULTS.iter().any(|other| path.ends_with(other));
         if !is_left_out {
             contents.insert(name, without_times(&path)?);
@@ -71,8 +80,12 @@ fn without_times(path: &Path) -> Result<Vec<u8>> {
         return Ok(body.rest().to_vec());
     }
     let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let Ok(text) = std::str::from_utf8(&bytes) else { return Ok(bytes) };
-    let lines = text.split_inclusive('\n').filter(|line| !CLOCKS.iter().any(|clock| line.contains(clock)));
+    let Ok(text) = std::str::from_utf8(&bytes) else {
+        return Ok(bytes);
+    };
+    let lines = text
+        .split_inclusive('\n')
+        .filter(|line| !CLOCKS.iter().any(|clock| line.contains(clock)));
     Ok(lines.collect::<String>().into_bytes())
 }
 
@@ -86,13 +99,24 @@ pub fn difference(found: &Contents, expected: &Contents) -> Option<String> {
     if let Some(name) = added {
         return Some(format!("{name} is there, but not in an undisturbed run"));
     }
-    let (name, other) = expected.iter().find(|(name, content)| found[*name] != **content)?;
+    let (name, other) = expected
+        .iter()
+        .find(|(name, content)| found[*name] != **content)?;
     let content = &found[name];
-    let at = content.iter().zip(other).position(|(found, expected)| found != expected);
+    let at = content
+        .iter()
+        .zip(other)
+        .position(|(found, expected)| found != expected);
     let at = at.unwrap_or_else(|| content.len().min(other.len()));
-    let (lengths, nul) = ((content.len(), other.len()), content.contains(&0) && !other.contains(&0));
+    let (lengths, nul) = (
+        (content.len(), other.len()),
+        content.contains(&0) && !other.contains(&0),
+    );
     let nul = if nul { ", and has zero bytes" } else { "" };
-    Some(format!("{name} differs from byte {at} of {} (expected: {} bytes){nul}", lengths.0, lengths.1))
+    Some(format!(
+        "{name} differs from byte {at} of {} (expected: {} bytes){nul}",
+        lengths.0, lengths.1
+    ))
 }
 
 /// The first file of a finished folder that is torn or left over, in words.
@@ -144,7 +168,9 @@ fn fault_of(path: &Path, bytes: &[u8]) -> Option<&'static str> {
 }
 
 fn ending(path: &Path) -> &str {
-    path.extension().and_then(|ending| ending.to_str()).unwrap_or_default()
+    path.extension()
+        .and_then(|ending| ending.to_str())
+        .unwrap_or_default()
 }
 
 /// Copies the files of a folder and below into another, which is created.
@@ -176,16 +202,27 @@ mod tests {
         let folders = ["a", "b"].map(|name| root.path().join(name));
         for (folder, speed) in folders.iter().zip([1, 2]) {
             fs::create_dir(folder).unwrap();
-            fs::write(folder.join("s.json"), format!("{{\n\"cpu_seconds\": {speed},\n\"a\": 1\n}}\n"))
-                .unwrap();
+            fs::write(
+                folder.join("s.json"),
+                format!("{{\n\"cpu_seconds\": {speed},\n\"a\": 1\n}}\n"),
+            )
+            .unwrap();
         }
         let [a, b] = folders.each_ref().map(|folder| contents(folder).unwrap());
         assert_eq!(difference(&a, &b), None);
         fs::write(folders[0].join("s.json"), "{\n\"a\": 2\n}\n").unwrap();
         let changed = contents(&folders[0]).unwrap();
-        assert!(difference(&changed, &b).unwrap().starts_with("s.json differs"));
+        assert!(
+            difference(&changed, &b)
+                .unwrap()
+                .starts_with("s.json differs")
+        );
         fs::write(folders[0].join("x.csv"), "").unwrap();
-        assert!(difference(&contents(&folders[0]).unwrap(), &b).unwrap().starts_with("x.csv is there"));
+        assert!(
+            difference(&contents(&folders[0]).unwrap(), &b)
+                .unwrap()
+                .starts_with("x.csv is there")
+        );
     }
 
     #[test]
@@ -205,7 +242,11 @@ mod tests {
         ] {
             let root = tempfile::tempdir().unwrap();
             fs::write(root.path().join(name), content).unwrap();
-            assert_eq!(damage(root.path()).unwrap().is_none(), is_whole, "{name}: {content}");
+            assert_eq!(
+                damage(root.path()).unwrap().is_none(),
+                is_whole,
+                "{name}: {content}"
+            );
         }
     }
 }

@@ -85,9 +85,16 @@ impl Case {
         let stroke = |draw: &mut Draw| {
             let moment = draw.between(0.0, 1.0);
             Stroke {
-                signals: weighted(draw, &SIGNALS).iter().map(|&name| name.to_owned()).collect(),
+                signals: weighted(draw, &SIGNALS)
+                    .iter()
+                    .map(|&name| name.to_owned())
+                    .collect(),
                 // Beginnings are short, and as much happens in them.
-                moment: if draw.happens(0.3) { 0.2 * moment } else { 1.05 * moment },
+                moment: if draw.happens(0.3) {
+                    0.2 * moment
+                } else {
+                    1.05 * moment
+                },
                 pause: draw.between(0.0, 0.05),
             }
         };
@@ -102,7 +109,11 @@ impl Kills {
         let duration = self.references.of(target)?.duration;
         let place = self.references.place(target)?;
         for (index, stroke) in case.strokes.iter().enumerate() {
-            let words = if index == 0 { target.start } else { target.again };
+            let words = if index == 0 {
+                target.start
+            } else {
+                target.again
+            };
             if let Some(failure) = strike(&place, target, words, stroke, duration)? {
                 return Ok(Some(failure));
             }
@@ -131,7 +142,12 @@ fn strike(
     }
     let ended = process.end(LIMIT)?;
     // A target that has nothing to resume is started anew by the last process.
-    let failure = || Failure::new(target.name, format!("after {:?} it ends with {ended}", stroke.signals));
+    let failure = || {
+        Failure::new(
+            target.name,
+            format!("after {:?} it ends with {ended}", stroke.signals),
+        )
+    };
     Ok((!ended.is_orderly() || ended.code == Some(1)).then(failure))
 }
 
@@ -155,7 +171,11 @@ impl Subject for Kills {
             less.strokes.remove(index);
             less
         };
-        if case.strokes.len() < 2 { vec![] } else { (0..case.strokes.len()).map(without).collect() }
+        if case.strokes.len() < 2 {
+            vec![]
+        } else {
+            (0..case.strokes.len()).map(without).collect()
+        }
     }
 
     fn write(&self, case: &Case) -> (String, Vec<u8>) {

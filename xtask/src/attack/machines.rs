@@ -113,8 +113,14 @@ impl Scenario {
         let target = self.target()?;
         Ok(match self {
             Self::Resume => [target.again.to_owned(), target.again.to_owned()],
-            Self::Seeds => [target.start.to_owned(), format!("{} --seed 9", target.start)],
-            Self::Merge => [target.start.to_owned(), "merge run-1 run-2 --out out --force".to_owned()],
+            Self::Seeds => [
+                target.start.to_owned(),
+                format!("{} --seed 9", target.start),
+            ],
+            Self::Merge => [
+                target.start.to_owned(),
+                "merge run-1 run-2 --out out --force".to_owned(),
+            ],
             _ => [target.start.to_owned(), target.start.to_owned()],
         })
     }
@@ -155,7 +161,8 @@ impl Machines {
         let start = |words: &str, said: &str| {
             let mut command = place.command(words);
             if case.locks != Locks::Real {
-                self.library.change_locks(&mut command, &place.path(""), case.locks.name());
+                self.library
+                    .change_locks(&mut command, &place.path(""), case.locks.name());
             }
             Process::start(command, place.path(said))
         };
@@ -189,14 +196,17 @@ impl Machines {
         if ended.iter().any(|ended| !ended.is_orderly()) {
             return failure("end", ends);
         }
-        let successes: Vec<usize> = (0..2).filter(|&index| ended[index].code == Some(0)).collect();
+        let successes: Vec<usize> = (0..2)
+            .filter(|&index| ended[index].code == Some(0))
+            .collect();
         match (case.scenario, &successes[..]) {
             // One replaces the other without being asked.
             (Scenario::Seeds, [0, 1]) => return failure("both succeed", ends),
             (Scenario::Seeds, [1]) => {
                 let own = self.references.place(goal)?;
                 own.complete(&format!("{} --seed 9", goal.start))?;
-                let [found, expected] = [place, &own].map(|place| folder::contents(&place.path(OUT)));
+                let [found, expected] =
+                    [place, &own].map(|place| folder::contents(&place.path(OUT)));
                 if let Some(words) = folder::difference(&found?, &expected?) {
                     return failure("wrong bytes", format!("{words}; {ends}"));
                 }
@@ -207,7 +217,11 @@ impl Machines {
                 let is_merged = fs::read_to_string(place.path(OUT).join("manifest.json"))
                     .context("the folder has no manifest")?
                     .contains("merge");
-                return if is_merged { Ok(None) } else { failure("two writers", ends) };
+                return if is_merged {
+                    Ok(None)
+                } else {
+                    failure("two writers", ends)
+                };
             }
             (Scenario::Merge, [1]) => return failure("the run is destroyed", ends),
             _ => {}
@@ -217,7 +231,9 @@ impl Machines {
             let last = place.run(goal.again)?;
             return match last.code {
                 Some(0) => match self.references.compare(goal, place)? {
-                    Some(words) => failure("wrong bytes after a resume", format!("{words}; {ends}")),
+                    Some(words) => {
+                        failure("wrong bytes after a resume", format!("{words}; {ends}"))
+                    }
                     None => Ok(None),
                 },
                 Some(2) => Ok(None),
@@ -246,10 +262,23 @@ impl Subject for Machines {
             _ => draw.one_of(&[Locks::Real, Locks::Enolck, Locks::Enosys, Locks::Granted]),
         };
         let killed = draw.between(0.1, 0.7);
-        let left = if scenario == Scenario::Resume { 1.0 - killed } else { 1.0 };
+        let left = if scenario == Scenario::Resume {
+            1.0 - killed
+        } else {
+            1.0
+        };
         // The first moments decide in a new folder.
-        let offset = if draw.happens(0.4) { draw.between(0.0, 0.05) } else { draw.between(0.0, left) };
-        Case { scenario, locks, offset, killed }
+        let offset = if draw.happens(0.4) {
+            draw.between(0.0, 0.05)
+        } else {
+            draw.between(0.0, left)
+        };
+        Case {
+            scenario,
+            locks,
+            offset,
+            killed,
+        }
     }
 
     fn check(&self, case: &Case) -> Report {
@@ -273,11 +302,17 @@ impl Attack for Machines {
     const FULL: u64 = 400;
 
     fn cases(&self, seed: u64, count: u64) -> Result<Vec<Case>> {
-        Ok((0..count).map(|index| self.draw(case_seed(seed, index))).collect())
+        Ok((0..count)
+            .map(|index| self.draw(case_seed(seed, index)))
+            .collect())
     }
 
     fn row(&self, case: &Case) -> (String, u64) {
-        let locks = if case.locks == Locks::Real { "one machine" } else { "without a lock" };
+        let locks = if case.locks == Locks::Real {
+            "one machine"
+        } else {
+            "without a lock"
+        };
         (format!("{:?}, {locks}", case.scenario).to_lowercase(), 1)
     }
 }

@@ -89,7 +89,7 @@ pub struct Options {
 }
 
 /// Largest factor.
-const MOST_TIMES: f64 = 1000.0;
+const MAX_TIMES: f64 = 1000.0;
 
 /// Runs the attacks and prints a table of what held.
 ///
@@ -97,8 +97,8 @@ const MOST_TIMES: f64 = 1000.0;
 /// An option is out of range, an undisturbed run fails, or a file cannot be written.
 pub fn run(options: &Options) -> Result<Verdict> {
     ensure!(
-        options.times > 0.0 && options.times <= MOST_TIMES,
-        "--times must be positive and at most {MOST_TIMES}, but is {}",
+        options.times > 0.0 && options.times <= MAX_TIMES,
+        "--times must be positive and at most {MAX_TIMES}, but is {}",
         options.times
     );
     ensure!(
@@ -112,12 +112,24 @@ pub fn run(options: &Options) -> Result<Verdict> {
     print_line("| attack | tried | held | failed |");
     print_line("| --- | --- | --- | --- |");
     for (name, row) in &rows {
-        print_line(&format!("| {name} | {} | {} | {} |", row.tried, row.tried - row.failed, row.failed));
+        print_line(&format!(
+            "| {name} | {} | {} | {} |",
+            row.tried,
+            row.tried - row.failed,
+            row.failed
+        ));
     }
     let tried: u64 = rows.values().map(|row| row.tried).sum();
     let failed: u64 = rows.values().map(|row| row.failed).sum();
-    print_line(&format!("| all | {tried} | {} | {failed} |", tried - failed));
-    Ok(if failed == 0 { Verdict::Passed } else { Verdict::Failed })
+    print_line(&format!(
+        "| all | {tried} | {} | {failed} |",
+        tried - failed
+    ));
+    Ok(if failed == 0 {
+        Verdict::Passed
+    } else {
+        Verdict::Failed
+    })
 }
 
 fn attack(kind: Kind, options: &Options) -> Result<Rows> {
@@ -139,9 +151,27 @@ fn attack(kind: Kind, options: &Options) -> Result<Rows> {
         Kind::Files => of(&Files::new(kept), options),
         Kind::Faults | Kind::Power | Kind::Machines => match (kind, with_library(kind)) {
             (_, None) => Ok(Rows::new()),
-            (Kind::Faults, Some(library)) => of(&Faults { references, library }, options),
-            (Kind::Power, Some(library)) => of(&Power { references, library }, options),
-            (_, Some(library)) => of(&Machines { references, library }, options),
+            (Kind::Faults, Some(library)) => of(
+                &Faults {
+                    references,
+                    library,
+                },
+                options,
+            ),
+            (Kind::Power, Some(library)) => of(
+                &Power {
+                    references,
+                    library,
+                },
+                options,
+            ),
+            (_, Some(library)) => of(
+                &Machines {
+                    references,
+                    library,
+                },
+                options,
+            ),
         },
     }
 }
@@ -156,7 +186,11 @@ fn of<A: Attack>(attack: &A, options: &Options) -> Result<Rows> {
         return campaign::replay(attack, file);
     }
     let count = (options.times * A::FULL as f64).ceil() as u64;
-    let cases = attack.cases(options.seed, count).with_context(|| format!("attack {}", A::NAME))?;
-    let threads = options.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from));
+    let cases = attack
+        .cases(options.seed, count)
+        .with_context(|| format!("attack {}", A::NAME))?;
+    let threads = options
+        .threads
+        .unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from));
     campaign::run(attack, &cases, threads, &options.out)
 }

@@ -64,8 +64,16 @@ enum Lost {
 }
 
 /// Targets that lose power.
-const TARGETS: [&str; 8] =
-    ["run", "page", "sweep", "shard", "merge of sweeps", "merge of runs", "billiard", "growth"];
+const TARGETS: [&str; 8] = [
+    "run",
+    "page",
+    "sweep",
+    "shard",
+    "merge of sweeps",
+    "merge of runs",
+    "billiard",
+    "growth",
+];
 
 /// The disk as it would be found, from the record of a process.
 #[derive(Debug, Default, PartialEq, Eq)]
@@ -103,7 +111,8 @@ impl Disk {
                     disk.flushed.remove(path);
                 }
                 Step::SyncFolder(folder) => {
-                    disk.renames.retain(|(_, to, _)| to.parent() != Some(folder));
+                    disk.renames
+                        .retain(|(_, to, _)| to.parent() != Some(folder));
                 }
                 Step::Rename { from, to, replaced } => {
                     disk.flushed.remove(to);
@@ -114,7 +123,8 @@ impl Disk {
                     if let Some(length) = lengths.remove(from) {
                         lengths.insert(to.clone(), length);
                     }
-                    disk.renames.push((from.clone(), to.clone(), replaced.clone()));
+                    disk.renames
+                        .push((from.clone(), to.clone(), replaced.clone()));
                 }
                 Step::Remove(path) => {
                     disk.flushed.remove(path);
@@ -133,12 +143,19 @@ impl Disk {
             return Ok(());
         }
         for (path, flushed) in &self.flushed {
-            let Ok(file) = OpenOptions::new().write(true).open(path) else { continue };
+            let Ok(file) = OpenOptions::new().write(true).open(path) else {
+                continue;
+            };
             let cannot = || format!("cannot cut {}", path.display());
             let length = file.metadata().with_context(cannot)?.len();
             let lost = length.saturating_sub(*flushed);
-            let kept = if loss.what == Lost::Tails { draw.between(0.0, lost as f64) as u64 } else { 0 };
-            file.set_len(length.min(flushed + kept)).with_context(cannot)?;
+            let kept = if loss.what == Lost::Tails {
+                draw.between(0.0, lost as f64) as u64
+            } else {
+                0
+            };
+            file.set_len(length.min(flushed + kept))
+                .with_context(cannot)?;
         }
         if loss.what == Lost::BytesAndNames {
             for (from, to, replaced) in self.renames.iter().rev() {
@@ -170,13 +187,26 @@ impl Case {
         let (name, calls) = draw.one_of(targets);
         let loss = |draw: &mut Draw| Loss {
             // Also after the end, when pages and tables may still be in memory only.
-            call: if draw.happens(0.15) { calls + 1000 } else { draw.integer(1, calls as i64) as u64 },
-            what: draw.one_of(&[Lost::Nothing, Lost::Bytes, Lost::Bytes, Lost::Tails, Lost::BytesAndNames]),
+            call: if draw.happens(0.15) {
+                calls + 1000
+            } else {
+                draw.integer(1, calls as i64) as u64
+            },
+            what: draw.one_of(&[
+                Lost::Nothing,
+                Lost::Bytes,
+                Lost::Bytes,
+                Lost::Tails,
+                Lost::BytesAndNames,
+            ]),
             seed: draw.bits() >> 1,
         };
         let number = if draw.happens(0.7) { 1 } else { 2 };
         let losses = (0..number).map(|_| loss(draw)).collect();
-        Self { target: name.to_owned(), losses }
+        Self {
+            target: name.to_owned(),
+            losses,
+        }
     }
 }
 
@@ -186,8 +216,13 @@ impl Power {
         let place = self.references.place(target)?;
         let failure = |words: String| Ok(Some(Failure::new(target.name, words)));
         for (index, loss) in case.losses.iter().enumerate() {
-            let mut command = place.command(if index == 0 { target.start } else { target.again });
-            self.library.disturb(&mut command, &place.path(""), loss.call, "KILL");
+            let mut command = place.command(if index == 0 {
+                target.start
+            } else {
+                target.again
+            });
+            self.library
+                .disturb(&mut command, &place.path(""), loss.call, "KILL");
             let ended = Process::start(command, place.path("said"))?.end(LIMIT)?;
             let journal = Journal::read(&place.path(""))?;
             Disk::after(&journal.steps).lose(loss)?;
@@ -225,7 +260,11 @@ impl Subject for Power {
             less.losses.remove(index);
             less
         };
-        if case.losses.len() < 2 { vec![] } else { (0..case.losses.len()).map(without).collect() }
+        if case.losses.len() < 2 {
+            vec![]
+        } else {
+            (0..case.losses.len()).map(without).collect()
+        }
     }
 
     fn write(&self, case: &Case) -> (String, Vec<u8>) {
@@ -259,7 +298,11 @@ mod tests {
     use super::*;
 
     fn loss(what: Lost) -> Loss {
-        Loss { call: 1, what, seed: 1 }
+        Loss {
+            call: 1,
+            what,
+            seed: 1,
+        }
     }
 
     #[test]
@@ -273,14 +316,22 @@ mod tests {
             Step::Open(path("flushed.part")),
             Step::Write(path("flushed.part")),
             Step::Sync(path("flushed.part"), 10),
-            Step::Rename { from: path("flushed.part"), to: path("flushed"), replaced: None },
+            Step::Rename {
+                from: path("flushed.part"),
+                to: path("flushed"),
+                replaced: None,
+            },
             Step::Open(path("series")),
             Step::Write(path("series")),
             Step::Sync(path("series"), 4),
             Step::Write(path("series")),
             Step::Open(path("page.part")),
             Step::Write(path("page.part")),
-            Step::Rename { from: path("page.part"), to: path("page"), replaced: None },
+            Step::Rename {
+                from: path("page.part"),
+                to: path("page"),
+                replaced: None,
+            },
         ];
         Disk::after(&steps).lose(&loss(Lost::Bytes)).unwrap();
         let length = |name: &str| fs::metadata(path(name)).unwrap().len();
@@ -295,8 +346,15 @@ mod tests {
         fs::write(path("old"), "old").unwrap();
         undo(&path("a.part"), &path("a"), Some(&path("old"))).unwrap();
         let read = |name: &str| fs::read_to_string(path(name)).unwrap();
-        assert_eq!((read("a"), read("a.part")), ("old".to_owned(), "new".to_owned()));
-        let rename = Step::Rename { from: path("b.part"), to: path("b"), replaced: None };
+        assert_eq!(
+            (read("a"), read("a.part")),
+            ("old".to_owned(), "new".to_owned())
+        );
+        let rename = Step::Rename {
+            from: path("b.part"),
+            to: path("b"),
+            replaced: None,
+        };
         assert_eq!(Disk::after(std::slice::from_ref(&rename)).renames.len(), 1);
         let flush = Step::SyncFolder(root.path().to_owned());
         assert!(Disk::after(&[rename, flush]).renames.is_empty());

@@ -66,14 +66,25 @@ impl Library {
     /// It cannot be built. Other systems than Linux have no `LD_PRELOAD`, or other functions behind
     /// their files.
     pub fn build() -> Result<Self> {
-        ensure!(cfg!(target_os = "linux"), "the library of faults is for Linux");
+        ensure!(
+            cfg!(target_os = "linux"),
+            "the library of faults is for Linux"
+        );
         let program = env::current_exe().context("cannot find this program")?;
         let folder = program.parent().context("this program has no folder")?;
-        let target = folder.parent().context("this program is not in the folder of a build")?;
+        let target = folder
+            .parent()
+            .context("this program is not in the folder of a build")?;
         let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let mut command = Command::new(cargo);
         command
-            .args(["build", "--quiet", "--package", "carom-faults", "--manifest-path"])
+            .args([
+                "build",
+                "--quiet",
+                "--package",
+                "carom-faults",
+                "--manifest-path",
+            ])
             .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("faults/Cargo.toml"))
             .arg("--target-dir")
             .arg(target);
@@ -81,7 +92,11 @@ impl Library {
             command.arg("--release");
         }
         let built = command.output().context("cannot start cargo")?;
-        ensure!(built.status.success(), "cargo build: {}", String::from_utf8_lossy(&built.stderr));
+        ensure!(
+            built.status.success(),
+            "cargo build: {}",
+            String::from_utf8_lossy(&built.stderr)
+        );
         let path = folder.join("libcarom_faults.so");
         ensure!(path.is_file(), "cargo has not built {}", path.display());
         Ok(Self { path })
@@ -120,9 +135,16 @@ impl Journal {
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(JOURNAL);
         // A process that was killed before its first call has none.
-        let text = if path.exists() { fs::read_to_string(&path) } else { Ok(String::new()) };
+        let text = if path.exists() {
+            fs::read_to_string(&path)
+        } else {
+            Ok(String::new())
+        };
         let mut journal = Self::default();
-        for line in text.with_context(|| format!("cannot read {}", path.display()))?.lines() {
+        for line in text
+            .with_context(|| format!("cannot read {}", path.display()))?
+            .lines()
+        {
             let (number, step) = step(line)?;
             journal.calls = journal.calls.max(number);
             journal.steps.push(step);
@@ -144,7 +166,11 @@ fn step(line: &str) -> Result<(u64, Step)> {
         ["syncdir", path] => Step::SyncFolder(path.into()),
         ["rename", from, to, link] => {
             let replaced = (!link.is_empty()).then(|| link.into());
-            Step::Rename { from: from.into(), to: to.into(), replaced }
+            Step::Rename {
+                from: from.into(),
+                to: to.into(),
+                replaced,
+            }
         }
         ["remove", path] => Step::Remove(path.into()),
         ["mkdir", _] => Step::MakeFolder,
@@ -160,10 +186,18 @@ mod tests {
     #[test]
     fn the_record_is_read() {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join(JOURNAL), "1\topen\t/a\n2\twrite\t/a\n4\trename\t/a\t/b\t\n").unwrap();
+        fs::write(
+            folder.path().join(JOURNAL),
+            "1\topen\t/a\n2\twrite\t/a\n4\trename\t/a\t/b\t\n",
+        )
+        .unwrap();
         let journal = Journal::read(folder.path()).unwrap();
         assert_eq!((journal.calls, journal.steps.len()), (4, 3));
-        let rename = Step::Rename { from: "/a".into(), to: "/b".into(), replaced: None };
+        let rename = Step::Rename {
+            from: "/a".into(),
+            to: "/b".into(),
+            replaced: None,
+        };
         assert_eq!(journal.steps[2], rename);
         assert!(step("x\topen\t/a").is_err() && step("1\tdance\t/a").is_err());
     }

@@ -20,7 +20,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(2);
 pub const LIMIT: Duration = Duration::from_mins(2);
 
 /// Size of the address space of a process (KiB), where the shell can limit it.
-const MOST_MEMORY: u64 = 8 << 20;
+const MAX_MEMORY: u64 = 8 << 20;
 
 /// A running process.
 #[derive(Debug)]
@@ -44,15 +44,26 @@ impl Ended {
     /// Whether a process ended as it should: with success, a failed check, an error or a signal
     /// that it was sent; not by a panic, an abort, a fault of memory, or the time limit.
     pub fn is_orderly(&self) -> bool {
-        matches!(self.code, Some(0..=3 | 129 | 130 | 137 | 143)) && !self.said.contains("panicked at")
+        matches!(self.code, Some(0..=3 | 129 | 130 | 137 | 143))
+            && !self.said.contains("panicked at")
     }
 }
 
 impl std::fmt::Display for Ended {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let end = self.code.map_or_else(|| "time-out".to_owned(), |code| format!("exit code {code}"));
-        let words: Vec<&str> = self.said.lines().filter(|line| !line.trim().is_empty()).collect();
-        write!(formatter, "{end}: {}", words[words.len().saturating_sub(3)..].join(" / "))
+        let end = self
+            .code
+            .map_or_else(|| "time-out".to_owned(), |code| format!("exit code {code}"));
+        let words: Vec<&str> = self
+            .said
+            .lines()
+            .filter(|line| !line.trim().is_empty())
+            .collect();
+        write!(
+            formatter,
+            "{end}: {}",
+            words[words.len().saturating_sub(3)..].join(" / ")
+        )
     }
 }
 
@@ -62,8 +73,11 @@ impl Process {
     /// # Errors
     /// It cannot be started.
     pub fn start(mut command: Command, said: PathBuf) -> Result<Self> {
-        let out = File::create(&said).with_context(|| format!("cannot write {}", said.display()))?;
-        let error = out.try_clone().context("the file of the output cannot be shared")?;
+        let out =
+            File::create(&said).with_context(|| format!("cannot write {}", said.display()))?;
+        let error = out
+            .try_clone()
+            .context("the file of the output cannot be shared")?;
         let child = command
             .stdin(Stdio::null())
             .stdout(out)
@@ -91,7 +105,10 @@ impl Process {
     pub fn wait_for(&mut self, time: Duration) -> Result<Option<ExitStatus>> {
         let begun = Instant::now();
         loop {
-            let status = self.child.try_wait().context("cannot wait for the program")?;
+            let status = self
+                .child
+                .try_wait()
+                .context("cannot wait for the program")?;
             if status.is_some() || begun.elapsed() >= time {
                 return Ok(status);
             }
@@ -115,7 +132,10 @@ impl Process {
             let _ = self.child.wait();
         }
         let said = fs::read(&self.said).unwrap_or_default();
-        Ok(Ended { code: status.map(code), said: String::from_utf8_lossy(&said).into_owned() })
+        Ok(Ended {
+            code: status.map(code),
+            said: String::from_utf8_lossy(&said).into_owned(),
+        })
     }
 }
 
@@ -130,7 +150,10 @@ impl Drop for Process {
 #[cfg(unix)]
 fn code(status: ExitStatus) -> i32 {
     use std::os::unix::process::ExitStatusExt as _;
-    status.code().or_else(|| status.signal().map(|signal| 128 + signal)).unwrap_or(-1)
+    status
+        .code()
+        .or_else(|| status.signal().map(|signal| 128 + signal))
+        .unwrap_or(-1)
 }
 
 #[cfg(not(unix))]
@@ -142,13 +165,16 @@ fn code(status: ExitStatus) -> i32 {
 pub fn carom(program: &Path, folder: &Path, words: &str) -> Command {
     let mut command = if cfg!(unix) {
         let mut shell = Command::new("sh");
-        let script = format!("ulimit -v {MOST_MEMORY} 2>/dev/null; exec \"$0\" \"$@\"");
+        let script = format!("ulimit -v {MAX_MEMORY} 2>/dev/null; exec \"$0\" \"$@\"");
         shell.args(["-c", &script]).arg(program);
         shell
     } else {
         Command::new(program)
     };
-    command.arg(COMMAND).args(words.split_whitespace()).current_dir(folder);
+    command
+        .arg(COMMAND)
+        .args(words.split_whitespace())
+        .current_dir(folder);
     command
 }
 

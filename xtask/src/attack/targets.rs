@@ -38,7 +38,13 @@ pub struct Target {
 
 impl Target {
     const fn new(name: &'static str, start: &'static str, again: &'static str) -> Self {
-        Self { name, before: &[], start, again, is_repeatable: true }
+        Self {
+            name,
+            before: &[],
+            start,
+            again,
+            is_repeatable: true,
+        }
     }
 }
 
@@ -70,7 +76,10 @@ pub const TARGETS: [Target; 11] = [
         "sweep study.toml --shard 1/2 --out out --threads 1 --checkpoint-every 0.01",
     ),
     Target {
-        before: &["sweep study.toml --shard 1/2 --out shard-1", "sweep study.toml --shard 2/2 --out shard-2"],
+        before: &[
+            "sweep study.toml --shard 1/2 --out shard-1",
+            "sweep study.toml --shard 2/2 --out shard-2",
+        ],
         ..Target::new(
             "merge of sweeps",
             "merge shard-1 shard-2 --out out",
@@ -78,8 +87,15 @@ pub const TARGETS: [Target; 11] = [
         )
     },
     Target {
-        before: &["run short.toml --out run-1", "run short.toml --seed 9 --out run-2"],
-        ..Target::new("merge of runs", "merge run-1 run-2 --out out", "merge run-1 run-2 --out out --force")
+        before: &[
+            "run short.toml --out run-1",
+            "run short.toml --seed 9 --out run-2",
+        ],
+        ..Target::new(
+            "merge of runs",
+            "merge run-1 run-2 --out out",
+            "merge run-1 run-2 --out out --force",
+        )
     },
     Target::new(
         "billiard",
@@ -113,7 +129,10 @@ pub const TARGETS: [Target; 11] = [
 /// # Errors
 /// There is none.
 pub fn target(name: &str) -> Result<&'static Target> {
-    TARGETS.iter().find(|target| target.name == name).with_context(|| format!("there is no target '{name}'"))
+    TARGETS
+        .iter()
+        .find(|target| target.name == name)
+        .with_context(|| format!("there is no target '{name}'"))
 }
 
 /// Files from which the targets start.
@@ -150,9 +169,16 @@ impl Place {
             let temporary = temporary.context("cannot create a temporary folder")?;
             (temporary.path().to_owned(), Some(temporary))
         };
-        fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
-        let folder = folder.canonicalize().context("the folder of the attack has no path")?;
-        let place = Self { program, folder, _temporary: temporary };
+        fs::create_dir_all(&folder)
+            .with_context(|| format!("cannot create {}", folder.display()))?;
+        let folder = folder
+            .canonicalize()
+            .context("the folder of the attack has no path")?;
+        let place = Self {
+            program,
+            folder,
+            _temporary: temporary,
+        };
         for (name, text) in INPUTS {
             place.write(name, text.as_bytes())?;
         }
@@ -227,7 +253,10 @@ impl References {
     /// No undisturbed run has been made. The place of each case is the folder `kept`, if given, and
     /// else a temporary folder.
     pub fn new(kept: Option<PathBuf>) -> Self {
-        Self { known: Mutex::default(), kept }
+        Self {
+            known: Mutex::default(),
+            kept,
+        }
     }
 
     /// The undisturbed run of a target.
@@ -253,7 +282,11 @@ impl References {
             anyhow::bail!("the undisturbed '{}' leaves {fault}", target.name);
         }
         fs::remove_dir_all(&out).with_context(|| format!("cannot remove {}", out.display()))?;
-        let reference = Arc::new(Reference { template, contents, duration });
+        let reference = Arc::new(Reference {
+            template,
+            contents,
+            duration,
+        });
         known.insert(target.name, Arc::clone(&reference));
         Ok(reference)
     }
@@ -284,7 +317,9 @@ impl References {
             let words = ended.to_string();
             ended = place.run(target.start)?;
             if ended.code != Some(0) {
-                return Ok(Some(format!("it can be neither resumed nor started: {words}; {ended}")));
+                return Ok(Some(format!(
+                    "it can be neither resumed nor started: {words}; {ended}"
+                )));
             }
         }
         if ended.code != Some(0) {

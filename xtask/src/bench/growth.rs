@@ -41,14 +41,54 @@ struct Goal {
 }
 
 const GOALS: [Goal; 9] = [
-    Goal { name: "dumbbell", shapes: &["dumbbell"], area_fraction: 0.84, seconds: 5.0 },
-    Goal { name: "tee", shapes: &["tee"], area_fraction: 0.67, seconds: 5.0 },
-    Goal { name: "cross", shapes: &["cross"], area_fraction: 0.68, seconds: 5.0 },
-    Goal { name: "corner", shapes: &["corner"], area_fraction: 0.75, seconds: 5.0 },
-    Goal { name: "ring:8", shapes: &["ring:8"], area_fraction: 0.57, seconds: 5.0 },
-    Goal { name: "rod:4", shapes: &["rod:4"], area_fraction: 0.78, seconds: 15.0 },
-    Goal { name: "rod:8", shapes: &["rod:8"], area_fraction: 0.70, seconds: 20.0 },
-    Goal { name: "discs", shapes: &["discs"], area_fraction: 0.84, seconds: 2.0 },
+    Goal {
+        name: "dumbbell",
+        shapes: &["dumbbell"],
+        area_fraction: 0.84,
+        seconds: 5.0,
+    },
+    Goal {
+        name: "tee",
+        shapes: &["tee"],
+        area_fraction: 0.67,
+        seconds: 5.0,
+    },
+    Goal {
+        name: "cross",
+        shapes: &["cross"],
+        area_fraction: 0.68,
+        seconds: 5.0,
+    },
+    Goal {
+        name: "corner",
+        shapes: &["corner"],
+        area_fraction: 0.75,
+        seconds: 5.0,
+    },
+    Goal {
+        name: "ring:8",
+        shapes: &["ring:8"],
+        area_fraction: 0.57,
+        seconds: 5.0,
+    },
+    Goal {
+        name: "rod:4",
+        shapes: &["rod:4"],
+        area_fraction: 0.78,
+        seconds: 15.0,
+    },
+    Goal {
+        name: "rod:8",
+        shapes: &["rod:8"],
+        area_fraction: 0.70,
+        seconds: 20.0,
+    },
+    Goal {
+        name: "discs",
+        shapes: &["discs"],
+        area_fraction: 0.84,
+        seconds: 2.0,
+    },
     Goal {
         name: "mixture",
         shapes: &["disc", "dumbbell", "tee", "rod:8", "ring:8"],
@@ -63,7 +103,10 @@ const GOALS: [Goal; 9] = [
 /// A gas jams, or its molecules overlap.
 pub fn run(options: &Options) -> Result<Verdict> {
     let mut verdict = Verdict::Passed;
-    for goal in GOALS.iter().filter(|goal| goal.name.starts_with(&options.gas)) {
+    for goal in GOALS
+        .iter()
+        .filter(|goal| goal.name.starts_with(&options.gas))
+    {
         let mut times = Vec::new();
         let mut rows = Vec::new();
         for seed in 1..=options.seeds {
@@ -82,7 +125,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
             ensure!(overlaps.pairs == 0, "{}: {overlaps:?}", goal.name);
             rows.push((steps, progress));
         }
-        let [least, most] = [f64::min, f64::max].map(|of| times.iter().copied().reduce(of).unwrap_or(0.0));
+        let [least, most] =
+            [f64::min, f64::max].map(|of| times.iter().copied().reduce(of).unwrap_or(0.0));
         // Ten times the molecules may take twelve times the time.
         let allowed = goal.seconds * (options.count as f64 / 1000.0).powf(12f64.log10());
         let (steps, progress) = rows[0];
@@ -117,12 +161,22 @@ fn gases(goal: &Goal) -> Vec<GasSpec> {
     };
     let of = |&shape: &&str| match shape {
         // Ten sizes from 0.7 to 1.3.
-        "discs" => (0..10).map(|size| named("disc", 0.73 + 0.06 * f64::from(size))).collect(),
+        "discs" => (0..10)
+            .map(|size| named("disc", 0.73 + 0.06 * f64::from(size)))
+            .collect(),
         // Three touching discs around a right angle.
         "corner" => {
-            let atom = |x, y| AtomSpec { at: [x, y], radius: 1.0, mass: 1.0 };
+            let atom = |x, y| AtomSpec {
+                at: [x, y],
+                radius: 1.0,
+                mass: 1.0,
+            };
             let atoms = vec![atom(0.0, 0.0), atom(2.0, 0.0), atom(0.0, 2.0)];
-            vec![GasSpec { atoms, energy: 1.0, ..GasSpec::default() }]
+            vec![GasSpec {
+                atoms,
+                energy: 1.0,
+                ..GasSpec::default()
+            }]
         }
         shape => vec![named(shape, 1.0)],
     };
@@ -138,14 +192,32 @@ fn scene(goal: &Goal, options: &Options, seed: u64) -> Scene {
     }
     let atoms = |gas: &GasSpec| -> f64 {
         let name = gas.shape.as_deref().unwrap_or("rod:3");
-        let shape = name.parse::<carom::geometry::Shape>().map(|shape| shape.atoms(1.0, 1.0));
-        let count = shape.ok().and_then(Result::ok).map_or(0, |atoms| atoms.len());
-        count as f64 * gas.atom_radius.as_ref().and_then(Quantity::number).unwrap_or(1.0).powi(2)
+        let shape = name
+            .parse::<carom::geometry::Shape>()
+            .map(|shape| shape.atoms(1.0, 1.0));
+        let count = shape
+            .ok()
+            .and_then(Result::ok)
+            .map_or(0, |atoms| atoms.len());
+        count as f64
+            * gas
+                .atom_radius
+                .as_ref()
+                .and_then(Quantity::number)
+                .unwrap_or(1.0)
+                .powi(2)
     };
     let area = PI * each as f64 * gas.iter().map(atoms).sum::<f64>();
     let side = (area / options.area_fraction.unwrap_or(goal.area_fraction)).sqrt();
-    let start = StartSpec { relax: Some(options.relax), ..StartSpec::default() };
-    let mut scene = Scene { gas, start, ..Scene::default() };
+    let start = StartSpec {
+        relax: Some(options.relax),
+        ..StartSpec::default()
+    };
+    let mut scene = Scene {
+        gas,
+        start,
+        ..Scene::default()
+    };
     (scene.bounds.sides, scene.bounds.seed) = ([side; 2], seed);
     scene
 }

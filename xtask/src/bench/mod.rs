@@ -74,7 +74,10 @@ pub fn run(bench: &Bench) -> Result<Verdict> {
         Bench::Tiles(options) => return tiles::run(options),
     };
     let mut all = Vec::new();
-    for (name, scene) in scenes::all().into_iter().filter(|(name, _)| name.starts_with(&options.scene)) {
+    for (name, scene) in scenes::all()
+        .into_iter()
+        .filter(|(name, _)| name.starts_with(&options.scene))
+    {
         let timings = time_scene(name, &scene(), options)?;
         for timing in &timings {
             print_line(&row(timing));
@@ -88,7 +91,11 @@ pub fn run(bench: &Bench) -> Result<Verdict> {
 fn seconds(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     let is_fine = seconds > 0.0 && seconds.is_finite();
-    if is_fine { Ok(seconds) } else { Err("the time must be positive and finite".to_owned()) }
+    if is_fine {
+        Ok(seconds)
+    } else {
+        Err("the time must be positive and finite".to_owned())
+    }
 }
 
 fn row(timing: &Timing) -> String {
@@ -123,8 +130,16 @@ struct Engine {
 impl Engine {
     fn new(name: &'static str, scene: &Scene, order: Order) -> Result<Self> {
         // Turns are shorter than a window: `bench tiles` measures tiles.
-        let method = Method { order, tiles: TilesName::Never, ..Method::default() };
-        Ok(Self { name, simulation: AnySimulation::with(scene, &method)?, pace: 1e-6 })
+        let method = Method {
+            order,
+            tiles: TilesName::Never,
+            ..Method::default()
+        };
+        Ok(Self {
+            name,
+            simulation: AnySimulation::with(scene, &method)?,
+            pace: 1e-6,
+        })
     }
 
     /// Runs for about `seconds` of processor time.
@@ -146,8 +161,13 @@ impl Engine {
         self.pace = (self.simulation.time().to_f64() - begun) / spent;
         let collisions = self.simulation.view().counters().collisions - before;
         let nanoseconds = 1e9 * spent / collisions.max(1) as f64;
-        let cycles = clock_before.zip(gigahertz()).map(|(a, b)| 0.5 * (a + b) * nanoseconds);
-        Ok(Turn { nanoseconds, cycles: cycles.unwrap_or(f64::NAN) })
+        let cycles = clock_before
+            .zip(gigahertz())
+            .map(|(a, b)| 0.5 * (a + b) * nanoseconds);
+        Ok(Turn {
+            nanoseconds,
+            cycles: cycles.unwrap_or(f64::NAN),
+        })
     }
 
     fn bytes_per_body(&self) -> f64 {
@@ -159,7 +179,11 @@ fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Ve
     let mut engines = vec![
         Engine::new("cells", scene, Order::Cells(Instructions::Widest))?,
         Engine::new("cells-avx2", scene, Order::Cells(Instructions::Avx2))?,
-        Engine::new("cells-portable", scene, Order::Cells(Instructions::Portable))?,
+        Engine::new(
+            "cells-portable",
+            scene,
+            Order::Cells(Instructions::Portable),
+        )?,
         Engine::new("thesis", scene, Order::Heap(CellsPerSide::Automatic))?,
     ];
     let n = engines[0].simulation.view().len();
@@ -186,7 +210,11 @@ fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Ve
         bytes_per_body: engine.bytes_per_body(),
         n,
     };
-    Ok(engines.iter().zip(medians).map(|(engine, turn)| timing(engine, turn)).collect())
+    Ok(engines
+        .iter()
+        .zip(medians)
+        .map(|(engine, turn)| timing(engine, turn))
+        .collect())
 }
 
 /// Medians of nanoseconds and of cycles.
@@ -196,5 +224,8 @@ fn median(turns: &[Turn]) -> Turn {
         numbers.sort_by(f64::total_cmp);
         numbers[numbers.len() / 2]
     };
-    Turn { nanoseconds: of(|turn| turn.nanoseconds), cycles: of(|turn| turn.cycles) }
+    Turn {
+        nanoseconds: of(|turn| turn.nanoseconds),
+        cycles: of(|turn| turn.cycles),
+    }
 }

@@ -11,9 +11,12 @@ type Build = Box<dyn Fn() -> Scene>;
 pub fn all() -> Vec<(&'static str, Build)> {
     let mut scenes: Vec<(&'static str, Build)> =
         vec![("thesis-gas", Box::new(|| gas_only(fraction(0.01, 0.5))))];
-    for (name, count) in
-        [("gas-1e3", 1_000), ("gas-1e4", 10_000), ("gas-1e5", 100_000), ("gas-1e6", 1_000_000)]
-    {
+    for (name, count) in [
+        ("gas-1e3", 1_000),
+        ("gas-1e4", 10_000),
+        ("gas-1e5", 100_000),
+        ("gas-1e6", 1_000_000),
+    ] {
         scenes.push((name, Box::new(move || gas_only(filling(count, 0.5)))));
     }
     let dilute = [
@@ -28,7 +31,10 @@ pub fn all() -> Vec<(&'static str, Build)> {
     }
     scenes.push(("dense-0.7", Box::new(|| gas_only(filling(10_000, 0.7)))));
     scenes.push(("mixture-10", Box::new(|| mixture(10_000, 100, 10.0))));
-    scenes.push(("mixture-10-without", Box::new(|| gas_only(filling(10_000, among(0.2, 0.2))))));
+    scenes.push((
+        "mixture-10-without",
+        Box::new(|| gas_only(filling(10_000, among(0.2, 0.2)))),
+    ));
     scenes.push(("mixture-100", Box::new(|| mixture(40_000, 4, 100.0))));
     scenes.push(("tee", Box::new(tee)));
     scenes.push(("tees-50", Box::new(tees)));
@@ -54,7 +60,11 @@ fn discs(radius: f64, mass: f64, count: usize) -> GasSpec {
 }
 
 fn fraction(radius: f64, area_fraction: f64) -> GasSpec {
-    GasSpec { count: None, area_fraction: Some(area_fraction), ..discs(radius, 1.0, 0) }
+    GasSpec {
+        count: None,
+        area_fraction: Some(area_fraction),
+        ..discs(radius, 1.0, 0)
+    }
 }
 
 fn filling(count: usize, area_fraction: f64) -> GasSpec {
@@ -92,20 +102,41 @@ impl LargeGas {
                 gas_only(molecules("dumbbell", atom_radius, 0.5, count))
             }
             Self::BetweenWalls => {
-                let wall = |x, y| WallSpec { x, y, ..WallSpec::default() };
-                let wall = vec![wall(Some(0.0), None), wall(None, Some(0.0)), wall(None, Some(0.5))];
-                Scene { wall, ..gas_only(discs) }
+                let wall = |x, y| WallSpec {
+                    x,
+                    y,
+                    ..WallSpec::default()
+                };
+                let wall = vec![
+                    wall(Some(0.0), None),
+                    wall(None, Some(0.0)),
+                    wall(None, Some(0.5)),
+                ];
+                Scene {
+                    wall,
+                    ..gas_only(discs)
+                }
             }
             Self::AmongBumpers => {
-                let radius = discs.radius.as_ref().and_then(Quantity::number).unwrap_or(0.0);
+                let radius = discs
+                    .radius
+                    .as_ref()
+                    .and_then(Quantity::number)
+                    .unwrap_or(0.0);
                 let side = (count as f64 / 16.0).sqrt().round();
                 let places = 0..(side * side) as usize;
                 let bumper = places.map(|place| BumperSpec {
                     tags: Vec::new(),
-                    at: [(place as f64 % side + 0.5) / side, ((place as f64 / side).floor() + 0.5) / side],
+                    at: [
+                        (place as f64 % side + 0.5) / side,
+                        ((place as f64 / side).floor() + 0.5) / side,
+                    ],
                     radius: 2.0 * radius,
                 });
-                Scene { bumper: bumper.collect(), ..gas_only(discs) }
+                Scene {
+                    bumper: bumper.collect(),
+                    ..gas_only(discs)
+                }
             }
         }
     }
@@ -116,7 +147,11 @@ fn gas_only(gas: GasSpec) -> Scene {
 }
 
 fn with_gas(molecule: Vec<MoleculeSpec>, gas: Vec<GasSpec>) -> Scene {
-    let mut scene = Scene { molecule, gas, ..Scene::default() };
+    let mut scene = Scene {
+        molecule,
+        gas,
+        ..Scene::default()
+    };
     scene.bounds.seed = 1;
     scene
 }
@@ -146,33 +181,70 @@ fn molecules(shape: &str, atom_radius: f64, atom_mass: f64, count: usize) -> Gas
 /// proportional to areas.
 fn mixture(small: usize, large: usize, ratio: f64) -> Scene {
     let radius = (0.2 / (PI * small as f64)).sqrt();
-    with_gas(vec![], vec![discs(radius, 1.0, small), discs(ratio * radius, ratio * ratio, large)])
+    with_gas(
+        vec![],
+        vec![
+            discs(radius, 1.0, small),
+            discs(ratio * radius, ratio * ratio, large),
+        ],
+    )
 }
 
 /// The Brownian experiment: a tee with atoms of half the gas radius, in the gas of the thesis, with
 /// its bumper.
 fn tee() -> Scene {
-    let bumper = BumperSpec { radius: 0.0025, at: [0.1, 0.1], tags: vec![] };
+    let bumper = BumperSpec {
+        radius: 0.0025,
+        at: [0.1, 0.1],
+        tags: vec![],
+    };
     let scene = with_gas(vec![single("tee", 0.005, 2.0)], vec![fraction(0.01, 0.5)]);
-    Scene { bumper: vec![bumper], ..scene }
+    Scene {
+        bumper: vec![bumper],
+        ..scene
+    }
 }
 
 fn tees() -> Scene {
-    with_gas(vec![], vec![molecules("tee", 0.005, 0.25, 50), fraction(0.01, 0.45)])
+    with_gas(
+        vec![],
+        vec![molecules("tee", 0.005, 0.25, 50), fraction(0.01, 0.45)],
+    )
 }
 
 fn rod() -> Scene {
-    with_gas(vec![single("rod:50", 0.0025, 0.0625)], vec![fraction(0.01, 0.48)])
+    with_gas(
+        vec![single("rod:50", 0.0025, 0.0625)],
+        vec![fraction(0.01, 0.48)],
+    )
 }
 
 fn dumbbells(area_fraction: f64) -> GasSpec {
-    molecules("dumbbell", (area_fraction / (2000.0 * PI)).sqrt(), 0.5, 1000)
+    molecules(
+        "dumbbell",
+        (area_fraction / (2000.0 * PI)).sqrt(),
+        0.5,
+        1000,
+    )
 }
 
 fn one_big_disc() -> Scene {
     let gas = filling(10_000, 0.4);
-    let radius = 20.0 * gas.radius.as_ref().and_then(Quantity::number).unwrap_or(0.0);
-    let big = AtomSpec { at: [0.0; 2], radius, mass: 400.0 };
-    let molecule = MoleculeSpec { atoms: vec![big], at: [0.5, 0.5], ..MoleculeSpec::default() };
+    let radius = 20.0
+        * gas
+            .radius
+            .as_ref()
+            .and_then(Quantity::number)
+            .unwrap_or(0.0);
+    let big = AtomSpec {
+        at: [0.0; 2],
+        radius,
+        mass: 400.0,
+    };
+    let molecule = MoleculeSpec {
+        atoms: vec![big],
+        at: [0.5, 0.5],
+        ..MoleculeSpec::default()
+    };
     with_gas(vec![molecule], vec![gas])
 }

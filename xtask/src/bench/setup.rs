@@ -45,7 +45,11 @@ fn time(count: usize, options: &Options) -> Result<String> {
         count: Some(count),
         ..GasSpec::default()
     };
-    let text = Scene { gas: vec![gas], ..Scene::default() }.to_toml();
+    let text = Scene {
+        gas: vec![gas],
+        ..Scene::default()
+    }
+    .to_toml();
     let clock = ThreadTime::now();
     let mut simulation = AnySimulation::new(&Scene::from_toml(&text)?)?;
     let built = clock.elapsed();
@@ -71,7 +75,10 @@ fn time(count: usize, options: &Options) -> Result<String> {
     let specs: Vec<MoleculeSpec> = specs.collect();
     let clock = ThreadTime::now();
     let added = simulation.edit(|batch| {
-        let added: Vec<_> = specs.iter().filter_map(|spec| batch.add(spec).ok()).collect();
+        let added: Vec<_> = specs
+            .iter()
+            .filter_map(|spec| batch.add(spec).ok())
+            .collect();
         for &key in &added {
             batch.tag(key, "added")?;
         }

@@ -26,7 +26,7 @@ const SCALING: [(usize, u32); 4] = [(1, 200), (8, 200), (64, 62), (512, 40)];
 const WINDOWS: u32 = 6;
 
 /// Times that the stretch in which the mean free time is measured is doubled.
-const LONGEST_TRIAL: u32 = 30;
+const MAX_TRIAL: u32 = 30;
 
 /// Options of `cargo xtask bench tiles`.
 #[derive(Debug, Args)]
@@ -114,7 +114,10 @@ struct Scaling {
 /// # Errors
 /// The gas cannot be built or run, or two variants differ.
 pub fn run(options: &Options) -> Result<Verdict> {
-    ensure!(options.bodies > 0 && options.contacts > 0.0, "the bodies and their contacts must be positive");
+    ensure!(
+        options.bodies > 0 && options.contacts > 0.0,
+        "the bodies and their contacts must be positive"
+    );
     let mut scene = options.gas.scene(options.bodies, options.area_fraction);
     scene.elasticity.default = options.elasticity;
     let base = AnySimulation::new(&scene)?;
@@ -130,7 +133,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 variant.turns.push(turn);
             }
         }
-        ensure!(variants.iter().all(|variant| same(&variants[0], variant)), "two variants differ");
+        ensure!(
+            variants.iter().all(|variant| same(&variants[0], variant)),
+            "two variants differ"
+        );
     }
     let rows = rows(options, &variants);
     rows.iter().for_each(print);
@@ -147,12 +153,30 @@ fn variants(options: &Options, base: &AnySimulation) -> Vec<Variant> {
     let variant = |name: String, tiling: Tiling| {
         let mut simulation = base.clone();
         simulation.set_tiling(&tiling);
-        Variant { name, simulation, turns: Vec::new() }
+        Variant {
+            name,
+            simulation,
+            turns: Vec::new(),
+        }
     };
     let in_tiles = |threads| {
-        let Options { side, window, margin, front, .. } = *options;
+        let Options {
+            side,
+            window,
+            margin,
+            front,
+            ..
+        } = *options;
         let (least_bodies, least_molecules) = (1, 1);
-        let tiling = Tiling { threads, least_bodies, least_molecules, side, window, margin, front };
+        let tiling = Tiling {
+            threads,
+            least_bodies,
+            least_molecules,
+            side,
+            window,
+            margin,
+            front,
+        };
         variant(format!("tiles, {threads} threads"), tiling)
     };
     let mut variants = vec![variant("in order".to_owned(), Tiling::NONE), in_tiles(1)];
@@ -167,7 +191,7 @@ fn free_time(options: &Options, base: &AnySimulation) -> Result<f64> {
     let mut copy = base.clone();
     // Bodies of unit speed pass their mean distance in this time.
     let (mut from, mut until) = ((0.0, 0), 0.1 / bodies.sqrt());
-    for _ in 0..LONGEST_TRIAL {
+    for _ in 0..MAX_TRIAL {
         copy.run_until(until)?;
         let collisions = copy.view().counters().collisions;
         if collisions > options.bodies as u64 {
@@ -199,7 +223,8 @@ fn same(one: &Variant, other: &Variant) -> bool {
     motions.into_iter().all(|(one, other)| {
         bits(one.motion.position) == bits(other.motion.position)
             && bits(one.motion.velocity) == bits(other.motion.velocity)
-            && one.motion.orientation.turns().to_bits() == other.motion.orientation.turns().to_bits()
+            && one.motion.orientation.turns().to_bits()
+                == other.motion.orientation.turns().to_bits()
     })
 }
 
@@ -229,8 +254,17 @@ fn rows(options: &Options, variants: &[Variant]) -> Vec<Row> {
 }
 
 fn print(row: &Row) {
-    let Row { bodies, variant, wall_ns, cpu_ns, cpu_ratio, wall_ratio, work, tiles_repeated, bytes_per_body } =
-        row;
+    let Row {
+        bodies,
+        variant,
+        wall_ns,
+        cpu_ns,
+        cpu_ratio,
+        wall_ratio,
+        work,
+        tiles_repeated,
+        bytes_per_body,
+    } = row;
     print_line(&format!(
         "{bodies:>9} bodies  {variant:<18} {wall_ns:>7.1} ns wall {cpu_ns:>7.1} ns cpu  \
          {cpu_ratio:>5.2} x in order (cpu) {wall_ratio:>5.2} x one thread (wall)  \
@@ -262,7 +296,10 @@ fn measure(base: &AnySimulation, tiling: &Tiling, length: f64) -> Result<Option<
         let copy = timed(&mut simulation, until)?;
         let work = simulation.tile_work();
         let in_tiles: f64 = work.iter().map(|tile| tile.seconds).sum();
-        last = Some(Measured { work, between: (seconds - copy - in_tiles).max(0.0) });
+        last = Some(Measured {
+            work,
+            between: (seconds - copy - in_tiles).max(0.0),
+        });
     }
     Ok(last)
 }
@@ -282,15 +319,26 @@ fn timed(simulation: &mut AnySimulation, until: f64) -> Result<f64> {
 fn scaling(base: &AnySimulation, free_time: f64, order_ns: f64) -> Result<()> {
     let mut table = Vec::new();
     for (cores, side) in SCALING {
-        let tiling = Tiling { least_bodies: 1, least_molecules: 1, side, ..Tiling::NONE };
-        let Some(Measured { work, between }) = measure(base, &tiling, tiling.window * free_time)? else {
-            print_line(&format!("{cores} cores: the box has no room for tiles of {side} cells"));
+        let tiling = Tiling {
+            least_bodies: 1,
+            least_molecules: 1,
+            side,
+            ..Tiling::NONE
+        };
+        let Some(Measured { work, between }) = measure(base, &tiling, tiling.window * free_time)?
+        else {
+            print_line(&format!(
+                "{cores} cores: the box has no room for tiles of {side} cells"
+            ));
             continue;
         };
         let contacts: u64 = work.iter().map(|tile| tile.contacts).sum();
         let nanoseconds = |seconds: f64| 1e9 * seconds / contacts.max(1) as f64;
         let ns = nanoseconds(longest(&work, cores) + between);
-        let bytes: usize = work.iter().map(|tile| tile.copied_bytes + tile.log_bytes).sum();
+        let bytes: usize = work
+            .iter()
+            .map(|tile| tile.copied_bytes + tile.log_bytes)
+            .sum();
         let row = Scaling {
             cores,
             tiles: work.len(),
@@ -302,7 +350,13 @@ fn scaling(base: &AnySimulation, free_time: f64, order_ns: f64) -> Result<()> {
         print_line(&format!(
             "{:>4} cores  {:>5} tiles of {side} cells  {:>7.2} ns, {:.2} of them between tiles  {:>6.1} x in order  \
              {:.1} MB between tiles in a window of {} mean free times",
-            row.cores, row.tiles, row.ns, row.between_ns, row.speedup, row.megabytes_exchanged, tiling.window,
+            row.cores,
+            row.tiles,
+            row.ns,
+            row.between_ns,
+            row.speedup,
+            row.megabytes_exchanged,
+            tiling.window,
         ));
         table.push(row);
     }

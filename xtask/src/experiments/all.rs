@@ -73,8 +73,10 @@ struct Row {
 /// The folder cannot be written, a process cannot be started, or a signal has been received.
 pub fn run(options: &Options) -> Result<Verdict> {
     let common = &options.common;
-    let (folder, _lock) =
-        Folder::claim(&common.destination.folder("out/all"), common.destination.existing())?;
+    let (folder, _lock) = Folder::claim(
+        &common.destination.folder("out/all"),
+        common.destination.existing(),
+    )?;
     let signals = Signals::watch()?;
     let mut rows = Vec::new();
     for name in EXPERIMENTS {
@@ -84,13 +86,19 @@ pub fn run(options: &Options) -> Result<Verdict> {
             "{:<32}{:<9}{:>4} checks {:>7.1} s",
             row.name, row.verdict, row.checks, row.seconds
         ));
-        row.reasons.iter().for_each(|reason| print_line(&format!("    {reason}")));
+        row.reasons
+            .iter()
+            .for_each(|reason| print_line(&format!("    {reason}")));
         rows.push(row);
     }
     folder.write_json(SUMMARY, &json!({ "experiments": rows }))?;
     write_page(&folder, &rows, common)?;
     let has_passed = rows.iter().all(|row| row.verdict == "passed");
-    Ok(if has_passed { Verdict::Passed } else { Verdict::Failed })
+    Ok(if has_passed {
+        Verdict::Passed
+    } else {
+        Verdict::Failed
+    })
 }
 
 /// Runs one experiment in a folder inside.
@@ -110,36 +118,64 @@ fn experiment(name: &'static str, folder: &Folder, size: &str) -> Result<Row> {
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
     let checks = answer["checks"].as_array().map_or(&[][..], Vec::as_slice);
     let failed = checks.iter().filter(|check| check["passed"] != true);
-    let mut reasons: Vec<String> =
-        failed.filter_map(|check| check["name"].as_str().map(str::to_owned)).collect();
+    let mut reasons: Vec<String> = failed
+        .filter_map(|check| check["name"].as_str().map(str::to_owned))
+        .collect();
     reasons.extend(answer["error"].as_str().map(str::to_owned));
     let verdict = answer["verdict"].as_str().unwrap_or("error").to_owned();
-    Ok(Row { name, folder: inside, verdict, checks: checks.len(), reasons, seconds })
+    Ok(Row {
+        name,
+        folder: inside,
+        verdict,
+        checks: checks.len(),
+        reasons,
+        seconds,
+    })
 }
 
 /// The folder of an experiment: its name and the values of its options.
 fn folder_name(name: &str) -> String {
-    name.split(' ').map(|word| word.trim_start_matches('-')).collect::<Vec<_>>().join("-")
+    name.split(' ')
+        .map(|word| word.trim_start_matches('-'))
+        .collect::<Vec<_>>()
+        .join("-")
 }
 
 fn write_page(folder: &Folder, rows: &[Row], common: &Common<Destination>) -> Result<()> {
     let failed = rows.iter().filter(|row| row.verdict != "passed").count();
-    let mut page =
-        Page::new("All experiments", "Each experiment with its checks; their pages are linked below.");
+    let mut page = Page::new(
+        "All experiments",
+        "Each experiment with its checks; their pages are linked below.",
+    );
     page.verdict(&match failed {
         0 => format!("All {} experiments passed.", rows.len()),
         _ => format!("{failed} of {} experiments did not pass.", rows.len()),
     });
     for row in rows {
-        row.reasons.iter().for_each(|reason| page.error(&format!("{}: {reason}", row.name)));
+        row.reasons
+            .iter()
+            .for_each(|reason| page.error(&format!("{}: {reason}", row.name)));
     }
     page.part(Part::Answer);
     let cells = |row: &Row| {
         let seconds = format!("{:.1}", row.seconds);
-        vec![row.name.to_owned(), row.verdict.clone(), row.checks.to_string(), seconds]
+        vec![
+            row.name.to_owned(),
+            row.verdict.clone(),
+            row.checks.to_string(),
+            seconds,
+        ]
     };
-    page.table(&["experiment", "verdict", "checks", "time (s)"], &rows.iter().map(cells).collect::<Vec<_>>());
-    let link = |row: &Row| (format!("{}/report.html", row.folder), format!("the page of {}", row.name));
+    page.table(
+        &["experiment", "verdict", "checks", "time (s)"],
+        &rows.iter().map(cells).collect::<Vec<_>>(),
+    );
+    let link = |row: &Row| {
+        (
+            format!("{}/report.html", row.folder),
+            format!("the page of {}", row.name),
+        )
+    };
     let mut files: Vec<_> = rows.iter().map(link).collect();
     files.push((SUMMARY.to_owned(), "this table".to_owned()));
     page.files(&files);

@@ -95,7 +95,11 @@ pub struct ParallelRuns<D: Args> {
 impl<D: Args> ParallelRuns<D> {
     /// The command with every option that affects the results.
     pub fn command(&self, experiment: &str) -> String {
-        format!("{} --seed {}", self.common.command(experiment), self.random.seed)
+        format!(
+            "{} --seed {}",
+            self.common.command(experiment),
+            self.random.seed
+        )
     }
 }
 
@@ -112,7 +116,9 @@ mod tests {
     }
 
     fn common(arguments: &[&str]) -> Common<Destination> {
-        Line::try_parse_from([&["experiment"], arguments].concat()).unwrap().common
+        Line::try_parse_from([&["experiment"], arguments].concat())
+            .unwrap()
+            .common
     }
 
     #[test]
@@ -120,7 +126,10 @@ mod tests {
         for arguments in [&[][..], &["--quick"]] {
             let short = common(arguments);
             assert_eq!(short.command("none"), "cargo xtask experiment none --quick");
-            assert_eq!(short.note(": few bodies."), "This is a short run: few bodies.");
+            assert_eq!(
+                short.note(": few bodies."),
+                "This is a short run: few bodies."
+            );
             assert_eq!(short.select(1, 2), 1);
         }
         let long = common(&["--paper"]);

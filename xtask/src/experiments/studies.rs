@@ -34,12 +34,19 @@ pub struct Options {
 /// Those of [`several::run`].
 pub fn run(experiment: &str, options: &Options) -> Result<Verdict> {
     let mut choices = options.common.destination.clone();
-    choices.resumption.destination.out = Some(choices.resumption.folder(&format!("out/{experiment}")));
+    choices.resumption.destination.out =
+        Some(choices.resumption.folder(&format!("out/{experiment}")));
     let (threads, slurm) = (options.threads.threads, slurm::Options::default());
     several::run(&sweep::Options {
         studies: studies(experiment),
         quick: options.common.is_quick(),
-        how: How { choices, replicas: None, threads, shard: None, slurm },
+        how: How {
+            choices,
+            replicas: None,
+            threads,
+            shard: None,
+            slurm,
+        },
     })
 }
 
@@ -52,7 +59,8 @@ fn studies(experiment: &str) -> Vec<PathBuf> {
         return vec![folder];
     }
     let has_name = |path: &PathBuf| {
-        path.file_stem().is_some_and(|stem| stem.to_string_lossy().split('-').next() == Some(experiment))
+        path.file_stem()
+            .is_some_and(|stem| stem.to_string_lossy().split('-').next() == Some(experiment))
     };
     let entries = studies.read_dir().into_iter().flatten().flatten();
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(has_name).collect();
@@ -67,16 +75,31 @@ mod tests {
 
     #[test]
     fn all_studies_are_valid_in_both_forms_and_expect_something() {
-        let list = |folder: PathBuf| folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
+        let list = |folder: PathBuf| {
+            folder
+                .read_dir()
+                .unwrap()
+                .map(|entry| entry.unwrap().path())
+        };
         let theory = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/theory");
-        let mut all: Vec<PathBuf> = list(theory).filter(|path| path.is_dir()).flat_map(list).collect();
+        let mut all: Vec<PathBuf> = list(theory)
+            .filter(|path| path.is_dir())
+            .flat_map(list)
+            .collect();
         all.extend(["brownian", "billiard"].into_iter().flat_map(studies));
         assert!(all.len() >= 29, "{all:?}");
         for study in all {
             for is_quick in [false, true] {
-                let read = Study::read(&study, Size { replicas: None, is_quick });
+                let read = Study::read(
+                    &study,
+                    Size {
+                        replicas: None,
+                        is_quick,
+                    },
+                );
                 let read = read.unwrap_or_else(|error| panic!("{}: {error:#}", study.display()));
-                let answers = (0..read.points.len()).flat_map(|point| read.answers(point, &[], &[]));
+                let answers =
+                    (0..read.points.len()).flat_map(|point| read.answers(point, &[], &[]));
                 assert!(answers.count() > 0, "{}", study.display());
             }
         }

@@ -18,7 +18,7 @@ use super::{
 };
 
 /// Further failures of one kind are counted, but neither minimised nor written.
-const MOST_WRITTEN_PER_KIND: usize = 3;
+const MAX_WRITTEN_PER_KIND: usize = 3;
 
 /// Time limit for the minimisation of one case.
 const MINIMISING: Duration = Duration::from_mins(1);
@@ -66,9 +66,15 @@ pub fn run<S: Subject>(subject: &S, runner: &mut impl Runner, plan: &Plan) -> Re
         };
         findings.cases += 1;
         findings.total.add(&report);
-        let Some(failure) = report.failure else { continue };
-        let written = findings.failures.iter().filter(|(_, known)| known.kind == failure.kind).count();
-        if written < MOST_WRITTEN_PER_KIND {
+        let Some(failure) = report.failure else {
+            continue;
+        };
+        let written = findings
+            .failures
+            .iter()
+            .filter(|(_, known)| known.kind == failure.kind)
+            .count();
+        if written < MAX_WRITTEN_PER_KIND {
             let paused = Instant::now();
             note(subject, runner, seed, &failure, &plan.out)?;
             // The time of minimisation does not count.
@@ -116,7 +122,10 @@ pub fn replay<S: Subject>(runner: &mut impl Runner, file: &Path) -> Result<Findi
 /// See [`replay`].
 pub fn run_file(runner: &mut impl Runner, file: &Path) -> Result<Report> {
     let bytes = fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
-    let ending = file.extension().map(|ending| ending.to_string_lossy().into_owned()).unwrap_or_default();
+    let ending = file
+        .extension()
+        .map(|ending| ending.to_string_lossy().into_owned())
+        .unwrap_or_default();
     let report = runner.run_file(&ending, &bytes)?;
     if let Some(failure) = &report.failure {
         print_line(&format!("FAILED: {}: {}", failure.kind, failure.detail));
@@ -125,8 +134,17 @@ pub fn run_file(runner: &mut impl Runner, file: &Path) -> Result<Report> {
 }
 
 fn one(report: &Report, seed: u64) -> Findings {
-    let failures = report.failure.clone().map(|failure| (seed, failure)).into_iter().collect();
-    Findings { cases: 1, total: report.clone(), failures }
+    let failures = report
+        .failure
+        .clone()
+        .map(|failure| (seed, failure))
+        .into_iter()
+        .collect();
+    Findings {
+        cases: 1,
+        total: report.clone(),
+        failures,
+    }
 }
 
 /// Minimises a failing case, writes it to a file, and prints the commands to replay it.
@@ -138,8 +156,18 @@ fn note<S: Subject>(
     out: &Path,
 ) -> Result<()> {
     print_line(&format!("FAILED: {}: {}", failure.kind, failure.detail));
-    print_line(&format!("  cargo xtask {} {} --only {seed}", S::COMMAND, S::NAME));
-    let (case, left) = minimise(subject, runner, subject.draw(seed), failure.clone(), MINIMISING);
+    print_line(&format!(
+        "  cargo xtask {} {} --only {seed}",
+        S::COMMAND,
+        S::NAME
+    ));
+    let (case, left) = minimise(
+        subject,
+        runner,
+        subject.draw(seed),
+        failure.clone(),
+        MINIMISING,
+    );
     keep(subject, &case, &left, &format!("{}-{seed}", S::NAME), out)
 }
 
@@ -156,18 +184,28 @@ pub fn keep<S: Subject>(
     out: &Path,
 ) -> Result<()> {
     let (ending, bytes) = subject.write(case);
-    fs::create_dir_all(out).with_context(|| format!("cannot create the folder {}", out.display()))?;
+    fs::create_dir_all(out)
+        .with_context(|| format!("cannot create the folder {}", out.display()))?;
     let path = out.join(format!("{name}.{ending}"));
     write_whole(&path, &bytes)?;
     print_line(&format!("  minimised: {}", failure.detail));
-    print_line(&format!("  cargo xtask {} {} --replay {}", S::COMMAND, S::NAME, path.display()));
+    print_line(&format!(
+        "  cargo xtask {} {} --replay {}",
+        S::COMMAND,
+        S::NAME,
+        path.display()
+    ));
     Ok(())
 }
 
 /// The line with the counts.
 fn summary(name: &str, findings: &Findings) -> String {
     use std::fmt::Write as _;
-    let Findings { cases, total, failures } = findings;
+    let Findings {
+        cases,
+        total,
+        failures,
+    } = findings;
     let mut line = format!("fuzz {name}: {cases} cases");
     for (name, count) in &total.counts {
         // Writing to a string cannot fail.
@@ -229,7 +267,12 @@ mod tests {
     }
 
     fn plan(out: &Path) -> Plan {
-        Plan { seed: 1, time: Duration::from_mins(1), most_cases: 200, out: out.to_owned() }
+        Plan {
+            seed: 1,
+            time: Duration::from_mins(1),
+            most_cases: 200,
+            out: out.to_owned(),
+        }
     }
 
     #[test]
@@ -238,24 +281,45 @@ mod tests {
         let mut runner = InProcess(Lottery { one_in: 20 });
         let findings = run(&Lottery { one_in: 20 }, &mut runner, &plan(out.path())).unwrap();
         assert_eq!(findings.cases, 200);
-        assert!((3..30).contains(&findings.failures.len()), "{}", findings.failures.len());
+        assert!(
+            (3..30).contains(&findings.failures.len()),
+            "{}",
+            findings.failures.len()
+        );
         assert!(findings.total.counts.contains(&("tickets".to_owned(), 400)));
         let seed = findings.failures[0].0;
         let file = out.path().join(format!("lottery-{seed}.txt"));
         assert_eq!(fs::read_to_string(&file).unwrap(), "0");
-        assert_eq!(fs::read_dir(out.path()).unwrap().count(), MOST_WRITTEN_PER_KIND);
         assert_eq!(
-            run_only(&Lottery { one_in: 20 }, &mut runner, seed, out.path()).unwrap().failures.len(),
+            fs::read_dir(out.path()).unwrap().count(),
+            MAX_WRITTEN_PER_KIND
+        );
+        assert_eq!(
+            run_only(&Lottery { one_in: 20 }, &mut runner, seed, out.path())
+                .unwrap()
+                .failures
+                .len(),
             1
         );
-        assert_eq!(replay::<Lottery>(&mut runner, &file).unwrap().failures.len(), 1);
+        assert_eq!(
+            replay::<Lottery>(&mut runner, &file)
+                .unwrap()
+                .failures
+                .len(),
+            1
+        );
     }
 
     #[test]
     fn a_run_without_failures_writes_nothing() {
         let out = tempfile::tempdir().unwrap();
         let mut runner = InProcess(Lottery { one_in: u64::MAX });
-        let findings = run(&Lottery { one_in: u64::MAX }, &mut runner, &plan(out.path())).unwrap();
+        let findings = run(
+            &Lottery { one_in: u64::MAX },
+            &mut runner,
+            &plan(out.path()),
+        )
+        .unwrap();
         assert!(findings.failures.is_empty());
         assert_eq!(fs::read_dir(out.path()).unwrap().count(), 0);
     }

@@ -9,7 +9,7 @@ use super::{
 };
 
 /// Largest number of simpler cases tried.
-const MOST_TRIES: u32 = 20_000;
+const MAX_TRIES: u32 = 20_000;
 
 /// Reduces a failing case within the time limit `time`.
 ///
@@ -26,11 +26,13 @@ pub fn minimise<S: Subject>(
     'smaller: loop {
         for simpler in subject.simpler(&case) {
             tries += 1;
-            if tries > MOST_TRIES || begun.elapsed() > time {
+            if tries > MAX_TRIES || begun.elapsed() > time {
                 return (case, failure);
             }
             let (ending, bytes) = subject.write(&simpler);
-            let Ok(report) = runner.run_file(&ending, &bytes) else { return (case, failure) };
+            let Ok(report) = runner.run_file(&ending, &bytes) else {
+                return (case, failure);
+            };
             if let Some(found) = report.failure.filter(|found| found.kind == failure.kind) {
                 (case, failure) = (simpler, found);
                 continue 'smaller;
@@ -90,7 +92,13 @@ mod tests {
     fn a_minimised_case_fails_in_the_same_way_and_is_minimal() {
         let mut runner = InProcess(Lists);
         let failure = Failure::new("both", "");
-        let (case, failure) = minimise(&Lists, &mut runner, Lists.draw(0), failure, Duration::from_secs(10));
+        let (case, failure) = minimise(
+            &Lists,
+            &mut runner,
+            Lists.draw(0),
+            failure,
+            Duration::from_secs(10),
+        );
         assert_eq!(case, [3, 7]);
         assert_eq!(failure.detail, "[3, 7]");
     }

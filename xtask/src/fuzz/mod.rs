@@ -80,7 +80,7 @@ pub struct Options {
 }
 
 /// Longest run (minutes): a week.
-const LONGEST: f64 = 10_080.0;
+const MAX_MINUTES: f64 = 10_080.0;
 
 /// Runs a fuzzer.
 ///
@@ -112,13 +112,20 @@ pub fn work(name: &str) -> Result<()> {
 
 fn run_subject<S: Subject>(subject: &S, options: &Options) -> Result<Verdict> {
     ensure!(
-        options.minutes > 0.0 && options.minutes <= LONGEST,
-        "--minutes must be positive and at most {LONGEST}, but is {}",
+        options.minutes > 0.0 && options.minutes <= MAX_MINUTES,
+        "--minutes must be positive and at most {MAX_MINUTES}, but is {}",
         options.minutes
     );
     let program = env::current_exe().context("cannot find this program")?;
-    let mut worker = Worker::new(program, S::NAME, Duration::from_secs(S::TIME_LIMIT), Signals::watch()?);
-    let only = options.only.or(options.case.map(|index| random::case_seed(options.seed, index)));
+    let mut worker = Worker::new(
+        program,
+        S::NAME,
+        Duration::from_secs(S::TIME_LIMIT),
+        Signals::watch()?,
+    );
+    let only = options.only.or(options
+        .case
+        .map(|index| random::case_seed(options.seed, index)));
     let Findings { failures, .. } = if let Some(file) = &options.replay {
         campaign::replay::<S>(&mut worker, file)?
     } else if let Some(seed) = only {
@@ -132,5 +139,9 @@ fn run_subject<S: Subject>(subject: &S, options: &Options) -> Result<Verdict> {
         };
         campaign::run(subject, &mut worker, &plan)?
     };
-    Ok(if failures.is_empty() { Verdict::Passed } else { Verdict::Failed })
+    Ok(if failures.is_empty() {
+        Verdict::Passed
+    } else {
+        Verdict::Failed
+    })
 }

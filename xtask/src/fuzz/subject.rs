@@ -59,7 +59,10 @@ pub fn write_toml<T: Serialize>(case: &T) -> (String, Vec<u8>) {
 /// # Errors
 /// The file is not in TOML, or holds no case.
 pub fn read_toml<T: DeserializeOwned>(ending: &str, bytes: &[u8]) -> Result<T> {
-    ensure!(ending == "toml", "a case file must end with toml, not {ending:?}");
+    ensure!(
+        ending == "toml",
+        "a case file must end with toml, not {ending:?}"
+    );
     Ok(toml::from_str(std::str::from_utf8(bytes)?)?)
 }
 
@@ -86,7 +89,10 @@ pub struct Failure {
 impl Failure {
     /// A failure of a kind with its description.
     pub fn new(kind: &str, detail: impl Into<String>) -> Self {
-        Self { kind: kind.to_owned(), detail: detail.into() }
+        Self {
+            kind: kind.to_owned(),
+            detail: detail.into(),
+        }
     }
 }
 
@@ -162,13 +168,19 @@ pub fn check_and_catch(check: impl FnOnce() -> Report) -> Report {
     result.unwrap_or_else(|payload| {
         let noted = PANICKED.with(|panicked| panicked.borrow_mut().take());
         let text = noted.unwrap_or_else(|| message(payload.as_ref()));
-        Report { failure: Some(Failure::new("panic", text)), ..Report::default() }
+        Report {
+            failure: Some(Failure::new("panic", text)),
+            ..Report::default()
+        }
     })
 }
 
 fn message(payload: &(dyn Any + Send)) -> String {
-    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_else(|| "a panic".to_owned())
+    let text = payload
+        .downcast_ref::<&str>()
+        .map(|text| (*text).to_owned());
+    text.or_else(|| payload.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "a panic".to_owned())
 }
 
 #[cfg(test)]

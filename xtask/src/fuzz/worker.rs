@@ -26,13 +26,13 @@ use super::subject::{Failure, Report, Subject, check_and_catch};
 pub const COMMAND: &str = "fuzz-worker";
 
 /// Memory limit of the process (KiB of address space); exceeding it is a failure.
-const MOST_MEMORY: u64 = 4 << 20;
+const MAX_MEMORY: u64 = 4 << 20;
 
 /// Interval between checks for a signal while waiting.
 const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
 /// Largest waiting time for a case, in units of its processor time limit.
-const MOST_WAITS: u32 = 15;
+const MAX_WAITS: u32 = 15;
 
 /// Executes cases.
 pub trait Runner {
@@ -100,7 +100,13 @@ impl Worker {
     ///
     /// `program` is the path of `xtask`.
     pub fn new(program: PathBuf, name: &'static str, limit: Duration, signals: Signals) -> Self {
-        Self { program, name, limit, signals, process: None }
+        Self {
+            program,
+            name,
+            limit,
+            signals,
+            process: None,
+        }
     }
 
     fn request(&mut self, request: &Request) -> Result<Report> {
@@ -124,17 +130,22 @@ impl Worker {
                     self.process = None;
                     let detail = format!(
                         "the process ended with {status}: out of {} GiB of memory, or an abort",
-                        MOST_MEMORY >> 20
+                        MAX_MEMORY >> 20
                     );
-                    return Ok(Report { failure: Some(Failure::new("crash", detail)), ..Report::default() });
+                    return Ok(Report {
+                        failure: Some(Failure::new("crash", detail)),
+                        ..Report::default()
+                    });
                 }
                 Err(RecvTimeoutError::Timeout) => {
                     self.signals.check()?;
                     waited += POLL_INTERVAL;
                     // A process that waits for the processor does not hang.
                     let now = processor_time(&process.child);
-                    let used = before.zip(now).map_or(waited, |(before, now)| now.saturating_sub(before));
-                    if used >= self.limit || waited >= MOST_WAITS * self.limit {
+                    let used = before
+                        .zip(now)
+                        .map_or(waited, |(before, now)| now.saturating_sub(before));
+                    if used >= self.limit || waited >= MAX_WAITS * self.limit {
                         self.process = None;
                         let seconds = self.limit.as_secs();
                         let detail = format!("no answer within {seconds} s of processor time");
@@ -155,7 +166,10 @@ impl Runner for Worker {
     }
 
     fn run_file(&mut self, ending: &str, bytes: &[u8]) -> Result<Report> {
-        self.request(&Request::File { ending: ending.to_owned(), bytes: bytes.to_vec() })
+        self.request(&Request::File {
+            ending: ending.to_owned(),
+            bytes: bytes.to_vec(),
+        })
     }
 }
 
@@ -163,7 +177,7 @@ impl Runner for Worker {
 fn start(program: &Path, name: &str) -> Result<Process> {
     let mut command = if cfg!(unix) {
         let mut shell = Command::new("sh");
-        let script = format!("ulimit -v {MOST_MEMORY} 2>/dev/null; exec \"$0\" \"$@\"");
+        let script = format!("ulimit -v {MAX_MEMORY} 2>/dev/null; exec \"$0\" \"$@\"");
         shell.args(["-c", &script]).arg(program);
         shell
     } else {
@@ -186,7 +200,11 @@ fn start(program: &Path, name: &str) -> Result<Process> {
             }
         }
     });
-    Ok(Process { child, requests, answers })
+    Ok(Process {
+        child,
+        requests,
+        answers,
+    })
 }
 
 /// Processor time of a process (user and system), where the system has `/proc`.

@@ -14,7 +14,11 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     for path in text_files(root)? {
         if path.extension().is_some_and(|extension| extension == "md") {
             let page = read(&root.join(&path))?;
-            faults.extend(refused(&page).into_iter().map(|fault| format!("{}: {fault}", path.display())));
+            faults.extend(
+                refused(&page)
+                    .into_iter()
+                    .map(|fault| format!("{}: {fault}", path.display())),
+            );
         }
     }
     Ok(faults)
@@ -35,7 +39,10 @@ fn refused(page: &str) -> Vec<Fault> {
             return None;
         }
         let error = error.to_string();
-        Some(format!("`{program} {command}`: {}", error.lines().next().unwrap_or("refused")))
+        Some(format!(
+            "`{program} {command}`: {}",
+            error.lines().next().unwrap_or("refused")
+        ))
     };
     commands(page).into_iter().filter_map(refused).collect()
 }
@@ -62,7 +69,13 @@ fn commands(page: &str) -> Vec<(&'static str, String)> {
         let code = code.split(" > ").next().unwrap_or_default();
         let code = code.trim().trim_start_matches("$ ").to_owned();
         let (program, rest) = ["cargo xtask", "carom"].into_iter().find_map(|program| {
-            Some((program, code.strip_prefix(program)?.strip_prefix(' ')?.trim().to_owned()))
+            Some((
+                program,
+                code.strip_prefix(program)?
+                    .strip_prefix(' ')?
+                    .trim()
+                    .to_owned(),
+            ))
         })?;
         (!rest.is_empty()).then_some((program, rest))
     };
@@ -100,11 +113,21 @@ mod tests {
                     cargo test\n\
                     cargo xtask experiment spheres \\\n  --seed 2\n\
                     ```\n";
-        let xtask = ["tidy", "carom run a.toml --until 3", "experiment spheres  --seed 2"];
+        let xtask = [
+            "tidy",
+            "carom run a.toml --until 3",
+            "experiment spheres  --seed 2",
+        ];
         let expected = xtask.map(|command| ("cargo xtask", command.to_owned()));
         assert_eq!(commands(page), expected);
-        assert_eq!(commands("`carom check a.toml`, `carom`"), [("carom", "check a.toml".to_owned())]);
-        assert_eq!(commands("`carom schema > a.json`"), [("carom", "schema".to_owned())]);
+        assert_eq!(
+            commands("`carom check a.toml`, `carom`"),
+            [("carom", "check a.toml".to_owned())]
+        );
+        assert_eq!(
+            commands("`carom schema > a.json`"),
+            [("carom", "schema".to_owned())]
+        );
         // A name in prose.
         assert_eq!(refused("`carom run`"), Vec::<Fault>::new());
         assert_eq!(refused(page), Vec::<Fault>::new());
@@ -120,6 +143,9 @@ mod tests {
 
     #[test]
     fn quotes_hold_words_together() {
-        assert_eq!(words("run 'a b.toml' --set \"x=1 2\""), ["program", "run", "a b.toml", "--set", "x=1 2"]);
+        assert_eq!(
+            words("run 'a b.toml' --set \"x=1 2\""),
+            ["program", "run", "a b.toml", "--set", "x=1 2"]
+        );
     }
 }

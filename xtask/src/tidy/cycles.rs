@@ -13,18 +13,30 @@ use super::{Fault, files::with_extensions, read};
 /// Cycles of files, one fault each.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let mut faults = Vec::new();
-    let mut folders: Vec<String> =
-        super::crates(root)?.iter().map(|name| format!("crates/{name}/src")).collect();
+    let mut folders: Vec<String> = super::crates(root)?
+        .iter()
+        .map(|name| format!("crates/{name}/src"))
+        .collect();
     folders.push("xtask/src".to_owned());
     for folder in folders {
         let mut sources = BTreeMap::new();
         for path in with_extensions(&root.join(&folder), &["rs"])? {
-            let name = path.strip_prefix(root.join(&folder)).unwrap_or(&path).display().to_string();
+            let name = path
+                .strip_prefix(root.join(&folder))
+                .unwrap_or(&path)
+                .display()
+                .to_string();
             sources.insert(name, without_tests(&read(&path)?));
         }
         for cycle in cycles(&sources) {
-            let files: Vec<String> = cycle.iter().map(|file| format!("{folder}/{file}")).collect();
-            faults.push(format!("files that import each other: {}", files.join(", ")));
+            let files: Vec<String> = cycle
+                .iter()
+                .map(|file| format!("{folder}/{file}"))
+                .collect();
+            faults.push(format!(
+                "files that import each other: {}",
+                files.join(", ")
+            ));
         }
     }
     Ok(faults)
@@ -32,7 +44,10 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
 
 /// The source before its unit tests, which may import anything.
 fn without_tests(source: &str) -> String {
-    let tests = ["#[cfg(test)]\nmod tests {", "#[cfg(test)]\npub(crate) mod tests {"];
+    let tests = [
+        "#[cfg(test)]\nmod tests {",
+        "#[cfg(test)]\npub(crate) mod tests {",
+    ];
     let end = tests.iter().filter_map(|start| source.find(start)).min();
     source[..end.unwrap_or(source.len())].to_owned()
 }
@@ -51,8 +66,12 @@ fn module(file: &str) -> Vec<String> {
 /// Groups of files that import each other, directly or indirectly, except parents and their
 /// descendants.
 fn cycles(sources: &BTreeMap<String, String>) -> Vec<Vec<String>> {
-    let modules: BTreeMap<Vec<String>, &String> = sources.keys().map(|file| (module(file), file)).collect();
-    let exported = sources.get("lib.rs").map(|root| exported(root)).unwrap_or_default();
+    let modules: BTreeMap<Vec<String>, &String> =
+        sources.keys().map(|file| (module(file), file)).collect();
+    let exported = sources
+        .get("lib.rs")
+        .map(|root| exported(root))
+        .unwrap_or_default();
     let mut imports: BTreeMap<&String, BTreeSet<&String>> = BTreeMap::new();
     for (file, source) in sources {
         let own = module(file);
@@ -68,11 +87,16 @@ fn cycles(sources: &BTreeMap<String, String>) -> Vec<Vec<String>> {
         });
         imports.insert(file, targets.collect());
     }
-    let reach: BTreeMap<&String, BTreeSet<&String>> =
-        imports.keys().map(|&file| (file, reachable(file, &imports))).collect();
+    let reach: BTreeMap<&String, BTreeSet<&String>> = imports
+        .keys()
+        .map(|&file| (file, reachable(file, &imports)))
+        .collect();
     let mut found: BTreeSet<Vec<String>> = BTreeSet::new();
     for (file, reached) in &reach {
-        let group: BTreeSet<&&String> = reached.iter().filter(|other| reach[*other].contains(file)).collect();
+        let group: BTreeSet<&&String> = reached
+            .iter()
+            .filter(|other| reach[*other].contains(file))
+            .collect();
         if group.len() > 1 {
             found.insert(group.into_iter().map(|name| (*name).clone()).collect());
         }
@@ -84,9 +108,14 @@ fn cycles(sources: &BTreeMap<String, String>) -> Vec<Vec<String>> {
 fn exported(root: &str) -> BTreeMap<String, Vec<String>> {
     let mut found = BTreeMap::new();
     for (start, _) in root.match_indices("pub use ") {
-        let Some(end) = root[start..].find(';') else { continue };
+        let Some(end) = root[start..].find(';') else {
+            continue;
+        };
         for path in expand(root[start + 8..start + end].trim()) {
-            let parts: Vec<String> = path.split("::").map(|part| part.trim().to_owned()).collect();
+            let parts: Vec<String> = path
+                .split("::")
+                .map(|part| part.trim().to_owned())
+                .collect();
             if let Some((name, home)) = parts.split_last()
                 && !home.is_empty()
             {
@@ -118,11 +147,16 @@ fn reachable<'a>(
 
 /// Paths of the imports of a source from its own crate, from the root of the crate.
 fn imported(source: &str, own: &[String]) -> Vec<Vec<String>> {
-    let code: String =
-        source.lines().flat_map(|line| [line.split("//").next().unwrap_or(line), "\n"]).collect();
+    let code: String = source
+        .lines()
+        .flat_map(|line| [line.split("//").next().unwrap_or(line), "\n"])
+        .collect();
     let mut found = Vec::new();
     for (start, _) in code.match_indices("use ") {
-        let is_word = code[..start].chars().next_back().is_none_or(char::is_whitespace);
+        let is_word = code[..start]
+            .chars()
+            .next_back()
+            .is_none_or(char::is_whitespace);
         if let (true, Some(end)) = (is_word, code[start..].find(';')) {
             for path in expand(code[start + 4..start + end].trim()) {
                 found.extend(from_root(&path, own));
@@ -132,9 +166,14 @@ fn imported(source: &str, own: &[String]) -> Vec<Vec<String>> {
     // Paths in the code: `crate::a::b(…)`, `super::a::b(…)`.
     for root in ["crate::", "super::", "self::"] {
         for (start, _) in code.match_indices(root) {
-            let is_start = code[..start].chars().next_back().is_none_or(|c| !c.is_alphanumeric() && c != ':');
-            let path: String =
-                code[start..].chars().take_while(|c| c.is_alphanumeric() || matches!(c, '_' | ':')).collect();
+            let is_start = code[..start]
+                .chars()
+                .next_back()
+                .is_none_or(|c| !c.is_alphanumeric() && c != ':');
+            let path: String = code[start..]
+                .chars()
+                .take_while(|c| c.is_alphanumeric() || matches!(c, '_' | ':'))
+                .collect();
             if is_start {
                 found.extend(from_root(path.trim_end_matches(':'), own));
             }
@@ -164,21 +203,34 @@ fn expand(tree: &str) -> Vec<String> {
     }
     parts.push(&inner[begun..]);
     let prefix = &tree[..open];
-    let parts = parts.into_iter().map(str::trim).filter(|part| !part.is_empty());
+    let parts = parts
+        .into_iter()
+        .map(str::trim)
+        .filter(|part| !part.is_empty());
     parts
-        .flat_map(|part| expand(part).into_iter().map(|path| format!("{prefix}{path}")).collect::<Vec<_>>())
+        .flat_map(|part| {
+            expand(part)
+                .into_iter()
+                .map(|path| format!("{prefix}{path}"))
+                .collect::<Vec<_>>()
+        })
         .collect()
 }
 
 /// A path from the root of the crate; `None` for another crate.
 fn from_root(path: &str, own: &[String]) -> Option<Vec<String>> {
-    let mut parts = path.split("::").map(str::trim).map(str::to_owned).peekable();
+    let mut parts = path
+        .split("::")
+        .map(str::trim)
+        .map(str::to_owned)
+        .peekable();
     let mut root = match parts.peek()?.as_str() {
         "crate" => Vec::new(),
         "self" | "super" => own.to_vec(),
         _ => return None,
     };
-    while let Some(part) = parts.next_if(|part| matches!(part.as_str(), "crate" | "self" | "super")) {
+    while let Some(part) = parts.next_if(|part| matches!(part.as_str(), "crate" | "self" | "super"))
+    {
         if part == "super" {
             root.pop()?;
         }
@@ -192,7 +244,10 @@ mod tests {
     use super::*;
 
     fn sources(files: &[(&str, &str)]) -> BTreeMap<String, String> {
-        files.iter().map(|&(name, text)| (name.to_owned(), text.to_owned())).collect()
+        files
+            .iter()
+            .map(|&(name, text)| (name.to_owned(), text.to_owned()))
+            .collect()
     }
 
     #[test]
@@ -230,6 +285,9 @@ mod tests {
 
     #[test]
     fn trees_of_imports_are_expanded() {
-        assert_eq!(expand("a::{b, c::{d as e, f}, g}"), ["a::b", "a::c::d", "a::c::f", "a::g"]);
+        assert_eq!(
+            expand("a::{b, c::{d as e, f}, g}"),
+            ["a::b", "a::c::d", "a::c::f", "a::g"]
+        );
     }
 }

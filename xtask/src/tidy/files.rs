@@ -47,7 +47,10 @@ pub fn text_files(root: &Path) -> Result<Vec<PathBuf>> {
         }
     }
     found.sort();
-    Ok(found.into_iter().map(|path| from_root(root, path)).collect())
+    Ok(found
+        .into_iter()
+        .map(|path| from_root(root, path))
+        .collect())
 }
 
 /// All manifests, scenes, settings of cargo, and scripts, as paths from the root.
@@ -61,18 +64,25 @@ pub fn configuration_files(root: &Path) -> Result<Vec<PathBuf>> {
         if !path.is_dir() {
             continue;
         }
-        let entries =
-            std::fs::read_dir(&path).with_context(|| format!("cannot read the folder {}", path.display()))?;
+        let entries = std::fs::read_dir(&path)
+            .with_context(|| format!("cannot read the folder {}", path.display()))?;
         for entry in entries {
             let path = entry?.path();
             let is_script = folder == ".ci" && path.is_file();
-            if is_script || path.extension().is_some_and(|extension| extension == "toml") {
+            if is_script
+                || path
+                    .extension()
+                    .is_some_and(|extension| extension == "toml")
+            {
                 found.push(path);
             }
         }
     }
     found.sort();
-    Ok(found.into_iter().map(|path| from_root(root, path)).collect())
+    Ok(found
+        .into_iter()
+        .map(|path| from_root(root, path))
+        .collect())
 }
 
 fn from_root(root: &Path, path: PathBuf) -> PathBuf {
@@ -82,7 +92,9 @@ fn from_root(root: &Path, path: PathBuf) -> PathBuf {
 /// All Rust sources, as paths from the root.
 pub fn sources(root: &Path) -> Result<Vec<PathBuf>> {
     let files = text_files(root)?.into_iter();
-    Ok(files.filter(|path| path.extension().is_some_and(|extension| extension == "rs")).collect())
+    Ok(files
+        .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
+        .collect())
 }
 
 #[cfg(test)]
@@ -92,15 +104,26 @@ mod tests {
     #[test]
     fn manifests_scenes_settings_and_scripts_are_found() {
         let root = tempfile::tempdir().unwrap();
-        let files =
-            ["Cargo.toml", "LICENSE", ".ci/run", ".cargo/config.toml", "xtask/scenes/a.toml", "xtask/a.rs"];
+        let files = [
+            "Cargo.toml",
+            "LICENSE",
+            ".ci/run",
+            ".cargo/config.toml",
+            "xtask/scenes/a.toml",
+            "xtask/a.rs",
+        ];
         for file in files {
             let path = root.path().join(file);
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
             std::fs::write(path, "").unwrap();
         }
         let found = configuration_files(root.path()).unwrap();
-        let expected = [".cargo/config.toml", ".ci/run", "Cargo.toml", "xtask/scenes/a.toml"];
+        let expected = [
+            ".cargo/config.toml",
+            ".ci/run",
+            "Cargo.toml",
+            "xtask/scenes/a.toml",
+        ];
         assert_eq!(found, expected.map(PathBuf::from));
     }
 }

@@ -11,7 +11,10 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let mut faults = Vec::new();
     for path in sources(root)? {
         if !opens_with_a_sentence(&read(&root.join(&path))?) {
-            faults.push(format!("{}: the file must open with one sentence, `//! …`", path.display()));
+            faults.push(format!(
+                "{}: the file must open with one sentence, `//! …`",
+                path.display()
+            ));
         }
     }
     Ok(faults)
@@ -19,8 +22,11 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
 
 /// Returns true if the file opens with a doc comment whose first paragraph ends like a sentence.
 fn opens_with_a_sentence(text: &str) -> bool {
-    let paragraph: Vec<&str> =
-        text.lines().map_while(|line| line.strip_prefix("//! ")).map(str::trim).collect();
+    let paragraph: Vec<&str> = text
+        .lines()
+        .map_while(|line| line.strip_prefix("//! "))
+        .map(str::trim)
+        .collect();
     let ends = |line: &&str| line.ends_with(['.', ':', '?', '!']) || line.contains(". ");
     paragraph.first().is_some_and(|line| !line.is_empty()) && paragraph.iter().any(ends)
 }
@@ -32,7 +38,9 @@ mod tests {
     #[test]
     fn a_sentence_may_take_two_lines() {
         assert!(opens_with_a_sentence("//! Where bodies are.\n\nuse x;\n"));
-        assert!(opens_with_a_sentence("//! Where bodies are, if nothing\n//! happens.\n//!\n//! More.\n"));
+        assert!(opens_with_a_sentence(
+            "//! Where bodies are, if nothing\n//! happens.\n//!\n//! More.\n"
+        ));
     }
 
     #[test]

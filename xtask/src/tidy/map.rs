@@ -10,17 +10,21 @@ use super::{Fault, crates, read};
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let path = root.join("crates/ARCHITECTURE.md");
     if !path.is_file() {
-        return Ok(vec!["crates/ARCHITECTURE.md: the page is missing".to_owned()]);
+        return Ok(vec![
+            "crates/ARCHITECTURE.md: the page is missing".to_owned(),
+        ]);
     }
     Ok(compare(&mapped(&read(&path)?), &crates(root)?))
 }
 
 fn compare(mapped: &[String], existing: &[String]) -> Vec<Fault> {
     let gone = mapped.iter().filter(|name| !existing.contains(name));
-    let gone =
-        gone.map(|name| format!("crates/ARCHITECTURE.md: the map lists `{name}`, which is not a crate"));
+    let gone = gone.map(|name| {
+        format!("crates/ARCHITECTURE.md: the map lists `{name}`, which is not a crate")
+    });
     let missing = existing.iter().filter(|name| !mapped.contains(name));
-    let missing = missing.map(|name| format!("crates/ARCHITECTURE.md: the map lacks the crate `{name}`"));
+    let missing =
+        missing.map(|name| format!("crates/ARCHITECTURE.md: the map lacks the crate `{name}`"));
     gone.chain(missing).collect()
 }
 
@@ -28,13 +32,30 @@ fn compare(mapped: &[String], existing: &[String]) -> Vec<Fault> {
 /// and `carom-`.
 fn mapped(page: &str) -> Vec<String> {
     let first_cell = |line: &str| -> Option<String> {
-        let cell = line.trim().strip_prefix('|')?.split('|').next()?.trim().to_owned();
-        let name = cell.split("](").next().unwrap_or(&cell).trim_matches(['[', ']', '`', '*']);
-        Some(name.trim_start_matches("crates/").trim_start_matches("carom-").to_owned())
+        let cell = line
+            .trim()
+            .strip_prefix('|')?
+            .split('|')
+            .next()?
+            .trim()
+            .to_owned();
+        let name = cell
+            .split("](")
+            .next()
+            .unwrap_or(&cell)
+            .trim_matches(['[', ']', '`', '*']);
+        Some(
+            name.trim_start_matches("crates/")
+                .trim_start_matches("carom-")
+                .to_owned(),
+        )
     };
     page.lines()
         .map(first_cell)
-        .skip_while(|cell| cell.as_deref().is_none_or(|name| !name.eq_ignore_ascii_case("crate")))
+        .skip_while(|cell| {
+            cell.as_deref()
+                .is_none_or(|name| !name.eq_ignore_ascii_case("crate"))
+        })
         .skip(1)
         .map_while(|cell| cell)
         .filter(|name| !name.trim_matches(['-', ':', ' ']).is_empty())
@@ -59,6 +80,9 @@ mod tests {
     fn both_too_many_and_too_few_are_faults() {
         let names = |list: &[&str]| list.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
         assert!(compare(&mapped(PAGE), &names(&["engine", "geometry", "observers"])).is_empty());
-        assert_eq!(compare(&mapped(PAGE), &names(&["engine", "geometry", "response"])).len(), 2);
+        assert_eq!(
+            compare(&mapped(PAGE), &names(&["engine", "geometry", "response"])).len(),
+            2
+        );
     }
 }

@@ -25,7 +25,9 @@ type Fault = String;
 /// # Errors
 /// A file cannot be read.
 pub fn run() -> Result<Verdict> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().context("the folder xtask has no parent")?;
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .context("the folder xtask has no parent")?;
     let faults = faults(root)?;
     for fault in &faults {
         print_line(fault);

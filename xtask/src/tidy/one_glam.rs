@@ -9,8 +9,12 @@ use super::Fault;
 /// Faults of a lock file.
 pub fn faults(lock: &str) -> Result<Vec<Fault>> {
     let lock: Table = lock.parse().context("Cargo.lock")?;
-    let packages = lock.get("package").and_then(Value::as_array).context("Cargo.lock lists no packages")?;
-    let text = |package: &Value, key: &str| package.get(key).and_then(Value::as_str).map(str::to_owned);
+    let packages = lock
+        .get("package")
+        .and_then(Value::as_array)
+        .context("Cargo.lock lists no packages")?;
+    let text =
+        |package: &Value, key: &str| package.get(key).and_then(Value::as_str).map(str::to_owned);
     let versions: Vec<String> = packages
         .iter()
         .filter(|package| text(package, "name").as_deref() == Some("glam"))
@@ -30,7 +34,8 @@ mod tests {
     use super::faults;
 
     fn lock(versions: &[&str]) -> String {
-        let package = |version: &&str| format!("[[package]]\nname = \"glam\"\nversion = \"{version}\"\n");
+        let package =
+            |version: &&str| format!("[[package]]\nname = \"glam\"\nversion = \"{version}\"\n");
         let others = "[[package]]\nname = \"glamx\"\nversion = \"0.3.1\"\n";
         versions.iter().map(package).collect::<String>() + others
     }

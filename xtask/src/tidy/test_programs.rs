@@ -10,18 +10,29 @@ use super::{Fault, files::sources, read};
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let mut faults = Vec::new();
     for path in sources(root)? {
-        let Some(folder) = path.parent().filter(|folder| folder.ends_with("tests")) else { continue };
+        let Some(folder) = path.parent().filter(|folder| folder.ends_with("tests")) else {
+            continue;
+        };
         let main = root.join(folder).join("main.rs");
-        let Some(name) = path.file_stem().map(|name| name.to_string_lossy()) else { continue };
+        let Some(name) = path.file_stem().map(|name| name.to_string_lossy()) else {
+            continue;
+        };
         if name != "main" && main.is_file() && !names(&read(&main)?, &name) {
-            faults.push(format!("{}: its tests do not run: name it in main.rs beside it", path.display()));
+            faults.push(format!(
+                "{}: its tests do not run: name it in main.rs beside it",
+                path.display()
+            ));
         }
     }
     Ok(faults)
 }
 
 fn names(main: &str, module: &str) -> bool {
-    main.lines().any(|line| line.strip_prefix("mod ").and_then(|rest| rest.strip_suffix(';')) == Some(module))
+    main.lines().any(|line| {
+        line.strip_prefix("mod ")
+            .and_then(|rest| rest.strip_suffix(';'))
+            == Some(module)
+    })
 }
 
 #[cfg(test)]

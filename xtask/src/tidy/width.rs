@@ -7,7 +7,7 @@ use anyhow::Result;
 use super::{Fault, files::text_files, read};
 
 /// Widest comment or line of Markdown (columns).
-const WIDEST: usize = 100;
+const MAX_WIDTH: usize = 100;
 
 /// Lines that are too wide, in all sources and pages.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
@@ -15,9 +15,16 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     for path in text_files(root)? {
         let text = read(&root.join(&path))?;
         let is_page = path.extension().is_some_and(|extension| extension == "md");
-        let wide = if is_page { wide_lines_of_page(&text) } else { wide_comments(&text) };
+        let wide = if is_page {
+            wide_lines_of_page(&text)
+        } else {
+            wide_comments(&text)
+        };
         faults.extend(wide.into_iter().map(|(line, width)| {
-            format!("{}:{line}: {width} columns, at most {WIDEST} are allowed", path.display())
+            format!(
+                "{}:{line}: {width} columns, at most {MAX_WIDTH} are allowed",
+                path.display()
+            )
         }));
     }
     Ok(faults)
@@ -48,7 +55,7 @@ fn wide_lines_of_page(page: &str) -> Vec<(usize, usize)> {
 
 fn too_wide<'a>(lines: impl Iterator<Item = (usize, &'a str)>) -> Vec<(usize, usize)> {
     let widths = lines.map(|(index, line)| (index + 1, line.chars().count()));
-    widths.filter(|&(_, width)| width > WIDEST).collect()
+    widths.filter(|&(_, width)| width > MAX_WIDTH).collect()
 }
 
 #[cfg(test)]
@@ -57,17 +64,20 @@ mod tests {
 
     #[test]
     fn wide_comments_are_found_and_wide_code_is_not() {
-        let wide = "x".repeat(WIDEST);
-        let source = format!("let a = \"{wide}\";\n// {wide}\n    /// µ{}\n", "x".repeat(WIDEST - 9));
-        assert_eq!(wide_comments(&source), [(2, WIDEST + 3)]);
+        let wide = "x".repeat(MAX_WIDTH);
+        let source = format!(
+            "let a = \"{wide}\";\n// {wide}\n    /// µ{}\n",
+            "x".repeat(MAX_WIDTH - 9)
+        );
+        assert_eq!(wide_comments(&source), [(2, MAX_WIDTH + 3)]);
         let table_and_code = format!("/// | {wide} |\n/// ```\n/// {wide}\n/// ```\n/// {wide}\n");
-        assert_eq!(wide_comments(&table_and_code), [(5, WIDEST + 4)]);
+        assert_eq!(wide_comments(&table_and_code), [(5, MAX_WIDTH + 4)]);
     }
 
     #[test]
     fn tables_and_code_of_a_page_may_be_wide() {
-        let wide = "y".repeat(WIDEST + 1);
+        let wide = "y".repeat(MAX_WIDTH + 1);
         let page = format!("| {wide} |\n```\n{wide}\n```\n{wide}\n");
-        assert_eq!(wide_lines_of_page(&page), [(5, WIDEST + 1)]);
+        assert_eq!(wide_lines_of_page(&page), [(5, MAX_WIDTH + 1)]);
     }
 }

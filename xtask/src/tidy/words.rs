@@ -18,11 +18,16 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let list = List::parse(&read(&root.join(LIST))?)?;
     let mut faults = Vec::new();
     let mut used = BTreeSet::new();
-    for path in text_files(root)?.into_iter().chain(configuration_files(root)?) {
+    for path in text_files(root)?
+        .into_iter()
+        .chain(configuration_files(root)?)
+    {
         let name = path.display().to_string();
         let text = read(&root.join(&path))?;
         for (index, line) in text.lines().enumerate() {
-            let Some(word) = list.banned_in(line) else { continue };
+            let Some(word) = list.banned_in(line) else {
+                continue;
+            };
             match list.exception(&name, line) {
                 Some(exception) => {
                     used.insert(exception);
@@ -46,12 +51,19 @@ struct List {
 
 impl List {
     fn parse(text: &str) -> Result<Self> {
-        let mut list = Self { words: Vec::new(), exceptions: Vec::new() };
-        for line in text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')) {
+        let mut list = Self {
+            words: Vec::new(),
+            exceptions: Vec::new(),
+        };
+        for line in text
+            .lines()
+            .map(str::trim)
+            .filter(|line| !line.is_empty() && !line.starts_with('#'))
+        {
             if let Some(exception) = line.strip_prefix("allow ") {
-                let (path, text) = exception
-                    .split_once(": ")
-                    .with_context(|| format!("{LIST}: `{line}` is not of the form allow PATH: TEXT"))?;
+                let (path, text) = exception.split_once(": ").with_context(|| {
+                    format!("{LIST}: `{line}` is not of the form allow PATH: TEXT")
+                })?;
                 list.exceptions.push((path.to_owned(), text.to_owned()));
             } else {
                 list.words.push(line.to_lowercase());
@@ -63,17 +75,21 @@ impl List {
     /// The first banned phrase in a line, as whole words.
     fn banned_in(&self, line: &str) -> Option<&str> {
         let line = line.to_lowercase();
-        let is_word = |character: Option<char>| character.is_some_and(|c| c.is_alphanumeric() || c == '_');
+        let is_word =
+            |character: Option<char>| character.is_some_and(|c| c.is_alphanumeric() || c == '_');
         let stands = |word: &&String| {
             line.match_indices(word.as_str()).any(|(at, _)| {
-                !is_word(line[..at].chars().next_back()) && !is_word(line[at + word.len()..].chars().next())
+                !is_word(line[..at].chars().next_back())
+                    && !is_word(line[at + word.len()..].chars().next())
             })
         };
         self.words.iter().find(stands).map(String::as_str)
     }
 
     fn exception(&self, path: &str, line: &str) -> Option<usize> {
-        self.exceptions.iter().position(|(file, text)| file == path && line.contains(text.as_str()))
+        self.exceptions
+            .iter()
+            .position(|(file, text)| file == path && line.contains(text.as_str()))
     }
 }
 
@@ -83,7 +99,8 @@ mod tests {
 
     #[test]
     fn whole_words_are_banned_and_listed_lines_are_allowed() {
-        let list = List::parse("# comment\nkettle\npot of tea\nallow a.md: kettle boils\n").unwrap();
+        let list =
+            List::parse("# comment\nkettle\npot of tea\nallow a.md: kettle boils\n").unwrap();
         assert_eq!(list.banned_in("Kettle and cup"), Some("kettle"));
         assert_eq!(list.banned_in("a pot of tea"), Some("pot of tea"));
         assert_eq!(list.banned_in("KETTLE_IS, kettle1"), None);

@@ -155,9 +155,14 @@ impl Class {
             Self::DiscT1 => flights::small_discs(draw),
             Self::Generic => flights::generic(draw, 1.0),
             Self::ZeroOmega => flights::spinning(draw, [0.0, 0.0]),
-            Self::OneOmega => {
-                flights::spinning(draw, if index.is_multiple_of(2) { [1.0, 0.0] } else { [0.0, 1.0] })
-            }
+            Self::OneOmega => flights::spinning(
+                draw,
+                if index.is_multiple_of(2) {
+                    [1.0, 0.0]
+                } else {
+                    [0.0, 1.0]
+                },
+            ),
             Self::LargeOmega => flights::large_omega(draw),
             Self::ExtremeRatio => fast::extreme_ratio(draw),
             Self::Far => flights::far(draw, index.is_multiple_of(2)),
@@ -214,7 +219,9 @@ impl fmt::Display for Class {
             Self::Wall => "wall",
             Self::WallLargeOmega => "wall_large_omega",
             Self::WallGraze(exponent) => return f.pad(&format!("wall_graze_1e-{exponent}")),
-            Self::WallRecontact(exponent) => return f.pad(&format!("wall_recontact_1e-{exponent}")),
+            Self::WallRecontact(exponent) => {
+                return f.pad(&format!("wall_recontact_1e-{exponent}"));
+            }
         })
     }
 }
@@ -224,6 +231,9 @@ impl FromStr for Class {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|class| class.to_string() == text).ok_or_else(|| text.to_owned())
+        Self::ALL
+            .into_iter()
+            .find(|class| class.to_string() == text)
+            .ok_or_else(|| text.to_owned())
     }
 }

@@ -13,11 +13,11 @@ use super::{
 };
 
 /// Limit of random states until one meets the condition; at least one in twenty does.
-const MOST_TRIES: u32 = 10_000;
+const MAX_TRIES: u32 = 10_000;
 
 /// The bounding circles overlap, the atoms do not.
 pub(super) fn annulus(draw: &mut Draw) -> Encounter {
-    for _ in 0..MOST_TRIES {
+    for _ in 0..MAX_TRIES {
         let molecules = [extended(draw), extended(draw)];
         let speeds = thermal(draw, &molecules, 1.0);
         let separation = draw.between(0.3, 1.0) * size(&molecules) * draw.direction();
@@ -58,7 +58,7 @@ struct Touching {
 /// solution is s = −Δ·u + √(σ² − (Δ × u)²). The largest s of all pairs is the distance at which one
 /// pair touches and all others are apart.
 fn touching(draw: &mut Draw) -> Touching {
-    for _ in 0..MOST_TRIES {
+    for _ in 0..MAX_TRIES {
         if let Some(touching) = brought_together(draw) {
             return touching;
         }
@@ -72,7 +72,10 @@ fn brought_together(draw: &mut Draw) -> Option<Touching> {
     let along = draw.direction();
     let [of_a, of_b] = [0, 1].map(|body: usize| {
         let turn = orientation[body].cos_sin();
-        molecules[body].atoms().iter().map(move |atom| (turn.rotate(atom.offset()), atom.radius()))
+        molecules[body]
+            .atoms()
+            .iter()
+            .map(move |atom| (turn.rotate(atom.offset()), atom.radius()))
     });
     let (mut farthest, mut pair) = (f64::NEG_INFINITY, None);
     for (arm_a, radius_a) in of_a {
@@ -90,7 +93,8 @@ fn brought_together(draw: &mut Draw) -> Option<Touching> {
     let separation = farthest * along;
     let normal = (separation + (arms[1] - arms[0])).normalize();
     let speeds = thermal(draw, &molecules, 1.0);
-    let rate = speeds.velocity + (speeds.spins[1] * arms[1].perp() - speeds.spins[0] * arms[0].perp());
+    let rate =
+        speeds.velocity + (speeds.spins[1] * arms[1].perp() - speeds.spins[0] * arms[0].perp());
     // A pair that separates closes with reversed velocities.
     let direction = if rate.dot(normal) > 0.0 { -1.0 } else { 1.0 };
     let motion = RelativeMotion {
@@ -98,13 +102,23 @@ fn brought_together(draw: &mut Draw) -> Option<Touching> {
         angular_velocity: speeds.spins.map(|spin| direction * spin),
         ..RelativeMotion::exactly(separation, direction * speeds.velocity)
     };
-    Some(Touching { molecules, motion, arms, contact_distance, normal })
+    Some(Touching {
+        molecules,
+        motion,
+        arms,
+        contact_distance,
+        normal,
+    })
 }
 
 impl Touching {
     /// This state with other velocities.
     fn encounter(self, velocity: DVec2, angular_velocity: [f64; 2]) -> Encounter {
-        let motion = RelativeMotion { velocity, angular_velocity, ..self.motion };
+        let motion = RelativeMotion {
+            velocity,
+            angular_velocity,
+            ..self.motion
+        };
         Encounter::until_parted(self.molecules, motion, 1.0)
     }
 }
@@ -118,7 +132,12 @@ pub(super) fn after_collision(draw: &mut Draw) -> Encounter {
 /// An elastic, smooth impulse: J = 2 μ u with 1/μ = Σ 1/m + (r × n)²/I and u = −n·d'.
 pub(super) fn rebound(draw: &mut Draw) -> Encounter {
     let touching = touching(draw);
-    let Touching { motion, arms, normal, .. } = touching;
+    let Touching {
+        motion,
+        arms,
+        normal,
+        ..
+    } = touching;
     let [spin_a, spin_b] = motion.angular_velocity;
     let levers = arms.map(|arm| arm.perp_dot(normal));
     let [a, b] = &touching.molecules;
@@ -139,7 +158,8 @@ pub(super) fn rebound(draw: &mut Draw) -> Encounter {
 
 pub(super) fn overlap(draw: &mut Draw) -> Encounter {
     let mut touching = touching(draw);
-    touching.motion.separation -= draw.between(0.0, 27e-16) * touching.contact_distance * touching.normal;
+    touching.motion.separation -=
+        draw.between(0.0, 27e-16) * touching.contact_distance * touching.normal;
     let speeds = thermal(draw, &touching.molecules, 1.0);
     touching.encounter(speeds.velocity, speeds.spins)
 }
@@ -147,7 +167,7 @@ pub(super) fn overlap(draw: &mut Draw) -> Encounter {
 /// A small disc in an inner corner of a turning molecule, at an arm that moves away and returns:
 /// g'' = slip²/s − ω² n·r < 0, and 2 g'/|g''| is the time to the next contact.
 pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
-    for _ in 0..MOST_TRIES {
+    for _ in 0..MAX_TRIES {
         let shape = draw.one_of(&[Shape::Cross, Shape::Tee]);
         let rotor = named(draw, shape);
         let disc_radius = draw.between(0.05, 0.4) * rotor.atoms()[0].radius();
@@ -162,7 +182,8 @@ pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
         }
         let contact_distance = disc_radius + atom.radius();
         let spin = draw.sign() * draw.between(0.5, 2.0);
-        let slip = draw.sign() * draw.between(0.0, 0.7) * (contact_distance * spin * spin * inward).sqrt();
+        let slip =
+            draw.sign() * draw.between(0.0, 0.7) * (contact_distance * spin * spin * inward).sqrt();
         let curvature = spin * spin * inward - slip * slip / contact_distance;
         let interval = 10f64.powi(-i32::from(exponent)) / spin.abs();
         let rate = 0.5 * curvature * interval * normal + slip * normal.perp();
@@ -173,9 +194,14 @@ pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
         };
         let encounter = Encounter::until_parted([disc, rotor], motion, 1.0);
         // No other atom may touch already.
-        if smallest_gap(&encounter) > -1e-15 * encounter.size() && others_apart(&encounter, contact_distance)
+        if smallest_gap(&encounter) > -1e-15 * encounter.size()
+            && others_apart(&encounter, contact_distance)
         {
-            return if draw.happens(0.5) { encounter.exchanged() } else { encounter };
+            return if draw.happens(0.5) {
+                encounter.exchanged()
+            } else {
+                encounter
+            };
         }
     }
     unreachable!("one such pair in twenty is free")

@@ -26,7 +26,11 @@ pub(super) fn fast(draw: &mut Draw) -> Encounter {
     let spins = [spin(), spin()];
     let both = draw.happens(0.3);
     encounter.motion.angular_velocity = [spins[0], if both { spins[1] } else { speeds.spins[1] }];
-    if draw.happens(0.5) { encounter.exchanged() } else { encounter }
+    if draw.happens(0.5) {
+        encounter.exchanged()
+    } else {
+        encounter
+    }
 }
 
 /// B is up to 10⁶ times smaller than A; up to 10⁶ turns while they move by the size of the pair.
@@ -42,8 +46,18 @@ pub(super) fn extreme_ratio(draw: &mut Draw) -> Encounter {
         spins[usize::from(draw.happens(0.5))] *= 1e-3;
     }
     let (distance, across) = (draw.between(1.05, 3.0), draw.between(-1.0, 1.0));
-    let encounter = fly_by(draw, molecules, Speeds { velocity, spins }, distance, across);
-    if draw.happens(0.5) { encounter.exchanged() } else { encounter }
+    let encounter = fly_by(
+        draw,
+        molecules,
+        Speeds { velocity, spins },
+        distance,
+        across,
+    );
+    if draw.happens(0.5) {
+        encounter.exchanged()
+    } else {
+        encounter
+    }
 }
 
 /// A light atom off the centre of a small heavy one, which lies inside it.
@@ -62,13 +76,21 @@ pub(super) fn matched_spins(draw: &mut Draw) -> Encounter {
     let direction = draw.direction();
     let orientation = draw.orientation();
     let spin = draw.sign() * TAU * draw.scale(0.1, 3.0);
-    let closing = if draw.happens(0.5) { gap * draw.scale(0.5, 1e3) } else { 0.0 };
+    let closing = if draw.happens(0.5) {
+        gap * draw.scale(0.5, 1e3)
+    } else {
+        0.0
+    };
     let motion = RelativeMotion {
         orientation: [orientation; 2],
         angular_velocity: [spin; 2],
         ..RelativeMotion::exactly((2.0 + gap) * direction, -closing * direction)
     };
-    Encounter { molecules, motion, horizon: 1.0 }
+    Encounter {
+        molecules,
+        motion,
+        horizon: 1.0,
+    }
 }
 
 /// A dumbbell in a ring of twelve atoms that turns with it, both ends near the ring. Half of the
@@ -84,11 +106,22 @@ pub(super) fn concentric(draw: &mut Draw) -> Encounter {
     // Towards a ring atom, or towards a point between two ring atoms.
     let aside = draw.between(0.0, 1.0 / 24.0) * if draw.happens(0.5) { 1.0 } else { 0.0 };
     let spin = draw.sign() * TAU * draw.scale(0.1, 3.0);
-    let drift = if draw.happens(0.5) { gap * radius * draw.scale(0.5, 1e3) } else { 0.0 };
+    let drift = if draw.happens(0.5) {
+        gap * radius * draw.scale(0.5, 1e3)
+    } else {
+        0.0
+    };
     let motion = RelativeMotion {
-        orientation: [orientation, Orientation::from_turns(orientation.turns() + aside)],
+        orientation: [
+            orientation,
+            Orientation::from_turns(orientation.turns() + aside),
+        ],
         angular_velocity: [spin; 2],
         ..RelativeMotion::exactly(DVec2::ZERO, drift * draw.direction())
     };
-    Encounter { molecules: [dumbbell, ring], motion, horizon: 1.0 }
+    Encounter {
+        molecules: [dumbbell, ring],
+        motion,
+        horizon: 1.0,
+    }
 }

@@ -21,14 +21,18 @@ pub(super) struct Speeds {
 /// Draws from Maxwell's distribution at the temperature `kt` (energy).
 pub(super) fn thermal(draw: &mut Draw, molecules: &[Molecule; 2], kt: f64) -> Speeds {
     let mut velocity = || {
-        let [a, b] = molecules
-            .each_ref()
-            .map(|molecule| (kt / molecule.mass()).sqrt() * DVec2::new(draw.normal(), draw.normal()));
+        let [a, b] = molecules.each_ref().map(|molecule| {
+            (kt / molecule.mass()).sqrt() * DVec2::new(draw.normal(), draw.normal())
+        });
         b - a
     };
     let velocity = velocity();
     let spins = molecules.each_ref().map(|molecule| {
-        if molecule.is_disc() { 0.0 } else { (kt / molecule.moment_of_inertia()).sqrt() * draw.normal() }
+        if molecule.is_disc() {
+            0.0
+        } else {
+            (kt / molecule.moment_of_inertia()).sqrt() * draw.normal()
+        }
     });
     Speeds { velocity, spins }
 }
@@ -65,8 +69,20 @@ pub(super) fn small_discs(draw: &mut Draw) -> Encounter {
     let radius = 1e-3;
     let molecules = [(); 2].map(|()| Molecule::disc(radius, 1.0).expect(VALID));
     let velocity = 2f64.sqrt() * (draw.direction() - draw.direction());
-    let (distance, across) = (draw.scale(0.01, 1.0) / (2.0 * radius), draw.between(-1.5, 1.5));
-    fly_by(draw, molecules, Speeds { velocity, spins: [0.0; 2] }, distance, across)
+    let (distance, across) = (
+        draw.scale(0.01, 1.0) / (2.0 * radius),
+        draw.between(-1.5, 1.5),
+    );
+    fly_by(
+        draw,
+        molecules,
+        Speeds {
+            velocity,
+            spins: [0.0; 2],
+        },
+        distance,
+        across,
+    )
 }
 
 pub(super) fn generic(draw: &mut Draw, kt: f64) -> Encounter {
@@ -133,7 +149,10 @@ pub(super) fn size_ratio(draw: &mut Draw, between_molecules: bool) -> Encounter 
         let (a, b) = (ordinary(draw), ordinary(draw));
         [a, scaled(&b, 1e-3)]
     } else {
-        [warty(draw.between(0.5, 1.0), 3), warty(draw.between(0.5, 1.0), 3)]
+        [
+            warty(draw.between(0.5, 1.0), 3),
+            warty(draw.between(0.5, 1.0), 3),
+        ]
     };
     let speeds = Speeds {
         velocity: DVec2::new(draw.normal(), draw.normal()),

@@ -9,7 +9,7 @@ use glam::DVec2;
 use super::{Encounter, random::Draw, shapes::ordinary, size};
 
 /// Limit of constructed pairs until one does not overlap at the start; one in three succeeds.
-const MOST_TRIES: u32 = 1000;
+const MAX_TRIES: u32 = 1000;
 
 /// A graze with a depth of 1e-9 to 1e-3 sizes.
 pub(super) fn grazing(draw: &mut Draw) -> Encounter {
@@ -25,7 +25,7 @@ pub(super) fn graze(draw: &mut Draw, exponent: u8) -> Encounter {
 /// Seven in ten overlap by `depth` sizes, the others miss by it.
 fn graze_of(draw: &mut Draw, depth: f64) -> Encounter {
     let depth = if draw.happens(0.7) { depth } else { -depth };
-    for _ in 0..MOST_TRIES {
+    for _ in 0..MAX_TRIES {
         let encounter = planted(draw, depth);
         if starts_apart(&encounter) {
             return encounter;
@@ -44,7 +44,10 @@ fn starts_apart(encounter: &Encounter) -> bool {
 /// direction.
 fn outermost(molecule: &Molecule, turn: DVec2, direction: DVec2) -> (DVec2, f64) {
     let reach = |atom: &&Atom| turn.rotate(atom.offset()).dot(direction) + atom.radius();
-    let atom = molecule.atoms().iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
+    let atom = molecule
+        .atoms()
+        .iter()
+        .max_by(|a, b| reach(a).total_cmp(&reach(b)));
     let atom = atom.expect("a molecule has an atom");
     (turn.rotate(atom.offset()), atom.radius())
 }
@@ -67,7 +70,8 @@ fn planted(draw: &mut Draw, depth: f64) -> Encounter {
     let velocity = slip * normal.perp() - turning;
     let time = draw.between(0.2, 2.0) * size(&molecules) / velocity.length();
     let d = (contact_distance - depth * size(&molecules)) * normal;
-    let before = |body: usize| Orientation::from_turns(then[body].turns() - spins[body] * time / TAU);
+    let before =
+        |body: usize| Orientation::from_turns(then[body].turns() - spins[body] * time / TAU);
     let motion = RelativeMotion {
         orientation: [before(0), before(1)],
         angular_velocity: spins,

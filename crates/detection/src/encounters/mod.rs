@@ -56,7 +56,11 @@ impl Encounter {
 
     /// The time in which the pair moves by its own size.
     pub fn natural_time(&self) -> f64 {
-        natural_time(self.molecules[0].outline(), self.molecules[1].outline(), &self.motion)
+        natural_time(
+            self.molecules[0].outline(),
+            self.molecules[1].outline(),
+            &self.motion,
+        )
     }
 
     /// Sum of the bounding radii (length).
@@ -68,7 +72,11 @@ impl Encounter {
     #[must_use]
     pub fn exchanged(self) -> Self {
         let [a, b] = self.molecules;
-        Self { molecules: [b, a], motion: self.motion.exchanged(), horizon: self.horizon }
+        Self {
+            molecules: [b, a],
+            motion: self.motion.exchanged(),
+            horizon: self.horizon,
+        }
     }
 
     /// The remaining encounter after `time`. The rounding of the new positions and angles is added
@@ -81,7 +89,11 @@ impl Encounter {
             angular_velocity: spins[index],
             ..Motion::at_rest(DVec2::ZERO)
         };
-        let b = Motion { position: self.motion.separation, velocity: self.motion.velocity, ..body(1) };
+        let b = Motion {
+            position: self.motion.separation,
+            velocity: self.motion.velocity,
+            ..body(1)
+        };
         let moved = RelativeMotion::between(&body(0), &b, DVec2::ZERO, time);
         let before = &self.motion;
         let sum = |index: usize| moved.orientation_error[index] + before.orientation_error[index];
@@ -91,7 +103,11 @@ impl Encounter {
             orientation_error: [sum(0), sum(1)],
             ..moved
         };
-        Self { molecules: self.molecules.clone(), motion, horizon: self.horizon - time }
+        Self {
+            molecules: self.molecules.clone(),
+            motion,
+            horizon: self.horizon - time,
+        }
     }
 
     /// The encounter up to the time at which the bounding circles separate, or up to `otherwise` if
@@ -100,8 +116,16 @@ impl Encounter {
         let [a, b] = molecules.each_ref().map(Molecule::outline);
         let window = window_of_bodies(a, b, &motion, f64::MAX);
         let horizon = window.map_or(otherwise, |window| window.end);
-        let horizon = if horizon < f64::MAX { horizon } else { otherwise };
-        Self { molecules, motion, horizon }
+        let horizon = if horizon < f64::MAX {
+            horizon
+        } else {
+            otherwise
+        };
+        Self {
+            molecules,
+            motion,
+            horizon,
+        }
     }
 }
 
@@ -118,24 +142,39 @@ mod tests {
     /// Smallest gap at the start in units of the size of the pair.
     fn first_gap(encounter: &Encounter) -> f64 {
         let [a, b] = &encounter.molecules;
-        let [turn_a, turn_b] = encounter.motion.orientation.map(carom_kinematics::Orientation::cos_sin);
+        let [turn_a, turn_b] = encounter
+            .motion
+            .orientation
+            .map(carom_kinematics::Orientation::cos_sin);
         gap_between(a, turn_a, b, turn_b, encounter.motion.separation) / encounter.size()
     }
 
     #[test]
     fn cases_begin_apart_and_some_of_each_class_end_in_contact() {
         for class in Class::ALL {
-            let cases: Vec<_> = (0..40).map(|index| Encounter::draw(class, 1, index)).collect();
+            let cases: Vec<_> = (0..40)
+                .map(|index| Encounter::draw(class, 1, index))
+                .collect();
             for (index, case) in cases.iter().enumerate() {
-                assert!(case.horizon.is_finite() && case.horizon >= 0.0, "{class} {index}: {case:?}");
+                assert!(
+                    case.horizon.is_finite() && case.horizon >= 0.0,
+                    "{class} {index}: {case:?}"
+                );
                 assert!(case.natural_time() > 0.0);
                 let gap = first_gap(case);
                 // Rounding of positions 1e9 sizes away from the origin.
                 let rounding = 1e-14 + case.motion.separation_error / case.size();
-                assert!(gap > -rounding, "{class} {index} begins with a gap of {gap:e} sizes");
+                assert!(
+                    gap > -rounding,
+                    "{class} {index} begins with a gap of {gap:e} sizes"
+                );
             }
-            let contacts =
-                cases.iter().filter(|case| case.first_contact(&Exact::default()).outcome.contact().is_some());
+            let contacts = cases.iter().filter(|case| {
+                case.first_contact(&Exact::default())
+                    .outcome
+                    .contact()
+                    .is_some()
+            });
             let contacts = contacts.count();
             let least = if class == Class::Concentric { 0 } else { 2 };
             assert!(contacts >= least, "{class}: {contacts} of 40 in contact");
@@ -148,7 +187,10 @@ mod tests {
             let class = Class::Graze(exponent);
             let deep = (0..50).filter(|&index| {
                 let case = Encounter::draw(class, 3, index);
-                case.first_contact(&Exact::default()).outcome.contact().is_some()
+                case.first_contact(&Exact::default())
+                    .outcome
+                    .contact()
+                    .is_some()
             });
             // 7 in 10 are constructed to overlap; in others, other atoms may touch.
             assert!((25..50).contains(&deep.count()), "depth 1e-{exponent}");
@@ -159,12 +201,21 @@ mod tests {
     fn the_rest_of_an_encounter_ends_in_the_same_contact() {
         for index in 0..50 {
             let case = Encounter::draw(Class::Generic, 5, index);
-            let Some(contact) = case.first_contact(&Exact::default()).outcome.contact() else { continue };
+            let Some(contact) = case.first_contact(&Exact::default()).outcome.contact() else {
+                continue;
+            };
             let half = 0.5 * contact.time;
-            let rest =
-                case.after(half).first_contact(&Exact::default()).outcome.contact().expect("it lies ahead");
+            let rest = case
+                .after(half)
+                .first_contact(&Exact::default())
+                .outcome
+                .contact()
+                .expect("it lies ahead");
             assert_eq!(rest.touch, contact.touch);
-            assert!((rest.time + half - contact.time).abs() < 1e-12 * case.natural_time().max(contact.time));
+            assert!(
+                (rest.time + half - contact.time).abs()
+                    < 1e-12 * case.natural_time().max(contact.time)
+            );
         }
     }
 

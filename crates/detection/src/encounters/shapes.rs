@@ -10,7 +10,13 @@ pub(super) const VALID: &str = "radii and masses are positive, and centres diffe
 
 /// One to five atoms, with radius 0.2 to 1 and mass 0.5 to 2 each.
 pub(super) fn ordinary(draw: &mut Draw) -> Molecule {
-    let shape = draw.one_of(&[Shape::Disc, Shape::Dumbbell, Shape::Rod(3), Shape::Cross, Shape::Tee]);
+    let shape = draw.one_of(&[
+        Shape::Disc,
+        Shape::Dumbbell,
+        Shape::Rod(3),
+        Shape::Cross,
+        Shape::Tee,
+    ]);
     named(draw, shape)
 }
 
@@ -27,14 +33,16 @@ pub(super) fn named(draw: &mut Draw, shape: Shape) -> Molecule {
 
 /// The molecule with all lengths times `factor`.
 pub(super) fn scaled(molecule: &Molecule, factor: f64) -> Molecule {
-    let atom =
-        |atom: &Atom| Atom::new(factor * atom.offset(), factor * atom.radius(), atom.mass()).expect(VALID);
+    let atom = |atom: &Atom| {
+        Atom::new(factor * atom.offset(), factor * atom.radius(), atom.mass()).expect(VALID)
+    };
     Molecule::new(molecule.atoms().iter().map(atom)).expect(VALID)
 }
 
 /// The molecule with other masses, which move its centre of mass.
 pub(super) fn weighed(molecule: &Molecule, mut mass: impl FnMut(usize) -> f64) -> Molecule {
-    let atom = |(i, atom): (usize, &Atom)| Atom::new(atom.offset(), atom.radius(), mass(i)).expect(VALID);
+    let atom =
+        |(i, atom): (usize, &Atom)| Atom::new(atom.offset(), atom.radius(), mass(i)).expect(VALID);
     Molecule::new(molecule.atoms().iter().enumerate().map(atom)).expect(VALID)
 }
 
@@ -61,8 +69,16 @@ pub(super) fn blob(draw: &mut Draw, count: usize) -> Molecule {
             sites.push(DVec2::new(x, 0.5 * 3f64.sqrt() * f64::from(row)));
         }
     }
-    sites.sort_by(|a, b| a.distance_squared(middle).total_cmp(&b.distance_squared(middle)));
+    sites.sort_by(|a, b| {
+        a.distance_squared(middle)
+            .total_cmp(&b.distance_squared(middle))
+    });
     let mass = 1.0 / count as f64;
-    Molecule::new(sites.into_iter().take(count).map(|at| Atom::new(at, 0.5, mass).expect(VALID)))
-        .expect(VALID)
+    Molecule::new(
+        sites
+            .into_iter()
+            .take(count)
+            .map(|at| Atom::new(at, 0.5, mass).expect(VALID)),
+    )
+    .expect(VALID)
 }

@@ -13,17 +13,23 @@ use super::{
 };
 
 /// Limit of random states until a molecule starts apart from the wall; half of them do.
-const MOST_TRIES: u32 = 1000;
+const MAX_TRIES: u32 = 1000;
 
 /// A wall of `length` in a random direction; half of the walls have a thickness.
 fn wall(draw: &mut Draw, length: f64, thickest: f64) -> Molecule {
-    let radius = if draw.happens(0.5) { 0.0 } else { draw.scale(1e-3, 1.0) * thickest };
+    let radius = if draw.happens(0.5) {
+        0.0
+    } else {
+        draw.scale(1e-3, 1.0) * thickest
+    };
     Molecule::wall(length * draw.direction(), radius).expect(VALID)
 }
 
 /// Unit vectors along the wall in its orientation, and normal to it towards the molecule.
 fn axes(draw: &mut Draw, wall: &Molecule, orientation: Orientation) -> [DVec2; 2] {
-    let along = orientation.cos_sin().rotate(wall.atoms()[1].offset().normalize());
+    let along = orientation
+        .cos_sin()
+        .rotate(wall.atoms()[1].offset().normalize());
     [along, draw.sign() * along.perp()]
 }
 
@@ -31,8 +37,12 @@ fn axes(draw: &mut Draw, wall: &Molecule, orientation: Orientation) -> [DVec2; 2
 /// its face, at an end, or past it. Velocities are thermal, angular velocities thermal times a
 /// factor.
 pub(super) fn fly_at(draw: &mut Draw, spins: [f64; 2]) -> Encounter {
-    for _ in 0..MOST_TRIES {
-        let molecule = if draw.happens(0.1) { named(draw, Shape::Rod(9)) } else { ordinary(draw) };
+    for _ in 0..MAX_TRIES {
+        let molecule = if draw.happens(0.1) {
+            named(draw, Shape::Rod(9))
+        } else {
+            ordinary(draw)
+        };
         let size = molecule.bounding_radius();
         let length = draw.scale(0.3, 30.0) * size;
         let wall = wall(draw, length, 0.5 * size);
@@ -61,7 +71,7 @@ pub(super) fn fly_at(draw: &mut Draw, spins: [f64; 2]) -> Encounter {
 pub(super) fn graze(draw: &mut Draw, exponent: u8) -> Encounter {
     let depth = 10f64.powi(-i32::from(exponent));
     let depth = if draw.happens(0.7) { depth } else { -depth };
-    for _ in 0..MOST_TRIES {
+    for _ in 0..MAX_TRIES {
         let molecule = extended(draw);
         let size = molecule.bounding_radius();
         let wall = wall(draw, 40.0 * size, 0.5 * size);
@@ -69,11 +79,16 @@ pub(super) fn graze(draw: &mut Draw, exponent: u8) -> Encounter {
         let [along, normal] = axes(draw, &wall, at_rest);
         let turned = |atom: &Atom| then.cos_sin().rotate(atom.offset());
         let height = |atom: &&Atom| turned(atom).dot(normal) - atom.radius();
-        let lowest = molecule.atoms().iter().min_by(|a, b| height(a).total_cmp(&height(b))).expect(VALID);
+        let lowest = molecule
+            .atoms()
+            .iter()
+            .min_by(|a, b| height(a).total_cmp(&height(b)))
+            .expect(VALID);
         let arm = turned(lowest);
         let spin = draw.sign() * draw.between(0.5, 2.0);
         // g' = 0 at the graze.
-        let velocity = draw.between(-2.0, 2.0) * size * along - spin * arm.perp().dot(normal) * normal;
+        let velocity =
+            draw.between(-2.0, 2.0) * size * along - spin * arm.perp().dot(normal) * normal;
         let time = draw.between(0.2, 2.0) / spin.abs();
         let reach = lowest.radius() + wall.atoms()[0].radius() - depth * size;
         let centre = draw.between(-5.0, 5.0) * size * along + reach * normal - arm;
@@ -95,28 +110,39 @@ pub(super) fn graze(draw: &mut Draw, exponent: u8) -> Encounter {
 pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
     let radius = draw.scale(0.2, 1.0);
     let disc = Atom::new(DVec2::ZERO, radius, 1.0).expect(VALID);
-    let spot = Atom::new(draw.between(0.2, 0.8) * radius * DVec2::X, 0.05 * radius, 100.0).expect(VALID);
+    let spot = Atom::new(
+        draw.between(0.2, 0.8) * radius * DVec2::X,
+        0.05 * radius,
+        100.0,
+    )
+    .expect(VALID);
     let molecule = Molecule::new([disc, spot]).expect(VALID);
     let wall = wall(draw, 40.0 * radius, radius);
     let (at_rest, orientation) = (draw.orientation(), draw.orientation());
     let [along, normal] = axes(draw, &wall, at_rest);
     // Turned so that the centre of the disc is above the centre of mass.
-    let upright = Orientation::from_turns(normal.to_angle() / TAU + 0.5 + 0.6 * (orientation.turns() / 2.0));
+    let upright =
+        Orientation::from_turns(normal.to_angle() / TAU + 0.5 + 0.6 * (orientation.turns() / 2.0));
     let arm = upright.cos_sin().rotate(molecule.atoms()[0].offset());
     let spin = draw.sign() * draw.between(0.5, 2.0);
     let interval = 10f64.powi(-i32::from(exponent)) / spin.abs();
     let rate = 0.5 * spin * spin * arm.dot(normal) * interval;
     let slip = draw.between(-1.0, 1.0) * radius * along;
     let velocity = slip + (rate - spin * arm.perp().dot(normal)) * normal;
-    let centre =
-        draw.between(-5.0, 5.0) * radius * along + (radius + wall.atoms()[0].radius()) * normal - arm;
+    let centre = draw.between(-5.0, 5.0) * radius * along
+        + (radius + wall.atoms()[0].radius()) * normal
+        - arm;
     let motion = RelativeMotion {
         orientation: [at_rest, upright],
         angular_velocity: [0.0, spin],
         ..RelativeMotion::exactly(centre, velocity)
     };
     let encounter = Encounter::until_parted([wall, molecule], motion, TAU / spin.abs());
-    if draw.happens(0.5) { encounter.exchanged() } else { encounter }
+    if draw.happens(0.5) {
+        encounter.exchanged()
+    } else {
+        encounter
+    }
 }
 
 /// The encounter, with the wall as B in half of the cases; `None` if the bodies do not start apart.
@@ -128,9 +154,15 @@ fn apart(
 ) -> Option<Encounter> {
     let [turn_a, turn_b] = motion.orientation.map(Orientation::cos_sin);
     let [wall, molecule] = &molecules;
-    if gap_between(wall, turn_a, molecule, turn_b, motion.separation) <= 1e-3 * molecule.bounding_radius() {
+    if gap_between(wall, turn_a, molecule, turn_b, motion.separation)
+        <= 1e-3 * molecule.bounding_radius()
+    {
         return None;
     }
     let encounter = Encounter::until_parted(molecules, motion, otherwise);
-    Some(if draw.happens(0.5) { encounter.exchanged() } else { encounter })
+    Some(if draw.happens(0.5) {
+        encounter.exchanged()
+    } else {
+        encounter
+    })
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{Touch, atom_pair::AtomPair, gap_search::GapFunction};
-use carom_geometry::{Atom, Circle, LARGEST, Molecule, Shape};
+use carom_geometry::{Atom, Circle, MAX_MAGNITUDE, Molecule, Shape};
 use carom_kinematics::Orientation;
 use glam::DVec2;
 use proptest::prelude::*;
@@ -13,11 +13,21 @@ fn ask(a: &Molecule, b: &Molecule, motion: &RelativeMotion, horizon: f64) -> Ans
 }
 
 /// The gap of the touching atoms at the reported contact, in units of E.
-fn gap_in_units_of_error(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, answer: &Answer) -> f64 {
+fn gap_in_units_of_error(
+    a: Outline<'_>,
+    b: Outline<'_>,
+    motion: &RelativeMotion,
+    answer: &Answer,
+) -> f64 {
     let contact = answer.outcome.contact().expect("a contact");
-    let Touch::Atoms(i, j) = contact.touch else { panic!("atoms touch") };
+    let Touch::Atoms(i, j) = contact.touch else {
+        panic!("atoms touch")
+    };
     let flight = Flight::new(a, b, motion);
-    let circles = [Circle::from(&a.atoms[i as usize]), Circle::from(&b.atoms[j as usize])];
+    let circles = [
+        Circle::from(&a.atoms[i as usize]),
+        Circle::from(&b.atoms[j as usize]),
+    ];
     let pair = AtomPair::new(&flight, circles);
     let now = pair.gap(&pair.pose(contact.time));
     now.value / now.error
@@ -36,7 +46,10 @@ fn named(shape: Shape) -> Molecule {
 }
 
 fn grazing_atoms() -> (Atom, Atom) {
-    (named(Shape::Dumbbell).atoms()[0], named(Shape::Tee).atoms()[4])
+    (
+        named(Shape::Dumbbell).atoms()[0],
+        named(Shape::Tee).atoms()[4],
+    )
 }
 
 prop_compose! {
@@ -126,7 +139,7 @@ proptest! {
         let shape = [Shape::Dumbbell, Shape::Tee, Shape::Rod(9)][shape];
         let [a, b] = [sizes[0], sizes[1]].map(|power| Molecule::named(shape, 10f64.powf(power * 0.9), 1.0).unwrap());
         // Half of the pairs start near each other, where contacts occur.
-        let near = if sizes[2] > 0.0 { a.bounding_radius().max(b.bounding_radius()) } else { LARGEST };
+        let near = if sizes[2] > 0.0 { a.bounding_radius().max(b.bounding_radius()) } else { MAX_MAGNITUDE };
         let motion = RelativeMotion {
             orientation: turns.map(Orientation::from_turns),
             angular_velocity: spin,
@@ -143,7 +156,7 @@ proptest! {
             Outcome::Unresolved(_) => prop_assert!(false, "{answer:?}"),
             Outcome::OutOfRange => {
                 let rim = a.bounding_radius() * spin[0].abs() + b.bounding_radius() * spin[1].abs();
-                prop_assert!(rim > LARGEST, "{motion:?}");
+                prop_assert!(rim > MAX_MAGNITUDE, "{motion:?}");
             }
         }
     }
@@ -172,7 +185,11 @@ fn matched_spins_at_a_constant_gap_are_passed_in_few_steps() {
         assert_eq!(answer.outcome, Outcome::Free);
         // The first steps use the short bound by design.
         let plain = 1 + crate::tolerance::SHORT_STEPS;
-        assert!(answer.evaluations <= most + plain, "gap 1e-{exponent}: {} evaluations", answer.evaluations);
+        assert!(
+            answer.evaluations <= most + plain,
+            "gap 1e-{exponent}: {} evaluations",
+            answer.evaluations
+        );
     }
 }
 
@@ -181,12 +198,20 @@ fn a_search_that_reaches_its_step_limit_can_be_continued() {
     // d turns with both bodies at constant length: no bound on d'' proves that it never closes.
     let atom = |x: f64| Atom::new(DVec2::new(x, 0.0), 0.5, 1.0).unwrap();
     let (a, b) = (atom(-0.5), atom(0.5 + 1e-9));
-    let motion =
-        RelativeMotion { angular_velocity: [1.0; 2], ..RelativeMotion::exactly(DVec2::ZERO, DVec2::ZERO) };
+    let motion = RelativeMotion {
+        angular_velocity: [1.0; 2],
+        ..RelativeMotion::exactly(DVec2::ZERO, DVec2::ZERO)
+    };
     let mut time = 0.0;
     for _ in 0..10 {
-        let later = RelativeMotion { orientation: [Orientation::default().turned(1.0, time); 2], ..motion };
-        match (Exact { most_steps: 100 }).first_contact(a.outline(), b.outline(), &later, 1.0).outcome {
+        let later = RelativeMotion {
+            orientation: [Orientation::default().turned(1.0, time); 2],
+            ..motion
+        };
+        match (Exact { most_steps: 100 })
+            .first_contact(a.outline(), b.outline(), &later, 1.0)
+            .outcome
+        {
             Outcome::FreeUntil(more) => time += more,
             other => panic!("{other:?}"),
         }
@@ -204,20 +229,38 @@ fn fast_rotors_are_caught_within_half_a_turn() {
         for phase in 0..20 {
             let spin = TAU * turns;
             let motion = RelativeMotion {
-                orientation: [Orientation::from_turns(0.05 * f64::from(phase)), Orientation::default()],
+                orientation: [
+                    Orientation::from_turns(0.05 * f64::from(phase)),
+                    Orientation::default(),
+                ],
                 angular_velocity: [spin, 0.0],
                 ..RelativeMotion::exactly(DVec2::new(2.5, 0.1), DVec2::new(-1.0, 0.0))
             };
             let answer = ask(&dumbbell, &disc, &motion, 10.0);
-            let time = answer.outcome.contact().expect("the dumbbell hits the disc").time;
+            let time = answer
+                .outcome
+                .contact()
+                .expect("the dumbbell hits the disc")
+                .time;
             let orbit = 2.5 - f64::sqrt(1.5 * 1.5 - 0.01);
             let rounding = 1e-15 * time;
-            assert!(time >= orbit - rounding && time <= orbit + PI / spin + rounding, "{turns:e}: {time}");
-            assert!(gap_in_units_of_error(dumbbell.outline(), disc.outline(), &motion, &answer).abs() <= 2.0);
+            assert!(
+                time >= orbit - rounding && time <= orbit + PI / spin + rounding,
+                "{turns:e}: {time}"
+            );
+            assert!(
+                gap_in_units_of_error(dumbbell.outline(), disc.outline(), &motion, &answer).abs()
+                    <= 2.0
+            );
             // A few roundings of the angle, as a length.
             let flight = Flight::new(dumbbell.outline(), disc.outline(), &motion);
-            let circles = [Circle::from(&dumbbell.atoms()[0]), Circle::from(&disc.atoms()[0])];
-            assert!(AtomPair::new(&flight, circles).error.at(time) < 2.0 * f64::EPSILON * spin * time);
+            let circles = [
+                Circle::from(&dumbbell.atoms()[0]),
+                Circle::from(&disc.atoms()[0]),
+            ];
+            assert!(
+                AtomPair::new(&flight, circles).error.at(time) < 2.0 * f64::EPSILON * spin * time
+            );
             assert!(answer.evaluations < 2000, "{turns:e}: {answer:?}");
         }
     }
@@ -227,7 +270,12 @@ fn fast_rotors_are_caught_within_half_a_turn() {
 fn overlapping_pairs_that_close_are_in_contact_at_once() {
     let (a, b) = (named(Shape::Tee), named(Shape::Cross));
     for depth in [0.0, 1e-17, 1e-16, 1e-15, 1e-9, 1e-3] {
-        for (speed, spins) in [(1.0, [0.1, -0.2]), (-1.0, [0.1, -0.2]), (1.0, [0.0; 2]), (-1.0, [0.0; 2])] {
+        for (speed, spins) in [
+            (1.0, [0.1, -0.2]),
+            (-1.0, [0.1, -0.2]),
+            (1.0, [0.0; 2]),
+            (-1.0, [0.0; 2]),
+        ] {
             // The right end of the bar of the tee and the left arm of the cross.
             let d = a.atoms()[2].offset() - b.atoms()[3].offset() + DVec2::new(1.0 - depth, 0.0);
             let motion = RelativeMotion {
@@ -254,18 +302,26 @@ fn the_interval_between_two_close_contacts_is_accurate() {
     for interval in [1e-3, 1e-6, 1e-9, 1e-12] {
         for part in 1..=20 {
             let epsilon = 0.5 * interval * (0.5 + 0.1 * f64::from(part));
-            let squared = circle * circle + distance * distance + 2.0 * circle * distance * epsilon.cos();
+            let squared =
+                circle * circle + distance * distance + 2.0 * circle * distance * epsilon.cos();
             let rotor = Atom::new(DVec2::new(-circle, 0.0), 0.5, 1.0).unwrap();
             let disc = Atom::new(DVec2::ZERO, squared.sqrt() - 0.5, 1.0).unwrap();
             let motion = RelativeMotion {
-                orientation: [Orientation::from_turns(-epsilon / TAU), Orientation::default()],
+                orientation: [
+                    Orientation::from_turns(-epsilon / TAU),
+                    Orientation::default(),
+                ],
                 angular_velocity: [1.0, 0.0],
                 ..RelativeMotion::exactly(DVec2::new(distance, 0.0), DVec2::ZERO)
             };
-            let answer = Exact::default().first_contact(rotor.outline(), disc.outline(), &motion, 1.0);
+            let answer =
+                Exact::default().first_contact(rotor.outline(), disc.outline(), &motion, 1.0);
             let back = answer.outcome.contact().expect("the atom returns").time;
             let off = (back / (2.0 * epsilon) - 1.0).abs();
-            assert!(off < 4e-15 / interval + 1e-13, "{interval:e}: off by {off:e} of the interval");
+            assert!(
+                off < 4e-15 / interval + 1e-13,
+                "{interval:e}: off by {off:e} of the interval"
+            );
             assert!(answer.evaluations <= 40, "{interval:e}: {answer:?}");
         }
     }
@@ -279,7 +335,10 @@ fn slow_rods(factor: f64) -> (u64, Touch) {
         angular_velocity: [-0.5 * factor, -2.0 * factor],
         ..RelativeMotion::exactly(DVec2::new(6.25, -1.0), DVec2::new(-factor, 0.0))
     };
-    let contact = ask(&rod, &rod, &motion, 20.0 / factor).outcome.contact().expect("they meet");
+    let contact = ask(&rod, &rod, &motion, 20.0 / factor)
+        .outcome
+        .contact()
+        .expect("they meet");
     ((contact.time * factor).to_bits(), contact.touch)
 }
 

@@ -133,7 +133,10 @@ impl BodyRecord {
     }
 
     pub fn new(motion: &Motion, radius: f64) -> Self {
-        let mut record = Self { shared: RadiusOrContactTime(radius), ..Self::dummy() };
+        let mut record = Self {
+            shared: RadiusOrContactTime(radius),
+            ..Self::dummy()
+        };
         record.set_motion(motion);
         record
     }
@@ -141,7 +144,11 @@ impl BodyRecord {
     /// The record of a disc with this flight and radius, without an event.
     #[inline]
     pub fn at(flight: [f64; 4], radius: f64) -> Self {
-        Self { flight, shared: RadiusOrContactTime(radius), ..Self::dummy() }
+        Self {
+            flight,
+            shared: RadiusOrContactTime(radius),
+            ..Self::dummy()
+        }
     }
 
     /// Sets the flight from a motion that begins at its subjective time.
@@ -152,7 +159,10 @@ impl BodyRecord {
     /// The motion of a disc.
     #[inline]
     pub fn motion(&self) -> Motion {
-        Motion { velocity: self.velocity(), ..Motion::at_rest(self.origin()) }
+        Motion {
+            velocity: self.velocity(),
+            ..Motion::at_rest(self.origin())
+        }
     }
 
     pub fn origin(&self) -> DVec2 {
@@ -227,16 +237,31 @@ mod tests {
 
     #[test]
     fn a_crossing_encodes_its_axis_and_direction() {
-        for (axis, sign, kind) in
-            [(0, 0, Kind::Right), (0, 1, Kind::Left), (1, 0, Kind::Up), (1, 1, Kind::Down)]
-        {
+        for (axis, sign, kind) in [
+            (0, 0, Kind::Right),
+            (0, 1, Kind::Left),
+            (1, 0, Kind::Up),
+            (1, 1, Kind::Down),
+        ] {
             assert_eq!(Kind::crossing(axis, sign), kind);
-            assert_eq!(kind.direction(), (axis as usize, if sign == 0 { 1 } else { -1 }));
+            assert_eq!(
+                kind.direction(),
+                (axis as usize, if sign == 0 { 1 } else { -1 })
+            );
             assert!(kind.is_crossing() && !kind.is_contact());
         }
-        for kind in [Kind::Discs, Kind::MultiCell, Kind::Shell, Kind::Recheck, Kind::Nothing] {
+        for kind in [
+            Kind::Discs,
+            Kind::MultiCell,
+            Kind::Shell,
+            Kind::Recheck,
+            Kind::Nothing,
+        ] {
             assert!(!kind.is_crossing());
-            assert_eq!(kind.is_contact(), kind == Kind::Discs || kind == Kind::MultiCell);
+            assert_eq!(
+                kind.is_contact(),
+                kind == Kind::Discs || kind == Kind::MultiCell
+            );
         }
     }
 }

@@ -55,10 +55,15 @@ impl Calendar {
         self.bodies = bodies as u32;
         self.ring = (self.bodies / BODIES_PER_BIN).max(1);
         self.links.clear();
-        self.links.extend((0..=self.bodies + self.ring).map(|head| [head; 2]));
+        self.links
+            .extend((0..=self.bodies + self.ring).map(|head| [head; 2]));
         let bins_per_time = 1.0 / (EVENTS_PER_BIN * interval);
         // Of 0 and of subnormal intervals the reciprocal is infinite: all events are in one bin.
-        self.bins_per_time = if bins_per_time.is_finite() { bins_per_time } else { 0.0 };
+        self.bins_per_time = if bins_per_time.is_finite() {
+            bins_per_time
+        } else {
+            0.0
+        };
         self.reset_ring(start);
     }
 
@@ -81,8 +86,16 @@ impl Calendar {
         if bin >= self.next_bin {
             let ahead = bin - self.next_bin;
             let place = (ahead as u32).wrapping_add(self.next_place);
-            let place = if place < self.ring { place } else { place.wrapping_sub(self.ring) };
-            let place = if ahead < u64::from(self.ring) { place } else { self.ring };
+            let place = if place < self.ring {
+                place
+            } else {
+                place.wrapping_sub(self.ring)
+            };
+            let place = if ahead < u64::from(self.ring) {
+                place
+            } else {
+                self.ring
+            };
             self.link(body, self.bodies + place);
         } else {
             self.links[body as usize] = [body; 2];
@@ -97,7 +110,11 @@ impl Calendar {
     fn bin_of(&self, time: f64) -> u64 {
         let place = (time - self.start) * self.bins_per_time;
         // The comparison sends NaN (infinite time, or zero width) far beyond the ring.
-        let place = if place < 0.5 * SHIFT { place } else { 0.5 * SHIFT };
+        let place = if place < 0.5 * SHIFT {
+            place
+        } else {
+            0.5 * SHIFT
+        };
         let place = if place > 0.0 { place } else { 0.0 };
         (place + SHIFT).to_bits() - SHIFT.to_bits()
     }
@@ -142,8 +159,14 @@ impl Calendar {
     /// The bodies in a bin, by its distance from the next one.
     pub fn bodies_in_bin(&self, bins: u32) -> impl Iterator<Item = u32> {
         let place = self.next_place + bins % self.ring;
-        let head = self.bodies + if place < self.ring { place } else { place - self.ring };
-        let after = move |body: u32| Some(self.links[body as usize][NEXT]).filter(|&next| next != head);
+        let head = self.bodies
+            + if place < self.ring {
+                place
+            } else {
+                place - self.ring
+            };
+        let after =
+            move |body: u32| Some(self.links[body as usize][NEXT]).filter(|&next| next != head);
         std::iter::successors(after(head), move |&body| after(body))
     }
 
@@ -241,7 +264,11 @@ fn insert_sorted(records: &[BodyRecord], open: &mut [(f64, u32)], mut place: usi
 fn is_before(records: &[BodyRecord], a: u32, b: u32) -> bool {
     let rank = |body: u32| {
         let record = &records[body as usize];
-        let other = if record.kind().is_contact() { record.partner() } else { body };
+        let other = if record.kind().is_contact() {
+            record.partner()
+        } else {
+            body
+        };
         (body.min(other), body.max(other), body)
     };
     rank(a) < rank(b)
@@ -255,7 +282,17 @@ mod tests {
 
     #[test]
     fn events_come_in_order_for_any_width_of_a_bin() {
-        for width in [0.0, 5e-324, 1e-310, 1e-300, 1e-6, 1e-3, 0.1, 1e3, f64::INFINITY] {
+        for width in [
+            0.0,
+            5e-324,
+            1e-310,
+            1e-300,
+            1e-6,
+            1e-3,
+            0.1,
+            1e3,
+            f64::INFINITY,
+        ] {
             let mut random = rand_pcg::Pcg64::seed_from_u64(7);
             let mut records = vec![BodyRecord::dummy(); 50];
             let mut calendar = Calendar::default();
@@ -266,7 +303,10 @@ mod tests {
             }
             let mut now = 0.0;
             for _ in 0..5000 {
-                let earliest = records.iter().map(|record| record.time).fold(f64::INFINITY, f64::min);
+                let earliest = records
+                    .iter()
+                    .map(|record| record.time)
+                    .fold(f64::INFINITY, f64::min);
                 let (time, body) = calendar.take_soonest(&records, f64::MAX, |_| ()).unwrap();
                 assert_eq!(time, earliest, "width {width}");
                 assert!(time >= now);

@@ -16,7 +16,11 @@ pub(super) struct Candidate<T> {
 impl<T> Candidate<T> {
     /// The candidate with another representation of its body.
     pub fn map<U>(self, name: impl FnOnce(T) -> U) -> Candidate<U> {
-        Candidate { bound: self.bound, item: name(self.item), is_tight: self.is_tight }
+        Candidate {
+            bound: self.bound,
+            item: name(self.item),
+            is_tight: self.is_tight,
+        }
     }
 }
 
@@ -58,7 +62,11 @@ impl<T: Copy> Candidates<T> {
             let lane = wanted.trailing_zeros() as usize % N;
             wanted &= wanted - 1;
             if let Some(item) = item(lane) {
-                self.0.push(Candidate { bound: bounds[lane], item, is_tight: false });
+                self.0.push(Candidate {
+                    bound: bounds[lane],
+                    item,
+                    is_tight: false,
+                });
             }
         }
     }
@@ -73,7 +81,10 @@ impl<T: Copy> Candidates<T> {
             let this = (candidate.bound, body(&candidate.item));
             let is_sooner = (this.0 < soonest.0) | ((this.0 == soonest.0) & (this.1 < soonest.1));
             least = select(is_sooner, place, least);
-            soonest = (select(is_sooner, this.0, soonest.0), select(is_sooner, this.1, soonest.1));
+            soonest = (
+                select(is_sooner, this.0, soonest.0),
+                select(is_sooner, this.1, soonest.1),
+            );
         }
         (!self.0.is_empty()).then(|| self.0.swap_remove(least))
     }
@@ -89,7 +100,11 @@ mod tests {
         let item = [7, 3, 9, 4, 1, 8, 2, 6];
         let bounds = [2.0, 1.0, f64::INFINITY, 1.0, 0.0, f64::NAN, 5.0, 3.0];
         // The last lane is empty.
-        candidates.sift(bounds, |bound| bound < 4.0, |lane| (lane < 7).then(|| item[lane]));
+        candidates.sift(
+            bounds,
+            |bound| bound < 4.0,
+            |lane| (lane < 7).then(|| item[lane]),
+        );
         candidates.sift([1.0], |bound| bound < 4.0, |_| Some(5));
         let mut order = Vec::new();
         while let Some(candidate) = candidates.take_least(|&body| body) {
@@ -102,8 +117,18 @@ mod tests {
     fn candidates_with_infinite_bounds_are_returned_as_well() {
         let mut candidates = Candidates::default();
         candidates.sift([f64::INFINITY; 2], |_| true, |lane| Some(lane as u32));
-        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.item), Some(0));
-        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.item), Some(1));
+        assert_eq!(
+            candidates
+                .take_least(|&body| body)
+                .map(|candidate| candidate.item),
+            Some(0)
+        );
+        assert_eq!(
+            candidates
+                .take_least(|&body| body)
+                .map(|candidate| candidate.item),
+            Some(1)
+        );
         assert!(candidates.take_least(|&body| body).is_none());
     }
 }

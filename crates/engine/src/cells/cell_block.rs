@@ -86,7 +86,11 @@ impl<'a> CellBlock<'a> {
 
     /// Number of slots in use.
     pub fn count(self) -> usize {
-        if self.mark & LONG == 0 { (self.mark & COUNT) as usize } else { self.slots().count() }
+        if self.mark & LONG == 0 {
+            (self.mark & COUNT) as usize
+        } else {
+            self.slots().count()
+        }
     }
 
     /// The slots in use.

@@ -55,7 +55,9 @@ impl CellOccupants {
                     let (index, image) = fold(index as i32 + offset, count as i32);
                     (index as u32 * stride) | (image_code(image) << bits)
                 };
-                (0..count).map(|index| [-1, 0, 1].map(|offset| at(index, offset))).collect()
+                (0..count)
+                    .map(|index| [-1, 0, 1].map(|offset| at(index, offset)))
+                    .collect()
             };
             self.columns_around = around(columns, 1, INDEX_BITS);
             self.rows_around = around(rows, columns, INDEX_BITS + 2);
@@ -101,8 +103,15 @@ impl CellOccupants {
     /// along an axis, upwards or downwards.
     #[inline(always)]
     pub fn ahead(&self, [column, row]: [u16; 2], axis: usize, direction: i32) -> [u32; 3] {
-        let (columns, rows) = (&self.columns_around[column as usize], &self.rows_around[row as usize]);
-        let (along, [before, beside, after]) = if axis == 0 { (columns, rows) } else { (rows, columns) };
+        let (columns, rows) = (
+            &self.columns_around[column as usize],
+            &self.rows_around[row as usize],
+        );
+        let (along, [before, beside, after]) = if axis == 0 {
+            (columns, rows)
+        } else {
+            (rows, columns)
+        };
         let next = select(direction > 0, along[2], along[0]);
         [next + before, next + beside, next + after]
     }
@@ -121,7 +130,11 @@ impl CellOccupants {
     pub fn blocks(&self) -> OccupantBlocks<'_> {
         // Slices of one length, so that one bounds check serves all three.
         let next = &self.next[..];
-        OccupantBlocks { flights: &self.flights[..next.len()], discs: &self.discs[..next.len()], next }
+        OccupantBlocks {
+            flights: &self.flights[..next.len()],
+            discs: &self.discs[..next.len()],
+            next,
+        }
     }
 
     /// Adds a disc to the occupants of a cell.
@@ -175,7 +188,11 @@ impl CellOccupants {
         let (block, lane) = self.place(kernel, disc, cell);
         let discs = &mut self.discs[block];
         // Free lanes come last.
-        let last = (kernel.find(discs, self.dummy).trailing_zeros().min(DISC_LANES as u32) - 1) as usize;
+        let last = (kernel
+            .find(discs, self.dummy)
+            .trailing_zeros()
+            .min(DISC_LANES as u32)
+            - 1) as usize;
         discs[lane] = discs[last];
         discs[last] = self.dummy;
         let flights = &mut self.flights[block];
@@ -199,7 +216,13 @@ impl CellOccupants {
 
     /// Sets the flight of an occupant of a cell.
     #[inline(always)]
-    pub fn set_flight<K: Kernel>(&mut self, kernel: K, disc: u32, cell: [u16; 2], flight: [f64; 4]) {
+    pub fn set_flight<K: Kernel>(
+        &mut self,
+        kernel: K,
+        disc: u32,
+        cell: [u16; 2],
+        flight: [f64; 4],
+    ) {
         let (block, lane) = self.place(kernel, disc, cell);
         self.flights[block].set(lane, self.units.quantize(flight));
     }

@@ -64,13 +64,17 @@ impl<F: Frame> State<F> {
         }
         let to = self.records[disc as usize].cell();
         self.occupants.leave(kernel, disc, from);
-        self.occupants.enter(kernel, disc, to, self.records[disc as usize].flight);
+        self.occupants
+            .enter(kernel, disc, to, self.records[disc as usize].flight);
         let ahead = self.occupants.ahead(to, axis, direction);
         let (soonest, partner) = self.soonest_in_cells(kernel, detection, disc, ahead, now);
         let contact_time = now + soonest;
         let record = &self.records[disc as usize];
         let version = self.records[partner as usize].version;
-        let is_sooner = goes_before((contact_time, partner), (record.kept_contact_time(), record.partner()));
+        let is_sooner = goes_before(
+            (contact_time, partner),
+            (record.kept_contact_time(), record.partner()),
+        );
         let time = select(is_sooner, contact_time, record.kept_contact_time());
         let partner = select(is_sooner, partner, record.partner());
         let version = select(is_sooner, version, record.partner_version);
@@ -89,7 +93,11 @@ impl<F: Frame> State<F> {
         let record = &self.records[disc as usize];
         let (crossing_time, crossing) = self.crossing(record, now);
         let meets = contact_time <= crossing_time;
-        let time = if crossing_time < contact_time { crossing_time } else { contact_time };
+        let time = if crossing_time < contact_time {
+            crossing_time
+        } else {
+            contact_time
+        };
         let kind = select(meets, Kind::Discs, crossing);
         let record = &mut self.records[disc as usize];
         record.set_event(time, kind, partner, version);
@@ -110,11 +118,18 @@ impl<F: Frame> State<F> {
         now: f64,
     ) -> (f64, u32) {
         let query = self.query(disc, now);
-        debug_assert!(query.pair_constants.is_some(), "the discs of a dilute gas have different radii");
+        debug_assert!(
+            query.pair_constants.is_some(),
+            "the discs of a dilute gas have different radii"
+        );
         let (blocks, units) = (self.occupants.blocks(), self.occupants.units());
         let filter = units.filter(&query.from.flight, now);
         let in_closed_form = detection.decides_discs_in_closed_form();
-        let all_lanes = if in_closed_form && !units.is_disabled() { 0 } else { (1 << DISC_LANES) - 1 };
+        let all_lanes = if in_closed_form && !units.is_disabled() {
+            0
+        } else {
+            (1 << DISC_LANES) - 1
+        };
         let mut soonest = (f64::INFINITY, 0);
         // The filter comes first and collects candidates, the exact test follows: the filter's
         // loop, which runs far more often, then has all registers.
@@ -129,7 +144,10 @@ impl<F: Frame> State<F> {
                     count += usize::from(other != disc);
                     near &= near - 1;
                     if count == DISC_LANES {
-                        soonest = sooner(soonest, query.resolve_with_detector(detection, &slots, true));
+                        soonest = sooner(
+                            soonest,
+                            query.resolve_with_detector(detection, &slots, true),
+                        );
                         count = 0;
                     }
                 }
@@ -137,7 +155,10 @@ impl<F: Frame> State<F> {
         }
         if !in_closed_form {
             slots[count..].fill(self.occupants.dummy());
-            return sooner(soonest, query.resolve_with_detector(detection, &slots, true));
+            return sooner(
+                soonest,
+                query.resolve_with_detector(detection, &slots, true),
+            );
         }
         for &slot in &slots[..count] {
             let [time] = query.lanes(&[slot], true).contact_times();
@@ -165,12 +186,17 @@ mod tests {
 
     /// Number of contacts after which the filter is disabled.
     fn disabled_steps(gas: Vec<GasSpec>, contacts: usize) -> usize {
-        let scene = Scene { gas, ..Scene::default() };
+        let scene = Scene {
+            gas,
+            ..Scene::default()
+        };
         let mut simulation: Simulation<_, _, CellScheduler> =
             Simulation::with(&scene, Exact::default(), Impact, Instructions::Widest).unwrap();
         let mut is_disabled = || {
             simulation.step(1e3, &mut ()).unwrap();
-            let Layout::Grid(cells) = &simulation.scheduler.0 else { panic!("no cells") };
+            let Layout::Grid(cells) = &simulation.scheduler.0 else {
+                panic!("no cells")
+            };
             assert!(cells.whole.grid.is_dilute());
             cells.whole.occupants.units().is_disabled()
         };

@@ -24,15 +24,32 @@ impl<F: Frame> State<F> {
         let cell = self.neighbour_lists.index(from.cell());
         // Each arm builds its own query, since a shared one would be spilled to memory. There is no
         // branch on the result, which ends a long dependency chain.
-        let (soonest, covered) = match (self.neighbour_lists.only_eight(cell), self.pair_constants) {
+        let (soonest, covered) = match (self.neighbour_lists.only_eight(cell), self.pair_constants)
+        {
             // Bound again, so that the compiler specialises this arm.
             (Some((slots, false, is_covered)), pair_constants @ Some(_)) => {
-                let query = NeighbourQuery { pair_constants, ..self.query(disc, now) };
-                (kernel.soonest_of_eight::<false>(query, slots).in_slots(slots), is_covered.then_some(cell))
+                let query = NeighbourQuery {
+                    pair_constants,
+                    ..self.query(disc, now)
+                };
+                (
+                    kernel
+                        .soonest_of_eight::<false>(query, slots)
+                        .in_slots(slots),
+                    is_covered.then_some(cell),
+                )
             }
             (Some((slots, true, is_covered)), pair_constants @ Some(_)) => {
-                let query = NeighbourQuery { pair_constants, ..self.query(disc, now) };
-                (kernel.soonest_of_eight::<true>(query, slots).in_slots(slots), is_covered.then_some(cell))
+                let query = NeighbourQuery {
+                    pair_constants,
+                    ..self.query(disc, now)
+                };
+                (
+                    kernel
+                        .soonest_of_eight::<true>(query, slots)
+                        .in_slots(slots),
+                    is_covered.then_some(cell),
+                )
             }
             _ => self.query_any_list(kernel, disc, now, cell),
         };
@@ -60,11 +77,14 @@ impl<F: Frame> State<F> {
         let list = self.neighbour_lists.list_of(cell);
         let soonest = match list.plain() {
             Some((first, second)) => {
-                let soonest = kernel.soonest_of_eight::<false>(self.query(disc, now), first).in_slots(first);
+                let soonest = kernel
+                    .soonest_of_eight::<false>(self.query(disc, now), first)
+                    .in_slots(first);
                 match second {
                     None => soonest,
-                    Some(second) => soonest
-                        .or(kernel.soonest_of_eight::<false>(self.query(disc, now), second).in_slots(second)),
+                    Some(second) => soonest.or(kernel
+                        .soonest_of_eight::<false>(self.query(disc, now), second)
+                        .in_slots(second)),
                 }
             }
             None => kernel.soonest_of_list(&self.query(disc, now), &list),
@@ -85,15 +105,25 @@ impl<F: Frame> State<F> {
         now: f64,
         events: &DiscEvents,
     ) -> f64 {
-        let DiscEvents { mut contact_time, mut partner, is_ambiguous, covered: _, crossing_time, crossing } =
-            *events;
+        let DiscEvents {
+            mut contact_time,
+            mut partner,
+            is_ambiguous,
+            covered: _,
+            crossing_time,
+            crossing,
+        } = *events;
         if is_ambiguous | self.asks_detector {
             let soonest;
             (soonest, partner) = self.resolve_with_detector(detection, disc, now);
             contact_time = now + soonest;
         }
         let meets = contact_time <= crossing_time;
-        let time = if crossing_time < contact_time { crossing_time } else { contact_time };
+        let time = if crossing_time < contact_time {
+            crossing_time
+        } else {
+            contact_time
+        };
         let kind = select(meets, Kind::Discs, crossing);
         let partner = select(meets, partner, 0);
         let version = self.records[partner as usize].version;
@@ -107,12 +137,20 @@ impl<F: Frame> State<F> {
     /// the disc inserted first.
     #[cold]
     #[inline(never)]
-    fn resolve_with_detector<D: Detection>(&self, detection: &D, disc: u32, now: f64) -> (f64, u32) {
+    fn resolve_with_detector<D: Detection>(
+        &self,
+        detection: &D,
+        disc: u32,
+        now: f64,
+    ) -> (f64, u32) {
         let query = self.query(disc, now);
         let list = self.neighbour_lists.list(query.from.cell());
         let mut soonest = (f64::INFINITY, 0);
         list.for_each_slots8(|slots| {
-            soonest = sooner(soonest, query.resolve_with_detector(detection, slots, list.at_border));
+            soonest = sooner(
+                soonest,
+                query.resolve_with_detector(detection, slots, list.at_border),
+            );
         });
         soonest
     }
@@ -127,7 +165,8 @@ impl<F: Frame> State<F> {
         if let Some(next) = self.grid.next(record.cell_along(axis), axis, direction) {
             record.set_cell_along(axis, next);
             let to = record.cell();
-            self.neighbour_lists.step(kernel, disc, from, to, axis, direction);
+            self.neighbour_lists
+                .step(kernel, disc, from, to, axis, direction);
         } else {
             self.wrap(disc, axis, direction);
         }
@@ -135,22 +174,35 @@ impl<F: Frame> State<F> {
 
     #[cold]
     fn wrap(&mut self, disc: u32, axis: usize, direction: i32) {
-        self.neighbour_lists.leave(disc, self.records[disc as usize].cell());
+        self.neighbour_lists
+            .leave(disc, self.records[disc as usize].cell());
         self.wrap_place(disc, axis, direction);
-        self.neighbour_lists.enter(disc, self.records[disc as usize].cell());
+        self.neighbour_lists
+            .enter(disc, self.records[disc as usize].cell());
     }
 
     /// The contact of two discs; the image follows from their cells, which are adjacent.
     #[inline(always)]
     pub(super) fn contact_of_discs(&self, bodies: [u32; 2], time: f64) -> ContactEvent {
-        let (a, b) = (self.records[bodies[0] as usize].cell(), self.records[bodies[1] as usize].cell());
-        let steps = [i32::from(b[0]) - i32::from(a[0]), i32::from(b[1]) - i32::from(a[1])];
+        let (a, b) = (
+            self.records[bodies[0] as usize].cell(),
+            self.records[bodies[1] as usize].cell(),
+        );
+        let steps = [
+            i32::from(b[0]) - i32::from(a[0]),
+            i32::from(b[1]) - i32::from(a[1]),
+        ];
         let is_next = |steps: i32| ((steps + 1) as u32) < 3;
         let mut image = [0; 2];
         if !(is_next(steps[0]) & is_next(steps[1])) {
             image = steps.map(|steps| i64::from(steps < -1) - i64::from(steps > 1));
         }
-        ContactEvent { time, bodies, image, parts: Parts::Discs }
+        ContactEvent {
+            time,
+            bodies,
+            image,
+            parts: Parts::Discs,
+        }
     }
 }
 

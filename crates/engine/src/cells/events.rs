@@ -60,7 +60,8 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
         bodies: [u32; 2],
         motions: [Motion; 2],
     ) {
-        self.0.motions_changed(self.1, world, detection, bodies, motions);
+        self.0
+            .motions_changed(self.1, world, detection, bodies, motions);
     }
 
     #[inline(always)]
@@ -82,7 +83,8 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
         time: f64,
         flights: [[DVec2; 2]; 2],
     ) {
-        self.0.flights_changed(self.1, world, detection, bodies, time, flights);
+        self.0
+            .flights_changed(self.1, world, detection, bodies, time, flights);
     }
 }
 
@@ -133,7 +135,11 @@ impl State {
                     // Both bodies are predicted after the contact, so the partner's event is void;
                     // in most cases it is this contact.
                     self.calendar.remove_if_next(partner);
-                    let bodies = if body < partner { [body, partner] } else { [partner, body] };
+                    let bodies = if body < partner {
+                        [body, partner]
+                    } else {
+                        [partner, body]
+                    };
                     return Some(if kind == Kind::Discs {
                         self.contact_of_discs(bodies, now)
                     } else {
@@ -238,8 +244,10 @@ impl<F: Frame> State<F> {
     ) {
         // Both queries come before both writes, so that the processor executes the two independent
         // chains of operations in parallel.
-        let (events_a, events_b) =
-            (self.query_neighbours(kernel, a, now), self.query_neighbours(kernel, b, now));
+        let (events_a, events_b) = (
+            self.query_neighbours(kernel, a, now),
+            self.query_neighbours(kernel, b, now),
+        );
         let soonest = self.store_disc_event(world, detection, a, now, &events_a);
         self.calendar.schedule(&self.records, a, soonest);
         let soonest = self.store_disc_event(world, detection, b, now, &events_b);

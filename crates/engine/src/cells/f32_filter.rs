@@ -45,7 +45,7 @@ const UNDERFLOW: f32 = f32::MIN_POSITIVE;
 /// Longest epoch for which the filter works, in its units. An epoch in which the fastest body
 /// crosses the box a few times is never so long; the bound is for infinite or NaN times and the
 /// like. Larger: positions would have no digits left.
-const LONGEST: f64 = 1e3;
+const MAX_EPOCH: f64 = 1e3;
 
 /// Flights of eight discs as a structure of arrays: x₀, y₀, vx, vy. Empty lanes hold NaN in x₀, so
 /// that every comparison is false.
@@ -80,7 +80,8 @@ impl Units {
         let (side, speed) = (sides.max_element(), speed_unit(velocities));
         let per_time = speed / side;
         let longest = limit * per_time;
-        let reach = (1.0 + 8.0 * U_SINGLE) * contact_distance / side + U_SINGLE * (16.0 + 16.0 * longest);
+        let reach =
+            (1.0 + 8.0 * U_SINGLE) * contact_distance / side + U_SINGLE * (16.0 + 16.0 * longest);
         let numbers = [1.0 / side, 1.0 / speed, per_time];
         Self {
             per_unit: [1.0 / side, 1.0 / side, 1.0 / speed, 1.0 / speed],
@@ -89,9 +90,12 @@ impl Units {
             receding: (U_SINGLE * (48.0 + 20.0 * longest)) as f32,
             shifts: std::array::from_fn(|code| {
                 let [x, y] = image_of((code as u32) << INDEX_BITS);
-                [(f64::from(x) * sides.x / side) as f32, (f64::from(y) * sides.y / side) as f32]
+                [
+                    (f64::from(x) * sides.x / side) as f32,
+                    (f64::from(y) * sides.y / side) as f32,
+                ]
             }),
-            is_disabled: !(longest <= LONGEST && numbers.iter().all(|number| number.is_normal())),
+            is_disabled: !(longest <= MAX_EPOCH && numbers.iter().all(|number| number.is_normal())),
         }
     }
 
@@ -118,7 +122,10 @@ impl Units {
         let place = [flight[0] + flight[2] * now, flight[1] + flight[3] * now];
         F32Filter {
             place: place.map(|number| (number * self.per_unit[0]) as f32),
-            velocity: [(flight[2] * self.per_unit[2]) as f32, (flight[3] * self.per_unit[3]) as f32],
+            velocity: [
+                (flight[2] * self.per_unit[2]) as f32,
+                (flight[3] * self.per_unit[3]) as f32,
+            ],
             now: (now * self.per_time) as f32,
             reach_squared: self.reach_squared,
             receding: self.receding,
@@ -131,9 +138,15 @@ impl Units {
 /// may have the same speed, and twice the greatest would be too low.
 fn speed_unit(velocities: impl ExactSizeIterator<Item = DVec2>) -> f64 {
     let count = velocities.len() as f64;
-    let (fastest, sum) = velocities.map(DVec2::length_squared).fold((0.0, 0.0), |(fastest, sum), square| {
-        (if square > fastest { square } else { fastest }, sum + square)
-    });
+    let (fastest, sum) =
+        velocities
+            .map(DVec2::length_squared)
+            .fold((0.0, 0.0), |(fastest, sum), square| {
+                (
+                    if square > fastest { square } else { fastest },
+                    sum + square,
+                )
+            });
     2.0 * f64::max(fastest, 4.0 * sum / count).sqrt()
 }
 
@@ -152,11 +165,14 @@ impl F32Filter {
     #[inline(always)]
     pub fn for_image(self, units: &Units, code: usize) -> Self {
         let [x, y] = units.shifts[code];
-        Self { place: [self.place[0] - x, self.place[1] - y], ..self }
+        Self {
+            place: [self.place[0] - x, self.place[1] - y],
+            ..self
+        }
     }
 
     /// Lower bound on σ² v² − (d × v)² of discs that can touch.
-    pub const LEAST: f32 = -UNDERFLOW;
+    pub const MIN_DISCRIMINANT: f32 = -UNDERFLOW;
 
     /// Which of eight discs pass the filter, a bit each. Four lanes at a time, the width of the
     /// registers of every processor.
@@ -165,9 +181,14 @@ impl F32Filter {
         let [place_x, place_y] = self.place.map(Vec4::splat);
         let [velocity_x, velocity_y] = self.velocity.map(Vec4::splat);
         let (now, reach_squared) = (Vec4::splat(self.now), Vec4::splat(self.reach_squared));
-        let (receding, least) = (Vec4::splat(self.receding), Vec4::splat(Self::LEAST));
+        let (receding, least) = (
+            Vec4::splat(self.receding),
+            Vec4::splat(Self::MIN_DISCRIMINANT),
+        );
         let four = |first: usize| {
-            let [x, y, vx, vy] = flights.each_ref().map(|numbers| Vec4::from_slice(&numbers[first..]));
+            let [x, y, vx, vy] = flights
+                .each_ref()
+                .map(|numbers| Vec4::from_slice(&numbers[first..]));
             let (dx, dy) = (place_x - (x + vx * now), place_y - (y + vy * now));
             let (vx, vy) = (velocity_x - vx, velocity_y - vy);
             let cross = dx * vy - dy * vx;
@@ -183,15 +204,22 @@ mod tests {
     use super::*;
 
     fn units<const N: usize>(limit: f64, speeds: [f64; N]) -> Units {
-        Units::new(0.1, DVec2::ONE, limit, speeds.map(|speed| DVec2::new(0.0, speed)).into_iter())
+        Units::new(
+            0.1,
+            DVec2::ONE,
+            limit,
+            speeds.map(|speed| DVec2::new(0.0, speed)).into_iter(),
+        )
     }
 
     #[test]
     fn a_disc_too_fast_for_the_units_disables_the_filter() {
         // Twice the greatest, or four times the root mean square.
-        for (speeds, bound) in
-            [([1.0, 0.0], 8.0_f64.sqrt()), ([1.0, 1.0], 4.0), ([1e-3, 0.0], 8e-6_f64.sqrt())]
-        {
+        for (speeds, bound) in [
+            ([1.0, 0.0], 8.0_f64.sqrt()),
+            ([1.0, 1.0], 4.0),
+            ([1e-3, 0.0], 8e-6_f64.sqrt()),
+        ] {
             let mut units = units(1.0, speeds);
             units.quantize([0.0, 0.0, 0.999 * bound, -0.999 * bound]);
             assert!(!units.is_disabled(), "{bound}");

@@ -113,8 +113,12 @@ impl TileFrame {
     pub fn cells(self) -> impl Iterator<Item = (u32, [u32; 2])> {
         let along = move |axis: usize, list: u32| self.cell_along(self.counts, axis, list);
         (0..self.size[1]).flat_map(move |row| {
-            (0..self.size[0])
-                .map(move |column| (row * self.size[0] + column, [along(0, column), along(1, row)]))
+            (0..self.size[0]).map(move |column| {
+                (
+                    row * self.size[0] + column,
+                    [along(0, column), along(1, row)],
+                )
+            })
         })
     }
 }
@@ -130,7 +134,11 @@ impl Frame for TileFrame {
 
     fn cell_along(&self, counts: [u32; 2], axis: usize, list: u32) -> u32 {
         let cell = self.first[axis] + list;
-        if cell < counts[axis] { cell } else { cell - counts[axis] }
+        if cell < counts[axis] {
+            cell
+        } else {
+            cell - counts[axis]
+        }
     }
 
     #[inline(always)]
@@ -142,7 +150,8 @@ impl Frame for TileFrame {
     #[inline(always)]
     fn owns(&self, cell: [u16; 2]) -> bool {
         let place = self.place(cell);
-        let is_own = |axis: usize| place[axis].wrapping_sub(self.border) < self.size[axis] - 2 * self.border;
+        let is_own =
+            |axis: usize| place[axis].wrapping_sub(self.border) < self.size[axis] - 2 * self.border;
         is_own(0) & is_own(1)
     }
 }

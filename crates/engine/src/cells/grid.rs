@@ -47,10 +47,10 @@ const SMALL_IN_MEDIANS: f64 = 2.0;
 
 /// Most cells for each body, of the area that is free for the small bodies. More: more cells are
 /// empty, and crossings of these are wasted.
-const MOST_CELLS_PER_BODY: f64 = 2.0;
+const MAX_CELLS_PER_BODY: f64 = 2.0;
 
-/// [`MOST_CELLS_PER_BODY`] for systems in which no body moves.
-const MOST_CELLS_PER_FIXED_BODY: f64 = 0.75;
+/// [`MAX_CELLS_PER_BODY`] for systems in which no body moves.
+const MAX_CELLS_PER_FIXED_BODY: f64 = 0.75;
 
 /// Share by which cells are longer than two discs reach, so that no rounding makes them too short.
 const MARGIN: f64 = 1e-9;
@@ -68,30 +68,45 @@ impl CellGrid {
             .collect();
         radii.sort_by(f64::total_cmp);
         let largest_small = radii.get(radii.len() / 2).map_or(0.0, |median| {
-            let small = radii.iter().rev().find(|&&radius| radius <= SMALL_IN_MEDIANS * median);
+            let small = radii
+                .iter()
+                .rev()
+                .find(|&&radius| radius <= SMALL_IN_MEDIANS * median);
             small.copied().unwrap_or(*median)
         });
-        let longest = if largest_small > 0.0 { 2.0 * largest_small } else { median_reach(world) };
+        let longest = if largest_small > 0.0 {
+            2.0 * largest_small
+        } else {
+            median_reach(world)
+        };
         let bodies = world.bodies().len().max(1) as f64;
         let equal_radii = radii.len() == world.bodies().len() && radii.first() == radii.last();
         let spacing = (sides.x * sides.y / bodies).sqrt();
         let is_dilute = equal_radii && !holds_molecules && spacing > DILUTE * longest;
         let cells_per_body = match largest_small > 0.0 {
             true if is_dilute => CELLS_PER_BODY_WHERE_DILUTE,
-            true => MOST_CELLS_PER_BODY,
-            false => MOST_CELLS_PER_FIXED_BODY,
+            true => MAX_CELLS_PER_BODY,
+            false => MAX_CELLS_PER_FIXED_BODY,
         };
         let contents = match (holds_molecules, is_dilute) {
             (true, _) => Contents::Molecules,
             (false, true) => Contents::DiluteDiscs,
             (false, false) => Contents::Discs,
         };
-        let mut grid = Self { counts: [0; 2], side: sides, box_sides: sides, largest_small, contents };
+        let mut grid = Self {
+            counts: [0; 2],
+            side: sides,
+            box_sides: sides,
+            largest_small,
+            contents,
+        };
         let sparse = (grid.free_area(world) / (cells_per_body * bodies)).sqrt();
         let length = (longest * (1.0 + MARGIN)).max(sparse);
         let count = |side: f64| {
             let fitting = (side / (longest * (1.0 + MARGIN))) as u32;
-            ((side / length) as u32).max(3.min(fitting)).min(u32::from(u16::MAX))
+            ((side / length) as u32)
+                .max(3.min(fitting))
+                .min(u32::from(u16::MAX))
         };
         grid.counts = [count(sides.x), count(sides.y)];
         grid.side = sides / DVec2::from_array(grid.counts.map(f64::from));
@@ -102,9 +117,15 @@ impl CellGrid {
     /// multi-cell bodies are empty. The whole area where no body lives in a cell.
     fn free_area(&self, world: &World) -> f64 {
         let area = world.bounds().area();
-        let multi_cell_bodies =
-            world.bodies().iter().filter(|body| self.largest_small > 0.0 && self.is_multi_cell(body));
-        (area - multi_cell_bodies.map(|body| body.molecule().area()).sum::<f64>()).max(0.5 * area)
+        let multi_cell_bodies = world
+            .bodies()
+            .iter()
+            .filter(|body| self.largest_small > 0.0 && self.is_multi_cell(body));
+        (area
+            - multi_cell_bodies
+                .map(|body| body.molecule().area())
+                .sum::<f64>())
+        .max(0.5 * area)
     }
 
     #[inline]
@@ -150,7 +171,8 @@ impl CellGrid {
 
     /// Whether a body is a multi-cell body.
     pub fn is_multi_cell(&self, body: &Body) -> bool {
-        let may_be_small = !body.is_fixed() && (self.holds_molecules() || body.kind.molecule.is_disc());
+        let may_be_small =
+            !body.is_fixed() && (self.holds_molecules() || body.kind.molecule.is_disc());
         !may_be_small || body.kind.molecule.bounding_radius() > self.largest_small
     }
 
@@ -166,21 +188,32 @@ impl CellGrid {
 
     /// The value of `of` for the bodies in cells, if all have the same.
     fn common_value(&self, world: &World, of: impl Fn(&Body) -> f64) -> Option<f64> {
-        let mut numbers = world.bodies().iter().filter(|body| !self.is_multi_cell(body)).map(of);
+        let mut numbers = world
+            .bodies()
+            .iter()
+            .filter(|body| !self.is_multi_cell(body))
+            .map(of);
         let first = numbers.next()?;
         numbers.all(|number| number == first).then_some(first)
     }
 
     pub fn cell_of(&self, place: DVec2) -> [u16; 2] {
         let cell = |x: f64, side: f64, count: u32| ((x / side) as u32).min(count - 1) as u16;
-        [cell(place.x, self.side.x, self.counts[0]), cell(place.y, self.side.y, self.counts[1])]
+        [
+            cell(place.x, self.side.x, self.counts[0]),
+            cell(place.y, self.side.y, self.counts[1]),
+        ]
     }
 }
 
 /// Median bounding diameter of all bodies but walls, for a system in which no body moves (length).
 fn median_reach(world: &World) -> f64 {
     let bodies = world.bodies().iter().filter(|body| !body.is_wall());
-    let mut radii: Vec<f64> = bodies.map(|body| body.kind.molecule.bounding_radius()).collect();
+    let mut radii: Vec<f64> = bodies
+        .map(|body| body.kind.molecule.bounding_radius())
+        .collect();
     radii.sort_by(f64::total_cmp);
-    radii.get(radii.len() / 2).map_or(0.0, |median| 2.0 * median)
+    radii
+        .get(radii.len() / 2)
+        .map_or(0.0, |median| 2.0 * median)
 }

@@ -115,8 +115,8 @@ use self::{
     tiles::Tiles,
 };
 use crate::{
-    Body, CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, TileCounters, TileUse,
-    TileWork, Tiling, World,
+    Body, CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, TileCounters,
+    TileUse, TileWork, Tiling, World,
     grid::Grid,
     scheduler::{EventLoop, StoredMotions},
     window::{RestartState, Window, WindowJob},
@@ -188,22 +188,32 @@ impl Cells {
         self.whole.done = SchedulerCounters::default();
         self.tiling = *tiling;
         let wanted = matches!(self.tile_use(tiling), TileUse::Tiles(_));
-        let tiles = wanted.then(|| Tiles::new(tiling, self.whole.instructions, &self.whole.grid)).flatten();
+        let tiles = wanted
+            .then(|| Tiles::new(tiling, self.whole.instructions, &self.whole.grid))
+            .flatten();
         self.tiles = tiles.map(Box::new);
     }
 
     /// The length of a window (time); 0 without tiles.
     fn window_length(&self) -> f64 {
-        self.tiles.as_ref().map_or(0.0, |tiles| tiles.window_length())
+        self.tiles
+            .as_ref()
+            .map_or(0.0, |tiles| tiles.window_length())
     }
 
     fn tile_use(&self, tiling: &Tiling) -> TileUse {
         let holds_molecules = self.whole.grid.holds_molecules();
-        let least = if holds_molecules { tiling.least_molecules } else { tiling.least_bodies };
+        let least = if holds_molecules {
+            tiling.least_molecules
+        } else {
+            tiling.least_bodies
+        };
         match self.refusal {
             Some(refusal) => refusal,
             None if self.bodies < least => TileUse::FewBodies(least),
-            None => Tiles::count(tiling, &self.whole.grid).map_or(TileUse::SmallBox, TileUse::Tiles),
+            None => {
+                Tiles::count(tiling, &self.whole.grid).map_or(TileUse::SmallBox, TileUse::Tiles)
+            }
         }
     }
 
@@ -215,7 +225,10 @@ impl Cells {
         }
     }
 
-    fn run_window<D: Detection, R: Response>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
+    fn run_window<D: Detection, R: Response>(
+        &mut self,
+        job: &WindowJob<'_, D, R>,
+    ) -> Option<Window> {
         self.restart = None;
         let tiles = self.tiles.as_mut()?;
         if let Some(window) = tiles.serve(job) {
@@ -243,9 +256,13 @@ impl Cells {
             // The tiles hold an earlier state if they have been run ahead.
             self.restart = tiles.roll_back().filter(|restart| restart.from < job.from);
             if tiles.is_fresh() {
-                self.whole.begin_epoch(job.world, job.detection, tiles.limit());
+                self.whole
+                    .begin_epoch(job.world, job.detection, tiles.limit());
             } else {
-                let now = self.restart.as_ref().map_or(job.from, |restart| restart.from);
+                let now = self
+                    .restart
+                    .as_ref()
+                    .map_or(job.from, |restart| restart.from);
                 tiles.hand_over(job.world, &mut self.whole, now);
             }
         }
@@ -255,16 +272,24 @@ impl Cells {
     fn store(&self, state: &mut StoredMotions<'_>) {
         match &self.tiles {
             Some(tiles) if self.in_tiles => tiles.store(state),
-            _ => (0..self.whole.windings.len() as u32).for_each(|body| self.whole.store_body(state, body)),
+            _ => (0..self.whole.windings.len() as u32)
+                .for_each(|body| self.whole.store_body(state, body)),
         }
     }
 
     fn tile_counters(&self) -> TileCounters {
-        self.tiles_before.0 + self.tiles.as_ref().map_or_else(TileCounters::default, |tiles| tiles.counters)
+        self.tiles_before.0
+            + self
+                .tiles
+                .as_ref()
+                .map_or_else(TileCounters::default, |tiles| tiles.counters)
     }
 
     fn counters(&self) -> SchedulerCounters {
-        let in_tiles = self.tiles.as_ref().map_or_else(SchedulerCounters::default, |tiles| tiles.done);
+        let in_tiles = self
+            .tiles
+            .as_ref()
+            .map_or_else(SchedulerCounters::default, |tiles| tiles.done);
         self.tiles_before.1 + self.whole.done + in_tiles
     }
 }
@@ -277,12 +302,20 @@ impl Scheduler for CellScheduler {
     fn new(instructions: &Instructions, world: &World) -> Result<Self, GridError> {
         // Also rejects a box in which a molecule can touch its own image.
         Grid::counts_for(world, CellsPerSide::Given(1))?;
-        let grid = if world.is_billiard() { None } else { CellGrid::new(world) };
+        let grid = if world.is_billiard() {
+            None
+        } else {
+            CellGrid::new(world)
+        };
         let Some(grid) = grid else {
             return HeapScheduler::new(&CellsPerSide::Automatic, world)
                 .map(|fallback| Self(Layout::Fallback(Box::new(fallback))));
         };
-        Ok(Self(Layout::Grid(Box::new(Cells::new(available(*instructions), grid, world)))))
+        Ok(Self(Layout::Grid(Box::new(Cells::new(
+            available(*instructions),
+            grid,
+            world,
+        )))))
     }
 
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
@@ -299,7 +332,10 @@ impl Scheduler for CellScheduler {
         }
     }
 
-    fn run_window<D: Detection, R: Response>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
+    fn run_window<D: Detection, R: Response>(
+        &mut self,
+        job: &WindowJob<'_, D, R>,
+    ) -> Option<Window> {
         match &mut self.0 {
             Layout::Grid(cells) => cells.run_window(job),
             Layout::Fallback(_) => None,
@@ -342,7 +378,10 @@ impl Scheduler for CellScheduler {
 
     fn tile_work(&self) -> Vec<TileWork> {
         match &self.0 {
-            Layout::Grid(cells) => cells.tiles.as_ref().map_or_else(Vec::new, |tiles| tiles.work()),
+            Layout::Grid(cells) => cells
+                .tiles
+                .as_ref()
+                .map_or_else(Vec::new, |tiles| tiles.work()),
             Layout::Fallback(_) => Vec::new(),
         }
     }
@@ -367,8 +406,13 @@ impl Scheduler for CellScheduler {
                 if let Some(tiles) = cells.tiles.as_mut().filter(|_| cells.in_tiles) {
                     return tiles.store_changes(state);
                 }
-                let Some(wrapped) = cells.whole.wrapped.take() else { return cells.store(state) };
-                wrapped.iter().chain(contact).for_each(|&body| cells.whole.store_body(state, body));
+                let Some(wrapped) = cells.whole.wrapped.take() else {
+                    return cells.store(state);
+                };
+                wrapped
+                    .iter()
+                    .chain(contact)
+                    .for_each(|&body| cells.whole.store_body(state, body));
             }
             Layout::Fallback(fallback) => fallback.store_changes(state, contact),
         }
@@ -377,7 +421,8 @@ impl Scheduler for CellScheduler {
     fn heap_bytes(&self) -> usize {
         match &self.0 {
             Layout::Grid(cells) => {
-                cells.whole.heap_bytes() + cells.tiles.as_ref().map_or(0, |tiles| tiles.heap_bytes())
+                cells.whole.heap_bytes()
+                    + cells.tiles.as_ref().map_or(0, |tiles| tiles.heap_bytes())
             }
             Layout::Fallback(fallback) => fallback.heap_bytes(),
         }
@@ -408,17 +453,30 @@ mod tests {
             let step = 1.0 / SIDE as f64;
             let disc = |k: usize| {
                 // Directions spread evenly over a quarter turn, by the golden ratio.
-                let angle = std::f64::consts::FRAC_PI_2 * ((k as f64 * 0.618_033_988_749_895) % 1.0);
+                let angle =
+                    std::f64::consts::FRAC_PI_2 * ((k as f64 * 0.618_033_988_749_895) % 1.0);
                 MoleculeSpec {
-                    atoms: vec![AtomSpec { at: [0.0; 2], radius: 0.45 * step, mass: 1.0 }],
-                    at: [((k % SIDE) as f64 + shift) * step, ((k / SIDE) as f64 + shift) * step],
+                    atoms: vec![AtomSpec {
+                        at: [0.0; 2],
+                        radius: 0.45 * step,
+                        mass: 1.0,
+                    }],
+                    at: [
+                        ((k % SIDE) as f64 + shift) * step,
+                        ((k / SIDE) as f64 + shift) * step,
+                    ],
                     velocity: [-angle.cos(), -angle.sin()],
                     ..MoleculeSpec::default()
                 }
             };
-            let scene = Scene { molecule: (0..SIDE * SIDE).map(disc).collect(), ..Scene::default() };
+            let scene = Scene {
+                molecule: (0..SIDE * SIDE).map(disc).collect(),
+                ..Scene::default()
+            };
             let mut simulation = Simulation::<Exact, Impact, CellScheduler>::new(&scene).unwrap();
-            simulation.scheduler.begin_epoch(&simulation.world, &simulation.detection, 1.0);
+            simulation
+                .scheduler
+                .begin_epoch(&simulation.world, &simulation.detection, 1.0);
             match &simulation.scheduler.0 {
                 Layout::Grid(cells) => cells.whole.mean_interval(),
                 Layout::Fallback(_) => panic!("64 discs a side have a grid"),
@@ -426,6 +484,9 @@ mod tests {
         };
         let (inside, on_borders) = (interval(0.37), interval(0.0));
         let ratio = on_borders / inside;
-        assert!(ratio > 0.05 && ratio < 20.0, "{on_borders} against {inside}");
+        assert!(
+            ratio > 0.05 && ratio < 20.0,
+            "{on_borders} against {inside}"
+        );
     }
 }

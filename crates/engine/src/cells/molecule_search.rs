@@ -58,7 +58,10 @@ impl<F: Frame> State<F> {
             if !best.is_after(now, candidate.bound) || now + candidate.bound >= self.limit {
                 break;
             }
-            let candidate = candidate.map(|slot| Listed { index: slot & INDEX_MASK, image: image_of(slot) });
+            let candidate = candidate.map(|slot| Listed {
+                index: slot & INDEX_MASK,
+                image: image_of(slot),
+            });
             self.search(world, detection, body, &candidate, now, &mut best);
         }
         self.molecules.candidates = candidates;

@@ -46,7 +46,11 @@ impl Molecules {
     #[inline]
     pub fn set_flight(&mut self, body: u32, time: f64, position: DVec2, velocity: DVec2) {
         if let Some(old) = self.motions.get_mut(body as usize) {
-            *old = Motion { position, velocity, ..old.at(time) };
+            *old = Motion {
+                position,
+                velocity,
+                ..old.at(time)
+            };
         }
     }
 }

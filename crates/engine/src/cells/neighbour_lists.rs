@@ -40,7 +40,10 @@ pub(super) struct NeighbourLists<F = WholeBox> {
 impl<F: Frame> NeighbourLists<F> {
     /// Empty lists of a frame.
     pub fn of(frame: F) -> Self {
-        Self { frame, ..Self::default() }
+        Self {
+            frame,
+            ..Self::default()
+        }
     }
 
     pub fn frame(&self) -> &F {
@@ -60,10 +63,15 @@ impl<F: Frame> NeighbourLists<F> {
         discs: impl Iterator<Item = (u32, [u16; 2])> + Clone,
     ) {
         self.lay_out(columns, rows, dummy);
-        discs.clone().for_each(|(disc, cell)| self.enter(disc, cell));
+        discs
+            .clone()
+            .for_each(|(disc, cell)| self.enter(disc, cell));
         let should_be_wide = self.count_long() * LISTS_FOR_EACH_LONG_ONE > self.marks.len();
         if should_be_wide != self.is_wide {
-            *self = Self { is_wide: should_be_wide, ..Self::of(self.frame.clone()) };
+            *self = Self {
+                is_wide: should_be_wide,
+                ..Self::of(self.frame.clone())
+            };
             self.lay_out(columns, rows, dummy);
             discs.for_each(|(disc, cell)| self.enter(disc, cell));
         }
@@ -81,7 +89,8 @@ impl<F: Frame> NeighbourLists<F> {
         // A list of sixteen slots then lies in one cache line; the vector is aligned to half a line
         // only.
         self.start = self.lists.as_ptr().align_offset(64).min(1);
-        self.lists.resize(self.start + eights, Slots8([dummy; DISC_LANES]));
+        self.lists
+            .resize(self.start + eights, Slots8([dummy; DISC_LANES]));
         self.more.clear();
         self.unused.clear();
         self.marks.clear();
@@ -90,7 +99,11 @@ impl<F: Frame> NeighbourLists<F> {
             let inside = is_inside(self.frame.cell_along([columns, rows], 1, row), rows);
             self.marks.extend((0..size[0]).map(|column| {
                 let column = self.frame.cell_along([columns, rows], 0, column);
-                if inside && is_inside(column, columns) { 0 } else { AT_BORDER }
+                if inside && is_inside(column, columns) {
+                    0
+                } else {
+                    AT_BORDER
+                }
             }));
         }
     }
@@ -148,12 +161,20 @@ impl<F: Frame> NeighbourLists<F> {
         let mark = self.marks[cell as usize];
         // At most eight in use implies that `LONG` is not set.
         let only_eight = mark & !(AT_BORDER | COVERED) <= DISC_LANES as u8;
-        only_eight.then(|| (&self.lists[self.own(cell)].0, mark & AT_BORDER != 0, mark & COVERED != 0))
+        only_eight.then(|| {
+            (
+                &self.lists[self.own(cell)].0,
+                mark & AT_BORDER != 0,
+                mark & COVERED != 0,
+            )
+        })
     }
 
     /// The first eight slots of a cell's list, if there is such a cell.
     pub fn first(&self, cell: [u16; 2]) -> Option<&[u32; DISC_LANES]> {
-        self.lists.get(self.own(self.index(cell))).map(|list| &list.0)
+        self.lists
+            .get(self.own(self.index(cell)))
+            .map(|list| &list.0)
     }
 
     /// Prefetches a cell's list, if there is such a cell.
@@ -165,12 +186,18 @@ impl<F: Frame> NeighbourLists<F> {
 
     pub fn set_covered(&mut self, cell: u32, covered: bool) {
         let mark = &mut self.marks[cell as usize];
-        *mark = if covered { *mark | COVERED } else { *mark & !COVERED };
+        *mark = if covered {
+            *mark | COVERED
+        } else {
+            *mark & !COVERED
+        };
     }
 
     /// Every disc in a cell's list, with its image.
     pub fn seen_from(&self, cell: u32) -> impl Iterator<Item = (u32, [i32; 2])> {
-        self.list_of(cell).slots().map(|slot| (slot & INDEX_MASK, image_of(slot)))
+        self.list_of(cell)
+            .slots()
+            .map(|slot| (slot & INDEX_MASK, image_of(slot)))
     }
 
     /// Lists a disc in the nine cells around its own.
@@ -219,7 +246,11 @@ impl<F: Frame> NeighbourLists<F> {
         }
         let strides = [1, self.stride];
         let (ahead, sideways) = (strides[axis], strides[1 - axis]);
-        let ahead = if direction > 0 { ahead } else { ahead.wrapping_neg() };
+        let ahead = if direction > 0 {
+            ahead
+        } else {
+            ahead.wrapping_neg()
+        };
         let (behind, ahead) = (start.wrapping_sub(ahead), end.wrapping_add(ahead));
         if self.is_wide {
             self.move_inside::<_, 2>(kernel, disc, behind, ahead, sideways);
@@ -246,9 +277,21 @@ impl<F: Frame> NeighbourLists<F> {
     }
 
     #[inline(never)]
-    fn step_along_border(&mut self, disc: u32, from: [u16; 2], to: [u16; 2], axis: usize, direction: i32) {
-        let offset =
-            |along: i32, sideways: i32| if axis == 0 { [along, sideways] } else { [sideways, along] };
+    fn step_along_border(
+        &mut self,
+        disc: u32,
+        from: [u16; 2],
+        to: [u16; 2],
+        axis: usize,
+        direction: i32,
+    ) {
+        let offset = |along: i32, sideways: i32| {
+            if axis == 0 {
+                [along, sideways]
+            } else {
+                [sideways, along]
+            }
+        };
         for sideways in -1..=1 {
             self.remove(disc, from, offset(-direction, sideways));
             self.add(disc, to, offset(direction, sideways));
@@ -263,7 +306,11 @@ impl<F: Frame> NeighbourLists<F> {
 
     #[inline(always)]
     fn push_slot_to(&mut self, list: u32, slot: u32) {
-        if self.is_wide { self.push_slot::<2>(list, slot) } else { self.push_slot::<1>(list, slot) }
+        if self.is_wide {
+            self.push_slot::<2>(list, slot)
+        } else {
+            self.push_slot::<1>(list, slot)
+        }
     }
 
     fn remove(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
@@ -280,7 +327,10 @@ impl<F: Frame> NeighbourLists<F> {
     fn seen_at(&self, disc: u32, cell: [u16; 2], offset: [i32; 2]) -> (u32, u32) {
         let (list, image) = self.neighbour(cell, offset);
         // The image of the disc as seen from the other cell has the opposite sign.
-        (list, disc | (image_code(-image[0]) | image_code(-image[1]) << 2) << INDEX_BITS)
+        (
+            list,
+            disc | (image_code(-image[0]) | image_code(-image[1]) << 2) << INDEX_BITS,
+        )
     }
 
     #[inline(always)]
@@ -309,7 +359,8 @@ impl<F: Frame> NeighbourLists<F> {
         let place = places.trailing_zeros() as usize;
         if *mark & LONG == 0 && last < DISC_LANES * EIGHTS && place <= last {
             *mark -= 1;
-            own[place / DISC_LANES].0[place % DISC_LANES] = own[last / DISC_LANES].0[last % DISC_LANES];
+            own[place / DISC_LANES].0[place % DISC_LANES] =
+                own[last / DISC_LANES].0[last % DISC_LANES];
             own[last / DISC_LANES].0[last % DISC_LANES] = self.dummy;
         } else {
             self.remove_slot_from_long(list, slot);
@@ -397,7 +448,11 @@ impl<F: Frame> NeighbourLists<F> {
     /// The eight slots with this index, or the last eight of a list's own.
     fn slots8_mut(&mut self, list: u32, number: Option<u32>) -> &mut [u32; DISC_LANES] {
         let last_of_own = self.own(list) + usize::from(self.is_wide);
-        &mut number.map_or(&mut self.lists[last_of_own], |number| &mut self.more[number as usize]).0
+        &mut number
+            .map_or(&mut self.lists[last_of_own], |number| {
+                &mut self.more[number as usize]
+            })
+            .0
     }
 
     /// The cell at an offset of at most one from another, and its image in boxes.
@@ -419,7 +474,9 @@ mod tests {
     fn lists_have_sixteen_own_slots_only_where_many_are_long() {
         // One disc in each cell of a grid of 20 × 20 gives nine around each. Then one in four.
         let cells = |every: u16| {
-            (0..400_u16).filter(move |n| n % every == 0).map(|n| (u32::from(n), [n % 20, n / 20]))
+            (0..400_u16)
+                .filter(move |n| n % every == 0)
+                .map(|n| (u32::from(n), [n % 20, n / 20]))
         };
         let mut lists: NeighbourLists = NeighbourLists::default();
         lists.list_all([20, 20], 400, cells(1));
@@ -427,11 +484,20 @@ mod tests {
         assert_eq!(lists.seen_from(lists.index([7, 7])).count(), 9);
         let wide = lists.heap_bytes();
         assert!(
-            lists.lists.as_ptr().wrapping_add(lists.start).align_offset(64) == 0,
+            lists
+                .lists
+                .as_ptr()
+                .wrapping_add(lists.start)
+                .align_offset(64)
+                == 0,
             "a list lies in one cache line"
         );
         lists.list_all([20, 20], 400, cells(4));
-        assert!(!lists.is_wide && lists.heap_bytes() * 10 < wide * 6, "{} {wide}", lists.heap_bytes());
+        assert!(
+            !lists.is_wide && lists.heap_bytes() * 10 < wide * 6,
+            "{} {wide}",
+            lists.heap_bytes()
+        );
         // Three around each, and more in one cell: with six more, nine lists of 400 hold more than
         // eight; with five none does.
         let crowd = |more| cells(4).chain((0..more).map(|n| (4 * n + 1, [8, 8])));

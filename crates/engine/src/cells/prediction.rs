@@ -40,7 +40,9 @@ impl<F: Frame> State<F> {
                 self.store_disc_event(world, detection, body, now, &events)
             }
             // All bodies of a dilute gas live in cells.
-            Contents::DiluteDiscs if F::IS_WHOLE => self.predict_dilute(kernel, detection, body, now),
+            Contents::DiluteDiscs if F::IS_WHOLE => {
+                self.predict_dilute(kernel, detection, body, now)
+            }
             _ => self.predict_searching(world, detection, body, now, None),
         }
     }

@@ -7,40 +7,45 @@
 //! change no result.
 
 use super::{
-    body_record::BodyRecord, calendar::Calendar, neighbour_lists::NeighbourLists, simd, slot::INDEX_MASK,
+    body_record::BodyRecord, calendar::Calendar, neighbour_lists::NeighbourLists, simd,
+    slot::INDEX_MASK,
 };
 
 /// Bodies from which on prefetching pays. Smaller systems fit into the caches, and prefetching
 /// costs 5%.
-pub(super) const LEAST_BODIES: usize = 1 << 15;
+pub(super) const MIN_BODIES: usize = 1 << 15;
 
 /// Distance in bins of each step, for the first, second, … body of a bin, whose index is known once
 /// the link before it is loaded. Smaller: memory answers too late. Larger: more lines are evicted
 /// before their use, and more events are inserted into these bins after their prefetch. To be
 /// measured again if the width of a bin changes.
-const BODY_BINS: [u32; MOST_BODIES] = [19, 17, 15, 13, 12, 11];
+const BODY_BINS: [u32; MAX_BODIES] = [19, 17, 15, 13, 12, 11];
 const LIST_BINS: u32 = 9;
 const NEIGHBOUR_BINS: u32 = 5;
 
 /// Bodies of a bin for which memory is prefetched.
-const MOST_BODIES: usize = 6;
+const MAX_BODIES: usize = 6;
 
 /// Prefetches for the next bins; called before a bin is opened.
 #[inline(never)]
-pub(super) fn prefetch_next(calendar: &Calendar, records: &[BodyRecord], neighbour_lists: &NeighbourLists) {
+pub(super) fn prefetch_next(
+    calendar: &Calendar,
+    records: &[BodyRecord],
+    neighbour_lists: &NeighbourLists,
+) {
     for (nth, bins) in BODY_BINS.into_iter().enumerate() {
         if let Some(body) = calendar.bodies_in_bin(bins).nth(nth) {
             simd::prefetch(records, body as usize);
             calendar.prefetch(body);
         }
     }
-    for body in calendar.bodies_in_bin(LIST_BINS).take(MOST_BODIES) {
+    for body in calendar.bodies_in_bin(LIST_BINS).take(MAX_BODIES) {
         let record = &records[body as usize];
         neighbour_lists.prefetch(record.cell());
         simd::prefetch(records, record.partner() as usize);
         calendar.prefetch(record.partner());
     }
-    for body in calendar.bodies_in_bin(NEIGHBOUR_BINS).take(MOST_BODIES) {
+    for body in calendar.bodies_in_bin(NEIGHBOUR_BINS).take(MAX_BODIES) {
         let record = &records[body as usize];
         // A multi-cell body has no cell.
         for slot in neighbour_lists.first(record.cell()).into_iter().flatten() {

@@ -18,7 +18,7 @@ use super::{
     molecules::Molecules,
     multi_cell::MultiCellBodies,
     neighbour_lists::NeighbourLists,
-    prefetch::LEAST_BODIES,
+    prefetch::MIN_BODIES,
     simd::{Available, Kernel, NeighbourQuery, PairConstants, Portable},
 };
 use crate::{
@@ -117,7 +117,12 @@ impl<F: Frame> State<F> {
     pub(super) fn lay_out(&mut self, world: &World, limit: f64) {
         self.set_constants(&EpochConstants::new(world, &self.grid, limit));
         self.windings.clear();
-        self.windings.extend(world.windings().iter().map(|winding| winding.map(|boxes| boxes as i16)));
+        self.windings.extend(
+            world
+                .windings()
+                .iter()
+                .map(|winding| winding.map(|boxes| boxes as i16)),
+        );
         self.wrapped.begin(world.bodies().len());
         self.records.clear();
         self.records.reserve_exact(world.bodies().len() + 1);
@@ -135,7 +140,8 @@ impl<F: Frame> State<F> {
             let velocities = world.motions().iter().map(|motion| motion.velocity);
             let reach = 2.0 * self.grid.largest_small();
             let units = Units::new(reach, world.bounds().sides(), limit, velocities);
-            self.occupants.lay_out([columns, rows], bodies as u32, units);
+            self.occupants
+                .lay_out([columns, rows], bodies as u32, units);
         } else {
             let grid = self.grid.clone();
             self.list_discs(|body| !grid.is_multi_cell(&world.bodies()[body]));
@@ -147,16 +153,28 @@ impl<F: Frame> State<F> {
         for (index, body) in world.bodies().iter().enumerate() {
             if self.grid.is_dilute() {
                 let record = &self.records[index];
-                self.occupants.enter(Portable, index as u32, record.cell(), record.flight);
+                self.occupants
+                    .enter(Portable, index as u32, record.cell(), record.flight);
             } else if self.grid.is_multi_cell(body) {
                 let among_molecules = self.grid.holds_molecules();
-                self.multi_cell.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
+                self.multi_cell.add(
+                    index as u32,
+                    body,
+                    &world.motions()[index],
+                    bodies,
+                    among_molecules,
+                );
             }
         }
     }
 
     pub(super) fn set_constants(&mut self, constants: &EpochConstants) {
-        let EpochConstants { limit, separation_error, pair_constants, inverse_mass } = *constants;
+        let EpochConstants {
+            limit,
+            separation_error,
+            pair_constants,
+            inverse_mass,
+        } = *constants;
         (self.limit, self.separation_error) = (limit, separation_error);
         (self.pair_constants, self.inverse_mass) = (pair_constants, inverse_mass);
     }
@@ -167,7 +185,8 @@ impl<F: Frame> State<F> {
         let bodies = self.dummy();
         self.calendar.lay_out(bodies as usize, interval, start);
         for body in 0..bodies {
-            self.calendar.schedule(&self.records, body, self.records[body as usize].time);
+            self.calendar
+                .schedule(&self.records, body, self.records[body as usize].time);
         }
     }
 
@@ -186,7 +205,8 @@ impl<F: Frame> State<F> {
         let in_cells = self.records[..bodies as usize].iter().enumerate();
         let in_cells = in_cells.filter(move |&(body, _)| is_in_cells(body));
         let in_cells = in_cells.map(|(body, record)| (body as u32, record.cell()));
-        self.neighbour_lists.list_all(self.grid.counts(), bodies, in_cells);
+        self.neighbour_lists
+            .list_all(self.grid.counts(), bodies, in_cells);
     }
 
     pub(super) fn heap_bytes(&self) -> usize {
@@ -221,8 +241,12 @@ impl<F: Frame> State<F> {
     /// estimate uses the other bodies. If there are none, it is the time in which the fastest body
     /// crosses a cell.
     pub(super) fn mean_interval(&self) -> f64 {
-        let mut times: Vec<f64> =
-            self.records.iter().map(|record| record.time).filter(|t| t.is_finite()).collect();
+        let mut times: Vec<f64> = self
+            .records
+            .iter()
+            .map(|record| record.time)
+            .filter(|t| t.is_finite())
+            .collect();
         let bodies = times.len();
         times.retain(|&time| time > 0.0);
         if times.is_empty() {
@@ -236,7 +260,7 @@ impl<F: Frame> State<F> {
 
     /// Whether the system is so large that prefetching pays.
     pub(super) fn is_large(&self) -> bool {
-        self.records.len() >= LEAST_BODIES && !self.grid.is_dilute()
+        self.records.len() >= MIN_BODIES && !self.grid.is_dilute()
     }
 
     /// Sets the motion of a body that is at `place` with `velocity` at `time`.
@@ -251,20 +275,27 @@ impl<F: Frame> State<F> {
     ) {
         let record = &mut self.records[body as usize];
         let origin = place - velocity * time;
-        kernel.write(&mut record.flight, [origin.x, origin.y, velocity.x, velocity.y]);
+        kernel.write(
+            &mut record.flight,
+            [origin.x, origin.y, velocity.x, velocity.y],
+        );
         record.version = record.version.wrapping_add(1);
     }
 
     /// The shape of a body.
     #[inline(always)]
     pub(super) fn molecule<'a>(&self, world: &'a World, body: u32) -> &'a Molecule {
-        &world.bodies()[self.bodies.among_all(body) as usize].kind.molecule
+        &world.bodies()[self.bodies.among_all(body) as usize]
+            .kind
+            .molecule
     }
 
     /// Whether this workspace counts the events of a body.
     #[inline(always)]
     fn counts(&self, body: u32) -> bool {
-        self.neighbour_lists.frame().owns(self.records[body as usize].cell())
+        self.neighbour_lists
+            .frame()
+            .owns(self.records[body as usize].cell())
     }
 
     /// Counts searches of a body for its first contact with others.
@@ -296,7 +327,8 @@ impl<F: Frame> State<F> {
     pub(super) fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
         match self.inverse_mass {
             Some(inverse_mass)
-                if !(self.multi_cell.is_multi_cell(bodies[0]) | self.multi_cell.is_multi_cell(bodies[1])) =>
+                if !(self.multi_cell.is_multi_cell(bodies[0])
+                    | self.multi_cell.is_multi_cell(bodies[1])) =>
             {
                 [inverse_mass; 2]
             }
@@ -310,12 +342,19 @@ impl<F: Frame> State<F> {
             return [motion.position_at(time), motion.velocity];
         }
         let record = &self.records[body as usize];
-        [record.origin() + record.velocity() * time, record.velocity()]
+        [
+            record.origin() + record.velocity() * time,
+            record.velocity(),
+        ]
     }
 
     #[inline]
     pub(super) fn motion(&self, body: u32) -> Motion {
-        if let Some(motion) = self.multi_cell.motion(body).or_else(|| self.molecules.motion(body)) {
+        if let Some(motion) = self
+            .multi_cell
+            .motion(body)
+            .or_else(|| self.molecules.motion(body))
+        {
             return *motion;
         }
         self.records[body as usize].motion()
@@ -346,7 +385,10 @@ impl<F: Frame> State<F> {
         let goes_down = velocity.simd_lt(f64x2::ZERO);
         let border = (cell + goes_down.bitselect(f64x2::ZERO, f64x2::ONE)) * side;
         let time = (border - origin) / velocity;
-        let [x, y] = velocity.simd_eq(f64x2::ZERO).bitselect(f64x2::splat(f64::INFINITY), time).to_array();
+        let [x, y] = velocity
+            .simd_eq(f64x2::ZERO)
+            .bitselect(f64x2::splat(f64::INFINITY), time)
+            .to_array();
         let axis = u32::from(y < x);
         let kind = Kind::crossing(axis, goes_down.to_bitmask() >> axis & 1);
         let time = if y < x { y } else { x };
@@ -357,7 +399,14 @@ impl<F: Frame> State<F> {
     pub(super) fn wrap_place(&mut self, disc: u32, axis: usize, direction: i32) {
         let record = &mut self.records[disc as usize];
         record.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
-        record.set_cell_along(axis, if direction > 0 { 0 } else { (self.grid.counts()[axis] - 1) as u16 });
+        record.set_cell_along(
+            axis,
+            if direction > 0 {
+                0
+            } else {
+                (self.grid.counts()[axis] - 1) as u16
+            },
+        );
         let winding = &mut self.windings[disc as usize][axis];
         *winding = winding.wrapping_add(direction as i16);
         self.wrapped.push(disc);
@@ -378,7 +427,8 @@ impl<F: Frame> State<F> {
     pub(super) fn update_occupant<K: Kernel>(&mut self, kernel: K, disc: u32) {
         if self.grid.is_dilute() {
             let record = &self.records[disc as usize];
-            self.occupants.set_flight(kernel, disc, record.cell(), record.flight);
+            self.occupants
+                .set_flight(kernel, disc, record.cell(), record.flight);
         }
     }
 }

@@ -21,12 +21,20 @@ pub(super) fn cells_of_wall(grid: &CellGrid, wall: &StandingWall, listed: &mut V
     let cells = wall.cells_within(grid.largest_small(), grid.side());
     listed.extend(cells.into_iter().map(|cell| {
         let ([column, row], image) = folded(cell, counts);
-        Listed { index: (row * counts[0] + column) as u32, image }
+        Listed {
+            index: (row * counts[0] + column) as u32,
+            image,
+        }
     }));
 }
 
 /// Whether a multi-cell body, shifted by `shift` (length), may touch a wall while it is in its
 /// shell.
-pub(super) fn near_wall(wall: &StandingWall, multi_cell_body: &MultiCellBody, shift: DVec2) -> bool {
-    wall.gap(multi_cell_body.centre + shift) <= (multi_cell_body.radius + multi_cell_body.shell) * MARGIN
+pub(super) fn near_wall(
+    wall: &StandingWall,
+    multi_cell_body: &MultiCellBody,
+    shift: DVec2,
+) -> bool {
+    wall.gap(multi_cell_body.centre + shift)
+        <= (multi_cell_body.radius + multi_cell_body.shell) * MARGIN
 }

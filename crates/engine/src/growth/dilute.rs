@@ -39,7 +39,11 @@ pub(super) fn refuse_impossible(contents: &Contents) -> Result<(), SceneError> {
     {
         let wanted: usize = species.iter().map(|kind| kind.count).sum();
         let placed = (wanted as f64 / covered) as usize;
-        return Err(SceneError::Full { entry: first.entry.clone(), placed, wanted });
+        return Err(SceneError::Full {
+            entry: first.entry.clone(),
+            placed,
+            wanted,
+        });
     }
     let (sample, counts) = sample(&contents.singles.world, species);
     Grid::counts_for(&sample, CellsPerSide::Automatic)
@@ -51,9 +55,15 @@ pub(super) fn refuse_impossible(contents: &Contents) -> Result<(), SceneError> {
 fn densest<'a>(first: &Species, mut others: impl Iterator<Item = &'a Species>) -> f64 {
     let radius = first.molecule(0).bounding_radius();
     let is_equal = |kind: &Species| {
-        kind.is_equal() && kind.molecule(0).is_disc() && kind.molecule(0).bounding_radius() == radius
+        kind.is_equal()
+            && kind.molecule(0).is_disc()
+            && kind.molecule(0).bounding_radius() == radius
     };
-    if is_equal(first) && others.all(is_equal) { PI / 12f64.sqrt() } else { 1.0 }
+    if is_equal(first) && others.all(is_equal) {
+        PI / 12f64.sqrt()
+    } else {
+        1.0
+    }
 }
 
 /// Whether gases that do not fit on a lattice may fit if they grow.
@@ -72,7 +82,9 @@ pub(super) fn place(
     let bounds = &scene.bounds;
     let circle = |kind: &Species, index| PI * kind.molecule(index).bounding_radius().powi(2);
     let circles = |kind: &Species| -> f64 {
-        kind.groups().map(|(index, count)| count as f64 * circle(kind, index)).sum()
+        kind.groups()
+            .map(|(index, count)| count as f64 * circle(kind, index))
+            .sum()
     };
     let circles: f64 = species.iter().map(circles).sum();
     let mut scale = (DILUTE * world.bounds().area() / circles).sqrt().min(1.0);
@@ -80,7 +92,8 @@ pub(super) fn place(
     let mut trial = 1;
     let mut budget = Budget::of_repetitions(species.iter().map(|kind| kind.count).sum());
     let places = loop {
-        let small: Result<Vec<Species>, SceneError> = species.iter().map(|kind| kind.scaled(scale)).collect();
+        let small: Result<Vec<Species>, SceneError> =
+            species.iter().map(|kind| kind.scaled(scale)).collect();
         match placement::place(world, &small?, &mut random, &mut budget) {
             Err(SceneError::Full { .. }) if trial < TRIALS && !budget.is_spent() => {}
             ended => break ended?,
@@ -93,17 +106,22 @@ pub(super) fn place(
     let speed = world.bounds().sides().min_element();
     let mut motions = Vec::new();
     for (kind, places) in species.iter().zip(places) {
-        let spin = |index: usize| speed / (scale * (2.0 * gyration_squared(kind.molecule(index))).sqrt());
+        let spin =
+            |index: usize| speed / (scale * (2.0 * gyration_squared(kind.molecule(index))).sqrt());
         let spin = |index| if kind.turns() { spin(index) } else { 0.0 };
         let directions = opposite_directions(kind.count, &mut motion);
-        motions.extend(places.into_iter().zip(directions).enumerate().map(|(index, (place, direction))| {
-            Motion {
+        motions.extend(places.into_iter().zip(directions).enumerate().map(
+            |(index, (place, direction))| Motion {
                 velocity: speed * direction,
                 orientation: Orientation::from_turns(random.random()),
-                angular_velocity: if spin(index) > 0.0 { either_way(spin(index), &mut motion) } else { 0.0 },
+                angular_velocity: if spin(index) > 0.0 {
+                    either_way(spin(index), &mut motion)
+                } else {
+                    0.0
+                },
                 ..Motion::at_rest(place)
-            }
-        }));
+            },
+        ));
     }
     Ok((scale, motions))
 }

@@ -31,7 +31,7 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use self::{
-    packing::{LARGEST_LEAD, Packing},
+    packing::{MAX_LEAD, Packing},
     relaxation::{RELAXATION_AFTER_GROWTH, real_kind},
     saved::Saved,
 };
@@ -52,13 +52,13 @@ const MIXING: f64 = 20.0;
 /// since they have no time to make room. More: growth takes longer.
 const COLLISIONS_PER_STEP: f64 = 2.0;
 
-/// The gases have jammed if the smallest scale has risen by less than [`LEAST_RISE`] in so many
+/// The gases have jammed if the smallest scale has risen by less than [`MIN_RISE`] in so many
 /// steps. Smaller, or a larger rise: states near jamming are given up. Larger, or a smaller rise:
 /// a jam is reported later.
 const PATIENCE: u64 = 200;
 
 /// Least rise of the smallest scale in [`PATIENCE`] steps.
-const LEAST_RISE: f64 = 1e-4;
+const MIN_RISE: f64 = 1e-4;
 
 /// Events of the scheduler for each collision wanted, after which a run ends with fewer collisions;
 /// at the start of an epoch each body has one. Gases of a usual scene need fewer than ten;
@@ -177,7 +177,7 @@ impl Growth {
         let scales = vec![scale; motions.len()];
         let state = State {
             stage: Stage::Growing,
-            lead: LARGEST_LEAD,
+            lead: MAX_LEAD,
             at_front: 1.0,
             steps: 0,
             collisions: 0,
@@ -193,7 +193,11 @@ impl Growth {
         contents: Contents,
         full: SceneError,
     ) -> Result<Self, SceneError> {
-        if dilute::may_fit(&contents) { Self::begin(scene, contents) } else { Err(full) }
+        if dilute::may_fit(&contents) {
+            Self::begin(scene, contents)
+        } else {
+            Err(full)
+        }
     }
 
     /// The relaxation of gases that have been placed on a lattice with these motions.
@@ -204,7 +208,7 @@ impl Growth {
     ) -> Result<Self, SceneError> {
         let state = State {
             stage: Stage::Done,
-            lead: LARGEST_LEAD,
+            lead: MAX_LEAD,
             at_front: 1.0,
             steps: 0,
             collisions: 0,
@@ -223,8 +227,10 @@ impl Growth {
         state: State,
     ) -> Result<Self, SceneError> {
         let mut world = held(&contents.singles.world);
-        let molecules =
-            contents.species.iter().flat_map(|kind| (0..kind.count).map(move |index| (kind, index)));
+        let molecules = contents
+            .species
+            .iter()
+            .flat_map(|kind| (0..kind.count).map(move |index| (kind, index)));
         for (((kind, index), &scale), &motion) in molecules.zip(&scales).zip(motions) {
             let kind = match state.stage {
                 Stage::Growing => packing::kind_at(kind, index, scale)?,
@@ -232,7 +238,13 @@ impl Growth {
             };
             world.insert(kind, motion);
         }
-        Ok(Self { scene: scene.clone(), contents, world, scales, state })
+        Ok(Self {
+            scene: scene.clone(),
+            contents,
+            world,
+            scales,
+            state,
+        })
     }
 
     /// Takes one step: a step of growth and a short run, or a part of the relaxation. Nothing if
@@ -317,10 +329,17 @@ impl Growth {
     }
 
     fn grow_molecules(&mut self) -> Result<(), SceneError> {
-        let (first, species) = (self.contents.singles.world.bodies.len(), &self.contents.species);
+        let (first, species) = (
+            self.contents.singles.world.bodies.len(),
+            &self.contents.species,
+        );
         let mut random = self.random();
         let before = self.scales.clone();
-        let packing = Packing { world: &self.world, first, species };
+        let packing = Packing {
+            world: &self.world,
+            first,
+            species,
+        };
         let state = &mut self.state;
         let behind = packing.grow(&mut self.scales, state.lead, &mut random);
         let molecules = self.scales.len();
@@ -344,7 +363,7 @@ impl Growth {
             return Ok(());
         }
         let smallest = self.smallest();
-        if smallest - scale < LEAST_RISE && smallest < 1.0 {
+        if smallest - scale < MIN_RISE && smallest < 1.0 {
             return Err(self.jam());
         }
         self.state.period = (self.state.steps, smallest);
@@ -357,8 +376,11 @@ impl Growth {
             let equal = kind.is_equal().then(|| kind.molecule(0).area());
             (0..kind.count).map(move |index| equal.unwrap_or_else(|| kind.molecule(index).area()))
         });
-        let smaller = molecules.zip(&self.scales).filter(|&(_, &scale)| scale < 1.0);
-        let (count, area) = smaller.fold((0, 0.0), |(count, sum), (area, _)| (count + 1, sum + area));
+        let smaller = molecules
+            .zip(&self.scales)
+            .filter(|&(_, &scale)| scale < 1.0);
+        let (count, area) =
+            smaller.fold((0, 0.0), |(count, sum), (area, _)| (count + 1, sum + area));
         SceneError::Jammed {
             reached: self.area_fraction(),
             wanted: wanted / self.world.bounds.area(),
@@ -375,7 +397,10 @@ impl Growth {
     fn run(&mut self, collisions: f64) -> Result<(), SceneError> {
         let first = self.contents.singles.world.bodies.len();
         let gases = &self.world.motions[first..];
-        let speeds = gases.iter().map(|motion| motion.velocity.length_squared()).sum::<f64>();
+        let speeds = gases
+            .iter()
+            .map(|motion| motion.velocity.length_squared())
+            .sum::<f64>();
         let speed = (speeds / gases.len() as f64).sqrt();
         // NaN without molecules.
         if speed.is_nan() || speed == 0.0 {
@@ -394,18 +419,21 @@ impl Growth {
         let (elasticity, names) = (ElasticityTable::default(), TagNames::default());
         let mut simulation = Simulation::assemble(world, parts.0, parts.1, elasticity, names);
         let spacing = (self.world.bounds.area() / self.scales.len() as f64).sqrt();
-        let ended =
-            collide(&mut simulation, most, time, FIRST_COUNT * spacing / speed).and_then(|contacts| {
+        let ended = collide(&mut simulation, most, time, FIRST_COUNT * spacing / speed).and_then(
+            |contacts| {
                 // No run ends with a contact: the pair would touch when it next grows or is set in
                 // motion.
                 let pause = 0.5 * simulation.time().to_f64() / contacts.max(1) as f64;
                 simulation.advance(simulation.time().after(pause), u64::MAX, &mut ())
-            });
+            },
+        );
         simulation.end_epoch(simulation.offset);
         self.state.collisions += simulation.counters.collisions;
         self.world = simulation.world;
         self.world.epoch = EpochTime::ZERO;
-        ended.map_err(|error: RunError| SceneError::Growth(Box::new(error))).map(|_| ())
+        ended
+            .map_err(|error: RunError| SceneError::Growth(Box::new(error)))
+            .map(|_| ())
     }
 
     fn smallest(&self) -> f64 {
@@ -434,7 +462,11 @@ fn collide(simulation: &mut Simulation, most: u64, time: f64, piece: f64) -> Res
     loop {
         let end = until.min(time);
         contacts += simulation.advance(EpochTime::from(end), most - contacts, &mut ())?;
-        let Counters { epochs, scheduler: work, .. } = simulation.counters;
+        let Counters {
+            epochs,
+            scheduler: work,
+            ..
+        } = simulation.counters;
         let predicted = epochs.saturating_mul(simulation.world.bodies.len() as u64);
         let events = (predicted + work.crossings + work.stale + work.rechecks + work.pairs) as f64;
         let is_slow = events > EVENTS_PER_COLLISION * most as f64;
@@ -451,8 +483,14 @@ fn held(world: &World) -> World {
     let mut held = world.clone();
     for (body, motion) in held.bodies.iter_mut().zip(&mut held.motions) {
         if !body.is_fixed() {
-            body.kind = Arc::new(BodyKind { inertia: Inertia::FIXED, ..(*body.kind).clone() });
-            *motion = Motion { orientation: motion.orientation, ..Motion::at_rest(motion.position) };
+            body.kind = Arc::new(BodyKind {
+                inertia: Inertia::FIXED,
+                ..(*body.kind).clone()
+            });
+            *motion = Motion {
+                orientation: motion.orientation,
+                ..Motion::at_rest(motion.position)
+            };
         }
     }
     held
@@ -467,7 +505,11 @@ fn refuse_overlaps(contents: &Contents, first: usize) -> Result<(), SceneError> 
         if let Some((other, depth)) = deepest_overlap(world, &sites, index) {
             let counts = contents.counts();
             let entry = |body: usize| contents.singles.entry_of(body, &counts);
-            return Err(SceneError::Overlap { first: entry(other), second: entry(index), depth });
+            return Err(SceneError::Overlap {
+                first: entry(other),
+                second: entry(index),
+                depth,
+            });
         }
         sites.add(world, index);
     }

@@ -18,7 +18,8 @@ use rand::seq::SliceRandom;
 use rand_pcg::Pcg64;
 
 use crate::{
-    Rotation, SceneError, Tags, World, body::BodyKind, body_builder::geometry, sites::Sites, species::Species,
+    Rotation, SceneError, Tags, World, body::BodyKind, body_builder::geometry, sites::Sites,
+    species::Species,
 };
 
 /// Share of its room by which a molecule grows. At 1 molecules touch, and their neighbours cannot
@@ -47,10 +48,10 @@ const CLEARANCE: f64 = 0.1;
 const UNLIKE: f64 = 12.0;
 
 /// Largest lead of the front over the smallest molecule, as a share of its scale.
-pub(super) const LARGEST_LEAD: f64 = 0.05;
+pub(super) const MAX_LEAD: f64 = 0.05;
 
 /// Smallest lead of the front. With less, growth is given up in any case.
-const SMALLEST_LEAD: f64 = 1e-6;
+const MIN_LEAD: f64 = 1e-6;
 
 /// The lead changes by this factor from step to step.
 const CHANGE_OF_LEAD: f64 = 1.1;
@@ -81,23 +82,41 @@ impl<'a> Packing<'a> {
         let of = |kind: &'a Species| (0..kind.count).map(|index| &**kind.molecule(index));
         let molecules: Vec<&Molecule> = self.species.iter().flat_map(of).collect();
         let motions = &self.world.motions;
-        let rotations: Vec<DVec2> = motions.iter().map(|motion| motion.orientation.cos_sin()).collect();
+        let rotations: Vec<DVec2> = motions
+            .iter()
+            .map(|motion| motion.orientation.cos_sin())
+            .collect();
         let sites = self.sites(scales, &molecules, front);
         let sides = self.world.bounds.sides();
-        let margin = (MARGIN * sides.min_element()).max(ROUNDINGS * f64::EPSILON * sides.max_element());
-        let mut order: Vec<usize> = (0..scales.len()).filter(|&index| scales[index] < front).collect();
+        let margin =
+            (MARGIN * sides.min_element()).max(ROUNDINGS * f64::EPSILON * sides.max_element());
+        let mut order: Vec<usize> = (0..scales.len())
+            .filter(|&index| scales[index] < front)
+            .collect();
         order.shuffle(random);
         for index in order {
             let body = self.first + index;
             let scaled = |other: usize| {
                 let rotation = rotations[other];
                 match other.checked_sub(self.first) {
-                    None => Scaled { molecule: self.world.bodies[other].molecule(), rotation, scale: 1.0 },
-                    Some(gas) => Scaled { molecule: molecules[gas], rotation, scale: scales[gas] },
+                    None => Scaled {
+                        molecule: self.world.bodies[other].molecule(),
+                        rotation,
+                        scale: 1.0,
+                    },
+                    Some(gas) => Scaled {
+                        molecule: molecules[gas],
+                        rotation,
+                        scale: scales[gas],
+                    },
                 }
             };
             let (own, place) = (scaled(body), motions[body].position);
-            let mut room_left = Room { least: f64::INFINITY, kept: f64::INFINITY, is_free: true };
+            let mut room_left = Room {
+                least: f64::INFINITY,
+                kept: f64::INFINITY,
+                is_free: true,
+            };
             let reach = (front + clearance) * own.molecule.bounding_radius() + margin;
             sites.for_each_body_near(self.world, place, reach, |other, separation| {
                 if other == body {
@@ -105,13 +124,21 @@ impl<'a> Packing<'a> {
                 }
                 let there = scaled(other);
                 let distance = reach + there.scale * there.molecule.bounding_radius();
-                let is_near =
-                    there.molecule.face().is_some() || separation.length_squared() <= distance * distance;
+                let is_near = there.molecule.face().is_some()
+                    || separation.length_squared() <= distance * distance;
                 if is_near {
                     // Single bodies are held at their places: collisions do not make room there.
                     let is_held = other < self.first;
-                    let share = if is_held { 1.0 } else { clearance_share(there.molecule, own.molecule) };
-                    room_left.reduce(room(there, own, -separation, margin), share * clearance, front);
+                    let share = if is_held {
+                        1.0
+                    } else {
+                        clearance_share(there.molecule, own.molecule)
+                    };
+                    room_left.reduce(
+                        room(there, own, -separation, margin),
+                        share * clearance,
+                        front,
+                    );
                 }
             });
             scales[index] = room_left.scale_after(own.scale, front);
@@ -151,7 +178,13 @@ impl Room {
 
     /// The scale after the step of a molecule of this scale.
     fn scale_after(&self, scale: f64, front: f64) -> f64 {
-        if self.is_free { front } else { (scale + SHARE * (self.least - scale)).min(self.kept).max(scale) }
+        if self.is_free {
+            front
+        } else {
+            (scale + SHARE * (self.least - scale))
+                .min(self.kept)
+                .max(scale)
+        }
     }
 }
 
@@ -163,11 +196,12 @@ fn clearance_share(other: &Molecule, own: &Molecule) -> f64 {
 
 /// The lead of the front in the next step, if this number of the molecules are behind the front.
 pub(super) fn next_lead(lead: f64, behind: usize, molecules: usize) -> f64 {
-    let is_followed = behind <= STRAGGLERS || (behind as f64) < (1.0 - FOLLOWERS) * molecules as f64;
+    let is_followed =
+        behind <= STRAGGLERS || (behind as f64) < (1.0 - FOLLOWERS) * molecules as f64;
     if is_followed {
-        (lead * CHANGE_OF_LEAD).min(LARGEST_LEAD)
+        (lead * CHANGE_OF_LEAD).min(MAX_LEAD)
     } else {
-        (lead / CHANGE_OF_LEAD).max(SMALLEST_LEAD)
+        (lead / CHANGE_OF_LEAD).max(MIN_LEAD)
     }
 }
 
@@ -180,7 +214,9 @@ pub(super) fn resize(
     before: &[f64],
     scales: &[f64],
 ) -> Result<(), SceneError> {
-    let World { bodies, motions, .. } = world;
+    let World {
+        bodies, motions, ..
+    } = world;
     let mut index = 0;
     for kind in species {
         // Most molecules of a kind stand at the front: equal ones share a description.
@@ -190,7 +226,9 @@ pub(super) fn resize(
             if scales[index] != before[index] {
                 motion.angular_velocity *= before[index] / scales[index];
                 body.kind = match &last {
-                    Some((scale, shared)) if kind.is_equal() && *scale == scales[index] => Arc::clone(shared),
+                    Some((scale, shared)) if kind.is_equal() && *scale == scales[index] => {
+                        Arc::clone(shared)
+                    }
                     _ => Arc::new(kind_at(kind, molecule, scales[index])?),
                 };
                 last = Some((scales[index], Arc::clone(&body.kind)));
@@ -213,7 +251,13 @@ pub(super) fn kind_at(kind: &Species, index: usize, scale: f64) -> Result<BodyKi
         Rotation::Free => Inertia::free(1.0, gyration_squared(whole) * scale * scale),
         Rotation::Locked => Inertia::locked(1.0),
     };
-    Ok(BodyKind { molecule, inertia, tags: Tags::default(), elasticity_class: 0, temperature: None })
+    Ok(BodyKind {
+        molecule,
+        inertia,
+        tags: Tags::default(),
+        elasticity_class: 0,
+        temperature: None,
+    })
 }
 
 /// Square of the radius of gyration of a molecule at scale 1 (length²).

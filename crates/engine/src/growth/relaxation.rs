@@ -27,15 +27,20 @@ impl Growth {
     /// [`SceneError`] with the name of the entry if a molecule is too fast or too slow.
     pub(super) fn draw_velocities(&mut self) -> Result<(), SceneError> {
         let first = self.contents.singles.world.bodies.len();
-        let conserved = ConservedMomentum::new(&self.contents.singles.world, &self.contents.species);
+        let conserved =
+            ConservedMomentum::new(&self.contents.singles.world, &self.contents.species);
         let bounds = &self.scene.bounds;
         let mut random = RandomStream::Velocities.generator(bounds.seed, bounds.replica);
-        let World { bodies, motions, .. } = &mut self.world;
+        let World {
+            bodies, motions, ..
+        } = &mut self.world;
         let mut rest = bodies[first..].iter_mut().zip(&mut motions[first..]);
         for kind in &self.contents.species {
             let velocities = kind.velocities(&conserved, &mut random)?;
             let mut last: Option<Arc<BodyKind>> = None;
-            for (index, ((velocity, spin), (body, motion))) in velocities.zip(rest.by_ref()).enumerate() {
+            for (index, ((velocity, spin), (body, motion))) in
+                velocities.zip(rest.by_ref()).enumerate()
+            {
                 body.kind = match last.take() {
                     Some(shared) if kind.is_equal() => shared,
                     _ => Arc::new(real_kind(kind, index)),
@@ -52,19 +57,37 @@ impl Growth {
         let all = self.scene.start.relax.unwrap_or(default);
         let (energy, momentum, _) = self.totals();
         self.state.stage = if all > 0.0 && energy > 0.0 {
-            Stage::Relaxing { done: 0.0, all, energy, momentum }
+            Stage::Relaxing {
+                done: 0.0,
+                all,
+                energy,
+                momentum,
+            }
         } else {
             Stage::Done
         };
     }
 
     pub(super) fn relax(&mut self) -> Result<(), SceneError> {
-        let Stage::Relaxing { done, all, energy, momentum } = self.state.stage else { return Ok(()) };
+        let Stage::Relaxing {
+            done,
+            all,
+            energy,
+            momentum,
+        } = self.state.stage
+        else {
+            return Ok(());
+        };
         let part = RELAXATION_PER_STEP.min(all - done);
         self.run(part)?;
         let done = done + part;
         self.state.stage = if done < all {
-            Stage::Relaxing { done, all, energy, momentum }
+            Stage::Relaxing {
+                done,
+                all,
+                energy,
+                momentum,
+            }
         } else {
             self.restore_totals(energy, momentum);
             Stage::Done
@@ -75,11 +98,21 @@ impl Growth {
     /// Energy, momentum and mass of the gases.
     fn totals(&self) -> (f64, DVec2, f64) {
         let first = self.contents.singles.world.bodies.len();
-        let gases = || self.world.bodies[first..].iter().zip(&self.world.motions[first..]);
+        let gases = || {
+            self.world.bodies[first..]
+                .iter()
+                .zip(&self.world.motions[first..])
+        };
         (
-            gases().map(|(body, motion)| kinetic_energy(motion, &body.kind.inertia)).sum(),
-            gases().map(|(body, motion)| momentum(motion, &body.kind.inertia)).sum(),
-            gases().map(|(body, _)| 1.0 / body.kind.inertia.inverse_mass).sum(),
+            gases()
+                .map(|(body, motion)| kinetic_energy(motion, &body.kind.inertia))
+                .sum(),
+            gases()
+                .map(|(body, motion)| momentum(motion, &body.kind.inertia))
+                .sum(),
+            gases()
+                .map(|(body, _)| 1.0 / body.kind.inertia.inverse_mass)
+                .sum(),
         )
     }
 
@@ -93,7 +126,10 @@ impl Growth {
     fn restore_totals(&mut self, energy: f64, momentum: DVec2) {
         let (now, moving, mass) = self.totals();
         let only_conserved = |momentum| DVec2::select(self.conserved(), momentum, DVec2::ZERO);
-        let (drift, wanted) = (only_conserved(moving) / mass, only_conserved(momentum) / mass);
+        let (drift, wanted) = (
+            only_conserved(moving) / mass,
+            only_conserved(momentum) / mass,
+        );
         let internal = |energy: f64, drift: DVec2| energy - 0.5 * mass * drift.length_squared();
         let factor = (internal(energy, wanted) / internal(now, drift)).sqrt();
         // A gas that moves as a whole has no internal energy.

@@ -1,10 +1,10 @@
 //! The stored form of a growth: the scene, and the motion and the scale of each molecule.
 
-use carom_geometry::LARGEST;
+use carom_geometry::MAX_MAGNITUDE;
 use carom_kinematics::Motion;
 use serde::{Deserialize, Serialize};
 
-use super::{Growth, Stage, State, packing::LARGEST_LEAD};
+use super::{Growth, Stage, State, packing::MAX_LEAD};
 use crate::{Scene, SceneError, contents::Contents};
 
 /// The state on which a growth depends between two steps. All bits survive in any format that keeps
@@ -34,21 +34,37 @@ impl TryFrom<Saved> for Growth {
     type Error = SceneError;
 
     fn try_from(saved: Saved) -> Result<Self, SceneError> {
-        let Saved { scene, motions, scales, state } = saved;
+        let Saved {
+            scene,
+            motions,
+            scales,
+            state,
+        } = saved;
         let scene = Scene::from_toml(&scene)?;
         let contents = Contents::new(&scene)?;
         let molecules: usize = contents.species.iter().map(|kind| kind.count).sum();
         if motions.len() != molecules || scales.len() != molecules {
-            return Err(SceneError::GrowthState("has another number of molecules than its scene"));
+            return Err(SceneError::GrowthState(
+                "has another number of molecules than its scene",
+            ));
         }
         let is_whole = state.stage != Stage::Growing;
-        if scales.iter().any(|&scale| !(scale > 0.0 && scale <= 1.0) || (is_whole && scale < 1.0)) {
-            return Err(SceneError::GrowthState("has a scale outside of its range, above 0 to 1"));
+        if scales
+            .iter()
+            .any(|&scale| !(scale > 0.0 && scale <= 1.0) || (is_whole && scale < 1.0))
+        {
+            return Err(SceneError::GrowthState(
+                "has a scale outside of its range, above 0 to 1",
+            ));
         }
         let bounds = contents.singles.world.bounds();
         let is_valid = |motion: &Motion| {
-            let numbers = [motion.velocity.x, motion.velocity.y, motion.angular_velocity];
-            numbers.iter().all(|number| number.abs() <= LARGEST)
+            let numbers = [
+                motion.velocity.x,
+                motion.velocity.y,
+                motion.angular_velocity,
+            ];
+            numbers.iter().all(|number| number.abs() <= MAX_MAGNITUDE)
                 && motion.time == 0.0
                 && motion.orientation.turns().abs() <= 0.5
                 && bounds.contains(motion.position)
@@ -59,9 +75,20 @@ impl TryFrom<Saved> for Growth {
             ));
         }
         let is_valid = match state.stage {
-            Stage::Growing => state.lead > 0.0 && state.lead <= LARGEST_LEAD && state.period.1.is_finite(),
-            Stage::Relaxing { done, all, energy, momentum } => {
-                done >= 0.0 && all > 0.0 && energy.is_finite() && momentum.is_finite() && all.is_finite()
+            Stage::Growing => {
+                state.lead > 0.0 && state.lead <= MAX_LEAD && state.period.1.is_finite()
+            }
+            Stage::Relaxing {
+                done,
+                all,
+                energy,
+                momentum,
+            } => {
+                done >= 0.0
+                    && all > 0.0
+                    && energy.is_finite()
+                    && momentum.is_finite()
+                    && all.is_finite()
             }
             Stage::Done => true,
         };

@@ -27,13 +27,20 @@ fn radius(count: usize, area_fraction: f64) -> f64 {
 fn assert_grown(gases: &str, count: usize) {
     let simulation = grown(gases).unwrap_or_else(|error| panic!("{gases}: {error}"));
     let view = simulation.view();
-    assert_eq!((view.len(), view.overlaps().deepest_length), (count, 0.0), "{gases}");
+    assert_eq!(
+        (view.len(), view.overlaps().deepest_length),
+        (count, 0.0),
+        "{gases}"
+    );
 }
 
 #[test]
 fn few_large_discs_grow_among_many_small_ones() {
     for [large, small] in [[(0.15, 3), (0.0027, 5000)], [(0.2, 2), (0.002, 5000)]] {
-        assert_grown(&(gas("disc", large.0, large.1) + &gas("disc", small.0, small.1)), large.1 + small.1);
+        assert_grown(
+            &(gas("disc", large.0, large.1) + &gas("disc", small.0, small.1)),
+            large.1 + small.1,
+        );
     }
 }
 
@@ -43,23 +50,46 @@ fn a_drawn_gas_of_very_unlike_sizes_grows() {
                area_fraction = 0.5\n";
     let view = grown(gas).unwrap();
     assert_eq!(view.view().overlaps().deepest_length, 0.0);
-    let area: f64 = view.view().bodies().map(|body| body.body.molecule().area()).sum();
+    let area: f64 = view
+        .view()
+        .bodies()
+        .map(|body| body.body.molecule().area())
+        .sum();
     assert!((area - 0.5).abs() < 0.08, "{area}");
 }
 
 #[test]
 fn few_large_molecules_grow_among_many_small_ones() {
-    assert_grown(&(gas("dumbbell", 0.12, 3) + &gas("disc", 0.003, 1500)), 1503);
+    assert_grown(
+        &(gas("dumbbell", 0.12, 3) + &gas("disc", 0.003, 1500)),
+        1503,
+    );
     assert_grown(&(gas("tee", 0.07, 3) + &gas("dumbbell", 0.002, 1500)), 1503);
 }
 
 #[test]
 fn a_jam_is_refused_with_the_molecules_that_have_not_reached_their_size() {
     let error = grown(&gas("disc", radius(60, 0.9), 60)).unwrap_err();
-    let SceneError::Jammed { reached, smaller, molecules, area_share, smallest_scale, .. } = error else {
+    let SceneError::Jammed {
+        reached,
+        smaller,
+        molecules,
+        area_share,
+        smallest_scale,
+        ..
+    } = error
+    else {
         panic!("{error}")
     };
     assert!((0.75..0.9).contains(&reached) && molecules == 60, "{error}");
-    assert!(smaller > 50 && area_share > 0.8 && smallest_scale < 1.0, "{error}");
-    assert!(error.to_string().contains(&format!("{smaller} of 60 molecules")), "{error}");
+    assert!(
+        smaller > 50 && area_share > 0.8 && smallest_scale < 1.0,
+        "{error}"
+    );
+    assert!(
+        error
+            .to_string()
+            .contains(&format!("{smaller} of 60 molecules")),
+        "{error}"
+    );
 }

@@ -21,20 +21,22 @@ pub enum Layout {
 
 /// Least distance of two obstacles, by the distance at which they can be touched at most. Below 2,
 /// the regions that they exclude could overlap, and no prediction would hold.
-pub const LEAST_DISTANCE: f64 = 2.2;
+pub const MIN_DISTANCE: f64 = 2.2;
 
 /// Largest share of the box for random obstacles with half of the least distance as their radius;
 /// random sequential placement jams at 0.547 (Hinrichsen, Feder and Jøssang, J. Stat. Phys. 44
 /// (1986) 793).
-const MOST_FILLED: f64 = 0.4;
+const MAX_FILLED: f64 = 0.4;
 
-/// Largest number of random places tried for one body. At [`MOST_FILLED`], and for the mover at any
+/// Largest number of random places tried for one body. At [`MAX_FILLED`], and for the mover at any
 /// layout, more than one place in fifty is free.
-const MOST_TRIES: usize = 2000;
+const MAX_TRIES: usize = 2000;
 
 /// Name of a choice on the command line.
 pub fn name_of(choice: &impl ValueEnum) -> String {
-    choice.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    choice
+        .to_possible_value()
+        .map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 /// Fixed obstacles in a periodic box.
@@ -69,9 +71,13 @@ impl Obstacles {
             "--obstacles {count}: the layout {} has {usual}; --layout random has any number",
             name_of(&layout)
         );
-        let disc = 0.25 * std::f64::consts::PI * (LEAST_DISTANCE * reach).powi(2);
-        let crowded = (f64::from(count) * disc / MOST_FILLED).sqrt();
-        let least = if count > 2 { crowded } else { LEAST_DISTANCE * reach };
+        let disc = 0.25 * std::f64::consts::PI * (MIN_DISTANCE * reach).powi(2);
+        let crowded = (f64::from(count) * disc / MAX_FILLED).sqrt();
+        let least = if count > 2 {
+            crowded
+        } else {
+            MIN_DISTANCE * reach
+        };
         ensure!(
             side.is_finite() && side > least,
             "--side {side}: it must be finite and more than {}, so that the regions around all obstacles stay \
@@ -79,12 +85,20 @@ impl Obstacles {
             with_error(least, None),
             with_error(reach, None)
         );
-        Ok(Self { layout, count, side })
+        Ok(Self {
+            layout,
+            count,
+            side,
+        })
     }
 
     /// Sides of the box (length).
     pub fn sides(&self) -> DVec2 {
-        let height = if self.layout == Layout::Triangular { 3f64.sqrt() } else { 1.0 };
+        let height = if self.layout == Layout::Triangular {
+            3f64.sqrt()
+        } else {
+            1.0
+        };
         self.side * DVec2::new(1.0, height)
     }
 
@@ -107,7 +121,9 @@ impl Obstacles {
                 for _ in 0..self.count {
                     let is_free = |place: &DVec2| {
                         let distance = |other: &DVec2| self.nearest(*place - *other).length();
-                        places.iter().all(|other| distance(other) > LEAST_DISTANCE * reach)
+                        places
+                            .iter()
+                            .all(|other| distance(other) > MIN_DISTANCE * reach)
                     };
                     let place = self.free_place(random, is_free)?;
                     places.push(place);
@@ -121,9 +137,16 @@ impl Obstacles {
     ///
     /// # Errors
     /// None was found.
-    pub fn free_place(&self, random: &mut impl Rng, is_free: impl Fn(&DVec2) -> bool) -> Result<DVec2> {
-        let mut place = || self.sides() * DVec2::new(random.random::<f64>(), random.random::<f64>());
-        let found = std::iter::repeat_with(&mut place).take(MOST_TRIES).find(is_free);
+    pub fn free_place(
+        &self,
+        random: &mut impl Rng,
+        is_free: impl Fn(&DVec2) -> bool,
+    ) -> Result<DVec2> {
+        let mut place =
+            || self.sides() * DVec2::new(random.random::<f64>(), random.random::<f64>());
+        let found = std::iter::repeat_with(&mut place)
+            .take(MAX_TRIES)
+            .find(is_free);
         found.context("no free place was found in the box")
     }
 

@@ -112,7 +112,15 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let (study, name) = options.study()?;
     let command = |folder: &Path| options.command(folder);
     let folder = format!("out/billiard-{name}");
-    sweep::run_study(&Named { study: &study, name: &name, folder: &folder, command: &command }, &options.how)
+    sweep::run_study(
+        &Named {
+            study: &study,
+            name: &name,
+            folder: &folder,
+            command: &command,
+        },
+        &options.how,
+    )
 }
 
 impl Options {
@@ -127,44 +135,78 @@ impl Options {
             self.gas_radius
         );
         let named = self.molecule.read(ATOM_MASS)?;
-        let region = ExcludedRegion::of(&named.molecule, self.gas_radius).context("--gas-radius")?;
+        let region =
+            ExcludedRegion::of(&named.molecule, self.gas_radius).context("--gas-radius")?;
         let reach = named.molecule.bounding_radius() + self.gas_radius;
         let obstacles = Obstacles::new(self.layout, self.obstacles, self.side, reach)?;
         let turns = self.moves == Mover::Molecule && !named.molecule.is_round();
-        let of_flight = if turns { HITS_OF_TURNING_FLIGHT } else { HITS_OF_FLIGHT };
+        let of_flight = if turns {
+            HITS_OF_TURNING_FLIGHT
+        } else {
+            HITS_OF_FLIGHT
+        };
         let flights = (self.hits as f64 / of_flight).ceil().max(2.0);
         // At speed 1.
         let until = self.hits as f64 * region.mean_free_path(obstacles.area_of_one()) / flights;
-        let layouts = if self.layout == Layout::Random { LAYOUTS } else { 1 };
-        let places =
-            |layout: u64| obstacles.places(reach, &mut RandomStream::Placement.generator(self.seed, layout));
+        let layouts = if self.layout == Layout::Random {
+            LAYOUTS
+        } else {
+            1
+        };
+        let places = |layout: u64| {
+            obstacles.places(
+                reach,
+                &mut RandomStream::Placement.generator(self.seed, layout),
+            )
+        };
         let fixed = (0..layouts)
             .map(|layout| self.fixed(&named, &places(layout)?))
             .collect::<Result<Vec<Value>>>()?;
-        let key = if self.moves == Mover::Disc { "molecule" } else { "bumper" };
+        let key = if self.moves == Mover::Disc {
+            "molecule"
+        } else {
+            "bumper"
+        };
         let mut scene = table_of(&self.around(&named, &obstacles, until))?;
         let vary = if layouts > 1 {
             let names = (1..=layouts).map(|layout| layout.to_string()).collect();
-            vec![Varied { key: key.to_owned(), label: "layout".to_owned(), names, values: fixed }]
+            vec![Varied {
+                key: key.to_owned(),
+                label: "layout".to_owned(),
+                names,
+                values: fixed,
+            }]
         } else {
             scene.extend(fixed.into_iter().map(|fixed| (key.to_owned(), fixed)));
             Vec::new()
         };
-        let mover = if self.moves == Mover::Disc { DISC } else { TARGET };
+        let mover = if self.moves == Mover::Disc {
+            DISC
+        } else {
+            TARGET
+        };
         let mut expected = vec![
             format!("mean free path, {mover}"),
             format!("directions, χ² per degree of freedom, {TARGET}"),
         ];
         if named.molecule.atoms().len() > 1 {
-            expected.push(format!("contacts by atom, χ² per degree of freedom, {TARGET}"));
+            expected.push(format!(
+                "contacts by atom, χ² per degree of freedom, {TARGET}"
+            ));
         }
         let study = WrittenStudy {
             title: format!("Billiard: {}", named.name),
             question: self.question().to_owned(),
             replicas: (flights / layouts as f64).ceil() as u64,
-            measure: vec![format!("free-path:{mover}").into(), measure("directions", TARGET, SECTORS)],
+            measure: vec![
+                format!("free-path:{mover}").into(),
+                measure("directions", TARGET, SECTORS),
+            ],
             vary,
-            expect: expected.into_iter().map(|figure| Expected { figure }).collect(),
+            expect: expected
+                .into_iter()
+                .map(|figure| Expected { figure })
+                .collect(),
             scene,
         };
         Ok((study.read(self.how.replicas)?, named.name))
@@ -196,7 +238,13 @@ impl Options {
                 ..GasSpec::default()
             }
         } else {
-            let MoleculeSpec { shape, atoms, atom_radius, atom_mass, .. } = named.spec.clone();
+            let MoleculeSpec {
+                shape,
+                atoms,
+                atom_radius,
+                atom_mass,
+                ..
+            } = named.spec.clone();
             let is_locked = self.moves == Mover::LockedMolecule;
             GasSpec {
                 tags: vec![TARGET.to_owned()],
@@ -205,14 +253,29 @@ impl Options {
                 atom_radius: atom_radius.map(Into::into),
                 atom_mass: atom_mass.map(Into::into),
                 energy: 0.5 * named.molecule.mass(),
-                rotation: if is_locked { Rotation::Locked } else { Rotation::Free },
+                rotation: if is_locked {
+                    Rotation::Locked
+                } else {
+                    Rotation::Free
+                },
                 ..GasSpec::default()
             }
         };
         let mut scene = Scene {
-            bounds: BoxSpec { sides: obstacles.sides().into(), seed: self.seed, ..BoxSpec::default() },
-            gas: vec![GasSpec { count: Some(1), ..gas }],
-            run: RunSpec { until, sample_interval: until / SAMPLES, ..RunSpec::default() },
+            bounds: BoxSpec {
+                sides: obstacles.sides().into(),
+                seed: self.seed,
+                ..BoxSpec::default()
+            },
+            gas: vec![GasSpec {
+                count: Some(1),
+                ..gas
+            }],
+            run: RunSpec {
+                until,
+                sample_interval: until / SAMPLES,
+                ..RunSpec::default()
+            },
             ..Scene::default()
         };
         scene.start.empty_pockets = true;
@@ -222,18 +285,41 @@ impl Options {
     /// The list of the fixed bodies at these places.
     fn fixed(&self, named: &NamedMolecule, places: &[glam::DVec2]) -> Result<Value> {
         // In a scene the molecule may have a place, a motion, and other tags.
-        let MoleculeSpec { shape, atoms, atom_radius, atom_mass, .. } = named.spec.clone();
-        let molecule = MoleculeSpec { shape, atoms, atom_radius, atom_mass, ..MoleculeSpec::default() };
+        let MoleculeSpec {
+            shape,
+            atoms,
+            atom_radius,
+            atom_mass,
+            ..
+        } = named.spec.clone();
+        let molecule = MoleculeSpec {
+            shape,
+            atoms,
+            atom_radius,
+            atom_mass,
+            ..MoleculeSpec::default()
+        };
         let entry = |place: &glam::DVec2| {
             let at = (*place).into();
             if self.moves == Mover::Disc {
                 let tags = vec![TARGET.to_owned()];
-                Value::try_from(MoleculeSpec { tags, at, fixed: true, ..molecule.clone() })
+                Value::try_from(MoleculeSpec {
+                    tags,
+                    at,
+                    fixed: true,
+                    ..molecule.clone()
+                })
             } else {
-                Value::try_from(BumperSpec { tags: vec![DISC.to_owned()], radius: self.gas_radius, at })
+                Value::try_from(BumperSpec {
+                    tags: vec![DISC.to_owned()],
+                    radius: self.gas_radius,
+                    at,
+                })
             }
         };
-        Ok(Value::Array(places.iter().map(entry).collect::<Result<_, _>>()?))
+        Ok(Value::Array(
+            places.iter().map(entry).collect::<Result<_, _>>()?,
+        ))
     }
 
     /// The command that repeats the experiment into a folder.
@@ -276,10 +362,17 @@ mod tests {
             let answers = study.answers(index, &results.figures, &results.tables);
             assert!(answers.len() > 1);
             for answer in answers {
-                assert!(answer.passed && answer.value.is_finite(), "{words:?}: {answer:?}");
+                assert!(
+                    answer.passed && answer.value.is_finite(),
+                    "{words:?}: {answer:?}"
+                );
             }
-            let unreachable = results.figures.iter().filter(|figure| figure.prediction == Some(0.0));
-            unreachable.for_each(|figure| assert_eq!(figure.value, 0.0, "{words:?}: {}", figure.name));
+            let unreachable = results
+                .figures
+                .iter()
+                .filter(|figure| figure.prediction == Some(0.0));
+            unreachable
+                .for_each(|figure| assert_eq!(figure.value, 0.0, "{words:?}: {}", figure.name));
         }
     }
 
@@ -299,14 +392,35 @@ mod tests {
         let path = path.to_str().unwrap();
         for moves in ["disc", "molecule", "locked-molecule"] {
             for layout in ["square", "triangular", "random"] {
-                let hits = if layout == "random" { "120000" } else { "60000" };
-                let words =
-                    [path, "--moves", moves, "--layout", layout, "--gas-radius", "0.003", "--hits", hits];
+                let hits = if layout == "random" {
+                    "120000"
+                } else {
+                    "60000"
+                };
+                let words = [
+                    path,
+                    "--moves",
+                    moves,
+                    "--layout",
+                    layout,
+                    "--gas-radius",
+                    "0.003",
+                    "--hits",
+                    hits,
+                ];
                 assert_as_expected(&words);
             }
         }
         for (shape, radius) in [("tee", "0.0025"), ("ring:12", "0.005"), ("disc", "0.01")] {
-            assert_as_expected(&[shape, "--atom-radius", radius, "--seed", "11", "--hits", "80000"]);
+            assert_as_expected(&[
+                shape,
+                "--atom-radius",
+                radius,
+                "--seed",
+                "11",
+                "--hits",
+                "80000",
+            ]);
         }
     }
 
@@ -319,10 +433,19 @@ mod tests {
             (&["--side", "0.02"], "--side 0.02"),
             (&["--side", "inf"], "--side inf"),
             (&["--obstacles", "3"], "--obstacles 3"),
-            (&["--layout", "triangular", "--obstacles", "1"], "the layout triangular has 2"),
-            (&["--layout", "random", "--obstacles", "100", "--side", "0.3"], "--side 0.3"),
+            (
+                &["--layout", "triangular", "--obstacles", "1"],
+                "the layout triangular has 2",
+            ),
+            (
+                &["--layout", "random", "--obstacles", "100", "--side", "0.3"],
+                "--side 0.3",
+            ),
         ] {
-            let refused = format!("{:#}", options(&[&tee[..], words].concat()).study().unwrap_err());
+            let refused = format!(
+                "{:#}",
+                options(&[&tee[..], words].concat()).study().unwrap_err()
+            );
             assert!(refused.contains(expected), "{refused}");
         }
     }

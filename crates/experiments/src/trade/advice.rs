@@ -21,13 +21,20 @@ const COARSER: f64 = 30.0;
 
 /// Whether a setting is faster than the exact run by more than its time resolves.
 fn is_faster(found: &KnobResult, exact: &KnobResult) -> bool {
-    found.time.is_some_and(|time| time.median < 1.0 - resolution(found, exact))
+    found
+        .time
+        .is_some_and(|time| time.median < 1.0 - resolution(found, exact))
 }
 
 /// Relative difference of the times of a setting and of the exact run that is seen.
 fn resolution(found: &KnobResult, exact: &KnobResult) -> f64 {
-    let scatter = found.time.and_then(|time| time.standard_error()).map_or(SINGLE, |error| SEEN * error);
-    let against_itself = exact.time.map_or(0.0, |time| AGAINST_ITSELF * (time.median - 1.0).abs());
+    let scatter = found
+        .time
+        .and_then(|time| time.standard_error())
+        .map_or(SINGLE, |error| SEEN * error);
+    let against_itself = exact
+        .time
+        .map_or(0.0, |time| AGAINST_ITSELF * (time.median - 1.0).abs());
     EQUAL.max(scatter).max(against_itself)
 }
 
@@ -59,7 +66,11 @@ pub fn advice(result: &SceneResult) -> String {
             table::time(found),
             found.tally.judged,
             table::wrong(found),
-            if found.knob.setting.is_exact() { "" } else { "; that it is right is not proved" }
+            if found.knob.setting.is_exact() {
+                ""
+            } else {
+                "; that it is right is not proved"
+            }
         ),
         None => keep(result),
     };
@@ -68,7 +79,10 @@ pub fn advice(result: &SceneResult) -> String {
         Some((ratio, found)) if ratio < right.map_or(1.0, |right| right.0) => {
             let family = FAMILIES[found.knob.family];
             let (name, how) = (&found.knob.name, found.knob.how());
-            format!("‘{name}’ ({family}; {how}) saves most, at a price: {}.", price(found, exact))
+            format!(
+                "‘{name}’ ({family}; {how}) saves most, at a price: {}.",
+                price(found, exact)
+            )
         }
         _ if right.is_none() => return kept,
         _ => "No other setting saves more.".to_owned(),
@@ -78,7 +92,9 @@ pub fn advice(result: &SceneResult) -> String {
 
 /// The settings other than the exact run of which both time and contacts were measured.
 fn compared(result: &SceneResult) -> impl Iterator<Item = &KnobResult> {
-    result.found[1..].iter().filter(|found| found.tally.judged > 0 && found.time.is_some())
+    result.found[1..]
+        .iter()
+        .filter(|found| found.tally.judged > 0 && found.time.is_some())
 }
 
 /// The words on the exact run where no setting without a wrong contact is seen to be faster.
@@ -108,12 +124,18 @@ fn keep(result: &SceneResult) -> String {
     format!(
         "Keep the exact run: {contacts}, and no setting without a wrong contact is faster by more than {:.0} %{}.",
         100.0 * most,
-        if most > EQUAL { ", as far as the times resolve" } else { "" }
+        if most > EQUAL {
+            ", as far as the times resolve"
+        } else {
+            ""
+        }
     )
 }
 
 fn fastest<'a>(found: impl Iterator<Item = &'a KnobResult>) -> Option<(f64, &'a KnobResult)> {
-    found.filter_map(|found| Some((found.time?.median, found))).min_by(|a, b| a.0.total_cmp(&b.0))
+    found
+        .filter_map(|found| Some((found.time?.median, found)))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// For each family of settings without the exact guarantee, its fastest one.
@@ -124,7 +146,11 @@ pub fn of_families(result: &SceneResult) -> Vec<String> {
             found.knob.family == family && !found.knob.setting.is_exact() && found.tally.judged > 0
         });
         let (_, found) = fastest(own)?;
-        Some(format!("{name}: the fastest setting is {}: {}.", found.knob.name, price(found, exact)))
+        Some(format!(
+            "{name}: the fastest setting is {}: {}.",
+            found.knob.name,
+            price(found, exact)
+        ))
     };
     FAMILIES.iter().enumerate().filter_map(of_family).collect()
 }
@@ -137,16 +163,26 @@ fn price(found: &KnobResult, exact: &KnobResult) -> String {
     ];
     let overlapping = found.tally.overlapping.max(found.physics.overlapping);
     if overlapping > 0 {
-        prices.push(format!("overlaps up to {} of a diameter", table::deepest(found)));
+        prices.push(format!(
+            "overlaps up to {} of a diameter",
+            table::deepest(found)
+        ));
     }
     if let (Some(own), Some(best)) = (found.effective, exact.effective)
         && own.value > COARSER * best.value
     {
         let errors = [table::effective(found), table::effective(exact)];
-        prices.push(format!("an effective error of {} of a side, not {}", errors[0], errors[1]));
+        prices.push(format!(
+            "an effective error of {} of a side, not {}",
+            errors[0], errors[1]
+        ));
     }
     if let Some(worst) = table::worst(found, exact) {
-        prices.push(format!("{} off by {}", worst.name, table::difference(&worst)));
+        prices.push(format!(
+            "{} off by {}",
+            worst.name,
+            table::difference(&worst)
+        ));
     }
     prices.join(", ")
 }
@@ -160,13 +196,21 @@ mod tests {
 
     /// The exact run and the portable instructions, with the times of their rounds.
     fn result(exact: &[f64], portable: &[f64]) -> SceneResult {
-        let tally = Tally { intervals: 10, judged: 1000, ..Tally::default() };
+        let tally = Tally {
+            intervals: 10,
+            judged: 1000,
+            ..Tally::default()
+        };
         let found = |knob: Knob, rounds: &[f64]| KnobResult {
             time: TimeRatio::of(rounds.to_vec()),
             tally,
             ..KnobResult::of(knob)
         };
-        let portable_knob = Knob { name: "portable".to_owned(), family: 4, ..knobs::exact() };
+        let portable_knob = Knob {
+            name: "portable".to_owned(),
+            family: 4,
+            ..knobs::exact()
+        };
         SceneResult {
             name: "planted".to_owned(),
             moving: 10,
@@ -200,7 +244,11 @@ mod tests {
         ] {
             let result = result(exact, portable);
             let advice = advice(&result);
-            assert_eq!(advice.starts_with("Take ‘portable’"), is_advised, "{portable:?}: {advice}");
+            assert_eq!(
+                advice.starts_with("Take ‘portable’"),
+                is_advised,
+                "{portable:?}: {advice}"
+            );
         }
     }
 
@@ -210,20 +258,33 @@ mod tests {
         let slow = advice(&result(&[0.999, 1.0, 1.001], &[10.0, 12.0, 14.0]));
         assert!(slow.ends_with("is faster by more than 3 %."), "{slow}");
         let unsure = advice(&result(&[0.999, 1.0, 1.001], &[0.88, 0.98, 1.08]));
-        let percent = unsure.split("by more than ").nth(1).and_then(|rest| rest.split(' ').next());
+        let percent = unsure
+            .split("by more than ")
+            .nth(1)
+            .and_then(|rest| rest.split(' ').next());
         let percent: f64 = percent.unwrap().parse().unwrap();
-        assert!((5.0..=40.0).contains(&percent) && unsure.contains("as far as"), "{unsure}");
+        assert!(
+            (5.0..=40.0).contains(&percent) && unsure.contains("as far as"),
+            "{unsure}"
+        );
         let hopeless = advice(&result(&[0.999, 1.0, 1.001], &[0.2, 1.0, 30.0]));
-        assert!(hopeless.contains("by more than 100 %, as far as"), "{hopeless}");
+        assert!(
+            hopeless.contains("by more than 100 %, as far as"),
+            "{hopeless}"
+        );
     }
 
     #[test]
     fn nothing_is_claimed_of_settings_that_were_not_compared() {
         let none = advice(&result(&[], &[]));
         assert!(
-            none.contains("of 1000 contacts none is wrong") && none.contains("no other setting was compared"),
+            none.contains("of 1000 contacts none is wrong")
+                && none.contains("no other setting was compared"),
             "{none}"
         );
-        assert!(!none.contains("faster") && !none.contains("No other setting saves more"), "{none}");
+        assert!(
+            !none.contains("faster") && !none.contains("No other setting saves more"),
+            "{none}"
+        );
     }
 }

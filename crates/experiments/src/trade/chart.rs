@@ -14,25 +14,58 @@ use super::{
 const SHALLOWEST: f64 = 1e-16;
 
 /// A chart of one error: label, file name, and value for a setting.
-type Price = (&'static str, &'static str, fn(&KnobResult, &KnobResult) -> Option<(f64, Mark)>);
+type Price = (
+    &'static str,
+    &'static str,
+    fn(&KnobResult, &KnobResult) -> Option<(f64, Mark)>,
+);
 
 /// The error that leads the page first.
 const PRICES: [Price; 4] = [
-    ("wrong contacts in a million", "wrong-contacts", |found, _| {
-        let wrong = found.wrong()?;
-        Some((wrong.value, if wrong.is_upper { Mark::AtMost } else { Mark::Measured }))
-    }),
-    ("deepest overlap in diameters", "deepest-overlap", |found, _| {
-        let deepest = found.tally.deepest.max(found.physics.deepest).max(SHALLOWEST);
-        (found.tally.intervals > 0).then_some((deepest, Mark::Measured))
-    }),
-    ("effective error in box sides", "effective-error", |found, _| {
-        found.effective.map(|effective| (effective.value.max(SHALLOWEST), Mark::Measured))
-    }),
-    ("largest difference of a measure, relative", "measures", |found, exact| {
-        let worst = table::worst(found, exact)?.percent()?;
-        Some((1e-2 * worst[0].abs(), Mark::Measured)).filter(|worst| worst.0 > 0.0)
-    }),
+    (
+        "wrong contacts in a million",
+        "wrong-contacts",
+        |found, _| {
+            let wrong = found.wrong()?;
+            Some((
+                wrong.value,
+                if wrong.is_upper {
+                    Mark::AtMost
+                } else {
+                    Mark::Measured
+                },
+            ))
+        },
+    ),
+    (
+        "deepest overlap in diameters",
+        "deepest-overlap",
+        |found, _| {
+            let deepest = found
+                .tally
+                .deepest
+                .max(found.physics.deepest)
+                .max(SHALLOWEST);
+            (found.tally.intervals > 0).then_some((deepest, Mark::Measured))
+        },
+    ),
+    (
+        "effective error in box sides",
+        "effective-error",
+        |found, _| {
+            found
+                .effective
+                .map(|effective| (effective.value.max(SHALLOWEST), Mark::Measured))
+        },
+    ),
+    (
+        "largest difference of a measure, relative",
+        "measures",
+        |found, exact| {
+            let worst = table::worst(found, exact)?.percent()?;
+            Some((1e-2 * worst[0].abs(), Mark::Measured)).filter(|worst| worst.0 > 0.0)
+        },
+    ),
 ];
 
 /// What a chart shows.
@@ -51,7 +84,13 @@ pub fn draw(result: &SceneResult) -> Result<Vec<(String, String)>> {
         let point = |found: &KnobResult| {
             let (y, mark) = price(found, exact)?;
             let label = found.knob.name.clone();
-            Some(Point { family: found.knob.family, label, x: found.time?.median, y, mark })
+            Some(Point {
+                family: found.knob.family,
+                label,
+                x: found.time?.median,
+                y,
+                mark,
+            })
         };
         let points: Vec<Point> = result.found.iter().filter_map(point).collect();
         if points.is_empty() {

@@ -26,24 +26,43 @@ pub struct Deviation {
 
 /// The curves of a table that have errors.
 pub fn of_table(table: &Table) -> Vec<Curve> {
-    let Some(abscissa) = table.columns.iter().find(|column| column.role == Role::Abscissa) else {
+    let Some(abscissa) = table
+        .columns
+        .iter()
+        .find(|column| column.role == Role::Abscissa)
+    else {
         return Vec::new();
     };
     let pairs = table.columns.windows(2);
-    let pairs = pairs.filter(|pair| pair[0].role == Role::Value && pair[1].role == Role::StandardError);
+    let pairs =
+        pairs.filter(|pair| pair[0].role == Role::Value && pair[1].role == Role::StandardError);
     let curve = |pair: &[Column]| {
-        let rows = abscissa.values.iter().zip(&pair[0].values).zip(&pair[1].values);
+        let rows = abscissa
+            .values
+            .iter()
+            .zip(&pair[0].values)
+            .zip(&pair[1].values);
         let points = rows.filter_map(|((x, value), error)| Some([(*x)?, (*value)?, (*error)?]));
-        Curve { name: format!("{}: {}", table.title, pair[0].label), points: points.collect() }
+        Curve {
+            name: format!("{}: {}", table.title, pair[0].label),
+            points: points.collect(),
+        }
     };
-    pairs.map(curve).filter(|curve| !curve.points.is_empty()).collect()
+    pairs
+        .map(curve)
+        .filter(|curve| !curve.points.is_empty())
+        .collect()
 }
 
 /// The deviations of curves from those of the exact run.
 pub fn deviations(own: &[Curve], exact: &[Curve]) -> Vec<Deviation> {
     let deviation = |reference: &Curve| {
         let own = own.iter().find(|curve| curve.name == reference.name)?;
-        let pairs = own.points.iter().zip(&reference.points).filter(|(a, b)| a[0] == b[0]);
+        let pairs = own
+            .points
+            .iter()
+            .zip(&reference.points)
+            .filter(|(a, b)| a[0] == b[0]);
         let errors = pairs.map(|(a, b)| (a[1] - b[1]).abs() / a[2].hypot(b[2]));
         let errors: Vec<f64> = errors.filter(|error| error.is_finite()).collect();
         let largest = errors.iter().copied().fold(0.0, f64::max);

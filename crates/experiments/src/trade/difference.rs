@@ -31,6 +31,7 @@ impl Difference {
     pub fn percent(&self) -> Option<[f64; 2]> {
         let scale = self.exact.abs();
         let error = self.standard_error.unwrap_or(0.0);
-        (scale > 2.0 * error && scale > 0.0).then(|| [100.0 * self.difference / scale, 100.0 * error / scale])
+        (scale > 2.0 * error && scale > 0.0)
+            .then(|| [100.0 * self.difference / scale, 100.0 * error / scale])
     }
 }

@@ -6,34 +6,47 @@ use anyhow::Result;
 use carom::{Scene, View};
 use carom_runs::price::{Setting, State};
 
-use crate::time_reversal::{LARGEST, line, loschmidt_echo};
+use crate::time_reversal::{MAX_MAGNITUDE, line, loschmidt_echo};
 
 /// Why no run of a scene can be reversed; `None` if all can. `view` is that of its bodies.
 pub fn irreversible(scene: &Scene, view: &View<'_>) -> Option<String> {
-    let rules = std::iter::once(&scene.elasticity)
-        .chain(scene.stage.iter().filter_map(|stage| stage.elasticity.as_ref()));
-    let mut coefficients =
-        rules.flat_map(|rules| rules.pair.iter().map(|rule| rule.coefficient).chain([rules.default]));
+    let rules = std::iter::once(&scene.elasticity).chain(
+        scene
+            .stage
+            .iter()
+            .filter_map(|stage| stage.elasticity.as_ref()),
+    );
+    let mut coefficients = rules.flat_map(|rules| {
+        rules
+            .pair
+            .iter()
+            .map(|rule| rule.coefficient)
+            .chain([rules.default])
+    });
     if let Some(coefficient) = coefficients.find(|&coefficient| coefficient != 1.0) {
-        return Some(format!("contacts with elasticity {coefficient} cannot be reversed"));
+        return Some(format!(
+            "contacts with elasticity {coefficient} cannot be reversed"
+        ));
     }
     if scene.stage.iter().any(|stage| !stage.thermostat.is_empty()) {
         return Some("the actions of a thermostat cannot be reversed".to_owned());
     }
-    let is_thermal = view.bodies().any(|body| body.body.wall_temperature().is_some());
+    let is_thermal = view
+        .bodies()
+        .any(|body| body.body.wall_temperature().is_some());
     is_thermal.then(|| "contacts with a wall that has a temperature cannot be reversed".to_owned())
 }
 
 /// Duration of the way forward, in mean times between two collisions of a body: the shortest, and
 /// the largest number of doublings.
-const SHORTEST: f64 = 0.25;
+const MIN_DURATION: f64 = 0.25;
 const DOUBLINGS: i32 = 8;
 
 /// Largest number of initial states.
-const MOST_STARTS: usize = 8;
+const MAX_STARTS: usize = 8;
 
 /// Smaller distances are rounding errors (box sides).
-const SMALLEST: f64 = 1e-18;
+const MIN_DISTANCE: f64 = 1e-18;
 
 /// Distances from the initial state after the way back.
 #[derive(Debug, Clone, Default)]
@@ -63,20 +76,20 @@ pub fn returns(setting: &Setting, states: &[State], deadline: Instant) -> Result
     let mut found = Return::default();
     for doubling in 0..=DOUBLINGS {
         let (mut collisions, mut log, mut starts) = (0.0, 0.0, 0.0);
-        for state in states.iter().take(MOST_STARTS) {
+        for state in states.iter().take(MAX_STARTS) {
             if starts > 0.0 && Instant::now() >= deadline {
                 break;
             }
             let (n, distance) = loschmidt_echo(
                 &mut setting.resume(state.checkpoint())?,
-                SHORTEST * 2f64.powi(doubling) * state.tau,
+                MIN_DURATION * 2f64.powi(doubling) * state.tau,
             )?;
             collisions += n;
-            log += distance.max(SMALLEST).ln();
+            log += distance.max(MIN_DISTANCE).ln();
             starts += 1.0;
         }
         let (collisions, log) = (collisions / starts, log / starts);
-        if log >= LARGEST.ln() {
+        if log >= MAX_MAGNITUDE.ln() {
             found.lost = found.points.is_empty().then_some(log);
             break;
         }
@@ -104,8 +117,13 @@ impl Return {
     pub fn effective_error(&self, rate: f64) -> Option<EffectiveError> {
         let logs = self.points.iter().map(|&(n, log)| log - rate * n);
         let mean = logs.sum::<f64>() / self.points.len() as f64;
-        let error = |log: f64, at_least| EffectiveError { value: log.exp(), at_least };
-        self.lost.map(|log| error(log, true)).or_else(|| mean.is_finite().then(|| error(mean, false)))
+        let error = |log: f64, at_least| EffectiveError {
+            value: log.exp(),
+            at_least,
+        };
+        self.lost
+            .map(|log| error(log, true))
+            .or_else(|| mean.is_finite().then(|| error(mean, false)))
     }
 }
 
@@ -122,7 +140,12 @@ mod tests {
         assert!((planted(1e-15).rate() - 3.0).abs() < 1e-12);
         let found = planted(1e-9).effective_error(3.0).unwrap();
         assert!((found.value / 1e-9 - 1.0).abs() < 1e-12 && !found.at_least);
-        let lost = Return { points: Vec::new(), lost: Some(0.1f64.ln()) }.effective_error(3.0).unwrap();
+        let lost = Return {
+            points: Vec::new(),
+            lost: Some(0.1f64.ln()),
+        }
+        .effective_error(3.0)
+        .unwrap();
         assert!((lost.value - 0.1).abs() < 1e-15 && lost.at_least);
         assert_eq!(Return::default().effective_error(3.0), None);
     }

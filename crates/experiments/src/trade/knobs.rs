@@ -3,7 +3,7 @@
 
 use carom::{
     CellsPerSide, Instructions, View,
-    detection::{Exact, FixedStep, GoldenSecant, tolerance::MOST_FIXED_STEPS},
+    detection::{Exact, FixedStep, GoldenSecant, tolerance::MAX_FIXED_STEPS},
     engine::{BodyView, MethodSpec},
 };
 use carom_methods::{AnyDetector, Method, Order};
@@ -23,7 +23,13 @@ pub struct Knob {
 }
 
 /// Groups of settings.
-pub const FAMILIES: [&str; 5] = ["Exact", "GoldenSecant", "FixedStep", "coarser model", "order of events"];
+pub const FAMILIES: [&str; 5] = [
+    "Exact",
+    "GoldenSecant",
+    "FixedStep",
+    "coarser model",
+    "order of events",
+];
 
 /// Indices of [`FAMILIES`].
 const EXACT: usize = 0;
@@ -38,7 +44,12 @@ pub type LeftOut = (String, String);
 
 /// The exact run, the reference of all settings.
 pub fn exact() -> Knob {
-    Knob { family: EXACT, name: "default".to_owned(), setting: Setting::default(), slower: None }
+    Knob {
+        family: EXACT,
+        name: "default".to_owned(),
+        setting: Setting::default(),
+        slower: None,
+    }
 }
 
 /// The method that a scene names, if it is not the default.
@@ -56,24 +67,42 @@ pub fn of_scene(method: Method) -> Option<Knob> {
             }
         }
     };
-    let knob = Knob { family, name: "the scene's [method]".to_owned(), setting: method.into(), slower: None };
+    let knob = Knob {
+        family,
+        name: "the scene's [method]".to_owned(),
+        setting: method.into(),
+        slower: None,
+    };
     (method != Method::default()).then_some(knob)
 }
 
 /// A grid of the thesis's scheduler with this number of cells a side, safe or not.
 fn grid(name: String, cells: u32) -> Knob {
-    let method = Method { order: Order::Heap(CellsPerSide::Unchecked(cells)), ..Method::default() };
-    Knob { family: ORDER, name, setting: method.into(), slower: None }
+    let method = Method {
+        order: Order::Heap(CellsPerSide::Unchecked(cells)),
+        ..Method::default()
+    };
+    Knob {
+        family: ORDER,
+        name,
+        setting: method.into(),
+        slower: None,
+    }
 }
 
 /// Negative decimal exponent of the finest fixed step (natural times).
-const FINEST_STEP: i32 = 4;
+const MIN_STEP: i32 = 4;
 
 /// The knobs that apply to the bodies of a view, and those that do not.
 pub fn knobs(view: &View<'_>) -> (Vec<Knob>, Vec<LeftOut>) {
-    let mut moving = view.bodies().filter(|body| !body.body.is_fixed()).peekable();
+    let mut moving = view
+        .bodies()
+        .filter(|body| !body.body.is_fixed())
+        .peekable();
     let turns = moving.any(|body| !body.body.molecule().is_round() && !body.body.is_locked());
-    let has_shapes = view.bodies().any(|body| !body.body.molecule().is_disc() && !body.body.is_wall());
+    let has_shapes = view
+        .bodies()
+        .any(|body| !body.body.molecule().is_disc() && !body.body.is_wall());
     let mut knobs = vec![exact()];
     let mut left_out = Vec::new();
     detectors(turns || has_shapes, &mut knobs);
@@ -81,22 +110,46 @@ pub fn knobs(view: &View<'_>) -> (Vec<Knob>, Vec<LeftOut>) {
         knobs.push(Knob {
             family: MODEL,
             name: "bounding circles".to_owned(),
-            setting: Method { detector: AnyDetector::BoundingCircles, ..Method::default() }.into(),
+            setting: Method {
+                detector: AnyDetector::BoundingCircles,
+                ..Method::default()
+            }
+            .into(),
             slower: None,
         });
     } else {
         let discs = |knob: &str, reason: &str| (knob.to_owned(), reason.to_owned());
         left_out.extend([
-            discs("bounding circles", "all bodies are discs, which are their bounding circles"),
-            discs("steps of the exact detector", "discs are decided in closed form"),
-            discs("crop of the golden-section search", "discs need no crop of the time window"),
+            discs(
+                "bounding circles",
+                "all bodies are discs, which are their bounding circles",
+            ),
+            discs(
+                "steps of the exact detector",
+                "discs are decided in closed form",
+            ),
+            discs(
+                "crop of the golden-section search",
+                "discs need no crop of the time window",
+            ),
         ]);
     }
     if turns {
-        let setting = Setting { locked: true, ..Setting::default() };
-        knobs.push(Knob { family: MODEL, name: "rotation locked".to_owned(), setting, slower: None });
+        let setting = Setting {
+            locked: true,
+            ..Setting::default()
+        };
+        knobs.push(Knob {
+            family: MODEL,
+            name: "rotation locked".to_owned(),
+            setting,
+            slower: None,
+        });
     } else {
-        left_out.push(("rotation locked".to_owned(), "no body that is not round turns".to_owned()));
+        left_out.push((
+            "rotation locked".to_owned(),
+            "no body that is not round turns".to_owned(),
+        ));
     }
     orders(view, &mut knobs, &mut left_out);
     (knobs, left_out)
@@ -105,56 +158,124 @@ pub fn knobs(view: &View<'_>) -> (Vec<Knob>, Vec<LeftOut>) {
 /// The detectors with their parameters.
 fn detectors(has_shapes: bool, knobs: &mut Vec<Knob>) {
     let mut add = |family, name: String, detector: AnyDetector, slower| {
-        let setting = Method { detector, ..Method::default() }.into();
-        knobs.push(Knob { family, name, setting, slower });
+        let setting = Method {
+            detector,
+            ..Method::default()
+        }
+        .into();
+        knobs.push(Knob {
+            family,
+            name,
+            setting,
+            slower,
+        });
     };
     if has_shapes {
         for most_steps in [4, 16] {
-            add(EXACT, format!("{most_steps} steps"), AnyDetector::Exact(Exact { most_steps }), None);
+            add(
+                EXACT,
+                format!("{most_steps} steps"),
+                AnyDetector::Exact(Exact { most_steps }),
+                None,
+            );
         }
     }
     let golden = GoldenSecant::default();
-    for (crop_factor, name) in [(0.5, "crop ½"), (1.0, "crop 1"), (2.0, "crop 2"), (4.0, "crop 4")] {
+    for (crop_factor, name) in [
+        (0.5, "crop ½"),
+        (1.0, "crop 1"),
+        (2.0, "crop 2"),
+        (4.0, "crop 4"),
+    ] {
         // Discs need no crop of the time window.
         if has_shapes || crop_factor == golden.crop_factor {
-            let detector = AnyDetector::GoldenSecant(GoldenSecant { crop_factor, ..golden });
+            let detector = AnyDetector::GoldenSecant(GoldenSecant {
+                crop_factor,
+                ..golden
+            });
             add(GOLDEN, name.to_owned(), detector, None);
         }
     }
     for exponent in [12, 9, 6, 3] {
-        let detector = GoldenSecant { tolerance: 10f64.powi(-exponent), ..golden };
-        add(GOLDEN, format!("tol 1e-{exponent}"), AnyDetector::GoldenSecant(detector), None);
+        let detector = GoldenSecant {
+            tolerance: 10f64.powi(-exponent),
+            ..golden
+        };
+        add(
+            GOLDEN,
+            format!("tol 1e-{exponent}"),
+            AnyDetector::GoldenSecant(detector),
+            None,
+        );
     }
-    for exponent in 1..=FINEST_STEP {
-        let most_steps = MOST_FIXED_STEPS.max(100 * 10u32.pow(exponent as u32));
-        let fixed = FixedStep { step: 10f64.powi(-exponent), most_steps };
-        add(STEP, format!("step 1e-{exponent}"), AnyDetector::FixedStep(fixed), Some(10.0));
+    for exponent in 1..=MIN_STEP {
+        let most_steps = MAX_FIXED_STEPS.max(100 * 10u32.pow(exponent as u32));
+        let fixed = FixedStep {
+            step: 10f64.powi(-exponent),
+            most_steps,
+        };
+        add(
+            STEP,
+            format!("step 1e-{exponent}"),
+            AnyDetector::FixedStep(fixed),
+            Some(10.0),
+        );
     }
 }
 
 /// Schedulers, instructions, epochs, samples, and grids.
 fn orders(view: &View<'_>, knobs: &mut Vec<Knob>, left_out: &mut Vec<LeftOut>) {
     let mut add = |name: String, setting: Setting| {
-        knobs.push(Knob { family: ORDER, name, setting, slower: None });
+        knobs.push(Knob {
+            family: ORDER,
+            name,
+            setting,
+            slower: None,
+        });
     };
-    let method = |order: Order| Setting::from(Method { order, ..Method::default() });
+    let method = |order: Order| {
+        Setting::from(Method {
+            order,
+            ..Method::default()
+        })
+    };
     let best = Instructions::Widest.on_this_processor();
-    for (instructions, name) in [(Instructions::Avx2, "AVX2"), (Instructions::Portable, "portable")] {
-        if instructions.on_this_processor() == best || instructions.on_this_processor() != instructions {
+    for (instructions, name) in [
+        (Instructions::Avx2, "AVX2"),
+        (Instructions::Portable, "portable"),
+    ] {
+        if instructions.on_this_processor() == best
+            || instructions.on_this_processor() != instructions
+        {
             let reason = "the processor has no others, or not these".to_owned();
             left_out.push((format!("instructions: {name}"), reason));
         } else {
-            add(format!("CellScheduler, {name}"), method(Order::Cells(instructions)));
+            add(
+                format!("CellScheduler, {name}"),
+                method(Order::Cells(instructions)),
+            );
         }
     }
     for contacts in [1, 8, 512] {
-        let setting = Setting { contacts_per_epoch: Some(contacts), ..Setting::default() };
+        let setting = Setting {
+            contacts_per_epoch: Some(contacts),
+            ..Setting::default()
+        };
         add(format!("epochs of {contacts}"), setting);
     }
     for (share, name) in [(0.01, "sample each τ/100"), (1.0, "sample each τ")] {
-        add(name.to_owned(), Setting { sample_interval: Some(share), ..Setting::default() });
+        add(
+            name.to_owned(),
+            Setting {
+                sample_interval: Some(share),
+                ..Setting::default()
+            },
+        );
     }
-    add("HeapScheduler".to_owned(), method(Order::Heap(CellsPerSide::Automatic)));
+    add(
+        "HeapScheduler".to_owned(),
+        method(Order::Heap(CellsPerSide::Automatic)),
+    );
     let finest_safe = finest_safe(view);
     for factor in [1.0, 1.2, 1.5, 2.0] {
         let cells = (f64::from(finest_safe) * factor).round() as u32;
@@ -163,15 +284,18 @@ fn orders(view: &View<'_>, knobs: &mut Vec<Knob>, left_out: &mut Vec<LeftOut>) {
 }
 
 /// Most cells a side: twice as many are allowed.
-const FINEST: u32 = 2000;
+const MAX_CELLS: u32 = 2000;
 
 /// The largest number of cells a side that is safe: no cell is shorter than the sum of the largest
 /// bounding radius of a moving body and that of any other body.
 pub fn finest_safe(view: &View<'_>) -> u32 {
     let radius = |fixed: bool| {
-        let is_listed = move |view: &BodyView<'_>| !view.body.is_wall() && (fixed || !view.body.is_fixed());
+        let is_listed =
+            move |view: &BodyView<'_>| !view.body.is_wall() && (fixed || !view.body.is_fixed());
         let radii = view.bodies().filter(is_listed);
-        let mut radii: Vec<f64> = radii.map(|view| view.body.molecule().bounding_radius()).collect();
+        let mut radii: Vec<f64> = radii
+            .map(|view| view.body.molecule().bounding_radius())
+            .collect();
         radii.sort_by(|a, b| b.total_cmp(a));
         radii
     };
@@ -184,7 +308,7 @@ pub fn finest_safe(view: &View<'_>) -> u32 {
     let reach = (largest + other).max(f64::MIN_POSITIVE);
     let side = view.bounds().sides().min_element();
     // A quotient that is an integer up to rounding counts as an integer.
-    ((side / reach * (1.0 + 8.0 * f64::EPSILON)) as u32).clamp(1, FINEST)
+    ((side / reach * (1.0 + 8.0 * f64::EPSILON)) as u32).clamp(1, MAX_CELLS)
 }
 
 impl Knob {
@@ -195,16 +319,22 @@ impl Knob {
 
     /// How a scene, or else a program, sets it.
     pub fn how(&self) -> String {
-        let written = |method: &Method| toml::to_string(&MethodSpec::from(method)).unwrap_or_default();
+        let written =
+            |method: &Method| toml::to_string(&MethodSpec::from(method)).unwrap_or_default();
         let usual = written(&Method::default());
         let text = written(&self.setting.method);
-        let changed: Vec<&str> = text.lines().filter(|line| !usual.lines().any(|one| one == *line)).collect();
+        let changed: Vec<&str> = text
+            .lines()
+            .filter(|line| !usual.lines().any(|one| one == *line))
+            .collect();
         let mut parts = Vec::new();
         if !changed.is_empty() {
             parts.push(format!("[method] {}", changed.join(", ")));
         }
         if let Some(contacts) = self.setting.contacts_per_epoch {
-            parts.push(format!("in a program only: set_contacts_per_epoch({contacts})"));
+            parts.push(format!(
+                "in a program only: set_contacts_per_epoch({contacts})"
+            ));
         }
         if self.setting.locked {
             parts.push("rotation = \"locked\" of each [[molecule]] and [[gas]]".to_owned());
@@ -212,7 +342,11 @@ impl Knob {
         if self.setting.sample_interval.is_some() {
             parts.push("[run] sample_interval".to_owned());
         }
-        if parts.is_empty() { "the default".to_owned() } else { parts.join("; ") }
+        if parts.is_empty() {
+            "the default".to_owned()
+        } else {
+            parts.join("; ")
+        }
     }
 
     /// Whether its wrong contacts are differences of the model.
@@ -229,8 +363,7 @@ mod tests {
     /// The words are keys of a scene file, from which the same method is read.
     #[test]
     fn what_a_knob_says_of_a_scene_gives_the_setting_of_the_knob() {
-        let scene =
-            "[[gas]]\nshape = \"dumbbell\"\natom_radius = 0.01\natom_mass = 1.0\nenergy = 1.0\ncount = 20\n";
+        let scene = "[[gas]]\nshape = \"dumbbell\"\natom_radius = 0.01\natom_mass = 1.0\nenergy = 1.0\ncount = 20\n";
         let simulation: Simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
         let (knobs, _) = knobs(&simulation.view());
         let mut read = 0;
@@ -241,7 +374,11 @@ mod tests {
                 continue;
             };
             let spec: MethodSpec = toml::from_str(&keys.replace(", ", "\n")).unwrap();
-            assert_eq!(Method::try_from(&spec).unwrap(), knob.setting.method, "{how}");
+            assert_eq!(
+                Method::try_from(&spec).unwrap(),
+                knob.setting.method,
+                "{how}"
+            );
             read += 1;
         }
         assert!(read > 10, "{read}");

@@ -77,7 +77,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
     )?;
     let (prepared, plan) = prepared;
     let settings = prepared.knobs()?.0.len();
-    let result = of_scene(prepared, &plan, &Progress::items("steps", 2 * settings as u64))?;
+    let result = of_scene(
+        prepared,
+        &plan,
+        &Progress::items("steps", 2 * settings as u64),
+    )?;
     signals.write();
     let folder = &experiment.folder;
     folder.write("config.toml", scene.to_toml())?;
@@ -156,14 +160,17 @@ fn begin<'a>(
     };
     let plan = Plan::within(left(), &cost);
     if plan.stretch < prepared.chaos.stretch {
-        along
-            .notes
-            .push(format!("replays last {:.2} τ: longer ones do not end in the time allowed", plan.stretch));
+        along.notes.push(format!(
+            "replays last {:.2} τ: longer ones do not end in the time allowed",
+            plan.stretch
+        ));
         prepared.chaos.stretch = plan.stretch;
     }
     let more = plan.states.saturating_sub(prepared.states.len());
     if more > 0 {
-        prepared.states.extend(along.take(scene, more, plan.state_seconds)?);
+        prepared
+            .states
+            .extend(along.take(scene, more, plan.state_seconds)?);
     }
     prepared.notes = along.notes;
     Ok((prepared, plan))
@@ -181,7 +188,8 @@ pub fn print(result: &SceneResult) {
     ];
     let rows = std::iter::once(head.map(str::to_owned).to_vec()).chain(table::short(result));
     for row in rows {
-        let [setting, time, wrong, deepest, effective, worst] = [0, 1, 2, 3, 4, 5].map(|column| &row[column]);
+        let [setting, time, wrong, deepest, effective, worst] =
+            [0, 1, 2, 3, 4, 5].map(|column| &row[column]);
         print_line(&format!(
             "{setting:<38}  {time:>15}  {wrong:>13}  {deepest:>16}  {effective:>20}  {worst}"
         ));

@@ -43,10 +43,18 @@ impl Options {
 
     /// Name of the scene: that of its file.
     pub fn name(&self) -> String {
-        let name = self.file.path.file_stem().unwrap_or_else(|| "scene".as_ref());
+        let name = self
+            .file
+            .path
+            .file_stem()
+            .unwrap_or_else(|| "scene".as_ref());
         let is_safe = |c: &char| c.is_alphanumeric() || "-_".contains(*c);
         let name: String = name.to_string_lossy().chars().filter(is_safe).collect();
-        if name.is_empty() { "scene".to_owned() } else { name }
+        if name.is_empty() {
+            "scene".to_owned()
+        } else {
+            name
+        }
     }
 
     /// The output folder if none is given.
@@ -58,6 +66,11 @@ impl Options {
     pub fn command(&self) -> String {
         let folder = self.destination.folder(&self.folder());
         let (scene, minutes) = (folder.join("config.toml"), self.minutes.to_string());
-        command(["trade".as_ref(), scene.as_os_str(), "--minutes".as_ref(), minutes.as_ref()])
+        command([
+            "trade".as_ref(),
+            scene.as_os_str(),
+            "--minutes".as_ref(),
+            minutes.as_ref(),
+        ])
     }
 }

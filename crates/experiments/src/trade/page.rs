@@ -44,19 +44,43 @@ pub fn summary(title: String, note: String, result: &SceneResult) -> Summary {
         ..Totals::default()
     };
     let (checks, figures) = (checks(result).to_vec(), figures(result));
-    Summary { title, note, totals, checks, figures, runs: Vec::new() }
+    Summary {
+        title,
+        note,
+        totals,
+        checks,
+        figures,
+        runs: Vec::new(),
+    }
 }
 
 /// Checks that the exact detector misses no contact and lets no bodies overlap, with every setting
 /// that affects speed only.
 fn checks(result: &SceneResult) -> [Check; 2] {
-    let safe = result.found.iter().filter(|found| found.knob.setting.is_exact());
-    let wrong = safe.clone().map(|found| found.tally.wrong()).fold(0.0, f64::max);
-    let pairs = safe.map(|found| found.tally.overlapping.max(found.physics.overlapping)).max().unwrap_or(0);
+    let safe = result
+        .found
+        .iter()
+        .filter(|found| found.knob.setting.is_exact());
+    let wrong = safe
+        .clone()
+        .map(|found| found.tally.wrong())
+        .fold(0.0, f64::max);
+    let pairs = safe
+        .map(|found| found.tally.overlapping.max(found.physics.overlapping))
+        .max()
+        .unwrap_or(0);
     let name = &result.name;
     [
-        Check::at_most(&format!("{name}: wrong contacts in a million, exact settings"), wrong, 0.0),
-        Check::at_most(&format!("{name}: overlapping pairs, exact settings"), pairs as f64, 0.0),
+        Check::at_most(
+            &format!("{name}: wrong contacts in a million, exact settings"),
+            wrong,
+            0.0,
+        ),
+        Check::at_most(
+            &format!("{name}: overlapping pairs, exact settings"),
+            pairs as f64,
+            0.0,
+        ),
     ]
 }
 
@@ -68,11 +92,23 @@ fn figures(result: &SceneResult) -> Vec<Figure> {
             figures.extend(value.map(|value| Figure::new(format!("{name}: {what}"), value, unit)));
         };
         let is_judged = found.tally.judged > 0;
-        add("wrong contacts in a million", is_judged.then(|| found.tally.wrong()), "1");
+        add(
+            "wrong contacts in a million",
+            is_judged.then(|| found.tally.wrong()),
+            "1",
+        );
         add("time over Exact", found.time.map(|time| time.median), "1");
         let deepest = found.tally.deepest.max(found.physics.deepest);
-        add("deepest overlap", (found.tally.intervals > 0).then_some(deepest), "diameter");
-        add("effective error", found.effective.map(|effective| effective.value), "side");
+        add(
+            "deepest overlap",
+            (found.tally.intervals > 0).then_some(deepest),
+            "diameter",
+        );
+        add(
+            "effective error",
+            found.effective.map(|effective| effective.value),
+            "side",
+        );
     }
     figures
 }
@@ -105,7 +141,8 @@ pub type Charts = Vec<(String, String)>;
 /// What could not be measured, setting by setting.
 pub fn unresolved(result: &SceneResult) -> Vec<String> {
     let of_settings = result.found.iter().filter(|found| !found.notes.is_empty());
-    let of_settings = of_settings.map(|found| format!("{}: {}", found.knob.title(), found.notes.join("; ")));
+    let of_settings =
+        of_settings.map(|found| format!("{}: {}", found.knob.title(), found.notes.join("; ")));
     let irreversible = result
         .irreversible
         .iter()
@@ -118,7 +155,11 @@ pub fn unresolved(result: &SceneResult) -> Vec<String> {
             1e-6 * exact.upper_bound_of_none()
         )
     });
-    rare.into_iter().chain(irreversible).chain(result.notes.iter().cloned()).chain(of_settings).collect()
+    rare.into_iter()
+        .chain(irreversible)
+        .chain(result.notes.iter().cloned())
+        .chain(of_settings)
+        .collect()
 }
 
 /// Adds picture and table of all settings, then the details.
@@ -153,9 +194,20 @@ fn details(page: &mut Page, result: &SceneResult, charts: &Charts) {
     }
     page.subheading("Contacts");
     let columns = [2, 3, 6, 7, 8, 9, 10, 11, 12];
-    let pick = |row: &[String]| columns.iter().map(|&column| row[column].clone()).collect::<Vec<_>>();
+    let pick = |row: &[String]| {
+        columns
+            .iter()
+            .map(|&column| row[column].clone())
+            .collect::<Vec<_>>()
+    };
     let header: Vec<&str> = columns.iter().map(|&column| table::FULL[column]).collect();
-    page.table(&header, &table::full(result).iter().map(|row| pick(row)).collect::<Vec<_>>());
+    page.table(
+        &header,
+        &table::full(result)
+            .iter()
+            .map(|row| pick(row))
+            .collect::<Vec<_>>(),
+    );
     page.subheading("Measures of the scene");
     let (header, rows) = table::measure_columns(result);
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
@@ -173,8 +225,11 @@ fn details(page: &mut Page, result: &SceneResult, charts: &Charts) {
         page.pictures(Layout::Full, &[(svg, chart::CAPTION)]);
     }
     page.subheading("How each setting is chosen");
-    let rows: Vec<Vec<String>> =
-        result.found.iter().map(|found| vec![found.knob.title(), found.knob.how()]).collect();
+    let rows: Vec<Vec<String>> = result
+        .found
+        .iter()
+        .map(|found| vec![found.knob.title(), found.knob.how()])
+        .collect();
     page.table(&["setting", "in the scene"], &rows);
     page.subheading("Not resolved");
     for sentence in unresolved(result) {
@@ -182,8 +237,11 @@ fn details(page: &mut Page, result: &SceneResult, charts: &Charts) {
     }
     if !result.left_out.is_empty() {
         page.subheading("Knobs that do not apply");
-        let rows: Vec<Vec<String>> =
-            result.left_out.iter().map(|(knob, reason)| vec![knob.clone(), reason.clone()]).collect();
+        let rows: Vec<Vec<String>> = result
+            .left_out
+            .iter()
+            .map(|(knob, reason)| vec![knob.clone(), reason.clone()])
+            .collect();
         page.table(&["knob", "reason"], &rows);
     }
 }
@@ -226,6 +284,15 @@ fn methods(page: &mut Page) {
 
 /// Data files of the results.
 pub fn files(charts: &Charts) -> Vec<&str> {
-    let fixed = [SETTINGS, MEASURES, "summary.json", "manifest.json", "config.toml"];
-    fixed.into_iter().chain(charts.iter().map(|(name, _)| name.as_str())).collect()
+    let fixed = [
+        SETTINGS,
+        MEASURES,
+        "summary.json",
+        "manifest.json",
+        "config.toml",
+    ];
+    fixed
+        .into_iter()
+        .chain(charts.iter().map(|(name, _)| name.as_str()))
+        .collect()
 }

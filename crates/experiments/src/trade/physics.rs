@@ -19,7 +19,7 @@ use super::{
 const SAMPLES: f64 = 64.0;
 
 /// With fewer samples a standard error is not trusted: it comes from too few blocks.
-const FEWEST_SAMPLES: u64 = 24;
+const MIN_SAMPLES: u64 = 24;
 
 /// Number of overlap checks of a measurement.
 const CHECKS: f64 = 16.0;
@@ -51,14 +51,20 @@ impl Physics {
 
     /// Deviations of the curves from those of the exact run over the same time.
     pub fn deviations(&self, exact: &Self) -> Vec<Deviation> {
-        deviations(&self.curves, &self.reference.as_deref().unwrap_or(exact).curves)
+        deviations(
+            &self.curves,
+            &self.reference.as_deref().unwrap_or(exact).curves,
+        )
     }
 
     /// The figures beside those of the exact run over the same time, in its order.
     pub fn differences(&self, exact: &Self) -> Vec<Difference> {
         let exact = self.reference.as_deref().unwrap_or(exact);
         let pair = |reference: &Figure| {
-            let own = self.figures.iter().find(|figure| figure.name == reference.name)?;
+            let own = self
+                .figures
+                .iter()
+                .find(|figure| figure.name == reference.name)?;
             let errors = own.standard_error.zip(reference.standard_error);
             Some(Difference {
                 name: own.name.clone(),
@@ -79,7 +85,10 @@ impl Physics {
 pub fn suited(scene: &Scene, duration: f64) -> Scene {
     let mut suited = scene.clone();
     suited.run.measure_from = 0.0.into();
-    suited.stage.iter_mut().for_each(|stage| stage.measure = true);
+    suited
+        .stage
+        .iter_mut()
+        .for_each(|stage| stage.measure = true);
     let wanted = duration / SAMPLES;
     let divisor = (scene.run.sample_interval / wanted).ceil().max(1.0);
     suited.run.sample_interval = scene.run.sample_interval / divisor;
@@ -87,12 +96,14 @@ pub fn suited(scene: &Scene, duration: f64) -> Scene {
     // Files of contacts are for runs.
     let writes = |name: &str| {
         let kind = name.split_once(':').map_or(name, |(kind, _)| kind);
-        KINDS.iter().any(|known| known.name == kind && known.span == Span::EveryContact)
+        KINDS
+            .iter()
+            .any(|known| known.name == kind && known.span == Span::EveryContact)
     };
     suited.run.observe.retain(|name| !writes(name));
     suited.measure.retain(|entry| !writes(&entry.kind));
-    let has_pressure =
-        requests(scene).is_ok_and(|requests| requests.iter().any(|request| request.kind.name == PRESSURE));
+    let has_pressure = requests(scene)
+        .is_ok_and(|requests| requests.iter().any(|request| request.kind.name == PRESSURE));
     if !has_pressure {
         suited.run.observe.push(PRESSURE.to_owned());
     }
@@ -119,7 +130,10 @@ pub fn measure(
     measures.start(&course.simulation().view());
     measures.sample(&course.simulation().view());
     let begin = state.time();
-    let mut physics = Physics { span: [begin, begin], ..Physics::default() };
+    let mut physics = Physics {
+        span: [begin, begin],
+        ..Physics::default()
+    };
     let interval = suited.run.sample_interval;
     let checks = suited.run.check_interval.unwrap_or(duration);
     let mut next_check = begin + checks;
@@ -151,12 +165,20 @@ pub fn measure(
     let results = measures.results(suited, &Err("a short replay".to_owned()));
     let taken = ((physics.span[1] - begin) / interval * (1.0 + 1e-9)) as u64;
     let with_sound_error = |figure: Figure| {
-        let error = figure.standard_error.filter(|_| taken >= FEWEST_SAMPLES);
-        Figure { standard_error: error, ..figure }
+        let error = figure.standard_error.filter(|_| taken >= MIN_SAMPLES);
+        Figure {
+            standard_error: error,
+            ..figure
+        }
     };
     let is_sound = |figure: &Figure| figure.value.is_finite();
-    physics.figures = results.figures.into_iter().filter(is_sound).map(with_sound_error).collect();
-    if taken >= FEWEST_SAMPLES {
+    physics.figures = results
+        .figures
+        .into_iter()
+        .filter(is_sound)
+        .map(with_sound_error)
+        .collect();
+    if taken >= MIN_SAMPLES {
         physics.curves = results.tables.iter().flat_map(curves::of_table).collect();
     }
     physics.overlapping = results.totals.overlapping_pairs;
@@ -180,7 +202,10 @@ mod tests {
         let found = suited(&scene, 8.0);
         assert_eq!(found.run.sample_interval, 0.125);
         assert_eq!(found.run.observe, ["velocities:gas", "pressure"]);
-        assert_eq!((found.run.measure_from, found.measure.len()), (0.0.into(), 1));
+        assert_eq!(
+            (found.run.measure_from, found.measure.len()),
+            (0.0.into(), 1)
+        );
         assert!(requests(&found).is_ok());
     }
 
@@ -191,9 +216,17 @@ mod tests {
             ..Physics::default()
         };
         let found = &of(11.0, Some(3.0)).differences(&of(10.0, Some(4.0)))[0];
-        assert_eq!((found.difference, found.standard_error, found.in_errors()), (1.0, Some(5.0), Some(0.2)));
-        assert_eq!(of(11.0, Some(3.0)).differences(&of(10.0, None))[0].standard_error, None);
-        let percent = of(11.0, Some(0.3)).differences(&of(10.0, Some(0.4)))[0].percent().unwrap();
+        assert_eq!(
+            (found.difference, found.standard_error, found.in_errors()),
+            (1.0, Some(5.0), Some(0.2))
+        );
+        assert_eq!(
+            of(11.0, Some(3.0)).differences(&of(10.0, None))[0].standard_error,
+            None
+        );
+        let percent = of(11.0, Some(0.3)).differences(&of(10.0, Some(0.4)))[0]
+            .percent()
+            .unwrap();
         assert_eq!(percent, [10.0, 5.0]);
         // No figure of a value that is 0 within its error.
         assert_eq!(found.percent(), None);

@@ -12,16 +12,16 @@ const REVERSALS: f64 = 0.1;
 const PHYSICS: f64 = 0.2;
 
 /// Most states, and most bodies in all of them: more would fill the memory.
-const MOST_STATES: f64 = 2000.0;
-const MOST_BODIES: f64 = 4e6;
+const MAX_STATES: f64 = 2000.0;
+const MAX_BODIES: f64 = 4e6;
 
 /// Longest measurement, in mean times between two collisions of a body.
-const MOST_PHYSICS: f64 = 1e5;
+const MAX_PHYSICS: f64 = 1e5;
 
 /// A replay takes at most this share of the time for replays of a setting, but is at least so long
 /// (mean times between two collisions of a body).
 const REPLAY: f64 = 0.3;
-const SHORTEST: f64 = 0.01;
+const MIN_REPLAY: f64 = 0.01;
 
 /// A turn of the timing is at least and at most this long (seconds).
 const TURN: [f64; 2] = [2e-4, 0.2];
@@ -88,9 +88,9 @@ impl Plan {
         let replay_seconds = parallel(REPLAYS);
         // In a large system a replay of the exact run takes at most a part of the time.
         let longest = (REPLAY * replay_seconds - cost.resume) / cost.tau;
-        let stretch = cost.stretch.min(longest.max(SHORTEST));
+        let stretch = cost.stretch.min(longest.max(MIN_REPLAY));
         let affordable = replay_seconds / (cost.resume + 1.5 * stretch * cost.tau);
-        let most = MOST_STATES.min((MOST_BODIES / cost.bodies as f64).max(2.0));
+        let most = MAX_STATES.min((MAX_BODIES / cost.bodies as f64).max(2.0));
         let physics_seconds = parallel(PHYSICS);
         Self {
             rounds,
@@ -102,13 +102,17 @@ impl Plan {
             replay_seconds,
             reversal_seconds: parallel(REVERSALS),
             physics_seconds,
-            physics: (0.8 * physics_seconds / cost.tau).min(MOST_PHYSICS),
+            physics: (0.8 * physics_seconds / cost.tau).min(MAX_PHYSICS),
         }
     }
 
     /// The limits of the timing of a setting that begins now.
     pub fn timing(&self) -> TimingLimits {
-        TimingLimits { rounds: self.rounds, turn: self.turn, deadline: from_now(1.3 * self.timing_seconds) }
+        TimingLimits {
+            rounds: self.rounds,
+            turn: self.turn,
+            deadline: from_now(1.3 * self.timing_seconds),
+        }
     }
 }
 
@@ -123,17 +127,27 @@ mod tests {
 
     #[test]
     fn the_plan_fits_into_the_time_for_small_and_large_scenes() {
-        for (tau, resume, bodies) in
-            [(1e-7, 1e-6, 1), (3e-4, 1e-3, 1000), (0.1, 0.2, 100_000), (2.0, 3.0, 1_000_000)]
-        {
-            let cost = Cost { tau, resume, bodies, settings: 25, stretch: 2.0, threads: 2 };
+        for (tau, resume, bodies) in [
+            (1e-7, 1e-6, 1),
+            (3e-4, 1e-3, 1000),
+            (0.1, 0.2, 100_000),
+            (2.0, 3.0, 1_000_000),
+        ] {
+            let cost = Cost {
+                tau,
+                resume,
+                bodies,
+                settings: 25,
+                stretch: 2.0,
+                threads: 2,
+            };
             let plan = Plan::within(100.0, &cost);
             let settings = 25.0;
             let timing = settings * 2.0 * (f64::from(plan.rounds) * plan.turn + resume);
             let replays = settings * plan.states as f64 * (resume + 2.0 * tau) / 2.0;
             assert!(replays < 40.0 || plan.states == 1, "{bodies}: {replays}");
             assert!(timing < 40.0 || resume > 0.5, "{bodies}: {timing}");
-            assert!(plan.states * bodies <= 8_000_000 && plan.physics <= MOST_PHYSICS);
+            assert!(plan.states * bodies <= 8_000_000 && plan.physics <= MAX_PHYSICS);
         }
     }
 }

@@ -86,7 +86,11 @@ impl KnobResult {
     pub fn wrong(&self) -> Option<Bound> {
         let wrong = self.tally.wrong();
         (self.tally.judged > 0).then(|| Bound {
-            value: if wrong > 0.0 { wrong } else { self.tally.upper_bound_of_none() },
+            value: if wrong > 0.0 {
+                wrong
+            } else {
+                self.tally.upper_bound_of_none()
+            },
             is_upper: wrong == 0.0,
         })
     }

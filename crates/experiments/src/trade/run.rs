@@ -55,7 +55,10 @@ impl Prepared<'_> {
     /// # Errors
     /// The first state cannot be resumed.
     pub fn knobs(&self) -> Result<(Vec<Knob>, Vec<LeftOut>)> {
-        let first = self.states.first().context("the run has no state to start from")?;
+        let first = self
+            .states
+            .first()
+            .context("the run has no state to start from")?;
         let simulation = Setting::default().resume(first.checkpoint())?;
         let (mut knobs, left_out) = knobs::knobs(&simulation.view());
         let own = Method::try_from(&self.scene.method).context("[method]")?;
@@ -72,7 +75,11 @@ pub fn of_scene(given: Prepared<'_>, plan: &Plan, progress: &Progress) -> Result
     let (knobs, left_out) = given.knobs()?;
     let first = &given.states[0];
     let simulation = Setting::default().resume(first.checkpoint())?;
-    let moving = simulation.view().bodies().filter(|body| !body.body.is_fixed()).count();
+    let moving = simulation
+        .view()
+        .bodies()
+        .filter(|body| !body.body.is_fixed())
+        .count();
     let mut found: Vec<KnobResult> = knobs.into_iter().map(KnobResult::of).collect();
     let (nanoseconds, turn) = times(&given, plan, &mut found, progress)?;
     let exact = exact_logs(&given, plan)?;
@@ -103,10 +110,14 @@ pub fn of_scene(given: Prepared<'_>, plan: &Plan, progress: &Progress) -> Result
     }
     let (judged, states) = (found[0].tally.intervals as usize, given.states.len());
     if judged < states {
-        notes.push(format!("{judged} of {states} states were replayed in the time allowed"));
+        notes.push(format!(
+            "{judged} of {states} states were replayed in the time allowed"
+        ));
     }
     let times = given.states.iter().map(State::time);
-    let span = times.fold([f64::INFINITY, 0.0], |[low, high], time| [time.min(low), time.max(high)]);
+    let span = times.fold([f64::INFINITY, 0.0], |[low, high], time| {
+        [time.min(low), time.max(high)]
+    });
     Ok(SceneResult {
         name: given.name,
         moving,
@@ -132,7 +143,13 @@ fn times(
     progress: &Progress,
 ) -> Result<(f64, f64)> {
     let first = &given.states[0];
-    let mut exact = TimedRun::begin(given.scene, Setting::default(), first, given.end, &plan.timing())?;
+    let mut exact = TimedRun::begin(
+        given.scene,
+        Setting::default(),
+        first,
+        given.end,
+        &plan.timing(),
+    )?;
     let turn = exact.turn(from_now(plan.timing_seconds))?;
     let nanoseconds = 1e9 * turn.seconds / turn.collisions.max(1) as f64;
     // Family, and time that its last setting took (seconds).
@@ -141,9 +158,12 @@ fn times(
         let family = found.knob.family;
         let predicted = found.knob.slower.zip(last.filter(|last| last.0 == family));
         let predicted = predicted.map(|(slower, (_, seconds))| slower * seconds);
-        if let Some(seconds) = predicted.filter(|&seconds| seconds > TOO_SLOW * plan.timing_seconds) {
+        if let Some(seconds) = predicted.filter(|&seconds| seconds > TOO_SLOW * plan.timing_seconds)
+        {
             found.is_skipped = true;
-            found.notes.push(format!("left out: its times alone would take about {seconds:.1} s"));
+            found.notes.push(format!(
+                "left out: its times alone would take about {seconds:.1} s"
+            ));
             last = Some((family, seconds));
             continue;
         }
@@ -172,15 +192,27 @@ fn exact_logs(given: &Prepared<'_>, plan: &Plan) -> Result<Vec<Option<Log>>> {
             return Ok(None);
         }
         // The first one is needed.
-        let deadline = if index == 0 { from_now(FIRST * plan.replay_seconds) } else { deadline };
-        interval(given.scene, &Setting::default(), state, replay_length(given, state), deadline)
+        let deadline = if index == 0 {
+            from_now(FIRST * plan.replay_seconds)
+        } else {
+            deadline
+        };
+        interval(
+            given.scene,
+            &Setting::default(),
+            state,
+            replay_length(given, state),
+            deadline,
+        )
     };
     given.states.par_iter().enumerate().map(log).collect()
 }
 
 /// Length of a replay (time), which ends with the run.
 fn replay_length(given: &Prepared<'_>, state: &State) -> f64 {
-    (given.chaos.stretch * state.tau).min(given.end - state.time()).max(0.0)
+    (given.chaos.stretch * state.tau)
+        .min(given.end - state.time())
+        .max(0.0)
 }
 
 /// Replays a setting from all states, or from as many as fit into its time. A replay that fails is
@@ -195,7 +227,11 @@ fn replays(given: &Prepared<'_>, exact: &[Option<Log>], plan: &Plan, found: &mut
             break;
         }
         let length = replay_length(given, state);
-        let limit = if tally.intervals == 0 { from_now(FIRST * plan.replay_seconds) } else { deadline };
+        let limit = if tally.intervals == 0 {
+            from_now(FIRST * plan.replay_seconds)
+        } else {
+            deadline
+        };
         match interval(given.scene, &found.knob.setting, state, length, limit) {
             Ok(Some(log)) => add(exact, &log, length, state.tau, &mut tally),
             Ok(None) => break,
@@ -208,9 +244,14 @@ fn replays(given: &Prepared<'_>, exact: &[Option<Log>], plan: &Plan, found: &mut
     let wanted = exact.iter().flatten().count() as u64;
     if tally.intervals == 0 && failed == 0 {
         let seconds = plan.replay_seconds;
-        found.notes.push(format!("no replay of {:.2} τ ends in {seconds:.1} s", given.chaos.stretch));
+        found.notes.push(format!(
+            "no replay of {:.2} τ ends in {seconds:.1} s",
+            given.chaos.stretch
+        ));
     } else if tally.intervals + failed < wanted {
-        found.notes.push(format!("{} of {wanted} states replayed", tally.intervals));
+        found
+            .notes
+            .push(format!("{} of {wanted} states replayed", tally.intervals));
     }
     found.tally = tally;
 }
@@ -244,7 +285,9 @@ fn measures(
     found: &mut KnobResult,
 ) -> Result<Physics> {
     if found.tally.intervals == 0 {
-        found.notes.push("not measured: it takes too long".to_owned());
+        found
+            .notes
+            .push("not measured: it takes too long".to_owned());
         return Ok(Physics::default());
     }
     let deadline = from_now(plan.physics_seconds);

@@ -5,14 +5,14 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 use carom::Scene;
 use carom_runs::{
-    price::{Course, GROWTH, LONGEST, Reached, Setting, State, contacts, growth, mean_time},
+    price::{Course, GROWTH, MAX_REPLAY, Reached, Setting, State, contacts, growth, mean_time},
     run::measured_from,
 };
 
 use super::effective_error::{self, irreversible};
 
 /// Time between two states of a run that goes on, in mean times between two collisions of a body.
-pub const APART: f64 = 5.0;
+pub const TIME_BETWEEN_STATES: f64 = 5.0;
 
 /// Time until the start is forgotten, in mean times between two collisions of a body; in a short
 /// run, this share of it.
@@ -98,11 +98,19 @@ impl<'a> Along<'a> {
     /// The run fails.
     pub fn take(&mut self, scene: &Scene, count: usize, seconds: f64) -> Result<Vec<State>> {
         let begin = self.course.time();
-        let last = self.end.min(scene.run.until.max(begin + APART * self.tau * count as f64));
+        let last = self.end.min(
+            scene
+                .run
+                .until
+                .max(begin + TIME_BETWEEN_STATES * self.tau * count as f64),
+        );
         let contacts_per_time = moving(&self.course) / (2.0 * self.tau);
         let affordable = 0.8 * seconds / (self.seconds * contacts_per_time).max(f64::MIN_POSITIVE);
-        let left = (last - begin - LONGEST * self.tau).max(0.0).min(affordable);
-        self.take_apart(count, left / count as f64, last, seconds).map(spread)
+        let left = (last - begin - MAX_REPLAY * self.tau)
+            .max(0.0)
+            .min(affordable);
+        self.take_apart(count, left / count as f64, last, seconds)
+            .map(spread)
     }
 
     /// Takes at most so many states from now on, one soon after another.
@@ -114,18 +122,28 @@ impl<'a> Along<'a> {
     }
 
     /// Takes states at least `apart` from each other (time), before `last`.
-    fn take_apart(&mut self, count: usize, apart: f64, last: f64, seconds: f64) -> Result<Vec<State>> {
+    fn take_apart(
+        &mut self,
+        count: usize,
+        apart: f64,
+        last: f64,
+        seconds: f64,
+    ) -> Result<Vec<State>> {
         let deadline = Instant::now() + Duration::from_secs_f64(seconds.max(0.0));
         // Replays do not overlap.
-        let apart = apart.max(LONGEST * self.tau);
+        let apart = apart.max(MAX_REPLAY * self.tau);
         let mut states = Vec::new();
         while states.len() < count && self.course.time() < self.end {
             let mut state = self.course.state(self.tau);
             let (time, before) = (state.time(), contacts(self.course.simulation()));
             let next = time + apart;
-            let is_last = states.len() + 1 == count || next > last - LONGEST * self.tau;
+            let is_last = states.len() + 1 == count || next > last - MAX_REPLAY * self.tau;
             // The rate after a state may differ from that before.
-            let look = if is_last { (time + LONGEST * self.tau).min(self.end) } else { next };
+            let look = if is_last {
+                (time + MAX_REPLAY * self.tau).min(self.end)
+            } else {
+                next
+            };
             let reached = self.course.run_to(look, &mut (), deadline)?;
             let tau = mean_time(self.course.simulation(), before, self.course.time() - time);
             state.tau = tau.unwrap_or(self.tau);
@@ -142,12 +160,17 @@ impl<'a> Along<'a> {
 /// Number of bodies that move.
 fn moving(course: &Course<'_>) -> f64 {
     let view = course.simulation().view();
-    view.bodies().filter(|body| !body.body.is_fixed()).count().max(1) as f64
+    view.bodies()
+        .filter(|body| !body.body.is_fixed())
+        .count()
+        .max(1) as f64
 }
 
 fn is_elastic(scene: &Scene) -> bool {
     let rules = scene.elasticity.pair.iter().map(|rule| rule.coefficient);
-    rules.chain([scene.elasticity.default]).all(|coefficient| coefficient == 1.0)
+    rules
+        .chain([scene.elasticity.default])
+        .all(|coefficient| coefficient == 1.0)
 }
 
 /// Items in an order in which every prefix is spread over the list: by the reversed bits of the
@@ -174,7 +197,9 @@ pub struct Chaos {
 /// # Errors
 /// The exact run fails.
 pub fn chaos(scene: &Scene, states: &[State], deadline: Instant) -> Result<Chaos> {
-    let Some(first) = states.first() else { anyhow::bail!("the run has no state to start from") };
+    let Some(first) = states.first() else {
+        anyhow::bail!("the run has no state to start from")
+    };
     let simulation = Setting::default().resume(first.checkpoint())?;
     let view = simulation.view();
     let irreversible = irreversible(scene, &view);
@@ -184,10 +209,22 @@ pub fn chaos(scene: &Scene, states: &[State], deadline: Instant) -> Result<Chaos
     } else {
         let found = effective_error::returns(&Setting::default(), states, deadline)?;
         // Where nothing scatters, as between flat walls, errors do not grow.
-        if found.has_rate() { found.rate().max(0.0) } else { estimate }
+        if found.has_rate() {
+            found.rate().max(0.0)
+        } else {
+            estimate
+        }
     };
-    let stretch = if rate > 0.0 { LONGEST.min(GROWTH / rate) } else { LONGEST };
-    Ok(Chaos { rate, stretch, irreversible })
+    let stretch = if rate > 0.0 {
+        MAX_REPLAY.min(GROWTH / rate)
+    } else {
+        MAX_REPLAY
+    };
+    Ok(Chaos {
+        rate,
+        stretch,
+        irreversible,
+    })
 }
 
 #[cfg(test)]

@@ -39,8 +39,16 @@ pub const FULL: [&str; 16] = [
 ];
 
 /// Columns of the table of measures.
-pub const MEASURES: [&str; 8] =
-    ["scene", "knob", "setting", "measure", "unit", "value", "value of the exact run", "difference"];
+pub const MEASURES: [&str; 8] = [
+    "scene",
+    "knob",
+    "setting",
+    "measure",
+    "unit",
+    "value",
+    "value of the exact run",
+    "difference",
+];
 
 /// An empty cell.
 const NONE: &str = "–";
@@ -51,19 +59,23 @@ pub const SEEN: f64 = 4.0;
 
 /// A time ratio in the short table, with its standard error.
 pub fn time(found: &KnobResult) -> String {
-    let Some(time) = found.time else { return NONE.to_owned() };
+    let Some(time) = found.time else {
+        return NONE.to_owned();
+    };
     match time.standard_error().filter(|&error| error > 0.0) {
-        Some(error) => with_error(time.median, Some(error.max(LEAST_ERROR * time.median))),
+        Some(error) => with_error(time.median, Some(error.max(MIN_ERROR * time.median))),
         None => format!("{:.3}", time.median),
     }
 }
 
 /// Smallest relative error of a time that is shown: the clock has no more digits.
-const LEAST_ERROR: f64 = 1e-3;
+const MIN_ERROR: f64 = 1e-3;
 
 /// A time ratio in the full table, without its error.
 fn median(found: &KnobResult) -> String {
-    found.time.map_or_else(|| NONE.to_owned(), |time| format!("{:.3}", time.median))
+    found
+        .time
+        .map_or_else(|| NONE.to_owned(), |time| format!("{:.3}", time.median))
 }
 
 /// Wrong contacts in a million in the tables.
@@ -90,7 +102,13 @@ pub fn deepest(found: &KnobResult) -> String {
 pub fn effective(found: &KnobResult) -> String {
     found.effective.map_or_else(
         || NONE.to_owned(),
-        |effective| format!("{}{:.0e}", if effective.at_least { "≥ " } else { "" }, effective.value),
+        |effective| {
+            format!(
+                "{}{:.0e}",
+                if effective.at_least { "≥ " } else { "" },
+                effective.value
+            )
+        },
     )
 }
 
@@ -122,7 +140,9 @@ pub fn difference(difference: &Difference) -> String {
 /// The measure that differs most from the exact run, in standard errors, if that is seen.
 pub fn worst(found: &KnobResult, exact: &KnobResult) -> Option<Difference> {
     let differences = found.physics.differences(&exact.physics);
-    let seen = differences.into_iter().filter_map(|one| Some((one.in_errors()?, one)));
+    let seen = differences
+        .into_iter()
+        .filter_map(|one| Some((one.in_errors()?, one)));
     let worst = seen.max_by(|a, b| a.0.total_cmp(&b.0));
     worst.filter(|worst| worst.0 > SEEN).map(|worst| worst.1)
 }
@@ -137,7 +157,12 @@ pub fn worst_words(found: &KnobResult, exact: &KnobResult) -> String {
     }
     match worst(found, exact) {
         Some(worst) => format!("{}: {}", worst.name, difference(&worst)),
-        None if found.physics.differences(&exact.physics).iter().any(|one| one.in_errors().is_some()) => {
+        None if found
+            .physics
+            .differences(&exact.physics)
+            .iter()
+            .any(|one| one.in_errors().is_some()) =>
+        {
             "none seen".to_owned()
         }
         None => NONE.to_owned(),
@@ -177,12 +202,18 @@ pub fn full(result: &SceneResult) -> Vec<Vec<String>> {
             cells.extend(vec![NONE.to_owned(); 6]);
         } else {
             cells.push(tally.judged.to_string());
-            cells.extend(
-                [tally.missed, tally.off, tally.invented]
-                    .map(|count| million(Bound { value: tally.million(count), is_upper: false })),
-            );
+            cells.extend([tally.missed, tally.off, tally.invented].map(|count| {
+                million(Bound {
+                    value: tally.million(count),
+                    is_upper: false,
+                })
+            }));
             let none = tally.wrong() == 0.0;
-            cells.push(if none { format!("{:.1}", tally.upper_bound_of_none()) } else { NONE.to_owned() });
+            cells.push(if none {
+                format!("{:.1}", tally.upper_bound_of_none())
+            } else {
+                NONE.to_owned()
+            });
             cells.push(significant(tally.largest, 2));
         }
         cells.push(if tally.intervals == 0 {
@@ -199,28 +230,45 @@ pub fn full(result: &SceneResult) -> Vec<Vec<String>> {
 /// The rows of the table of measures.
 pub fn measures(result: &SceneResult) -> Vec<Vec<String>> {
     let rows = |found: &KnobResult| {
-        let head = [result.name.clone(), FAMILIES[found.knob.family].to_owned(), found.knob.name.clone()];
+        let head = [
+            result.name.clone(),
+            FAMILIES[found.knob.family].to_owned(),
+            found.knob.name.clone(),
+        ];
         let differences = found.physics.differences(&result.exact().physics);
         differences.into_iter().map(move |one| {
             let numbers = [one.value, one.exact].map(|value| format!("{value:.6e}"));
             let words = [one.name.clone(), one.unit.clone()];
-            head.clone().into_iter().chain(words).chain(numbers).chain([difference(&one)]).collect()
+            head.clone()
+                .into_iter()
+                .chain(words)
+                .chain(numbers)
+                .chain([difference(&one)])
+                .collect()
         })
     };
     result.found.iter().flat_map(rows).collect()
 }
 
 /// Most measures that the page shows; all are in the file.
-const MOST_MEASURES: usize = 12;
+const MAX_MEASURES: usize = 12;
 
 /// Header and rows of the differences of all measures, a column each.
 pub fn measure_columns(result: &SceneResult) -> (Vec<String>, Vec<Vec<String>>) {
     let exact = &result.exact().physics;
-    let shown: Vec<_> = exact.figures.iter().take(MOST_MEASURES).collect();
+    let shown: Vec<_> = exact.figures.iter().take(MAX_MEASURES).collect();
     let mut header = vec!["setting".to_owned()];
-    header.extend(shown.iter().map(|figure| format!("{} [{}]", figure.name, figure.unit)));
+    header.extend(
+        shown
+            .iter()
+            .map(|figure| format!("{} [{}]", figure.name, figure.unit)),
+    );
     let curves = exact.deviations(exact);
-    header.extend(curves.iter().map(|curve| format!("{}, at most of {} points", curve.name, curve.points)));
+    header.extend(
+        curves
+            .iter()
+            .map(|curve| format!("{}, at most of {} points", curve.name, curve.points)),
+    );
     let row = |found: &KnobResult| {
         let differences = found.physics.differences(exact);
         let mut cells = vec![found.knob.title()];
@@ -234,7 +282,10 @@ pub fn measure_columns(result: &SceneResult) -> (Vec<String>, Vec<Vec<String>>) 
         let own = found.physics.deviations(exact);
         cells.extend(curves.iter().map(|curve| {
             let own = own.iter().find(|own| own.name == curve.name);
-            own.map_or_else(|| NONE.to_owned(), |own| format!("{:.1} errors", own.largest))
+            own.map_or_else(
+                || NONE.to_owned(),
+                |own| format!("{:.1} errors", own.largest),
+            )
         }));
         cells
     };
@@ -255,8 +306,16 @@ mod tests {
             difference,
             standard_error,
         };
-        let cells = [one(-20.0, None), one(0.0, None), one(0.4, Some(0.2)), one(0.4, Some(8.0))];
+        let cells = [
+            one(-20.0, None),
+            one(0.0, None),
+            one(0.4, Some(0.2)),
+            one(0.4, Some(8.0)),
+        ];
         let cells = cells.map(|one| difference(&one));
-        assert_eq!(cells, ["too short", "0", "+10.00 ± 5.00 %", "+4.00e-1 ± 8.0e0"]);
+        assert_eq!(
+            cells,
+            ["too short", "0", "+10.00 ± 5.00 %", "+4.00e-1 ± 8.0e0"]
+        );
     }
 }

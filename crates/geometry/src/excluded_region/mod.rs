@@ -55,15 +55,24 @@ impl ExcludedRegion {
         let name = "the radius of a probe";
         check_length(name, radius)?;
         if radius < 0.0 {
-            return Err(GeometryError::OutOfRange { name, value: radius });
+            return Err(GeometryError::OutOfRange {
+                name,
+                value: radius,
+            });
         }
         if molecule.face().is_some() {
             return Err(GeometryError::Wall);
         }
         let atoms = molecule.atoms().iter();
-        let circles: Vec<(DVec2, f64)> = atoms.map(|atom| (atom.offset(), atom.radius() + radius)).collect();
+        let circles: Vec<(DVec2, f64)> = atoms
+            .map(|atom| (atom.offset(), atom.radius() + radius))
+            .collect();
         let (arcs, hidden) = outline::outline(&circles);
-        Ok(Self { circles, arcs, hidden })
+        Ok(Self {
+            circles,
+            arcs,
+            hidden,
+        })
     }
 
     /// The arcs that a probe from outside can touch, by atom and then by angle.
@@ -90,13 +99,19 @@ impl ExcludedRegion {
     /// The part of [`area`](Self::area) that is free for a probe inside a pocket (length²).
     pub fn pocket_area(&self) -> f64 {
         // Around a pocket the arcs run clockwise.
-        self.hidden.iter().map(|arc| -arc.swept_area()).sum::<f64>().max(0.0)
+        self.hidden
+            .iter()
+            .map(|arc| -arc.swept_area())
+            .sum::<f64>()
+            .max(0.0)
     }
 
     /// Whether the region contains this position of the probe's centre: it would overlap an atom,
     /// or lie in a pocket.
     pub fn contains(&self, point: DVec2) -> bool {
-        self.circles.iter().any(|&(centre, radius)| centre.distance_squared(point) < radius * radius)
+        self.circles
+            .iter()
+            .any(|&(centre, radius)| centre.distance_squared(point) < radius * radius)
             || outline::encircle(&self.arcs, point)
     }
 
@@ -110,7 +125,11 @@ impl ExcludedRegion {
 
     /// The total angle of normals that expose this atom (radians).
     pub fn exposed_angle(&self, atom: usize) -> f64 {
-        self.arcs.iter().filter(|arc| arc.atom == atom).map(ExposedArc::angle).sum()
+        self.arcs
+            .iter()
+            .filter(|arc| arc.atom == atom)
+            .map(ExposedArc::angle)
+            .sum()
     }
 
     /// The number of arcs with this direction of the normal (radians): N(φ), the number of atoms
@@ -122,13 +141,18 @@ impl ExcludedRegion {
 
     /// The atoms that a probe from outside can never touch.
     pub fn unreachable(&self) -> Vec<usize> {
-        (0..self.circles.len()).filter(|&atom| self.exposed_angle(atom) == 0.0).collect()
+        (0..self.circles.len())
+            .filter(|&atom| self.exposed_angle(atom) == 0.0)
+            .collect()
     }
 
     /// ∫ weight ds over the outer boundary; the weight may depend on the arc and on the direction
     /// of the normal (radians).
     pub fn integral(&self, weight: impl Fn(&ExposedArc, f64) -> f64) -> f64 {
-        self.arcs.iter().map(|arc| arc.integral(arc.start, arc.end, &weight)).sum()
+        self.arcs
+            .iter()
+            .map(|arc| arc.integral(arc.start, arc.end, &weight))
+            .sum()
     }
 
     /// ∫ weight ds over the arcs of each atom.
@@ -142,7 +166,11 @@ impl ExcludedRegion {
 
     /// ∫ weight ds over equal sectors of the direction of the impulse on the molecule, which is
     /// opposite to the normal; counter-clockwise from direction 0.
-    pub fn by_impulse_direction(&self, sectors: usize, weight: impl Fn(&ExposedArc, f64) -> f64) -> Vec<f64> {
+    pub fn by_impulse_direction(
+        &self,
+        sectors: usize,
+        weight: impl Fn(&ExposedArc, f64) -> f64,
+    ) -> Vec<f64> {
         let mut sums = vec![0.0; sectors];
         for arc in &self.arcs {
             for (sector, from, to) in arc.sectors(sectors, -PI) {

@@ -13,16 +13,29 @@ use crate::exposed_arc::{ExposedArc, Piece, exposed};
 
 /// The arcs that can be reached from outside, and the others; both by atom and then by angle.
 pub(super) fn outline(circles: &[(DVec2, f64)]) -> (Vec<ExposedArc>, Vec<ExposedArc>) {
-    let pieces: Vec<Piece> = (0..circles.len()).flat_map(|atom| exposed(circles, atom)).collect();
-    let arcs = |line: &Vec<usize>| line.iter().map(|&index| pieces[index].arc).collect::<Vec<_>>();
-    let is_outside = |line: &Vec<usize>| arcs(line).iter().map(ExposedArc::swept_area).sum::<f64>() > 0.0;
-    let outsides: Vec<Vec<usize>> = closed_lines(&pieces).into_iter().filter(is_outside).collect();
+    let pieces: Vec<Piece> = (0..circles.len())
+        .flat_map(|atom| exposed(circles, atom))
+        .collect();
+    let arcs = |line: &Vec<usize>| {
+        line.iter()
+            .map(|&index| pieces[index].arc)
+            .collect::<Vec<_>>()
+    };
+    let is_outside =
+        |line: &Vec<usize>| arcs(line).iter().map(ExposedArc::swept_area).sum::<f64>() > 0.0;
+    let outsides: Vec<Vec<usize>> = closed_lines(&pieces)
+        .into_iter()
+        .filter(is_outside)
+        .collect();
     let mut reached = vec![false; pieces.len()];
     for line in &outsides {
         let first = pieces[line[0]].arc;
         let start = first.point(first.start);
         // The outer lines of two parts do not cross.
-        if !outsides.iter().any(|other| other != line && encircle(&arcs(other), start)) {
+        if !outsides
+            .iter()
+            .any(|other| other != line && encircle(&arcs(other), start))
+        {
             for &index in line {
                 reached[index] = true;
             }
@@ -30,14 +43,23 @@ pub(super) fn outline(circles: &[(DVec2, f64)]) -> (Vec<ExposedArc>, Vec<Exposed
     }
     let (mut outer, mut hidden) = (Vec::new(), Vec::new());
     for (piece, reached) in pieces.iter().zip(reached) {
-        if reached { outer.push(piece.arc) } else { hidden.push(piece.arc) }
+        if reached {
+            outer.push(piece.arc)
+        } else {
+            hidden.push(piece.arc)
+        }
     }
     (outer, hidden)
 }
 
 /// Whether closed lines enclose a point that lies in none of the discs of their arcs.
 pub(super) fn encircle(lines: &[ExposedArc], point: DVec2) -> bool {
-    lines.iter().map(|arc| arc.turn_about(point)).sum::<f64>().abs() > PI
+    lines
+        .iter()
+        .map(|arc| arc.turn_about(point))
+        .sum::<f64>()
+        .abs()
+        > PI
 }
 
 /// Indices of the pieces along each closed line.
@@ -70,13 +92,21 @@ fn followers(pieces: &[Piece]) -> Vec<usize> {
             None => other.arc.atom == piece.arc.atom,
             Some(after) => other.arc.atom == after && other.before == Some(piece.arc.atom),
         };
-        if let Some(found) = pieces.iter().position(follows).filter(|&found| !taken[found]) {
+        if let Some(found) = pieces
+            .iter()
+            .position(follows)
+            .filter(|&found| !taken[found])
+        {
             next[index] = Some(found);
             taken[found] = true;
         }
     }
     // Where three circles meet in one point, rounding may give different atoms on both sides.
-    for (piece, next) in pieces.iter().zip(&mut next).filter(|(_, next)| next.is_none()) {
+    for (piece, next) in pieces
+        .iter()
+        .zip(&mut next)
+        .filter(|(_, next)| next.is_none())
+    {
         let end = piece.arc.point(piece.arc.end);
         let away = |index: &usize| {
             let arc = &pieces[*index].arc;
@@ -88,5 +118,8 @@ fn followers(pieces: &[Piece]) -> Vec<usize> {
             taken[found] = true;
         }
     }
-    next.into_iter().enumerate().map(|(index, next)| next.unwrap_or(index)).collect()
+    next.into_iter()
+        .enumerate()
+        .map(|(index, next)| next.unwrap_or(index))
+        .collect()
 }

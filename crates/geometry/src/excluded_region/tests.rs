@@ -10,11 +10,18 @@ fn region(shape: Shape, atom_radius: f64, radius: f64) -> ExcludedRegion {
 }
 
 fn discs(discs: &[(f64, f64, f64)]) -> Result<Molecule, GeometryError> {
-    Molecule::new(discs.iter().map(|&(x, y, radius)| Atom::new(DVec2::new(x, y), radius, 1.0).unwrap()))
+    Molecule::new(
+        discs
+            .iter()
+            .map(|&(x, y, radius)| Atom::new(DVec2::new(x, y), radius, 1.0).unwrap()),
+    )
 }
 
 fn close(found: f64, expected: f64) {
-    assert!((found - expected).abs() < 1e-9 * expected.abs().max(1.0), "{found} is not {expected}");
+    assert!(
+        (found - expected).abs() < 1e-9 * expected.abs().max(1.0),
+        "{found} is not {expected}"
+    );
 }
 
 #[test]
@@ -53,7 +60,10 @@ fn tee_of_relative_size_one_half() {
     let expected = [a, PI - 2.0 * third, a, d, PI + 2.0 * (0.5 * PI - third)];
     for (atom, angle) in expected.into_iter().enumerate() {
         close(tee.exposed_angle(atom), angle);
-        close(tee.atom_shares()[atom], angle / expected.iter().sum::<f64>());
+        close(
+            tee.atom_shares()[atom],
+            angle / expected.iter().sum::<f64>(),
+        );
     }
     assert!((tee.exposed_angle(0).to_degrees() - 182.5967).abs() < 1e-4);
     assert!((tee.exposed_angle(3).to_degrees() - 5.1935).abs() < 1e-4);
@@ -85,14 +95,24 @@ fn tee_of_relative_size_one_half() {
 fn tee_of_relative_size_one_quarter() {
     let tee = region(Shape::Tee, 0.0025, 0.01);
     let a = PI + 0.6f64.acos() - 0.2f64.acos();
-    for (atom, angle) in [a, PI - 2.0 * 0.2f64.acos(), a, 0.0, PI].into_iter().enumerate() {
+    for (atom, angle) in [a, PI - 2.0 * 0.2f64.acos(), a, 0.0, PI]
+        .into_iter()
+        .enumerate()
+    {
         close(tee.exposed_angle(atom), angle);
     }
     assert!((tee.perimeter() - 0.111_790_09).abs() < 1e-8);
     assert!((tee.area() - 0.000_934_93).abs() < 1e-8);
     assert_eq!(tee.unreachable(), [3]);
     assert!(tee.hidden_arcs().is_empty());
-    for (degrees, count) in [(40.0, 1), (90.0, 3), (140.0, 1), (200.0, 2), (270.0, 1), (330.0, 2)] {
+    for (degrees, count) in [
+        (40.0, 1),
+        (90.0, 3),
+        (140.0, 1),
+        (200.0, 2),
+        (270.0, 1),
+        (330.0, 2),
+    ] {
         assert_eq!(tee.exposure(f64::to_radians(degrees)), count, "{degrees}°");
     }
 }
@@ -105,7 +125,10 @@ fn a_ring_has_a_pocket_that_nothing_reaches() {
     let (reach, covered) = (0.7, (0.5f64 / 0.7).acos());
     let (outer, inner) = (PI + PI / 6.0 - 2.0 * covered, PI - PI / 6.0 - 2.0 * covered);
     close(ring.perimeter(), 12.0 * reach * outer);
-    close(ring.hidden_arcs().iter().map(ExposedArc::length).sum(), 12.0 * reach * inner);
+    close(
+        ring.hidden_arcs().iter().map(ExposedArc::length).sum(),
+        12.0 * reach * inner,
+    );
     // The polygon of the centres plus, for each atom, its outer sector and two triangles; inside,
     // less these.
     let polygon = 12.0 * 0.25 / (PI / 12.0).tan();
@@ -135,7 +158,8 @@ fn an_island_in_a_pocket_is_unreachable() {
 
 #[test]
 fn parts_that_stand_apart_are_all_reached() {
-    let apart = ExcludedRegion::of(&discs(&[(0.0, 0.0, 0.5), (5.0, 0.0, 1.0)]).unwrap(), 0.25).unwrap();
+    let apart =
+        ExcludedRegion::of(&discs(&[(0.0, 0.0, 0.5), (5.0, 0.0, 1.0)]).unwrap(), 0.25).unwrap();
     close(apart.perimeter(), TAU * 2.0);
     close(apart.area(), PI * (0.75 * 0.75 + 1.25 * 1.25));
     assert!(!apart.contains(DVec2::ZERO));
@@ -143,7 +167,8 @@ fn parts_that_stand_apart_are_all_reached() {
 
 #[test]
 fn an_atom_inside_another_is_unreachable() {
-    let region = ExcludedRegion::of(&discs(&[(0.0, 0.0, 1.0), (0.3, 0.0, 0.1)]).unwrap(), 0.5).unwrap();
+    let region =
+        ExcludedRegion::of(&discs(&[(0.0, 0.0, 1.0), (0.3, 0.0, 0.1)]).unwrap(), 0.5).unwrap();
     assert_eq!(region.unreachable(), [1]);
 }
 
@@ -151,8 +176,10 @@ fn an_atom_inside_another_is_unreachable() {
 /// one just before 0.
 #[test]
 fn a_cover_that_goes_round_counts_at_the_beginning_too() {
-    let region =
-        ExcludedRegion::of(&discs(&[(0.0, 0.0, 1.0), (1.0, 0.0, 1.5), (0.9, 0.2, 0.2)]).unwrap(), 0.0);
+    let region = ExcludedRegion::of(
+        &discs(&[(0.0, 0.0, 1.0), (1.0, 0.0, 1.5), (0.9, 0.2, 0.2)]).unwrap(),
+        0.0,
+    );
     let alone = ExcludedRegion::of(&discs(&[(0.0, 0.0, 1.0), (1.0, 0.0, 1.5)]).unwrap(), 0.0);
     close(region.unwrap().perimeter(), alone.unwrap().perimeter());
 }
@@ -179,8 +206,15 @@ fn shares_of_contacts_of_a_free_tee() {
     let tee = region(Shape::Tee, 0.005, 0.01);
     let rate = tee.integral(weight) / TAU.sqrt();
     assert!((rate - 0.070_917_76).abs() < 1e-8, "{rate}");
-    let shares: Vec<f64> = tee.by_atom(weight).iter().map(|part| part / tee.integral(weight)).collect();
-    for (share, expected) in shares.iter().zip([0.28947, 0.06018, 0.28947, 0.00807, 0.35280]) {
+    let shares: Vec<f64> = tee
+        .by_atom(weight)
+        .iter()
+        .map(|part| part / tee.integral(weight))
+        .collect();
+    for (share, expected) in shares
+        .iter()
+        .zip([0.28947, 0.06018, 0.28947, 0.00807, 0.35280])
+    {
         assert!((share - expected).abs() < 5e-6, "{shares:?}");
     }
 }
@@ -196,7 +230,10 @@ fn sectors_add_up_and_lie_opposite_to_the_normal() {
     close(sectors[90] / level, 1.0);
     close(sectors[0] / level, 2.0);
     // Sectors without a step have a whole number of atoms.
-    let whole = sectors.iter().filter(|part| ((*part / level).round() - *part / level).abs() < 1e-9).count();
+    let whole = sectors
+        .iter()
+        .filter(|part| ((*part / level).round() - *part / level).abs() < 1e-9)
+        .count();
     assert_eq!(whole, 360 - 10);
 }
 
@@ -207,7 +244,8 @@ fn union_area(region: &ExcludedRegion) -> f64 {
 
 fn molecules() -> impl Strategy<Value = Molecule> {
     let disc = (-2.0..2.0, -2.0..2.0, 0.1..0.8);
-    prop::collection::vec(disc, 1..12).prop_filter_map("two atoms in one place", |list| discs(&list).ok())
+    prop::collection::vec(disc, 1..12)
+        .prop_filter_map("two atoms in one place", |list| discs(&list).ok())
 }
 
 proptest! {

@@ -37,9 +37,18 @@ impl Browser {
     pub fn begin(program: &str) -> Self {
         let profile = tempfile::tempdir().unwrap();
         let mut process = Command::new(program)
-            .args(["--headless", "--no-sandbox", "--remote-debugging-port=0", "--window-size=1300,850"])
+            .args([
+                "--headless",
+                "--no-sandbox",
+                "--remote-debugging-port=0",
+                "--window-size=1300,850",
+            ])
             // A graphics card is drawn by software where there is none.
-            .args(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+            .args([
+                "--use-gl=angle",
+                "--use-angle=swiftshader",
+                "--enable-unsafe-swiftshader",
+            ])
             .arg(format!("--user-data-dir={}", profile.path().display()))
             .arg("about:blank")
             .stdin(Stdio::null())
@@ -58,10 +67,17 @@ impl Browser {
         let begun = Instant::now();
         let address = loop {
             let pages = pages(&host);
-            let page = pages.as_array().into_iter().flatten().find(|page| page["type"] == "page");
+            let page = pages
+                .as_array()
+                .into_iter()
+                .flatten()
+                .find(|page| page["type"] == "page");
             match page.and_then(|page| page["webSocketDebuggerUrl"].as_str()) {
                 Some(address) => break address.to_owned(),
-                None => assert!(begun.elapsed() < PATIENCE, "the browser has no page: {pages}"),
+                None => assert!(
+                    begun.elapsed() < PATIENCE,
+                    "the browser has no page: {pages}"
+                ),
             }
             thread::sleep(Duration::from_millis(50));
         };
@@ -69,7 +85,13 @@ impl Browser {
         if let MaybeTlsStream::Plain(stream) = socket.get_ref() {
             stream.set_read_timeout(Some(PATIENCE)).unwrap();
         }
-        let mut browser = Self { process, socket, next: 0, faults: Vec::new(), _profile: profile };
+        let mut browser = Self {
+            process,
+            socket,
+            next: 0,
+            faults: Vec::new(),
+            _profile: profile,
+        };
         for domain in ["Runtime", "Log", "Page"] {
             browser.call(&format!("{domain}.enable"), &json!({}));
         }
@@ -82,7 +104,9 @@ impl Browser {
         let text = json!({ "id": self.next, "method": method, "params": parameters }).to_string();
         self.socket.send(Message::text(text)).unwrap();
         loop {
-            let Message::Text(text) = self.socket.read().unwrap() else { continue };
+            let Message::Text(text) = self.socket.read().unwrap() else {
+                continue;
+            };
             let mut message: Value = serde_json::from_str(text.as_str()).unwrap();
             if message["id"] == self.next {
                 assert!(message["error"].is_null(), "{method}: {}", message["error"]);
@@ -92,12 +116,16 @@ impl Browser {
             let fault = match message["method"].as_str() {
                 Some("Runtime.exceptionThrown") => Some(&parameters["exceptionDetails"]),
                 Some("Runtime.consoleAPICalled")
-                    if ["error", "warning", "assert"].map(Value::from).contains(&parameters["type"]) =>
+                    if ["error", "warning", "assert"]
+                        .map(Value::from)
+                        .contains(&parameters["type"]) =>
                 {
                     Some(&parameters["args"])
                 }
                 Some("Log.entryAdded")
-                    if ["error", "warning"].map(Value::from).contains(&parameters["entry"]["level"]) =>
+                    if ["error", "warning"]
+                        .map(Value::from)
+                        .contains(&parameters["entry"]["level"]) =>
                 {
                     Some(&parameters["entry"]["text"])
                 }
@@ -109,9 +137,13 @@ impl Browser {
 
     /// The value of an expression, or of the promise that it is.
     pub fn eval(&mut self, expression: &str) -> Value {
-        let asked = json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
+        let asked =
+            json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
         let mut result = self.call("Runtime.evaluate", &asked);
-        assert!(result["exceptionDetails"].is_null(), "{expression}: {result}");
+        assert!(
+            result["exceptionDetails"].is_null(),
+            "{expression}: {result}"
+        );
         result["result"]["value"].take()
     }
 
@@ -120,7 +152,11 @@ impl Browser {
         let begun = Instant::now();
         while self.eval(expression) != true {
             let state = "document.getElementById('message').textContent + document.getElementById('numbers').innerText";
-            assert!(begun.elapsed() < PATIENCE, "not true: {expression}; {}", self.eval(state));
+            assert!(
+                begun.elapsed() < PATIENCE,
+                "not true: {expression}; {}",
+                self.eval(state)
+            );
             thread::sleep(Duration::from_millis(50));
         }
     }
@@ -131,17 +167,28 @@ impl Browser {
         self.call("Emulation.setDeviceMetricsOverride", &size);
         let scheme = if is_dark { "dark" } else { "light" };
         let features = json!([{ "name": "prefers-color-scheme", "value": scheme }]);
-        self.call("Emulation.setEmulatedMedia", &json!({ "features": features }));
+        self.call(
+            "Emulation.setEmulatedMedia",
+            &json!({ "features": features }),
+        );
     }
 }
 
 /// The pages of a browser.
 fn pages(host: &str) -> Value {
     let mut stream = TcpStream::connect(host).unwrap();
-    write!(stream, "GET /json/list HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(2))).unwrap();
+    write!(
+        stream,
+        "GET /json/list HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n"
+    )
+    .unwrap();
+    stream
+        .set_read_timeout(Some(Duration::from_secs(2)))
+        .unwrap();
     let mut bytes = Vec::new();
     let _ = stream.read_to_end(&mut bytes);
     let text = String::from_utf8_lossy(&bytes).into_owned();
-    text.split_once("\r\n\r\n").and_then(|(_, body)| serde_json::from_str(body).ok()).unwrap_or(Value::Null)
+    text.split_once("\r\n\r\n")
+        .and_then(|(_, body)| serde_json::from_str(body).ok())
+        .unwrap_or(Value::Null)
 }

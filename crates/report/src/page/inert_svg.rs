@@ -8,8 +8,8 @@
 
 /// Elements that draw.
 const ELEMENTS: [&str; 16] = [
-    "circle", "clipPath", "defs", "desc", "ellipse", "g", "line", "path", "polygon", "polyline", "rect",
-    "style", "svg", "text", "title", "tspan",
+    "circle", "clipPath", "defs", "desc", "ellipse", "g", "line", "path", "polygon", "polyline",
+    "rect", "style", "svg", "text", "title", "tspan",
 ];
 
 /// Returns the reason for which a picture must not be embedded in a page; `None` if it only draws.
@@ -25,7 +25,9 @@ pub(super) fn fault(svg: &str) -> Option<String> {
             return Some("its style loads other files".to_owned());
         }
         if rest.len() == text.len() {
-            return open.last().map(|name| format!("its element <{name}> has no end"));
+            return open
+                .last()
+                .map(|name| format!("its element <{name}> has no end"));
         }
         if let Some(closing) = after.strip_prefix('/') {
             let Some((name, after)) = closing.split_once('>') else {
@@ -73,7 +75,11 @@ fn attributes(mut rest: &str) -> Result<(bool, &str), String> {
         let name = name.trim_end();
         let is_name = |c: char| c.is_ascii_alphanumeric() || "-:".contains(c);
         let after = after.trim_start();
-        let quote = after.chars().next().filter(|c| "\"'".contains(*c)).ok_or_else(malformed)?;
+        let quote = after
+            .chars()
+            .next()
+            .filter(|c| "\"'".contains(*c))
+            .ok_or_else(malformed)?;
         let (value, after) = after[1..].split_once(quote).ok_or_else(malformed)?;
         if name.is_empty() || !name.chars().all(is_name) || value.contains('<') {
             return Err(malformed());
@@ -90,17 +96,25 @@ fn attributes(mut rest: &str) -> Result<(bool, &str), String> {
 
 /// Whether a style, or an attribute that may hold one, refers to nothing outside of the picture.
 fn is_plain_style(text: &str) -> bool {
-    let lower: String = text.to_ascii_lowercase().chars().filter(|c| !c.is_whitespace()).collect();
+    let lower: String = text
+        .to_ascii_lowercase()
+        .chars()
+        .filter(|c| !c.is_whitespace())
+        .collect();
     // An escape could hide a word.
     let is_escaped = lower.contains('\\') || lower.contains("&#");
     let is_script = lower.contains("javascript:") || lower.contains("expression(");
-    let loads = lower.contains("@import") || lower.matches("url(").count() > lower.matches("url(#").count();
+    let loads =
+        lower.contains("@import") || lower.matches("url(").count() > lower.matches("url(#").count();
     !(is_escaped || is_script || loads || lower.contains("image-set"))
 }
 
 /// The first word of a text, for a message.
 fn shown(text: &str) -> String {
-    text.chars().take_while(|c| !c.is_whitespace() && !"<>=".contains(*c)).take(20).collect()
+    text.chars()
+        .take_while(|c| !c.is_whitespace() && !"<>=".contains(*c))
+        .take(20)
+        .collect()
 }
 
 #[cfg(test)]
@@ -142,7 +156,10 @@ mod tests {
             ("<rect style=\"fill: u\\72l(http://a)\"/>", "style"),
             ("<rect style=\"fill:&#117;rl(http://a)\"/>", "style"),
             ("<style>@import 'http://a';</style>", "style loads"),
-            ("<style>a{background:url( 'http://a')}</style>", "style loads"),
+            (
+                "<style>a{background:url( 'http://a')}</style>",
+                "style loads",
+            ),
             ("<!-- --><script/>", "<!-->"),
             ("<![CDATA[<script>]]>", "<![CDATA[>"),
             ("<?xml-stylesheet href='a'?>", "<?xml-stylesheet>"),
@@ -152,11 +169,20 @@ mod tests {
             ("<g>", "was not open"),
         ] {
             let found = fault(&format!("<svg>{inner}</svg>"));
-            assert!(found.as_ref().is_some_and(|words| words.contains(reason)), "{inner}: {found:?}");
+            assert!(
+                found.as_ref().is_some_and(|words| words.contains(reason)),
+                "{inner}: {found:?}"
+            );
         }
-        for svg in
-            ["", "text", "<svg", "<svg>", "<svg></svg", "<svg></svg><script></script>", "<svgx></svgx>"]
-        {
+        for svg in [
+            "",
+            "text",
+            "<svg",
+            "<svg>",
+            "<svg></svg",
+            "<svg></svg><script></script>",
+            "<svgx></svgx>",
+        ] {
             assert!(fault(svg).is_some(), "{svg}");
         }
     }

@@ -22,7 +22,14 @@ pub enum Part {
 }
 
 impl Part {
-    const ALL: [Self; 6] = [Self::Answer, Self::Motion, Self::Results, Self::Data, Self::Again, Self::Checks];
+    const ALL: [Self; 6] = [
+        Self::Answer,
+        Self::Motion,
+        Self::Results,
+        Self::Data,
+        Self::Again,
+        Self::Checks,
+    ];
 
     /// Whether the part opens on demand: what a reader seldom needs.
     fn is_folded(self) -> bool {
@@ -77,10 +84,17 @@ impl Parts {
             html.push_str("<section>\n");
             if part.is_folded() {
                 // What has failed is open.
-                let has_failed =
-                    |block: &Block| matches!(block, Block::Html(html) if html.contains("class=\"bad\""));
-                let open = if blocks.iter().any(has_failed) { " open" } else { "" };
-                let _ = writeln!(html, "<details{open}>\n<summary><h2>{}</h2></summary>", part.heading());
+                let has_failed = |block: &Block| matches!(block, Block::Html(html) if html.contains("class=\"bad\""));
+                let open = if blocks.iter().any(has_failed) {
+                    " open"
+                } else {
+                    ""
+                };
+                let _ = writeln!(
+                    html,
+                    "<details{open}>\n<summary><h2>{}</h2></summary>",
+                    part.heading()
+                );
             } else if !part.heading().is_empty() {
                 let _ = writeln!(html, "<h2>{}</h2>", part.heading());
             }
@@ -93,7 +107,11 @@ impl Parts {
                     Block::Heading(..) => (),
                 }
             }
-            html.push_str(if part.is_folded() { "</details>\n</section>\n" } else { "</section>\n" });
+            html.push_str(if part.is_folded() {
+                "</details>\n</section>\n"
+            } else {
+                "</section>\n"
+            });
         }
         html
     }
@@ -101,7 +119,9 @@ impl Parts {
 
 /// Whether anything but headings of lower level comes before the next heading of this level.
 fn has_content(after: &[Block], level: u8) -> bool {
-    let own = after.iter().take_while(|block| !matches!(block, Block::Heading(next, _) if *next <= level));
+    let own = after
+        .iter()
+        .take_while(|block| !matches!(block, Block::Heading(next, _) if *next <= level));
     own.into_iter().any(|block| matches!(block, Block::Html(_)))
 }
 
@@ -120,7 +140,10 @@ mod tests {
         parts.heading(Part::Results, 3, "Last");
         parts.push(Part::Answer, "<p>answer</p>");
         let html = parts.html();
-        let at = |text: &str| html.find(text).unwrap_or_else(|| panic!("no {text} in {html}"));
+        let at = |text: &str| {
+            html.find(text)
+                .unwrap_or_else(|| panic!("no {text} in {html}"))
+        };
         assert!(at("answer") < at("Outer") && at("Outer") < at("Inner &amp; more"));
         assert!(at("results") < at("<h2>Checks") && at("<h2>Checks") < at("<p>checks"));
         for absent in ["Empty", "Last", "Data", "Run it again", "Moving"] {

@@ -6,7 +6,7 @@ use super::{Ink, Mark, Panel, Point, ROW, Vertical};
 use crate::svg::Svg;
 
 /// Least distance of two marks in a row that are drawn one by one (pixels).
-const CLOSEST: f64 = 2.0;
+const MIN_MARK_DISTANCE: f64 = 2.0;
 
 /// A panel in its rectangle (pixels).
 pub(super) struct Place<'a> {
@@ -44,7 +44,11 @@ impl Place<'_> {
         match mark {
             Mark::Line(ink, stroke, points) => {
                 let points = points.iter().filter(|(x, y)| !x.is_nan() && !y.is_nan());
-                svg.line(points.map(|&(x, y)| (self.x(x), self.y(y))), *ink, stroke.style());
+                svg.line(
+                    points.map(|&(x, y)| (self.x(x), self.y(y))),
+                    *ink,
+                    stroke.style(),
+                );
             }
             Mark::Span(ink, from, to) => {
                 self.rectangle((*from, *to), (self.top, self.bottom), *ink, svg);
@@ -73,7 +77,12 @@ impl Place<'_> {
                 }
             }
             Mark::Ticks(ink, row, times) => {
-                self.ticks(*ink, (self.row(*row) + 5.0, self.row(*row) + ROW - 5.0), times, svg);
+                self.ticks(
+                    *ink,
+                    (self.row(*row) + 5.0, self.row(*row) + ROW - 5.0),
+                    times,
+                    svg,
+                );
             }
             Mark::Answer(ink, row, time) if self.is_inside(*time) => {
                 let middle = self.row(*row) + 0.5 * ROW;
@@ -86,11 +95,15 @@ impl Place<'_> {
     /// The places of ascending times inside the axes, without those too close to the last one.
     fn apart(&self, times: &[f64]) -> impl Iterator<Item = f64> {
         let mut last = f64::NEG_INFINITY;
-        times.iter().filter(|time| self.is_inside(**time)).map(|time| self.x(*time)).filter(move |x| {
-            let is_apart = *x >= last + CLOSEST;
-            last = if is_apart { *x } else { last };
-            is_apart
-        })
+        times
+            .iter()
+            .filter(|time| self.is_inside(**time))
+            .map(|time| self.x(*time))
+            .filter(move |x| {
+                let is_apart = *x >= last + MIN_MARK_DISTANCE;
+                last = if is_apart { *x } else { last };
+                is_apart
+            })
     }
 
     fn ticks(&self, ink: Ink, (top, bottom): (f64, f64), times: &[f64], svg: &mut Svg) {
@@ -103,7 +116,13 @@ impl Place<'_> {
         svg.path(&path, ink, "thin");
     }
 
-    fn rectangle(&self, (from, to): (f64, f64), (top, bottom): (f64, f64), ink: Ink, svg: &mut Svg) {
+    fn rectangle(
+        &self,
+        (from, to): (f64, f64),
+        (top, bottom): (f64, f64),
+        ink: Ink,
+        svg: &mut Svg,
+    ) {
         let (from, to) = (self.x(from), self.x(to));
         if to > from {
             svg.rectangle((from, top), (to, bottom), ink, "area");

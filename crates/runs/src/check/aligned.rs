@@ -9,11 +9,21 @@ const SPACE: &str = "  ";
 /// widest cell. Ends without a line break.
 pub(super) fn table<const N: usize>(rows: impl IntoIterator<Item = [String; N]>) -> String {
     let rows: Vec<[String; N]> = rows.into_iter().collect();
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let width = |column: usize| {
+        rows.iter()
+            .map(|row| row[column].chars().count())
+            .max()
+            .unwrap_or(0)
+    };
     let widths: Vec<usize> = (0..N).map(width).collect();
     let line = |row: &[String; N]| {
-        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}"));
-        format!("{SPACE}{}", cells.collect::<Vec<_>>().join(SPACE)).trim_end().to_owned()
+        let cells = row
+            .iter()
+            .zip(&widths)
+            .map(|(cell, width)| format!("{cell:<width$}"));
+        format!("{SPACE}{}", cells.collect::<Vec<_>>().join(SPACE))
+            .trim_end()
+            .to_owned()
     };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }
@@ -51,7 +61,11 @@ pub(super) fn duration(seconds: f64) -> String {
     let (unit, name) = found.map_or((31_557_600.0, "years"), |&(_, unit, name)| (unit, name));
     let number = seconds / unit;
     let digits = usize::from(number < 10.0);
-    if number < 1e6 { format!("{number:.digits$} {name}") } else { format!("{number:.1e} {name}") }
+    if number < 1e6 {
+        format!("{number:.digits$} {name}")
+    } else {
+        format!("{number:.1e} {name}")
+    }
 }
 
 #[cfg(test)]
@@ -66,8 +80,14 @@ mod tests {
 
     #[test]
     fn bytes_and_durations_have_units() {
-        assert_eq!([bytes(12), bytes(4_200_000), bytes(325_000_000)], ["12 bytes", "4.2 MB", "325 MB"]);
-        assert_eq!([duration(3e-7), duration(0.0123), duration(90.0)], ["300 ns", "12 ms", "90 s"]);
+        assert_eq!(
+            [bytes(12), bytes(4_200_000), bytes(325_000_000)],
+            ["12 bytes", "4.2 MB", "325 MB"]
+        );
+        assert_eq!(
+            [duration(3e-7), duration(0.0123), duration(90.0)],
+            ["300 ns", "12 ms", "90 s"]
+        );
         assert_eq!([duration(600.0), duration(1e9)], ["10 minutes", "32 years"]);
     }
 }

@@ -14,11 +14,11 @@ use crate::run::stages;
 
 /// Collisions of each body after which the start is forgotten, in a fluid that is not near its
 /// transition.
-const FORGOTTEN: f64 = 50.0;
+const COLLISIONS_TO_FORGET: f64 = 50.0;
 
 /// Samples that are farther apart than this many mean free times miss what happens between
 /// collisions; that only matters for correlations in time.
-const COARSE: f64 = 100.0;
+const MAX_FREE_TIMES_APART: f64 = 100.0;
 
 /// The answers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,14 +40,20 @@ pub(super) struct Answers {
 
 impl Answers {
     /// `speed` is the mean speed of the bodies that move (length / time).
-    pub(super) fn of(scene: &Scene, contents: &Contents, estimate: &Estimate, speed: Option<f64>) -> Self {
+    pub(super) fn of(
+        scene: &Scene,
+        contents: &Contents,
+        estimate: &Estimate,
+        speed: Option<f64>,
+    ) -> Self {
         let run = &scene.run;
         let collisions = estimate.collisions.filter(|number| *number >= 1.0);
         let per_body = collisions.map(|number| 2.0 * number / contents.moving.max(1) as f64);
         let free_time = per_body.map(|number| run.until / number);
         let interval = free_time.map(|time| run.sample_interval / time);
         let from = stages::window(scene).0;
-        let measured_collisions = collisions.map(|number| number * (1.0 - from / run.until).clamp(0.0, 1.0));
+        let measured_collisions =
+            collisions.map(|number| number * (1.0 - from / run.until).clamp(0.0, 1.0));
         Self {
             mean_free_time: free_time,
             mean_free_path: free_time.zip(speed).map(|(time, speed)| time * speed),
@@ -106,15 +112,25 @@ impl Answers {
                     number(self.mean_free_path)
                 ),
             ),
-            row("samples", format!("{}, {}", contents.samples, self.sampling)),
+            row(
+                "samples",
+                format!("{}, {}", contents.samples, self.sampling),
+            ),
             row("measured", self.measured.clone()),
             row("error", error),
             row("time", time),
             row("memory", {
                 let series = estimate.series;
-                let more =
-                    if series > 0 { format!(", {} more for samples", bytes(series)) } else { String::new() };
-                format!("{}, checkpoint {}{more}", bytes(estimate.memory), bytes(estimate.checkpoint))
+                let more = if series > 0 {
+                    format!(", {} more for samples", bytes(series))
+                } else {
+                    String::new()
+                };
+                format!(
+                    "{}, checkpoint {}{more}",
+                    bytes(estimate.memory),
+                    bytes(estimate.checkpoint)
+                )
             }),
             row("method", format!("{method}; tiles {tiles}")),
         ])
@@ -123,10 +139,14 @@ impl Answers {
 
 /// Whether the interval of samples is sensible, in mean free times.
 fn sampling(interval: Option<f64>) -> String {
-    let Some(interval) = interval else { return "the mean free time is unknown".to_owned() };
+    let Some(interval) = interval else {
+        return "the mean free time is unknown".to_owned();
+    };
     let words = match interval {
-        _ if interval < 1.0 => ": correlated with their neighbours, which correlations in time need",
-        _ if interval > COARSE => ": too coarse for correlations in time",
+        _ if interval < 1.0 => {
+            ": correlated with their neighbours, which correlations in time need"
+        }
+        _ if interval > MAX_FREE_TIMES_APART => ": too coarse for correlations in time",
         _ => "",
     };
     format!("one in {} mean free times{words}", short(interval))
@@ -143,7 +163,7 @@ fn measured(measure_from: MeasureFrom, scene: &Scene, per_body: Option<f64>, fro
     let before = per_body.map(|number| number * from / scene.run.until);
     let words = match before {
         None => String::new(),
-        Some(before) if before < FORGOTTEN && scene.start.from.is_none() => format!(
+        Some(before) if before < COLLISIONS_TO_FORGET && scene.start.from.is_none() => format!(
             ", after {} collisions of each body: means may hold the approach to equilibrium; measure_from = \"auto\" \
              leaves it out",
             short(before)
@@ -155,7 +175,10 @@ fn measured(measure_from: MeasureFrom, scene: &Scene, per_body: Option<f64>, fro
 
 /// Mean speed of the bodies that move (length / time); `None` if nothing moves.
 pub(super) fn mean_speed(view: &View<'_>) -> Option<f64> {
-    let speeds = view.bodies().filter(|body| !body.body.is_fixed()).map(|body| body.motion.velocity.length());
+    let speeds = view
+        .bodies()
+        .filter(|body| !body.body.is_fixed())
+        .map(|body| body.motion.velocity.length());
     let (sum, count) = speeds.fold((0.0, 0.0), |(sum, count), speed| (sum + speed, count + 1.0));
     (sum > 0.0).then(|| sum / count)
 }
@@ -172,8 +195,13 @@ mod tests {
         let scene = Scene::from_toml("[run]\nuntil = 10.0\n").unwrap();
         let of = |from: f64, per_body: f64| measured(from.into(), &scene, Some(per_body), from);
         assert!(of(0.0, 1000.0).contains("measure_from = \"auto\""));
-        assert_eq!(of(5.0, 1000.0), "from t = 5 on, after 500 collisions of each body");
-        assert!(measured(MeasureFrom::Auto, &scene, None, 0.0).contains("no mean changes any more"));
+        assert_eq!(
+            of(5.0, 1000.0),
+            "from t = 5 on, after 500 collisions of each body"
+        );
+        assert!(
+            measured(MeasureFrom::Auto, &scene, None, 0.0).contains("no mean changes any more")
+        );
         assert!(measured(0.0.into(), &scene, None, f64::INFINITY).contains("no stage is measured"));
     }
 }

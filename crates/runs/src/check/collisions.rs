@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// Most kinds of bodies between which pairs are summed; more are joined in groups of similar size.
-const MOST_KINDS: usize = 48;
+const MAX_KINDS: usize = 48;
 
 /// Directions in which the hull of a molecule is computed.
 const DIRECTIONS: usize = 360;
@@ -36,10 +36,10 @@ const DIRECTIONS: usize = 360;
 const DENSEST_FLUID: f64 = 0.65;
 
 /// Denser systems are estimated as if they had this area fraction: the formula diverges at 1.
-const DENSEST: f64 = 0.9;
+const MAX_AREA_FRACTION: f64 = 0.9;
 
 /// With fewer collisions of a body the order of the start, such as a lattice, is felt.
-const FEWEST: f64 = 10.0;
+const MIN_COLLISIONS: f64 = 10.0;
 
 /// The number of collisions in a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -71,10 +71,13 @@ impl Expected {
     /// The number of collisions until the end of the run, from the state at its start.
     pub(super) fn of(scene: &Scene, view: &View<'_>) -> Self {
         let kinds = kinds(view);
-        let rate = view.temperature().filter(|kt| *kt > 0.0).map(|kt| rate(view, &kinds, kt));
+        let rate = view
+            .temperature()
+            .filter(|kt| *kt > 0.0)
+            .map(|kt| rate(view, &kinds, kt));
         let number = rate.map(|rate| rate * scene.run.until);
         let mut reasons = reasons(scene, view, &kinds);
-        if number.is_some_and(|number| 2.0 * number < FEWEST * view.len() as f64) {
+        if number.is_some_and(|number| 2.0 * number < MIN_COLLISIONS * view.len() as f64) {
             reasons.push("a short run keeps the order of its start".to_owned());
         }
         let source = match (&reasons[..], kinds.len()) {
@@ -82,7 +85,11 @@ impl Expected {
             ([], _) => format!("{ENSKOG}, contact values of a mixture of Santos et al. (1999)"),
             (reasons, _) => format!("an estimate: {}", reasons.join(", ")),
         };
-        Self { number, is_prediction: reasons.is_empty(), source }
+        Self {
+            number,
+            is_prediction: reasons.is_empty(),
+            source,
+        }
     }
 }
 
@@ -93,38 +100,66 @@ fn reasons(scene: &Scene, view: &View<'_>, kinds: &[Kind]) -> Vec<String> {
         .chain([&scene.elasticity])
         .all(|spec| spec.default == 1.0 && spec.pair.iter().all(|rule| rule.coefficient == 1.0));
     let bodies = || view.bodies().map(|view| view.body);
-    let is_edited = scene.stage.iter().any(|stage| !stage.thermostat.is_empty()) || scene.stage.len() > 1;
+    let is_edited =
+        scene.stage.iter().any(|stage| !stage.thermostat.is_empty()) || scene.stage.len() > 1;
     let all = [
-        (bodies().any(|body| !body.is_wall() && !body.molecule().is_disc()), "molecules count as hulls"),
-        (bodies().any(carom::engine::Body::is_fixed), "some bodies are fixed"),
+        (
+            bodies().any(|body| !body.is_wall() && !body.molecule().is_disc()),
+            "molecules count as hulls",
+        ),
+        (
+            bodies().any(carom::engine::Body::is_fixed),
+            "some bodies are fixed",
+        ),
         (!is_elastic, "contacts are not elastic"),
         (is_edited, "stages and thermostats are left out"),
-        (covered(view, kinds) > DENSEST_FLUID, "the gas is denser than 0.65"),
+        (
+            covered(view, kinds) > DENSEST_FLUID,
+            "the gas is denser than 0.65",
+        ),
         (view.len() < 20, "there are few bodies"),
     ];
-    all.into_iter().filter(|(holds, _)| *holds).map(|(_, words)| words.to_owned()).collect()
+    all.into_iter()
+        .filter(|(holds, _)| *holds)
+        .map(|(_, words)| words.to_owned())
+        .collect()
 }
 
 /// The kinds of bodies that are no walls.
 fn kinds(view: &View<'_>) -> Vec<Kind> {
     let mut found: HashMap<[u64; 5], Kind> = HashMap::new();
-    for body in view.bodies().map(|view| view.body).filter(|body| !body.is_wall()) {
+    for body in view
+        .bodies()
+        .map(|view| view.body)
+        .filter(|body| !body.is_wall())
+    {
         let molecule = body.molecule();
         let inertia = body.inertia();
         let atoms = molecule.atoms().len() as u64;
         let shape = [molecule.bounding_radius(), molecule.area()].map(f64::to_bits);
-        let key =
-            [atoms, shape[0], shape[1], inertia.inverse_mass.to_bits(), inertia.inverse_moment.to_bits()];
+        let key = [
+            atoms,
+            shape[0],
+            shape[1],
+            inertia.inverse_mass.to_bits(),
+            inertia.inverse_moment.to_bits(),
+        ];
         let new = || Kind::of(molecule, inertia.inverse_mass, inertia.inverse_moment);
         found.entry(key).or_insert_with(new).number += 1.0;
     }
     let mut kinds: Vec<Kind> = found.into_values().collect();
     kinds.sort_by(|a, b| {
         let key = |kind: &Kind| [kind.width, kind.inverse_mass, kind.area, kind.number];
-        key(a).partial_cmp(&key(b)).unwrap_or(std::cmp::Ordering::Equal)
+        key(a)
+            .partial_cmp(&key(b))
+            .unwrap_or(std::cmp::Ordering::Equal)
     });
-    let group = kinds.len().div_ceil(MOST_KINDS);
-    if group > 1 { kinds.chunks(group).map(Kind::mean).collect() } else { kinds }
+    let group = kinds.len().div_ceil(MAX_KINDS);
+    if group > 1 {
+        kinds.chunks(group).map(Kind::mean).collect()
+    } else {
+        kinds
+    }
 }
 
 impl Kind {
@@ -132,13 +167,23 @@ impl Kind {
         let area = molecule.area();
         if molecule.is_round() {
             let width = 2.0 * molecule.bounding_radius();
-            return Self { number: 0.0, width, area, inverse_mass, turning: [0.0; 2] };
+            return Self {
+                number: 0.0,
+                width,
+                area,
+                inverse_mass,
+                turning: [0.0; 2],
+            };
         }
         let step = TAU / DIRECTIONS as f64;
         let normal = |index: usize| DVec2::from_angle(step * index as f64);
         let point = |normal: DVec2| {
-            let ends = molecule.atoms().iter().map(|atom| atom.offset() + atom.radius() * normal);
-            ends.max_by(|a, b| a.dot(normal).total_cmp(&b.dot(normal))).unwrap_or_default()
+            let ends = molecule
+                .atoms()
+                .iter()
+                .map(|atom| atom.offset() + atom.radius() * normal);
+            ends.max_by(|a, b| a.dot(normal).total_cmp(&b.dot(normal)))
+                .unwrap_or_default()
         };
         let (mut perimeter, mut by_angle, mut by_length) = (0.0, 0.0, 0.0);
         for index in 0..DIRECTIONS {
@@ -151,15 +196,23 @@ impl Kind {
             by_length += length * (a * a + a * b + b * b) / 3.0;
             by_angle += point(middle).perp_dot(middle).powi(2);
         }
-        let turning = [by_angle / DIRECTIONS as f64, by_length / perimeter].map(|mean| mean * inverse_moment);
-        Self { number: 0.0, width: perimeter / PI, area, inverse_mass, turning }
+        let turning =
+            [by_angle / DIRECTIONS as f64, by_length / perimeter].map(|mean| mean * inverse_moment);
+        Self {
+            number: 0.0,
+            width: perimeter / PI,
+            area,
+            inverse_mass,
+            turning,
+        }
     }
 
     /// Several kinds as one.
     fn mean(kinds: &[Self]) -> Self {
         let number: f64 = kinds.iter().map(|kind| kind.number).sum();
-        let mean =
-            |of: fn(&Self) -> f64| kinds.iter().map(|kind| kind.number * of(kind)).sum::<f64>() / number;
+        let mean = |of: fn(&Self) -> f64| {
+            kinds.iter().map(|kind| kind.number * of(kind)).sum::<f64>() / number
+        };
         Self {
             number,
             width: mean(|kind| kind.width),
@@ -172,7 +225,11 @@ impl Kind {
 
 /// The share of the box that bodies other than walls cover.
 fn covered(view: &View<'_>, kinds: &[Kind]) -> f64 {
-    kinds.iter().map(|kind| kind.number * kind.area).sum::<f64>() / view.bounds().area()
+    kinds
+        .iter()
+        .map(|kind| kind.number * kind.area)
+        .sum::<f64>()
+        / view.bounds().area()
 }
 
 /// Collisions of all bodies per time.
@@ -184,7 +241,11 @@ fn rate(view: &View<'_>, kinds: &[Kind], temperature: f64) -> f64 {
     let mut virial = 0.0;
     for (i, a) in kinds.iter().enumerate() {
         for (j, b) in kinds.iter().enumerate().skip(i) {
-            let pairs = if i == j { 0.5 * a.number * (a.number - 1.0) } else { a.number * b.number };
+            let pairs = if i == j {
+                0.5 * a.number * (a.number - 1.0)
+            } else {
+                a.number * b.number
+            };
             let sigma = 0.5 * (a.width + b.width);
             let g = contact(a, b);
             virial += 2.0 * pairs * sigma * sigma * g / (box_area * box_area);
@@ -192,15 +253,19 @@ fn rate(view: &View<'_>, kinds: &[Kind], temperature: f64) -> f64 {
             if pairs > 0.0 && !both_fixed {
                 let share = a.width / (a.width + b.width);
                 // A point of the hull of one, and any direction of the other.
-                let turning =
-                    share * (a.turning[1] + b.turning[0]) + (1.0 - share) * (a.turning[0] + b.turning[1]);
+                let turning = share * (a.turning[1] + b.turning[0])
+                    + (1.0 - share) * (a.turning[0] + b.turning[1]);
                 let inverse = a.inverse_mass + b.inverse_mass + turning;
                 rate += pairs / box_area * sigma * g * (TAU * temperature * inverse).sqrt();
             }
         }
     }
     let density = kinds.iter().map(|kind| kind.number).sum::<f64>() / box_area;
-    let excess = if density > 0.0 { 1.0 + 0.5 * PI * virial / density } else { 1.0 };
+    let excess = if density > 0.0 {
+        1.0 + 0.5 * PI * virial / density
+    } else {
+        1.0
+    };
     let hits = |kind: &Kind| {
         let speed = (temperature * (kind.inverse_mass + kind.turning[0]) / TAU).sqrt();
         kind.number / box_area * excess * if kind.inverse_mass > 0.0 { speed } else { 0.0 }
@@ -211,7 +276,7 @@ fn rate(view: &View<'_>, kinds: &[Kind], temperature: f64) -> f64 {
 /// The contact value of each pair of kinds.
 fn contact_values(view: &View<'_>, kinds: &[Kind]) -> impl Fn(&Kind, &Kind) -> f64 + use<> {
     let number: f64 = kinds.iter().map(|kind| kind.number).sum();
-    let covered = covered(view, kinds).min(DENSEST);
+    let covered = covered(view, kinds).min(MAX_AREA_FRACTION);
     let diameter = (4.0 * covered * view.bounds().area() / (PI * number)).sqrt();
     let equal = HardDiscs {
         count: (number as usize).max(2),
@@ -221,7 +286,11 @@ fn contact_values(view: &View<'_>, kinds: &[Kind]) -> impl Fn(&Kind, &Kind) -> f
         area: view.bounds().area(),
     };
     let [dilute, dense] = [1.0 / (1.0 - covered), equal.contact_value()];
-    let mean = kinds.iter().map(|kind| kind.number * kind.width).sum::<f64>() / number;
+    let mean = kinds
+        .iter()
+        .map(|kind| kind.number * kind.width)
+        .sum::<f64>()
+        / number;
     let shape = mean / (diameter * diameter);
     move |a, b| {
         let z = 2.0 * a.width * b.width / (a.width + b.width) * shape;
@@ -231,7 +300,10 @@ fn contact_values(view: &View<'_>, kinds: &[Kind]) -> impl Fn(&Kind, &Kind) -> f
 
 /// Length of all walls (length); each has two sides.
 fn wall_length(view: &View<'_>) -> f64 {
-    view.bodies().filter_map(|body| BodyView::wall(&body)).map(|[a, b]| a.distance(b)).sum()
+    view.bodies()
+        .filter_map(|body| BodyView::wall(&body))
+        .map(|[a, b]| a.distance(b))
+        .sum()
 }
 
 #[cfg(test)]
@@ -259,7 +331,10 @@ mod tests {
         for (radius, share, until) in [(0.005, 0.05, 6.0), (0.01, 0.3, 2.0), (0.01, 0.6, 1.0)] {
             let gas = format!("[[gas]]\nradius = {radius}\n{MAXWELL}area_fraction = {share}\n");
             let (expected, ratio) = compare(&gas, until);
-            assert!(expected.is_prediction && expected.source == ENSKOG, "{expected:?}");
+            assert!(
+                expected.is_prediction && expected.source == ENSKOG,
+                "{expected:?}"
+            );
             assert!((ratio - 1.0).abs() < 0.05, "{share}: {ratio}");
         }
     }
@@ -267,7 +342,9 @@ mod tests {
     #[test]
     fn enskog_predicts_the_collisions_of_mixtures_within_five_per_cent() {
         let gas = |radius: &str, mass: f64, share: f64| {
-            format!("[[gas]]\nradius = {radius}\nmass = {mass}\ntemperature = 1.0\narea_fraction = {share}\n")
+            format!(
+                "[[gas]]\nradius = {radius}\nmass = {mass}\ntemperature = 1.0\narea_fraction = {share}\n"
+            )
         };
         for (text, until) in [
             (gas("0.02", 4.0, 0.25) + &gas("0.008", 1.0, 0.2), 1.0),
@@ -275,7 +352,10 @@ mod tests {
             (gas("{ uniform = [0.006, 0.016] }", 1.0, 0.5), 1.0),
         ] {
             let (expected, ratio) = compare(&text, until);
-            assert!(expected.is_prediction && expected.source.contains("Santos"), "{expected:?}");
+            assert!(
+                expected.is_prediction && expected.source.contains("Santos"),
+                "{expected:?}"
+            );
             assert!((ratio - 1.0).abs() < 0.05, "{text}: {ratio}");
         }
     }
@@ -293,11 +373,22 @@ mod tests {
             (gas("dumbbell", 0.1), 8.0, "hulls"),
             (gas("dumbbell", 0.5), 2.0, "hulls"),
             (gas("tee", 0.3), 4.0, "hulls"),
-            (format!("{discs}[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n"), 1.0, "fixed"),
-            (format!("{discs}[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]\n"), 1.0, "fixed"),
+            (
+                format!("{discs}[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n"),
+                1.0,
+                "fixed",
+            ),
+            (
+                format!("{discs}[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]\n"),
+                1.0,
+                "fixed",
+            ),
         ] {
             let (expected, ratio) = compare(&text, until);
-            assert!(!expected.is_prediction && expected.source.contains(word), "{expected:?}");
+            assert!(
+                !expected.is_prediction && expected.source.contains(word),
+                "{expected:?}"
+            );
             assert!((ratio - 1.0).abs() < 0.3, "{text}: {ratio}");
         }
     }

@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// More sizes and masses than this in one group, as drawn from a distribution, share a line.
-const MOST_KINDS: usize = 8;
+const MAX_KINDS: usize = 8;
 
 /// What is in a scene at its start.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -78,20 +78,37 @@ impl Contents {
             area += molecule.area();
             moving += usize::from(!body.is_fixed());
             turning += usize::from(body.can_turn());
-            let group =
-                (body.tags(), body.is_wall(), molecule.atoms().len(), body.is_fixed(), body.is_locked());
+            let group = (
+                body.tags(),
+                body.is_wall(),
+                molecule.atoms().len(),
+                body.is_fixed(),
+                body.is_locked(),
+            );
             let kt = body.wall_temperature().unwrap_or(0.0);
             let key = [molecule.bounding_radius(), molecule.mass(), kt].map(f64::to_bits);
-            let new = Equal { first: index, number: 0, body };
-            groups.entry(group).or_default().entry(key).or_insert(new).number += 1;
+            let new = Equal {
+                first: index,
+                number: 0,
+                body,
+            };
+            groups
+                .entry(group)
+                .or_default()
+                .entry(key)
+                .or_insert(new)
+                .number += 1;
         }
         let mut bodies: Vec<Kind> = Vec::new();
         for group in groups.into_values() {
             let all: Vec<Equal<'_>> = group.into_values().collect();
-            if all.len() > MOST_KINDS {
+            if all.len() > MAX_KINDS {
                 bodies.push(Kind::of(view, &all));
             } else {
-                bodies.extend(all.iter().map(|one| Kind::of(view, std::slice::from_ref(one))));
+                bodies.extend(
+                    all.iter()
+                        .map(|one| Kind::of(view, std::slice::from_ref(one))),
+                );
             }
         }
         bodies.sort_by_key(|kind| kind.first);
@@ -116,9 +133,14 @@ impl Contents {
 
     /// Bodies, box and temperature in one line.
     pub(super) fn sentence(&self) -> String {
-        let temperature =
-            self.temperature.map_or_else(String::new, |kt| format!("; kT {}", with_error(kt, None)));
-        let turning = if self.turning > 0 { format!(", {} turn", self.turning) } else { String::new() };
+        let temperature = self
+            .temperature
+            .map_or_else(String::new, |kt| format!("; kT {}", with_error(kt, None)));
+        let turning = if self.turning > 0 {
+            format!(", {} turn", self.turning)
+        } else {
+            String::new()
+        };
         format!(
             "{} bodies move{turning}; they cover {} of a box of {} × {}{temperature}",
             self.moving,
@@ -132,20 +154,35 @@ impl Contents {
     pub(super) fn text(&self) -> String {
         let head = ["number", "tags", "shape", "size", "mass", "area"].map(str::to_owned);
         let rows = self.bodies.iter().map(|kind| {
-            let tags = if kind.tags.is_empty() { "-".to_owned() } else { kind.tags.join(" ") };
+            let tags = if kind.tags.is_empty() {
+                "-".to_owned()
+            } else {
+                kind.tags.join(" ")
+            };
             let number = kind.number.to_string();
             let area = short(kind.area_fraction);
-            [number, tags, kind.shape.clone(), kind.size.clone(), kind.mass.clone(), area]
+            [
+                number,
+                tags,
+                kind.shape.clone(),
+                kind.size.clone(),
+                kind.mass.clone(),
+                area,
+            ]
         });
-        let temperature =
-            self.temperature.map_or_else(String::new, |kt| format!(", kT {}", with_error(kt, None)));
+        let temperature = self
+            .temperature
+            .map_or_else(String::new, |kt| format!(", kT {}", with_error(kt, None)));
         let [x, y] = self.momentum;
         let mut run = format!("to t = {}, {} samples", self.until, self.samples);
         if !self.observe.is_empty() {
             run = format!("{run} of {}", self.observe.join(", "));
         }
         let mut lines = vec![
-            ["box".to_owned(), format!("{} × {}, seed {}", self.sides[0], self.sides[1], self.seed)],
+            [
+                "box".to_owned(),
+                format!("{} × {}, seed {}", self.sides[0], self.sides[1], self.seed),
+            ],
             [
                 "bodies".to_owned(),
                 format!(
@@ -157,14 +194,25 @@ impl Contents {
             ],
             [
                 "start".to_owned(),
-                format!("energy {}{temperature}, momentum ({x:.3e}, {y:.3e})", with_error(self.energy, None)),
+                format!(
+                    "energy {}{temperature}, momentum ({x:.3e}, {y:.3e})",
+                    with_error(self.energy, None)
+                ),
             ],
             ["run".to_owned(), run],
         ];
-        lines.extend(self.stop.iter().map(|rule| [String::new(), format!("it ends before that {rule}")]));
+        lines.extend(
+            self.stop
+                .iter()
+                .map(|rule| [String::new(), format!("it ends before that {rule}")]),
+        );
         let stages = self.stages.iter().enumerate();
         lines.extend(stages.map(|(index, stage)| [format!("stage {}", index + 1), stage.clone()]));
-        format!("{}\n\nBodies\n{}", table(lines), table(std::iter::once(head).chain(rows)))
+        format!(
+            "{}\n\nBodies\n{}",
+            table(lines),
+            table(std::iter::once(head).chain(rows))
+        )
     }
 }
 
@@ -173,7 +221,10 @@ impl Kind {
     fn of(view: &View<'_>, all: &[Equal<'_>]) -> Self {
         let body = all[0].body;
         let number = all.iter().map(|one| one.number).sum();
-        let area: f64 = all.iter().map(|one| one.number as f64 * one.body.molecule().area()).sum();
+        let area: f64 = all
+            .iter()
+            .map(|one| one.number as f64 * one.body.molecule().area())
+            .sum();
         let atoms = body.molecule().atoms().len();
         let shape = match (body.is_wall(), atoms) {
             (true, _) => "wall".to_owned(),
@@ -182,7 +233,10 @@ impl Kind {
         };
         let radii = spread(all, |body| body.molecule().bounding_radius());
         let size = match (body.is_wall(), atoms) {
-            (true, _) => format!("length {}", spread(all, |body| 2.0 * body.molecule().bounding_radius())),
+            (true, _) => format!(
+                "length {}",
+                spread(all, |body| 2.0 * body.molecule().bounding_radius())
+            ),
             (false, 1) => format!("radius {radii}"),
             (false, _) => format!("bounding radius {radii}"),
         };
@@ -195,7 +249,11 @@ impl Kind {
         };
         Self {
             number,
-            tags: body.tags().iter().map(|&tag| view.tag_names().name(tag).to_owned()).collect(),
+            tags: body
+                .tags()
+                .iter()
+                .map(|&tag| view.tag_names().name(tag).to_owned())
+                .collect(),
             shape,
             size,
             mass,
@@ -217,7 +275,12 @@ fn spread(all: &[Equal<'_>], of: fn(&Body) -> f64) -> String {
     if least == most {
         return with_error(least, None);
     }
-    format!("{} to {}, mean {}", short(least), short(most), short(sum / number as f64))
+    format!(
+        "{} to {}, mean {}",
+        short(least),
+        short(most),
+        short(sum / number as f64)
+    )
 }
 
 #[cfg(test)]
@@ -237,15 +300,28 @@ mod tests {
              [[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n\
              [[bumper]]\nradius = 0.05\nat = [0.1, 0.1]\n[run]\nuntil = 2.0\nsample_interval = 0.5\n",
         );
-        let gas = found.bodies.iter().find(|kind| kind.tags == ["gas"]).unwrap();
-        assert_eq!((gas.number, gas.shape.as_str(), gas.size.as_str()), (100, "disc", "radius 0.01"));
+        let gas = found
+            .bodies
+            .iter()
+            .find(|kind| kind.tags == ["gas"])
+            .unwrap();
+        assert_eq!(
+            (gas.number, gas.shape.as_str(), gas.size.as_str()),
+            (100, "disc", "radius 0.01")
+        );
         assert!((gas.area_fraction - 0.01 * std::f64::consts::PI).abs() < 1e-12);
         assert_eq!((found.moving, found.turning, found.samples), (101, 1, 4));
         // π (100 · 0.01² + 5 · 0.02² + 0.05²)
         assert!((found.area_fraction - 0.0145 * std::f64::consts::PI).abs() < 1e-12);
         let text = found.text();
-        assert!(text.contains("molecule of 5 atoms") && text.contains("fixed"), "{text}");
-        assert!(text.contains("101 move, 1 of which turn") && text.contains("to t = 2, 4 samples"), "{text}");
+        assert!(
+            text.contains("molecule of 5 atoms") && text.contains("fixed"),
+            "{text}"
+        );
+        assert!(
+            text.contains("101 move, 1 of which turn") && text.contains("to t = 2, 4 samples"),
+            "{text}"
+        );
     }
 
     #[test]
@@ -254,7 +330,11 @@ mod tests {
             "[[gas]]\nradius = { uniform = [0.01, 0.02] }\ndensity = 1.0\nenergy = 1.0\narea_fraction = 0.2\n",
         );
         assert_eq!(found.bodies.len(), 1);
-        assert!(found.bodies[0].size.starts_with("radius 0.01"), "{}", found.bodies[0].size);
+        assert!(
+            found.bodies[0].size.starts_with("radius 0.01"),
+            "{}",
+            found.bodies[0].size
+        );
         assert!((found.bodies[0].area_fraction - 0.2).abs() < 0.01);
     }
 }

@@ -21,7 +21,12 @@ pub(super) struct Cost {
 }
 
 /// The capabilities that cost time, in the order in which they cost.
-pub(super) fn costs(scene: &Scene, view: &View<'_>, measures: &Measures, contents: &Contents) -> Vec<Cost> {
+pub(super) fn costs(
+    scene: &Scene,
+    view: &View<'_>,
+    measures: &Measures,
+    contents: &Contents,
+) -> Vec<Cost> {
     vec![
         molecules(view, contents),
         fixed(view),
@@ -40,20 +45,35 @@ pub(super) fn price(method: &Method) -> Option<&'static str> {
 }
 
 fn cost(what: &'static str, paid: Option<String>, free: &str) -> Cost {
-    Cost { what, is_paid: paid.is_some(), words: paid.unwrap_or_else(|| free.to_owned()) }
+    Cost {
+        what,
+        is_paid: paid.is_some(),
+        words: paid.unwrap_or_else(|| free.to_owned()),
+    }
 }
 
 fn molecules(view: &View<'_>, contents: &Contents) -> Cost {
-    let bodies = || view.bodies().map(|view| view.body).filter(|body| !body.is_wall());
+    let bodies = || {
+        view.bodies()
+            .map(|view| view.body)
+            .filter(|body| !body.is_wall())
+    };
     let molecules = bodies().filter(|body| !body.molecule().is_disc()).count();
-    let atoms = bodies().map(|body| body.molecule().atoms().len()).max().unwrap_or(0);
+    let atoms = bodies()
+        .map(|body| body.molecule().atoms().len())
+        .max()
+        .unwrap_or(0);
     let paid = (molecules > 0).then(|| {
         format!(
             "{molecules} of up to {atoms} atoms, {} turning: orientations, searches of their pairs",
             contents.turning
         )
     });
-    cost("molecules", paid, "discs only: no orientations, no searches")
+    cost(
+        "molecules",
+        paid,
+        "discs only: no orientations, no searches",
+    )
 }
 
 fn fixed(view: &View<'_>) -> Cost {
@@ -62,36 +82,62 @@ fn fixed(view: &View<'_>) -> Cost {
     let bumpers = count(Body::is_fixed) - walls;
     let thermal = count(|body| body.wall_temperature().is_some());
     let mut parts = Vec::new();
-    for (number, name) in [(walls, "walls"), (thermal, "with a temperature"), (bumpers, "fixed discs")] {
+    for (number, name) in [
+        (walls, "walls"),
+        (thermal, "with a temperature"),
+        (bumpers, "fixed discs"),
+    ] {
         if number > 0 {
             parts.push(format!("{name}: {number}"));
         }
     }
-    cost("walls, fixed bodies", (!parts.is_empty()).then(|| parts.join(", ")), "none")
+    cost(
+        "walls, fixed bodies",
+        (!parts.is_empty()).then(|| parts.join(", ")),
+        "none",
+    )
 }
 
 fn elasticity(scene: &Scene) -> Cost {
-    let spec = [&scene.elasticity]
-        .into_iter()
-        .chain(scene.stage.iter().filter_map(|stage| stage.elasticity.as_ref()));
-    let loses = spec.flat_map(|spec| spec.pair.iter().map(|rule| rule.coefficient).chain([spec.default]));
+    let spec = [&scene.elasticity].into_iter().chain(
+        scene
+            .stage
+            .iter()
+            .filter_map(|stage| stage.elasticity.as_ref()),
+    );
+    let loses = spec.flat_map(|spec| {
+        spec.pair
+            .iter()
+            .map(|rule| rule.coefficient)
+            .chain([spec.default])
+    });
     let is_guarded = loses.into_iter().any(|coefficient| coefficient < 1.0);
-    let paid =
-        is_guarded.then(|| "some contacts lose energy: times of last contacts for the guard".to_owned());
-    cost("elasticity", paid, "no contact loses energy: no guard against inelastic collapse")
+    let paid = is_guarded
+        .then(|| "some contacts lose energy: times of last contacts for the guard".to_owned());
+    cost(
+        "elasticity",
+        paid,
+        "no contact loses energy: no guard against inelastic collapse",
+    )
 }
 
 fn contacts(measures: &Measures) -> Cost {
     let watching = measures.watching();
-    let paid = (!watching.is_empty()).then(|| format!("reports of contacts for {}", watching.join(", ")));
+    let paid =
+        (!watching.is_empty()).then(|| format!("reports of contacts for {}", watching.join(", ")));
     cost("observers", paid, "none watches contacts: no reports")
 }
 
 fn samples(scene: &Scene, measures: &Measures) -> Cost {
     let run = &scene.run;
     let samples = sampling_times(0.0, run.until, run.sample_interval).count() as u64;
-    let checks = run.check_interval.map_or(samples, |interval| sampling_count(0.0, run.until, interval));
-    let words = format!("{samples} of {} measures; {checks} checks for overlaps", measures.len());
+    let checks = run
+        .check_interval
+        .map_or(samples, |interval| sampling_count(0.0, run.until, interval));
+    let words = format!(
+        "{samples} of {} measures; {checks} checks for overlaps",
+        measures.len()
+    );
     cost("samples", Some(words), "")
 }
 
@@ -99,20 +145,26 @@ fn snapshots(scene: &Scene) -> Cost {
     let run = &scene.run;
     let count = |interval| sampling_count(0.0, run.until, interval) + 1;
     let paid = run.snapshots.as_ref().map(|format| {
-        format!("{} frames ({format})", count(run.snapshot_interval.unwrap_or(run.sample_interval)))
+        format!(
+            "{} frames ({format})",
+            count(run.snapshot_interval.unwrap_or(run.sample_interval))
+        )
     });
     cost("snapshots", paid, "none")
 }
 
 fn animation(scene: &Scene) -> Cost {
     let run = &scene.run;
-    let paid = run.animation.then(|| format!("the first contacts from t = {} on", run.animation_from));
+    let paid = run
+        .animation
+        .then(|| format!("the first contacts from t = {} on", run.animation_from));
     cost("animation", paid, "none")
 }
 
 fn thermostats(scene: &Scene) -> Cost {
     let count: u64 = stages::action_counts(scene).iter().flatten().sum();
-    let paid = (count > 0).then(|| format!("{count} actions, each with a prediction of all bodies"));
+    let paid =
+        (count > 0).then(|| format!("{count} actions, each with a prediction of all bodies"));
     cost("thermostats", paid, "none")
 }
 
@@ -124,17 +176,25 @@ mod tests {
     fn paid(text: &str) -> Vec<(&'static str, bool, String)> {
         let scene = Scene::from_toml(text).unwrap();
         let simulation = AnySimulation::new(&scene).unwrap();
-        let (view, measures) = (simulation.view(), Measures::begin(&scene, &simulation.view()).unwrap());
+        let (view, measures) = (
+            simulation.view(),
+            Measures::begin(&scene, &simulation.view()).unwrap(),
+        );
         let all = costs(&scene, &view, &measures, &Contents::of(&scene, &view));
-        all.into_iter().map(|cost| (cost.what, cost.is_paid, cost.words)).collect()
+        all.into_iter()
+            .map(|cost| (cost.what, cost.is_paid, cost.words))
+            .collect()
     }
 
     #[test]
     fn a_gas_of_discs_pays_for_samples_only() {
         let gas = "[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 20\n[run]\nanimation = false\n";
         let all = paid(gas);
-        let names: Vec<&str> =
-            all.iter().filter(|(_, is_paid, _)| *is_paid).map(|(name, ..)| *name).collect();
+        let names: Vec<&str> = all
+            .iter()
+            .filter(|(_, is_paid, _)| *is_paid)
+            .map(|(name, ..)| *name)
+            .collect();
         assert_eq!(names, ["samples"]);
         assert_eq!(all[0].2, "discs only: no orientations, no searches");
     }
@@ -149,9 +209,18 @@ mod tests {
         );
         assert!(all.iter().all(|(_, is_paid, _)| *is_paid), "{all:?}");
         let words = |what: &str| &all.iter().find(|(name, ..)| *name == what).unwrap().2;
-        assert!(words("molecules").starts_with("1 of up to 5 atoms, 1 turning"), "{all:?}");
-        assert_eq!(words("walls, fixed bodies"), "walls: 1, with a temperature: 1, fixed discs: 1");
-        assert_eq!(words("observers"), "reports of contacts for pressure, directions:tee");
+        assert!(
+            words("molecules").starts_with("1 of up to 5 atoms, 1 turning"),
+            "{all:?}"
+        );
+        assert_eq!(
+            words("walls, fixed bodies"),
+            "walls: 1, with a temperature: 1, fixed discs: 1"
+        );
+        assert_eq!(
+            words("observers"),
+            "reports of contacts for pressure, directions:tee"
+        );
         assert!(words("thermostats").starts_with("4 actions"), "{all:?}");
     }
 }

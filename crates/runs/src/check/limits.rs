@@ -8,8 +8,8 @@ use std::f64::consts::{PI, TAU};
 
 use carom::{
     Scene, View,
-    engine::{LARGEST_SPEED_RATIO, LEAST_CONTACT_SHARE, MOST_TURNS, rounding_bound},
-    geometry::{LARGEST, SMALLEST},
+    engine::{MAX_SPEED_RATIO, MAX_TURNS, MIN_CONTACT_SHARE, rounding_bound},
+    geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE},
 };
 use serde::Serialize;
 
@@ -45,7 +45,7 @@ const EXTREMES: &str = "cargo xtask experiment extremes";
 /// Digits of a time: an epoch begins at a sum of two floats of 53 digits.
 const DIGITS_OF_TIME: f64 = 8.1e31;
 
-/// Contact distances over the rounding bound of a box with [`LEAST_CONTACT_SHARE`].
+/// Contact distances over the rounding bound of a box with [`MIN_CONTACT_SHARE`].
 const COARSEST_GRAZE: f64 = 0.15;
 
 /// A quantity and its limits.
@@ -110,7 +110,11 @@ impl Extremes {
                 continue;
             }
             let reach = body.body.reach();
-            let smallest = molecule.atoms().iter().map(carom::Atom::radius).fold(reach, f64::min);
+            let smallest = molecule
+                .atoms()
+                .iter()
+                .map(carom::Atom::radius)
+                .fold(reach, f64::min);
             all.radii = widen(widen(all.radii, reach), smallest);
             all.atoms = all.atoms.max(molecule.atoms().len());
             all.area += molecule.area();
@@ -142,15 +146,27 @@ pub(super) fn limits(scene: &Scene, view: &View<'_>) -> Vec<Limit> {
     let (side, shorter) = (sides.max_element(), sides.min_element());
     let contact = 2.0 * small;
     let mut rows = vec![
-        limit("size ratio", large / small, tested::SIZE_RATIO, 1.0 / LEAST_CONTACT_SHARE, GRID),
+        limit(
+            "size ratio",
+            large / small,
+            tested::SIZE_RATIO,
+            1.0 / MIN_CONTACT_SHARE,
+            GRID,
+        ),
         limit(
             "box over smallest contact distance",
             side / contact,
             tested::BOX,
-            1.0 / LEAST_CONTACT_SHARE,
+            1.0 / MIN_CONTACT_SHARE,
             GRID,
         ),
-        limit("largest diameter over shorter side", 2.0 * large / shorter, None, 1.0, GRID),
+        limit(
+            "largest diameter over shorter side",
+            2.0 * large / shorter,
+            None,
+            1.0,
+            GRID,
+        ),
         limit(
             "rounding over smallest contact distance (grazes)",
             rounding_bound(sides, 2.0 * large) / contact,
@@ -166,16 +182,25 @@ pub(super) fn limits(scene: &Scene, view: &View<'_>) -> Vec<Limit> {
             "mass ratio",
             ratio,
             tested::MASS_RATIO,
-            LARGEST / SMALLEST,
+            MAX_MAGNITUDE / MIN_MAGNITUDE,
             "geometry/src/limits.rs",
         ));
     }
     rows.push(density(&all, view));
     if all.atoms > 1 {
-        rows.push(limit("atoms of a molecule", all.atoms as f64, tested::ATOMS, None, EXTREMES));
+        rows.push(limit(
+            "atoms of a molecule",
+            all.atoms as f64,
+            tested::ATOMS,
+            None,
+            EXTREMES,
+        ));
     }
     let rules = || scene.elasticity.pair.iter().map(|rule| rule.coefficient);
-    if rules().chain([scene.elasticity.default]).any(|coefficient| coefficient < 1.0) {
+    if rules()
+        .chain([scene.elasticity.default])
+        .any(|coefficient| coefficient < 1.0)
+    {
         let inverse = 1.0 / scene.elasticity.contact_time;
         rows.push(limit(
             "1 / contact time of the guard",
@@ -209,7 +234,7 @@ fn of_motions(all: &Extremes, until: f64, shorter: f64) -> Vec<Limit> {
             "speed ratio",
             ratio,
             tested::SPEED_RATIO,
-            LARGEST_SPEED_RATIO,
+            MAX_SPEED_RATIO,
             "engine/src/limits.rs",
         ));
         if all.spin > 0.0 {
@@ -218,7 +243,7 @@ fn of_motions(all: &Extremes, until: f64, shorter: f64) -> Vec<Limit> {
                 "turns while the slowest crosses the box",
                 turns,
                 tested::TURNS,
-                MOST_TURNS,
+                MAX_TURNS,
                 "engine/src/limits.rs",
             ));
         }
@@ -235,7 +260,13 @@ fn limit(
     allowed: impl Into<Option<f64>>,
     origin: &'static str,
 ) -> Limit {
-    Limit { quantity, value, tested: tested.into(), allowed: allowed.into(), origin }
+    Limit {
+        quantity,
+        value,
+        tested: tested.into(),
+        allowed: allowed.into(),
+        origin,
+    }
 }
 
 /// The area fraction, up to the packing of equal discs on a triangular lattice, or up to 1.
@@ -244,9 +275,21 @@ fn density(all: &Extremes, view: &View<'_>) -> Limit {
     if all.is_equal_discs {
         let packed = PI / 12.0f64.sqrt();
         let tested = packed / (1.0 + 1.0 / tested::DENSITY);
-        limit("area fraction of equal discs", value, tested, packed, "packing π/√12")
+        limit(
+            "area fraction of equal discs",
+            value,
+            tested,
+            packed,
+            "packing π/√12",
+        )
     } else {
-        limit("area fraction", value, None, 1.0, "dense starts jam earlier: engine/src/growth")
+        limit(
+            "area fraction",
+            value,
+            None,
+            1.0,
+            "dense starts jam earlier: engine/src/growth",
+        )
     }
 }
 
@@ -261,7 +304,10 @@ mod tests {
     }
 
     fn value(rows: &[Limit], quantity: &str) -> f64 {
-        rows.iter().find(|row| row.quantity == quantity).unwrap().value
+        rows.iter()
+            .find(|row| row.quantity == quantity)
+            .unwrap()
+            .value
     }
 
     #[test]
@@ -279,7 +325,10 @@ mod tests {
         );
         let near = |quantity: &str, expected: f64| {
             let value = value(&found, quantity);
-            assert!((value / expected - 1.0).abs() < 1e-12, "{quantity}: {value}, {expected}");
+            assert!(
+                (value / expected - 1.0).abs() < 1e-12,
+                "{quantity}: {value}, {expected}"
+            );
         };
         near("size ratio", 100.0);
         near("mass ratio", 1e3);
@@ -289,21 +338,45 @@ mod tests {
         // 10 · 2 · 20 / 0.002
         near("age in natural times", 2e5);
         near("area fraction", PI * 0.010_001);
-        assert!(found.iter().all(|row| row.verdict().is_empty()), "{found:?}");
+        assert!(
+            found.iter().all(|row| row.verdict().is_empty()),
+            "{found:?}"
+        );
     }
 
     #[test]
     fn what_is_untested_or_beyond_is_marked() {
         let row = limit("x", 10.0, 5.0, 100.0, "");
         assert_eq!(row.verdict(), "UNTESTED");
-        assert_eq!(Limit { value: 1000.0, ..row.clone() }.verdict(), "BEYOND");
-        assert_eq!(Limit { tested: None, allowed: None, ..row }.verdict(), "");
+        assert_eq!(
+            Limit {
+                value: 1000.0,
+                ..row.clone()
+            }
+            .verdict(),
+            "BEYOND"
+        );
+        assert_eq!(
+            Limit {
+                tested: None,
+                allowed: None,
+                ..row
+            }
+            .verdict(),
+            ""
+        );
         // A turn a microsecond, a box a year.
         let tee = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n\
                    velocity = [1e-3, 0.0]\nangular_velocity = 6.3e6\n";
         let found = rows(tee);
-        let turns = found.iter().find(|row| row.quantity.starts_with("turns")).unwrap();
-        assert!((turns.value / 1e9 - 1.0).abs() < 0.01 && turns.verdict() == "UNTESTED", "{turns:?}");
+        let turns = found
+            .iter()
+            .find(|row| row.quantity.starts_with("turns"))
+            .unwrap();
+        assert!(
+            (turns.value / 1e9 - 1.0).abs() < 0.01 && turns.verdict() == "UNTESTED",
+            "{turns:?}"
+        );
         assert_eq!(value(&found, "atoms of a molecule"), 5.0);
     }
 }

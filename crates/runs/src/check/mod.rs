@@ -81,14 +81,22 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let scene = file.read(parent.as_ref())?;
     let method = Method::try_from(&scene.method).context("[method]")?;
     let name = file.path.display().to_string();
-    let unplaced = if parent.is_none() { Unplaced::of(name, &scene, &method)? } else { None };
+    let unplaced = if parent.is_none() {
+        Unplaced::of(name, &scene, &method)?
+    } else {
+        None
+    };
     let text = if let Some(unplaced) = unplaced {
         put("check", &unplaced);
         unplaced.text()
     } else {
         let report = report(file, &scene, &method, parent.as_ref())?;
         put("check", &report);
-        if options.verbose { report.text() } else { report.short_text() }
+        if options.verbose {
+            report.text()
+        } else {
+            report.short_text()
+        }
     };
     if !is_json() {
         print_line(&text);
@@ -96,8 +104,17 @@ pub fn run(options: &Options) -> Result<Verdict> {
     Ok(Verdict::Passed)
 }
 
-fn report(file: &SceneFile, scene: &Scene, method: &Method, parent: Option<&Parent>) -> Result<Report> {
-    let mut notes = if parent.is_none() { remarks(scene) } else { Vec::new() };
+fn report(
+    file: &SceneFile,
+    scene: &Scene,
+    method: &Method,
+    parent: Option<&Parent>,
+) -> Result<Report> {
+    let mut notes = if parent.is_none() {
+        remarks(scene)
+    } else {
+        Vec::new()
+    };
     let (begun, before) = if let Some(parent) = parent {
         (continued(parent, scene, method)?, parent.actions)
     } else {
@@ -145,7 +162,8 @@ const STAND_IN: &str = "The run grows or relaxes its gas first, which takes long
 /// fluid within a factor of 1.5.
 fn placed(scene: &Scene, method: &Method) -> Result<(AnySimulation, bool)> {
     let (signals, mut store) = (Signals::default(), |_: &_| Ok(()));
-    let mut place = |scene: &Scene| Placement::new(method, &signals, NEVER, &mut store).begin(scene);
+    let mut place =
+        |scene: &Scene| Placement::new(method, &signals, NEVER, &mut store).begin(scene);
     let start = &scene.start;
     let is_plain = start.placement != Some(Start::Grown) && start.relax.is_none();
     if start.from.is_some() || start.placement == Some(Start::Lattice) && start.relax.is_none() {
@@ -172,7 +190,10 @@ pub fn expected_collisions(scene: &Scene, view: &View<'_>) -> Option<f64> {
 fn measured(scene: &Scene) -> Scene {
     let mut measured = scene.clone();
     measured.run.measure_from = 0.0.into();
-    measured.stage.iter_mut().for_each(|stage| stage.measure = true);
+    measured
+        .stage
+        .iter_mut()
+        .for_each(|stage| stage.measure = true);
     measured
 }
 
@@ -184,20 +205,35 @@ impl Report {
     fn short_text(&self) -> String {
         let warning = if self.is_exact { "" } else { " (NOT EXACT)" };
         let method = format!("{}{warning}", self.method);
-        let lines = self.answers.lines(&self.contents, &self.estimate, &method, &self.tiles);
+        let lines = self
+            .answers
+            .lines(&self.contents, &self.estimate, &method, &self.tiles);
         let head = format!("{}: valid (--verbose prints more)", self.scene);
         let remarks = self.remarks.iter().map(|remark| format!("  {remark}"));
-        [head, lines].into_iter().chain(remarks).collect::<Vec<_>>().join("\n")
+        [head, lines]
+            .into_iter()
+            .chain(remarks)
+            .collect::<Vec<_>>()
+            .join("\n")
     }
 
     fn text(&self) -> String {
         let warning = if self.is_exact { "" } else { ": NOT EXACT" };
-        let price = self.price.map_or_else(String::new, |price| format!("\n  price  {price}"));
+        let price = self
+            .price
+            .map_or_else(String::new, |price| format!("\n  price  {price}"));
         let head = format!("{}: valid\n{}", self.scene, self.contents.text());
-        let remarks: Vec<String> = self.remarks.iter().map(|remark| format!("  {remark}")).collect();
+        let remarks: Vec<String> = self
+            .remarks
+            .iter()
+            .map(|remark| format!("  {remark}"))
+            .collect();
         let sections = [
             ("Remarks", remarks.join("\n")),
-            ("Method", format!("  {}{warning}{price}\n  tiles  {}", self.method, self.tiles)),
+            (
+                "Method",
+                format!("  {}{warning}{price}\n  tiles  {}", self.method, self.tiles),
+            ),
             ("Paid for", self.costs(true)),
             ("Not paid for", self.costs(false)),
             ("Limits", self.limits()),
@@ -205,7 +241,10 @@ impl Report {
         ];
         let filled = sections.into_iter().filter(|(_, lines)| !lines.is_empty());
         let text = filled.map(|(title, lines)| format!("{title}\n{lines}"));
-        std::iter::once(head).chain(text).collect::<Vec<_>>().join("\n\n")
+        std::iter::once(head)
+            .chain(text)
+            .collect::<Vec<_>>()
+            .join("\n\n")
     }
 
     fn costs(&self, is_paid: bool) -> String {
@@ -230,14 +269,23 @@ impl Report {
     }
 
     fn expectations(&self) -> String {
-        let Self { expected, estimate, .. } = self;
+        let Self {
+            expected, estimate, ..
+        } = self;
         let number = |number: Option<f64>| number.map_or_else(|| "unknown".to_owned(), short);
-        let at_most = if estimate.is_epoch_measured { "" } else { "at most " };
+        let at_most = if estimate.is_epoch_measured {
+            ""
+        } else {
+            "at most "
+        };
         let trial = if estimate.is_whole_run {
             "counted: the trial is the whole run".to_owned()
         } else {
             let (collisions, time) = (estimate.trial_collisions, estimate.trial_time);
-            format!("at the rate of a trial: {collisions} in a time of {}", short(time))
+            format!(
+                "at the rate of a trial: {collisions} in a time of {}",
+                short(time)
+            )
         };
         let seconds = match estimate.seconds {
             Some(seconds) => format!("about {} of processor time", duration(seconds)),
@@ -263,7 +311,10 @@ impl Report {
             [
                 "memory".to_owned(),
                 bytes(estimate.memory),
-                format!("bodies and their events; at the end {} more for samples", bytes(estimate.series)),
+                format!(
+                    "bodies and their events; at the end {} more for samples",
+                    bytes(estimate.series)
+                ),
             ],
             [
                 "checkpoint".to_owned(),
@@ -272,10 +323,15 @@ impl Report {
             ],
         ];
         if estimate.snapshots > 0 {
-            rows.push(["snapshots".to_owned(), bytes(estimate.snapshots), String::new()]);
+            rows.push([
+                "snapshots".to_owned(),
+                bytes(estimate.snapshots),
+                String::new(),
+            ]);
         }
         if let Some(actions) = &estimate.actions {
-            let share = 100.0 * actions.seconds / estimate.seconds.unwrap_or(f64::INFINITY).max(1e-9);
+            let share =
+                100.0 * actions.seconds / estimate.seconds.unwrap_or(f64::INFINITY).max(1e-9);
             rows.push([
                 "thermostats".to_owned(),
                 duration(actions.seconds),

@@ -13,7 +13,7 @@ use crate::{checkpoint_file::encode, measures::Measures, sampling_times::samplin
 const TRIAL_SECONDS: f64 = 1.0;
 
 /// Contacts of the trial if measures watch them: some keep every contact in memory.
-const MOST_WATCHED: u64 = 300_000;
+const MAX_WATCHED: u64 = 300_000;
 
 /// Contacts one by one at the start of the trial, which give the length of its first stretch
 /// (time).
@@ -76,16 +76,24 @@ pub(super) struct Estimate {
 }
 
 impl Trial {
-    /// Runs until the end, for [`TRIAL_SECONDS`], or for [`MOST_WATCHED`] contacts that are
+    /// Runs until the end, for [`TRIAL_SECONDS`], or for [`MAX_WATCHED`] contacts that are
     /// watched.
     ///
     /// # Errors
     /// The run fails.
-    pub(super) fn of(simulation: &mut AnySimulation, measures: &mut Measures, until: f64) -> Result<Self> {
+    pub(super) fn of(
+        simulation: &mut AnySimulation,
+        measures: &mut Measures,
+        until: f64,
+    ) -> Result<Self> {
         measures.start(&simulation.view());
         measures.sample(&simulation.view());
         measures.check(&simulation.view());
-        let most = if measures.watching().is_empty() { u64::MAX } else { MOST_WATCHED };
+        let most = if measures.watching().is_empty() {
+            u64::MAX
+        } else {
+            MAX_WATCHED
+        };
         let end = EpochTime::from(until);
         // At most one epoch, so that the clock is read again soon at any speed.
         let step = |simulation: &mut AnySimulation, measures: &mut Measures| -> Result<bool> {
@@ -95,9 +103,14 @@ impl Trial {
         let clock = ProcessTime::now();
         let mut is_whole = step(simulation, measures)?;
         let first = clock.elapsed().as_secs_f64();
-        let (clock, start, before) = (ProcessTime::now(), simulation.time(), *simulation.view().counters());
-        let contacts =
-            |simulation: &AnySimulation| simulation.view().counters().collisions - before.collisions;
+        let (clock, start, before) = (
+            ProcessTime::now(),
+            simulation.time(),
+            *simulation.view().counters(),
+        );
+        let contacts = |simulation: &AnySimulation| {
+            simulation.view().counters().collisions - before.collisions
+        };
         let goes_on = |simulation: &AnySimulation| {
             contacts(simulation) < most && clock.elapsed().as_secs_f64() < TRIAL_SECONDS
         };
@@ -134,7 +147,16 @@ impl Trial {
         let clock = ProcessTime::now();
         measures.sample(&simulation.view());
         let sample = clock.elapsed().as_secs_f64();
-        Ok(Self { contacts, epochs, simulated, seconds, first, sample, is_whole, until })
+        Ok(Self {
+            contacts,
+            epochs,
+            simulated,
+            seconds,
+            first,
+            sample,
+            is_whole,
+            until,
+        })
     }
 
     /// The number of contacts of the whole run at the rate of the trial.
@@ -152,7 +174,11 @@ impl Trial {
             return (self.seconds / self.epochs as f64, true);
         }
         let contacts = 0.5 * CONTACTS_PER_EPOCH * moving as f64;
-        let each = if self.contacts == 0 { 0.0 } else { self.seconds / self.contacts as f64 };
+        let each = if self.contacts == 0 {
+            0.0
+        } else {
+            self.seconds / self.contacts as f64
+        };
         (self.first + contacts * each, false)
     }
 
@@ -212,12 +238,18 @@ fn snapshots(simulation: &AnySimulation, scene: &Scene) -> Result<(u64, f64)> {
     if scene.run.snapshots.is_none() {
         return Ok((0, 0.0));
     }
-    let interval = scene.run.snapshot_interval.unwrap_or(scene.run.sample_interval);
+    let interval = scene
+        .run
+        .snapshot_interval
+        .unwrap_or(scene.run.sample_interval);
     let count = sampling_count(0.0, scene.run.until, interval) + 1;
     let clock = ProcessTime::now();
     let mut frame = Vec::new();
     write_extended_xyz(&simulation.view(), &mut frame)?;
-    Ok((count * frame.len() as u64, count as f64 * clock.elapsed().as_secs_f64()))
+    Ok((
+        count * frame.len() as u64,
+        count as f64 * clock.elapsed().as_secs_f64(),
+    ))
 }
 
 #[cfg(test)]
@@ -244,21 +276,32 @@ mod tests {
              velocities = \"maxwell\"\ncount = 120\n",
         );
         let trial = trial(&tiny, 10.0);
-        assert!(!trial.is_whole && trial.simulated < 10.0 && trial.epochs > 1000, "{trial:?}");
+        assert!(
+            !trial.is_whole && trial.simulated < 10.0 && trial.epochs > 1000,
+            "{trial:?}"
+        );
     }
 
     #[test]
     fn a_short_run_is_counted_in_full_and_a_long_run_is_extrapolated() {
-        let scene = scene("[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 200\n");
+        let scene = scene(
+            "[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 200\n",
+        );
         let mut simulation = AnySimulation::new(&scene).unwrap();
         let mut measures = Measures::begin(&scene, &simulation.view()).unwrap();
         let short = Trial::of(&mut simulation, &mut measures, 0.5).unwrap();
         let mut run = AnySimulation::new(&scene).unwrap();
         run.run_until(0.5).unwrap();
         assert!(short.is_whole);
-        assert_eq!(short.collisions(&simulation), Some(run.view().counters().collisions as f64));
+        assert_eq!(
+            short.collisions(&simulation),
+            Some(run.view().counters().collisions as f64)
+        );
         let long = trial(&scene, 1e9);
-        assert!(!long.is_whole && long.simulated < 1e9 && long.epochs > 0, "{long:?}");
+        assert!(
+            !long.is_whole && long.simulated < 1e9 && long.epochs > 0,
+            "{long:?}"
+        );
     }
 
     /// The fastest gases that a scene can have, and a body that meets no other.
@@ -276,14 +319,23 @@ mod tests {
         ] {
             let scene = scene(&gas(entries));
             let trial = trial(&scene, scene.run.until);
-            assert!(!trial.is_whole && trial.contacts < 3 * MOST_WATCHED, "{entries}: {trial:?}");
+            assert!(
+                !trial.is_whole && trial.contacts < 3 * MAX_WATCHED,
+                "{entries}: {trial:?}"
+            );
         }
     }
 
     #[test]
     fn watched_contacts_bound_the_trial() {
-        let gas = "[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 2000\n";
-        let watched = trial(&scene(&format!("{gas}[run]\nuntil = 1e6\nobserve = [\"pressure\"]\n")), 1e6);
-        assert!(watched.contacts < 3 * MOST_WATCHED, "{watched:?}");
+        let gas =
+            "[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 2000\n";
+        let watched = trial(
+            &scene(&format!(
+                "{gas}[run]\nuntil = 1e6\nobserve = [\"pressure\"]\n"
+            )),
+            1e6,
+        );
+        assert!(watched.contacts < 3 * MAX_WATCHED, "{watched:?}");
     }
 }

@@ -9,7 +9,7 @@ use super::aligned::{bytes, table};
 use crate::memory::{self, Demand};
 
 /// Most bodies that `carom check` places: those of about 15 seconds.
-const MOST_PLACED: usize = 4_000_000;
+const MAX_PLACED: usize = 4_000_000;
 
 /// A scene whose bodies are not placed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -32,13 +32,13 @@ pub(super) struct Unplaced {
 }
 
 impl Unplaced {
-    /// A scene of more than [`MOST_PLACED`] bodies; `None` if it has fewer.
+    /// A scene of more than [`MAX_PLACED`] bodies; `None` if it has fewer.
     ///
     /// # Errors
     /// The box or a gas of the scene is invalid.
     pub(super) fn of(name: String, scene: &Scene, method: &Method) -> Result<Option<Self>> {
         let demand = Demand::of(scene).with_context(|| format!("scene {name}"))?;
-        if demand.bodies <= MOST_PLACED {
+        if demand.bodies <= MAX_PLACED {
             return Ok(None);
         }
         let available = memory::available();
@@ -47,7 +47,7 @@ impl Unplaced {
             method: method.to_string(),
             is_exact: method.is_exact(),
             bodies: demand.bodies,
-            most_placed: MOST_PLACED,
+            most_placed: MAX_PLACED,
             memory: demand.bytes,
             memory_available: available.map(|available| available.bytes),
             memory_of: available.map(|available| available.of),
@@ -61,10 +61,22 @@ impl Unplaced {
             (Some(available), Some(of)) => format!("{of} has {} available", bytes(available)),
             _ => String::new(),
         };
-        let end = if self.fits { "" } else { "; carom run refuses it" };
+        let end = if self.fits {
+            ""
+        } else {
+            "; carom run refuses it"
+        };
         let rows = [
-            ["bodies".to_owned(), self.bodies.to_string(), "walls and fixed bodies too".to_owned()],
-            ["memory".to_owned(), format!("at least {}", bytes(self.memory)), format!("{room}{end}")],
+            [
+                "bodies".to_owned(),
+                self.bodies.to_string(),
+                "walls and fixed bodies too".to_owned(),
+            ],
+            [
+                "memory".to_owned(),
+                format!("at least {}", bytes(self.memory)),
+                format!("{room}{end}"),
+            ],
             [
                 "method".to_owned(),
                 self.method.clone(),
@@ -88,16 +100,20 @@ mod tests {
     #[test]
     fn only_scenes_of_many_bodies_are_not_placed() {
         let of = |count: usize| {
-            let text = format!("[[gas]]\nradius = 1e-5\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
+            let text =
+                format!("[[gas]]\nradius = 1e-5\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
             let scene = Scene::from_toml(&text).unwrap();
             Unplaced::of("large.toml".to_owned(), &scene, &Method::default()).unwrap()
         };
-        assert_eq!(of(MOST_PLACED), None);
+        assert_eq!(of(MAX_PLACED), None);
         let mut large = of(100_000_000).unwrap();
         (large.memory_available, large.memory_of, large.fits) =
             (Some(16_000_000_000), Some("this machine"), false);
         let text = large.text();
-        assert!(text.contains("more than 4000000") && text.contains("100000000"), "{text}");
+        assert!(
+            text.contains("more than 4000000") && text.contains("100000000"),
+            "{text}"
+        );
         assert!(
             text.contains("at least 20 GB") && text.contains("this machine has 16 GB available"),
             "{text}"

@@ -5,7 +5,7 @@ use std::io::{BufRead, Read as _};
 use anyhow::{Context, Result, bail, ensure};
 
 /// The longest line (bytes). Smaller: scenes of many walls, which share a line, are refused.
-const LONGEST_LINE: u64 = 1 << 26;
+const MAX_LINE: u64 = 1 << 26;
 
 /// The columns that are read: name, type and number of values. The last may be absent.
 const COLUMNS: [(&str, char, usize); 11] = [
@@ -73,7 +73,11 @@ pub(super) struct Frames<R> {
 
 impl<R: BufRead> Frames<R> {
     pub(super) fn new(lines: R) -> Self {
-        Self { lines, number: 0, line: String::new() }
+        Self {
+            lines,
+            number: 0,
+            line: String::new(),
+        }
     }
 
     /// Reads the next frame into `frame`; returns `false` at the end of the file.
@@ -86,17 +90,27 @@ impl<R: BufRead> Frames<R> {
         }
         let first = self.number;
         let count: u64 = self.line.trim().parse().with_context(|| {
-            format!("line {first}: '{}' is not the number of atoms of a frame", shortened(&self.line))
+            format!(
+                "line {first}: '{}' is not the number of atoms of a frame",
+                shortened(&self.line)
+            )
         })?;
-        ensure!(self.next_line()?, "line {first}: the file ends within a frame");
-        let columns = self.comment(frame).with_context(|| format!("line {}", self.number))?;
+        ensure!(
+            self.next_line()?,
+            "line {first}: the file ends within a frame"
+        );
+        let columns = self
+            .comment(frame)
+            .with_context(|| format!("line {}", self.number))?;
         frame.atoms.clear();
         for read in 0..count {
             ensure!(
                 self.next_line()?,
                 "line {first}: the file ends after {read} of the {count} atoms of this frame"
             );
-            let atom = self.atom(&columns).with_context(|| format!("line {}", self.number))?;
+            let atom = self
+                .atom(&columns)
+                .with_context(|| format!("line {}", self.number))?;
             frame.atoms.push(atom);
         }
         Ok(true)
@@ -107,8 +121,15 @@ impl<R: BufRead> Frames<R> {
         self.line.clear();
         self.number += 1;
         let line = || format!("line {}", self.number);
-        let read = (&mut self.lines).take(LONGEST_LINE).read_line(&mut self.line).with_context(line)?;
-        ensure!((read as u64) < LONGEST_LINE, "line {}: longer than {LONGEST_LINE} bytes", self.number);
+        let read = (&mut self.lines)
+            .take(MAX_LINE)
+            .read_line(&mut self.line)
+            .with_context(line)?;
+        ensure!(
+            (read as u64) < MAX_LINE,
+            "line {}: longer than {MAX_LINE} bytes",
+            self.number
+        );
         let length = self.line.trim_end_matches(['\n', '\r']).len();
         self.line.truncate(length);
         Ok(read > 0)
@@ -117,8 +138,14 @@ impl<R: BufRead> Frames<R> {
     /// Parses the comment line and returns the places of the columns.
     fn comment(&self, frame: &mut Frame) -> Result<Places> {
         let entries = entries(&self.line)?;
-        let entry = |name: &str| entries.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
-        let needed = |name: &str| entry(name).with_context(|| format!("the entry {name}=… is missing"));
+        let entry = |name: &str| {
+            entries
+                .iter()
+                .find(|(key, _)| *key == name)
+                .map(|(_, value)| *value)
+        };
+        let needed =
+            |name: &str| entry(name).with_context(|| format!("the entry {name}=… is missing"));
         let lattice = numbers(needed("Lattice")?).context("Lattice")?;
         let [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z] = lattice[..] else {
             bail!("Lattice: expected nine numbers of a box with sides along x, y and z");
@@ -128,8 +155,13 @@ impl<R: BufRead> Frames<R> {
         }
         (frame.sides, frame.thickness) = ([x, y], z);
         frame.time = number(needed("Time")?).context("Time")?;
-        frame.walls = entry("Walls").map_or(Ok(Vec::new()), numbers).context("Walls")?;
-        ensure!(frame.walls.len().is_multiple_of(5), "Walls: expected five numbers a wall");
+        frame.walls = entry("Walls")
+            .map_or(Ok(Vec::new()), numbers)
+            .context("Walls")?;
+        ensure!(
+            frame.walls.len().is_multiple_of(5),
+            "Walls: expected five numbers a wall"
+        );
         let kinds = entry("Kinds").unwrap_or_default();
         frame.kinds = kinds.split_ascii_whitespace().map(str::to_owned).collect();
         places(needed("Properties")?).context("Properties")
@@ -140,7 +172,9 @@ impl<R: BufRead> Frames<R> {
         let word = |column: usize, offset: usize| {
             let name = COLUMNS[column].0;
             let place = columns[column].map(|first| first + offset);
-            place.and_then(|place| words.get(place)).with_context(|| format!("the column {name} is missing"))
+            place
+                .and_then(|place| words.get(place))
+                .with_context(|| format!("the column {name} is missing"))
         };
         let real = |column: usize, offset: usize| {
             number(word(column, offset)?).with_context(|| format!("column {}", COLUMNS[column].0))
@@ -156,12 +190,20 @@ impl<R: BufRead> Frames<R> {
         };
         let whole = |column: usize| -> Result<u64> {
             let text = word(column, 0)?;
-            text.parse()
-                .with_context(|| format!("column {}: '{text}' is not a number from 0", COLUMNS[column].0))
+            text.parse().with_context(|| {
+                format!(
+                    "column {}: '{text}' is not a number from 0",
+                    COLUMNS[column].0
+                )
+            })
         };
         let positive = |column: usize| -> Result<f64> {
             let value = real(column, 0)?;
-            ensure!(value > 0.0, "column {}: {value} is not positive", COLUMNS[column].0);
+            ensure!(
+                value > 0.0,
+                "column {}: {value} is not positive",
+                COLUMNS[column].0
+            );
             Ok(value)
         };
         let boxes = |axis: usize| -> Result<i32> {
@@ -169,7 +211,8 @@ impl<R: BufRead> Frames<R> {
                 return Ok(0);
             }
             let text = word(10, axis)?;
-            text.parse().with_context(|| format!("column map_shift: '{text}' is not a number of boxes"))
+            text.parse()
+                .with_context(|| format!("column map_shift: '{text}' is not a number of boxes"))
         };
         let kind = whole(9)?;
         Ok(AtomLine {
@@ -183,7 +226,9 @@ impl<R: BufRead> Frames<R> {
             angle: real(6, 0)?,
             angular_velocity: real(7, 0)?,
             mass: positive(8)?,
-            kind: kind.try_into().with_context(|| format!("column kind: {kind} is too large"))?,
+            kind: kind
+                .try_into()
+                .with_context(|| format!("column kind: {kind} is too large"))?,
         })
     }
 }
@@ -193,10 +238,13 @@ fn entries(line: &str) -> Result<Vec<(&str, &str)>> {
     let mut entries = Vec::new();
     let mut rest = line.trim_start();
     while !rest.is_empty() {
-        let (key, after) =
-            rest.split_once('=').with_context(|| format!("'{}' is not key=value", shortened(rest)))?;
+        let (key, after) = rest
+            .split_once('=')
+            .with_context(|| format!("'{}' is not key=value", shortened(rest)))?;
         let (value, after) = match after.strip_prefix('"') {
-            Some(quoted) => quoted.split_once('"').with_context(|| format!("{key}: no closing quote"))?,
+            Some(quoted) => quoted
+                .split_once('"')
+                .with_context(|| format!("{key}: no closing quote"))?,
             None => after.split_once(' ').unwrap_or((after, "")),
         };
         entries.push((key, value));
@@ -214,17 +262,27 @@ fn places(properties: &str) -> Result<Places> {
     let mut found = [None; COLUMNS.len()];
     let mut place = 0usize;
     for [name, kind, count] in columns {
-        let count: usize = count.parse().with_context(|| format!("{name}: '{count}' is not a count"))?;
+        let count: usize = count
+            .parse()
+            .with_context(|| format!("{name}: '{count}' is not a count"))?;
         if let Some(index) = COLUMNS.iter().position(|column| column.0 == *name) {
             let (_, expected, values) = COLUMNS[index];
             let fits = *kind == expected.to_string() && count == values;
-            ensure!(fits, "{name}: {kind}:{count} instead of {expected}:{values}");
+            ensure!(
+                fits,
+                "{name}: {kind}:{count} instead of {expected}:{values}"
+            );
             found[index] = Some(place);
         }
-        place = place.checked_add(count).with_context(|| format!("{name}: {count} values"))?;
+        place = place
+            .checked_add(count)
+            .with_context(|| format!("{name}: {count} values"))?;
     }
     for (place, (name, ..)) in found.iter().zip(COLUMNS).take(COLUMNS.len() - 1) {
-        ensure!(place.is_some(), "the column {name} is missing; a run writes it");
+        ensure!(
+            place.is_some(),
+            "the column {name} is missing; a run writes it"
+        );
     }
     Ok(found)
 }
@@ -234,7 +292,9 @@ fn numbers(text: &str) -> Result<Vec<f64>> {
 }
 
 fn number(text: &str) -> Result<f64> {
-    let value: f64 = text.parse().with_context(|| format!("'{}' is not a number", shortened(text)))?;
+    let value: f64 = text
+        .parse()
+        .with_context(|| format!("'{}' is not a number", shortened(text)))?;
     ensure!(value.is_finite(), "{value} is not finite");
     Ok(value)
 }

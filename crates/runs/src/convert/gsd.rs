@@ -69,7 +69,9 @@ impl Data {
             Ok(length)
         }
         match self {
-            Self::U8(values) | Self::I8(values) => all(out, values.iter().map(|value| value.to_le_bytes())),
+            Self::U8(values) | Self::I8(values) => {
+                all(out, values.iter().map(|value| value.to_le_bytes()))
+            }
             Self::U32(values) => all(out, values.iter().map(|value| value.to_le_bytes())),
             Self::U64(values) => all(out, values.iter().map(|value| value.to_le_bytes())),
             Self::I32(values) => all(out, values.iter().map(|value| value.to_le_bytes())),
@@ -96,15 +98,31 @@ impl<'a, W: Write + Seek> Writer<'a, W> {
     /// Leaves room for the header.
     pub(super) fn begin(out: &'a mut W) -> io::Result<Self> {
         out.write_all(&[0; HEADER as usize])?;
-        Ok(Self { out, length: HEADER, names: Vec::new(), frame: 0, present: Vec::new(), index: Vec::new() })
+        Ok(Self {
+            out,
+            length: HEADER,
+            names: Vec::new(),
+            frame: 0,
+            present: Vec::new(),
+            index: Vec::new(),
+        })
     }
 
     /// Writes an array with `columns` columns into the present frame; a name occurs once in it.
-    pub(super) fn chunk(&mut self, name: &'static str, data: &Data, columns: usize) -> io::Result<()> {
-        let number = self.names.iter().position(|known| *known == name).unwrap_or_else(|| {
-            self.names.push(name);
-            self.names.len() - 1
-        }) as u16;
+    pub(super) fn chunk(
+        &mut self,
+        name: &'static str,
+        data: &Data,
+        columns: usize,
+    ) -> io::Result<()> {
+        let number = self
+            .names
+            .iter()
+            .position(|known| *known == name)
+            .unwrap_or_else(|| {
+                self.names.push(name);
+                self.names.len() - 1
+            }) as u16;
         let mut entry = [0; 32];
         entry[..8].copy_from_slice(&self.frame.to_le_bytes());
         entry[8..16].copy_from_slice(&((data.len() / columns) as u64).to_le_bytes());
@@ -120,21 +138,32 @@ impl<'a, W: Write + Seek> Writer<'a, W> {
     /// Ends the present frame.
     pub(super) fn end_frame(&mut self) {
         self.present.sort_by_key(|entry| entry.0);
-        self.index.extend(self.present.drain(..).flat_map(|entry| entry.1));
+        self.index
+            .extend(self.present.drain(..).flat_map(|entry| entry.1));
         self.frame += 1;
     }
 
     /// Writes the index, the list of names and the header for files of `schema` in `version`.
     pub(super) fn end(self, schema: &str, version: [u16; 2]) -> io::Result<()> {
         self.out.write_all(&self.index)?;
-        let mut names: Vec<u8> = self.names.iter().flat_map(|name| name.bytes().chain([0])).collect();
+        let mut names: Vec<u8> = self
+            .names
+            .iter()
+            .flat_map(|name| name.bytes().chain([0]))
+            .collect();
         // An empty name ends the list.
         names.resize((names.len() + 1).next_multiple_of(NAME), 0);
         self.out.write_all(&names)?;
         let mut header = Vec::with_capacity(HEADER as usize);
         let entries = (self.index.len() / 32) as u64;
         let names_at = self.length + self.index.len() as u64;
-        for number in [MAGIC, self.length, entries, names_at, (names.len() / NAME) as u64] {
+        for number in [
+            MAGIC,
+            self.length,
+            entries,
+            names_at,
+            (names.len() / NAME) as u64,
+        ] {
             header.extend(number.to_le_bytes());
         }
         header.extend((u32::from(version[0]) << 16 | u32::from(version[1])).to_le_bytes());

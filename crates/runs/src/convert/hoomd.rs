@@ -20,7 +20,7 @@ use super::{
 const SCHEMA: (&str, [u16; 2]) = ("hoomd", [1, 4]);
 
 /// Most kinds of molecules. More: a wrong number in the input takes much memory.
-const MOST_KINDS: u32 = 1 << 16;
+const MAX_KINDS: u32 = 1 << 16;
 
 /// A chunk: name, data, number of columns.
 type Chunk = (&'static str, Data, usize);
@@ -35,7 +35,11 @@ pub(super) struct Trajectory<'a, W> {
 
 impl<'a, W: Write + Seek> Trajectory<'a, W> {
     pub(super) fn begin(out: &'a mut W) -> Result<Self> {
-        Ok(Self { file: Writer::begin(out)?, step: 0, first: None })
+        Ok(Self {
+            file: Writer::begin(out)?,
+            step: 0,
+            first: None,
+        })
     }
 
     /// Appends a frame.
@@ -44,14 +48,14 @@ impl<'a, W: Write + Seek> Trajectory<'a, W> {
     /// A number is too large or too small for single precision, or the file cannot be written.
     pub(super) fn write(&mut self, frame: &Frame) -> Result<()> {
         let constant = constant(frame)?;
-        self.file.chunk("configuration/step", &Data::U64(vec![self.step]), 1)?;
+        self.file
+            .chunk("configuration/step", &Data::U64(vec![self.step]), 1)?;
         for (index, (name, data, columns)) in constant.iter().enumerate() {
             // The defaults of a later frame are those of the first one if the numbers of particles
             // are equal.
-            let is_default = self
-                .first
-                .as_ref()
-                .is_some_and(|(count, first)| *count == frame.atoms.len() && first[index].1 == *data);
+            let is_default = self.first.as_ref().is_some_and(|(count, first)| {
+                *count == frame.atoms.len() && first[index].1 == *data
+            });
             if !is_default {
                 self.file.chunk(name, data, *columns)?;
             }
@@ -74,16 +78,37 @@ impl<'a, W: Write + Seek> Trajectory<'a, W> {
 /// The chunks that mostly do not change from frame to frame.
 fn constant(frame: &Frame) -> Result<Vec<Chunk>> {
     let [x, y] = [single(frame.sides[0])?, single(frame.sides[1])?];
-    ensure!(x > 0.0 && y > 0.0, "the box {:?} is too small for single precision", frame.sides);
+    ensure!(
+        x > 0.0 && y > 0.0,
+        "the box {:?} is too small for single precision",
+        frame.sides
+    );
     let atoms = &frame.atoms;
     let count = u32::try_from(atoms.len()).context("more than 2³² atoms")?;
-    let kinds = atoms.iter().map(|atom| atom.kind.saturating_add(1)).max().unwrap_or(1);
-    ensure!(kinds <= MOST_KINDS, "kind {}: at most {MOST_KINDS} kinds have a name", kinds - 1);
-    let name = |kind: u32| frame.kinds.get(kind as usize).cloned().unwrap_or_else(|| format!("kind {kind}"));
+    let kinds = atoms
+        .iter()
+        .map(|atom| atom.kind.saturating_add(1))
+        .max()
+        .unwrap_or(1);
+    ensure!(
+        kinds <= MAX_KINDS,
+        "kind {}: at most {MAX_KINDS} kinds have a name",
+        kinds - 1
+    );
+    let name = |kind: u32| {
+        frame
+            .kinds
+            .get(kind as usize)
+            .cloned()
+            .unwrap_or_else(|| format!("kind {kind}"))
+    };
     let names: Vec<String> = (0..kinds).map(name).collect();
     let positive = |value: f64| -> Result<f32> {
         let value_single = single(value)?;
-        ensure!(value_single > 0.0, "{value:e} is too small for single precision");
+        ensure!(
+            value_single > 0.0,
+            "{value:e} is too small for single precision"
+        );
         Ok(value_single)
     };
     let floats = |of: &dyn Fn(&AtomLine) -> Result<f32>| -> Result<Data> {
@@ -91,14 +116,26 @@ fn constant(frame: &Frame) -> Result<Vec<Chunk>> {
     };
     Ok(vec![
         // A box of two dimensions has no thickness.
-        ("configuration/box", Data::F32(vec![x, y, 0.0, 0.0, 0.0, 0.0]), 1),
+        (
+            "configuration/box",
+            Data::F32(vec![x, y, 0.0, 0.0, 0.0, 0.0]),
+            1,
+        ),
         ("configuration/dimensions", Data::U8(vec![2]), 1),
         ("particles/N", Data::U32(vec![count]), 1),
         texts("particles/types", &names),
         texts("particles/type_shapes", &shapes(atoms, kinds)),
-        ("particles/typeid", Data::U32(atoms.iter().map(|atom| atom.kind).collect()), 1),
+        (
+            "particles/typeid",
+            Data::U32(atoms.iter().map(|atom| atom.kind).collect()),
+            1,
+        ),
         ("particles/mass", floats(&|atom| positive(atom.mass))?, 1),
-        ("particles/diameter", floats(&|atom| positive(2.0 * atom.radius))?, 1),
+        (
+            "particles/diameter",
+            floats(&|atom| positive(2.0 * atom.radius))?,
+            1,
+        ),
         ("particles/body", Data::I32(bodies(atoms)?), 1),
     ])
 }
@@ -138,7 +175,9 @@ fn changing(frame: &Frame) -> Result<Vec<Chunk>> {
     for atom in &frame.atoms {
         for axis in 0..2 {
             let (place, image) = wrapped(atom.position[axis], frame.sides[axis])?;
-            let image = image.checked_add(atom.image[axis]).context("more than 2³¹ boxes crossed")?;
+            let image = image
+                .checked_add(atom.image[axis])
+                .context("more than 2³¹ boxes crossed")?;
             positions.push(place);
             images.push(image);
         }
@@ -169,20 +208,26 @@ fn wrapped(place: f64, side: f64) -> Result<(f32, i32)> {
     if inside >= single(0.5 * side)? {
         (inside, image) = (single(-0.5 * side)?, image + 1.0);
     }
-    ensure!(image.abs() < f64::from(i32::MAX), "the place {place} is too far from a box of side {side}");
+    ensure!(
+        image.abs() < f64::from(i32::MAX),
+        "the place {place} is too far from a box of side {side}"
+    );
     Ok((inside, image as i32))
 }
 
 /// The number of the molecule of each atom; −1 for a molecule of one atom.
 fn bodies(atoms: &[AtomLine]) -> Result<Vec<i32>> {
     let is_alone = |index: usize| {
-        let same =
-            |other: Option<&AtomLine>| other.is_some_and(|other| other.molecule == atoms[index].molecule);
-        !same(index.checked_sub(1).and_then(|before| atoms.get(before))) && !same(atoms.get(index + 1))
+        let same = |other: Option<&AtomLine>| {
+            other.is_some_and(|other| other.molecule == atoms[index].molecule)
+        };
+        !same(index.checked_sub(1).and_then(|before| atoms.get(before)))
+            && !same(atoms.get(index + 1))
     };
     let number = |(index, atom): (usize, &AtomLine)| {
         let number = i32::try_from(atom.molecule);
-        let number = number.with_context(|| format!("the molecule {} is above 2³¹ − 1", atom.molecule))?;
+        let number =
+            number.with_context(|| format!("the molecule {} is above 2³¹ − 1", atom.molecule))?;
         Ok(if is_alone(index) { -1 } else { number })
     };
     atoms.iter().enumerate().map(number).collect()

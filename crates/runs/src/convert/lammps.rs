@@ -19,8 +19,15 @@ pub(super) fn write(frame: &Frame, step: u64, out: &mut impl Write) -> io::Resul
     let half = 0.5 * frame.thickness;
     writeln!(out, "ITEM: TIMESTEP\n{step}")?;
     writeln!(out, "ITEM: NUMBER OF ATOMS\n{}", frame.atoms.len())?;
-    writeln!(out, "ITEM: BOX BOUNDS pp pp pp\n0.0 {x:?}\n0.0 {y:?}\n{:?} {half:?}", -half)?;
-    writeln!(out, "ITEM: ATOMS id mol type x y z ix iy iz vx vy vz radius mass angle omegaz v_time")?;
+    writeln!(
+        out,
+        "ITEM: BOX BOUNDS pp pp pp\n0.0 {x:?}\n0.0 {y:?}\n{:?} {half:?}",
+        -half
+    )?;
+    writeln!(
+        out,
+        "ITEM: ATOMS id mol type x y z ix iy iz vx vy vz radius mass angle omegaz v_time"
+    )?;
     for (index, atom) in frame.atoms.iter().enumerate() {
         let ([x, y], [ix, iy], [vx, vy]) = (atom.position, atom.image, atom.velocity);
         writeln!(

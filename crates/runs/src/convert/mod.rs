@@ -44,15 +44,23 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let frames = convert(&options.input, &options.output)?;
     put("frames", &frames);
     put("output", &options.output);
-    let unit = if is_table(&options.input) { "row" } else { "frame" };
+    let unit = if is_table(&options.input) {
+        "row"
+    } else {
+        "frame"
+    };
     let plural = if frames == 1 { "" } else { "s" };
-    print_line(&format!("{}: {frames} {unit}{plural}", options.output.display()));
+    print_line(&format!(
+        "{}: {frames} {unit}{plural}",
+        options.output.display()
+    ));
     Ok(Verdict::Passed)
 }
 
 /// Whether a file is a table of numbers.
 fn is_table(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }
 
 /// Writes the trajectory `input` (extended XYZ of a run) to `output` in the format of its ending,
@@ -66,12 +74,17 @@ fn is_table(path: &Path) -> bool {
 /// An unknown ending; invalid input, with file and line; a number beyond single precision for GSD;
 /// a file that cannot be read or written.
 pub fn convert(input: &Path, output: &Path) -> Result<u64> {
-    let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    let ending = output
+        .extension()
+        .map(|ending| ending.to_string_lossy().to_lowercase());
     let format = match ending.as_deref() {
         Some("gsd") => Format::Gsd,
         Some("lammpstrj" | "dump") => Format::Lammps,
         Some("npy") => Format::Npy,
-        _ => bail!("{}: expected an ending .gsd, .lammpstrj, .dump or .npy", output.display()),
+        _ => bail!(
+            "{}: expected an ending .gsd, .lammpstrj, .dump or .npy",
+            output.display()
+        ),
     };
     ensure!(
         !is_table(input) || matches!(format, Format::Npy),
@@ -98,7 +111,9 @@ pub fn convert(input: &Path, output: &Path) -> Result<u64> {
     }
     let mut frames = Frames::new(input_file);
     write_streamed(output, |out| {
-        count = format.write(&mut frames, out).with_context(|| input.display().to_string())?;
+        count = format
+            .write(&mut frames, out)
+            .with_context(|| input.display().to_string())?;
         Ok(())
     })?;
     Ok(count)
@@ -138,7 +153,9 @@ impl Format {
             Self::Gsd => {
                 let mut trajectory = hoomd::Trajectory::begin(out)?;
                 while frames.read(&mut frame)? {
-                    trajectory.write(&frame).with_context(|| format!("frame {count}"))?;
+                    trajectory
+                        .write(&frame)
+                        .with_context(|| format!("frame {count}"))?;
                     count += 1;
                     progress.count(1);
                 }

@@ -55,7 +55,11 @@ impl<'a, W: Write + Seek> Array<'a, W> {
     /// The file cannot be written.
     pub(super) fn begin(out: &'a mut W, names: &[&str]) -> Result<Self> {
         let names = names.iter().map(|name| (*name).to_owned()).collect();
-        let array = Self { out, names, rows: 0 };
+        let array = Self {
+            out,
+            names,
+            rows: 0,
+        };
         let header = array.header();
         array.out.write_all(&header)?;
         Ok(array)
@@ -124,10 +128,16 @@ impl<'a, W: Write + Seek> Array<'a, W> {
     /// Everything before the rows; it has one length for any number of rows.
     fn header(&self) -> Vec<u8> {
         let quoted = |name: &String| name.replace('\\', "\\\\").replace('\'', "\\'");
-        let columns: Vec<String> =
-            self.names.iter().map(|name| format!("('{}', '<f8')", quoted(name))).collect();
+        let columns: Vec<String> = self
+            .names
+            .iter()
+            .map(|name| format!("('{}', '<f8')", quoted(name)))
+            .collect();
         let literal = |rows: &str| {
-            format!("{{'descr': [{}], 'fortran_order': False, 'shape': ({rows},), }}", columns.join(", "))
+            format!(
+                "{{'descr': [{}], 'fortran_order': False, 'shape': ({rows},), }}",
+                columns.join(", ")
+            )
         };
         let longest = HEAD + literal(&"9".repeat(DIGITS)).len() + 1;
         let length = longest.next_multiple_of(ALIGNED) - HEAD;
@@ -148,11 +158,22 @@ impl<'a, W: Write + Seek> Array<'a, W> {
 /// The file cannot be read or written, or a cell is no number; the message names the line.
 pub(super) fn of_table(input: impl BufRead, out: &mut (impl Write + Seek)) -> Result<u64> {
     let mut lines = input.lines();
-    let head = lines.next().context("the file is empty")?.context("line 1")?;
+    let head = lines
+        .next()
+        .context("the file is empty")?
+        .context("line 1")?;
     let names: Vec<&str> = head.split(',').map(str::trim).collect();
-    ensure!(names.len() <= MAX_COLUMNS, "line 1: {} columns are more than {MAX_COLUMNS}", names.len());
-    let is_good = |index: usize| !names[index].is_empty() && !names[..index].contains(&names[index]);
-    ensure!((0..names.len()).all(is_good), "line 1: the columns must have different names");
+    ensure!(
+        names.len() <= MAX_COLUMNS,
+        "line 1: {} columns are more than {MAX_COLUMNS}",
+        names.len()
+    );
+    let is_good =
+        |index: usize| !names[index].is_empty() && !names[..index].contains(&names[index]);
+    ensure!(
+        (0..names.len()).all(is_good),
+        "line 1: the columns must have different names"
+    );
     let mut array = Array::begin(out, &names)?;
     let mut row = Vec::with_capacity(names.len());
     for (index, line) in lines.enumerate() {
@@ -160,8 +181,16 @@ pub(super) fn of_table(input: impl BufRead, out: &mut (impl Write + Seek)) -> Re
         let line = line.with_context(|| format!("line {number}"))?;
         row.clear();
         for cell in line.split(',').map(str::trim) {
-            let value = if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() };
-            row.push(value.ok().with_context(|| format!("line {number}: '{cell:.40}' is no number"))?);
+            let value = if cell.is_empty() {
+                Ok(f64::NAN)
+            } else {
+                cell.parse()
+            };
+            row.push(
+                value
+                    .ok()
+                    .with_context(|| format!("line {number}: '{cell:.40}' is no number"))?,
+            );
         }
         array.row(&row).with_context(|| format!("line {number}"))?;
     }
@@ -176,14 +205,16 @@ mod tests {
     #[test]
     fn a_table_is_an_array_with_its_names() {
         let mut out = Cursor::new(Vec::new());
-        assert_eq!(of_table("time,cos_Δθ\n0.5,1\n1,\n".as_bytes(), &mut out).unwrap(), 2);
+        assert_eq!(
+            of_table("time,cos_Δθ\n0.5,1\n1,\n".as_bytes(), &mut out).unwrap(),
+            2
+        );
         let bytes = out.into_inner();
         assert!(bytes.starts_with(b"\x93NUMPY\x03\x00"));
         let length = u32::from_le_bytes([bytes[8], bytes[9], bytes[10], bytes[11]]) as usize;
         assert_eq!((HEAD + length) % ALIGNED, 0);
         let header = std::str::from_utf8(&bytes[HEAD..HEAD + length]).unwrap();
-        let expected =
-            "{'descr': [('time', '<f8'), ('cos_Δθ', '<f8')], 'fortran_order': False, 'shape': (2,), }";
+        let expected = "{'descr': [('time', '<f8'), ('cos_Δθ', '<f8')], 'fortran_order': False, 'shape': (2,), }";
         assert_eq!(header.trim_end(), expected);
         let numbers: Vec<f64> = bytes[HEAD + length..]
             .chunks_exact(8)
@@ -198,7 +229,10 @@ mod tests {
         for (text, expected) in [
             ("", "empty"),
             ("a,a\n1,2\n", "different names"),
-            ("a,b\n1,2\n1\n", "line 3: a row has 1 cells, but there are 2 columns"),
+            (
+                "a,b\n1,2\n1\n",
+                "line 3: a row has 1 cells, but there are 2 columns",
+            ),
             ("a\nx\n", "line 2: 'x' is no number"),
         ] {
             let error = of_table(text.as_bytes(), &mut Cursor::new(Vec::new())).unwrap_err();

@@ -26,11 +26,16 @@ fn two_frames() -> String {
 /// Converts a text and returns the content of the output.
 fn converted(text: &str, name: &str) -> Result<Vec<u8>> {
     let folder = tempfile::tempdir()?;
-    let (input, output): (PathBuf, PathBuf) = (folder.path().join("in.extxyz"), folder.path().join(name));
+    let (input, output): (PathBuf, PathBuf) =
+        (folder.path().join("in.extxyz"), folder.path().join(name));
     fs::write(&input, text)?;
     let result = convert(&input, &output);
     let files = fs::read_dir(folder.path())?.count();
-    assert_eq!(files, if result.is_ok() { 2 } else { 1 }, "nothing else is left behind");
+    assert_eq!(
+        files,
+        if result.is_ok() { 2 } else { 1 },
+        "nothing else is left behind"
+    );
     result?;
     Ok(fs::read(output)?)
 }
@@ -42,7 +47,10 @@ type Chunks = HashMap<(u64, String), (u8, u64, u32, Vec<u8>)>;
 fn chunks(file: &[u8]) -> Chunks {
     let u64_at = |at: usize| u64::from_le_bytes(file[at..at + 8].try_into().unwrap());
     let u32_at = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap());
-    assert_eq!((u64_at(0), u32_at(40), u32_at(44)), (0x65DF_65DF_65DF_65DF, 0x1_0004, 0x2_0000));
+    assert_eq!(
+        (u64_at(0), u32_at(40), u32_at(44)),
+        (0x65DF_65DF_65DF_65DF, 0x1_0004, 0x2_0000)
+    );
     assert_eq!(&file[48 + 64..48 + 64 + 6], b"hoomd\0");
     let (index, entries) = (u64_at(8) as usize, u64_at(16) as usize);
     let (names_at, names_length) = (u64_at(24) as usize, 64 * u64_at(32) as usize);
@@ -59,16 +67,24 @@ fn chunks(file: &[u8]) -> Chunks {
     let mut found = Chunks::new();
     for entry in (0..entries).map(|entry| index + 32 * entry) {
         let id = u16::from_le_bytes(file[entry + 28..entry + 30].try_into().unwrap());
-        let (frame, rows, at, columns) =
-            (u64_at(entry), u64_at(entry + 8), u64_at(entry + 16) as usize, u32_at(entry + 24));
+        let (frame, rows, at, columns) = (
+            u64_at(entry),
+            u64_at(entry + 8),
+            u64_at(entry + 16) as usize,
+            u32_at(entry + 24),
+        );
         let kind = file[entry + 30];
         assert!(entry == index || (frame, id) > last, "entries are in order");
         last = (frame, id);
-        let length = rows as usize * columns as usize * [0, 1, 2, 4, 8, 1, 2, 4, 8, 4, 8][kind as usize];
+        let length =
+            rows as usize * columns as usize * [0, 1, 2, 4, 8, 1, 2, 4, 8, 4, 8][kind as usize];
         assert!(at >= 256 && at + length <= index && file[entry + 31] == 0);
         end = end.max(at + length);
         let data = file[at..at + length].to_vec();
-        found.insert((frame, names[id as usize].clone()), (kind, rows, columns, data));
+        found.insert(
+            (frame, names[id as usize].clone()),
+            (kind, rows, columns, data),
+        );
     }
     assert_eq!(end, index, "there is no gap between data and index");
     found
@@ -77,51 +93,89 @@ fn chunks(file: &[u8]) -> Chunks {
 fn floats(chunks: &Chunks, frame: u64, name: &str) -> Vec<f32> {
     let (kind, .., data) = &chunks[&(frame, name.to_owned())];
     assert_eq!(*kind, 9, "{name}");
-    data.chunks(4).map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap())).collect()
+    data.chunks(4)
+        .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()))
+        .collect()
 }
 
 fn integers(chunks: &Chunks, frame: u64, name: &str) -> Vec<i32> {
     let (kind, .., data) = &chunks[&(frame, name.to_owned())];
     assert!(*kind == 7 || *kind == 3, "{name}");
-    data.chunks(4).map(|bytes| i32::from_le_bytes(bytes.try_into().unwrap())).collect()
+    data.chunks(4)
+        .map(|bytes| i32::from_le_bytes(bytes.try_into().unwrap()))
+        .collect()
 }
 
 #[test]
 fn gsd_holds_the_atoms_in_a_box_about_the_origin() {
     let chunks = chunks(&converted(&two_frames(), "out.gsd").unwrap());
-    assert_eq!(floats(&chunks, 0, "configuration/box"), [2.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(
+        floats(&chunks, 0, "configuration/box"),
+        [2.0, 1.0, 0.0, 0.0, 0.0, 0.0]
+    );
     let places = floats(&chunks, 0, "particles/position");
-    for (found, expected) in places.iter().zip([0.95, -0.25, 0.0, -0.95, -0.25, 0.0, -0.5, 0.375, 0.0]) {
+    for (found, expected) in places
+        .iter()
+        .zip([0.95, -0.25, 0.0, -0.95, -0.25, 0.0, -0.5, 0.375, 0.0])
+    {
         assert!((found - expected).abs() < 1e-7, "{places:?}");
     }
-    assert_eq!(integers(&chunks, 0, "particles/image"), [-3, 1, 0, -2, 1, 0, 0, -1, 0]);
+    assert_eq!(
+        integers(&chunks, 0, "particles/image"),
+        [-3, 1, 0, -2, 1, 0, 0, -1, 0]
+    );
     assert_eq!(integers(&chunks, 0, "particles/body"), [7, 7, -1]);
     assert_eq!(integers(&chunks, 0, "particles/typeid"), [0, 0, 1]);
     assert_eq!(floats(&chunks, 0, "particles/diameter"), [0.2, 0.2, 0.1]);
     assert_eq!(floats(&chunks, 0, "particles/mass"), [1.5, 1.5, 1.0]);
-    assert_eq!(floats(&chunks, 0, "particles/velocity")[..3], [0.1, -0.2, 0.0]);
-    assert_eq!(chunks[&(0, "particles/types".to_owned())], (5, 2, 9, b"rod\0\0\0\0\0\0wall+hot\0".to_vec()));
+    assert_eq!(
+        floats(&chunks, 0, "particles/velocity")[..3],
+        [0.1, -0.2, 0.0]
+    );
+    assert_eq!(
+        chunks[&(0, "particles/types".to_owned())],
+        (5, 2, 9, b"rod\0\0\0\0\0\0wall+hot\0".to_vec())
+    );
     let (.., shapes) = &chunks[&(0, "particles/type_shapes".to_owned())];
     let shapes = String::from_utf8(shapes.clone()).unwrap();
-    let expected = "{\"type\": \"Sphere\", \"diameter\": 0.2}\0{\"type\": \"Sphere\", \"diameter\": 0.1}\0";
+    let expected =
+        "{\"type\": \"Sphere\", \"diameter\": 0.2}\0{\"type\": \"Sphere\", \"diameter\": 0.1}\0";
     assert_eq!(shapes, expected);
     assert_eq!(chunks[&(0, "log/walls".to_owned())].1, 1);
     // A quarter turn; time with every digit; nothing twice.
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    assert_eq!(floats(&chunks, 1, "particles/orientation")[..4], [half, 0.0, 0.0, half]);
+    assert_eq!(
+        floats(&chunks, 1, "particles/orientation")[..4],
+        [half, 0.0, 0.0, half]
+    );
     assert_eq!(chunks[&(1, "log/time".to_owned())].3, 0.1f64.to_le_bytes());
-    assert_eq!(chunks[&(1, "configuration/step".to_owned())].3, 1u64.to_le_bytes());
-    for name in ["particles/N", "particles/mass", "particles/types", "configuration/box", "log/walls"] {
+    assert_eq!(
+        chunks[&(1, "configuration/step".to_owned())].3,
+        1u64.to_le_bytes()
+    );
+    for name in [
+        "particles/N",
+        "particles/mass",
+        "particles/types",
+        "configuration/box",
+        "log/walls",
+    ] {
         assert!(!chunks.contains_key(&(1, name.to_owned())), "{name}");
     }
 }
 
 #[test]
 fn a_frame_of_another_number_of_atoms_is_whole() {
-    let one = format!("1\n{HEAD} Time=0.2\nX 0.5 0.5 0.0 0.0 0.0 0.0 9 0 0.05 0.0 0.0 1.0 1 0 0 0\n");
+    let one =
+        format!("1\n{HEAD} Time=0.2\nX 0.5 0.5 0.0 0.0 0.0 0.0 9 0 0.05 0.0 0.0 1.0 1 0 0 0\n");
     let chunks = chunks(&converted(&(two_frames() + &one), "out.gsd").unwrap());
     assert_eq!(integers(&chunks, 2, "particles/N"), [1]);
-    for name in ["particles/mass", "particles/types", "particles/typeid", "particles/diameter"] {
+    for name in [
+        "particles/mass",
+        "particles/types",
+        "particles/typeid",
+        "particles/diameter",
+    ] {
         assert!(chunks.contains_key(&(2, name.to_owned())), "{name}");
     }
 }
@@ -131,17 +185,34 @@ fn a_dump_keeps_every_digit() {
     let text = String::from_utf8(converted(&two_frames(), "out.lammpstrj").unwrap()).unwrap();
     let frames: Vec<&str> = text.split_inclusive("ITEM: TIMESTEP\n").skip(1).collect();
     let lines: Vec<&str> = frames[1].lines().collect();
-    assert!(text.starts_with("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n3\n"), "{text}");
+    assert!(
+        text.starts_with("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n3\n"),
+        "{text}"
+    );
     assert_eq!(
         lines[..7],
-        ["1", "ITEM: NUMBER OF ATOMS", "3", "ITEM: BOX BOUNDS pp pp pp", "0.0 2.0", "0.0 1.0", "-0.1 0.1"]
+        [
+            "1",
+            "ITEM: NUMBER OF ATOMS",
+            "3",
+            "ITEM: BOX BOUNDS pp pp pp",
+            "0.0 2.0",
+            "0.0 1.0",
+            "-0.1 0.1"
+        ]
     );
-    assert_eq!(lines[7], "ITEM: ATOMS id mol type x y z ix iy iz vx vy vz radius mass angle omegaz v_time");
+    assert_eq!(
+        lines[7],
+        "ITEM: ATOMS id mol type x y z ix iy iz vx vy vz radius mass angle omegaz v_time"
+    );
     assert_eq!(
         lines[8],
         "1 7 1 0.1 0.3333333333333333 0.0 -3 1 0 0.1 -0.2 0.0 0.1 1.5 1.5707963267948966 0.5 0.1"
     );
-    assert_eq!(lines[10], "3 9 2 0.5 -0.125 0.0 0 0 0 0.0 0.0 0.0 0.05 1.0 0.0 0.0 0.1");
+    assert_eq!(
+        lines[10],
+        "3 9 2 0.5 -0.125 0.0 0 0 0 0.0 0.0 0.0 0.05 1.0 0.0 0.0 0.1"
+    );
     assert_eq!((frames.len(), lines.len()), (2, 11));
 }
 
@@ -153,26 +224,50 @@ fn bad_input_is_refused_by_line_and_column() {
         (String::new(), "the file is empty"),
         (with("3\n", "three\n"), "line 1: 'three' is not the number"),
         (with("H 2.05", "H nan"), "line 4: column pos"),
-        (with("0.1 0.3 0.0 7 1 0.1", "0.1 0.3 0.0 7 1 -0.1"), "line 4: column radius: -0.1 is not positive"),
-        (with(" 0.5 1.5 0 -3 1 0\n", " 0.5 1.5\n"), "line 3: the column kind is missing"),
+        (
+            with("0.1 0.3 0.0 7 1 0.1", "0.1 0.3 0.0 7 1 -0.1"),
+            "line 4: column radius: -0.1 is not positive",
+        ),
+        (
+            with(" 0.5 1.5 0 -3 1 0\n", " 0.5 1.5\n"),
+            "line 3: the column kind is missing",
+        ),
         (with(" Time=0.0", ""), "line 2: the entry Time=… is missing"),
         (with("pos:R:3", "pos:R:2"), "line 2: Properties: pos"),
         (
             with("2.05 0.25 0.0", "2.05 0.25 0.5"),
             "line 4: column pos: there must be two numbers [x, y] and a third that is 0, but there is [2.05, 0.25, 0.5]",
         ),
-        (with("0.1 -0.2 0.0", "0.1 -0.2 -3"), "line 3: column velo: there must be two numbers [x, y]"),
-        (with("mass:R:1:", ""), "line 2: Properties: the column mass is missing"),
+        (
+            with("0.1 -0.2 0.0", "0.1 -0.2 -3"),
+            "line 3: column velo: there must be two numbers [x, y]",
+        ),
+        (
+            with("mass:R:1:", ""),
+            "line 2: Properties: the column mass is missing",
+        ),
         (with("2.0 0.0", "2.0 0.5"), "line 2: Lattice"),
-        (with("Lattice=\"2.0", "Lattice=\"0.0"), "line 2: Lattice: the side 0 is not positive"),
+        (
+            with("Lattice=\"2.0", "Lattice=\"0.0"),
+            "line 2: Lattice: the side 0 is not positive",
+        ),
         (with("\"T T F\"", "\"T T F"), "line 2"),
-        (good[..good.rfind('X').unwrap()].to_owned(), "of the 3 atoms of this frame"),
+        (
+            good[..good.rfind('X').unwrap()].to_owned(),
+            "of the 3 atoms of this frame",
+        ),
         (with("H 1.95", "H 1e300"), "frame 0"),
     ] {
         let error = converted(&text, "out.gsd").unwrap_err();
         let message = format!("{error:#}");
-        assert!(message.contains("in.extxyz") && message.contains(expected), "{expected}: {message}");
+        assert!(
+            message.contains("in.extxyz") && message.contains(expected),
+            "{expected}: {message}"
+        );
     }
     let message = format!("{:#}", converted(&good, "out.xyz").unwrap_err());
-    assert!(message.contains(".gsd, .lammpstrj, .dump or .npy"), "{message}");
+    assert!(
+        message.contains(".gsd, .lammpstrj, .dump or .npy"),
+        "{message}"
+    );
 }

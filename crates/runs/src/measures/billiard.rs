@@ -54,7 +54,10 @@ impl Billiard {
         let mut moving = view.bodies().filter(|body| !body.body.is_fixed());
         let (mover, another) = (moving.next()?.body, moving.next());
         let count = view.len() - 1;
-        if another.is_some() || !(1..=MAX_FIXED).contains(&count) || fixed().any(|body| body.body.is_wall()) {
+        if another.is_some()
+            || !(1..=MAX_FIXED).contains(&count)
+            || fixed().any(|body| body.body.is_wall())
+        {
             return None;
         }
         let first = fixed().next()?.body.molecule();
@@ -67,10 +70,20 @@ impl Billiard {
         let (molecule_is_fixed, radius) = (mover.molecule().is_disc(), disc.bounding_radius());
         let reach = molecule.bounding_radius() + radius;
         let is_sound = fixed().all(|body| is_alike(&body)) && are_apart(view, fixed(), 2.0 * reach);
-        let turning = Some(mover).filter(|mover| mover.can_turn()).map(Body::molecule);
-        let ratio = turning.map_or(0.0, |molecule| molecule.mass() / molecule.moment_of_inertia());
+        let turning = Some(mover)
+            .filter(|mover| mover.can_turn())
+            .map(Body::molecule);
+        let ratio = turning.map_or(0.0, |molecule| {
+            molecule.mass() / molecule.moment_of_inertia()
+        });
         let area = view.bounds().area() / count as f64;
-        is_sound.then(|| Self { molecule: molecule.clone(), molecule_is_fixed, radius, area, ratio })
+        is_sound.then(|| Self {
+            molecule: molecule.clone(),
+            molecule_is_fixed,
+            radius,
+            area,
+            ratio,
+        })
     }
 
     fn region(&self) -> Option<ExcludedRegion> {
@@ -108,11 +121,17 @@ impl Billiard {
 }
 
 /// Whether all bodies, and their images, are farther apart than `distance` (length).
-fn are_apart<'a>(view: &View<'_>, bodies: impl Iterator<Item = BodyView<'a>>, distance: f64) -> bool {
+fn are_apart<'a>(
+    view: &View<'_>,
+    bodies: impl Iterator<Item = BodyView<'a>>,
+    distance: f64,
+) -> bool {
     let bounds = view.bounds();
     let places: Vec<DVec2> = bodies.map(|body| body.motion.position).collect();
     let is_free = |(index, place): (usize, &DVec2)| {
-        places[..index].iter().all(|other| bounds.nearest_image(*place - *other).length() > distance)
+        places[..index]
+            .iter()
+            .all(|other| bounds.nearest_image(*place - *other).length() > distance)
     };
     distance < bounds.sides().min_element() && places.iter().enumerate().all(is_free)
 }
@@ -130,7 +149,11 @@ mod tests {
     use carom_methods::AnySimulation;
 
     fn of(text: &str) -> Option<Billiard> {
-        Billiard::of(&AnySimulation::new(&Scene::from_toml(text).unwrap()).unwrap().view())
+        Billiard::of(
+            &AnySimulation::new(&Scene::from_toml(text).unwrap())
+                .unwrap()
+                .view(),
+        )
     }
 
     const TEE: &str = "shape = \"tee\"\natom_radius = 0.05\natom_mass = 1.0\n";
@@ -154,7 +177,13 @@ mod tests {
         }
         // Half of the box for each of two.
         let large = "[box]\nsides = [2.0, 1.0]\n";
-        let two = of(&format!("{large}{}{}{}", molecule([0.5; 2]), molecule([1.5, 0.5]), gas(1))).unwrap();
+        let two = of(&format!(
+            "{large}{}{}{}",
+            molecule([0.5; 2]),
+            molecule([1.5, 0.5]),
+            gas(1)
+        ))
+        .unwrap();
         assert!((two.mean_free_path().unwrap() / path - 1.0).abs() < 1e-12);
     }
 
@@ -163,7 +192,9 @@ mod tests {
     fn one_molecule_among_fixed_discs_has_exact_predictions() {
         let bumper = "[[bumper]]\nradius = 0.02\nat = [0.5, 0.5]\n";
         let mover = |shape: &str, keys: &str| {
-            let gas = format!("[[gas]]\nshape = \"{shape}\"\natom_radius = 0.02\natom_mass = 1.0\n{keys}");
+            let gas = format!(
+                "[[gas]]\nshape = \"{shape}\"\natom_radius = 0.02\natom_mass = 1.0\n{keys}"
+            );
             of(&format!("{bumper}{gas}energy = 1.0\ncount = 1\n")).unwrap()
         };
         let [free, locked] = ["", "rotation = \"locked\"\n"].map(|keys| mover("rod:3", keys));
@@ -172,7 +203,9 @@ mod tests {
         let [of_free, of_locked] = [free, locked].map(|billiard| billiard.atom_shares().unwrap());
         assert!(of_free[0] > of_locked[0] && (of_free[0] - of_free[2]).abs() < 1e-12);
         let disc = mover("disc", "");
-        assert!((disc.mean_free_path().unwrap() - PI * (1.0 - PI * 0.0016) / (PI * 0.08)).abs() < 1e-12);
+        assert!(
+            (disc.mean_free_path().unwrap() - PI * (1.0 - PI * 0.0016) / (PI * 0.08)).abs() < 1e-12
+        );
     }
 
     #[test]
@@ -180,10 +213,18 @@ mod tests {
         for text in [
             format!("{}{}", molecule([0.5; 2]), gas(2)),
             format!("[[molecule]]\n{TEE}at = [0.5, 0.5]\n{}", gas(1)),
-            format!("[box]\nsides = [0.3, 1.0]\n{}{}", molecule([0.15, 0.5]), gas(1)),
+            format!(
+                "[box]\nsides = [0.3, 1.0]\n{}{}",
+                molecule([0.15, 0.5]),
+                gas(1)
+            ),
             // Too near to one another, and unlike.
             format!("{}{}{}", molecule([0.3, 0.5]), molecule([0.6, 0.5]), gas(1)),
-            format!("{}[[bumper]]\nradius = 0.02\nat = [0.05, 0.05]\n{}", molecule([0.5; 2]), gas(1)),
+            format!(
+                "{}[[bumper]]\nradius = 0.02\nat = [0.05, 0.05]\n{}",
+                molecule([0.5; 2]),
+                gas(1)
+            ),
             format!("[[wall]]\nx = 0.0\n{}", gas(1)),
             gas(1),
         ] {

@@ -48,7 +48,10 @@ impl Observer for Rate {
     fn sample(&mut self, view: &View<'_>) {
         let before = self.observer.series().len();
         self.observer.sample(view);
-        let rates: Vec<f64> = self.observer.series()[before..].iter().map(|point| point.rate).collect();
+        let rates: Vec<f64> = self.observer.series()[before..]
+            .iter()
+            .map(|point| point.rate)
+            .collect();
         self.sums.end(view.time().to_f64(), &rates);
     }
 }
@@ -72,13 +75,20 @@ impl Measured for Rate {
         let prediction = context.gas().map(HardDiscs::collision_rate);
         let table = Table::new(context.table("collision-rate"), "Collisions")
             .abscissa("time", "time", of(|point| point.time))
-            .counts("collisions", points.iter().map(|point| point.collisions).collect())
+            .counts(
+                "collisions",
+                points.iter().map(|point| point.collisions).collect(),
+            )
             .value("rate_per_body", "1/time", rates)
             .labelled("collisions per body")
             .level("Enskog", prediction, ENSKOG)
             .caption("Mean over the moving bodies in each interval between samples.");
         let figures = context.figures([(FIGURE, "1/time", prediction)], means, ENSKOG);
-        Results { tables: vec![table], figures, ..Results::default() }
+        Results {
+            tables: vec![table],
+            figures,
+            ..Results::default()
+        }
     }
 
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {

@@ -4,14 +4,20 @@ use anyhow::{Context as _, Result, ensure};
 use carom::{ContactDensity, engine::BodyView, observers::ContactPoint};
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, resumed};
+use super::{
+    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, resumed,
+};
 
 pub(super) const KIND: Kind = Kind {
     name: "contact-density",
     summary: "contacts of the discs of a gas along the boundary of the only body with the tag",
     of: Of::OneBody,
     span: Span::Measurement,
-    parameters: &[Parameter::whole("bins", Default::Number(72.0), "bins of the whole turn around each atom")],
+    parameters: &[Parameter::whole(
+        "bins",
+        Default::Number(72.0),
+        "bins of the whole turn around each atom",
+    )],
     figures: &["force from the contact density"],
     begin: |selection| Ok(in_blocks(observer(selection)?)),
     resume: resumed::<ContactDensity>,
@@ -24,11 +30,21 @@ pub(super) fn observer(selection: &Selection<'_>) -> Result<ContactDensity> {
         let disc = other.body.molecule().is_disc() && !other.body.is_fixed();
         disc && other.body.key() != body.body.key()
     };
-    let mut radii =
-        selection.view.bodies().filter(is_of_a_gas).map(|other| other.body.molecule().bounding_radius());
+    let mut radii = selection
+        .view
+        .bodies()
+        .filter(is_of_a_gas)
+        .map(|other| other.body.molecule().bounding_radius());
     let disc = radii.next().context("the scene has no gas of discs")?;
-    ensure!(radii.all(|radius| radius == disc), "the discs of the gas have several radii");
-    Ok(ContactDensity::new(body.body, disc, selection.whole("bins"))?)
+    ensure!(
+        radii.all(|radius| radius == disc),
+        "the discs of the gas have several radii"
+    );
+    Ok(ContactDensity::new(
+        body.body,
+        disc,
+        selection.whole("bins"),
+    )?)
 }
 
 impl Measured for ContactDensity {
@@ -43,7 +59,8 @@ impl Measured for ContactDensity {
             [x - weight * cos, y - weight * sin]
         });
         let force = force.map(|force| [force, self.duration()]);
-        let bins = || (0..self.atoms()).flat_map(|atom| (0..self.turn_bins()).map(move |bin| (atom, bin)));
+        let bins =
+            || (0..self.atoms()).flat_map(|atom| (0..self.turn_bins()).map(move |bin| (atom, bin)));
         let pressure = |(atom, bin): (usize, usize)| match self.arc(atom, bin) {
             arc if arc > 0.0 => [self.impulse(atom, bin) / arc, self.duration()],
             _ => [0.0; 2],
@@ -54,31 +71,75 @@ impl Measured for ContactDensity {
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let bins = self.turn_bins();
         let (forces, pressures) = means.split_at(means.len().min(2));
-        let mean = |atom: usize, bin: usize| pressures.get(atom * bins + bin).copied().unwrap_or_default();
+        let mean = |atom: usize, bin: usize| {
+            pressures
+                .get(atom * bins + bin)
+                .copied()
+                .unwrap_or_default()
+        };
         let points = self.points();
-        let error = |point: &ContactPoint| mean(point.atom, point.bin).standard_error.unwrap_or(f64::NAN);
-        let all = Table::new(context.table("contact-density"), "Contacts along the boundary")
-            .counts("atom", points.iter().map(|point| point.atom as u64).collect())
-            .undrawn("angle", "radian", points.iter().map(|point| point.angle).collect())
-            .undrawn("arc", "length", points.iter().map(|point| point.arc).collect())
-            .counts("contacts", points.iter().map(|point| point.contacts).collect())
-            .undrawn("pressure", "mass/time²", points.iter().map(|point| point.pressure).collect())
-            .undrawn("standard_error", "mass/time²", points.iter().map(error).collect());
+        let error = |point: &ContactPoint| {
+            mean(point.atom, point.bin)
+                .standard_error
+                .unwrap_or(f64::NAN)
+        };
+        let all = Table::new(
+            context.table("contact-density"),
+            "Contacts along the boundary",
+        )
+        .counts(
+            "atom",
+            points.iter().map(|point| point.atom as u64).collect(),
+        )
+        .undrawn(
+            "angle",
+            "radian",
+            points.iter().map(|point| point.angle).collect(),
+        )
+        .undrawn(
+            "arc",
+            "length",
+            points.iter().map(|point| point.arc).collect(),
+        )
+        .counts(
+            "contacts",
+            points.iter().map(|point| point.contacts).collect(),
+        )
+        .undrawn(
+            "pressure",
+            "mass/time²",
+            points.iter().map(|point| point.pressure).collect(),
+        )
+        .undrawn(
+            "standard_error",
+            "mass/time²",
+            points.iter().map(error).collect(),
+        );
         let angle = |bin: usize| (bin as f64 + 0.5) * std::f64::consts::TAU / bins as f64;
         let name = context.table("contact-density.by-angle");
-        let mut by_angle = Table::new(name, "Pressure of the contacts along the boundary of each atom")
-            .abscissa("angle", "radian", (0..bins).map(angle).collect())
-            .caption("In the frame of the body.");
+        let mut by_angle = Table::new(
+            name,
+            "Pressure of the contacts along the boundary of each atom",
+        )
+        .abscissa("angle", "radian", (0..bins).map(angle).collect())
+        .caption("In the frame of the body.");
         let atoms = points.iter().map(|point| point.atom + 1).max().unwrap_or(0);
         for atom in 0..atoms {
             let of_atom: Vec<BlockMean> = (0..bins).map(|bin| mean(atom, bin)).collect();
             by_angle = by_angle.means(&format!("atom_{atom}"), "mass/time²", &of_atom);
         }
-        let names = ["force from the contact density along x′", "force from the contact density along y′"];
+        let names = [
+            "force from the contact density along x′",
+            "force from the contact density along y′",
+        ];
         let figures = names
             .into_iter()
             .zip(forces)
             .filter_map(|(name, mean)| context.figure(name, "mass·length/time²", mean));
-        Results { tables: vec![all, by_angle], figures: figures.collect(), ..Results::default() }
+        Results {
+            tables: vec![all, by_angle],
+            figures: figures.collect(),
+            ..Results::default()
+        }
     }
 }

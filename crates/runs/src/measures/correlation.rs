@@ -4,7 +4,7 @@ use carom::TimeCorrelation;
 use carom_tables::{BlockMean, Figure, Table};
 
 use super::{
-    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span,
+    Context, Kind, MAX_LAG, Measured, Of, Results, Span,
     hard_discs::SONINE,
     in_blocks, resumed,
     slope::Slope,
@@ -28,11 +28,15 @@ pub(super) const KIND: Kind = Kind {
     summary: "mean squared displacement and velocity autocorrelation against the lag",
     of: Of::Group,
     span: Span::Measurement,
-    parameters: &[LONGEST_LAG],
+    parameters: &[MAX_LAG],
     figures: &["diffusion coefficient", "apparent diffusion coefficient"],
     begin: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
-        Ok(in_blocks(TimeCorrelation::new(selection.group, interval, longest)?))
+        Ok(in_blocks(TimeCorrelation::new(
+            selection.group,
+            interval,
+            longest,
+        )?))
     },
     resume: resumed::<TimeCorrelation>,
 };
@@ -45,7 +49,11 @@ impl Measured for TimeCorrelation {
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let points: Vec<_> = self.points().into_iter().filter(|point| point.pairs >= MIN_PAIRS).collect();
+        let points: Vec<_> = self
+            .points()
+            .into_iter()
+            .filter(|point| point.pairs >= MIN_PAIRS)
+            .collect();
         let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
         let quantity = |index: usize| -> Vec<BlockMean> {
             // Lags without pairs are the longest.
@@ -53,8 +61,12 @@ impl Measured for TimeCorrelation {
             context.resolved(&means[begin..], &lags)
         };
         let (squares, products, fourths) = (quantity(0), quantity(1), quantity(2));
-        let exponential: Vec<Option<f64>> = lags.iter().map(|&lag| exponential(lag, context)).collect();
-        let gaussian = squares.iter().map(|mean| mean.value.map(|square| 2.0 * square * square)).collect();
+        let exponential: Vec<Option<f64>> =
+            lags.iter().map(|&lag| exponential(lag, context)).collect();
+        let gaussian = squares
+            .iter()
+            .map(|mean| mean.value.map(|square| 2.0 * square * square))
+            .collect();
         let table = Table::new(
             context.table("correlation"),
             "Mean squared displacement and velocity autocorrelation",
@@ -75,17 +87,41 @@ impl Measured for TimeCorrelation {
             "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",
         ));
         let mut figures: Vec<Figure> = diffusion(&lags, &squares, context).into_iter().collect();
-        let curve = |means| Curve { lags: &lags, means, blocks: context.blocks, of: Taken::Itself };
-        figures.extend(curve(&squares).plateau(&products).map(|plateau| at_long_lags(&plateau, context)));
-        figures.extend(curve(&products).integral().map(|integral| of_velocities(integral, context)));
-        Results { tables: vec![table], figures, ..Results::default() }
+        let curve = |means| Curve {
+            lags: &lags,
+            means,
+            blocks: context.blocks,
+            of: Taken::Itself,
+        };
+        figures.extend(
+            curve(&squares)
+                .plateau(&products)
+                .map(|plateau| at_long_lags(&plateau, context)),
+        );
+        figures.extend(
+            curve(&products)
+                .integral()
+                .map(|integral| of_velocities(integral, context)),
+        );
+        Results {
+            tables: vec![table],
+            figures,
+            ..Results::default()
+        }
     }
 }
 
 /// The diffusion coefficient from the mean squared displacement at long lags, where it grows in
 /// proportion to the lag; in two dimensions it grows slowly with the lag and with the box.
 fn at_long_lags(plateau: &Plateau, context: &Context<'_>) -> Figure {
-    let Plateau { slope: Value { value, standard_error }, between: [begin, end], is_constant } = *plateau;
+    let Plateau {
+        slope: Value {
+            value,
+            standard_error,
+        },
+        between: [begin, end],
+        is_constant,
+    } = *plateau;
     let what = if is_constant { "" } else { "apparent " };
     let lack = if is_constant { "" } else { ", no plateau" };
     let name = format!("{what}diffusion coefficient at long lags, {begin:.3} to {end:.3}{lack}");
@@ -94,7 +130,9 @@ fn at_long_lags(plateau: &Plateau, context: &Context<'_>) -> Figure {
 
 /// The diffusion coefficient as half the integral of the velocity autocorrelation.
 fn of_velocities((integral, until): (Value, f64), context: &Context<'_>) -> Figure {
-    let name = context.named(&format!("diffusion coefficient from velocities, up to lag {until:.3}"));
+    let name = context.named(&format!(
+        "diffusion coefficient from velocities, up to lag {until:.3}"
+    ));
     Figure::new(name, 0.5 * integral.value, "length²/time").error(0.5 * integral.standard_error)
 }
 
@@ -112,6 +150,9 @@ fn exponential(lag: f64, context: &Context<'_>) -> Option<f64> {
 fn diffusion(lags: &[f64], squares: &[BlockMean], context: &Context<'_>) -> Option<Figure> {
     let gas = context.gas()?;
     let slope = Slope::between([SLOPE_FROM, SLOPE_TO], lags, squares, gas)?;
-    let name = context.named(&format!("diffusion coefficient, from lags {}", slope.lags()));
+    let name = context.named(&format!(
+        "diffusion coefficient, from lags {}",
+        slope.lags()
+    ));
     Some(Figure::new(name, 0.25 * slope.value, "length²/time").predicted(gas.diffusion(), SONINE))
 }

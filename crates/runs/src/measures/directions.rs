@@ -20,15 +20,27 @@ pub(super) const KIND: Kind = Kind {
     summary: "directions of the impulses on the bodies of a group, each in its own frame",
     of: Of::Group,
     span: Span::Measurement,
-    parameters: &[Parameter::whole("bins", Default::Number(72.0), "sectors of the whole turn")],
+    parameters: &[Parameter::whole(
+        "bins",
+        Default::Number(72.0),
+        "sectors of the whole turn",
+    )],
     figures: &["share of contacts", "directions", "contacts by atom"],
     begin: |selection| {
         let group = selection.group;
         let facts = Billiard::of(selection.view).filter(|billiard| {
-            let members = selection.view.bodies().filter(|body| group.contains(body.body));
-            members.into_iter().all(|body| body.body.is_fixed() == billiard.molecule_is_fixed)
+            let members = selection
+                .view
+                .bodies()
+                .filter(|body| group.contains(body.body));
+            members
+                .into_iter()
+                .all(|body| body.body.is_fixed() == billiard.molecule_is_fixed)
         });
-        Ok(in_blocks(Known { observer: DirectionHistogram::of_group(group, selection.whole("bins")), facts }))
+        Ok(in_blocks(Known {
+            observer: DirectionHistogram::of_group(group, selection.whole("bins")),
+            facts,
+        }))
     },
     resume: resumed::<Known<DirectionHistogram, Option<Billiard>>>,
 };
@@ -38,7 +50,11 @@ impl Measured for Known<DirectionHistogram, Option<Billiard>> {
     /// contacts of each atom.
     fn sums(&self) -> Vec<[f64; 2]> {
         let hits = self.observer.hits() as f64;
-        let atoms = self.observer.atom_counts().iter().map(|&count| [count as f64, hits]);
+        let atoms = self
+            .observer
+            .atom_counts()
+            .iter()
+            .map(|&count| [count as f64, hits]);
         sums(&self.observer).into_iter().chain(atoms).collect()
     }
 
@@ -48,18 +64,36 @@ impl Measured for Known<DirectionHistogram, Option<Billiard>> {
         let parts = exact.and_then(|billiard| billiard.direction_shares(histogram.counts().len()));
         let of_atoms = exact.and_then(Billiard::atom_shares);
         let chi = [
-            ("directions", histogram.counts(), parts.as_ref().map(|parts| &parts[0])),
-            ("contacts by atom", histogram.atom_counts(), of_atoms.as_ref()),
+            (
+                "directions",
+                histogram.counts(),
+                parts.as_ref().map(|parts| &parts[0]),
+            ),
+            (
+                "contacts by atom",
+                histogram.atom_counts(),
+                of_atoms.as_ref(),
+            ),
         ];
         let chi = chi.into_iter().filter_map(|(what, counts, shares)| {
             chi_square(what, ChiSquare::of(counts, shares?), ARCS, context)
         });
         let chi: Vec<Figure> = chi.collect();
-        let predicted = parts.map(|parts| Shares { parts, label: "exposed arcs", source: ARCS });
+        let predicted = parts.map(|parts| Shares {
+            parts,
+            label: "exposed arcs",
+            source: ARCS,
+        });
         let (directions, atoms) = means.split_at(means.len().min(2 * histogram.counts().len()));
         let share = |(atom, mean): (usize, &BlockMean)| {
-            let figure = context.figure(&format!("share of contacts on atom {}", name(atom)), "1", mean)?;
-            let predicted = of_atoms.as_ref().and_then(|shares| shares.get(atom).copied());
+            let figure = context.figure(
+                &format!("share of contacts on atom {}", name(atom)),
+                "1",
+                mean,
+            )?;
+            let predicted = of_atoms
+                .as_ref()
+                .and_then(|shares| shares.get(atom).copied());
             Some(figure.predicted(predicted, ARCS))
         };
         let count = if atoms.len() > 1 { MAX_ATOMS } else { 0 };
@@ -76,15 +110,24 @@ impl Measured for Known<DirectionHistogram, Option<Billiard>> {
 pub(super) fn sums(histogram: &DirectionHistogram) -> Vec<[f64; 2]> {
     let (hits, impulse) = (histogram.hits() as f64, histogram.total_impulse());
     let by_count = histogram.counts().iter().map(|&count| [count as f64, hits]);
-    by_count.chain(histogram.impulse().iter().map(|&sum| [sum, impulse])).collect()
+    by_count
+        .chain(histogram.impulse().iter().map(|&sum| [sum, impulse]))
+        .collect()
 }
 
 /// χ² per degree of freedom of shares against their prediction; `None` without a degree of freedom.
-pub(super) fn chi_square(what: &str, chi: ChiSquare, source: &str, context: &Context<'_>) -> Option<Figure> {
+pub(super) fn chi_square(
+    what: &str,
+    chi: ChiSquare,
+    source: &str,
+    context: &Context<'_>,
+) -> Option<Figure> {
     let freedom = chi.freedom as f64;
     (chi.freedom > 0).then(|| {
         let name = context.named(&format!("{what}, χ² per degree of freedom"));
-        Figure::new(name, chi.value / freedom, "1").error((2.0 / freedom).sqrt()).predicted(1.0, source)
+        Figure::new(name, chi.value / freedom, "1")
+            .error((2.0 / freedom).sqrt())
+            .predicted(1.0, source)
     })
 }
 
@@ -113,11 +156,23 @@ pub(super) fn table(
         .caption("In the frame of the body, counter-clockwise from its x′ axis.")
         .polar();
     let (by_count, by_impulse) = means.split_at(means.len() / 2);
-    let columns = [("share_of_contacts", by_count), ("share_of_impulse", by_impulse)];
+    let columns = [
+        ("share_of_contacts", by_count),
+        ("share_of_impulse", by_impulse),
+    ];
     for (index, (name, means)) in columns.into_iter().enumerate() {
         table = table.means(name, "1", means);
-        if let Some(Shares { parts, label, source }) = predicted {
-            table = table.prediction(label, parts[index].iter().copied().map(Some).collect(), source);
+        if let Some(Shares {
+            parts,
+            label,
+            source,
+        }) = predicted
+        {
+            table = table.prediction(
+                label,
+                parts[index].iter().copied().map(Some).collect(),
+                source,
+            );
         }
     }
     table

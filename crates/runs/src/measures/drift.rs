@@ -11,10 +11,18 @@ pub(super) const KIND: Kind = Kind {
     of: Of::OneBody,
     span: Span::Measurement,
     parameters: &[],
-    figures: &["mean force", "mean torque", "mean velocity", "mean angular velocity"],
+    figures: &[
+        "mean force",
+        "mean torque",
+        "mean velocity",
+        "mean angular velocity",
+    ],
     begin: |selection| {
         let body = selection.only_body()?.body;
-        Ok(in_blocks(Known { observer: Drift::new(body.key()), facts: body.is_fixed() }))
+        Ok(in_blocks(Known {
+            observer: Drift::new(body.key()),
+            facts: body.is_fixed(),
+        }))
     },
     resume: resumed::<Known<Drift, IsFixed>>,
 };
@@ -37,7 +45,14 @@ impl Measured for Known<Drift, IsFixed> {
     fn sums(&self) -> Vec<[f64; 2]> {
         let drift = &self.observer;
         let (impulse, path) = (drift.impulse(), drift.path());
-        let sums = [impulse.x, impulse.y, drift.angular_impulse(), path.x, path.y, drift.turn()];
+        let sums = [
+            impulse.x,
+            impulse.y,
+            drift.angular_impulse(),
+            path.x,
+            path.y,
+            drift.turn(),
+        ];
         sums.map(|sum| [sum, drift.duration()]).to_vec()
     }
 
@@ -47,11 +62,20 @@ impl Measured for Known<Drift, IsFixed> {
         let is_zero = context.is_equilibrium && !self.facts;
         let names = MEANS.map(|(name, unit)| (name, unit, is_zero.then_some(0.0)));
         let (forces, velocities) = names.split_at(3);
-        let of = |names: &[_], means: &[BlockMean]| context.figures(names.to_vec(), means, "equilibrium");
+        let of = |names: &[_], means: &[BlockMean]| {
+            context.figures(names.to_vec(), means, "equilibrium")
+        };
         let (means_of_forces, means_of_velocities) = means.split_at(means.len().min(3));
         let mut figures = of(forces, means_of_forces);
         // A steady force is balanced by friction: the velocities show it.
-        figures.extend(of(velocities, means_of_velocities).into_iter().map(Figure::test));
-        Results { figures, ..Results::default() }
+        figures.extend(
+            of(velocities, means_of_velocities)
+                .into_iter()
+                .map(Figure::test),
+        );
+        Results {
+            figures,
+            ..Results::default()
+        }
     }
 }

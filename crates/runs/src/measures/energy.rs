@@ -27,8 +27,9 @@ impl Measured for EnergyLedger {
         let points = self.series();
         let of = |part: fn(&LedgerPoint) -> f64| -> Vec<f64> { points.iter().map(part).collect() };
         let first = points.first().map_or(0.0, |point| point.energy);
-        let drift =
-            points.iter().map(|point| Some((point.energy - point.booked) / first.max(point.exchanged)));
+        let drift = points
+            .iter()
+            .map(|point| Some((point.energy - point.booked) / first.max(point.exchanged)));
         let (energy, momentum) = ("mass·length²/time²", "mass·length/time");
         let table = Table::new(context.table("energy"), "Energy")
             .abscissa("time", "time", of(|point| point.time))
@@ -43,8 +44,15 @@ impl Measured for EnergyLedger {
                  80 000 contacts n. Once contacts have lost, or edits put in, more than E(0), it is relative to \
                  that.",
             );
-        let totals = Totals { energy_drift: self.drift(), ..Totals::default() };
-        Results { tables: vec![table], totals, ..Results::default() }
+        let totals = Totals {
+            energy_drift: self.drift(),
+            ..Totals::default()
+        };
+        Results {
+            tables: vec![table],
+            totals,
+            ..Results::default()
+        }
     }
 
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {

@@ -70,14 +70,26 @@ impl Entry {
     ///
     /// # Errors
     /// No body carries a tag, or a body is not unique.
-    pub(super) fn begin(request: &Request, is_asked: bool, scene: &Scene, view: &View<'_>) -> Result<Self> {
+    pub(super) fn begin(
+        request: &Request,
+        is_asked: bool,
+        scene: &Scene,
+        view: &View<'_>,
+    ) -> Result<Self> {
         let selection = Selection::new(request, &scene.run, view)?;
         let measure = (request.kind.begin)(&selection).with_context(|| request.entry.clone())?;
         let is_measured = request.kind.span == Span::Measurement;
-        let (from, until) = if is_measured { stages::window(scene) } else { (0.0, f64::INFINITY) };
+        let (from, until) = if is_measured {
+            stages::window(scene)
+        } else {
+            (0.0, f64::INFINITY)
+        };
         let head = Head {
             kind: request.kind.name.to_owned(),
-            label: Label { tag: request.tag(), name: request.name.clone() },
+            label: Label {
+                tag: request.tag(),
+                name: request.name.clone(),
+            },
             is_asked,
             from,
             until,
@@ -86,9 +98,14 @@ impl Entry {
             every: request.every,
             seen: 0,
             kind_of_body: selection.kind_of_body(),
-            judged_at: (is_measured && scene.run.measure_from == MeasureFrom::Auto).then_some(FIRST_JUDGED),
+            judged_at: (is_measured && scene.run.measure_from == MeasureFrom::Auto)
+                .then_some(FIRST_JUDGED),
         };
-        Ok(Self { head, kind: request.kind, measure })
+        Ok(Self {
+            head,
+            kind: request.kind,
+            measure,
+        })
     }
 
     /// Restores a measure from a checkpoint.
@@ -96,21 +113,31 @@ impl Entry {
     /// # Errors
     /// Its kind is unknown, or its state cannot be read.
     pub(super) fn resume(head: Head, bytes: &[u8]) -> Result<Self> {
-        let Some(kind) = find(&head.kind) else { bail!("the measure '{}' is unknown", head.kind) };
+        let Some(kind) = find(&head.kind) else {
+            bail!("the measure '{}' is unknown", head.kind)
+        };
         let measure = (kind.resume)(bytes)?;
-        Ok(Self { head, kind, measure })
+        Ok(Self {
+            head,
+            kind,
+            measure,
+        })
     }
 
     /// Memory that its series takes at the end of the run (bytes).
     pub(super) fn bytes_at_end(&self, run: &RunSpec) -> u64 {
-        let Head { from, until, every, .. } = self.head;
-        let samples = sampling_count(from, until.min(run.until), run.sample_interval) / every.max(1) + 1;
+        let Head {
+            from, until, every, ..
+        } = self.head;
+        let samples =
+            sampling_count(from, until.min(run.until), run.sample_interval) / every.max(1) + 1;
         samples.saturating_mul(self.measure.bytes_per_sample() as u64)
     }
 
     /// Gives the measure its last sample, if it lies between two of its own.
     pub(super) fn finish(&mut self, view: &View<'_>) {
-        let is_between = self.head.seen > 0 && !(self.head.seen - 1).is_multiple_of(self.head.every);
+        let is_between =
+            self.head.seen > 0 && !(self.head.seen - 1).is_multiple_of(self.head.every);
         if self.is_open() && is_between {
             self.measure.finish(view);
         }
@@ -128,18 +155,25 @@ impl Entry {
     /// least `least` blocks. Their errors are the largest of those of the blocks, and of neighbours
     /// joined by two and by four.
     pub(super) fn figures_of_whole_blocks(&self, scene: &Scene, least: usize) -> Vec<Figure> {
-        let is_new = self.head.seen > 0 && (self.head.seen - 1).is_multiple_of(self.head.every.max(1));
+        let is_new =
+            self.head.seen > 0 && (self.head.seen - 1).is_multiple_of(self.head.every.max(1));
         // What is not settled yet may still be dropped.
         let is_kept = self.is_open() && self.head.judged_at.is_none();
-        let is_whole = is_kept && is_new && self.measure.is_whole() && self.measure.blocks() >= least;
+        let is_whole =
+            is_kept && is_new && self.measure.is_whole() && self.measure.blocks() >= least;
         if !is_whole {
             return Vec::new();
         }
         let blocks = self.measure.run_sums().blocks;
         let judged = |figure: Figure| {
-            let standard_error =
-                figure.standard_error.map(|error| error.max(error_of_joined(&blocks, &figure)));
-            Figure { standard_error, ..figure }.resolved()
+            let standard_error = figure
+                .standard_error
+                .map(|error| error.max(error_of_joined(&blocks, &figure)));
+            Figure {
+                standard_error,
+                ..figure
+            }
+            .resolved()
         };
         self.figures(scene).into_iter().map(judged).collect()
     }
@@ -152,7 +186,9 @@ impl Entry {
     /// Whether the measure has at least `least` blocks, or never will.
     pub(super) fn is_settled(&self, least: usize) -> bool {
         let is_kept = self.head.judged_at.is_none();
-        self.head.is_check || self.head.stage == Stage::HasEnded || is_kept && self.measure.blocks() >= least
+        self.head.is_check
+            || self.head.stage == Stage::HasEnded
+            || is_kept && self.measure.blocks() >= least
     }
 
     /// Tables and figures of the measure, with its record.
@@ -168,31 +204,53 @@ impl Entry {
         let is_alone = !is_heated && scene.stage.iter().all(|stage| stage.thermostat.is_empty());
         let is_cooling = is_alone && loses;
         let label = &head.label;
-        let context =
-            Context { label, block, blocks: &[], is_elastic, is_equilibrium, is_cooling, hard_discs };
+        let context = Context {
+            label,
+            block,
+            blocks: &[],
+            is_elastic,
+            is_equilibrium,
+            is_cooling,
+            hard_discs,
+        };
         let mut results = measure.results(&context);
         if !head.is_asked {
             results.tables.clear();
             results.files.clear();
             results.drawings.clear();
         }
-        results.tables.iter_mut().for_each(|table| table.colour = head.kind_of_body);
+        results
+            .tables
+            .iter_mut()
+            .for_each(|table| table.colour = head.kind_of_body);
         if let Some(word) = head.label.word() {
             // Charts of several groups stand side by side.
-            results.tables.iter_mut().for_each(|table| table.title = format!("{}, {word}", table.title));
+            results
+                .tables
+                .iter_mut()
+                .for_each(|table| table.title = format!("{}, {word}", table.title));
         }
         let sums = measure.run_sums();
-        let begin = if head.from.is_finite() { head.from } else { 0.0 };
+        let begin = if head.from.is_finite() {
+            head.from
+        } else {
+            0.0
+        };
         let span = [begin, begin + block * sums.blocks.len() as f64];
         let judged = |figure: Figure| {
             let stationarity = figure.quantity.and_then(|quantity| {
                 Stationarity::of(&[block_sums::of_quantity(&sums.blocks, quantity)], span)
             });
-            Figure { stationarity, ..figure.judged_by(sums.blocks.len()) }
+            Figure {
+                stationarity,
+                ..figure.judged_by(sums.blocks.len())
+            }
         };
         results.figures = results.figures.into_iter().map(judged).collect();
-        let needs_gas = [viscosity::KIND.name, heat_conductivity::KIND.name].contains(&self.kind.name);
-        let grows_with_time = needs_gas && hard_discs.is_ok() || self.kind.name == correlation::KIND.name;
+        let needs_gas =
+            [viscosity::KIND.name, heat_conductivity::KIND.name].contains(&self.kind.name);
+        let grows_with_time =
+            needs_gas && hard_discs.is_ok() || self.kind.name == correlation::KIND.name;
         if head.is_asked && results.figures.is_empty() && grows_with_time {
             results.silent.push(self.name());
         }
@@ -200,7 +258,11 @@ impl Entry {
             span,
             sums,
             tables: results.tables.clone(),
-            figures: results.figures.iter().map(|figure| (figure.clone(), figure.quantity)).collect(),
+            figures: results
+                .figures
+                .iter()
+                .map(|figure| (figure.clone(), figure.quantity))
+                .collect(),
             drawings: results.drawings.clone(),
         });
         results
@@ -253,14 +315,22 @@ impl Entry {
 /// The largest error of a mean from joined neighbours of its blocks: larger than that of the blocks
 /// themselves where these are shorter than the correlation time. 0 for a figure that is no mean.
 fn error_of_joined(blocks: &[Sums], figure: &Figure) -> f64 {
-    let Some(quantity) = figure.quantity else { return 0.0 };
+    let Some(quantity) = figure.quantity else {
+        return 0.0;
+    };
     let of = |block: &Sums| block.get(quantity).copied().unwrap_or_default();
     let sum = |blocks: &[Sums]| {
-        blocks.iter().map(of).fold([0.0; 2], |sum, block| [sum[0] + block[0], sum[1] + block[1]])
+        blocks.iter().map(of).fold([0.0; 2], |sum, block| {
+            [sum[0] + block[0], sum[1] + block[1]]
+        })
     };
     let joined = |count: usize| -> Vec<[f64; 2]> { blocks.chunks_exact(count).map(sum).collect() };
-    let estimates = JOINED.iter().filter_map(|&count| Estimate::of_runs(&[joined(count)]));
-    estimates.map(|estimate| estimate.standard_error).fold(0.0, f64::max)
+    let estimates = JOINED
+        .iter()
+        .filter_map(|&count| Estimate::of_runs(&[joined(count)]));
+    estimates
+        .map(|estimate| estimate.standard_error)
+        .fold(0.0, f64::max)
 }
 
 impl Observer for Entry {
@@ -316,7 +386,10 @@ mod tests {
 
     #[test]
     fn correlated_blocks_are_found_by_joining_them() {
-        let figure = Figure { quantity: Some(0), ..Figure::new("x", 0.0, "1") };
+        let figure = Figure {
+            quantity: Some(0),
+            ..Figure::new("x", 0.0, "1")
+        };
         let error = |values: &dyn Fn(usize) -> f64| {
             let blocks: Vec<Sums> = (0..32).map(|index| vec![[values(index), 1.0]]).collect();
             let plain: Vec<[f64; 2]> = blocks.iter().map(|block| block[0]).collect();

@@ -28,7 +28,10 @@ fn filter(selection: &Selection<'_>) -> TagFilter {
 
 impl Measured for ContactLog {
     fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
-        Results { files: vec![context.label.file(EVENTS.name)], ..Results::default() }
+        Results {
+            files: vec![context.label.file(EVENTS.name)],
+            ..Results::default()
+        }
     }
 
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {

@@ -19,12 +19,19 @@ pub(super) const KIND: Kind = Kind {
     span: Span::Measurement,
     parameters: &[
         Parameter::whole("bins", Default::Number(120.0), "bins of the histogram"),
-        Parameter::positive(range::MAX, range::FOLLOWS, "longest path in the bins (length)"),
+        Parameter::positive(
+            range::MAX,
+            range::FOLLOWS,
+            "longest path in the bins (length)",
+        ),
     ],
     figures: &["mean free path", "share of the free paths"],
     begin: |selection| {
         let facts = Billiard::of(selection.view).filter(|_| selection.moving().next().is_some());
-        Ok(in_blocks(Known { observer: observer(selection)?, facts }))
+        Ok(in_blocks(Known {
+            observer: observer(selection)?,
+            facts,
+        }))
     },
     resume: resumed::<Known<FreePaths, Option<Billiard>>>,
 };
@@ -40,7 +47,10 @@ fn observer(selection: &Selection<'_>) -> anyhow::Result<FreePaths> {
 impl Measured for Known<FreePaths, Option<Billiard>> {
     /// The mean, then the share of the complete flights outside the range.
     fn sums(&self) -> Vec<[f64; 2]> {
-        vec![self.observer.sums(), range::outside(self.observer.lengths())]
+        vec![
+            self.observer.sums(),
+            range::outside(self.observer.lengths()),
+        ]
     }
 
     fn distributions(&self) -> Vec<Vec<&Distribution>> {
@@ -59,7 +69,11 @@ impl Measured for Known<FreePaths, Option<Billiard>> {
             .bins("length", "length", lengths.bins().edges())
             .means("density", "1/length", densities)
             .caption(caption);
-        let exact = self.facts.as_ref().and_then(Billiard::mean_free_path).filter(|_| context.is_equilibrium);
+        let exact = self
+            .facts
+            .as_ref()
+            .and_then(Billiard::mean_free_path)
+            .filter(|_| context.is_equilibrium);
         let prediction = context.gas().map(HardDiscs::mean_free_path);
         let figure = |mean: &BlockMean| {
             let figure = context.figure("mean free path", "length", mean)?;
@@ -69,7 +83,16 @@ impl Measured for Known<FreePaths, Option<Billiard>> {
             })
         };
         let outside = range::share_outside(lengths, "free paths", means.get(1), context);
-        let figures = means.first().and_then(figure).into_iter().chain(outside).collect();
-        Results { tables: vec![table], figures, ..Results::default() }
+        let figures = means
+            .first()
+            .and_then(figure)
+            .into_iter()
+            .chain(outside)
+            .collect();
+        Results {
+            tables: vec![table],
+            figures,
+            ..Results::default()
+        }
     }
 }

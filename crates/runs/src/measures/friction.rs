@@ -20,8 +20,14 @@ pub(super) const KIND: Kind = Kind {
 /// Names and units of the means, in the order of the sums.
 const MEANS: [(&str, &str); 4] = [
     ("impulses per body and time Σ|J|/t", "mass·length/time²"),
-    ("short-time (Enskog) friction coefficient Σ|J|²/4kTt", "mass/time"),
-    ("short-time rotational friction coefficient Σ(r×J)²/2kTt", "mass·length²/time"),
+    (
+        "short-time (Enskog) friction coefficient Σ|J|²/4kTt",
+        "mass/time",
+    ),
+    (
+        "short-time rotational friction coefficient Σ(r×J)²/2kTt",
+        "mass·length²/time",
+    ),
     ("initial decay of the velocity autocorrelation", "1/time"),
 ];
 
@@ -40,11 +46,19 @@ impl Measured for Friction {
         let predictions = context.gas().map_or([None; 4], |gas| {
             let (rate, count) = (gas.collision_rate(), gas.count as f64);
             let rate = rate * third_moment(2.0 * (count - 1.0));
-            [None, Some(gas.mass * rate), Some(0.0), Some(rate * count / (count - 1.0))]
+            [
+                None,
+                Some(gas.mass * rate),
+                Some(0.0),
+                Some(rate * count / (count - 1.0)),
+            ]
         });
         let names = MEANS.into_iter().zip(predictions);
         let names = names.map(|((name, unit), prediction)| (name, unit, prediction));
-        Results { figures: context.figures(names, means, ENSKOG), ..Results::default() }
+        Results {
+            figures: context.figures(names, means, ENSKOG),
+            ..Results::default()
+        }
     }
 }
 
@@ -62,7 +76,8 @@ mod tests {
     #[test]
     fn the_third_moment_approaches_that_of_a_gaussian() {
         // Two components: x = √2 cos φ, and ⟨|x|³⟩ = 2^(3/2) · 4/3π; of a Gaussian √(8/π).
-        let two = 8f64.sqrt() * 4.0 / (3.0 * std::f64::consts::PI) / (8.0 / std::f64::consts::PI).sqrt();
+        let two =
+            8f64.sqrt() * 4.0 / (3.0 * std::f64::consts::PI) / (8.0 / std::f64::consts::PI).sqrt();
         assert!((third_moment(2.0) - two).abs() < 1e-12);
         assert!((third_moment(2000.0) - (1.0 - 0.75 / 2000.0)).abs() < 1e-6);
     }

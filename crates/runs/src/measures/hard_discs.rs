@@ -54,10 +54,14 @@ impl HardDiscs {
     pub fn of(view: &View<'_>, elasticity: &ElasticitySpec) -> Result<Self, String> {
         let no = |reason: &str| Err(reason.to_owned());
         let mut bodies = view.bodies();
-        let Some(first) = bodies.next() else { return no("the box is empty") };
+        let Some(first) = bodies.next() else {
+            return no("the box is empty");
+        };
         let is_same = |body: carom::engine::BodyView<'_>| {
             let (one, other) = (first.body.molecule(), body.body.molecule());
-            other.is_disc() && other.bounding_radius() == one.bounding_radius() && other.mass() == one.mass()
+            other.is_disc()
+                && other.bounding_radius() == one.bounding_radius()
+                && other.mass() == one.mass()
         };
         if view.bodies().any(|body| body.body.is_fixed()) {
             return no("some bodies are fixed");
@@ -104,7 +108,8 @@ impl HardDiscs {
         let step = 1e-3 * eta.min(1.0 - eta);
         let excess = |eta: f64| eta * (infinite(eta) - 1.0);
         let pressure = |eta: f64| eta * infinite(eta);
-        let curvature = (excess(eta + step) - 2.0 * excess(eta) + excess(eta - step)) / (step * step);
+        let curvature =
+            (excess(eta + step) - 2.0 * excess(eta) + excess(eta - step)) / (step * step);
         let slope = (pressure(eta + step) - pressure(eta - step)) / (2.0 * step);
         infinite(eta) - eta * curvature / (2.0 * self.count as f64 * slope)
     }
@@ -184,7 +189,10 @@ mod tests {
 
     fn gas(text: &str) -> Result<HardDiscs, String> {
         let scene = Scene::from_toml(text).unwrap();
-        HardDiscs::of(&AnySimulation::new(&scene).unwrap().view(), &scene.elasticity)
+        HardDiscs::of(
+            &AnySimulation::new(&scene).unwrap().view(),
+            &scene.elasticity,
+        )
     }
 
     /// Sums of the virial series, and simulations of 256 discs at 0.2 and 0.5.
@@ -198,7 +206,11 @@ mod tests {
             (0.5, 4.106, 2e-3),
             (0.6, 6.457, 1e-2),
         ] {
-            assert!((infinite(eta) - expected).abs() < tolerance, "{eta}: {}", infinite(eta));
+            assert!(
+                (infinite(eta) - expected).abs() < tolerance,
+                "{eta}: {}",
+                infinite(eta)
+            );
         }
         for (eta, shift) in [(0.1, -0.215), (0.3, -0.774), (0.5, -1.676)] {
             let gas = HardDiscs {
@@ -219,24 +231,42 @@ mod tests {
     /// coefficients of (2φ)²χ give it.
     #[test]
     fn viscosity_and_heat_conductivity_have_one_bulk_viscosity() {
-        let gas = HardDiscs { count: 1000, diameter: 0.02, mass: 3.0, temperature: 2.0, area: 1.0 };
+        let gas = HardDiscs {
+            count: 1000,
+            diameter: 0.02,
+            mass: 3.0,
+            temperature: 2.0,
+            area: 1.0,
+        };
         let (chi, covered) = (gas.contact_factor(), 2.0 * gas.area_fraction());
         let y = covered * chi;
         let viscosity = 1.022 * (gas.mass * gas.temperature / PI).sqrt() / (2.0 * gas.diameter);
         let conductivity = 1.029 * 2.0 * (gas.temperature / (PI * gas.mass)).sqrt() / gas.diameter;
         let from_viscosity = 2.0 * (gas.viscosity() - viscosity / chi * (1.0 + 0.5 * y).powi(2));
         let rest = gas.heat_conductivity() - conductivity / chi * (1.0 + 0.75 * y).powi(2);
-        assert!((gas.mass * rest / from_viscosity - 1.0).abs() < 1e-3, "{rest} {from_viscosity}");
+        assert!(
+            (gas.mass * rest / from_viscosity - 1.0).abs() < 1e-3,
+            "{rest} {from_viscosity}"
+        );
     }
 
     #[test]
     fn other_systems_have_a_reason() {
         let disc = "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 20\n";
         for (text, reason) in [
-            (format!("{disc}[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]"), "fixed"),
-            (format!("{disc}[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 20"), "equal"),
+            (
+                format!("{disc}[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]"),
+                "fixed",
+            ),
+            (
+                format!("{disc}[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 20"),
+                "equal",
+            ),
             (format!("{disc}[elasticity]\ndefault = 0.9"), "elastic"),
-            ("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.7".to_owned(), "0.65"),
+            (
+                "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.7".to_owned(),
+                "0.65",
+            ),
             (String::new(), "empty"),
         ] {
             let found = gas(&text).unwrap_err();

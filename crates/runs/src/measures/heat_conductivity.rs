@@ -5,7 +5,7 @@ use carom_tables::{BlockMean, Figure, Sums, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks, resumed,
+    Context, Kind, MAX_LAG, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks, resumed,
     slope::Slope,
 };
 
@@ -18,11 +18,13 @@ pub(super) const KIND: Kind = Kind {
     summary: "heat conductivity of the whole system from the Helfand moment of the energy",
     of: Of::System,
     span: Span::Measurement,
-    parameters: &[LONGEST_LAG],
+    parameters: &[MAX_LAG],
     figures: &["heat conductivity"],
     begin: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
-        Ok(in_blocks(Heat(HelfandMoment::of_energy(interval, longest)?)))
+        Ok(in_blocks(Heat(HelfandMoment::of_energy(
+            interval, longest,
+        )?)))
     },
     resume: resumed::<Heat>,
 };
@@ -59,17 +61,23 @@ impl Measured for Heat {
         let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
         let means = context.resolved(means, &lags);
         let name = context.table("heat-conductivity");
-        let table =
-            Table::new(name, "Mean squared Helfand moment of the energy")
-                .logarithmic()
-                .abscissa("lag", "time", lags.clone())
-                .counts("origins", points.iter().map(|point| point.origins).collect())
-                .means("mean_square", "mass²·length⁶/time⁴", &means)
-                .caption(context.theory(
-                    "Its slope over 2 A (kT)² is the heat conductivity by k, for bodies of one kind.",
-                ));
+        let table = Table::new(name, "Mean squared Helfand moment of the energy")
+            .logarithmic()
+            .abscissa("lag", "time", lags.clone())
+            .counts(
+                "origins",
+                points.iter().map(|point| point.origins).collect(),
+            )
+            .means("mean_square", "mass²·length⁶/time⁴", &means)
+            .caption(context.theory(
+                "Its slope over 2 A (kT)² is the heat conductivity by k, for bodies of one kind.",
+            ));
         let figures = conductivity(&lags, &means, context).into_iter().collect();
-        Results { tables: vec![table], figures, ..Results::default() }
+        Results {
+            tables: vec![table],
+            figures,
+            ..Results::default()
+        }
     }
 }
 
@@ -79,7 +87,10 @@ fn conductivity(lags: &[f64], means: &[BlockMean], context: &Context<'_>) -> Opt
     let slope = Slope::between([SLOPE_FROM, SLOPE_TO], lags, means, gas)?;
     let scale = 1.0 / (2.0 * gas.area * gas.temperature * gas.temperature);
     let error = slope.standard_error.map(|error| scale * error);
-    let name = context.named(&format!("heat conductivity λ/k, from lags {}", slope.lags()));
+    let name = context.named(&format!(
+        "heat conductivity λ/k, from lags {}",
+        slope.lags()
+    ));
     let figure = Figure::new(name, scale * slope.value, "1/time").error(error);
     Some(figure.predicted(gas.heat_conductivity(), SONINE))
 }

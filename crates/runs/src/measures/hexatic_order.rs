@@ -28,7 +28,8 @@ impl Measured for HexaticOrder {
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.series();
-        let of = |part: fn(&HexaticPoint) -> f64| points.iter().map(|point| Some(part(point))).collect();
+        let of =
+            |part: fn(&HexaticPoint) -> f64| points.iter().map(|point| Some(part(point))).collect();
         let table = Table::new(context.table("hexatic-order"), "Bond-orientational order ψ₆")
             .abscissa("time", "time", points.iter().map(|point| point.time).collect())
             .value("local", "1", of(|point| point.local))
@@ -36,8 +37,16 @@ impl Measured for HexaticOrder {
             .caption(
                 "Mean of |ψ₆|, and |mean of ψ₆|, with the six nearest neighbours: 1 in a triangular lattice.",
             );
-        let names = ["mean |ψ₆| of the bodies", "mean |ψ₆|² of the bodies", "|mean ψ₆|"];
+        let names = [
+            "mean |ψ₆| of the bodies",
+            "mean |ψ₆|² of the bodies",
+            "|mean ψ₆|",
+        ];
         let figures = context.figures(names.map(|name| (name, "1", None)), means, "");
-        Results { tables: vec![table], figures, ..Results::default() }
+        Results {
+            tables: vec![table],
+            figures,
+            ..Results::default()
+        }
     }
 }

@@ -4,7 +4,9 @@ use anyhow::Result;
 use carom::observers::ImpulseLog;
 use carom_tables::BlockMean;
 
-use super::{Context, Default, Kind, Label, Measured, Of, Parameter, Results, Span, in_blocks, resumed};
+use super::{
+    Context, Default, Kind, Label, Measured, Of, Parameter, Results, Span, in_blocks, resumed,
+};
 use crate::{append_file::AppendFiles, series::IMPULSES};
 
 /// Its name in `run.observe`.
@@ -15,22 +17,36 @@ pub(super) const KIND: Kind = Kind {
     summary: "every impulse on the only body with the tag, as a table",
     of: Of::OneBody,
     span: Span::EveryContact,
-    parameters: &[Parameter::records("max", Default::Number(1e6), "largest number of rows (0.2 kB each)")],
+    parameters: &[Parameter::records(
+        "max",
+        Default::Number(1e6),
+        "largest number of rows (0.2 kB each)",
+    )],
     figures: &[],
     begin: |selection| {
-        Ok(in_blocks(ImpulseLog::new(selection.only_body()?.body.key(), selection.whole("max") as u64)))
+        Ok(in_blocks(ImpulseLog::new(
+            selection.only_body()?.body.key(),
+            selection.whole("max") as u64,
+        )))
     },
     resume: resumed::<ImpulseLog>,
 };
 
 /// The file's name has no tag.
 fn file(label: &Label) -> String {
-    Label { tag: None, ..label.clone() }.file(IMPULSES.name)
+    Label {
+        tag: None,
+        ..label.clone()
+    }
+    .file(IMPULSES.name)
 }
 
 impl Measured for ImpulseLog {
     fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
-        Results { files: vec![file(context.label)], ..Results::default() }
+        Results {
+            files: vec![file(context.label)],
+            ..Results::default()
+        }
     }
 
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {

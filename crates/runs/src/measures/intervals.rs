@@ -18,7 +18,8 @@ impl IntervalSums {
         if duration <= 0.0 {
             return;
         }
-        self.sums.resize(values.len().max(self.sums.len()), [0.0; 2]);
+        self.sums
+            .resize(values.len().max(self.sums.len()), [0.0; 2]);
         for (sum, value) in self.sums.iter_mut().zip(values) {
             *sum = [sum[0] + value * duration, sum[1] + duration];
         }

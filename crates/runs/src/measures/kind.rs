@@ -84,25 +84,40 @@ impl fmt::Display for Default {
 }
 
 /// Largest number of bins, shells, … of a measure: more would fill the memory with its blocks.
-const MOST_BINS: f64 = 1e5;
+const MAX_BINS: f64 = 1e5;
 
 /// Largest number of samples or rows; more is taken as a mistake.
-const MOST_RECORDS: f64 = 1e12;
+const MAX_RECORDS: f64 = 1e12;
 
 impl Parameter {
     /// A number of bins, shells or the like, from 1 to 100 000.
     pub const fn whole(name: &'static str, default: Default, about: &'static str) -> Self {
-        Self { name, default, about, most: Some(MOST_BINS) }
+        Self {
+            name,
+            default,
+            about,
+            most: Some(MAX_BINS),
+        }
     }
 
     /// A number of samples or rows, from 1 to 10¹².
     pub const fn records(name: &'static str, default: Default, about: &'static str) -> Self {
-        Self { name, default, about, most: Some(MOST_RECORDS) }
+        Self {
+            name,
+            default,
+            about,
+            most: Some(MAX_RECORDS),
+        }
     }
 
     /// A positive quantity.
     pub const fn positive(name: &'static str, default: Default, about: &'static str) -> Self {
-        Self { name, default, about, most: None }
+        Self {
+            name,
+            default,
+            about,
+            most: None,
+        }
     }
 
     /// Validates a value.
@@ -124,8 +139,11 @@ impl Parameter {
 }
 
 /// Samples of the run for each sample of a measure.
-pub(super) const EVERY: Parameter =
-    Parameter::records("every", Default::Number(1.0), "samples of the run for one sample of the measure");
+pub(super) const EVERY: Parameter = Parameter::records(
+    "every",
+    Default::Number(1.0),
+    "samples of the run for one sample of the measure",
+);
 
 /// Time between samples of a measure.
 pub(super) const INTERVAL: Parameter = Parameter::positive(
@@ -135,8 +153,11 @@ pub(super) const INTERVAL: Parameter = Parameter::positive(
 );
 
 /// The longest lag of correlations in time.
-pub(super) const LONGEST_LAG: Parameter =
-    Parameter::positive("max", Default::FromScene("1e6 samples"), "longest lag (time)");
+pub(super) const MAX_LAG: Parameter = Parameter::positive(
+    "max",
+    Default::FromScene("1e6 samples"),
+    "longest lag (time)",
+);
 
 impl Span {
     /// The parameters of all measures with this span.
@@ -164,7 +185,8 @@ impl Kind {
             (Of::Group | Of::OneBody, 2..) => bail!("'{name}': it takes one tag"),
             _ => {}
         }
-        tags.iter().try_for_each(|tag| check_word(name, "the tag", tag))
+        tags.iter()
+            .try_for_each(|tag| check_word(name, "the tag", tag))
     }
 
     /// The name with the place of its tags, such as `velocities[:TAG]`.
@@ -182,7 +204,10 @@ impl Kind {
 /// Validates a word that becomes part of a file name.
 pub(super) fn check_word(name: &str, what: &str, word: &str) -> Result<()> {
     ensure!(
-        !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)),
+        !word.is_empty()
+            && word
+                .chars()
+                .all(|c| c.is_alphanumeric() || "-_".contains(c)),
         "'{name}': {what} may contain letters, digits, - and _ only"
     );
     Ok(())

@@ -6,7 +6,9 @@ use carom::{
     engine::Body,
     observers::{Bins, Distribution},
 };
-use carom_tables::{BlockMean, BlockSums, Blocking, Figure, RunSums, Sums, Table, Totals, block_sums};
+use carom_tables::{
+    BlockMean, BlockSums, Blocking, Figure, RunSums, Sums, Table, Totals, block_sums,
+};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::HardDiscs;
@@ -79,7 +81,9 @@ impl Label {
 
     /// The name of a file or table, with the label before the ending.
     pub fn file(&self, name: &str) -> String {
-        let Some(word) = self.word() else { return name.to_owned() };
+        let Some(word) = self.word() else {
+            return name.to_owned();
+        };
         match name.split_once('.') {
             Some((stem, ending)) => format!("{stem}-{word}.{ending}"),
             None => format!("{name}-{word}"),
@@ -115,7 +119,9 @@ impl Context<'_> {
 
     /// The name of a figure, with the label.
     pub fn named(&self, name: &str) -> String {
-        self.label.word().map_or_else(|| name.to_owned(), |word| format!("{name}, {word}"))
+        self.label
+            .word()
+            .map_or_else(|| name.to_owned(), |word| format!("{name}, {word}"))
     }
 
     /// The gas to which theory applies.
@@ -126,7 +132,10 @@ impl Context<'_> {
     /// A mean as a figure, with its error and the label; `None` without a mean.
     pub fn figure(&self, name: &str, unit: &str, mean: &BlockMean) -> Option<Figure> {
         let figure = Figure::new(self.named(name), mean.value?, unit).error(mean.standard_error);
-        Some(Figure { quantity: mean.quantity, ..figure })
+        Some(Figure {
+            quantity: mean.quantity,
+            ..figure
+        })
     }
 
     /// The means as figures by name, unit and prediction, whose source is the same; those without a
@@ -217,10 +226,12 @@ impl Results {
     /// # Errors
     /// A file cannot be written.
     pub fn write(&self, folder: &Folder) -> Result<()> {
-        self.drawings.iter().try_for_each(|drawing| folder.write(&drawing.file, &drawing.svg))?;
-        self.tables
+        self.drawings
             .iter()
-            .try_for_each(|table| folder.write_table(&file_name(table), &table.header(), table.rows()))
+            .try_for_each(|drawing| folder.write(&drawing.file, &drawing.svg))?;
+        self.tables.iter().try_for_each(|table| {
+            folder.write_table(&file_name(table), &table.header(), table.rows())
+        })
     }
 
     /// Writes the tables as CSV files that a loss of power does not take away, except those that
@@ -229,10 +240,15 @@ impl Results {
     /// # Errors
     /// A file cannot be written.
     pub fn write_lasting(&self, folder: &Folder, is_written: impl Fn(&str) -> bool) -> Result<()> {
-        self.drawings.iter().try_for_each(|drawing| folder.write_lasting(&drawing.file, &drawing.svg))?;
-        self.tables.iter().filter(|table| !is_written(&file_name(table))).try_for_each(|table| {
-            folder.write_lasting_table(&file_name(table), &table.header(), table.rows())
-        })
+        self.drawings
+            .iter()
+            .try_for_each(|drawing| folder.write_lasting(&drawing.file, &drawing.svg))?;
+        self.tables
+            .iter()
+            .filter(|table| !is_written(&file_name(table)))
+            .try_for_each(|table| {
+                folder.write_lasting_table(&file_name(table), &table.header(), table.rows())
+            })
     }
 }
 
@@ -277,7 +293,12 @@ struct InBlocks<M> {
 /// Starts a measure.
 pub(super) fn in_blocks<M: Measured>(measured: M) -> Box<dyn Measure> {
     let (blocks, distributions) = (BlockSums::default(), Blocking::default());
-    Box::new(InBlocks { measured, blocks, distributions, is_sampled: false })
+    Box::new(InBlocks {
+        measured,
+        blocks,
+        distributions,
+        is_sampled: false,
+    })
 }
 
 /// Restores a measure from a checkpoint.
@@ -315,8 +336,16 @@ impl<M: Measured> Observer for InBlocks<M> {
         self.measured.sample(view);
         if self.is_sampled || !M::OF_INTERVALS {
             self.blocks.record(|| self.measured.sums());
-            let copies = || self.measured.distributions().into_iter().flatten().cloned().collect();
-            self.distributions.record(copies, |earlier, later| *earlier = later);
+            let copies = || {
+                self.measured
+                    .distributions()
+                    .into_iter()
+                    .flatten()
+                    .cloned()
+                    .collect()
+            };
+            self.distributions
+                .record(copies, |earlier, later| *earlier = later);
         }
         self.is_sampled = true;
     }
@@ -329,7 +358,10 @@ impl<M: Measured> Measure for InBlocks<M> {
 
     fn results(&self, context: &Context<'_>) -> Results {
         let sums = self.run_sums();
-        let context = Context { blocks: &sums.blocks, ..*context };
+        let context = Context {
+            blocks: &sums.blocks,
+            ..*context
+        };
         self.measured.results(&sums.means(), &context)
     }
 
@@ -363,13 +395,27 @@ impl<M: Measured> Measure for InBlocks<M> {
 
     fn run_sums(&self) -> RunSums {
         let distributions = self.measured.distributions();
-        let common = |group: &Vec<&Distribution>| vec![Distribution::common_bins(group); group.len()];
+        let common =
+            |group: &Vec<&Distribution>| vec![Distribution::common_bins(group); group.len()];
         let bins: Vec<Bins> = distributions.iter().flat_map(common).collect();
-        let at_border = |(sums, copies): (&Sums, &Vec<Distribution>)| with_bins(sums.clone(), copies, &bins);
-        let borders: Vec<Sums> =
-            self.blocks.borders().iter().zip(self.distributions.complete()).map(at_border).collect();
-        let total = with_bins(self.measured.sums(), distributions.into_iter().flatten(), &bins);
-        RunSums { total, blocks: block_sums::differences(&borders) }
+        let at_border =
+            |(sums, copies): (&Sums, &Vec<Distribution>)| with_bins(sums.clone(), copies, &bins);
+        let borders: Vec<Sums> = self
+            .blocks
+            .borders()
+            .iter()
+            .zip(self.distributions.complete())
+            .map(at_border)
+            .collect();
+        let total = with_bins(
+            self.measured.sums(),
+            distributions.into_iter().flatten(),
+            &bins,
+        );
+        RunSums {
+            total,
+            blocks: block_sums::differences(&borders),
+        }
     }
 }
 

@@ -57,7 +57,7 @@ use serde_json::json;
 pub(crate) use self::collision_rate::FIGURE as COLLISION_RATE;
 use self::entry::{Entry, Head};
 pub(crate) use self::impulses::NAME as IMPULSES;
-use self::kind::{Default, LONGEST_LAG};
+use self::kind::{Default, MAX_LAG};
 use self::measured::{Measure, in_blocks, point_bytes, resumed};
 pub use self::{
     hard_discs::{ENSKOG, HardDiscs, LIU},
@@ -106,7 +106,7 @@ const ALWAYS: [&Kind; 3] = [&energy::KIND, &overlap::KIND, &collision_rate::KIND
 
 /// The error of a figure is judged when it comes from at least this number of blocks. Fewer: the
 /// error of the error exceeds 1/√(2 · 32) = 1/8, and runs end where it is small by chance.
-const LEAST_BLOCKS: usize = 32;
+const MIN_BLOCKS: usize = 32;
 
 /// The measures of a run: those of every run, then those of the scene in its order.
 pub struct Measures(Vec<Entry>);
@@ -118,11 +118,15 @@ impl Measures {
     /// A measure of the scene is invalid, no body carries a tag, or a body is not unique.
     pub fn begin(scene: &Scene, view: &View<'_>) -> Result<Self> {
         let requests = requests(scene)?;
-        let is_always = |request: &Request| ALWAYS.iter().any(|kind| kind.name == request.kind.name);
+        let is_always =
+            |request: &Request| ALWAYS.iter().any(|kind| kind.name == request.kind.name);
         let entry = |request: &Request| Entry::begin(request, true, scene, view);
         let mut list = Vec::new();
         for kind in ALWAYS {
-            let mut asked = requests.iter().filter(|request| request.kind.name == kind.name).peekable();
+            let mut asked = requests
+                .iter()
+                .filter(|request| request.kind.name == kind.name)
+                .peekable();
             if asked.peek().is_none() {
                 list.push(Entry::begin(&Request::plain(kind), false, scene, view)?);
             }
@@ -144,12 +148,18 @@ impl Measures {
     /// Memory that the series of all measures take at the end of the run (bytes), in a checkpoint
     /// about as much; logs of contacts go to files.
     pub(crate) fn bytes_at_end(&self, run: &RunSpec) -> u64 {
-        self.0.iter().map(|entry| entry.bytes_at_end(run)).fold(0, u64::saturating_add)
+        self.0
+            .iter()
+            .map(|entry| entry.bytes_at_end(run))
+            .fold(0, u64::saturating_add)
     }
 
     /// The measures that the scene asks for and that watch contacts, by name and label.
     pub(crate) fn watching(&self) -> Vec<String> {
-        let watching = self.0.iter().filter(|entry| entry.head.is_asked && entry.measure.watches_any());
+        let watching = self
+            .0
+            .iter()
+            .filter(|entry| entry.head.is_asked && entry.measure.watches_any());
         watching.map(Entry::name).collect()
     }
 
@@ -166,26 +176,36 @@ impl Measures {
     /// Tables and figures of all measures.
     pub fn results(&self, scene: &Scene, hard_discs: &Result<HardDiscs, String>) -> Results {
         let mut all = Results::default();
-        self.0.iter().for_each(|entry| all.absorb(entry.results(scene, hard_discs)));
+        self.0
+            .iter()
+            .for_each(|entry| all.absorb(entry.results(scene, hard_discs)));
         all
     }
 
     /// The figure of this name, if the last sample completed a block of its measure and there are
     /// enough blocks to judge its error.
     pub(crate) fn figure_of_whole_blocks(&self, name: &str, scene: &Scene) -> Option<Figure> {
-        let figures = self.0.iter().flat_map(|entry| entry.figures_of_whole_blocks(scene, LEAST_BLOCKS));
-        figures.into_iter().find(|figure| figure.name == name && figure.standard_error.is_some())
+        let figures = self
+            .0
+            .iter()
+            .flat_map(|entry| entry.figures_of_whole_blocks(scene, MIN_BLOCKS));
+        figures
+            .into_iter()
+            .find(|figure| figure.name == name && figure.standard_error.is_some())
     }
 
     /// Whether all measures have enough blocks to judge errors.
     pub(crate) fn are_settled(&self) -> bool {
-        self.0.iter().all(|entry| entry.is_settled(LEAST_BLOCKS))
+        self.0.iter().all(|entry| entry.is_settled(MIN_BLOCKS))
     }
 
     /// The names of all figures that have a standard error at the last sample.
     pub(crate) fn figures_with_errors(&self, scene: &Scene) -> Vec<String> {
         let figures = self.0.iter().flat_map(|entry| entry.figures(scene));
-        figures.filter(|figure| figure.standard_error.is_some()).map(|figure| figure.name).collect()
+        figures
+            .filter(|figure| figure.standard_error.is_some())
+            .map(|figure| figure.name)
+            .collect()
     }
 
     /// With `run.measure_from = "auto"`: drops what has been measured so far if a mean changed, and
@@ -195,7 +215,11 @@ impl Measures {
     ///
     /// # Errors
     /// A measure cannot be begun.
-    pub(crate) fn begin_anew_unless_settled(&mut self, scene: &Scene, view: &View<'_>) -> Result<()> {
+    pub(crate) fn begin_anew_unless_settled(
+        &mut self,
+        scene: &Scene,
+        view: &View<'_>,
+    ) -> Result<()> {
         if !self.0.iter().any(Entry::is_judged_now) {
             return Ok(());
         }
@@ -220,7 +244,10 @@ impl Measures {
 
     /// Values of the last interval, by short names, from the measures that have them.
     pub(crate) fn present(&self) -> Vec<(&'static str, Option<f64>)> {
-        self.0.iter().flat_map(|entry| entry.measure.present()).collect()
+        self.0
+            .iter()
+            .flat_map(|entry| entry.measure.present())
+            .collect()
     }
 
     /// The time from which on the run is measured; `None` if nothing has been measured.
@@ -234,7 +261,9 @@ impl Measures {
     /// A file cannot be written.
     pub fn append(&mut self, files: &mut AppendFiles) -> Result<()> {
         let asked = self.0.iter_mut().filter(|entry| entry.head.is_asked);
-        asked.into_iter().try_for_each(|entry| entry.measure.append(files, &entry.head.label))
+        asked
+            .into_iter()
+            .try_for_each(|entry| entry.measure.append(files, &entry.head.label))
     }
 
     /// Writes the contacts of the last epoch to the files that hold every contact, so that memory
@@ -243,8 +272,12 @@ impl Measures {
     /// # Errors
     /// A file cannot be written.
     pub fn append_contacts(&mut self, files: &mut AppendFiles) -> Result<()> {
-        let logs = self.0.iter_mut().filter(|entry| entry.kind.span == Span::EveryContact);
-        logs.into_iter().try_for_each(|entry| entry.measure.append(files, &entry.head.label))
+        let logs = self
+            .0
+            .iter_mut()
+            .filter(|entry| entry.kind.span == Span::EveryContact);
+        logs.into_iter()
+            .try_for_each(|entry| entry.measure.append(files, &entry.head.label))
     }
 }
 
@@ -252,9 +285,12 @@ impl Measures {
 pub fn list() -> Verdict {
     put(
         "measures",
-        &KINDS.map(|kind| json!({ "name": kind.name, "usage": kind.usage(), "about": kind.summary })),
+        &KINDS
+            .map(|kind| json!({ "name": kind.name, "usage": kind.usage(), "about": kind.summary })),
     );
-    print_line("Names for run.observe, and with parameters for [[measure]] (kind = NAME, of = TAG):\n");
+    print_line(
+        "Names for run.observe, and with parameters for [[measure]] (kind = NAME, of = TAG):\n",
+    );
     for kind in KINDS {
         print_line(&format!("{:<26}{}", kind.usage(), kind.summary));
         for parameter in kind.parameters {
@@ -262,12 +298,18 @@ pub fn list() -> Verdict {
         }
     }
     print_line("\nParameters of all measures that take samples:");
-    Span::Measurement.parameters().iter().for_each(|parameter| print_line(&parameter_line(parameter)));
+    Span::Measurement
+        .parameters()
+        .iter()
+        .for_each(|parameter| print_line(&parameter_line(parameter)));
     Verdict::Passed
 }
 
 fn parameter_line(parameter: &Parameter) -> String {
-    format!("{:<28}{:<9}{}; default: {}", "", parameter.name, parameter.about, parameter.default)
+    format!(
+        "{:<28}{:<9}{}; default: {}",
+        "", parameter.name, parameter.about, parameter.default
+    )
 }
 
 impl Observer for Measures {
@@ -301,8 +343,12 @@ impl Observer for Measures {
 /// In a checkpoint each measure is its head and its encoded state.
 impl Serialize for Measures {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let encoded = self.0.iter().map(|entry| Ok((&entry.head, entry.measure.save()?)));
-        let encoded: Vec<(&Head, Vec<u8>)> = encoded.collect::<Result<_>>().map_err(S::Error::custom)?;
+        let encoded = self
+            .0
+            .iter()
+            .map(|entry| Ok((&entry.head, entry.measure.save()?)));
+        let encoded: Vec<(&Head, Vec<u8>)> =
+            encoded.collect::<Result<_>>().map_err(S::Error::custom)?;
         encoded.serialize(serializer)
     }
 }
@@ -310,8 +356,13 @@ impl Serialize for Measures {
 impl<'de> Deserialize<'de> for Measures {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let encoded = Vec::<(Head, Vec<u8>)>::deserialize(deserializer)?;
-        let restored = encoded.into_iter().map(|(head, bytes)| Entry::resume(head, &bytes));
-        restored.collect::<Result<_>>().map(Self).map_err(D::Error::custom)
+        let restored = encoded
+            .into_iter()
+            .map(|(head, bytes)| Entry::resume(head, &bytes));
+        restored
+            .collect::<Result<_>>()
+            .map(Self)
+            .map_err(D::Error::custom)
     }
 }
 

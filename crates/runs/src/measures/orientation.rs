@@ -1,12 +1,14 @@
 //! `orientation`: correlations of orientations and angular velocities of a group, and whether a
 //! direction is preferred.
 
-use carom::{CollisionReport, Observer, OrientationCorrelation, View, engine::Body, observers::Group};
+use carom::{
+    CollisionReport, Observer, OrientationCorrelation, View, engine::Body, observers::Group,
+};
 use carom_tables::{BlockMean, Figure, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, in_blocks, resumed,
+    Context, Kind, MAX_LAG, Measured, Of, Results, Span, in_blocks, resumed,
     transport::{Curve, MIN_PAIRS, Plateau, Taken, Value},
 };
 
@@ -15,8 +17,12 @@ pub(super) const KIND: Kind = Kind {
     summary: "orientational correlations and angular velocity autocorrelation against the lag, and mean orientation",
     of: Of::Group,
     span: Span::Measurement,
-    parameters: &[LONGEST_LAG],
-    figures: &["mean cos", "rotational diffusion coefficient", "apparent rotational diffusion coefficient"],
+    parameters: &[MAX_LAG],
+    figures: &[
+        "mean cos",
+        "rotational diffusion coefficient",
+        "apparent rotational diffusion coefficient",
+    ],
     begin: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(Orientations {
@@ -69,7 +75,10 @@ impl Observer for Orientations {
 
     fn sample(&mut self, view: &View<'_>) {
         self.correlation.sample(view);
-        for body in view.bodies().filter(|body| body.body.inertia().inverse_moment > 0.0) {
+        for body in view
+            .bodies()
+            .filter(|body| body.body.inertia().inverse_moment > 0.0)
+        {
             if !self.group.contains(body.body) || body.body.molecule().is_round() {
                 continue;
             }
@@ -88,7 +97,11 @@ impl Measured for Orientations {
     /// C₁ at each lag, then C₂, then the autocorrelation, then the harmonics.
     fn sums(&self) -> Vec<[f64; 2]> {
         let count = self.terms as f64;
-        self.correlation.sums().into_iter().chain(self.harmonics.map(|sum| [sum, count])).collect()
+        self.correlation
+            .sums()
+            .into_iter()
+            .chain(self.harmonics.map(|sum| [sum, count]))
+            .collect()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
@@ -100,7 +113,11 @@ impl Measured for Orientations {
         let quantity = |index: usize| {
             let begin = (index * lags.len()).min(means.len());
             let mut found = context.resolved(&means[begin..], &lags[..measured]);
-            for (mean, _) in found.iter_mut().zip(&points).filter(|(_, point)| point.pairs < MIN_PAIRS) {
+            for (mean, _) in found
+                .iter_mut()
+                .zip(&points)
+                .filter(|(_, point)| point.pairs < MIN_PAIRS)
+            {
                 *mean = BlockMean::default();
             }
             found
@@ -124,8 +141,16 @@ impl Measured for Orientations {
         let isotropic = (context.is_equilibrium && self.is_free).then_some(0.0);
         let names = ["mean cos θ", "mean cos 2θ", "mean cos 3θ", "mean cos 4θ"];
         let mut figures = rotational_diffusion(&lags[..measured], &cosines, &products, context);
-        figures.extend(context.figures(names.map(|name| (name, "1", isotropic)), harmonics, "isotropy"));
-        Results { tables: vec![table], figures, ..Results::default() }
+        figures.extend(context.figures(
+            names.map(|name| (name, "1", isotropic)),
+            harmonics,
+            "isotropy",
+        ));
+        Results {
+            tables: vec![table],
+            figures,
+            ..Results::default()
+        }
     }
 }
 
@@ -145,26 +170,56 @@ fn rotational_diffusion(
     context: &Context<'_>,
 ) -> Vec<Figure> {
     let is_usable = |mean: &BlockMean| {
-        let (Some(value), Some(error)) = (mean.value, mean.standard_error) else { return false };
+        let (Some(value), Some(error)) = (mean.value, mean.standard_error) else {
+            return false;
+        };
         value >= MIN_COSINE && value >= MIN_RESOLUTION * error
     };
-    let forgotten = cosines.iter().position(|mean| mean.value.is_none_or(|value| value < MIN_COSINE));
+    let forgotten = cosines
+        .iter()
+        .position(|mean| mean.value.is_none_or(|value| value < MIN_COSINE));
     let cosines: Vec<BlockMean> = cosines[..forgotten.unwrap_or(cosines.len())]
         .iter()
-        .map(|mean| BlockMean { standard_error: mean.standard_error.filter(|_| is_usable(mean)), ..*mean })
+        .map(|mean| BlockMean {
+            standard_error: mean.standard_error.filter(|_| is_usable(mean)),
+            ..*mean
+        })
         .collect();
-    let of_cosines = Curve { lags, means: &cosines, blocks: context.blocks, of: Taken::MinusLogarithm };
-    let of_products = Curve { lags, means: products, blocks: context.blocks, of: Taken::Itself };
+    let of_cosines = Curve {
+        lags,
+        means: &cosines,
+        blocks: context.blocks,
+        of: Taken::MinusLogarithm,
+    };
+    let of_products = Curve {
+        lags,
+        means: products,
+        blocks: context.blocks,
+        of: Taken::Itself,
+    };
     let decay = of_cosines.plateau(products).map(|plateau| {
-        let Plateau { slope: Value { value, standard_error }, between: [begin, end], is_constant } = plateau;
-        let [what, lack] = if is_constant { ["", ""] } else { ["apparent ", ", no plateau"] };
-        let name =
-            format!("{what}rotational diffusion coefficient D_r at long lags, {begin:.3} to {end:.3}{lack}");
+        let Plateau {
+            slope: Value {
+                value,
+                standard_error,
+            },
+            between: [begin, end],
+            is_constant,
+        } = plateau;
+        let [what, lack] = if is_constant {
+            ["", ""]
+        } else {
+            ["apparent ", ", no plateau"]
+        };
+        let name = format!(
+            "{what}rotational diffusion coefficient D_r at long lags, {begin:.3} to {end:.3}{lack}"
+        );
         Figure::new(context.named(&name), value, "1/time").error(standard_error)
     });
     let integral = of_products.integral().map(|(integral, until)| {
-        let name =
-            format!("rotational diffusion coefficient D_r from angular velocities, up to lag {until:.3}");
+        let name = format!(
+            "rotational diffusion coefficient D_r from angular velocities, up to lag {until:.3}"
+        );
         Figure::new(context.named(&name), integral.value, "1/time").error(integral.standard_error)
     });
     decay.into_iter().chain(integral).collect()

@@ -23,6 +23,10 @@ impl Measured for OverlapCheck {
             max_overlap: self.deepest(),
             ..Totals::default()
         };
-        Results { totals, overlap_checks: self.checks(), ..Results::default() }
+        Results {
+            totals,
+            overlap_checks: self.checks(),
+            ..Results::default()
+        }
     }
 }

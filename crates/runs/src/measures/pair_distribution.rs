@@ -4,8 +4,8 @@ use carom::PairDistribution;
 use carom_tables::{BlockMean, Figure, Table};
 
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, hard_discs::LIU, in_blocks,
-    resumed,
+    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, hard_discs::LIU,
+    in_blocks, resumed,
 };
 
 /// Cutoff of distances in diameters of the largest body of the group, and bins for each diameter.
@@ -13,7 +13,7 @@ const DIAMETERS: f64 = 5.0;
 const BINS_PER_DIAMETER: f64 = 50.0;
 
 /// Largest number of bins that the scene does not give.
-const MOST_BINS: f64 = 1e5;
+const MAX_BINS: f64 = 1e5;
 
 /// Bins beyond contact through which a line gives the contact value. Fewer: a larger error. More:
 /// the curvature of ln g.
@@ -25,7 +25,11 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[
-        Parameter::whole("bins", Default::FromScene("50 for each diameter"), "bins up to 'max'"),
+        Parameter::whole(
+            "bins",
+            Default::FromScene("50 for each diameter"),
+            "bins up to 'max'",
+        ),
         Parameter::positive(
             "max",
             Default::FromScene("5 diameters of the largest body"),
@@ -43,13 +47,20 @@ fn observer(selection: &Selection<'_>) -> anyhow::Result<PairDistribution> {
     let half = 0.499 * selection.view.bounds().sides().min_element();
     // A whole number of bins, so that contact is the edge of a bin.
     let width = diameter / BINS_PER_DIAMETER;
-    let longest = selection.given("max").unwrap_or((DIAMETERS * diameter).min(half));
-    let bins = (longest / width).floor().clamp(1.0, MOST_BINS);
+    let longest = selection
+        .given("max")
+        .unwrap_or((DIAMETERS * diameter).min(half));
+    let bins = (longest / width).floor().clamp(1.0, MAX_BINS);
     let (cutoff, bins) = match selection.given("bins") {
         Some(bins) => (longest, bins as usize),
         None => (bins * width, bins as usize),
     };
-    Ok(PairDistribution::new([selection.group; 2], selection.view.bounds(), cutoff, bins)?)
+    Ok(PairDistribution::new(
+        [selection.group; 2],
+        selection.view.bounds(),
+        cutoff,
+        bins,
+    )?)
 }
 
 impl Measured for PairDistribution {
@@ -70,7 +81,9 @@ impl Measured for PairDistribution {
         let distances: Vec<f64> = points.iter().map(|point| point.distance).collect();
         Results {
             tables: vec![table],
-            figures: contact_value(&distances, means, context).into_iter().collect(),
+            figures: contact_value(&distances, means, context)
+                .into_iter()
+                .collect(),
             ..Results::default()
         }
     }
@@ -87,7 +100,10 @@ fn contact_value(distances: &[f64], means: &[BlockMean], context: &Context<'_>) 
     // Centres of bins that begin at contact, to rounding, or beyond.
     let [first, second] = distances.first_chunk()?;
     let begin = gas.diameter + 0.49 * (second - first);
-    let beyond = distances.iter().zip(means).filter(|(distance, _)| **distance > begin);
+    let beyond = distances
+        .iter()
+        .zip(means)
+        .filter(|(distance, _)| **distance > begin);
     let near: Vec<(f64, f64, f64)> = beyond
         .take(CONTACT_BINS)
         .map(|(distance, mean)| Some((distance - gas.diameter, mean.value?, mean.standard_error?)))
@@ -101,8 +117,18 @@ fn contact_value(distances: &[f64], means: &[BlockMean], context: &Context<'_>) 
     let centre = near.iter().map(|point| point.0).sum::<f64>() / count;
     let spread: f64 = near.iter().map(|point| (point.0 - centre).powi(2)).sum();
     let weight = |x: f64| 1.0 / count - centre * (x - centre) / spread;
-    let value = near.iter().map(|&(x, g, _)| weight(x) * g.ln()).sum::<f64>().exp();
-    let error = value * near.iter().map(|&(x, g, error)| (weight(x) * error / g).powi(2)).sum::<f64>().sqrt();
+    let value = near
+        .iter()
+        .map(|&(x, g, _)| weight(x) * g.ln())
+        .sum::<f64>()
+        .exp();
+    let error = value
+        * near
+            .iter()
+            .map(|&(x, g, error)| (weight(x) * error / g).powi(2))
+            .sum::<f64>()
+            .sqrt();
     let figure = Figure::new(context.named("g(r) at contact"), value, "1");
-    Some(figure.error(error).predicted(gas.contact_value(), LIU)).filter(|_| near.len() == CONTACT_BINS)
+    Some(figure.error(error).predicted(gas.contact_value(), LIU))
+        .filter(|_| near.len() == CONTACT_BINS)
 }

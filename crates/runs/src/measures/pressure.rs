@@ -66,7 +66,10 @@ impl Observer for Virial {
         let new = &self.observer.series()[before..];
         let time = view.time().to_f64();
         let pressures: Vec<f64> = new.iter().map(PressurePoint::pressure).collect();
-        let factors: Vec<f64> = new.iter().filter_map(PressurePoint::compressibility_factor).collect();
+        let factors: Vec<f64> = new
+            .iter()
+            .filter_map(PressurePoint::compressibility_factor)
+            .collect();
         self.lacks_factor |= factors.len() < pressures.len();
         self.pressure.end(time, &pressures);
         self.factor.end(time, &factors);
@@ -79,7 +82,14 @@ impl Measured for Virial {
     /// The pressure and the compressibility factor, weighted with the lengths of the intervals.
     fn sums(&self) -> Sums {
         let of = |sums: &IntervalSums| sums.sums().first().copied().unwrap_or_default();
-        vec![of(&self.pressure), if self.lacks_factor { [0.0; 2] } else { of(&self.factor) }]
+        vec![
+            of(&self.pressure),
+            if self.lacks_factor {
+                [0.0; 2]
+            } else {
+                of(&self.factor)
+            },
+        ]
     }
 
     fn bytes_per_sample(&self) -> usize {
@@ -96,7 +106,8 @@ impl Measured for Virial {
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.observer.series();
-        let of = |part: fn(&PressurePoint) -> f64| -> Vec<f64> { points.iter().map(part).collect() };
+        let of =
+            |part: fn(&PressurePoint) -> f64| -> Vec<f64> { points.iter().map(part).collect() };
         let gas = context.gas();
         let pressures = points.iter().map(|point| Some(point.pressure())).collect();
         let table = Table::new(context.table("pressure"), "Pressure")
@@ -109,13 +120,25 @@ impl Measured for Virial {
             .caption("From the virial of the contacts in each interval between samples.");
         let names = [
             ("pressure", UNIT, gas.map(HardDiscs::pressure)),
-            ("compressibility factor βpA/N", "1", gas.map(HardDiscs::compressibility_factor)),
+            (
+                "compressibility factor βpA/N",
+                "1",
+                gas.map(HardDiscs::compressibility_factor),
+            ),
         ];
         let figures = context.figures(names, means, LIU);
-        Results { tables: vec![table], figures, ..Results::default() }
+        Results {
+            tables: vec![table],
+            figures,
+            ..Results::default()
+        }
     }
 
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
-        files.append_to(&label.file(PRESSURE.name), &PRESSURE, self.observer.series())
+        files.append_to(
+            &label.file(PRESSURE.name),
+            &PRESSURE,
+            self.observer.series(),
+        )
     }
 }

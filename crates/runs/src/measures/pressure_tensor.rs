@@ -3,7 +3,9 @@
 use carom::PressureTensor;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, hard_discs::LIU, in_blocks, point_bytes, resumed};
+use super::{
+    Context, Kind, Measured, Of, Results, Span, hard_discs::LIU, in_blocks, point_bytes, resumed,
+};
 
 pub(super) const KIND: Kind = Kind {
     name: "pressure-tensor",
@@ -35,7 +37,9 @@ impl Measured for PressureTensor {
             points.iter().map(|point| Some(part(point))).collect()
         };
         // The flux lacks kT / A, because momentum conservation removes two degrees of freedom.
-        let normal = context.gas().map(|gas| gas.pressure() - gas.temperature / gas.area);
+        let normal = context
+            .gas()
+            .map(|gas| gas.pressure() - gas.temperature / gas.area);
         let table = Table::new(context.table("pressure-tensor"), "Pressure tensor")
             .abscissa("time", "time", points.iter().map(|point| point.time).collect())
             .value("p_xx", UNIT, of(carom::observers::TensorPoint::xx))
@@ -44,10 +48,20 @@ impl Measured for PressureTensor {
             .value("p_yy", UNIT, of(carom::observers::TensorPoint::yy))
             .caption("Flux of momentum relative to the centre of mass; p_xy = 0 on average without shear.");
         let predictions = [normal, Some(0.0), Some(0.0), normal];
-        let names = ["p_xx", "p_xy", "p_yx", "p_yy"].into_iter().zip(predictions);
+        let names = ["p_xx", "p_xy", "p_yx", "p_yy"]
+            .into_iter()
+            .zip(predictions);
         let figure = |((name, prediction), mean): ((&str, Option<f64>), &BlockMean)| {
-            let source = if name == "p_xx" || name == "p_yy" { LIU } else { "isotropy" };
-            Some(context.figure(name, UNIT, mean)?.predicted(prediction, source))
+            let source = if name == "p_xx" || name == "p_yy" {
+                LIU
+            } else {
+                "isotropy"
+            };
+            Some(
+                context
+                    .figure(name, UNIT, mean)?
+                    .predicted(prediction, source),
+            )
         };
         Results {
             tables: vec![table],

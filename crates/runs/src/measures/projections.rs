@@ -9,7 +9,8 @@ use carom_tables::{BlockMean, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, range, resumed,
+    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, range,
+    resumed,
 };
 
 pub(super) const KIND: Kind = Kind {
@@ -19,7 +20,11 @@ pub(super) const KIND: Kind = Kind {
     span: Span::Measurement,
     parameters: &[
         Parameter::whole("bins", Default::Number(160.0), "bins of the histogram"),
-        Parameter::positive(range::MAX, range::FOLLOWS, "half the range (mass·length/time)"),
+        Parameter::positive(
+            range::MAX,
+            range::FOLLOWS,
+            "half the range (mass·length/time)",
+        ),
     ],
     figures: &["share of the"],
     begin: |selection| Ok(in_blocks(Projections::new(selection)?)),
@@ -44,7 +49,8 @@ impl Projections {
 }
 
 /// Source of the prediction for a round body.
-const GAUSSIAN: &str = "isotropic impulses with a Rayleigh distribution of magnitudes: exact at any density";
+const GAUSSIAN: &str =
+    "isotropic impulses with a Rayleigh distribution of magnitudes: exact at any density";
 
 /// Mean of the density of a Gaussian of mean 0 over a bin.
 fn mean_of_gaussian(bin: [f64; 2], variance: f64) -> f64 {
@@ -58,7 +64,9 @@ impl Observer for Projections {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        self.0.iter_mut().for_each(|histogram| histogram.collision(report));
+        self.0
+            .iter_mut()
+            .for_each(|histogram| histogram.collision(report));
     }
 }
 
@@ -78,14 +86,22 @@ impl Projections {
         let components = self.components();
         let bins = Distribution::common_bins(&components);
         let edges = bins.edges();
-        let mut table = Table::new(context.table("projections"), "Components of the impulses on the body")
-            .bins("impulse", "mass·length/time", edges)
-            .caption(format!("Along the body's own axes x′ and y′. {}", range::caption(&components)));
+        let mut table = Table::new(
+            context.table("projections"),
+            "Components of the impulses on the body",
+        )
+        .bins("impulse", "mass·length/time", edges)
+        .caption(format!(
+            "Along the body's own axes x′ and y′. {}",
+            range::caption(&components)
+        ));
         let (along_x, along_y) = densities.split_at(densities.len() / 2);
         for (name, densities) in [("density_x", along_x), ("density_y", along_y)] {
             table = table.means(name, "time/(mass·length)", densities);
             if let Some(variance) = variance {
-                let means = edges.windows(2).map(|bin| Some(mean_of_gaussian([bin[0], bin[1]], variance)));
+                let means = edges
+                    .windows(2)
+                    .map(|bin| Some(mean_of_gaussian([bin[0], bin[1]], variance)));
                 table = table.prediction("Gaussian of variance 4μkT", means.collect(), GAUSSIAN);
             }
         }
@@ -109,10 +125,15 @@ impl Measured for Projections {
         let table = self.table(densities, context, None);
         let components = self.components();
         let what = ["impulses along x′", "impulses along y′"];
-        let outside =
-            components.into_iter().zip(what).zip(outside).filter_map(|((distribution, what), mean)| {
+        let outside = components.into_iter().zip(what).zip(outside).filter_map(
+            |((distribution, what), mean)| {
                 range::share_outside(distribution, what, Some(mean), context)
-            });
-        Results { tables: vec![table], figures: outside.collect(), ..Results::default() }
+            },
+        );
+        Results {
+            tables: vec![table],
+            figures: outside.collect(),
+            ..Results::default()
+        }
     }
 }

@@ -31,12 +31,20 @@ pub(super) fn share_outside(
 
 /// How the densities of a table are normalised and what their bins are.
 pub(super) fn caption(distributions: &[&Distribution]) -> String {
-    if !distributions.iter().any(|distribution| distribution.has_given_range()) {
+    if !distributions
+        .iter()
+        .any(|distribution| distribution.has_given_range())
+    {
         return "Normalised to 1 over all values: the range follows the data. Bins have equal widths, \
                 or, beyond the bulk of the values, widths that double with each octave."
             .to_owned();
     }
-    let sum = |of: fn(&Distribution) -> u64| distributions.iter().map(|distribution| of(distribution)).sum();
+    let sum = |of: fn(&Distribution) -> u64| {
+        distributions
+            .iter()
+            .map(|distribution| of(distribution))
+            .sum()
+    };
     let (outside, all): (u64, u64) = (sum(Distribution::beyond), sum(Distribution::total));
     let share = outside as f64 / all.max(1) as f64;
     format!(

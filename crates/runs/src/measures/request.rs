@@ -52,38 +52,66 @@ impl Request {
     /// What distinguishes its files from those of other measures of its kind. The file of impulses
     /// does not have the tag in its name.
     fn distinction(&self) -> Option<String> {
-        let tag = if self.kind.name == super::impulses::NAME { None } else { self.tag() };
+        let tag = if self.kind.name == super::impulses::NAME {
+            None
+        } else {
+            self.tag()
+        };
         self.name.clone().or(tag)
     }
 
     /// From `kind`, `kind:TAG` or `kind:TAG,TAG`.
     fn from_name(name: &str) -> Result<Self> {
         let entry = format!("run.observe: '{name}'");
-        let (kind, tags) = name.split_once(':').map_or((name, None), |(kind, tags)| (kind, Some(tags)));
+        let (kind, tags) = name
+            .split_once(':')
+            .map_or((name, None), |(kind, tags)| (kind, Some(tags)));
         let Some(kind) = find(kind) else {
-            bail!("unknown observer '{name}'{}; {}", did_you_mean(kind, names()), expected());
+            bail!(
+                "unknown observer '{name}'{}; {}",
+                did_you_mean(kind, names()),
+                expected()
+            );
         };
         let tags: Vec<&str> = tags.map_or_else(Vec::new, |tags| tags.split(',').collect());
         kind.check_tags(name, &tags)?;
         let tags = tags.into_iter().map(str::to_owned).collect();
-        Ok(Self { entry, tags, ..Self::plain(kind) })
+        Ok(Self {
+            entry,
+            tags,
+            ..Self::plain(kind)
+        })
     }
 
     /// From an entry `[[measure]]` of a run with this sample interval (time).
     fn from_spec(spec: &MeasureSpec, sample_interval: f64) -> Result<Self> {
         let Some(kind) = find(&spec.kind) else {
-            bail!("unknown kind '{}'{}; {}", spec.kind, did_you_mean(&spec.kind, names()), expected());
+            bail!(
+                "unknown kind '{}'{}; {}",
+                spec.kind,
+                did_you_mean(&spec.kind, names()),
+                expected()
+            );
         };
-        let tags: Vec<&str> =
-            spec.of.as_deref().map_or_else(Vec::new, |of| of.split(',').map(str::trim).collect());
+        let tags: Vec<&str> = spec
+            .of
+            .as_deref()
+            .map_or_else(Vec::new, |of| of.split(',').map(str::trim).collect());
         kind.check_tags(&spec.kind, &tags)?;
         if let Some(name) = &spec.name {
             check_word(&spec.kind, "the name", name)?;
         }
         let mut given = BTreeMap::new();
         for (key, value) in &spec.parameters {
-            let Some(parameter) = kind.all_parameters().find(|parameter| parameter.name == key) else {
-                let keys = || ["kind", "of", "name"].into_iter().chain(kind.all_parameters().map(|p| p.name));
+            let Some(parameter) = kind
+                .all_parameters()
+                .find(|parameter| parameter.name == key)
+            else {
+                let keys = || {
+                    ["kind", "of", "name"]
+                        .into_iter()
+                        .chain(kind.all_parameters().map(|p| p.name))
+                };
                 let allowed: Vec<&str> = keys().collect();
                 bail!(
                     "unknown key '{key}' of '{}'{}; expected one of {}",
@@ -92,21 +120,34 @@ impl Request {
                     allowed.join(", ")
                 );
             };
-            let MeasureParameter::Number(value) = value else { bail!("'{key}' must be a number") };
+            let MeasureParameter::Number(value) = value else {
+                bail!("'{key}' must be a number")
+            };
             parameter.check(*value)?;
             given.insert(key.clone(), *value);
         }
         let every = every(&given, sample_interval)?;
         let tags = tags.into_iter().map(str::to_owned).collect();
-        Ok(Self { tags, name: spec.name.clone(), every, given, ..Self::plain(kind) })
+        Ok(Self {
+            tags,
+            name: spec.name.clone(),
+            every,
+            given,
+            ..Self::plain(kind)
+        })
     }
 }
 
 /// Samples of the run for each sample of a measure.
 fn every(given: &BTreeMap<String, f64>, sample_interval: f64) -> Result<u64> {
     let (every, interval) = (given.get(EVERY.name), given.get(INTERVAL.name));
-    ensure!(every.is_none() || interval.is_none(), "'every' and 'interval' exclude each other");
-    let Some(interval) = interval else { return Ok(every.map_or(1, |every| *every as u64)) };
+    ensure!(
+        every.is_none() || interval.is_none(),
+        "'every' and 'interval' exclude each other"
+    );
+    let Some(interval) = interval else {
+        return Ok(every.map_or(1, |every| *every as u64));
+    };
     let ratio = interval / sample_interval;
     let whole = ratio.round().max(1.0);
     ensure!(
@@ -123,17 +164,23 @@ fn every(given: &BTreeMap<String, f64>, sample_interval: f64) -> Result<u64> {
 pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
     let mut requests: Vec<Request> = Vec::new();
     for (index, name) in scene.run.observe.iter().enumerate() {
-        ensure!(!scene.run.observe[..index].contains(name), "run.observe: '{name}' is named twice");
+        ensure!(
+            !scene.run.observe[..index].contains(name),
+            "run.observe: '{name}' is named twice"
+        );
         requests.push(Request::from_name(name).context("run.observe")?);
     }
     for (index, spec) in scene.measure.iter().enumerate() {
         let entry = format!("measure[{index}]");
-        let request = Request::from_spec(spec, scene.run.sample_interval).with_context(|| entry.clone())?;
+        let request =
+            Request::from_spec(spec, scene.run.sample_interval).with_context(|| entry.clone())?;
         requests.push(Request { entry, ..request });
     }
     for (index, request) in requests.iter().enumerate() {
         let key = |request: &Request| (request.kind.name, request.distinction());
-        let same = requests[..index].iter().find(|other| key(other) == key(request));
+        let same = requests[..index]
+            .iter()
+            .find(|other| key(other) == key(request));
         if let Some(same) = same {
             bail!(
                 "{} and {} would write the same files: give one of them, as [[measure]], a 'name'",
@@ -158,7 +205,9 @@ const ALIASES: [(&str, &str); 7] = [
 
 /// The kind of measure with this name.
 pub(super) fn find(kind: &str) -> Option<&'static Kind> {
-    let alias = ALIASES.iter().find(|(alias, _)| kind.eq_ignore_ascii_case(alias));
+    let alias = ALIASES
+        .iter()
+        .find(|(alias, _)| kind.eq_ignore_ascii_case(alias));
     let name = alias.map_or(kind, |(_, name)| name);
     KINDS.iter().find(|known| known.name == name)
 }

@@ -12,7 +12,11 @@ pub(super) const KIND: Kind = Kind {
     span: Span::Measurement,
     parameters: &[],
     figures: &[],
-    begin: |selection| Ok(in_blocks(RunningAverage::new(selection.only_body()?.body.key()))),
+    begin: |selection| {
+        Ok(in_blocks(RunningAverage::new(
+            selection.only_body()?.body.key(),
+        )))
+    },
     resume: resumed::<RunningAverage>,
 };
 
@@ -23,15 +27,25 @@ impl Measured for RunningAverage {
 
     fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.series();
-        let of = |part: fn(&RunningPoint) -> f64| points.iter().map(|point| Some(part(point))).collect();
+        let of =
+            |part: fn(&RunningPoint) -> f64| points.iter().map(|point| Some(part(point))).collect();
         let force = "mass·length/time²";
         let table = Table::new(context.table("running-average"), "Running averages")
-            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
+            .abscissa(
+                "time",
+                "time",
+                points.iter().map(|point| point.time).collect(),
+            )
             .value("force_x", force, of(|point| point.momentum.x))
             .value("force_y", force, of(|point| point.momentum.y))
             .value("velocity_x", "length/time", of(|point| point.velocity.x))
             .value("velocity_y", "length/time", of(|point| point.velocity.y))
-            .caption("Means since the start of the measurement, along the body's own axes x′ and y′.");
-        Results { tables: vec![table], ..Results::default() }
+            .caption(
+                "Means since the start of the measurement, along the body's own axes x′ and y′.",
+            );
+        Results {
+            tables: vec![table],
+            ..Results::default()
+        }
     }
 }

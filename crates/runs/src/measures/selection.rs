@@ -9,12 +9,12 @@ use carom::{
 
 use super::{
     Request,
-    kind::{Default, LONGEST_LAG},
+    kind::{Default, MAX_LAG},
 };
 
 /// Longest lag of correlations in samples. It does not depend on the end of the run, so an extended
 /// run measures the same as a long one.
-const MOST_LAGS: f64 = 1e6;
+const MAX_LAGS: f64 = 1e6;
 
 /// The run, the bodies and the parameters of a measure.
 #[derive(Debug, Clone, Copy)]
@@ -42,10 +42,19 @@ impl<'a> Selection<'a> {
             *tag = Some(found.with_context(|| {
                 let tags = view.bodies().flat_map(|body| body.body.tags().iter());
                 let nearest = did_you_mean(name, tags.map(|&tag| view.tag_names().name(tag)));
-                format!("{}: no body in the scene carries the tag {name:?}{nearest}", request.entry)
+                format!(
+                    "{}: no body in the scene carries the tag {name:?}{nearest}",
+                    request.entry
+                )
             })?);
         }
-        Ok(Self { request, tags, group: tags[0].map_or(Group::All, Group::from), view, run })
+        Ok(Self {
+            request,
+            tags,
+            group: tags[0].map_or(Group::All, Group::from),
+            view,
+            run,
+        })
     }
 
     /// The tags of the two bodies of a pair.
@@ -58,9 +67,15 @@ impl<'a> Selection<'a> {
     /// # Errors
     /// There are several.
     pub fn only_body(&self) -> Result<BodyView<'a>> {
-        let mut members = self.view.bodies().filter(|body| self.group.contains(body.body));
+        let mut members = self
+            .view
+            .bodies()
+            .filter(|body| self.group.contains(body.body));
         let (first, another) = (members.next(), members.next());
-        ensure!(another.is_none(), "several bodies carry that tag, but only one can be observed");
+        ensure!(
+            another.is_none(),
+            "several bodies carry that tag, but only one can be observed"
+        );
         first.context("no body carries that tag")
     }
 
@@ -74,7 +89,12 @@ impl<'a> Selection<'a> {
     /// # Panics
     /// The kind has no such parameter with a number as default.
     pub fn whole(&self, name: &str) -> usize {
-        let of_kind = || self.request.kind.all_parameters().find(|parameter| parameter.name == name);
+        let of_kind = || {
+            self.request
+                .kind
+                .all_parameters()
+                .find(|parameter| parameter.name == name)
+        };
         let default = || match of_kind().map(|parameter| parameter.default) {
             Some(Default::Number(number)) => number,
             _ => unreachable!("the kind has no parameter {name} with a default"),
@@ -89,12 +109,15 @@ impl<'a> Selection<'a> {
 
     /// Longest lag of correlations (time).
     pub fn longest_lag(&self) -> f64 {
-        self.given(LONGEST_LAG.name).unwrap_or((self.interval() * MOST_LAGS).min(f64::MAX))
+        self.given(MAX_LAG.name)
+            .unwrap_or((self.interval() * MAX_LAGS).min(f64::MAX))
     }
 
     /// The moving bodies of the group.
     pub fn moving(&self) -> impl Iterator<Item = BodyView<'a>> {
-        self.view.bodies().filter(|body| !body.body.is_fixed() && self.group.contains(body.body))
+        self.view
+            .bodies()
+            .filter(|body| !body.body.is_fixed() && self.group.contains(body.body))
     }
 
     /// The kind of the first body with the tag of the measure in the numbering of pictures; 0 for
@@ -103,13 +126,21 @@ impl<'a> Selection<'a> {
         if self.tags[0].is_none() {
             return 0;
         }
-        let place = self.view.bodies().position(|body| self.group.contains(body.body));
-        place.and_then(|place| coloured_kinds(self.view).get(place).copied()).unwrap_or(0)
+        let place = self
+            .view
+            .bodies()
+            .position(|body| self.group.contains(body.body));
+        place
+            .and_then(|place| coloured_kinds(self.view).get(place).copied())
+            .unwrap_or(0)
     }
 
     /// The largest bounding radius of a body of the group, without walls (length).
     pub fn largest_radius(&self) -> f64 {
-        let members = self.view.bodies().filter(|body| self.group.contains(body.body));
+        let members = self
+            .view
+            .bodies()
+            .filter(|body| self.group.contains(body.body));
         members
             .filter(|body| !body.body.is_wall())
             .map(|body| body.body.molecule().bounding_radius())

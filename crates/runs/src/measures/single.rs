@@ -47,16 +47,31 @@ impl SingleMeasure {
     /// # Errors
     /// The interval is out of range; the measure is unknown, has invalid parameters, or writes
     /// every contact to a file; no body carries its tag, or a body is not unique.
-    pub fn begin(spec: &MeasureSpec, interval: f64, scene: &Scene, view: &View<'_>) -> Result<Self> {
+    pub fn begin(
+        spec: &MeasureSpec,
+        interval: f64,
+        scene: &Scene,
+        view: &View<'_>,
+    ) -> Result<Self> {
         ensure!(
             interval.is_finite() && interval > 0.0,
             "the interval between samples must be positive and finite, but is {interval:?}"
         );
-        let run = RunSpec { sample_interval: interval, ..RunSpec::default() };
+        let run = RunSpec {
+            sample_interval: interval,
+            ..RunSpec::default()
+        };
         let (measure, stage) = (vec![spec.clone()], Vec::new());
-        let scene = Scene { run, measure, stage, ..scene.clone() };
+        let scene = Scene {
+            run,
+            measure,
+            stage,
+            ..scene.clone()
+        };
         let requests = requests(&scene)?;
-        let Some(request) = requests.first() else { bail!("there is no measure") };
+        let Some(request) = requests.first() else {
+            bail!("there is no measure")
+        };
         ensure!(
             request.kind.span != Span::EveryContact,
             "'{}' writes every contact to a file of a run; it has no table",
@@ -79,7 +94,10 @@ impl SingleMeasure {
             Some(reason) => Err(reason.to_owned()),
             None => HardDiscs::of(view, &rules.elasticity),
         };
-        let judged = Scene { elasticity: rules.elasticity.clone(), ..self.scene.clone() };
+        let judged = Scene {
+            elasticity: rules.elasticity.clone(),
+            ..self.scene.clone()
+        };
         let results = self.entry.results(&judged, &hard_discs);
         let totals = Totals {
             collisions: view.counters().collisions,
@@ -87,7 +105,15 @@ impl SingleMeasure {
             ..results.totals
         };
         let (note, figures) = (String::new(), Vec::new());
-        Record::of(&self.scene, RunRecord { totals, note, figures, measures: results.records })
+        Record::of(
+            &self.scene,
+            RunRecord {
+                totals,
+                note,
+                figures,
+                measures: results.records,
+            },
+        )
     }
 }
 
@@ -132,6 +158,9 @@ impl<'de> Deserialize<'de> for SingleMeasure {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let (head, state, scene) = <(Head, Vec<u8>, String)>::deserialize(deserializer)?;
         let entry = Entry::resume(head, &state).map_err(D::Error::custom)?;
-        Ok(Self { entry, scene: Scene::from_toml(&scene).map_err(D::Error::custom)? })
+        Ok(Self {
+            entry,
+            scene: Scene::from_toml(&scene).map_err(D::Error::custom)?,
+        })
     }
 }

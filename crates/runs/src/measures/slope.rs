@@ -17,9 +17,18 @@ pub struct Slope {
 impl Slope {
     /// The slope between the first lags of at least these numbers of mean free times; `None` if the
     /// curve is too short or too coarse.
-    pub fn between(free_times: [f64; 2], lags: &[f64], curve: &[BlockMean], gas: &HardDiscs) -> Option<Self> {
+    pub fn between(
+        free_times: [f64; 2],
+        lags: &[f64],
+        curve: &[BlockMean],
+        gas: &HardDiscs,
+    ) -> Option<Self> {
         let rate = gas.collision_rate();
-        let at = |free_times: f64| lags.iter().zip(curve).find(|(lag, _)| **lag * rate >= free_times);
+        let at = |free_times: f64| {
+            lags.iter()
+                .zip(curve)
+                .find(|(lag, _)| **lag * rate >= free_times)
+        };
         let ((&begin, first), (&end, last)) = (at(free_times[0])?, at(free_times[1])?);
         let duration = end - begin;
         (duration > 0.0).then_some(())?;

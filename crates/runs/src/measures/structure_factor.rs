@@ -11,7 +11,11 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     // More: a sample costs more, in proportion.
-    parameters: &[Parameter::whole("shells", Default::Number(200.0), "smallest shells of wave vectors")],
+    parameters: &[Parameter::whole(
+        "shells",
+        Default::Number(200.0),
+        "smallest shells of wave vectors",
+    )],
     figures: &[],
     begin: |selection| {
         Ok(in_blocks(StructureFactor::new(
@@ -35,6 +39,9 @@ impl Measured for StructureFactor {
             .caption(
                 "Of the centres of mass, averaged over the directions of k; 1 for independent positions.",
             );
-        Results { tables: vec![table], ..Results::default() }
+        Results {
+            tables: vec![table],
+            ..Results::default()
+        }
     }
 }

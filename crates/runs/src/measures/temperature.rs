@@ -11,7 +11,11 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[],
-    figures: &["kT of the translation", "kT of the rotation", "mean velocity along"],
+    figures: &[
+        "kT of the translation",
+        "kT of the rotation",
+        "mean velocity along",
+    ],
     begin: |selection| Ok(in_blocks(TemperatureByTag::new(selection.group))),
     resume: resumed::<TemperatureByTag>,
 };
@@ -29,18 +33,18 @@ fn caption(flow_is_zero: [bool; 2]) -> String {
         [false, true] => "y",
         [false, false] => return frame.to_owned(),
     };
-    format!("{frame} The mean velocity of all bodies along {axes} is conserved, and 0 in this frame.")
+    format!(
+        "{frame} The mean velocity of all bodies along {axes} is conserved, and 0 in this frame."
+    )
 }
 
 /// The table of a gas that cools, by logarithms: homogeneous cooling ends as t⁻² (Haff, J. Fluid
 /// Mech. 134 (1983) 401).
 fn cooling(table: Table) -> Table {
-    table.logarithmic().in_decades(&["translation", "rotation"]).guide(
-        "translation",
-        -2.0,
-        "∝ t⁻², Haff (1983)",
-        true,
-    )
+    table
+        .logarithmic()
+        .in_decades(&["translation", "rotation"])
+        .guide("translation", -2.0, "∝ t⁻², Haff (1983)", true)
 }
 
 impl Measured for TemperatureByTag {
@@ -56,12 +60,31 @@ impl Measured for TemperatureByTag {
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.series();
         let table = Table::new(context.table("temperature"), "Temperature")
-            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
-            .counts("bodies", points.iter().map(|point| point.bodies as u64).collect())
-            .value("translation", UNIT, points.iter().map(|point| point.translation).collect())
-            .value("rotation", UNIT, points.iter().map(|point| point.rotation).collect())
+            .abscissa(
+                "time",
+                "time",
+                points.iter().map(|point| point.time).collect(),
+            )
+            .counts(
+                "bodies",
+                points.iter().map(|point| point.bodies as u64).collect(),
+            )
+            .value(
+                "translation",
+                UNIT,
+                points.iter().map(|point| point.translation).collect(),
+            )
+            .value(
+                "rotation",
+                UNIT,
+                points.iter().map(|point| point.rotation).collect(),
+            )
             .caption(caption(self.flow_is_zero()));
-        let table = if context.is_cooling { cooling(table) } else { table };
+        let table = if context.is_cooling {
+            cooling(table)
+        } else {
+            table
+        };
         let names = [
             ("kT of the translation", UNIT),
             ("kT of the rotation", UNIT),
@@ -70,8 +93,17 @@ impl Measured for TemperatureByTag {
         ];
         let [zero_along_x, zero_along_y] = self.flow_is_zero();
         let is_measured = [true, true, !zero_along_x, !zero_along_y];
-        let measured = names.into_iter().zip(means).zip(is_measured).filter(|(_, is_measured)| *is_measured);
-        let figures = measured.filter_map(|(((name, unit), mean), _)| context.figure(name, unit, mean));
-        Results { tables: vec![table], figures: figures.collect(), ..Results::default() }
+        let measured = names
+            .into_iter()
+            .zip(means)
+            .zip(is_measured)
+            .filter(|(_, is_measured)| *is_measured);
+        let figures =
+            measured.filter_map(|(((name, unit), mean), _)| context.figure(name, unit, mean));
+        Results {
+            tables: vec![table],
+            figures: figures.collect(),
+            ..Results::default()
+        }
     }
 }

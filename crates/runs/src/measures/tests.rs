@@ -17,7 +17,13 @@ fn asked(names: &[&str]) -> Result<Vec<Request>> {
 
 #[test]
 fn names_are_refused_with_their_reason() {
-    for good in ["velocities", "velocities:gas", "contact-density:the_tee", "thermostat", "events:a,b"] {
+    for good in [
+        "velocities",
+        "velocities:gas",
+        "contact-density:the_tee",
+        "thermostat",
+        "events:a,b",
+    ] {
         assert!(asked(&[good]).is_ok(), "{good}");
     }
     for (bad, said) in [
@@ -35,37 +41,73 @@ fn names_are_refused_with_their_reason() {
         let error = format!("{:#}", asked(&[bad]).unwrap_err());
         assert!(error.contains(said), "{error}");
     }
-    assert!(asked(&["energy", "energy"]).unwrap_err().to_string().contains("named twice"));
-    let error = asked(&["impulses:a", "impulses:b"]).unwrap_err().to_string();
+    assert!(
+        asked(&["energy", "energy"])
+            .unwrap_err()
+            .to_string()
+            .contains("named twice")
+    );
+    let error = asked(&["impulses:a", "impulses:b"])
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("same files"), "{error}");
 }
 
 #[test]
 fn parameters_are_refused_by_name() {
     let refused = |entry: &str| {
-        let text = format!("[run]\nsample_interval = 0.1\nobserve = [\"velocities\"]\n[[measure]]\n{entry}");
+        let text = format!(
+            "[run]\nsample_interval = 0.1\nobserve = [\"velocities\"]\n[[measure]]\n{entry}"
+        );
         format!(
             "{:#}",
-            Scene::from_toml(&text).map_err(anyhow::Error::from).and_then(|s| requests(&s)).unwrap_err()
+            Scene::from_toml(&text)
+                .map_err(anyhow::Error::from)
+                .and_then(|s| requests(&s))
+                .unwrap_err()
         )
     };
     for (entry, said) in [
         ("kind = \"velocity\"", "did you mean `velocities`?"),
         ("of = \"gas\"", "missing field `kind`"),
-        ("kind = \"directions\"\nof = \"tee\"\nbin = 9", "did you mean `bins`?"),
+        (
+            "kind = \"directions\"\nof = \"tee\"\nbin = 9",
+            "did you mean `bins`?",
+        ),
         (
             "kind = \"directions\"\nof = \"tee\"\nmax = 9",
             "expected one of kind, of, name, every, interval, bins",
         ),
-        ("kind = \"directions\"\nof = \"tee\"\nbins = 0", "whole number from 1"),
-        ("kind = \"directions\"\nof = \"tee\"\nbins = 1e9", "whole number from 1"),
-        ("kind = \"directions\"\nof = \"tee\"\nbins = \"many\"", "'bins' must be a number"),
-        ("kind = \"correlation\"\nmax = -1.0", "'max' must be positive"),
-        ("kind = \"correlation\"\ninterval = 0.25", "multiple of run.sample_interval"),
-        ("kind = \"correlation\"\nevery = 2\ninterval = 0.2", "exclude each other"),
+        (
+            "kind = \"directions\"\nof = \"tee\"\nbins = 0",
+            "whole number from 1",
+        ),
+        (
+            "kind = \"directions\"\nof = \"tee\"\nbins = 1e9",
+            "whole number from 1",
+        ),
+        (
+            "kind = \"directions\"\nof = \"tee\"\nbins = \"many\"",
+            "'bins' must be a number",
+        ),
+        (
+            "kind = \"correlation\"\nmax = -1.0",
+            "'max' must be positive",
+        ),
+        (
+            "kind = \"correlation\"\ninterval = 0.25",
+            "multiple of run.sample_interval",
+        ),
+        (
+            "kind = \"correlation\"\nevery = 2\ninterval = 0.2",
+            "exclude each other",
+        ),
         ("kind = \"correlation\"\nname = \"../x\"", "letters"),
         ("kind = \"events\"\nevery = 2", "unknown key 'every'"),
-        ("kind = \"velocities\"\nbins = 9", "measure[0] would write the same files"),
+        (
+            "kind = \"velocities\"\nbins = 9",
+            "measure[0] would write the same files",
+        ),
     ] {
         let error = refused(entry);
         assert!(error.contains(said), "{entry}: {error}");
@@ -75,13 +117,19 @@ fn parameters_are_refused_by_name() {
 
 #[test]
 fn bodies_that_are_missing_or_not_unique_are_refused() {
-    let mut scene =
-        Scene::from_toml("[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")
-            .unwrap();
+    let mut scene = Scene::from_toml(
+        "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100",
+    )
+    .unwrap();
     let simulation = AnySimulation::new(&scene).unwrap();
     let mut refused = |name: &str| {
         scene.run.observe = vec![name.to_owned()];
-        format!("{:#}", Measures::begin(&scene, &simulation.view()).err().expect("an error"))
+        format!(
+            "{:#}",
+            Measures::begin(&scene, &simulation.view())
+                .err()
+                .expect("an error")
+        )
     };
     assert!(refused("velocities:none").contains("no body in the scene carries"));
     assert!(refused("events:gas,none").contains("no body in the scene carries"));
@@ -122,14 +170,17 @@ fn checkpoints_grow_by_the_declared_bytes_of_a_sample() {
     let left_out = ["impulses", "events"];
     for kind in KINDS.iter().filter(|kind| !left_out.contains(&kind.name)) {
         let tag = if kind.of == Of::OneBody { ":tee" } else { "" };
-        let scene = Scene::from_toml(&format!("{gas}observe = [\"{}{tag}\"]\n", kind.name)).unwrap();
+        let scene =
+            Scene::from_toml(&format!("{gas}observe = [\"{}{tag}\"]\n", kind.name)).unwrap();
         let mut simulation = AnySimulation::new(&scene).unwrap();
         let mut measures = Measures::begin(&scene, &simulation.view()).unwrap();
         measures.start(&simulation.view());
         measures.sample(&simulation.view());
         let mut lengths = Vec::new();
         for sample in 1..=4000 {
-            simulation.observe_until(0.01 * f64::from(sample), &mut measures).unwrap();
+            simulation
+                .observe_until(0.01 * f64::from(sample), &mut measures)
+                .unwrap();
             measures.sample(&simulation.view());
             if sample % 2000 == 0 {
                 lengths.push(encode(&measures).unwrap().len() as f64);
@@ -137,16 +188,29 @@ fn checkpoints_grow_by_the_declared_bytes_of_a_sample() {
         }
         let declared = measures.bytes_at_end(&scene.run) as f64 / 4001.0;
         let grown = (lengths[1] - lengths[0]) / 2000.0;
-        assert!((0.5..1.05).contains(&(grown / declared)), "{}: {declared} {grown}", kind.name);
+        assert!(
+            (0.5..1.05).contains(&(grown / declared)),
+            "{}: {declared} {grown}",
+            kind.name
+        );
     }
 }
 
 fn table<'a>(results: &'a Results, name: &str) -> &'a Table {
-    results.tables.iter().find(|table| table.name == name).unwrap_or_else(|| panic!("no table {name}"))
+    results
+        .tables
+        .iter()
+        .find(|table| table.name == name)
+        .unwrap_or_else(|| panic!("no table {name}"))
 }
 
 fn column<'a>(table: &'a Table, name: &str) -> &'a [Option<f64>] {
-    &table.columns.iter().find(|column| column.name == name).unwrap_or_else(|| panic!("no {name}")).values
+    &table
+        .columns
+        .iter()
+        .find(|column| column.name == name)
+        .unwrap_or_else(|| panic!("no {name}"))
+        .values
 }
 
 #[test]
@@ -181,8 +245,16 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
     let root = tempfile::tempdir().unwrap();
     let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
     results.write(&folder).unwrap();
-    let lines = |name: &str| std::fs::read_to_string(root.path().join(name)).unwrap().lines().count();
-    assert_eq!((lines("velocities-gas.csv"), lines("correlation.csv")), (22, 13));
+    let lines = |name: &str| {
+        std::fs::read_to_string(root.path().join(name))
+            .unwrap()
+            .lines()
+            .count()
+    };
+    assert_eq!(
+        (lines("velocities-gas.csv"), lines("correlation.csv")),
+        (22, 13)
+    );
     // 100 discs of unit mass and energy: ⟨v²⟩ = 2 at first.
     let mean_square = column(table(&results, "velocities-gas"), "mean_square")[0].unwrap();
     assert!((mean_square - 2.0).abs() < 1e-12);
@@ -190,40 +262,77 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
     assert!((integral(components, "density_x") - 1.0).abs() < 1e-12);
     // No pair is nearer than a diameter, which is 50 bins.
     let pairs = table(&results, "pair-distribution-gas");
-    assert!(column(pairs, "pairs")[..49].iter().all(|count| *count == Some(0.0)));
+    assert!(
+        column(pairs, "pairs")[..49]
+            .iter()
+            .all(|count| *count == Some(0.0))
+    );
     let near: f64 = column(pairs, "g")[51..76].iter().flatten().sum::<f64>() / 25.0;
     assert!((0.9..1.5).contains(&near), "{near}");
     assert!(
-        column(table(&results, "contact-density-tee"), "contacts").iter().any(|count| *count > Some(0.0))
+        column(table(&results, "contact-density-tee"), "contacts")
+            .iter()
+            .any(|count| *count > Some(0.0))
     );
-    assert!(column(table(&results, "thermostat"), "put_in").iter().all(|energy| *energy == Some(0.0)));
+    assert!(
+        column(table(&results, "thermostat"), "put_in")
+            .iter()
+            .all(|energy| *energy == Some(0.0))
+    );
     // Every measure has a result, each table one length, and each file one writer.
     for kind in KINDS {
         let is_of = |name: &str| name.starts_with(kind.name);
         let has_table = results.tables.iter().any(|table| is_of(&table.name));
         let has_file = results.files.iter().any(|file| is_of(file));
         // This scene has no walls.
-        let is_absent = ["drift", "friction", "overlap", "wall-heat", "wall-pressure"].contains(&kind.name);
+        let is_absent =
+            ["drift", "friction", "overlap", "wall-heat", "wall-pressure"].contains(&kind.name);
         assert!(has_table || has_file || is_absent, "{}", kind.name);
     }
     // The names by which a scene is refused before its bodies are placed are those of its figures.
     for figure in &results.figures {
-        let begins = |kind: &Kind| kind.figures.iter().any(|begin| figure.name.starts_with(begin));
-        assert!(KINDS.iter().any(begins), "no measure announces the figure {:?}", figure.name);
+        let begins = |kind: &Kind| {
+            kind.figures
+                .iter()
+                .any(|begin| figure.name.starts_with(begin))
+        };
+        assert!(
+            KINDS.iter().any(begins),
+            "no measure announces the figure {:?}",
+            figure.name
+        );
     }
     // Six of the drift, four of the orientation, two of the contact density, five shares of the
     // directions, and of the kicks: two rates, six means and three energies, two times and that
     // which a verdict needs, six shares, and two of the geometry.
-    assert_eq!(results.figures.iter().filter(|figure| figure.name.ends_with(", tee")).count(), 39);
+    assert_eq!(
+        results
+            .figures
+            .iter()
+            .filter(|figure| figure.name.ends_with(", tee"))
+            .count(),
+        39
+    );
     for table in &results.tables {
         let rows = table.columns[0].values.len();
-        assert!(rows > 0 && table.columns.iter().all(|column| column.values.len() == rows), "{}", table.name);
+        assert!(
+            rows > 0
+                && table
+                    .columns
+                    .iter()
+                    .all(|column| column.values.len() == rows),
+            "{}",
+            table.name
+        );
     }
     let mut names: Vec<&String> = results.tables.iter().map(|table| &table.name).collect();
     names.sort();
     assert!(names.windows(2).all(|pair| pair[0] != pair[1]));
     // Shares of all sectors, and densities times the width of a bin, sum to 1.
-    let shares: f64 = column(table(&results, "directions-tee"), "share_of_contacts").iter().flatten().sum();
+    let shares: f64 = column(table(&results, "directions-tee"), "share_of_contacts")
+        .iter()
+        .flatten()
+        .sum();
     assert!((shares - 1.0).abs() < 1e-12);
     let projections = table(&results, "projections-tee");
     assert!((integral(projections, "density_x") - 1.0).abs() < 1e-12);
@@ -232,7 +341,11 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
 /// The integral of a density over all bins of a table.
 fn integral(table: &Table, name: &str) -> f64 {
     let (density, widths) = (column(table, name), column(table, "bin_width"));
-    density.iter().zip(widths).map(|(density, width)| density.unwrap() * width.unwrap()).sum()
+    density
+        .iter()
+        .zip(widths)
+        .map(|(density, width)| density.unwrap() * width.unwrap())
+        .sum()
 }
 
 fn figure<'a>(results: &'a Results, name: &str) -> Option<&'a Figure> {
@@ -259,7 +372,10 @@ fn the_velocities_of_a_body_that_starts_at_rest_are_all_in_the_bins() {
         // σ is 0.2 at equilibrium.
         let range = column(components, "velocity").last().unwrap().unwrap();
         assert!((0.3..3.0).contains(&range), "{range}");
-        assert!((integral(table(&results, "projections-t"), name) - 1.0).abs() < 1e-12, "{name}");
+        assert!(
+            (integral(table(&results, "projections-t"), name) - 1.0).abs() < 1e-12,
+            "{name}"
+        );
     }
     assert!((integral(table(&results, "speeds-t"), "density") - 1.0).abs() < 1e-12);
     // A predicted density has the same integral.
@@ -275,8 +391,18 @@ fn what_lies_outside_a_given_range_is_counted() {
     assert_eq!(speeds.rows().len(), 10);
     assert!((0.1..0.9).contains(&outside.value), "{outside:?}");
     assert!((integral(speeds, "density") + outside.value - 1.0).abs() < 1e-12);
-    assert!(speeds.caption.contains("outside the given range"), "{}", speeds.caption);
-    assert!(figure(&results, "share of the velocity components outside the range, t").is_some());
+    assert!(
+        speeds.caption.contains("outside the given range"),
+        "{}",
+        speeds.caption
+    );
+    assert!(
+        figure(
+            &results,
+            "share of the velocity components outside the range, t"
+        )
+        .is_some()
+    );
 }
 
 /// ⟨v⁴⟩/⟨v²⟩² is 2 for a Gaussian velocity, and 1 at each time for one body.
@@ -285,10 +411,17 @@ fn the_kurtosis_of_one_body_is_that_of_its_velocities_at_all_times() {
     let results = tracer("measure_from = 10.0\nobserve = [\"velocities:t\"]");
     let found = figure(&results, "kurtosis of the velocity over time ⟨v⁴⟩/⟨v²⟩², t").unwrap();
     let (error, prediction) = (found.standard_error.unwrap(), found.prediction.unwrap());
-    assert!((found.value - prediction).abs() < 4.0 * error && (1.9..2.0).contains(&prediction), "{found:?}");
+    assert!(
+        (found.value - prediction).abs() < 4.0 * error && (1.9..2.0).contains(&prediction),
+        "{found:?}"
+    );
     assert!((0.01..0.5).contains(&error), "{found:?}");
     assert!(figure(&results, "kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩², t").is_none());
-    assert!(!table(&results, "velocities-t").header().contains(&"kurtosis"));
+    assert!(
+        !table(&results, "velocities-t")
+            .header()
+            .contains(&"kurtosis")
+    );
 }
 
 /// Gases that heat or cool by a factor of 10 in speed: all velocities are in the bins, and those of
@@ -301,11 +434,24 @@ fn the_velocities_of_a_gas_whose_temperature_changes_are_all_in_the_bins() {
              temperature = {first:?}\ncount = 100\n\
              [run]\nuntil = 60.0\nsample_interval = 0.1\nobserve = [\"velocities\"]"
         ));
-        let (components, speeds) = (table(&results, "velocity-components"), table(&results, "speeds"));
-        assert!((integral(components, "density_x") - 1.0).abs() < 1e-12, "{first} {then}");
-        assert!((integral(speeds, "density") - 1.0).abs() < 1e-12, "{first} {then}");
-        let most = column(speeds, "density").iter().zip(column(speeds, "bin_width"));
-        let most = most.map(|(density, width)| density.unwrap() * width.unwrap()).fold(0.0, f64::max);
+        let (components, speeds) = (
+            table(&results, "velocity-components"),
+            table(&results, "speeds"),
+        );
+        assert!(
+            (integral(components, "density_x") - 1.0).abs() < 1e-12,
+            "{first} {then}"
+        );
+        assert!(
+            (integral(speeds, "density") - 1.0).abs() < 1e-12,
+            "{first} {then}"
+        );
+        let most = column(speeds, "density")
+            .iter()
+            .zip(column(speeds, "bin_width"));
+        let most = most
+            .map(|(density, width)| density.unwrap() * width.unwrap())
+            .fold(0.0, f64::max);
         assert!(most < 0.25, "{first} {then}: {most}");
     }
 }
@@ -319,16 +465,32 @@ fn the_mean_velocity_is_relative_to_the_centre_of_mass() {
     let (results, _) = measured(gas);
     // 0 by definition: no figure, but words.
     assert!(figure(&results, "mean velocity along x").is_none());
-    assert!(table(&results, "temperature").caption.contains("along x and y is conserved, and 0"));
+    assert!(
+        table(&results, "temperature")
+            .caption
+            .contains("along x and y is conserved, and 0")
+    );
     // Both have half of the mass.
-    let of = |tag: &str| figure(&results, &format!("mean velocity along x, {tag}")).unwrap().value;
-    assert!((of("gas") + of("heavy")).abs() < 1e-12 && of("heavy") > 0.5, "{}", of("heavy"));
+    let of = |tag: &str| {
+        figure(&results, &format!("mean velocity along x, {tag}"))
+            .unwrap()
+            .value
+    };
+    assert!(
+        (of("gas") + of("heavy")).abs() < 1e-12 && of("heavy") > 0.5,
+        "{}",
+        of("heavy")
+    );
     let (results, _) = measured(&format!("[[wall]]\nx = 0.0\n{gas}"));
     assert!(
         figure(&results, "mean velocity along x").is_some()
             && figure(&results, "mean velocity along y").is_none()
     );
-    assert!(table(&results, "temperature").caption.contains("along y is conserved"));
+    assert!(
+        table(&results, "temperature")
+            .caption
+            .contains("along y is conserved")
+    );
 }
 
 /// A dense gas of 400 discs agrees with its predictions within their errors and a few per cent of
@@ -353,27 +515,53 @@ fn measures_of_hard_discs_agree_with_their_predictions() {
     );
     let gas = gas.unwrap();
     let correlation = table(&results, "correlation");
-    let (lags, found) = (column(correlation, "lag"), column(correlation, "velocity_autocorrelation"));
+    let (lags, found) = (
+        column(correlation, "lag"),
+        column(correlation, "velocity_autocorrelation"),
+    );
     let errors = column(correlation, "velocity_autocorrelation_error");
     let predicted = column(correlation, "velocity_autocorrelation_predicted");
     // At the first lag the exponential is exact up to second order in Γ t.
     let (lag, rate) = (lags[1].unwrap(), gas.collision_rate());
     let off = found[1].unwrap() - predicted[1].unwrap();
     let second_order = found[0].unwrap() * (rate * lag).powi(2);
-    assert!(off.abs() < 5.0 * errors[1].unwrap() + second_order, "{off} {errors:?}");
+    assert!(
+        off.abs() < 5.0 * errors[1].unwrap() + second_order,
+        "{off} {errors:?}"
+    );
     assert!(errors[1].unwrap() < 0.02 * found[0].unwrap());
     // Discs move freely at first: the mean squared displacement is ⟨v²⟩ t².
     let squares = column(correlation, "mean_square_displacement");
     assert!((squares[1].unwrap() / (found[0].unwrap() * lag * lag) - 1.0).abs() < rate * lag);
-    let figure = |part: &str| results.figures.iter().find(|figure| figure.name.contains(part)).unwrap();
-    for part in ["at contact", "kurtosis", "friction coefficient Σ|J|²", "initial decay"] {
+    let figure = |part: &str| {
+        results
+            .figures
+            .iter()
+            .find(|figure| figure.name.contains(part))
+            .unwrap()
+    };
+    for part in [
+        "at contact",
+        "kurtosis",
+        "friction coefficient Σ|J|²",
+        "initial decay",
+    ] {
         let figure = figure(part);
-        let (off, error) = (figure.value - figure.prediction.unwrap(), figure.standard_error.unwrap());
-        assert!(off.abs() < 5.0 * error && error < 0.05 * figure.value, "{part}: {figure:?}");
+        let (off, error) = (
+            figure.value - figure.prediction.unwrap(),
+            figure.standard_error.unwrap(),
+        );
+        assert!(
+            off.abs() < 5.0 * error && error < 0.05 * figure.value,
+            "{part}: {figure:?}"
+        );
     }
     // The tail of the autocorrelation makes it larger than in Enskog's theory.
     let diffusion = figure("diffusion");
-    assert!((0.9..1.3).contains(&(diffusion.value / diffusion.prediction.unwrap())), "{diffusion:?}");
+    assert!(
+        (0.9..1.3).contains(&(diffusion.value / diffusion.prediction.unwrap())),
+        "{diffusion:?}"
+    );
 }
 
 #[test]
@@ -382,23 +570,43 @@ fn the_heat_of_walls_is_that_of_the_ledger() {
                 [[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 2.0\ncount = 100\n\
                 [run]\nuntil = 20.0\nsample_interval = 0.1\nobserve = [\"thermostat\", \"wall-heat\", \"wall-heat:hot\", \"wall-heat:cold\"]";
     let (results, _) = measured(text);
-    let last = |name: &str| column(table(&results, name), "heat").last().copied().flatten().unwrap();
-    let (all, hot, cold) = (last("wall-heat"), last("wall-heat-hot"), last("wall-heat-cold"));
-    let booked: f64 = column(table(&results, "thermostat"), "heat").iter().flatten().sum();
+    let last = |name: &str| {
+        column(table(&results, name), "heat")
+            .last()
+            .copied()
+            .flatten()
+            .unwrap()
+    };
+    let (all, hot, cold) = (
+        last("wall-heat"),
+        last("wall-heat-hot"),
+        last("wall-heat-cold"),
+    );
+    let booked: f64 = column(table(&results, "thermostat"), "heat")
+        .iter()
+        .flatten()
+        .sum();
     assert!(
         (all - booked).abs() < 1e-10 * hot && (hot + cold - all).abs() < 1e-10 * hot,
         "{hot} {cold} {all}"
     );
     assert!(hot > 0.0 && cold < 0.0);
-    let figure =
-        results.figures.iter().find(|figure| figure.name == "heat received from walls, hot").unwrap();
+    let figure = results
+        .figures
+        .iter()
+        .find(|figure| figure.name == "heat received from walls, hot")
+        .unwrap();
     assert!((figure.value - hot / 20.0).abs() < 1e-9 * hot && figure.standard_error.is_some());
-    let text =
-        "run.observe = [\"wall-heat\"]\n[[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 2.0\ncount = 100";
+    let text = "run.observe = [\"wall-heat\"]\n[[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 2.0\ncount = 100";
     let gas = Scene::from_toml(text).unwrap();
     let simulation = AnySimulation::new(&gas).unwrap();
-    let error = Measures::begin(&gas, &simulation.view()).err().expect("no wall");
-    assert!(format!("{error:#}").contains("no such wall has a temperature"), "{error:#}");
+    let error = Measures::begin(&gas, &simulation.view())
+        .err()
+        .expect("no wall");
+    assert!(
+        format!("{error:#}").contains("no such wall has a temperature"),
+        "{error:#}"
+    );
 }
 
 #[test]
@@ -406,19 +614,35 @@ fn the_pressure_on_walls_is_that_of_the_bulk() {
     let gas = "[[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 2.0\nvelocities = \"maxwell\"\ncount = 300\n\
                [run]\nuntil = 20.0\nsample_interval = 0.05\nobserve = [\"wall-pressure\"]";
     let (results, _) = measured(&format!("[[wall]]\ny = 0.0\n{gas}"));
-    let figure = results.figures.iter().find(|figure| figure.name == "pressure on the walls").unwrap();
-    let (off, error) = (figure.value - figure.prediction.unwrap(), figure.standard_error.unwrap());
-    assert!(off.abs() < 4.0 * error && error < 0.02 * figure.value, "{figure:?}");
+    let figure = results
+        .figures
+        .iter()
+        .find(|figure| figure.name == "pressure on the walls")
+        .unwrap();
+    let (off, error) = (
+        figure.value - figure.prediction.unwrap(),
+        figure.standard_error.unwrap(),
+    );
+    assert!(
+        off.abs() < 4.0 * error && error < 0.02 * figure.value,
+        "{figure:?}"
+    );
     // No centre is nearer to a wall than a radius, and the density at contact exceeds the mean.
     let density = column(table(&results, "wall-pressure"), "density");
-    assert_eq!((density.len(), density[0], density[1]), (100, Some(0.0), Some(0.0)));
+    assert_eq!(
+        (density.len(), density[0], density[1]),
+        (100, Some(0.0), Some(0.0))
+    );
     assert!(density[2].unwrap() > density[50].unwrap());
-    for (walls, expected) in
-        [("", "no such wall"), ("[[wall]]\nfrom = [0.1, 0.5]\nto = [0.9, 0.5]\n", "parallel")]
-    {
+    for (walls, expected) in [
+        ("", "no such wall"),
+        ("[[wall]]\nfrom = [0.1, 0.5]\nto = [0.9, 0.5]\n", "parallel"),
+    ] {
         let scene = Scene::from_toml(&format!("{walls}{gas}")).unwrap();
         let simulation = AnySimulation::new(&scene).unwrap();
-        let error = Measures::begin(&scene, &simulation.view()).err().expect("no pressure");
+        let error = Measures::begin(&scene, &simulation.view())
+            .err()
+            .expect("no pressure");
         assert!(format!("{error:#}").contains(expected), "{error:#}");
     }
 }
@@ -431,13 +655,25 @@ fn a_gas_of_molecules_has_no_direction_and_no_flow() {
          observe = [\"orientation:tees\", \"temperature:tees\"]",
     );
     for name in ["mean cos θ, tees", "mean cos 4θ, tees"] {
-        let figure = results.figures.iter().find(|figure| figure.name == name).unwrap();
+        let figure = results
+            .figures
+            .iter()
+            .find(|figure| figure.name == name)
+            .unwrap();
         let error = figure.standard_error.unwrap();
-        assert!(figure.value.abs() < 4.0 * error && error < 0.1, "{figure:?}");
+        assert!(
+            figure.value.abs() < 4.0 * error && error < 0.1,
+            "{figure:?}"
+        );
         assert_eq!(figure.prediction, Some(0.0));
     }
     // All bodies are tees, whose mean velocity is 0 by definition.
-    assert!(results.figures.iter().all(|figure| !figure.name.starts_with("mean velocity")));
+    assert!(
+        results
+            .figures
+            .iter()
+            .all(|figure| !figure.name.starts_with("mean velocity"))
+    );
 }
 
 /// The time before `measure_from` is left out, and each measure has its own interval.
@@ -469,7 +705,10 @@ fn measures_begin_late_and_have_their_own_intervals() {
         "#,
     );
     let times = |name: &str| -> Vec<f64> {
-        column(table(&results, name), "time").iter().map(|time| time.unwrap()).collect()
+        column(table(&results, name), "time")
+            .iter()
+            .map(|time| time.unwrap())
+            .collect()
     };
     // The first sample at or after 0.43 is that at 0.45, so the first interval ends at 0.5.
     let rates = times("collision-rate");
@@ -481,9 +720,21 @@ fn measures_begin_late_and_have_their_own_intervals() {
     // 0.7, 0.95, and the rest of the run.
     assert_eq!(times("pressure-coarse").len(), 3);
     let lags = column(table(&results, "correlation"), "lag");
-    assert_eq!(lags.iter().map(|lag| (100.0 * lag.unwrap()).round()).collect::<Vec<_>>(), [0.0, 15.0, 30.0]);
+    assert_eq!(
+        lags.iter()
+            .map(|lag| (100.0 * lag.unwrap()).round())
+            .collect::<Vec<_>>(),
+        [0.0, 15.0, 30.0]
+    );
     // The mean is that over the whole time, whatever the interval.
-    let mean = |name: &str| results.figures.iter().find(|figure| figure.name == name).unwrap().value;
+    let mean = |name: &str| {
+        results
+            .figures
+            .iter()
+            .find(|figure| figure.name == name)
+            .unwrap()
+            .value
+    };
     assert!((mean("pressure") / mean("pressure, coarse") - 1.0).abs() < 1e-9);
 }
 
@@ -505,8 +756,14 @@ fn files_that_grow_with_the_run_have_the_columns_of_their_tables() {
         "#,
     );
     assert_eq!(table(&results, "energy").header(), series::ENERGY.header);
-    assert_eq!(table(&results, "pressure").header(), series::PRESSURE.header);
-    assert_eq!(table(&results, "collision-rate").header(), series::RATES.header);
+    assert_eq!(
+        table(&results, "pressure").header(),
+        series::PRESSURE.header
+    );
+    assert_eq!(
+        table(&results, "collision-rate").header(),
+        series::RATES.header
+    );
 }
 
 /// Every parameter of every kind changes the tables.
@@ -578,8 +835,22 @@ fn parameters_have_their_effect() {
     assert!(distances.len() == 20 && (distances[19].unwrap() - 0.0975).abs() < 1e-12);
     let lengths = column(table(&results, "free-path"), "length");
     assert!(lengths.len() == 7 && (lengths[0].unwrap() - 0.005).abs() < 1e-12);
-    assert_eq!((rows("structure-factor"), rows("speeds"), rows("velocity-components")), (5, 6, 12));
-    assert_eq!((rows("viscosity"), rows("heat-conductivity"), rows("orientation")), (3, 4, 5));
+    assert_eq!(
+        (
+            rows("structure-factor"),
+            rows("speeds"),
+            rows("velocity-components")
+        ),
+        (5, 6, 12)
+    );
+    assert_eq!(
+        (
+            rows("viscosity"),
+            rows("heat-conductivity"),
+            rows("orientation")
+        ),
+        (3, 4, 5)
+    );
 }
 
 /// Equilibrium pushes no free body on average; it pushes a fixed one towards its neighbour.
@@ -595,13 +866,19 @@ fn only_the_mean_force_on_a_body_that_moves_is_predicted_to_vanish() {
     };
     let predictions = |tee: &str, more: &str| {
         let (results, _) = measured(&scene(tee, more));
-        let figures = results.figures.iter().filter(|figure| figure.name.ends_with(", tee"));
+        let figures = results
+            .figures
+            .iter()
+            .filter(|figure| figure.name.ends_with(", tee"));
         figures.map(|figure| figure.prediction).collect::<Vec<_>>()
     };
     assert_eq!(predictions("", ""), [Some(0.0); 6]);
     assert_eq!(predictions("fixed = true", ""), [None; 6]);
     assert_eq!(predictions("", "[elasticity]\ndefault = 0.9"), [None; 6]);
-    assert_eq!(predictions("", "[[wall]]\nx = 0.0\ntemperature = 1.0"), [None; 6]);
+    assert_eq!(
+        predictions("", "[[wall]]\nx = 0.0\ntemperature = 1.0"),
+        [None; 6]
+    );
     let thermostat =
         "[[stage]]\nuntil = 1.0\nthermostat = [{ tag = \"gas\", every = 0.1, temperature = 1.0 }]";
     assert_eq!(predictions("", thermostat), [None; 6]);

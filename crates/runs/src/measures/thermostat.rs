@@ -23,8 +23,13 @@ impl Measured for ThermostatLedger {
     /// Energy lost per time, then heat per time of each tag: with thermostats, up to their last
     /// action, so that all blocks begin and end in one phase.
     fn sums(&self) -> Vec<[f64; 2]> {
-        let heats = self.heats().iter().map(|heat| heat.between_actions().unwrap_or_default());
-        std::iter::once(self.lost_until_action()).chain(heats).collect()
+        let heats = self
+            .heats()
+            .iter()
+            .map(|heat| heat.between_actions().unwrap_or_default());
+        std::iter::once(self.lost_until_action())
+            .chain(heats)
+            .collect()
     }
 
     fn bytes_per_sample(&self) -> usize {
@@ -33,7 +38,10 @@ impl Measured for ThermostatLedger {
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let of = |value: fn(&carom::observers::ThermostatPoint) -> f64| -> Vec<Option<f64>> {
-            self.series().iter().map(|point| Some(value(point))).collect()
+            self.series()
+                .iter()
+                .map(|point| Some(value(point)))
+                .collect()
         };
         let unit = "mass·length²/time²";
         let begun = |name: &str, title: &str| {
@@ -59,17 +67,33 @@ impl Measured for ThermostatLedger {
                  away.",
             );
             for of_tag in self.heats() {
-                heat = heat.value(of_tag.name(), unit, of_tag.series().iter().copied().map(Some).collect());
+                heat = heat.value(
+                    of_tag.name(),
+                    unit,
+                    of_tag.series().iter().copied().map(Some).collect(),
+                );
             }
             tables.push(heat);
         }
         let mut names = vec![context.named("energy lost in contacts per time")];
-        names.extend(self.heats().iter().map(|heat| format!("heat given per time, {}", heat.name())));
+        names.extend(
+            self.heats()
+                .iter()
+                .map(|heat| format!("heat given per time, {}", heat.name())),
+        );
         let figure = |(name, mean): (&String, &BlockMean)| {
-            let figure = Figure::new(name, mean.value?, "mass·length²/time³").error(mean.standard_error);
-            Some(Figure { quantity: mean.quantity, ..figure })
+            let figure =
+                Figure::new(name, mean.value?, "mass·length²/time³").error(mean.standard_error);
+            Some(Figure {
+                quantity: mean.quantity,
+                ..figure
+            })
         };
         let figures = names.iter().zip(means).filter_map(figure).collect();
-        Results { tables, figures, ..Results::default() }
+        Results {
+            tables,
+            figures,
+            ..Results::default()
+        }
     }
 }

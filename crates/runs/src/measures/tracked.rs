@@ -26,7 +26,13 @@ impl Tracked {
     /// A measure whose first sample is at the present time.
     pub fn begin(measure: SingleMeasure, view: &View<'_>) -> Self {
         let begin = view.time();
-        let mut tracked = Self { measure, is_disturbed: false, is_active: true, begin, next: 0 };
+        let mut tracked = Self {
+            measure,
+            is_disturbed: false,
+            is_active: true,
+            begin,
+            next: 0,
+        };
         tracked.sample(view);
         tracked
     }

@@ -90,9 +90,15 @@ impl Curve<'_> {
         }
         // The error of a sum over the blocks is that of their mean times their number.
         let count = deviations.len() as f64;
-        let blocks = deviations.into_iter().map(|deviation| [deviation * count, 1.0]).collect();
+        let blocks = deviations
+            .into_iter()
+            .map(|deviation| [deviation * count, 1.0])
+            .collect();
         let standard_error = Estimate::of_runs(&[blocks])?.standard_error;
-        (value.is_finite() && standard_error > 0.0).then_some(Value { value, standard_error })
+        (value.is_finite() && standard_error > 0.0).then_some(Value {
+            value,
+            standard_error,
+        })
     }
 
     fn slope(&self, from: usize, to: usize) -> Option<Value> {
@@ -121,24 +127,34 @@ impl Curve<'_> {
     /// `None` if the curve has fewer than two pieces.
     pub(super) fn plateau(&self, memory: &[BlockMean]) -> Option<Plateau> {
         let ends = self.ends();
-        let pieces: Vec<Value> =
-            ends.windows(2).map(|ends| self.slope(ends[0], ends[1])).collect::<Option<_>>()?;
+        let pieces: Vec<Value> = ends
+            .windows(2)
+            .map(|ends| self.slope(ends[0], ends[1]))
+            .collect::<Option<_>>()?;
         let last = *ends.last()?;
         let of = |from: usize, is_constant: bool| {
             let slope = self.slope(ends[from], last)?;
             let between = [self.lags[ends[from]], self.lags[last]];
-            Some(Plateau { slope, between, is_constant })
+            Some(Plateau {
+                slope,
+                between,
+                is_constant,
+            })
         };
         let value = |place: usize| memory.get(place).and_then(|mean| mean.value);
         let decayed = value(0).and_then(|start| {
-            (0..memory.len()).find(|&place| value(place).is_some_and(|value| value <= DECAYED * start))
+            (0..memory.len())
+                .find(|&place| value(place).is_some_and(|value| value <= DECAYED * start))
         });
         let is_constant = |from: usize| {
             if decayed.is_none_or(|decayed| ends[from] < decayed) {
                 return false;
             }
-            let Some(whole) = self.slope(ends[from], last) else { return false };
-            let agrees = |piece: &Value| (piece.value - whole.value).abs() <= AGREES * piece.standard_error;
+            let Some(whole) = self.slope(ends[from], last) else {
+                return false;
+            };
+            let agrees =
+                |piece: &Value| (piece.value - whole.value).abs() <= AGREES * piece.standard_error;
             pieces[from..].iter().all(agrees)
         };
         let pieces_left = pieces.len().checked_sub(MIN_PIECES)?;
@@ -153,13 +169,25 @@ impl Curve<'_> {
     pub(super) fn integral(&self) -> Option<(Value, f64)> {
         let value = |place: usize| self.means.get(place)?.value;
         let is_resolved = value(1)? >= RESOLVED * value(0)?;
-        let last = self.means.iter().take(self.lags.len()).rposition(|mean| mean.standard_error.is_some())?;
+        let last = self
+            .means
+            .iter()
+            .take(self.lags.len())
+            .rposition(|mean| mean.standard_error.is_some())?;
         if !is_resolved || last < 2 {
             return None;
         }
         let width = |place: usize| {
-            let before = if place == 0 { 0.0 } else { self.lags[place] - self.lags[place - 1] };
-            let after = if place == last { 0.0 } else { self.lags[place + 1] - self.lags[place] };
+            let before = if place == 0 {
+                0.0
+            } else {
+                self.lags[place] - self.lags[place - 1]
+            };
+            let after = if place == last {
+                0.0
+            } else {
+                self.lags[place + 1] - self.lags[place]
+            };
             0.5 * (before + after)
         };
         let factors: Vec<(usize, f64)> = (0..=last).map(|place| (place, width(place))).collect();
@@ -173,7 +201,11 @@ mod tests {
 
     /// A curve with these values at these lags in 40 blocks of a hundred pairs, which scatter by
     /// this share.
-    fn measured(lags: &[f64], curve: impl Fn(f64) -> f64, scatter: f64) -> (Vec<BlockMean>, Vec<Sums>) {
+    fn measured(
+        lags: &[f64],
+        curve: impl Fn(f64) -> f64,
+        scatter: f64,
+    ) -> (Vec<BlockMean>, Vec<Sums>) {
         let noise = |block: usize, place: usize| {
             let turn = ((block * 37 + place * 11) % 40) as f64 / 40.0;
             (2.0 * std::f64::consts::PI * turn).sin() * scatter
@@ -186,13 +218,23 @@ mod tests {
         };
         let blocks: Vec<Sums> = (0..40).map(of_block).collect();
         let total: Sums = (0..lags.len())
-            .map(|place| blocks.iter().fold([0.0; 2], |[x, w], b| [x + b[place][0], w + b[place][1]]))
+            .map(|place| {
+                blocks
+                    .iter()
+                    .fold([0.0; 2], |[x, w], b| [x + b[place][0], w + b[place][1]])
+            })
             .collect();
-        (carom_tables::block_sums::means(&total, std::slice::from_ref(&blocks)), blocks)
+        (
+            carom_tables::block_sums::means(&total, std::slice::from_ref(&blocks)),
+            blocks,
+        )
     }
 
     fn lags() -> Vec<f64> {
-        (0..10).chain((1..10).map(|n| 10 * n)).map(f64::from).collect()
+        (0..10)
+            .chain((1..10).map(|n| 10 * n))
+            .map(f64::from)
+            .collect()
     }
 
     /// A Langevin particle: 4D (t − τ (1 − exp(−t/τ))).
@@ -202,24 +244,53 @@ mod tests {
         let lags = lags();
         let (memory, _) = measured(&lags, |t| (-t / 2.0).exp(), 1e-3);
         let (means, blocks) = measured(&lags, square, 1e-3);
-        let curve = Curve { lags: &lags, means: &means, blocks: &blocks, of: Taken::Itself };
+        let curve = Curve {
+            lags: &lags,
+            means: &means,
+            blocks: &blocks,
+            of: Taken::Itself,
+        };
         let found = curve.plateau(&memory).unwrap();
-        assert!(found.is_constant && found.between[0] >= 5.0 && found.between[1] == 90.0, "{found:?}");
-        let Value { value, standard_error } = found.slope;
-        assert!((0.25 * value - 0.3).abs() < 0.003 && standard_error < 0.02, "{found:?}");
+        assert!(
+            found.is_constant && found.between[0] >= 5.0 && found.between[1] == 90.0,
+            "{found:?}"
+        );
+        let Value {
+            value,
+            standard_error,
+        } = found.slope;
+        assert!(
+            (0.25 * value - 0.3).abs() < 0.003 && standard_error < 0.02,
+            "{found:?}"
+        );
         // A curve on its way to diffusion has none, also where its slopes are too noisy to tell.
         let [(short, of_short), (noisy, of_noisy)] =
             [1e-3, 0.3].map(|scatter| measured(&lags[..5], square, scatter));
         for (means, blocks) in [(&short, &of_short), (&noisy, &of_noisy)] {
-            let curve = Curve { lags: &lags[..5], means, blocks, of: Taken::Itself };
+            let curve = Curve {
+                lags: &lags[..5],
+                means,
+                blocks,
+                of: Taken::Itself,
+            };
             assert!(!curve.plateau(&memory).unwrap().is_constant);
         }
         // Nor has a ballistic one, whatever the memory of the velocities.
         let (means, blocks) = measured(&lags, |t| t * t, 1e-3);
         let (lost, _) = measured(&lags, |t| if t > 0.0 { 0.0 } else { 1.0 }, 1e-3);
-        let curve = Curve { lags: &lags, means: &means, blocks: &blocks, of: Taken::Itself };
+        let curve = Curve {
+            lags: &lags,
+            means: &means,
+            blocks: &blocks,
+            of: Taken::Itself,
+        };
         assert!(!curve.plateau(&lost).unwrap().is_constant);
-        let curve = Curve { lags: &lags[..2], means: &means[..2], blocks: &blocks, of: Taken::Itself };
+        let curve = Curve {
+            lags: &lags[..2],
+            means: &means[..2],
+            blocks: &blocks,
+            of: Taken::Itself,
+        };
         assert_eq!(curve.plateau(&memory), None);
     }
 
@@ -229,12 +300,30 @@ mod tests {
         let lags = lags();
         let (memory, _) = measured(&lags, |t| (-t / 2.0).exp(), 1e-3);
         let (means, blocks) = measured(&lags, |t| (-0.02 * t).exp(), 1e-3);
-        let curve = Curve { lags: &lags, means: &means, blocks: &blocks, of: Taken::MinusLogarithm };
-        let Plateau { slope, is_constant, .. } = curve.plateau(&memory).unwrap();
-        assert!(is_constant && (slope.value - 0.02).abs() < 2e-4, "{slope:?}");
-        assert!(slope.standard_error > 0.0 && slope.standard_error < 1e-3, "{slope:?}");
+        let curve = Curve {
+            lags: &lags,
+            means: &means,
+            blocks: &blocks,
+            of: Taken::MinusLogarithm,
+        };
+        let Plateau {
+            slope, is_constant, ..
+        } = curve.plateau(&memory).unwrap();
+        assert!(
+            is_constant && (slope.value - 0.02).abs() < 2e-4,
+            "{slope:?}"
+        );
+        assert!(
+            slope.standard_error > 0.0 && slope.standard_error < 1e-3,
+            "{slope:?}"
+        );
         let (negative, blocks) = measured(&lags, |t| 0.5 - t, 1e-3);
-        let curve = Curve { lags: &lags, means: &negative, blocks: &blocks, of: Taken::MinusLogarithm };
+        let curve = Curve {
+            lags: &lags,
+            means: &negative,
+            blocks: &blocks,
+            of: Taken::MinusLogarithm,
+        };
         assert_eq!(curve.plateau(&memory), None);
     }
 
@@ -243,10 +332,19 @@ mod tests {
         let lags = lags();
         let of = |time: f64| {
             let (means, blocks) = measured(&lags, |t| (-t / time).exp(), 1e-3);
-            Curve { lags: &lags, means: &means, blocks: &blocks, of: Taken::Itself }.integral()
+            Curve {
+                lags: &lags,
+                means: &means,
+                blocks: &blocks,
+                of: Taken::Itself,
+            }
+            .integral()
         };
         let (found, until) = of(6.0).unwrap();
-        assert!((found.value - 6.0).abs() < 0.3 && until == 90.0, "{found:?}");
+        assert!(
+            (found.value - 6.0).abs() < 0.3 && until == 90.0,
+            "{found:?}"
+        );
         assert!(of(0.5).is_none());
     }
 }

@@ -8,14 +8,14 @@ use carom_tables::{BlockMean, Estimate, Figure, Table, chi_square::ChiSquare};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, point_bytes, range,
-    resumed,
+    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks,
+    point_bytes, range, resumed,
 };
 
 const MAXWELL: &str = "Maxwell's distribution";
 
 /// Bins in which fewer speeds are expected are joined: χ² holds for many counts in each bin.
-const LEAST_EXPECTED: f64 = 10.0;
+const MIN_EXPECTED: f64 = 10.0;
 
 pub(super) const KIND: Kind = Kind {
     name: "velocities",
@@ -23,14 +23,23 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[
-        Parameter::whole("bins", Default::Number(60.0), "bins of the speeds; components have twice as many"),
+        Parameter::whole(
+            "bins",
+            Default::Number(60.0),
+            "bins of the speeds; components have twice as many",
+        ),
         Parameter::positive(
             range::MAX,
             range::FOLLOWS,
             "largest speed and component in the bins (length/time)",
         ),
     ],
-    figures: &["kurtosis of the velocit", "largest rise of H_x", "χ² of the speeds", "share of the"],
+    figures: &[
+        "kurtosis of the velocit",
+        "largest rise of H_x",
+        "χ² of the speeds",
+        "share of the",
+    ],
     begin: |selection| Ok(in_blocks(Velocities::new(selection)?)),
     resume: resumed::<Velocities>,
 };
@@ -109,7 +118,11 @@ impl Measured for Velocities {
     /// The kurtosis of a sample, v² and v⁴, the shares of components and speeds outside the range.
     fn sums(&self) -> Vec<[f64; 2]> {
         let moments = self.distribution.moments();
-        let [x, y] = self.distribution.components().each_ref().map(range::outside);
+        let [x, y] = self
+            .distribution
+            .components()
+            .each_ref()
+            .map(range::outside);
         vec![
             self.kurtosis,
             [moments.squares, moments.count],
@@ -121,7 +134,10 @@ impl Measured for Velocities {
 
     /// The components along x and y, then the speeds.
     fn distributions(&self) -> Vec<Vec<&Distribution>> {
-        vec![self.distribution.components().iter().collect(), vec![self.distribution.speeds()]]
+        vec![
+            self.distribution.components().iter().collect(),
+            vec![self.distribution.speeds()],
+        ]
     }
 
     fn bytes_per_sample(&self) -> usize {
@@ -133,7 +149,10 @@ impl Measured for Velocities {
         let reason = self.is_not_maxwellian(context);
         let mut tables = vec![series(&self.distribution, reason, context)];
         let [x, y] = self.distribution.components();
-        let (components, speeds) = (Distribution::common_bins(&[x, y]), self.distribution.speeds().bins());
+        let (components, speeds) = (
+            Distribution::common_bins(&[x, y]),
+            self.distribution.speeds().bins(),
+        );
         if densities.len() == 2 * components.count() + speeds.count() {
             let (of_components, of_speeds) = densities.split_at(2 * components.count());
             tables.push(self.components(&components, of_components, reason, context));
@@ -141,13 +160,28 @@ impl Measured for Velocities {
         }
         let kurtosis = match self.bodies() {
             Some(1) => self.kurtosis_over_time(context),
-            _ => sums.get(KURTOSIS).and_then(|mean| self.kurtosis_figure(mean, context)),
+            _ => sums
+                .get(KURTOSIS)
+                .and_then(|mean| self.kurtosis_figure(mean, context)),
         };
         let outside = [
-            range::share_outside(x, "velocity components", sums.get(COMPONENTS_OUTSIDE), context),
-            range::share_outside(self.distribution.speeds(), "speeds", sums.get(SPEEDS_OUTSIDE), context),
+            range::share_outside(
+                x,
+                "velocity components",
+                sums.get(COMPONENTS_OUTSIDE),
+                context,
+            ),
+            range::share_outside(
+                self.distribution.speeds(),
+                "speeds",
+                sums.get(SPEEDS_OUTSIDE),
+                context,
+            ),
         ];
-        let figures = kurtosis.into_iter().chain(self.rise(context)).chain(self.speed_test(context));
+        let figures = kurtosis
+            .into_iter()
+            .chain(self.rise(context))
+            .chain(self.speed_test(context));
         Results {
             tables,
             figures: figures.chain(outside.into_iter().flatten()).collect(),
@@ -178,13 +212,25 @@ impl Velocities {
         if let Some(reason) = reason {
             return table.caption(format!("No prediction: {reason}. {words}"));
         }
-        let values = bins.means_of(|v| 0.5 * libm::erf(v / width)).into_iter().map(Some).collect();
-        table.prediction("Gaussian of the same variance", values, MAXWELL).caption(words)
+        let values = bins
+            .means_of(|v| 0.5 * libm::erf(v / width))
+            .into_iter()
+            .map(Some)
+            .collect();
+        table
+            .prediction("Gaussian of the same variance", values, MAXWELL)
+            .caption(words)
     }
 
     /// Distribution of the speeds, with the means over the bins of Maxwell's of the same mean
     /// square.
-    fn speeds(&self, bins: &Bins, means: &[BlockMean], reason: Option<&str>, context: &Context<'_>) -> Table {
+    fn speeds(
+        &self,
+        bins: &Bins,
+        means: &[BlockMean],
+        reason: Option<&str>,
+        context: &Context<'_>,
+    ) -> Table {
         let variance = self.variance();
         let words = range::caption(&[self.distribution.speeds()]);
         let table = Table::new(context.table("speeds"), "Distribution of speeds")
@@ -195,7 +241,9 @@ impl Velocities {
         }
         let above = |v: f64| -libm::exp(-v * v / (2.0 * variance));
         let values = bins.means_of(above).into_iter().map(Some).collect();
-        table.prediction("m v/kT exp(−m v²/2kT)", values, MAXWELL).caption(words)
+        table
+            .prediction("m v/kT exp(−m v²/2kT)", values, MAXWELL)
+            .caption(words)
     }
 
     /// Number of bodies at the last sample.
@@ -219,7 +267,10 @@ impl Velocities {
         };
         let blocks: Vec<[f64; 2]> = context.blocks.iter().map(of_block).collect();
         let error = Estimate::of_runs(&[blocks]).map(|estimate| estimate.standard_error);
-        let prediction = self.freedom.filter(|_| context.is_equilibrium).map(|f| 2.0 * f / (f + 2.0));
+        let prediction = self
+            .freedom
+            .filter(|_| context.is_equilibrium)
+            .map(|f| 2.0 * f / (f + 2.0));
         let name = context.named("kurtosis of the velocity over time ⟨v⁴⟩/⟨v²⟩²");
         let figure = Figure::new(name, kurtosis, "1").error(error);
         Some(figure.predicted(prediction, "Maxwell, at fixed energy of the whole system"))
@@ -233,16 +284,26 @@ impl Velocities {
 
     /// Whether the group is the whole of a gas to which theory applies.
     fn is_microcanonical(&self, context: &Context<'_>) -> bool {
-        context.gas().is_some_and(|gas| Some(gas.count) == self.bodies())
+        context
+            .gas()
+            .is_some_and(|gas| Some(gas.count) == self.bodies())
     }
 
     /// By how much H_x exceeds an earlier value at most.
     fn rise(&self, context: &Context<'_>) -> Option<Figure> {
-        let mut values = self.distribution.series().iter().filter_map(|point| Some(point.h?.x));
+        let mut values = self
+            .distribution
+            .series()
+            .iter()
+            .filter_map(|point| Some(point.h?.x));
         let first = values.next()?;
         let rise = |(lowest, rise): (f64, f64), h: f64| (h.min(lowest), rise.max(h - lowest));
         let (_, rise) = values.fold((first, 0.0), rise);
-        Some(Figure::new(context.named("largest rise of H_x"), rise, "ln(time/length)"))
+        Some(Figure::new(
+            context.named("largest rise of H_x"),
+            rise,
+            "ln(time/length)",
+        ))
     }
 
     /// χ² of the speeds against their distribution at fixed energy and momentum, over its degrees
@@ -251,15 +312,20 @@ impl Velocities {
     /// variance of a share over that of independent samples (Rao and Scott, J. Am. Stat. Assoc. 76
     /// (1981) 221). Without errors of the shares there is no prediction.
     fn speed_test(&self, context: &Context<'_>) -> Option<Figure> {
-        let speeds = Some(self.distribution.speeds()).filter(|_| self.is_microcanonical(context))?;
+        let speeds =
+            Some(self.distribution.speeds()).filter(|_| self.is_microcanonical(context))?;
         let (bins, counts) = (speeds.bins(), speeds.counts());
         let edges = bins.edges();
         // Two bodies have one speed.
-        let bodies =
-            self.distribution.series().last().map(|point| point.bodies as f64).filter(|n| *n > 2.0)?;
+        let bodies = self
+            .distribution
+            .series()
+            .last()
+            .map(|point| point.bodies as f64)
+            .filter(|n| *n > 2.0)?;
         let mean_square = 2.0 * self.variance();
         let above = |bin: usize| share_above(edges[bin] * edges[bin] / mean_square, bodies);
-        let is_enough = |share: f64| speeds.total() as f64 * share >= LEAST_EXPECTED;
+        let is_enough = |share: f64| speeds.total() as f64 * share >= MIN_EXPECTED;
         // Joins bins until they expect enough, here and behind; the last has no end.
         let mut starts = vec![0];
         for bin in 1..counts.len() {
@@ -267,7 +333,10 @@ impl Velocities {
                 starts.push(bin);
             }
         }
-        let up_to: Vec<u64> = starts.iter().map(|&bin| counts[..bin].iter().sum()).collect();
+        let up_to: Vec<u64> = starts
+            .iter()
+            .map(|&bin| counts[..bin].iter().sum())
+            .collect();
         let counts: Vec<u64> = differences(&up_to, speeds.total(), |from, to| to - from);
         let shares: Vec<f64> = starts.iter().map(|&bin| above(bin)).collect();
         let shares: Vec<f64> = differences(&shares, 0.0, |from, to| from - to);
@@ -305,7 +374,12 @@ impl Velocities {
             Some(effect).filter(|effect| effect.is_finite() && *effect > 0.0)
         };
         // A bin without a value has no effect of its own.
-        let effects: Vec<f64> = starts.iter().copied().zip(ends).filter_map(effect).collect();
+        let effects: Vec<f64> = starts
+            .iter()
+            .copied()
+            .zip(ends)
+            .filter_map(effect)
+            .collect();
         let count = effects.len() as f64;
         let mean = effects.iter().sum::<f64>() / (count - 1.0);
         let squares = effects.iter().map(|effect| effect * effect).sum::<f64>() / (count - 1.0);
@@ -316,7 +390,9 @@ impl Velocities {
     fn kurtosis_figure(&self, kurtosis: &BlockMean, context: &Context<'_>) -> Option<Figure> {
         let figure = context.figure("kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩²", "1", kurtosis)?;
         let count = self.bodies()? as f64;
-        let prediction = self.is_microcanonical(context).then(|| 2.0 * (count - 1.0) / count);
+        let prediction = self
+            .is_microcanonical(context)
+            .then(|| 2.0 * (count - 1.0) / count);
         Some(figure.predicted(prediction, "Maxwell, at fixed energy and momentum"))
     }
 }
@@ -333,31 +409,48 @@ fn share_above(square: f64, bodies: f64) -> f64 {
 /// The differences of neighbours, the last from `end`.
 fn differences<T: Copy>(values: &[T], end: T, difference: impl Fn(T, T) -> T) -> Vec<T> {
     let next = values.iter().skip(1).copied().chain([end]);
-    values.iter().zip(next).map(|(&from, to)| difference(from, to)).collect()
+    values
+        .iter()
+        .zip(next)
+        .map(|(&from, to)| difference(from, to))
+        .collect()
 }
 
 /// Moments and Boltzmann's H at each sample; the mean square alone for a single body.
 fn series(velocities: &VelocityDistribution, reason: Option<&str>, context: &Context<'_>) -> Table {
     let points = velocities.series();
-    let of =
-        |value: fn(&VelocityPoint) -> Option<f64>| -> Vec<Option<f64>> { points.iter().map(value).collect() };
+    let of = |value: fn(&VelocityPoint) -> Option<f64>| -> Vec<Option<f64>> {
+        points.iter().map(value).collect()
+    };
     let name = context.table("velocities");
     let table = Table::new(name, "Moments of the velocities and Boltzmann's H")
-        .abscissa("time", "time", points.iter().map(|point| point.time).collect())
-        .counts("bodies", points.iter().map(|point| point.bodies as u64).collect())
-        .value("mean_square", "length²/time²", of(|point| Some(point.mean_square)));
+        .abscissa(
+            "time",
+            "time",
+            points.iter().map(|point| point.time).collect(),
+        )
+        .counts(
+            "bodies",
+            points.iter().map(|point| point.bodies as u64).collect(),
+        )
+        .value(
+            "mean_square",
+            "length²/time²",
+            of(|point| Some(point.mean_square)),
+        );
     if points.iter().all(|point| point.bodies == 1) {
         return table.caption("A single body has no kurtosis and no H at one time.");
     }
     let table = table.value("kurtosis", "1", of(|point| point.kurtosis));
-    let table =
-        if reason.is_some() { table } else { table.prediction("2, Maxwell", of(|_| Some(2.0)), MAXWELL) };
+    let table = if reason.is_some() {
+        table
+    } else {
+        table.prediction("2, Maxwell", of(|_| Some(2.0)), MAXWELL)
+    };
     // A unit of its own: a chart of its own.
-    let table = table.value("h_x", "ln(time/length)", of(|point| point.h.map(|h| h.x))).value(
-        "h_y",
-        "ln(time/length)",
-        of(|point| point.h.map(|h| h.y)),
-    );
+    let table = table
+        .value("h_x", "ln(time/length)", of(|point| point.h.map(|h| h.x)))
+        .value("h_y", "ln(time/length)", of(|point| point.h.map(|h| h.y)));
     match reason {
         Some(reason) => table.caption(format!("No prediction: {reason}.")),
         None => table
@@ -383,7 +476,10 @@ mod tests {
                 [first + above, second + 2.0 * square * above]
             });
             assert!((moments[0] - 1.0).abs() < 1e-6, "{bodies}: {moments:?}");
-            assert!((moments[1] - 2.0 * (bodies - 1.0) / bodies).abs() < 1e-6, "{bodies}: {moments:?}");
+            assert!(
+                (moments[1] - 2.0 * (bodies - 1.0) / bodies).abs() < 1e-6,
+                "{bodies}: {moments:?}"
+            );
         }
         assert!((share_above(2.0, 1e9) - f64::exp(-2.0)).abs() < 1e-7);
     }

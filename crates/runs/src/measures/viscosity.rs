@@ -4,7 +4,7 @@ use carom::observers::HelfandMoment;
 use carom_tables::{BlockMean, Figure, Table};
 
 use super::{
-    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks, resumed,
+    Context, Kind, MAX_LAG, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks, resumed,
     slope::Slope,
 };
 
@@ -17,7 +17,7 @@ pub(super) const KIND: Kind = Kind {
     summary: "shear viscosity of the whole system from the Helfand moment of the stress",
     of: Of::System,
     span: Span::Measurement,
-    parameters: &[LONGEST_LAG],
+    parameters: &[MAX_LAG],
     figures: &["shear viscosity"],
     begin: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
@@ -35,12 +35,18 @@ impl Measured for HelfandMoment {
         let points = self.points();
         let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
         let means = context.resolved(means, &lags);
-        let table = Table::new(context.table("viscosity"), "Mean squared Helfand moment of the shear stress")
-            .logarithmic()
-            .abscissa("lag", "time", lags.clone())
-            .counts("origins", points.iter().map(|point| point.origins).collect())
-            .means("mean_square", "mass²·length⁴/time²", &means)
-            .caption(context.theory("Its slope over 2 A kT is the shear viscosity."));
+        let table = Table::new(
+            context.table("viscosity"),
+            "Mean squared Helfand moment of the shear stress",
+        )
+        .logarithmic()
+        .abscissa("lag", "time", lags.clone())
+        .counts(
+            "origins",
+            points.iter().map(|point| point.origins).collect(),
+        )
+        .means("mean_square", "mass²·length⁴/time²", &means)
+        .caption(context.theory("Its slope over 2 A kT is the shear viscosity."));
         Results {
             tables: vec![table],
             figures: viscosity(&lags, &means, context).into_iter().collect(),
@@ -56,5 +62,9 @@ fn viscosity(lags: &[f64], means: &[BlockMean], context: &Context<'_>) -> Option
     let scale = 1.0 / (2.0 * gas.area * gas.temperature);
     let error = slope.standard_error.map(|error| scale * error);
     let name = context.named(&format!("shear viscosity, from lags {}", slope.lags()));
-    Some(Figure::new(name, scale * slope.value, "mass/time").error(error).predicted(gas.viscosity(), SONINE))
+    Some(
+        Figure::new(name, scale * slope.value, "mass/time")
+            .error(error)
+            .predicted(gas.viscosity(), SONINE),
+    )
 }

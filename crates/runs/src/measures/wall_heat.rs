@@ -31,7 +31,10 @@ impl Measured for WallHeat {
 
     /// Heat and contacts, both per time.
     fn sums(&self) -> Vec<[f64; 2]> {
-        vec![[self.heat(), self.duration()], [self.contacts() as f64, self.duration()]]
+        vec![
+            [self.heat(), self.duration()],
+            [self.contacts() as f64, self.duration()],
+        ]
     }
 
     fn bytes_per_sample(&self) -> usize {
@@ -42,15 +45,28 @@ impl Measured for WallHeat {
         let points = self.series();
         let heat = points.iter().map(|point| Some(point.heat)).collect();
         let table = Table::new(context.table("wall-heat"), "Heat received from walls")
-            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
-            .counts("contacts", points.iter().map(|point| point.contacts).collect())
+            .abscissa(
+                "time",
+                "time",
+                points.iter().map(|point| point.time).collect(),
+            )
+            .counts(
+                "contacts",
+                points.iter().map(|point| point.contacts).collect(),
+            )
             .value("heat", "mass·length²/time²", heat)
-            .caption("Sums since the start of the measurement. Negative: the walls have cooled the gas.");
+            .caption(
+                "Sums since the start of the measurement. Negative: the walls have cooled the gas.",
+            );
         let names = [
             ("heat received from walls", "mass·length²/time³", None),
             ("contacts with thermal walls", "1/time", None),
         ];
         let figures = context.figures(names, means, "");
-        Results { tables: vec![table], figures, ..Results::default() }
+        Results {
+            tables: vec![table],
+            figures,
+            ..Results::default()
+        }
     }
 }

@@ -22,7 +22,11 @@ pub(super) const KIND: Kind = Kind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[
-        Parameter::whole("bins", Default::Number(LAYERS), "layers up to the middle between the walls"),
+        Parameter::whole(
+            "bins",
+            Default::Number(LAYERS),
+            "layers up to the middle between the walls",
+        ),
         Parameter::positive(
             "far",
             Default::FromScene("10 diameters of the largest body"),
@@ -49,18 +53,32 @@ impl OfGas {
         let view = selection.view;
         let moving = || view.bodies().filter(|body| !body.body.is_fixed());
         let radii = || moving().map(|body| body.body.molecule().bounding_radius());
-        let far = selection.given("far").unwrap_or(FAR * 2.0 * radii().fold(0.0, f64::max));
+        let far = selection
+            .given("far")
+            .unwrap_or(FAR * 2.0 * radii().fold(0.0, f64::max));
         let walls = WallPressure::new(view, selection.group, selection.whole("bins"), far)
             .context("run.observe: 'wall-pressure'")?;
-        ensure!(moving().next().is_some(), "run.observe: 'wall-pressure': nothing moves");
+        ensure!(
+            moving().next().is_some(),
+            "run.observe: 'wall-pressure': nothing moves"
+        );
         let is_wall = |body: &Body| body.is_wall() && selection.group.contains(body);
         let radius = radii().next();
         let are_equal = moving().all(|body| {
             body.body.molecule().is_disc() && Some(body.body.molecule().bounding_radius()) == radius
         });
-        let are_alone = view.bodies().filter(|body| body.body.is_fixed()).all(|body| is_wall(body.body));
-        let diameter = radius.filter(|_| are_equal && are_alone).map(|radius| 2.0 * radius);
-        Ok(Self { walls, diameter, temperature: [0.0; 2] })
+        let are_alone = view
+            .bodies()
+            .filter(|body| body.body.is_fixed())
+            .all(|body| is_wall(body.body));
+        let diameter = radius
+            .filter(|_| are_equal && are_alone)
+            .map(|radius| 2.0 * radius);
+        Ok(Self {
+            walls,
+            diameter,
+            temperature: [0.0; 2],
+        })
     }
 }
 
@@ -93,28 +111,51 @@ impl Observer for OfGas {
 impl Measured for OfGas {
     /// Pressure, density far from the walls, and density of each layer.
     fn sums(&self) -> Vec<[f64; 2]> {
-        let layers = self.walls.layers().into_iter().map(|layer| [layer.count as f64, layer.area]);
-        [self.walls.momentum(), self.walls.far_from_walls()].into_iter().chain(layers).collect()
+        let layers = self
+            .walls
+            .layers()
+            .into_iter()
+            .map(|layer| [layer.count as f64, layer.area]);
+        [self.walls.momentum(), self.walls.far_from_walls()]
+            .into_iter()
+            .chain(layers)
+            .collect()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let [pressure, far, layers @ ..] = means else { return Results::default() };
+        let [pressure, far, layers @ ..] = means else {
+            return Results::default();
+        };
         let [sum, samples] = self.temperature;
-        let gas = self.diameter.filter(|_| context.is_equilibrium && samples > 0.0).zip(far.value);
+        let gas = self
+            .diameter
+            .filter(|_| context.is_equilibrium && samples > 0.0)
+            .zip(far.value);
         let predicted = gas.and_then(|(diameter, density)| {
             let pressure = HardDiscs::bulk_pressure(density, diameter, sum / samples)?;
             Some((pressure, pressure * samples / sum))
         });
         let found = self.walls.layers();
-        let table = Table::new(context.table("wall-pressure"), "Density over the distance from the walls")
-            .abscissa("distance", "length", found.iter().map(|layer| layer.distance).collect())
-            .counts("centres", found.iter().map(|layer| layer.count).collect())
-            .means("density", "1/length²", layers)
-            .level("p/kT", predicted.map(|(_, contact)| contact), "contact theorem, pressure of Liu (2021)")
-            .caption("Centres of the moving bodies per area, by the distance from the nearest wall.");
+        let table = Table::new(
+            context.table("wall-pressure"),
+            "Density over the distance from the walls",
+        )
+        .abscissa(
+            "distance",
+            "length",
+            found.iter().map(|layer| layer.distance).collect(),
+        )
+        .counts("centres", found.iter().map(|layer| layer.count).collect())
+        .means("density", "1/length²", layers)
+        .level(
+            "p/kT",
+            predicted.map(|(_, contact)| contact),
+            "contact theorem, pressure of Liu (2021)",
+        )
+        .caption("Centres of the moving bodies per area, by the distance from the nearest wall.");
         let of_walls = context.figure("pressure on the walls", "mass/time²", pressure);
-        let of_walls =
-            of_walls.map(|figure| figure.predicted(predicted.map(|(pressure, _)| pressure), LIU_BULK));
+        let of_walls = of_walls
+            .map(|figure| figure.predicted(predicted.map(|(pressure, _)| pressure), LIU_BULK));
         let far = context.figure("density far from the walls", "1/length²", far);
         Results {
             tables: vec![table],

@@ -40,7 +40,10 @@ pub fn available() -> Option<Available> {
 #[cfg(unix)]
 fn process_limits() -> ProcessLimits {
     use rustix::process::{Resource, getrlimit};
-    ProcessLimits { address_space: getrlimit(Resource::As).current, data: getrlimit(Resource::Data).current }
+    ProcessLimits {
+        address_space: getrlimit(Resource::As).current,
+        data: getrlimit(Resource::Data).current,
+    }
 }
 
 #[cfg(not(unix))]
@@ -52,24 +55,36 @@ fn process_limits() -> ProcessLimits {
 fn least(root: &Path, limits: ProcessLimits) -> Option<Available> {
     let machine = fs::read_to_string(root.join("proc/meminfo")).ok();
     let machine = machine.as_deref();
-    let swap = machine.and_then(|text| entry(text, "SwapFree")).unwrap_or(0);
+    let swap = machine
+        .and_then(|text| entry(text, "SwapFree"))
+        .unwrap_or(0);
     let status = fs::read_to_string(root.join("proc/self/status")).unwrap_or_default();
     let rest = |limit: Option<u64>, used: &str| {
         limit.map(|limit| limit.saturating_sub(entry(&status, used).unwrap_or(0)))
     };
     let all = [
-        (machine.and_then(|text| Some(entry(text, "MemAvailable")?.saturating_add(swap))), MACHINE),
-        (of_groups(root).map(|bytes| bytes.saturating_add(swap)), CONTROL_GROUP),
+        (
+            machine.and_then(|text| Some(entry(text, "MemAvailable")?.saturating_add(swap))),
+            MACHINE,
+        ),
+        (
+            of_groups(root).map(|bytes| bytes.saturating_add(swap)),
+            CONTROL_GROUP,
+        ),
         (rest(limits.address_space, "VmSize"), ADDRESS_SPACE),
         (rest(limits.data, "VmData"), DATA_SEGMENT),
     ];
-    let known = all.into_iter().filter_map(|(bytes, of)| Some(Available { bytes: bytes?, of }));
+    let known = all
+        .into_iter()
+        .filter_map(|(bytes, of)| Some(Available { bytes: bytes?, of }));
     known.min_by_key(|available| available.bytes)
 }
 
 /// The value of a line such as `SwapFree:  1024 kB` (bytes).
 fn entry(text: &str, name: &str) -> Option<u64> {
-    let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;
+    let line = text
+        .lines()
+        .find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;
     let kibibytes = line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?;
     Some(kibibytes.saturating_mul(1024))
 }
@@ -87,8 +102,11 @@ const VERSION_1: GroupFiles = GroupFiles {
     used: "memory.usage_in_bytes",
     cache: "total_inactive_file",
 };
-const VERSION_2: GroupFiles =
-    GroupFiles { limit: "memory.max", used: "memory.current", cache: "inactive_file" };
+const VERSION_2: GroupFiles = GroupFiles {
+    limit: "memory.max",
+    used: "memory.current",
+    cache: "inactive_file",
+};
 
 /// The least memory (bytes) that the control groups of this process and those above them still
 /// give, without swap space; `None` without a limit.
@@ -102,16 +120,26 @@ fn of_groups(root: &Path) -> Option<u64> {
             Some((root.join("sys/fs/cgroup"), path.to_owned(), &VERSION_2))
         } else {
             let has_memory = controllers.split(',').any(|name| name == "memory");
-            has_memory.then(|| (root.join("sys/fs/cgroup/memory"), path.to_owned(), &VERSION_1))
+            has_memory.then(|| {
+                (
+                    root.join("sys/fs/cgroup/memory"),
+                    path.to_owned(),
+                    &VERSION_1,
+                )
+            })
         }
     });
-    groups.filter_map(|(mount, path, files)| of_group_and_parents(&mount, &path, files)).min()
+    groups
+        .filter_map(|(mount, path, files)| of_group_and_parents(&mount, &path, files))
+        .min()
 }
 
 /// The least memory of a group and those above it. In a container, the path may be that outside;
 /// the group of the container is then the root.
 fn of_group_and_parents(mount: &Path, path: &Path, files: &GroupFiles) -> Option<u64> {
-    path.ancestors().filter_map(|group| of_group(&mount.join(group), files)).min()
+    path.ancestors()
+        .filter_map(|group| of_group(&mount.join(group), files))
+        .min()
 }
 
 /// The memory of one group; `None` if it has no limit.
@@ -120,8 +148,15 @@ fn of_group(group: &Path, files: &GroupFiles) -> Option<u64> {
     let number = |name: &str| read(name)?.trim().parse::<u64>().ok();
     let limit = number(files.limit)?;
     let stat = read("memory.stat").unwrap_or_default();
-    let cache = stat.lines().find_map(|line| line.strip_prefix(files.cache)?.trim().parse::<u64>().ok());
-    Some(limit.saturating_sub(number(files.used).unwrap_or(0)).saturating_add(cache.unwrap_or(0)).min(limit))
+    let cache = stat
+        .lines()
+        .find_map(|line| line.strip_prefix(files.cache)?.trim().parse::<u64>().ok());
+    Some(
+        limit
+            .saturating_sub(number(files.used).unwrap_or(0))
+            .saturating_add(cache.unwrap_or(0))
+            .min(limit),
+    )
 }
 
 #[cfg(test)]
@@ -151,8 +186,17 @@ mod tests {
     #[test]
     fn the_memory_of_the_machine_is_read() {
         let of = |text: &str| found(&[("proc/meminfo", text)], ProcessLimits::default());
-        assert_eq!(of(MEMINFO), Available { bytes: MACHINE_BYTES, of: MACHINE });
-        assert_eq!(of(&MEMINFO.replace("SwapFree", "Other")).bytes, 2_000_000 * 1024);
+        assert_eq!(
+            of(MEMINFO),
+            Available {
+                bytes: MACHINE_BYTES,
+                of: MACHINE
+            }
+        );
+        assert_eq!(
+            of(&MEMINFO.replace("SwapFree", "Other")).bytes,
+            2_000_000 * 1024
+        );
         for text in ["MemTotal: 1 kB\n", &MEMINFO.replace("2000000", "many")] {
             let root = root(&[("proc/meminfo", text)]);
             assert_eq!(least(root.path(), ProcessLimits::default()), None);
@@ -164,47 +208,106 @@ mod tests {
         let slurm = "0::/system.slice/job_7/step_0\n";
         let files = [
             ("proc/self/cgroup", slurm),
-            ("sys/fs/cgroup/system.slice/job_7/step_0/memory.max", "max\n"),
-            ("sys/fs/cgroup/system.slice/job_7/memory.max", "1000000000\n"),
-            ("sys/fs/cgroup/system.slice/job_7/memory.current", "300000000\n"),
-            ("sys/fs/cgroup/system.slice/job_7/memory.stat", "anon 200000000\ninactive_file 100000000\n"),
+            (
+                "sys/fs/cgroup/system.slice/job_7/step_0/memory.max",
+                "max\n",
+            ),
+            (
+                "sys/fs/cgroup/system.slice/job_7/memory.max",
+                "1000000000\n",
+            ),
+            (
+                "sys/fs/cgroup/system.slice/job_7/memory.current",
+                "300000000\n",
+            ),
+            (
+                "sys/fs/cgroup/system.slice/job_7/memory.stat",
+                "anon 200000000\ninactive_file 100000000\n",
+            ),
             ("sys/fs/cgroup/system.slice/memory.max", "1900000000\n"),
         ];
-        let expected = Available { bytes: 800_000_000 + SWAP, of: CONTROL_GROUP };
+        let expected = Available {
+            bytes: 800_000_000 + SWAP,
+            of: CONTROL_GROUP,
+        };
         assert_eq!(found(&files, ProcessLimits::default()), expected);
         // In a container, the path is that of the machine outside.
-        let container = [("proc/self/cgroup", slurm), ("sys/fs/cgroup/memory.max", "500000000\n")];
-        assert_eq!(found(&container, ProcessLimits::default()).bytes, 500_000_000 + SWAP);
+        let container = [
+            ("proc/self/cgroup", slurm),
+            ("sys/fs/cgroup/memory.max", "500000000\n"),
+        ];
+        assert_eq!(
+            found(&container, ProcessLimits::default()).bytes,
+            500_000_000 + SWAP
+        );
     }
 
     #[test]
     fn control_groups_of_the_first_version_are_read() {
         let files = |limit: &'static str| {
             [
-                ("proc/self/cgroup", "5:cpu,cpuacct:/\n4:memory:/job/7\n0::/\n"),
+                (
+                    "proc/self/cgroup",
+                    "5:cpu,cpuacct:/\n4:memory:/job/7\n0::/\n",
+                ),
                 ("sys/fs/cgroup/memory/job/7/memory.limit_in_bytes", limit),
-                ("sys/fs/cgroup/memory/job/7/memory.usage_in_bytes", "250000000\n"),
-                ("sys/fs/cgroup/memory/job/7/memory.stat", "cache 9\ntotal_inactive_file 50000000\n"),
+                (
+                    "sys/fs/cgroup/memory/job/7/memory.usage_in_bytes",
+                    "250000000\n",
+                ),
+                (
+                    "sys/fs/cgroup/memory/job/7/memory.stat",
+                    "cache 9\ntotal_inactive_file 50000000\n",
+                ),
             ]
         };
         let limited = found(&files("1000000000\n"), ProcessLimits::default());
-        assert_eq!(limited, Available { bytes: 800_000_000 + SWAP, of: CONTROL_GROUP });
+        assert_eq!(
+            limited,
+            Available {
+                bytes: 800_000_000 + SWAP,
+                of: CONTROL_GROUP
+            }
+        );
         // What this version writes where there is no limit.
         let free = found(&files("9223372036854771712\n"), ProcessLimits::default());
-        assert_eq!(free, Available { bytes: MACHINE_BYTES, of: MACHINE });
+        assert_eq!(
+            free,
+            Available {
+                bytes: MACHINE_BYTES,
+                of: MACHINE
+            }
+        );
     }
 
     #[test]
     fn limits_of_the_process_count_what_it_has() {
-        let files = [("proc/self/status", "Name:\tcarom\nVmSize:\t  100000 kB\nVmData:\t   50000 kB\n")];
-        let of = |address_space, data| found(&files, ProcessLimits { address_space, data });
+        let files = [(
+            "proc/self/status",
+            "Name:\tcarom\nVmSize:\t  100000 kB\nVmData:\t   50000 kB\n",
+        )];
+        let of = |address_space, data| {
+            found(
+                &files,
+                ProcessLimits {
+                    address_space,
+                    data,
+                },
+            )
+        };
         assert_eq!(
             of(Some(1 << 30), None),
-            Available { bytes: (1 << 30) - 100_000 * 1024, of: ADDRESS_SPACE }
+            Available {
+                bytes: (1 << 30) - 100_000 * 1024,
+                of: ADDRESS_SPACE
+            }
         );
         assert_eq!(
             of(Some(1 << 30), Some(1 << 29)),
-            Available { bytes: (1 << 29) - 50_000 * 1024, of: DATA_SEGMENT }
+            Available {
+                bytes: (1 << 29) - 50_000 * 1024,
+                of: DATA_SEGMENT
+            }
         );
         assert_eq!(of(Some(1000), None).bytes, 0);
         assert_eq!(of(None, None).of, MACHINE);

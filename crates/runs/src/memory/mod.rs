@@ -28,7 +28,10 @@ impl Demand {
     /// The scene is invalid.
     pub fn of(scene: &Scene) -> Result<Self> {
         let bodies = scene.expected_bodies()?;
-        Ok(Self { bodies, bytes: BYTES_PER_BODY.saturating_mul(bodies as u64) })
+        Ok(Self {
+            bodies,
+            bytes: BYTES_PER_BODY.saturating_mul(bodies as u64),
+        })
     }
 
     /// Whether the bodies fit into this memory, as far as that is known.
@@ -42,7 +45,9 @@ impl Demand {
     /// They do not fit; the message has their number and both memories.
     pub fn refuse_unless_fits(&self, available: Option<Available>) -> Result<()> {
         let Self { bodies, bytes } = self;
-        let Some(limit) = available.filter(|_| !self.fits(available)) else { return Ok(()) };
+        let Some(limit) = available.filter(|_| !self.fits(available)) else {
+            return Ok(());
+        };
         bail!(
             "its {bodies} bodies need at least {bytes} bytes of memory ({}), but {} has {} available: take fewer bodies",
             gigabytes(*bytes),
@@ -57,7 +62,9 @@ impl Demand {
 /// # Errors
 /// They do not fit; the message has both memories.
 pub fn refuse_long_series(bytes: u64, available: Option<Available>) -> Result<()> {
-    let Some(limit) = available.filter(|available| bytes > available.bytes) else { return Ok(()) };
+    let Some(limit) = available.filter(|available| bytes > available.bytes) else {
+        return Ok(());
+    };
     bail!(
         "the samples of its measures need at least {bytes} bytes of memory ({}) at the end of the run, but {} has {} \
          available: take a larger `run.sample_interval`",
@@ -85,10 +92,18 @@ mod tests {
     fn bodies_that_do_not_fit_are_refused_with_their_number() {
         let demand = Demand::of(&gas(100_000_000)).unwrap();
         assert_eq!((demand.bodies, demand.bytes), (100_000_000, 20_000_000_000));
-        let machine = |bytes: u64| Some(Available { bytes, of: "this machine" });
+        let machine = |bytes: u64| {
+            Some(Available {
+                bytes,
+                of: "this machine",
+            })
+        };
         assert!(demand.refuse_unless_fits(machine(20_000_000_000)).is_ok());
         assert!(demand.refuse_unless_fits(None).is_ok());
-        let said = demand.refuse_unless_fits(machine(16_000_000_000)).unwrap_err().to_string();
+        let said = demand
+            .refuse_unless_fits(machine(16_000_000_000))
+            .unwrap_err()
+            .to_string();
         let expected = "its 100000000 bodies need at least 20000000000 bytes of memory (20.000 GB), but this machine \
                         has 16.000 GB available";
         assert!(said.starts_with(expected), "{said}");
@@ -96,11 +111,21 @@ mod tests {
 
     #[test]
     fn series_that_do_not_fit_are_refused() {
-        let machine = |bytes: u64| Some(Available { bytes, of: "this machine" });
+        let machine = |bytes: u64| {
+            Some(Available {
+                bytes,
+                of: "this machine",
+            })
+        };
         assert!(refuse_long_series(1000, machine(1000)).is_ok());
         assert!(refuse_long_series(u64::MAX, None).is_ok());
-        let said = refuse_long_series(2_000_000_000, machine(1_500_000_000)).unwrap_err().to_string();
-        assert!(said.contains("(2.000 GB) at the end of the run, but this machine has 1.500 GB"), "{said}");
+        let said = refuse_long_series(2_000_000_000, machine(1_500_000_000))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            said.contains("(2.000 GB) at the end of the run, but this machine has 1.500 GB"),
+            "{said}"
+        );
     }
 
     /// What is refused must not be more than a simulation takes.
@@ -109,7 +134,10 @@ mod tests {
         let scene = gas(100_000);
         let mut simulation = AnySimulation::new(&scene).unwrap();
         simulation.step(1e-6, &mut ()).unwrap();
-        let (demand, heap) = (Demand::of(&scene).unwrap().bytes as f64, simulation.heap_bytes() as f64);
+        let (demand, heap) = (
+            Demand::of(&scene).unwrap().bytes as f64,
+            simulation.heap_bytes() as f64,
+        );
         assert!((0.7..1.0).contains(&(demand / heap)), "{demand} {heap}");
     }
 }

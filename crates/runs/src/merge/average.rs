@@ -23,9 +23,14 @@ const SAME: f64 = 1e-9;
 pub fn results(record: &Record) -> Results {
     let mut results = Results::default();
     let runs: Vec<_> = record.runs.values().collect();
-    let Some(first) = runs.first() else { return results };
+    let Some(first) = runs.first() else {
+        return results;
+    };
     let of_system: Vec<Vec<Figure>> = runs.iter().map(|run| run.figures.clone()).collect();
-    let of_system = first.figures.iter().map(|figure| averaged(figure, &of_system));
+    let of_system = first
+        .figures
+        .iter()
+        .map(|figure| averaged(figure, &of_system));
     results.figures.extend(of_system.filter(is_shown));
     for (replicas, parts) in measures(record) {
         let mut sums = MergedSums::default();
@@ -36,17 +41,28 @@ pub fn results(record: &Record) -> Results {
         let merged = Merged::new(&sums, parts.iter().collect());
         results.tables.extend(merged.tables());
         results.figures.extend(merged.figures());
-        results.drawings.extend(parts.first().map_or_else(Vec::new, |part| part.drawings.clone()));
+        results.drawings.extend(
+            parts
+                .first()
+                .map_or_else(Vec::new, |part| part.drawings.clone()),
+        );
     }
     results
 }
 
 /// Each measure of all runs, with common bins where the runs have distributions.
-pub(super) fn measures(record: &Record) -> impl Iterator<Item = (Vec<Replica>, Vec<MeasureRecord>)> {
-    let count = record.runs.values().next().map_or(0, |run| run.measures.len());
+pub(super) fn measures(
+    record: &Record,
+) -> impl Iterator<Item = (Vec<Replica>, Vec<MeasureRecord>)> {
+    let count = record
+        .runs
+        .values()
+        .next()
+        .map_or(0, |run| run.measures.len());
     (0..count).map(|index| {
-        let of_run =
-            |(&replica, run): (&Replica, &RunRecord)| Some((replica, run.measures.get(index)?.clone()));
+        let of_run = |(&replica, run): (&Replica, &RunRecord)| {
+            Some((replica, run.measures.get(index)?.clone()))
+        };
         let (replicas, parts): (Vec<Replica>, Vec<MeasureRecord>) =
             record.runs.iter().filter_map(of_run).unzip();
         let common = with_common_bins(&parts.iter().collect::<Vec<_>>());
@@ -69,7 +85,11 @@ impl<'a> Merged<'a> {
             vec![total.clone()]
         };
         let by_run = block_sums::means(&sums.total(), &parts.iter().map(whole).collect::<Vec<_>>());
-        Self { parts, means: sums.means(), by_run }
+        Self {
+            parts,
+            means: sums.means(),
+            by_run,
+        }
     }
 
     /// The mean of a quantity. `has_error` tells whether each run had an error of its own.
@@ -79,24 +99,52 @@ impl<'a> Merged<'a> {
     }
 
     fn figures(&self) -> Vec<Figure> {
-        let Some(first) = self.parts.first() else { return Vec::new() };
+        let Some(first) = self.parts.first() else {
+            return Vec::new();
+        };
         let all: Vec<Vec<Figure>> = self
             .parts
             .iter()
-            .map(|part| part.figures.iter().map(|(figure, _)| figure.clone()).collect())
+            .map(|part| {
+                part.figures
+                    .iter()
+                    .map(|(figure, _)| figure.clone())
+                    .collect()
+            })
             .collect();
         let runs = self.parts.len();
         let figure = |(figure, quantity): &(Figure, Option<usize>)| {
             let average = averaged(figure, &all);
             let Some(quantity) = *quantity else {
-                return if runs > 1 { average.judged_by(runs) } else { average.resolved() };
+                return if runs > 1 {
+                    average.judged_by(runs)
+                } else {
+                    average.resolved()
+                };
             };
-            let same = all.iter().flatten().filter(|other| other.name == figure.name);
+            let same = all
+                .iter()
+                .flatten()
+                .filter(|other| other.name == figure.name);
             let has_error = same.into_iter().all(|other| other.standard_error.is_some());
-            let BlockMean { value, standard_error, .. } = self.mean(quantity, has_error);
-            let (value, stationarity) = (value.unwrap_or(average.value), self.stationarity(quantity));
-            let merged = Figure { value, standard_error, stationarity, ..average };
-            if has_error { merged.resolved() } else { merged.judged_by(runs) }
+            let BlockMean {
+                value,
+                standard_error,
+                ..
+            } = self.mean(quantity, has_error);
+            let (value, stationarity) =
+                (value.unwrap_or(average.value), self.stationarity(quantity));
+            let merged = Figure {
+                value,
+                standard_error,
+                stationarity,
+                ..average
+            };
+            if has_error {
+                merged.resolved()
+            } else {
+                merged.judged_by(runs)
+            }
         };
         first.figures.iter().map(figure).collect()
     }
@@ -104,18 +152,32 @@ impl<'a> Merged<'a> {
     /// Whether the mean of a quantity changes in the runs together.
     fn stationarity(&self, quantity: usize) -> Option<Stationarity> {
         // Blocks of different times cannot be added: each run has found its own start.
-        let shortest = self.parts.iter().min_by_key(|part| part.sums.blocks.len())?;
-        if self.parts.iter().any(|part| part.span[0] != shortest.span[0]) {
+        let shortest = self
+            .parts
+            .iter()
+            .min_by_key(|part| part.sums.blocks.len())?;
+        if self
+            .parts
+            .iter()
+            .any(|part| part.span[0] != shortest.span[0])
+        {
             return None;
         }
         let of = |part: &&MeasureRecord| block_sums::of_quantity(&part.sums.blocks, quantity);
-        Stationarity::of(&self.parts.iter().map(of).collect::<Vec<_>>(), shortest.span)
+        Stationarity::of(
+            &self.parts.iter().map(of).collect::<Vec<_>>(),
+            shortest.span,
+        )
     }
 
     fn tables(&self) -> Vec<Table> {
-        let Some(first) = self.parts.first() else { return Vec::new() };
+        let Some(first) = self.parts.first() else {
+            return Vec::new();
+        };
         let of_all = |table: &Table| -> Option<Vec<&Table>> {
-            let same = |part: &&'a MeasureRecord| part.tables.iter().find(|other| other.name == table.name);
+            let same = |part: &&'a MeasureRecord| {
+                part.tables.iter().find(|other| other.name == table.name)
+            };
             self.parts.iter().map(same).collect()
         };
         let merged = |table: &Table| {
@@ -124,7 +186,10 @@ impl<'a> Merged<'a> {
                 return self.table(table, &tables);
             }
             // Interpolated densities are not normalised.
-            let is_distribution = table.columns.iter().any(|column| column.role == Role::Width);
+            let is_distribution = table
+                .columns
+                .iter()
+                .any(|column| column.role == Role::Width);
             match resampled(table, &tables).filter(|_| !is_distribution) {
                 Some(parts) => self.table(&parts[0], &parts.iter().collect::<Vec<_>>()),
                 None => Table {
@@ -143,13 +208,22 @@ impl<'a> Merged<'a> {
         let mut columns: Vec<Column> = Vec::new();
         for (index, column) in first.columns.iter().enumerate() {
             let same: Vec<&Column> = tables.iter().map(|table| &table.columns[index]).collect();
-            let next = first.columns.get(index + 1).filter(|next| next.role == Role::StandardError);
+            let next = first
+                .columns
+                .get(index + 1)
+                .filter(|next| next.role == Role::StandardError);
             match &column.role {
                 Role::Value if !column.quantities.is_empty() => {
-                    let errors =
-                        next.map(|_| tables.iter().map(|t| &t.columns[index + 1]).collect::<Vec<_>>());
+                    let errors = next.map(|_| {
+                        tables
+                            .iter()
+                            .map(|t| &t.columns[index + 1])
+                            .collect::<Vec<_>>()
+                    });
                     let has_error = |row: usize| {
-                        errors.as_ref().is_some_and(|errors| errors.iter().all(|e| at(e, row).is_some()))
+                        errors
+                            .as_ref()
+                            .is_some_and(|errors| errors.iter().all(|e| at(e, row).is_some()))
                     };
                     let mean = |row: usize| {
                         let quantity = column.quantities.get(row).copied().flatten();
@@ -166,22 +240,38 @@ impl<'a> Merged<'a> {
                 }
                 Role::Count => columns.push(with(column, each(rows, |row| sum(&same, row)))),
                 Role::StandardError => {}
-                Role::Abscissa | Role::Width | Role::Undrawn | Role::Derived | Role::Prediction { .. } => {
+                Role::Abscissa
+                | Role::Width
+                | Role::Undrawn
+                | Role::Derived
+                | Role::Prediction { .. } => {
                     columns.push(with(column, each(rows, |row| average(&same, row))));
                 }
             }
         }
         let mut levels = first.levels.clone();
         for (index, level) in levels.iter_mut().enumerate() {
-            let values = tables.iter().filter_map(|table| table.levels.get(index)).map(|level| level.value);
+            let values = tables
+                .iter()
+                .filter_map(|table| table.levels.get(index))
+                .map(|level| level.value);
             level.value = mean_of(values.collect()).unwrap_or(level.value);
         }
-        Table { columns, levels, ..first.clone() }
+        Table {
+            columns,
+            levels,
+            ..first.clone()
+        }
     }
 }
 
 fn rows(table: &Table) -> usize {
-    table.columns.iter().map(|column| column.values.len()).max().unwrap_or(0)
+    table
+        .columns
+        .iter()
+        .map(|column| column.values.len())
+        .max()
+        .unwrap_or(0)
 }
 
 /// Whether all tables have the columns and abscissae of the first, as far as they are long.
@@ -196,7 +286,11 @@ fn fit(first: &Table, tables: &[&Table]) -> bool {
     };
     let fits = |table: &&Table| {
         table.columns.len() == first.columns.len()
-            && first.columns.iter().zip(&table.columns).all(|(one, other)| is_same(one, other))
+            && first
+                .columns
+                .iter()
+                .zip(&table.columns)
+                .all(|(one, other)| is_same(one, other))
     };
     !tables.is_empty() && tables.iter().all(fits)
 }
@@ -208,12 +302,19 @@ fn fit(first: &Table, tables: &[&Table]) -> bool {
 fn resampled(first: &Table, tables: &[&Table]) -> Option<Vec<Table>> {
     let same_columns = |table: &&Table| {
         table.columns.len() == first.columns.len()
-            && first.columns.iter().zip(&table.columns).all(|(one, other)| one.name == other.name)
+            && first
+                .columns
+                .iter()
+                .zip(&table.columns)
+                .all(|(one, other)| one.name == other.name)
     };
     if tables.is_empty() || !tables.iter().all(same_columns) {
         return None;
     }
-    let place = first.columns.iter().position(|column| column.role == Role::Abscissa)?;
+    let place = first
+        .columns
+        .iter()
+        .position(|column| column.role == Role::Abscissa)?;
     let targets = increasing(&first.columns[place])?;
     let caption = format!(
         "{} The runs have different abscissae: their curves are interpolated to those of the first run.",
@@ -227,10 +328,18 @@ fn resampled(first: &Table, tables: &[&Table]) -> Option<Vec<Table>> {
                 Role::Abscissa => targets.iter().copied().map(Some).collect(),
                 _ => targets.iter().map(value).collect(),
             };
-            Column { values, quantities: Vec::new(), ..column.clone() }
+            Column {
+                values,
+                quantities: Vec::new(),
+                ..column.clone()
+            }
         };
         let columns = table.columns.iter().map(column).collect();
-        Some(Table { columns, caption: caption.trim().to_owned(), ..(*table).clone() })
+        Some(Table {
+            columns,
+            caption: caption.trim().to_owned(),
+            ..(*table).clone()
+        })
     };
     tables.iter().map(resample).collect()
 }
@@ -243,11 +352,18 @@ fn increasing(column: &Column) -> Option<Vec<f64>> {
 
 /// The value at `target` on the line through the neighbouring points; `None` outside of them.
 fn interpolated(places: &[f64], values: &[Option<f64>], target: f64) -> Option<f64> {
-    let after = places.partition_point(|&place| place <= target).clamp(1, places.len() - 1);
+    let after = places
+        .partition_point(|&place| place <= target)
+        .clamp(1, places.len() - 1);
     let (from, to) = (places[after - 1], places[after]);
     let share = (target - from) / (to - from);
-    let (low, high) = (values.get(after - 1).copied()??, values.get(after).copied()??);
-    (-SAME..=1.0 + SAME).contains(&share).then_some(low + share * (high - low))
+    let (low, high) = (
+        values.get(after - 1).copied()??,
+        values.get(after).copied()??,
+    );
+    (-SAME..=1.0 + SAME)
+        .contains(&share)
+        .then_some(low + share * (high - low))
 }
 
 fn at(column: &Column, row: usize) -> Option<f64> {
@@ -259,23 +375,39 @@ fn each(rows: usize, value: impl Fn(usize) -> Option<f64>) -> Vec<Option<f64>> {
 }
 
 fn with(column: &Column, values: Vec<Option<f64>>) -> Column {
-    Column { values, ..column.clone() }
+    Column {
+        values,
+        ..column.clone()
+    }
 }
 
 /// The errors of a column, as [`Table::errors`] names them.
 fn error_column(column: &Column, values: Vec<Option<f64>>) -> Column {
     let name = format!("{}_error", column.name);
     let (label, unit) = (name.clone(), column.unit.clone());
-    Column { name, label, unit, role: Role::StandardError, values, quantities: Vec::new() }
+    Column {
+        name,
+        label,
+        unit,
+        role: Role::StandardError,
+        values,
+        quantities: Vec::new(),
+    }
 }
 
 fn sum(columns: &[&Column], row: usize) -> Option<f64> {
-    columns.iter().filter_map(|column| at(column, row)).reduce(|sum, value| sum + value)
+    columns
+        .iter()
+        .filter_map(|column| at(column, row))
+        .reduce(|sum, value| sum + value)
 }
 
 fn mean_of(values: Vec<f64>) -> Option<f64> {
     let count = values.len() as f64;
-    values.into_iter().reduce(|sum, value| sum + value).map(|sum| sum / count)
+    values
+        .into_iter()
+        .reduce(|sum, value| sum + value)
+        .map(|sum| sum / count)
 }
 
 /// Standard error of a mean of independent values; `None` with fewer than two.
@@ -287,11 +419,21 @@ fn error_of(values: &[f64]) -> Option<f64> {
 }
 
 fn average(columns: &[&Column], row: usize) -> Option<f64> {
-    mean_of(columns.iter().filter_map(|column| at(column, row)).collect())
+    mean_of(
+        columns
+            .iter()
+            .filter_map(|column| at(column, row))
+            .collect(),
+    )
 }
 
 fn scatter(columns: &[&Column], row: usize) -> Option<f64> {
-    error_of(&columns.iter().filter_map(|column| at(column, row)).collect::<Vec<_>>())
+    error_of(
+        &columns
+            .iter()
+            .filter_map(|column| at(column, row))
+            .collect::<Vec<_>>(),
+    )
 }
 
 /// A scatter below this share of the value is rounding.
@@ -299,7 +441,9 @@ const ROUNDING: f64 = 1e-12;
 
 /// The error of a mean of runs that have errors of their own; `None` if one has none.
 fn error_of_errors(same: &[&Figure]) -> Option<f64> {
-    let squares = same.iter().map(|figure| figure.standard_error.map(|error| error * error));
+    let squares = same
+        .iter()
+        .map(|figure| figure.standard_error.map(|error| error * error));
     let sum: f64 = squares.collect::<Option<Vec<f64>>>()?.iter().sum();
     Some(sum.sqrt() / same.len() as f64)
 }
@@ -307,14 +451,20 @@ fn error_of_errors(same: &[&Figure]) -> Option<f64> {
 /// A figure averaged over the runs that have it, with the error of its scatter; of few runs, whose
 /// scatter is uncertain, with that from their own errors if they have some.
 fn averaged(figure: &Figure, all: &[Vec<Figure>]) -> Figure {
-    let same: Vec<&Figure> =
-        all.iter().filter_map(|figures| figures.iter().find(|other| other.name == figure.name)).collect();
+    let same: Vec<&Figure> = all
+        .iter()
+        .filter_map(|figures| figures.iter().find(|other| other.name == figure.name))
+        .collect();
     let values: Vec<f64> = same.iter().map(|figure| figure.value).collect();
     let predictions: Option<Vec<f64>> = same.iter().map(|figure| figure.prediction).collect();
     let value = mean_of(values.clone()).unwrap_or(figure.value);
     let is_scatter = |error: &f64| *error > ROUNDING * value.abs();
     let own = error_of_errors(&same).filter(|_| same.len() < MIN_BLOCKS);
-    let scattered = || error_of(&values).filter(is_scatter).or(figure.standard_error);
+    let scattered = || {
+        error_of(&values)
+            .filter(is_scatter)
+            .or(figure.standard_error)
+    };
     Figure {
         value,
         standard_error: own.or_else(scattered),
@@ -329,7 +479,8 @@ mod tests {
 
     #[test]
     fn few_runs_with_errors_of_their_own_have_the_error_of_those() {
-        let run = |value: f64, error: Option<f64>| vec![Figure::new("chi", value, "1").error(error)];
+        let run =
+            |value: f64, error: Option<f64>| vec![Figure::new("chi", value, "1").error(error)];
         let error = |runs: &[Vec<Figure>]| averaged(&runs[0][0], runs).standard_error.unwrap();
         // √2 · 0.3 / 2, whatever their scatter.
         let two = [run(1.0, Some(0.3)), run(1.001, Some(0.3))];
@@ -344,9 +495,14 @@ mod tests {
     fn curves_on_different_abscissae_are_interpolated_to_those_of_the_first_run() {
         let line = |places: Vec<f64>, slope: f64| {
             let values = places.iter().map(|x| Some(slope * x)).collect();
-            Table::new("t", "T").abscissa("x", "1", places).value("y", "1", values)
+            Table::new("t", "T")
+                .abscissa("x", "1", places)
+                .value("y", "1", values)
         };
-        let (one, other) = (line(vec![0.0, 1.0, 2.0], 1.0), line(vec![-0.3, 0.8, 1.4], 3.0));
+        let (one, other) = (
+            line(vec![0.0, 1.0, 2.0], 1.0),
+            line(vec![-0.3, 0.8, 1.4], 3.0),
+        );
         let parts = resampled(&one, &[&one, &other]).unwrap();
         assert_eq!(parts[0].columns[1].values, one.columns[1].values);
         assert_eq!(parts[1].columns[0].values, one.columns[0].values);

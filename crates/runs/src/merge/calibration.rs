@@ -14,37 +14,56 @@ pub fn calibrations(record: &Record) -> Vec<Calibration> {
     if record.runs.len() < MIN_REPLICAS {
         return Vec::new();
     }
-    measures(record).flat_map(|(_, parts)| of_measure(&parts)).collect()
+    measures(record)
+        .flat_map(|(_, parts)| of_measure(&parts))
+        .collect()
 }
 
 fn of_measure(parts: &[MeasureRecord]) -> Vec<Calibration> {
-    let Some(first) = parts.first() else { return Vec::new() };
+    let Some(first) = parts.first() else {
+        return Vec::new();
+    };
     let of_figure = |name: &str| -> Option<Calibration> {
         let found = |part: &MeasureRecord| -> Option<Measured> {
-            let (figure, _) = part.figures.iter().find(|(figure, _)| figure.name == name)?;
+            let (figure, _) = part
+                .figures
+                .iter()
+                .find(|(figure, _)| figure.name == name)?;
             Some((figure.value, figure.standard_error))
         };
         Calibration::of(name, &[parts.iter().filter_map(found).collect()])
     };
-    let figures = first.figures.iter().filter_map(|(figure, _)| of_figure(&figure.name));
-    let tables = first.tables.iter().flat_map(|table| of_table(&table.name, table, parts));
+    let figures = first
+        .figures
+        .iter()
+        .filter_map(|(figure, _)| of_figure(&figure.name));
+    let tables = first
+        .tables
+        .iter()
+        .flat_map(|table| of_table(&table.name, table, parts));
     figures.chain(tables).collect()
 }
 
 /// The columns with errors of a table.
 fn of_table(name: &str, first: &Table, parts: &[MeasureRecord]) -> Vec<Calibration> {
-    let tables: Vec<&Table> =
-        parts.iter().filter_map(|part| part.tables.iter().find(|table| table.name == name)).collect();
+    let tables: Vec<&Table> = parts
+        .iter()
+        .filter_map(|part| part.tables.iter().find(|table| table.name == name))
+        .collect();
     let of_column = |index: usize| -> Option<Calibration> {
         let (value, error) = (first.columns.get(index)?, first.columns.get(index + 1)?);
         if value.role != Role::Value || error.role != Role::StandardError {
             return None;
         }
         let cell = |table: &Table, column: usize, row: usize| {
-            table.columns.get(column).and_then(|column| column.values.get(row).copied().flatten())
+            table
+                .columns
+                .get(column)
+                .and_then(|column| column.values.get(row).copied().flatten())
         };
         let row = |row: usize| -> Vec<Measured> {
-            let measured = |table: &&Table| Some((cell(table, index, row)?, cell(table, index + 1, row)));
+            let measured =
+                |table: &&Table| Some((cell(table, index, row)?, cell(table, index + 1, row)));
             tables.iter().filter_map(measured).collect()
         };
         let rows: Vec<Vec<Measured>> = (0..value.values.len()).map(row).collect();
@@ -65,19 +84,40 @@ mod tests {
             let x = (number * 37 % 64) as f64;
             let scatter = 64.0 / 12f64.sqrt();
             let figures = vec![(Figure::new("half", x, "1").error(0.5 * scatter), None)];
-            let table = Table::new("t", "T").abscissa("r", "1", vec![0.0]).value("y", "1", vec![Some(x)]);
+            let table =
+                Table::new("t", "T")
+                    .abscissa("r", "1", vec![0.0])
+                    .value("y", "1", vec![Some(x)]);
             let tables = vec![table.errors(vec![Some(scatter)])];
-            let measures = vec![MeasureRecord { tables, figures, ..MeasureRecord::default() }];
+            let measures = vec![MeasureRecord {
+                tables,
+                figures,
+                ..MeasureRecord::default()
+            }];
             let totals = Totals::default();
             (
                 Replica { seed: 1, number },
-                RunRecord { totals, note: String::new(), figures: Vec::new(), measures },
+                RunRecord {
+                    totals,
+                    note: String::new(),
+                    figures: Vec::new(),
+                    measures,
+                },
             )
         };
-        let record = |count: u64| Record { what: String::new(), runs: (0..count).map(run).collect() };
+        let record = |count: u64| Record {
+            what: String::new(),
+            runs: (0..count).map(run).collect(),
+        };
         let found = calibrations(&record(64));
-        let results: Vec<_> = found.iter().map(|one| (one.name.as_str(), one.result)).collect();
-        assert_eq!(results, [("half", Calibrated::Flagged), ("t: y", Calibrated::Fine)]);
+        let results: Vec<_> = found
+            .iter()
+            .map(|one| (one.name.as_str(), one.result))
+            .collect();
+        assert_eq!(
+            results,
+            [("half", Calibrated::Flagged), ("t: y", Calibrated::Fine)]
+        );
         assert!((found[0].ratio - 0.5).abs() < 0.01);
         assert!(calibrations(&record(29)).is_empty());
     }

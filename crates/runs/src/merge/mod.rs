@@ -56,25 +56,41 @@ pub fn run(options: &Options) -> Result<Verdict> {
             path.display()
         );
     }
-    let Parts { record, folders: kept, left_out } = parts::read(&options.folders)?;
+    let Parts {
+        record,
+        folders: kept,
+        left_out,
+    } = parts::read(&options.folders)?;
     let (folder, _lock) = Folder::claim(&path, options.destination.existing())?;
     let manifest = Manifest::begin(&folder, &again(&options.folders, &path), &[])?;
     let seconds = kept.into_iter().map(seconds_of).sum();
     record.write(&folder)?;
-    let mut merged = MergedRuns::of(&record, format!("{} merged runs", record.runs.len()), seconds);
+    let mut merged = MergedRuns::of(
+        &record,
+        format!("{} merged runs", record.runs.len()),
+        seconds,
+    );
     merged.left_out = left_out;
     merged.write(&record, &folder)?;
-    let MergedRuns { summary, left_out, .. } = merged;
+    let MergedRuns {
+        summary, left_out, ..
+    } = merged;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     announce(&left_out.missing, &left_out.damaged, &left_out.words());
     crate::conclude(&folder, &summary);
     let verdict = summary.verdict();
-    Ok(if left_out.is_empty() { verdict } else { verdict.of_incomplete() })
+    Ok(if left_out.is_empty() {
+        verdict
+    } else {
+        verdict.of_incomplete()
+    })
 }
 
 /// The command that merges these folders into `path`.
 pub fn again(folders: &[PathBuf], path: &Path) -> String {
-    let words = ["merge".as_ref()].into_iter().chain(folders.iter().map(|folder| folder.as_os_str()));
+    let words = ["merge".as_ref()]
+        .into_iter()
+        .chain(folders.iter().map(|folder| folder.as_os_str()));
     command(words.chain(["--out".as_ref(), path.as_os_str()]))
 }
 
@@ -113,11 +129,18 @@ impl MergedRuns {
         let results = average::results(record);
         let totals: Vec<Totals> = record.runs.values().map(|run| run.totals).collect();
         let totals = Totals::of(&totals);
-        let totals = Totals { collisions_per_second: totals.collisions as f64 / seconds.max(1e-9), ..totals };
+        let totals = Totals {
+            collisions_per_second: totals.collisions as f64 / seconds.max(1e-9),
+            ..totals
+        };
         let notes = record.runs.values().map(|run| &run.note);
         let summary = Summary {
             title,
-            note: notes.into_iter().find(|note| !note.is_empty()).cloned().unwrap_or_default(),
+            note: notes
+                .into_iter()
+                .find(|note| !note.is_empty())
+                .cloned()
+                .unwrap_or_default(),
             totals,
             checks: totals
                 .checks()
@@ -127,7 +150,11 @@ impl MergedRuns {
             figures: results.figures.clone(),
             runs: Vec::new(),
         };
-        Self { results, summary, left_out: LeftOut::default() }
+        Self {
+            results,
+            summary,
+            left_out: LeftOut::default(),
+        }
     }
 
     /// The tables.
@@ -143,7 +170,9 @@ impl MergedRuns {
         folder.write_table(RUNS, &COLUMNS, run_rows(record))?;
         self.results.write(folder)?;
         report::write_tables(&self.results, folder)?;
-        let Self { summary, left_out, .. } = self;
+        let Self {
+            summary, left_out, ..
+        } = self;
         let summary = SummaryFile::of(summary);
         folder.write_json("summary.json", &MergedFile { summary, left_out })?;
         folder.write("config.toml", &record.what)?;
@@ -160,7 +189,12 @@ const COLUMNS: [&str; 4] = ["seed", "replica", "collisions", "simulated_time"];
 /// The rows of the table of merged runs.
 pub fn run_rows(record: &Record) -> Vec<RunRow> {
     let row = |(replica, run): (&Replica, &RunRecord)| {
-        (replica.seed, replica.number, run.totals.collisions, run.totals.simulated_time)
+        (
+            replica.seed,
+            replica.number,
+            run.totals.collisions,
+            run.totals.simulated_time,
+        )
     };
     record.runs.iter().map(row).collect()
 }

@@ -40,14 +40,19 @@ pub(super) fn read(folders: &[PathBuf]) -> Result<Parts<'_>> {
     let progress = Progress::items("runs", folders.len() as u64);
     for folder in folders {
         // A folder that is not there has no sums.
-        let _lock = if folder.is_dir() { Some(FolderLock::shared(folder)?) } else { None };
+        let _lock = if folder.is_dir() {
+            Some(FolderLock::shared(folder)?)
+        } else {
+            None
+        };
         match Record::read(folder) {
             Ok(part) => {
                 kept.push(folder.as_path());
                 match &mut record {
                     None => record = Some(part),
                     Some(all) => {
-                        all.merge(part).with_context(|| format!("cannot merge {}", folder.display()))?;
+                        all.merge(part)
+                            .with_context(|| format!("cannot merge {}", folder.display()))?;
                     }
                 }
             }
@@ -56,7 +61,11 @@ pub(super) fn read(folders: &[PathBuf]) -> Result<Parts<'_>> {
         progress.count(1);
     }
     match record {
-        Some(record) => Ok(Parts { record, folders: kept, left_out }),
+        Some(record) => Ok(Parts {
+            record,
+            folders: kept,
+            left_out,
+        }),
         None if left_out.is_empty() => bail!("there are no folders"),
         None => bail!("there is nothing to merge: {}", left_out.words().join(" ")),
     }
@@ -68,11 +77,15 @@ pub(super) fn read(folders: &[PathBuf]) -> Result<Parts<'_>> {
 /// `error`, if the folder holds no run or the system cannot read it.
 fn leave_out(folder: &Path, error: Error, left_out: &mut LeftOut) -> Result<()> {
     let again = command_of(folder);
-    if let Some(FileError::Unreadable(cause)) = error.chain().find_map(|cause| cause.downcast_ref()) {
+    if let Some(FileError::Unreadable(cause)) = error.chain().find_map(|cause| cause.downcast_ref())
+    {
         if cause.kind() != ErrorKind::NotFound || !folder.join(MANIFEST).is_file() {
             return Err(error);
         }
-        left_out.missing.push(MissingRun { folder: folder.to_owned(), again });
+        left_out.missing.push(MissingRun {
+            folder: folder.to_owned(),
+            again,
+        });
         return Ok(());
     }
     // The first context names the file, which `Damaged` names too.

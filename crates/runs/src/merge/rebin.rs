@@ -12,10 +12,15 @@ use crate::record::MeasureRecord;
 /// lacks a table.
 pub(super) fn with_common_bins(parts: &[&MeasureRecord]) -> Option<Vec<MeasureRecord>> {
     let first = parts.first()?;
-    let names = first.tables.iter().filter(|table| edges(table).is_some()).map(|table| &table.name);
+    let names = first
+        .tables
+        .iter()
+        .filter(|table| edges(table).is_some())
+        .map(|table| &table.name);
     let mut targets = Vec::new();
     for name in names {
-        let of_part = |part: &&MeasureRecord| edges(part.tables.iter().find(|table| table.name == *name)?);
+        let of_part =
+            |part: &&MeasureRecord| edges(part.tables.iter().find(|table| table.name == *name)?);
         let all: Vec<Vec<f64>> = parts.iter().map(of_part).collect::<Option<_>>()?;
         targets.push((name.as_str(), common(&all)));
     }
@@ -26,9 +31,15 @@ pub(super) fn with_common_bins(parts: &[&MeasureRecord]) -> Option<Vec<MeasureRe
 fn edges(table: &Table) -> Option<Vec<f64>> {
     let of = |role: Role| table.columns.iter().find(|column| column.role == role);
     let (centres, widths) = (of(Role::Abscissa)?, of(Role::Width)?);
-    let bins: Vec<(f64, f64)> =
-        centres.values.iter().zip(&widths.values).map(|(&c, &w)| c.zip(w)).collect::<Option<_>>()?;
-    let Some(&(last, last_width)) = bins.last() else { return Some(Vec::new()) };
+    let bins: Vec<(f64, f64)> = centres
+        .values
+        .iter()
+        .zip(&widths.values)
+        .map(|(&c, &w)| c.zip(w))
+        .collect::<Option<_>>()?;
+    let Some(&(last, last_width)) = bins.last() else {
+        return Some(Vec::new());
+    };
     let lower = bins.iter().map(|(centre, width)| centre - 0.5 * width);
     Some(lower.chain([last + 0.5 * last_width]).collect())
 }
@@ -53,9 +64,14 @@ type Parts = Vec<Vec<(usize, f64)>>;
 fn parts_of(own: &[f64], target: &[f64]) -> Option<Parts> {
     let mut parts: Parts = vec![Vec::new(); target.len().saturating_sub(1)];
     for (row, bin) in own.windows(2).enumerate() {
-        let at = target.partition_point(|&edge| edge <= bin[0]).checked_sub(1)?;
+        let at = target
+            .partition_point(|&edge| edge <= bin[0])
+            .checked_sub(1)?;
         let is_inside = at + 1 < target.len() && bin[1] <= target[at + 1];
-        parts.get_mut(at).filter(|_| is_inside)?.push((row, bin[1] - bin[0]));
+        parts
+            .get_mut(at)
+            .filter(|_| is_inside)?
+            .push((row, bin[1] - bin[0]));
     }
     Some(parts)
 }
@@ -69,19 +85,29 @@ fn rebinned(part: &MeasureRecord, targets: &[(&str, Vec<f64>)]) -> Option<Measur
     };
     let is_binned = |quantity: usize| {
         let binned = part.tables.iter().filter(|table| edges(table).is_some());
-        binned.flat_map(|table| &table.columns).any(|column| column.quantities.contains(&Some(quantity)))
+        binned
+            .flat_map(|table| &table.columns)
+            .any(|column| column.quantities.contains(&Some(quantity)))
     };
-    let mut sources: Vec<Source> =
-        (0..part.sums.total.len()).filter(|&quantity| !is_binned(quantity)).map(Source::Quantity).collect();
+    let mut sources: Vec<Source> = (0..part.sums.total.len())
+        .filter(|&quantity| !is_binned(quantity))
+        .map(Source::Quantity)
+        .collect();
     let new_place = |sources: &[Source], old: Option<usize>| {
-        sources.iter().position(|source| matches!(source, Source::Quantity(q) if Some(*q) == old))
+        sources
+            .iter()
+            .position(|source| matches!(source, Source::Quantity(q) if Some(*q) == old))
     };
     let mut tables = Vec::new();
     for table in &part.tables {
         let mut table = table.clone();
         match bins_of(&table) {
             None => {
-                for quantity in table.columns.iter_mut().flat_map(|column| &mut column.quantities) {
+                for quantity in table
+                    .columns
+                    .iter_mut()
+                    .flat_map(|column| &mut column.quantities)
+                {
                     *quantity = new_place(&sources, *quantity);
                 }
             }
@@ -100,7 +126,10 @@ fn rebinned(part: &MeasureRecord, targets: &[(&str, Vec<f64>)]) -> Option<Measur
         .map(|(figure, quantity)| (figure.clone(), new_place(&sources, *quantity)))
         .collect();
     let of = |sums: &Sums| sources.iter().map(|source| source.sums(sums)).collect();
-    let sums = RunSums { total: of(&part.sums.total), blocks: part.sums.blocks.iter().map(of).collect() };
+    let sums = RunSums {
+        total: of(&part.sums.total),
+        blocks: part.sums.blocks.iter().map(of).collect(),
+    };
     // Errors of joined bins do not follow from those of their parts.
     let means = sums.means();
     for (table, before) in tables.iter_mut().zip(&part.tables) {
@@ -108,13 +137,21 @@ fn rebinned(part: &MeasureRecord, targets: &[(&str, Vec<f64>)]) -> Option<Measur
             set_errors(table, &means);
         }
     }
-    Some(MeasureRecord { span: part.span, sums, tables, figures, drawings: part.drawings.clone() })
+    Some(MeasureRecord {
+        span: part.span,
+        sums,
+        tables,
+        figures,
+        drawings: part.drawings.clone(),
+    })
 }
 
 /// Sets the errors of all columns that are means, where there were errors.
 fn set_errors(table: &mut Table, means: &[BlockMean]) {
     for index in 1..table.columns.len() {
-        let [value, error] = &mut table.columns[index - 1..=index] else { continue };
+        let [value, error] = &mut table.columns[index - 1..=index] else {
+            continue;
+        };
         if error.role == Role::StandardError {
             for (cell, quantity) in error.values.iter_mut().zip(&value.quantities) {
                 let mean = quantity.and_then(|quantity| means.get(quantity));
@@ -139,7 +176,10 @@ impl Source {
         match self {
             Self::Quantity(quantity) => of(*quantity),
             Self::Bin(parts, weight) => {
-                let density = parts.iter().map(|&(quantity, share)| of(quantity)[0] * share).sum();
+                let density = parts
+                    .iter()
+                    .map(|&(quantity, share)| of(quantity)[0] * share)
+                    .sum();
                 [density, weight.map_or(0.0, |quantity| of(quantity)[1])]
             }
         }
@@ -152,7 +192,10 @@ fn joined(column: &Column, target: &[f64], parts: &Parts, sources: &mut Vec<Sour
     let cell = |row: usize| column.values.get(row).copied().flatten();
     let covered = |parts: &[(usize, f64)]| parts.iter().map(|(_, width)| width).sum::<f64>();
     let integral = |parts: &[(usize, f64)]| {
-        parts.iter().map(|&(row, width)| Some(cell(row)? * width)).sum::<Option<f64>>()
+        parts
+            .iter()
+            .map(|&(row, width)| Some(cell(row)? * width))
+            .sum::<Option<f64>>()
     };
     let of_bin = |(bin, parts): (usize, &Vec<(usize, f64)>)| match column.role {
         Role::Abscissa => Some(target[bin] + 0.5 * widths[bin]),
@@ -161,9 +204,9 @@ fn joined(column: &Column, target: &[f64], parts: &Parts, sources: &mut Vec<Sour
         Role::Count => parts.iter().map(|&(row, _)| cell(row)).sum(),
         // Only whether there is one.
         Role::StandardError => parts.iter().map(|&(row, _)| cell(row)).sum(),
-        Role::Undrawn | Role::Derived | Role::Prediction { .. } => {
-            integral(parts).filter(|_| !parts.is_empty()).map(|sum| sum / covered(parts))
-        }
+        Role::Undrawn | Role::Derived | Role::Prediction { .. } => integral(parts)
+            .filter(|_| !parts.is_empty())
+            .map(|sum| sum / covered(parts)),
     };
     let values = parts.iter().enumerate().map(of_bin).collect();
     let mut quantities = Vec::new();
@@ -171,13 +214,20 @@ fn joined(column: &Column, target: &[f64], parts: &Parts, sources: &mut Vec<Sour
         let weight = column.quantities.iter().copied().flatten().next();
         for (bin, parts) in parts.iter().enumerate() {
             let of = |&(row, width): &(usize, f64)| {
-                Some((column.quantities.get(row).copied().flatten()?, width / widths[bin]))
+                Some((
+                    column.quantities.get(row).copied().flatten()?,
+                    width / widths[bin],
+                ))
             };
             quantities.push(Some(sources.len()));
             sources.push(Source::Bin(parts.iter().filter_map(of).collect(), weight));
         }
     }
-    Column { values, quantities, ..column.clone() }
+    Column {
+        values,
+        quantities,
+        ..column.clone()
+    }
 }
 
 #[cfg(test)]
@@ -188,7 +238,10 @@ mod tests {
     fn run(edges: &[f64], counts: &[f64]) -> MeasureRecord {
         let total: f64 = counts.iter().sum();
         let bin = |(bin, &count): (&[f64], &f64)| [count / (bin[1] - bin[0]), total];
-        let sums: Sums = [[3.0, 1.0]].into_iter().chain(edges.windows(2).zip(counts).map(bin)).collect();
+        let sums: Sums = [[3.0, 1.0]]
+            .into_iter()
+            .chain(edges.windows(2).zip(counts).map(bin))
+            .collect();
         let means: Vec<BlockMean> = (1..sums.len())
             .map(|quantity| BlockMean {
                 value: Some(sums[quantity][0] / sums[quantity][1]),
@@ -196,10 +249,20 @@ mod tests {
                 quantity: Some(quantity),
             })
             .collect();
-        let table = Table::new("t", "T").bins("x", "1", edges).means("density", "1", &means);
+        let table = Table::new("t", "T")
+            .bins("x", "1", edges)
+            .means("density", "1", &means);
         let figure = (Figure::new("f", 3.0, "1"), Some(0));
-        let sums = RunSums { blocks: vec![sums.clone()], total: sums };
-        MeasureRecord { sums, tables: vec![table], figures: vec![figure], ..MeasureRecord::default() }
+        let sums = RunSums {
+            blocks: vec![sums.clone()],
+            total: sums,
+        };
+        MeasureRecord {
+            sums,
+            tables: vec![table],
+            figures: vec![figure],
+            ..MeasureRecord::default()
+        }
     }
 
     #[test]
@@ -220,10 +283,16 @@ mod tests {
                     .collect();
                 assert_eq!(counts.iter().sum::<f64>(), total);
                 assert!(part.sums.total[1..].iter().all(|sums| sums[1] == total));
-                assert_eq!((part.sums.total[0], part.figures[0].1), ([3.0, 1.0], Some(0)));
+                assert_eq!(
+                    (part.sums.total[0], part.figures[0].1),
+                    ([3.0, 1.0], Some(0))
+                );
                 assert_eq!(part.sums.blocks, std::slice::from_ref(&part.sums.total));
                 let density = &part.tables[0].columns[2];
-                assert_eq!(density.values[4], Some(if before == &fine { 0.0 } else { 0.15 }));
+                assert_eq!(
+                    density.values[4],
+                    Some(if before == &fine { 0.0 } else { 0.15 })
+                );
             }
         }
         let found = with_common_bins(&[&run(&[], &[]), &fine]).unwrap();

@@ -1,7 +1,9 @@
 //! Tests of merged runs: order, refusals, and agreement with hand-made averages.
 
 use super::*;
-use crate::{checkpoint_file::encode, interruption::Signals, output::Existing, run::outcome::in_memory};
+use crate::{
+    checkpoint_file::encode, interruption::Signals, output::Existing, run::outcome::in_memory,
+};
 use carom::Scene;
 use carom_methods::Method;
 
@@ -42,7 +44,9 @@ fn checkpoint_round_trip(record: &Record) -> Record {
 
 fn merged(parts: &[&Record]) -> Record {
     let mut all = parts[0].clone();
-    parts[1..].iter().for_each(|part| all.merge((*part).clone()).unwrap());
+    parts[1..]
+        .iter()
+        .for_each(|part| all.merge((*part).clone()).unwrap());
     all
 }
 
@@ -59,28 +63,51 @@ fn runs_merged_in_any_order_and_tree_have_the_same_digits() {
 
     // The pressure is the mean of the runs, which are equally long.
     let pressure = |record: &Record| {
-        average::results(record).figures.into_iter().find(|figure| figure.name == "pressure").unwrap()
+        average::results(record)
+            .figures
+            .into_iter()
+            .find(|figure| figure.name == "pressure")
+            .unwrap()
     };
     let all = pressure(&merged(&[a, b, c, d]));
     let alone: Vec<f64> = parts.iter().map(|part| pressure(part).value).collect();
     assert!((all.value / (alone.iter().sum::<f64>() / 4.0) - 1.0).abs() < 1e-12);
-    let errors: f64 = parts.iter().map(|part| pressure(part).standard_error.unwrap().powi(2)).sum();
+    let errors: f64 = parts
+        .iter()
+        .map(|part| pressure(part).standard_error.unwrap().powi(2))
+        .sum();
     let ratio = all.standard_error.unwrap() / (errors.sqrt() / 4.0);
     assert!((0.5..2.0).contains(&ratio), "{ratio}");
 
     // A correlation gets an error also at lags that are longer than a block.
     let table = |record: &Record| {
-        average::results(record).tables.into_iter().find(|table| table.name == "correlation").unwrap()
+        average::results(record)
+            .tables
+            .into_iter()
+            .find(|table| table.name == "correlation")
+            .unwrap()
     };
     let errors = |record: &Record| {
         let table = table(record);
-        let column = table.columns.iter().find(|column| column.name == "mean_square_displacement_error");
+        let column = table
+            .columns
+            .iter()
+            .find(|column| column.name == "mean_square_displacement_error");
         column.unwrap().values.iter().flatten().count()
     };
     assert!(errors(&merged(&[a, b, c, d])) >= errors(a));
     // Series become averages over the runs with the error of their scatter.
-    let series = expected.tables.iter().find(|table| table.name == "pressure").unwrap();
-    assert!(series.columns.iter().any(|column| column.name == "pressure_error"));
+    let series = expected
+        .tables
+        .iter()
+        .find(|table| table.name == "pressure")
+        .unwrap();
+    assert!(
+        series
+            .columns
+            .iter()
+            .any(|column| column.name == "pressure_error")
+    );
 }
 
 /// A short run of 60 discs, whose temperature changes by a factor that depends on the seed.
@@ -130,20 +157,37 @@ fn distributions_in_bins_of_different_widths_are_merged_without_loss() {
     ] {
         let all = table(&expected, name);
         let of = |table: &Table, name: &str| -> Vec<f64> {
-            let column = table.columns.iter().find(|column| column.name == name).unwrap();
+            let column = table
+                .columns
+                .iter()
+                .find(|column| column.name == name)
+                .unwrap();
             column.values.iter().map(|value| value.unwrap()).collect()
         };
         let integral = |table: &Table, name: &str| -> f64 {
-            of(table, name).iter().zip(of(table, "bin_width")).map(|(density, width)| density * width).sum()
+            of(table, name)
+                .iter()
+                .zip(of(table, "bin_width"))
+                .map(|(density, width)| density * width)
+                .sum()
         };
-        let widths: Vec<usize> =
-            parts.iter().map(|part| table(&average::results(part), name).rows().len()).collect();
+        let widths: Vec<usize> = parts
+            .iter()
+            .map(|part| table(&average::results(part), name).rows().len())
+            .collect();
         for column in columns {
             let found = integral(&all, column);
-            assert!((found - 1.0).abs() < 1e-12, "{name} {column}: {found}, rows {widths:?}");
+            assert!(
+                (found - 1.0).abs() < 1e-12,
+                "{name} {column}: {found}, rows {widths:?}"
+            );
         }
         // The density at the highest speeds counts the runs that have none.
-        assert!(all.columns.iter().any(|column| column.name == format!("{}_error", columns[0])));
+        assert!(
+            all.columns
+                .iter()
+                .any(|column| column.name == format!("{}_error", columns[0]))
+        );
         assert!(
             !all.caption.contains("interpolated") && !all.caption.contains("Not merged"),
             "{}",
@@ -155,9 +199,19 @@ fn distributions_in_bins_of_different_widths_are_merged_without_loss() {
 #[test]
 fn runs_that_do_not_fit_are_refused() {
     let mut a = one(1);
-    assert!(a.merge(one(1)).unwrap_err().to_string().contains("seed 1 and replica 0 is there twice"));
+    assert!(
+        a.merge(one(1))
+            .unwrap_err()
+            .to_string()
+            .contains("seed 1 and replica 0 is there twice")
+    );
     let mut other = one(2);
     other.what = other.what.replace("count = 40", "count = 41");
-    assert!(a.merge(other).unwrap_err().to_string().contains("count = 40"));
+    assert!(
+        a.merge(other)
+            .unwrap_err()
+            .to_string()
+            .contains("count = 40")
+    );
     assert!(format!("{:#}", Record::read(Path::new("no/such")).unwrap_err()).contains("sums"));
 }

@@ -35,7 +35,11 @@ impl State {
     /// A state of a system that no stage edits later; `tau` is its mean time between two collisions
     /// of a body (time).
     pub fn undisturbed(checkpoint: Checkpoint, tau: f64) -> Self {
-        Self { checkpoint, rest: Rest::default(), tau }
+        Self {
+            checkpoint,
+            rest: Rest::default(),
+            tau,
+        }
     }
 
     /// The bodies and their motion.
@@ -65,8 +69,14 @@ impl Rest {
         // Samples and snapshots change nothing.
         run.sample_interval = run.until;
         (run.snapshot_interval, run.check_interval) = (None, None);
-        let mut rest =
-            Self { next: None, later: Some(Schedule::new(&Scene { run, ..scene.clone() })), actions };
+        let mut rest = Self {
+            next: None,
+            later: Some(Schedule::new(&Scene {
+                run,
+                ..scene.clone()
+            })),
+            actions,
+        };
         rest.advance();
         rest
     }
@@ -101,7 +111,11 @@ impl<'a> Course<'a> {
     /// An edit of a stage is refused.
     pub fn begin(scene: &'a Scene, mut simulation: AnySimulation) -> Result<Self> {
         let actions = stage_edits::prepare(&mut simulation, scene, 0)?;
-        Ok(Self { scene, simulation, rest: Rest::of(scene, actions) })
+        Ok(Self {
+            scene,
+            simulation,
+            rest: Rest::of(scene, actions),
+        })
     }
 
     /// The run with a setting from a state on.
@@ -110,7 +124,11 @@ impl<'a> Course<'a> {
     /// The bodies do not suit the setting.
     pub fn resume(scene: &'a Scene, setting: &Setting, state: &State) -> Result<Self> {
         let simulation = setting.resume(&state.checkpoint)?;
-        Ok(Self { scene, simulation, rest: state.rest.clone() })
+        Ok(Self {
+            scene,
+            simulation,
+            rest: state.rest.clone(),
+        })
     }
 
     /// The simulation at the present time.
@@ -127,24 +145,37 @@ impl<'a> Course<'a> {
     ///
     /// # Errors
     /// The run fails, or an edit is refused.
-    pub fn run_to(&mut self, until: f64, observer: &mut dyn Observer, deadline: Instant) -> Result<Reached> {
+    pub fn run_to(
+        &mut self,
+        until: f64,
+        observer: &mut dyn Observer,
+        deadline: Instant,
+    ) -> Result<Reached> {
         loop {
             let next = self.rest.next.filter(|step| step.time < until);
             let target = next.map_or(until, |step| step.time);
             if self.fly(target, observer, deadline)? == Reached::Deadline {
                 return Ok(Reached::Deadline);
             }
-            let Some(Step { what, .. }) = next else { return Ok(Reached::Target) };
+            let Some(Step { what, .. }) = next else {
+                return Ok(Reached::Target);
+            };
             observer.pause(&self.simulation.view());
             let actions = self.rest.actions;
-            self.rest.actions += stage_edits::change(&mut self.simulation, self.scene, what, actions)?;
+            self.rest.actions +=
+                stage_edits::change(&mut self.simulation, self.scene, what, actions)?;
             self.rest.advance();
             observer.start(&self.simulation.view());
         }
     }
 
     /// Flies to `until` in pieces.
-    fn fly(&mut self, until: f64, observer: &mut dyn Observer, deadline: Instant) -> Result<Reached> {
+    fn fly(
+        &mut self,
+        until: f64,
+        observer: &mut dyn Observer,
+        deadline: Instant,
+    ) -> Result<Reached> {
         let mut pieces = Pieces::with_first(FIRST_PIECE * (until - self.time()), PIECE);
         let until = EpochTime::from(until);
         loop {
@@ -163,7 +194,11 @@ impl<'a> Course<'a> {
 
     /// The present state. Ends the epoch: later bits differ, the run remains exact.
     pub fn state(&mut self, tau: f64) -> State {
-        State { checkpoint: self.simulation.end_epoch_here(), rest: self.rest.clone(), tau }
+        State {
+            checkpoint: self.simulation.end_epoch_here(),
+            rest: self.rest.clone(),
+            tau,
+        }
     }
 }
 
@@ -192,7 +227,11 @@ pub fn contacts(simulation: &AnySimulation) -> [u64; 2] {
 pub fn build(scene: &Scene, deadline: Instant) -> Result<Option<AnySimulation>> {
     use std::ops::ControlFlow;
     let mut watch = |_: &carom::engine::Growth| {
-        if Instant::now() < deadline { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        if Instant::now() < deadline {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
     };
     match AnySimulation::with_progress(scene, &Method::default(), &mut watch) {
         Ok(simulation) => Ok(Some(simulation)),

@@ -19,16 +19,16 @@ pub fn growth(view: &View<'_>, tau: f64) -> f64 {
         least = radii.fold(least, f64::min);
     }
     if moving == 0.0 {
-        return LEAST;
+        return MIN_GROWTH;
     }
     let path = (squares / moving).sqrt() * tau;
-    (2.0 * (1.0 + path / least).ln()).clamp(LEAST, MOST)
+    (2.0 * (1.0 + path / least).ln()).clamp(MIN_GROWTH, MAX_GROWTH)
 }
 
 /// Bounds of the estimate: below, errors hardly grow within a replay; above, a single collision
 /// turns rounding into a visible error.
-const LEAST: f64 = 0.1;
-const MOST: f64 = 30.0;
+const MIN_GROWTH: f64 = 0.1;
+const MAX_GROWTH: f64 = 30.0;
 
 #[cfg(test)]
 mod tests {
@@ -48,7 +48,10 @@ mod tests {
             simulation.run_until(20.0).unwrap();
             let tau = mean_time(&simulation, [0, 0], 20.0).unwrap();
             let found = growth(&simulation.view(), tau);
-            assert!((0.5..2.0).contains(&(found / measured)), "{fraction}: {found}, not {measured}");
+            assert!(
+                (0.5..2.0).contains(&(found / measured)),
+                "{fraction}: {found}, not {measured}"
+            );
         }
     }
 }

@@ -11,7 +11,7 @@ mod timing;
 pub use self::{
     course::{Course, Reached, State, build, contacts, mean_time},
     growth::growth,
-    of_run::{GROWTH, LONGEST, PRICE, Price, of_run},
+    of_run::{GROWTH, MAX_REPLAY, PRICE, Price, of_run},
     replay::{Contact, Log, TOLERANCE, Tally, add, interval},
     setting::Setting,
     timing::{TimeRatio, TimedRun, TimingLimits, Turn, time},

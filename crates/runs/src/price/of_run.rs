@@ -25,10 +25,10 @@ const SHARE: f64 = 0.02;
 const CONTACTS: [f64; 2] = [200.0, 20_000.0];
 
 /// Most states from which intervals are replayed.
-const MOST_STATES: u32 = 100;
+const MAX_STATES: u32 = 100;
 
 /// Longest replay, in mean times between two collisions of a body.
-pub const LONGEST: f64 = 2.0;
+pub const MAX_REPLAY: f64 = 2.0;
 
 /// A replay ends when chaos has amplified rounding errors by e to this power. More: in a dilute
 /// gas, where each collision amplifies them about a hundredfold, two exact runs differ by more than
@@ -43,7 +43,7 @@ const TURN_SHARE: f64 = 2e-3;
 const TURN: [f64; 2] = [1e-3, 5e-2];
 
 /// Limit of the time measurements (seconds).
-const MOST_SECONDS: f64 = 3.0;
+const MAX_SECONDS: f64 = 3.0;
 
 /// What a method saves and gets wrong.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -74,17 +74,28 @@ pub fn of_run(
     if *method == Method::default() {
         return Ok(None);
     }
-    let Some(tau) = mean_time(simulation, [0, 0], age) else { return Ok(None) };
-    let moving = simulation.view().bodies().filter(|body| !body.body.is_fixed()).count() as f64;
+    let Some(tau) = mean_time(simulation, [0, 0], age) else {
+        return Ok(None);
+    };
+    let moving = simulation
+        .view()
+        .bodies()
+        .filter(|body| !body.body.is_fixed())
+        .count() as f64;
     let wanted = (SHARE * collisions as f64).clamp(CONTACTS[0], CONTACTS[1]);
     let of_tau = collisions as f64 * tau / age;
-    let longest = LONGEST.min(GROWTH / growth(&simulation.view(), tau));
+    let longest = MAX_REPLAY.min(GROWTH / growth(&simulation.view(), tau));
     let stretch = longest.min(wanted / of_tau);
-    let states = ((wanted / (stretch * of_tau)).ceil() as u32).clamp(1, MOST_STATES);
+    let states = ((wanted / (stretch * of_tau)).ceil() as u32).clamp(1, MAX_STATES);
     let states = states.min((wanted / moving.max(1.0)).ceil() as u32 + 1);
     let checkpoint = simulation.clone().end_epoch_here();
     let first = State::undisturbed(checkpoint, tau);
-    let mut price = Price { method: method.to_string(), time: None, tally: Tally::default(), failed: 0 };
+    let mut price = Price {
+        method: method.to_string(),
+        time: None,
+        tally: Tally::default(),
+        failed: 0,
+    };
     let setting = Setting::from(*method);
     // The counts must not depend on the speed of the machine.
     let never = Instant::now() + Duration::from_secs(1 << 30);
@@ -93,7 +104,9 @@ pub fn of_run(
     for index in 0..states {
         let state = course.state(tau);
         let duration = stretch * tau;
-        let Some(reference) = replay::interval(scene, &exact, &state, duration, never)? else { break };
+        let Some(reference) = replay::interval(scene, &exact, &state, duration, never)? else {
+            break;
+        };
         match replay::interval(scene, &setting, &state, duration, never) {
             Ok(Some(log)) => replay::add(&reference, &log, duration, tau, &mut price.tally),
             Ok(None) => {}
@@ -107,7 +120,7 @@ pub fn of_run(
     let limits = TimingLimits {
         rounds: ROUNDS,
         turn: (TURN_SHARE * seconds).clamp(TURN[0], TURN[1]),
-        deadline: Instant::now() + Duration::from_secs_f64(MOST_SECONDS),
+        deadline: Instant::now() + Duration::from_secs_f64(MAX_SECONDS),
     };
     let timed = TimedRun::begin(scene, exact, &first, f64::MAX, &limits)
         .and_then(|mut exact| time(&mut exact, setting, &limits));
@@ -118,10 +131,21 @@ pub fn of_run(
 impl Price {
     /// Figures of the summary.
     pub fn figures(&self) -> Vec<Figure> {
-        let Tally { judged, missed, off, invented, deepest, .. } = self.tally;
+        let Tally {
+            judged,
+            missed,
+            off,
+            invented,
+            deepest,
+            ..
+        } = self.tally;
         let million = |count| self.tally.million(count);
         let time = self.time.map(|time| {
-            Figure::new("price of the method: processor time over that of the exact run", time.median, "1")
+            Figure::new(
+                "price of the method: processor time over that of the exact run",
+                time.median,
+                "1",
+            )
         });
         let counts = [
             ("contacts judged", judged as f64),
@@ -130,8 +154,8 @@ impl Price {
             ("contacts invented in a million", million(invented)),
             ("deepest overlap, in diameters", deepest),
         ];
-        let counts =
-            counts.map(|(name, value)| Figure::new(format!("price of the method: {name}"), value, "1"));
+        let counts = counts
+            .map(|(name, value)| Figure::new(format!("price of the method: {name}"), value, "1"));
         time.into_iter().chain(counts).collect()
     }
 
@@ -148,9 +172,18 @@ impl Price {
             "invented per 1e6",
             "deepest overlap [diameters]",
         ];
-        let Tally { judged, missed, off, invented, deepest, .. } = self.tally;
+        let Tally {
+            judged,
+            missed,
+            off,
+            invented,
+            deepest,
+            ..
+        } = self.tally;
         let million = |count| with_error(self.tally.million(count).round(), None);
-        let time = self.time.map_or_else(|| "–".to_owned(), |time| format!("{:.3}", time.median));
+        let time = self
+            .time
+            .map_or_else(|| "–".to_owned(), |time| format!("{:.3}", time.median));
         page.table(
             &header,
             &[vec![
@@ -174,13 +207,21 @@ impl Price {
     pub fn sentence(&self) -> String {
         let time = self.time.map_or_else(
             || "its time could not be compared".to_owned(),
-            |time| format!("it takes {:.2} times the processor time of the exact run", time.median),
+            |time| {
+                format!(
+                    "it takes {:.2} times the processor time of the exact run",
+                    time.median
+                )
+            },
         );
         let failed = match self.failed {
             0 => String::new(),
             failed => format!("; {failed} replays failed"),
         };
-        format!("Against the exact run from the same states, {time}; {}{failed}.", self.tally.words())
+        format!(
+            "Against the exact run from the same states, {time}; {}{failed}.",
+            self.tally.words()
+        )
     }
 }
 
@@ -188,7 +229,8 @@ impl Price {
 mod tests {
     use super::*;
 
-    const GAS: &str = "[box]\nseed = 4\n[[gas]]\nradius = 0.03\nmass = 1.0\nenergy = 1.0\ncount = 100\n";
+    const GAS: &str =
+        "[box]\nseed = 4\n[[gas]]\nradius = 0.03\nmass = 1.0\nenergy = 1.0\ncount = 100\n";
 
     fn price(method: &str) -> Option<Price> {
         let scene = Scene::from_toml(&format!("{GAS}[method]\n{method}")).unwrap();
@@ -202,8 +244,12 @@ mod tests {
         for run in [&mut one, &mut two] {
             run.run_until(2.5).unwrap();
         }
-        let places =
-            |run: &AnySimulation| run.view().bodies().map(|body| body.motion.position).collect::<Vec<_>>();
+        let places = |run: &AnySimulation| {
+            run.view()
+                .bodies()
+                .map(|body| body.motion.position)
+                .collect::<Vec<_>>()
+        };
         assert_eq!(places(&one), places(&two));
         price
     }
@@ -215,7 +261,11 @@ mod tests {
             let found = price(method).unwrap();
             assert!(found.tally.judged > 100, "{found:?}");
             assert_eq!(found.tally.wrong(), 0.0, "{found:?}");
-            assert!(found.time.is_some() && found.sentence().contains("none of"), "{}", found.sentence());
+            assert!(
+                found.time.is_some() && found.sentence().contains("none of"),
+                "{}",
+                found.sentence()
+            );
         }
     }
 
@@ -223,10 +273,20 @@ mod tests {
     fn a_grid_that_is_too_fine_misses_contacts() {
         let found = price("scheduler = \"heap\"\nunchecked_cells_per_side = 40").unwrap();
         assert!(found.tally.missed > 0, "{found:?}");
-        assert!(found.figures().iter().any(|figure| figure.name.ends_with("missed in a million")));
+        assert!(
+            found
+                .figures()
+                .iter()
+                .any(|figure| figure.name.ends_with("missed in a million"))
+        );
         let mut page = Page::new("", "");
         found.show(&mut page);
         assert!(page.html().contains("missed per 1e6"));
-        assert_eq!(price("scheduler = \"heap\"\nunchecked_cells_per_side = 40").unwrap().tally, found.tally);
+        assert_eq!(
+            price("scheduler = \"heap\"\nunchecked_cells_per_side = 40")
+                .unwrap()
+                .tally,
+            found.tally
+        );
     }
 }

@@ -44,7 +44,10 @@ impl Observer for Log {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let [a, b] = report.sides.each_ref().map(|side| side.body.id());
         let bodies = [a.min(b), a.max(b)];
-        self.contacts.push(Contact { time: report.time.since(self.begin), bodies });
+        self.contacts.push(Contact {
+            time: report.time.since(self.begin),
+            bodies,
+        });
     }
 }
 
@@ -120,7 +123,12 @@ pub fn interval(
 ) -> Result<Option<Log>> {
     let mut course = Course::resume(scene, setting, state)?;
     let begin = state.checkpoint().time();
-    let mut log = Log { begin, contacts: Vec::new(), deepest: 0.0, overlapping: 0 };
+    let mut log = Log {
+        begin,
+        contacts: Vec::new(),
+        deepest: 0.0,
+        overlapping: 0,
+    };
     if course.run_to(state.time() + duration, &mut log, deadline)? == Reached::Deadline {
         return Ok(None);
     }
@@ -147,17 +155,26 @@ pub fn add(exact: &Log, other: &Log, duration: f64, tau: f64, tally: &mut Tally)
 /// Compares two intervals of equal duration; times may differ by `tolerance` (time).
 fn compare(exact: &Log, other: &Log, duration: f64, tolerance: f64, tally: &mut Tally) {
     let all = exact.contacts.iter().chain(&other.contacts);
-    let bodies = all.map(|contact| contact.bodies[1] as usize + 1).max().unwrap_or(0);
+    let bodies = all
+        .map(|contact| contact.bodies[1] as usize + 1)
+        .max()
+        .unwrap_or(0);
     let mut queues = vec![VecDeque::new(); bodies];
     for (index, contact) in other.contacts.iter().enumerate() {
-        contact.bodies.iter().for_each(|&body| queues[body as usize].push_back(index));
+        contact
+            .bodies
+            .iter()
+            .for_each(|&body| queues[body as usize].push_back(index));
     }
     let mut spoilt = vec![false; bodies];
     // The contact that is next for both of its bodies, if there is one.
     let next = |queues: &[VecDeque<usize>], body: u64| {
         let index = *queues[body as usize].front()?;
         let contact = other.contacts[index];
-        let mutual = contact.bodies.iter().all(|&body| queues[body as usize].front() == Some(&index));
+        let mutual = contact
+            .bodies
+            .iter()
+            .all(|&body| queues[body as usize].front() == Some(&index));
         Some((contact, mutual))
     };
     for contact in &exact.contacts {
@@ -178,8 +195,9 @@ fn compare(exact: &Log, other: &Log, duration: f64, tolerance: f64, tally: &mut 
                 }
                 _ => {
                     let before = [a, b].into_iter().filter_map(|body| next(&queues, body));
-                    let earlier: Vec<(Contact, bool)> =
-                        before.filter(|(found, _)| found.time < contact.time).collect();
+                    let earlier: Vec<(Contact, bool)> = before
+                        .filter(|(found, _)| found.time < contact.time)
+                        .collect();
                     if earlier.is_empty() {
                         tally.judged += 1;
                         tally.missed += 1;
@@ -188,7 +206,10 @@ fn compare(exact: &Log, other: &Log, duration: f64, tolerance: f64, tally: &mut 
                         let clean = found.bodies.iter().all(|&body| !spoilt[body as usize]);
                         tally.judged += u64::from(mutual && clean);
                         tally.invented += u64::from(mutual && clean);
-                        found.bodies.iter().for_each(|&body| spoilt[body as usize] = true);
+                        found
+                            .bodies
+                            .iter()
+                            .for_each(|&body| spoilt[body as usize] = true);
                     }
                 }
             }
@@ -202,7 +223,10 @@ fn compare(exact: &Log, other: &Log, duration: f64, tolerance: f64, tally: &mut 
         {
             tally.judged += 1;
             tally.invented += 1;
-            found.bodies.iter().for_each(|&body| spoilt[body as usize] = true);
+            found
+                .bodies
+                .iter()
+                .for_each(|&body| spoilt[body as usize] = true);
         }
     }
 }
@@ -214,7 +238,13 @@ mod tests {
     fn tally(exact: &[(f64, u64, u64)], other: &[(f64, u64, u64)]) -> Tally {
         let log = |list: &[(f64, u64, u64)]| Log {
             begin: EpochTime::ZERO,
-            contacts: list.iter().map(|&(time, a, b)| Contact { time, bodies: [a, b] }).collect(),
+            contacts: list
+                .iter()
+                .map(|&(time, a, b)| Contact {
+                    time,
+                    bodies: [a, b],
+                })
+                .collect(),
             deepest: 0.0,
             overlapping: 0,
         };
@@ -227,14 +257,43 @@ mod tests {
     fn consequences_of_an_error_are_not_counted() {
         let exact = [(1.0, 0, 1), (2.0, 2, 3), (3.0, 1, 2), (4.0, 4, 5)];
         let right = tally(&exact, &exact);
-        assert_eq!((right.judged, right.missed, right.off, right.invented), (4, 0, 0, 0));
+        assert_eq!(
+            (right.judged, right.missed, right.off, right.invented),
+            (4, 0, 0, 0)
+        );
         // Without the first contact, body 1 continues and meets 4; body 2 is not met.
         let missed = tally(&exact, &[(2.0, 2, 3), (3.5, 1, 4)]);
-        assert_eq!((missed.judged, missed.missed, missed.off, missed.invented), (2, 1, 0, 0));
-        let late = tally(&exact, &[(1.5, 0, 1), (2.0, 2, 3), (3.1, 1, 2), (4.0, 4, 5)]);
-        assert_eq!((late.judged, late.missed, late.off, late.invented), (3, 0, 1, 0));
-        let invented = tally(&exact, &[(0.5, 6, 7), (1.0, 0, 1), (2.0, 2, 3), (3.0, 1, 2), (4.0, 4, 5)]);
-        assert_eq!((invented.judged, invented.missed, invented.off, invented.invented), (5, 0, 0, 1));
+        assert_eq!(
+            (missed.judged, missed.missed, missed.off, missed.invented),
+            (2, 1, 0, 0)
+        );
+        let late = tally(
+            &exact,
+            &[(1.5, 0, 1), (2.0, 2, 3), (3.1, 1, 2), (4.0, 4, 5)],
+        );
+        assert_eq!(
+            (late.judged, late.missed, late.off, late.invented),
+            (3, 0, 1, 0)
+        );
+        let invented = tally(
+            &exact,
+            &[
+                (0.5, 6, 7),
+                (1.0, 0, 1),
+                (2.0, 2, 3),
+                (3.0, 1, 2),
+                (4.0, 4, 5),
+            ],
+        );
+        assert_eq!(
+            (
+                invented.judged,
+                invented.missed,
+                invented.off,
+                invented.invented
+            ),
+            (5, 0, 0, 1)
+        );
         let before = tally(&exact, &[(0.5, 0, 6), (2.0, 2, 3), (4.0, 4, 5)]);
         assert_eq!((before.missed, before.off, before.invented), (0, 0, 1));
     }

@@ -20,7 +20,10 @@ pub struct Setting {
 
 impl From<Method> for Setting {
     fn from(method: Method) -> Self {
-        Self { method, ..Self::default() }
+        Self {
+            method,
+            ..Self::default()
+        }
     }
 }
 
@@ -44,8 +47,10 @@ impl Setting {
             let view = simulation.view();
             let moving = view.bodies().filter(|view| !view.body.is_fixed());
             let keys: Vec<_> = moving.map(|view| view.body.key()).collect();
-            simulation
-                .edit(|batch| keys.iter().try_for_each(|&key| batch.set_rotation(key, Rotation::Locked)))?;
+            simulation.edit(|batch| {
+                keys.iter()
+                    .try_for_each(|&key| batch.set_rotation(key, Rotation::Locked))
+            })?;
         }
         Ok(simulation)
     }

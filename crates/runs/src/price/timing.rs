@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::{Course, Reached, Setting, State, course::contacts};
 
 /// A turn is at most this many mean times between two collisions of a body.
-const LONGEST_TURN: f64 = 1e4;
+const MAX_TURN: f64 = 1e4;
 
 /// The first turn of a timed run is this share of a mean time between two collisions of a body.
 /// Shorter: more turns until the length suits. Longer: large systems pass the limit of time.
@@ -51,7 +51,12 @@ impl TimeRatio {
         ratios.retain(|ratio| ratio.is_finite() && *ratio > 0.0);
         ratios.sort_by(f64::total_cmp);
         let median = *ratios.get(ratios.len() / 2)?;
-        Some(Self { median, least: ratios[0], most: ratios[ratios.len() - 1], rounds: ratios.len() as u32 })
+        Some(Self {
+            median,
+            least: ratios[0],
+            most: ratios[ratios.len() - 1],
+            rounds: ratios.len() as u32,
+        })
     }
 
     /// Standard error of the median, from the range of the rounds; `None` of a single round. The
@@ -136,12 +141,20 @@ impl<'a> TimedRun<'a> {
     ) -> Result<Self> {
         let course = Course::resume(scene, &setting, state)?;
         let length = (FIRST_TURN * state.tau).min(end - state.time());
-        let mut run = Self { scene, setting, state, course, length, end, wall: Duration::ZERO };
+        let mut run = Self {
+            scene,
+            setting,
+            state,
+            course,
+            length,
+            end,
+            wall: Duration::ZERO,
+        };
         let left = || limits.deadline.saturating_duration_since(Instant::now());
         let sought = left().mul_f64(1.0 - SOUGHT);
         // The first turn predicts all bodies.
         run.turn(limits.deadline)?;
-        let longest = (LONGEST_TURN * state.tau).min(end - state.time());
+        let longest = (MAX_TURN * state.tau).min(end - state.time());
         for _ in 0..32 {
             let clock = Instant::now();
             let seconds = run.turn(limits.deadline)?.seconds;
@@ -173,13 +186,20 @@ impl<'a> TimedRun<'a> {
             self.course = Course::resume(self.scene, &self.setting, self.state)?;
         }
         let (begin, before) = (self.course.time(), contacts(self.course.simulation())[0]);
-        let interval = self.setting.sample_interval.map_or(self.length, |share| share * self.state.tau);
+        let interval = self
+            .setting
+            .sample_interval
+            .map_or(self.length, |share| share * self.state.tau);
         let pieces = (self.length / interval).round().max(1.0) as u64;
         let clock = ThreadTime::now();
         let mut is_whole = true;
         for piece in 1..=pieces {
             let share = piece as f64 / pieces as f64;
-            if self.course.run_to(begin + share * self.length, &mut (), deadline)? == Reached::Deadline {
+            if self
+                .course
+                .run_to(begin + share * self.length, &mut (), deadline)?
+                == Reached::Deadline
+            {
                 is_whole = false;
                 break;
             }
@@ -197,21 +217,37 @@ impl<'a> TimedRun<'a> {
 /// busy machine processor time is a small part of it.
 fn share_that_fits(wall: Duration, left: Duration, rounds: u32) -> f64 {
     let needed = 2.0 * f64::from(rounds) * wall.as_secs_f64();
-    if needed > 0.0 { (left.as_secs_f64() / needed).clamp(FIRST_TURN, 1.0) } else { 1.0 }
+    if needed > 0.0 {
+        (left.as_secs_f64() / needed).clamp(FIRST_TURN, 1.0)
+    } else {
+        1.0
+    }
 }
 
 /// Times a setting against the exact run, whose turns `exact` gives.
 ///
 /// # Errors
 /// The run fails.
-pub fn time(exact: &mut TimedRun<'_>, setting: Setting, limits: &TimingLimits) -> Result<Option<TimeRatio>> {
+pub fn time(
+    exact: &mut TimedRun<'_>,
+    setting: Setting,
+    limits: &TimingLimits,
+) -> Result<Option<TimeRatio>> {
     let mut other = TimedRun::begin(exact.scene, setting, exact.state, exact.end, limits)?;
     let mut ratios = Vec::new();
     for round in 0..limits.rounds {
         // The order alternates, so that a drift of the processor's speed cancels.
-        let base = if round % 2 == 0 { Some(exact.turn(Instant::now() + EXACT_TURN)?) } else { None };
+        let base = if round % 2 == 0 {
+            Some(exact.turn(Instant::now() + EXACT_TURN)?)
+        } else {
+            None
+        };
         // The first round ends even if the search for its length has used up the time.
-        let grace = if round == 0 { Instant::now() + 2 * other.wall } else { limits.deadline };
+        let grace = if round == 0 {
+            Instant::now() + 2 * other.wall
+        } else {
+            limits.deadline
+        };
         let own = match other.turn(limits.deadline.max(grace)) {
             Ok(own) => own,
             // The rounds before a failure count.
@@ -238,7 +274,10 @@ mod tests {
     #[test]
     fn the_median_of_the_rounds_is_found_and_a_failed_round_is_left_out() {
         let ratio = TimeRatio::of(vec![3.0, 1.0, f64::NAN, 2.0]).unwrap();
-        assert_eq!((ratio.median, ratio.least, ratio.most, ratio.rounds), (2.0, 1.0, 3.0, 3));
+        assert_eq!(
+            (ratio.median, ratio.least, ratio.most, ratio.rounds),
+            (2.0, 1.0, 3.0, 3)
+        );
         assert_eq!(TimeRatio::of(vec![f64::INFINITY]), None);
     }
 
@@ -253,10 +292,15 @@ mod tests {
                     TimeRatio::of((0..rounds).map(|_| 1.0 + 0.05 * normal()).collect()).unwrap()
                 })
                 .collect();
-            let mean = |of: &dyn Fn(&TimeRatio) -> f64| sets.iter().map(of).sum::<f64>() / sets.len() as f64;
+            let mean = |of: &dyn Fn(&TimeRatio) -> f64| {
+                sets.iter().map(of).sum::<f64>() / sets.len() as f64
+            };
             let scatter = mean(&|set| (set.median - 1.0).powi(2)).sqrt();
             let error = mean(&|set| set.standard_error().unwrap());
-            assert!((error / scatter - 1.0).abs() < 0.12, "{rounds} rounds: {error} for {scatter}");
+            assert!(
+                (error / scatter - 1.0).abs() < 0.12,
+                "{rounds} rounds: {error} for {scatter}"
+            );
         }
         assert_eq!(TimeRatio::of(vec![1.0]).unwrap().standard_error(), None);
     }
@@ -264,7 +308,11 @@ mod tests {
     #[test]
     fn turns_become_shorter_only_where_the_rounds_do_not_fit_into_the_time() {
         let share = |wall, left, rounds| {
-            share_that_fits(Duration::from_secs_f64(wall), Duration::from_secs_f64(left), rounds)
+            share_that_fits(
+                Duration::from_secs_f64(wall),
+                Duration::from_secs_f64(left),
+                rounds,
+            )
         };
         assert_eq!([share(0.07, 1.8, 9), share(0.0, 0.0, 9)], [1.0, 1.0]);
         assert!((share(0.7, 1.8, 9) - 1.0 / 7.0).abs() < 1e-12);
@@ -273,7 +321,12 @@ mod tests {
 
     #[test]
     fn turns_are_compared_by_contact_or_else_by_time() {
-        let turn = |seconds, collisions, simulated| Turn { seconds, collisions, simulated, is_whole: true };
+        let turn = |seconds, collisions, simulated| Turn {
+            seconds,
+            collisions,
+            simulated,
+            is_whole: true,
+        };
         assert_eq!(turn(2.0, 10, 1.0).over(&turn(1.0, 20, 9.0)), 4.0);
         assert_eq!(turn(2.0, 0, 1.0).over(&turn(1.0, 20, 2.0)), 4.0);
     }

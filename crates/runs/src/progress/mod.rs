@@ -74,7 +74,10 @@ struct State {
 
 impl Lines {
     /// Adds a line for a run that is queued and ends at `until` (simulated time).
-    #[allow(clippy::unused_self, reason = "the lines of one experiment belong together")]
+    #[allow(
+        clippy::unused_self,
+        reason = "the lines of one experiment belong together"
+    )]
     pub fn add(&self, name: &str, until: f64) -> Progress {
         Progress::of(name, Unit::Time(until))
     }
@@ -153,16 +156,28 @@ impl Task {
     /// Share that is done, if it is known, and the state in words.
     fn words(&self, now: Instant) -> (Option<f64>, String) {
         let state = *lock(&self.state);
-        let Some(begun) = state.begun else { return (Some(0.0), "waits".to_owned()) };
+        let Some(begun) = state.begun else {
+            return (Some(0.0), "waits".to_owned());
+        };
         let elapsed = now.saturating_duration_since(begun).as_secs_f64();
         match self.unit {
-            Unit::Time(until) => (Some((state.done / until).clamp(0.0, 1.0)), state.of_time(until, elapsed)),
+            Unit::Time(until) => (
+                Some((state.done / until).clamp(0.0, 1.0)),
+                state.of_time(until, elapsed),
+            ),
             Unit::Items(plural, None) => (None, format!("{} {plural}", whole(state.done))),
             Unit::Items(plural, Some(number)) => {
                 let all = number as f64;
                 let words = format!("{} of {} {plural}", whole(state.done), whole(all));
-                let share = if number == 0 { 1.0 } else { (state.done / all).clamp(0.0, 1.0) };
-                (Some(share), format!("{words}{}", state.remaining(all, elapsed)))
+                let share = if number == 0 {
+                    1.0
+                } else {
+                    (state.done / all).clamp(0.0, 1.0)
+                };
+                (
+                    Some(share),
+                    format!("{words}{}", state.remaining(all, elapsed)),
+                )
             }
         }
     }
@@ -171,7 +186,11 @@ impl Task {
     fn line(&self, now: Instant) -> Option<String> {
         lock(&self.state).begun?;
         let (share, words) = self.words(now);
-        let name = if self.name.is_empty() { String::new() } else { format!("{}  ", self.name) };
+        let name = if self.name.is_empty() {
+            String::new()
+        } else {
+            format!("{}  ", self.name)
+        };
         let share = share.map_or_else(String::new, |share| format!("{:5.1} %  ", 100.0 * share));
         Some(format!("{name}{share}{words}"))
     }
@@ -188,7 +207,10 @@ impl State {
             return "begins".to_owned();
         }
         let rate = rounded(self.collisions as f64 / elapsed);
-        format!("{collisions} collisions  {rate}/s{}", self.remaining(until, elapsed))
+        format!(
+            "{collisions} collisions  {rate}/s{}",
+            self.remaining(until, elapsed)
+        )
     }
 
     /// The remaining time after `elapsed` seconds; empty where it is unknown or 0.
@@ -216,7 +238,8 @@ pub struct Shown {
 /// `None` if the system cannot start a thread for it.
 pub fn show(command: &str) -> Option<Shown> {
     let (stop, stopped) = channel();
-    let is_terminal = stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|kind| kind != "dumb");
+    let is_terminal =
+        stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|kind| kind != "dumb");
     let command = command.to_owned();
     let watch = move || {
         if is_terminal {
@@ -225,9 +248,15 @@ pub fn show(command: &str) -> Option<Shown> {
             watch(&stopped, &mut Text::new(&command, Instant::now(), stderr()));
         }
     };
-    let thread = thread::Builder::new().name("progress".to_owned()).spawn(watch).ok()?;
+    let thread = thread::Builder::new()
+        .name("progress".to_owned())
+        .spawn(watch)
+        .ok()?;
     IS_SHOWN.store(true, Ordering::Relaxed);
-    Some(Shown { stop, thread: Some(thread) })
+    Some(Shown {
+        stop,
+        thread: Some(thread),
+    })
 }
 
 impl Drop for Shown {
@@ -258,7 +287,11 @@ fn watch(stopped: &Receiver<()>, screen: &mut dyn Screen) {
 
 /// Formats a number in thousands (k) or millions (M), so that its width hardly changes.
 fn rounded(number: f64) -> String {
-    if number >= 1e6 { format!("{:.2} M", number * 1e-6) } else { format!("{:.0} k", number * 1e-3) }
+    if number >= 1e6 {
+        format!("{:.2} M", number * 1e-6)
+    } else {
+        format!("{:.0} k", number * 1e-3)
+    }
 }
 
 /// A whole number in groups of three digits.
@@ -276,10 +309,33 @@ mod tests {
 
     #[test]
     fn simulated_time_of_earlier_processes_does_not_count_as_speed() {
-        let state = State { done: 60.0, skipped: 50.0, collisions: 3_000_000, begun: None };
+        let state = State {
+            done: 60.0,
+            skipped: 50.0,
+            collisions: 3_000_000,
+            begun: None,
+        };
         // Ten units in five seconds, so that the remaining forty take twenty.
-        assert_eq!(state.of_time(100.0, 5.0), "3.00 M collisions  600 k/s  20 seconds left");
-        assert_eq!(State { done: 100.0, ..state }.of_time(100.0, 5.0), "3.00 M collisions  done");
-        assert_eq!(State { done: 5.0, skipped: 5.0, ..State::default() }.of_time(100.0, 0.0), "begins");
+        assert_eq!(
+            state.of_time(100.0, 5.0),
+            "3.00 M collisions  600 k/s  20 seconds left"
+        );
+        assert_eq!(
+            State {
+                done: 100.0,
+                ..state
+            }
+            .of_time(100.0, 5.0),
+            "3.00 M collisions  done"
+        );
+        assert_eq!(
+            State {
+                done: 5.0,
+                skipped: 5.0,
+                ..State::default()
+            }
+            .of_time(100.0, 0.0),
+            "begins"
+        );
     }
 }

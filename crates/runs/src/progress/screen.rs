@@ -50,7 +50,12 @@ pub(super) struct Text<W> {
 
 impl<W: Write> Text<W> {
     pub(super) fn new(command: &str, begun: Instant, out: W) -> Self {
-        Self { command: command.to_owned(), begun, printed: None, out }
+        Self {
+            command: command.to_owned(),
+            begun,
+            printed: None,
+            out,
+        }
     }
 }
 
@@ -58,7 +63,10 @@ impl<W: Write> Screen for Text<W> {
     fn draw(&mut self, tasks: &[Arc<Task>], now: Instant) {
         let elapsed = now.saturating_duration_since(self.begun);
         let interval = (elapsed / LINES).clamp(INTERVALS[0], INTERVALS[1]);
-        if self.printed.is_some_and(|printed| now.saturating_duration_since(printed) < interval) {
+        if self
+            .printed
+            .is_some_and(|printed| now.saturating_duration_since(printed) < interval)
+        {
             return;
         }
         self.printed = Some(now);
@@ -90,15 +98,27 @@ impl Bars {
     pub(super) fn new(command: &str) -> Self {
         let terminal = MultiProgress::new();
         *lock(&BARS) = Some(terminal.clone());
-        Self { command: command.to_owned(), begun: Instant::now(), terminal, drawn: Vec::new(), clock: None }
+        Self {
+            command: command.to_owned(),
+            begun: Instant::now(),
+            terminal,
+            drawn: Vec::new(),
+            clock: None,
+        }
     }
 
     fn add(&self, task: &Task) -> ProgressBar {
         let bar = match task.unit {
             Unit::Items(_, None) => ProgressBar::new_spinner().with_style(style("{prefix}{msg}")),
-            _ => ProgressBar::new(STEPS).with_style(style("{prefix}{bar:24} {percent:>3} %  {msg}")),
+            _ => {
+                ProgressBar::new(STEPS).with_style(style("{prefix}{bar:24} {percent:>3} %  {msg}"))
+            }
         };
-        let name = if task.name.is_empty() { String::new() } else { format!("{:<16} ", task.name) };
+        let name = if task.name.is_empty() {
+            String::new()
+        } else {
+            format!("{:<16} ", task.name)
+        };
         self.terminal.add(bar.with_prefix(name))
     }
 
@@ -128,9 +148,15 @@ impl Screen for Bars {
             !task.has_ended()
         });
         if self.drawn.is_empty() {
-            let add = || self.terminal.add(ProgressBar::new_spinner().with_style(style("{msg}")));
+            let add = || {
+                self.terminal
+                    .add(ProgressBar::new_spinner().with_style(style("{msg}")))
+            };
             let clock = self.clock.get_or_insert_with(add);
-            clock.set_message(since(&self.command, now.saturating_duration_since(self.begun)));
+            clock.set_message(since(
+                &self.command,
+                now.saturating_duration_since(self.begun),
+            ));
         } else if let Some(clock) = self.clock.take() {
             clock.finish_and_clear();
         }
@@ -140,7 +166,9 @@ impl Screen for Bars {
         if let Some(clock) = self.clock.take() {
             clock.finish_and_clear();
         }
-        self.drawn.iter().for_each(|(_, bar)| bar.finish_and_clear());
+        self.drawn
+            .iter()
+            .for_each(|(_, bar)| bar.finish_and_clear());
         *lock(&BARS) = None;
     }
 }
@@ -168,7 +196,10 @@ mod tests {
         let tasks = [Arc::clone(&waits.0)];
         text.draw(&tasks, at(2));
         text.draw(&tasks, at(6));
-        let [first, pairs] = [Lines::default().add("first", 4.0), Progress::items("pairs", 12_000)];
+        let [first, pairs] = [
+            Lines::default().add("first", 4.0),
+            Progress::items("pairs", 12_000),
+        ];
         first.advance(1.0, 5000);
         pairs.count(3000);
         pairs.count(6000);
@@ -184,8 +215,14 @@ mod tests {
         let lines: Vec<&str> = said.lines().collect();
         assert_eq!(lines.len(), 5, "{said}");
         assert_eq!(lines[0], "carom run: 2 seconds so far");
-        assert!(lines[1].starts_with("first   25.0 %  5 k collisions  "), "{said}");
-        assert!(lines[2].starts_with(" 75.0 %  9000 of 12\u{202f}000 pairs  "), "{said}");
+        assert!(
+            lines[1].starts_with("first   25.0 %  5 k collisions  "),
+            "{said}"
+        );
+        assert!(
+            lines[2].starts_with(" 75.0 %  9000 of 12\u{202f}000 pairs  "),
+            "{said}"
+        );
         assert_eq!(lines[3], "1\u{202f}234\u{202f}567 frames");
         assert_eq!(lines[4], "carom run: 67 minutes so far");
     }

@@ -5,11 +5,12 @@ use serde_json::{Map, Value};
 use super::{table, wrapped};
 
 /// Words of which a unit consists; a unit stands between parentheses in the documentation of a key.
-const UNIT_WORDS: [&str; 11] =
-    ["length", "length²", "mass", "time", "time²", "radians", "turns", "per", "/", "×", "area"];
+const UNIT_WORDS: [&str; 11] = [
+    "length", "length²", "mass", "time", "time²", "radians", "turns", "per", "/", "×", "area",
+];
 
 /// More alternatives than this are not listed in the table of keys.
-const MOST_CHOICES: usize = 8;
+const MAX_CHOICES: usize = 8;
 
 /// Headings of the table of keys.
 const HEADINGS: [&str; 6] = ["key", "type", "default", "range", "unit", "meaning"];
@@ -18,14 +19,25 @@ const HEADINGS: [&str; 6] = ["key", "type", "default", "range", "unit", "meaning
 pub fn sections(schema: &Value) -> Vec<String> {
     let mut sections = Vec::new();
     collect(schema, schema, "", &mut sections);
-    merge(sections).into_iter().map(|section| section.text(schema)).collect()
+    merge(sections)
+        .into_iter()
+        .map(|section| section.text(schema))
+        .collect()
 }
 
 /// Returns the table of the keys that stand in no table of the file; without such keys nothing.
 pub fn outermost(schema: &Value) -> String {
-    let section = Section { headings: Vec::new(), summary: "", entry: schema };
+    let section = Section {
+        headings: Vec::new(),
+        summary: "",
+        entry: schema,
+    };
     let keys = section.keys(schema);
-    if keys.is_empty() { keys } else { format!("\n{keys}") }
+    if keys.is_empty() {
+        keys
+    } else {
+        format!("\n{keys}")
+    }
 }
 
 /// A table of the file.
@@ -42,14 +54,25 @@ struct Section<'a> {
 fn collect<'a>(schema: &'a Value, entry: &'a Value, path: &str, sections: &mut Vec<Section<'a>>) {
     for (key, property) in properties(entry) {
         let is_list = resolved(schema, property).get("items").is_some();
-        let inner =
-            if is_list { resolved(schema, item(schema, property)) } else { resolved(schema, property) };
+        let inner = if is_list {
+            resolved(schema, item(schema, property))
+        } else {
+            resolved(schema, property)
+        };
         if inner.get("properties").is_none() {
             continue;
         }
         let name = format!("{path}{key}");
-        let heading = if is_list { format!("[[{name}]]") } else { format!("[{name}]") };
-        sections.push(Section { headings: vec![heading], summary: description(property), entry: inner });
+        let heading = if is_list {
+            format!("[[{name}]]")
+        } else {
+            format!("[{name}]")
+        };
+        sections.push(Section {
+            headings: vec![heading],
+            summary: description(property),
+            entry: inner,
+        });
         collect(schema, inner, &format!("{name}."), sections);
     }
 }
@@ -58,7 +81,10 @@ fn collect<'a>(schema: &'a Value, entry: &'a Value, path: &str, sections: &mut V
 fn merge(sections: Vec<Section<'_>>) -> Vec<Section<'_>> {
     let mut merged: Vec<Section<'_>> = Vec::new();
     for section in sections {
-        match merged.iter_mut().find(|known| std::ptr::eq(known.entry, section.entry)) {
+        match merged
+            .iter_mut()
+            .find(|known| std::ptr::eq(known.entry, section.entry))
+        {
             Some(known) => known.headings.extend(section.headings),
             None => merged.push(section),
         }
@@ -68,7 +94,11 @@ fn merge(sections: Vec<Section<'_>>) -> Vec<Section<'_>> {
 
 impl Section<'_> {
     fn text(&self, schema: &Value) -> String {
-        let headings: Vec<String> = self.headings.iter().map(|heading| format!("`{heading}`")).collect();
+        let headings: Vec<String> = self
+            .headings
+            .iter()
+            .map(|heading| format!("`{heading}`"))
+            .collect();
         let mut text = format!("\n## {}\n\n", headings.join(", "));
         let own = description(self.entry);
         text += &paragraphs(if own.is_empty() { self.summary } else { own });
@@ -79,7 +109,9 @@ impl Section<'_> {
     /// The table of its keys and the notes on them; without keys nothing.
     fn keys(&self, schema: &Value) -> String {
         let rows: Vec<Vec<String>> = properties(self.entry)
-            .filter(|(key, property)| !self.is_table(schema, key) && property.get("deprecated").is_none())
+            .filter(|(key, property)| {
+                !self.is_table(schema, key) && property.get("deprecated").is_none()
+            })
             .map(|(key, property)| self.row(schema, key, property))
             .collect();
         if rows.is_empty() {
@@ -92,7 +124,9 @@ impl Section<'_> {
     /// Whether the key has a section of its own.
     fn is_table(&self, schema: &Value, key: &str) -> bool {
         let property = &self.entry["properties"][key];
-        resolved(schema, item(schema, property)).get("properties").is_some()
+        resolved(schema, item(schema, property))
+            .get("properties")
+            .is_some()
     }
 
     fn row(&self, schema: &Value, key: &str, property: &Value) -> Vec<String> {
@@ -126,7 +160,11 @@ fn notes(schema: &Value, key: &str, property: &Value) -> String {
     let values: Vec<String> = choices
         .filter(|choice| !description(choice).is_empty())
         .filter_map(|choice| {
-            Some(format!("* `{}`: {}", constant(choice)?, description(choice).replace('\n', " ")))
+            Some(format!(
+                "* `{}`: {}",
+                constant(choice)?,
+                description(choice).replace('\n', " ")
+            ))
         })
         .collect();
     if !values.is_empty() {
@@ -147,7 +185,10 @@ fn paragraphs(lines: &str) -> String {
             text.push('\n');
         }
         is_in_list = item.is_some();
-        text += &item.map_or_else(|| wrapped(line, ""), |item| wrapped(&format!("- {item}"), "  "));
+        text += &item.map_or_else(
+            || wrapped(line, ""),
+            |item| wrapped(&format!("- {item}"), "  "),
+        );
         text.push('\n');
     }
     text
@@ -159,7 +200,7 @@ fn type_of(schema: &Value, property: &Value) -> String {
     if let Some(names) = entry["enum"].as_array() {
         return joined(names.iter().map(|name| format!("`{name}`")));
     }
-    if choices(entry).count() > MOST_CHOICES {
+    if choices(entry).count() > MAX_CHOICES {
         return "string".to_owned();
     }
     if choices(entry).next().is_some() {
@@ -180,18 +221,22 @@ fn type_of(schema: &Value, property: &Value) -> String {
         Some("object") => "table".to_owned(),
         Some(name) => name.to_owned(),
         None => {
-            let text = entry["pattern"].as_str().map(|pattern| format!("`\"{}\"`", readable(pattern)));
+            let text = entry["pattern"]
+                .as_str()
+                .map(|pattern| format!("`\"{}\"`", readable(pattern)));
             match entry["type"].as_array() {
-                Some(types) => {
-                    types
-                        .iter()
-                        .filter_map(Value::as_str)
-                        .map(|name| {
-                            if name == "string" { text.clone().unwrap_or_default() } else { name.to_owned() }
-                        })
-                        .collect::<Vec<_>>()
-                        .join(" or ")
-                }
+                Some(types) => types
+                    .iter()
+                    .filter_map(Value::as_str)
+                    .map(|name| {
+                        if name == "string" {
+                            text.clone().unwrap_or_default()
+                        } else {
+                            name.to_owned()
+                        }
+                    })
+                    .collect::<Vec<_>>()
+                    .join(" or "),
                 None => text.map_or_else(String::new, |text| text.replace('"', "")),
             }
         }
@@ -200,7 +245,10 @@ fn type_of(schema: &Value, property: &Value) -> String {
 
 /// A pattern of a name as it is written in the documentation.
 fn readable(pattern: &str) -> String {
-    pattern.trim_matches(['^', '$']).replace("[0-9]+", "N").replace(r"[\w-]+", "TAG")
+    pattern
+        .trim_matches(['^', '$'])
+        .replace("[0-9]+", "N")
+        .replace(r"[\w-]+", "TAG")
 }
 
 /// The range of a number or of the numbers in a list.
@@ -230,14 +278,23 @@ fn written(number: f64) -> String {
 
 /// The first unit between parentheses; nothing for a pure number.
 pub(super) fn unit(meaning: &str) -> &str {
-    let is_unit =
-        |text: &&str| text.split_whitespace().all(|word| UNIT_WORDS.contains(&word)) && !text.is_empty();
+    let is_unit = |text: &&str| {
+        text.split_whitespace()
+            .all(|word| UNIT_WORDS.contains(&word))
+            && !text.is_empty()
+    };
     let opened = meaning.split('(').skip(1);
-    opened.filter_map(|rest| rest.split_once(')').map(|(inner, _)| inner)).find(is_unit).unwrap_or_default()
+    opened
+        .filter_map(|rest| rest.split_once(')').map(|(inner, _)| inner))
+        .find(is_unit)
+        .unwrap_or_default()
 }
 
 fn joined(parts: impl Iterator<Item = String>) -> String {
-    parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
+    parts
+        .filter(|part| !part.is_empty())
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 fn description(entry: &Value) -> &str {
@@ -245,15 +302,26 @@ fn description(entry: &Value) -> &str {
 }
 
 fn constant(choice: &Value) -> Option<&Value> {
-    choice.get("const").or_else(|| choice["enum"].as_array().filter(|names| names.len() == 1)?.first())
+    choice.get("const").or_else(|| {
+        choice["enum"]
+            .as_array()
+            .filter(|names| names.len() == 1)?
+            .first()
+    })
 }
 
 fn choices(entry: &Value) -> impl Iterator<Item = &Value> {
-    ["oneOf", "anyOf"].into_iter().filter_map(|key| entry[key].as_array()).flatten()
+    ["oneOf", "anyOf"]
+        .into_iter()
+        .filter_map(|key| entry[key].as_array())
+        .flatten()
 }
 
 fn properties(entry: &Value) -> impl Iterator<Item = (&String, &Value)> {
-    entry["properties"].as_object().into_iter().flat_map(Map::iter)
+    entry["properties"]
+        .as_object()
+        .into_iter()
+        .flat_map(Map::iter)
 }
 
 /// The entries of a list; what is no list is returned as it is.
@@ -264,8 +332,11 @@ fn item<'a>(schema: &'a Value, entry: &'a Value) -> &'a Value {
 
 /// The definition that an entry refers to; an entry without a reference is returned as it is.
 fn resolved<'a>(schema: &'a Value, entry: &'a Value) -> &'a Value {
-    let reference = entry.get("$ref").or_else(|| entry["allOf"].as_array()?.first()?.get("$ref"));
-    let target =
-        reference.and_then(Value::as_str).and_then(|path| schema.pointer(path.trim_start_matches('#')));
+    let reference = entry
+        .get("$ref")
+        .or_else(|| entry["allOf"].as_array()?.first()?.get("$ref"));
+    let target = reference
+        .and_then(Value::as_str)
+        .and_then(|path| schema.pointer(path.trim_start_matches('#')));
     target.unwrap_or(entry)
 }

@@ -77,7 +77,10 @@ x = 0.0
 pub fn section() -> Result<String> {
     let mut text = HEAD.to_owned();
     let rows = KINDS.iter().map(measure).collect::<Result<Vec<_>>>()?;
-    text += &table(&["name", "measures", "files", "figures", "predictions"], &rows);
+    text += &table(
+        &["name", "measures", "files", "figures", "predictions"],
+        &rows,
+    );
     text += PARAMETERS;
     text += &table(&["key", "kinds", "default", "meaning"], &parameters());
     Ok(text)
@@ -100,11 +103,27 @@ fn parameters() -> Vec<Vec<String>> {
         }
     }
     let row = |(parameter, kinds): (&Parameter, Vec<String>)| {
-        let Parameter { name, about, default, .. } = parameter;
-        let takes_samples = KINDS.iter().filter(|kind| !kind.span.parameters().is_empty()).count();
-        let kinds =
-            if kinds.len() == takes_samples { "all that take samples".to_owned() } else { kinds.join(", ") };
-        vec![format!("`{name}`"), kinds, default.to_string(), (*about).to_owned()]
+        let Parameter {
+            name,
+            about,
+            default,
+            ..
+        } = parameter;
+        let takes_samples = KINDS
+            .iter()
+            .filter(|kind| !kind.span.parameters().is_empty())
+            .count();
+        let kinds = if kinds.len() == takes_samples {
+            "all that take samples".to_owned()
+        } else {
+            kinds.join(", ")
+        };
+        vec![
+            format!("`{name}`"),
+            kinds,
+            default.to_string(),
+            (*about).to_owned(),
+        ]
     };
     rows.into_iter().map(row).collect()
 }
@@ -113,24 +132,38 @@ fn parameters() -> Vec<Vec<String>> {
 fn measure(kind: &Kind) -> Result<Vec<String>> {
     let name = kind.usage();
     let (asked, text) = match kind.of {
-        Of::Group if kind.name == "wall-heat" => (kind.name.to_owned(), format!("{THERMAL_WALL}{GAS}")),
+        Of::Group if kind.name == "wall-heat" => {
+            (kind.name.to_owned(), format!("{THERMAL_WALL}{GAS}"))
+        }
         Of::Group if kind.name == "wall-pressure" => (kind.name.to_owned(), format!("{WALL}{GAS}")),
         Of::OneBody => (format!("{}:body", kind.name), format!("{BODY}{GAS}")),
         Of::Group | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),
     };
     let results = run(&format!("{text}observe = [\"{asked}\"]\n"))?;
     let written = |name: &str| name.replace("-body", "-TAG").replace(", body", "");
-    let files = results.tables.iter().map(file_name).chain(results.files.iter().cloned());
+    let files = results
+        .tables
+        .iter()
+        .map(file_name)
+        .chain(results.files.iter().cloned());
     let files = files.map(|file| format!("`{}`", written(&file)));
     // The collision rate is a figure of every run; it belongs to its own row alone.
     let is_own = |figure: &&Figure| kind.name == "collision-rate" || figure.name != RATE;
-    let figures = results.figures.iter().filter(is_own).map(|figure| written(&figure.name));
+    let figures = results
+        .figures
+        .iter()
+        .filter(is_own)
+        .map(|figure| written(&figure.name));
     let columns = results.tables.iter().flat_map(|table| &table.columns);
     let of_tables = columns.filter_map(|column| match &column.role {
         Role::Prediction { source } => Some(source.clone()),
         _ => None,
     });
-    let of_figures = results.figures.iter().filter(is_own).filter_map(|figure| figure.source.clone());
+    let of_figures = results
+        .figures
+        .iter()
+        .filter(is_own)
+        .filter_map(|figure| figure.source.clone());
     let sources: BTreeSet<String> = of_tables.chain(of_figures).collect();
     Ok(vec![
         format!("`{name}`"),

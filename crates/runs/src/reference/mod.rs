@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Widest line of text (columns).
-const WIDEST: usize = 100;
+const MAX_WIDTH: usize = 100;
 
 /// Head of the page.
 const HEAD: &str = "\
@@ -71,12 +71,12 @@ pub fn page_of(head: &str, schema: &Value) -> String {
     head.to_owned() + &keys::outermost(schema) + &keys::sections(schema).concat()
 }
 
-/// Text in lines of at most [`WIDEST`] columns, after the first with an indent.
+/// Text in lines of at most [`MAX_WIDTH`] columns, after the first with an indent.
 fn wrapped(text: &str, indent: &str) -> String {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
         let line = lines.last_mut().expect("there is always a line");
-        if line.chars().count() + 1 + word.chars().count() > WIDEST {
+        if line.chars().count() + 1 + word.chars().count() > MAX_WIDTH {
             lines.push(format!("{indent}{word}"));
         } else {
             *line += if line.is_empty() { "" } else { " " };
@@ -97,7 +97,10 @@ fn table(headings: &[&str], rows: &[Vec<String>]) -> String {
     let rule = vec!["---".to_owned(); headings.len()];
     let headings: Vec<String> = headings.iter().map(|&heading| heading.to_owned()).collect();
     let rows = rows.iter().map(|cells| row(cells));
-    [row(&headings), row(&rule)].into_iter().chain(rows).collect()
+    [row(&headings), row(&rule)]
+        .into_iter()
+        .chain(rows)
+        .collect()
 }
 
 #[cfg(test)]

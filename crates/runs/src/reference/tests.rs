@@ -20,7 +20,10 @@ fn committed(name: &str) -> String {
 #[test]
 fn the_page_and_the_schema_are_current() {
     let renew = "run `cargo run -p carom-cli -- schema";
-    assert!(committed("SCENE.md") == page().unwrap(), "{renew} --page > crates/SCENE.md`");
+    assert!(
+        committed("SCENE.md") == page().unwrap(),
+        "{renew} --page > crates/SCENE.md`"
+    );
     assert!(
         committed("scene.schema.json") == schema::text(&scene_schema()),
         "{renew} > crates/scene.schema.json`"
@@ -46,7 +49,10 @@ fn all_keys_have_a_meaning() {
 fn units_are_found_between_parentheses() {
     for (text, unit) in [
         ("Sides (length).", "length"),
-        ("The time (of day) in turns (radians per time); 0.", "radians per time"),
+        (
+            "The time (of day) in turns (radians per time); 0.",
+            "radians per time",
+        ),
         ("A number (of discs).", ""),
     ] {
         assert_eq!(keys::unit(text), unit);

@@ -102,7 +102,9 @@ impl Contents {
         let summary_file = json(folder, "summary.json")?;
         let summary = summary_file.as_ref().map(summary_of);
         // A sweep has other entries of these names.
-        let left_out = summary_file.filter(|_| kind == Kind::Merge).map(LeftOut::deserialize);
+        let left_out = summary_file
+            .filter(|_| kind == Kind::Merge)
+            .map(LeftOut::deserialize);
         let animation = match &scene {
             Some(scene) if kind == Kind::Run && scene.run.animation => text(folder, ANIMATION)?,
             _ => None,
@@ -142,7 +144,8 @@ impl Contents {
             needed.extend(PICTURES);
             // A run that fails before the animation starts has none.
             let is_shown = self.scene.as_ref().is_some_and(|scene| scene.run.animation);
-            needed.extend((is_shown && !matches!(self.state, State::Failed(_))).then_some(ANIMATION));
+            needed
+                .extend((is_shown && !matches!(self.state, State::Failed(_))).then_some(ANIMATION));
         }
         needed.retain(|name| !has(name));
         needed
@@ -157,8 +160,12 @@ fn kind_of(again: &str) -> Kind {
         _ => false,
     };
     let sweeps = ["sweep", "brownian", "billiard"].map(|name| (name, Kind::Sweep));
-    let mut kinds = [("run", Kind::Run), ("merge", Kind::Merge)].into_iter().chain(sweeps);
-    kinds.find(|(command, _)| is(command)).map_or(Kind::Experiment, |(_, kind)| kind)
+    let mut kinds = [("run", Kind::Run), ("merge", Kind::Merge)]
+        .into_iter()
+        .chain(sweeps);
+    kinds
+        .find(|(command, _)| is(command))
+        .map_or(Kind::Experiment, |(_, kind)| kind)
 }
 
 fn state_of(manifest: &Value) -> State {
@@ -174,8 +181,11 @@ fn state_of(manifest: &Value) -> State {
 fn names(folder: &Folder) -> Result<Vec<String>> {
     let context = || format!("cannot read the folder {}", folder.path().display());
     let written = folder.written().map(BTreeSet::from_iter);
-    let is_own =
-        |name: &String| written.as_ref().is_none_or(|written: &BTreeSet<String>| written.contains(name));
+    let is_own = |name: &String| {
+        written
+            .as_ref()
+            .is_none_or(|written: &BTreeSet<String>| written.contains(name))
+    };
     let mut names = Vec::new();
     for entry in fs::read_dir(folder.path()).with_context(context)? {
         let entry = entry.with_context(context)?;
@@ -191,7 +201,9 @@ fn names(folder: &Folder) -> Result<Vec<String>> {
 }
 
 fn runs_of(text: &str) -> Vec<Vec<String>> {
-    text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+    text.lines()
+        .map(|line| line.split(',').map(str::to_owned).collect())
+        .collect()
 }
 
 /// A number; JSON has null for one that is not finite.
@@ -255,26 +267,46 @@ mod tests {
         assert_eq!(kind_of("carom run out/a/config.toml"), Kind::Run);
         assert_eq!(kind_of("cargo xtask run x --from run"), Kind::Run);
         assert_eq!(kind_of("carom merge run out"), Kind::Merge);
-        assert_eq!(kind_of("cargo xtask experiment brownian --out run"), Kind::Experiment);
+        assert_eq!(
+            kind_of("cargo xtask experiment brownian --out run"),
+            Kind::Experiment
+        );
         assert_eq!(kind_of(""), Kind::Experiment);
     }
 
     #[test]
     fn a_summary_is_read_as_it_was_written() {
-        let figure =
-            Figure::new("pressure", 0.1 + 0.2, "energy/length²").error(1e-3).predicted(0.3, "theory");
+        let figure = Figure::new("pressure", 0.1 + 0.2, "energy/length²")
+            .error(1e-3)
+            .predicted(0.3, "theory");
         let summary = Summary {
             title: "t".to_owned(),
             note: "n".to_owned(),
-            totals: Totals { collisions: 7, simulated_time: 2.5, overlapping_pairs: 3, ..Totals::default() },
+            totals: Totals {
+                collisions: 7,
+                simulated_time: 2.5,
+                overlapping_pairs: 3,
+                ..Totals::default()
+            },
             checks: vec![Check::at_most("x", 1.0, 0.0)],
             figures: vec![
                 figure,
-                Figure { smallest_difference: Some(0.25), is_test: true, ..Figure::new("drift", 0.0, "1") },
+                Figure {
+                    smallest_difference: Some(0.25),
+                    is_test: true,
+                    ..Figure::new("drift", 0.0, "1")
+                },
             ],
-            runs: vec![OneRun { name: "a".to_owned(), collisions: 3, cpu_seconds: 0.5 }],
+            runs: vec![OneRun {
+                name: "a".to_owned(),
+                collisions: 3,
+                cpu_seconds: 0.5,
+            }],
         };
-        assert_eq!(summary_of(&serde_json::to_value(&summary).unwrap()), summary);
+        assert_eq!(
+            summary_of(&serde_json::to_value(&summary).unwrap()),
+            summary
+        );
         let check = Check::at_most("x", f64::NAN, 0.0);
         let read = summary_of(&serde_json::json!({ "checks": [check] }));
         assert!(read.checks[0].found.is_nan() && !read.checks[0].passed);

@@ -34,21 +34,45 @@ impl Charts {
             }
             let last = svgs.len().saturating_sub(1);
             let chart = |(index, svg)| {
-                let caption = if index == last { table.caption.clone() } else { String::new() };
-                DataChart { svg, caption, file: file.clone() }
+                let caption = if index == last {
+                    table.caption.clone()
+                } else {
+                    String::new()
+                };
+                DataChart {
+                    svg,
+                    caption,
+                    file: file.clone(),
+                }
             };
-            let weight = weight(table) + if shows(table, main) { OF_MAIN_FIGURE } else { 0 };
+            let weight = weight(table)
+                + if shows(table, main) {
+                    OF_MAIN_FIGURE
+                } else {
+                    0
+                };
             drawn.push((weight, svgs.into_iter().enumerate().map(chart).collect()));
         }
-        let mut order: Vec<usize> = (0..drawn.len()).filter(|&index| !drawn[index].1.is_empty()).collect();
+        let mut order: Vec<usize> = (0..drawn.len())
+            .filter(|&index| !drawn[index].1.is_empty())
+            .collect();
         // The order of the scene among equals.
         order.sort_by_key(|&index| std::cmp::Reverse(drawn[index].0));
         order.truncate(count);
-        let evidence = order.iter().map(|&index| drawn[index].1.remove(0)).collect();
+        let evidence = order
+            .iter()
+            .map(|&index| drawn[index].1.remove(0))
+            .collect();
         // The energy is a check: it comes after what the scene asks for.
-        let (checks, asked): (Vec<DataChart>, Vec<DataChart>) =
-            drawn.into_iter().flat_map(|(_, charts)| charts).partition(|chart| chart.file == ENERGY.name);
-        Ok(Self { evidence, others: [asked, checks].concat(), undrawn })
+        let (checks, asked): (Vec<DataChart>, Vec<DataChart>) = drawn
+            .into_iter()
+            .flat_map(|(_, charts)| charts)
+            .partition(|chart| chart.file == ENERGY.name);
+        Ok(Self {
+            evidence,
+            others: [asked, checks].concat(),
+            undrawn,
+        })
     }
 }
 
@@ -58,15 +82,22 @@ const OF_MAIN_FIGURE: u8 = 16;
 /// Whether a figure is the mean of a curve of the table: it begins with the same words.
 fn shows(table: &Table, main: &str) -> bool {
     let name = main.split(',').next().unwrap_or_default();
-    table.columns.iter().any(|column| column.role == Role::Value && column.label == name)
+    table
+        .columns
+        .iter()
+        .any(|column| column.role == Role::Value && column.label == name)
 }
 
 /// How much a table tells: 8 for a prediction, 4 for errors, 2 for a measured curve, 1 for one that
 /// is no series in time; a curve that is derived, such as the energy drift, is a check.
 fn weight(table: &Table) -> u8 {
     let has = |is: fn(&Role) -> bool| table.columns.iter().any(|column| is(&column.role));
-    let is_predicted = has(|role| matches!(role, Role::Prediction { .. })) || !table.levels.is_empty();
-    let is_series = table.columns.first().is_some_and(|column| column.name == "time");
+    let is_predicted =
+        has(|role| matches!(role, Role::Prediction { .. })) || !table.levels.is_empty();
+    let is_series = table
+        .columns
+        .first()
+        .is_some_and(|column| column.name == "time");
     8 * u8::from(is_predicted)
         + 4 * u8::from(has(|role| *role == Role::StandardError))
         + 2 * u8::from(has(|role| *role == Role::Value))
@@ -80,21 +111,26 @@ mod tests {
     #[test]
     fn charts_with_predictions_carry_the_answer() {
         let table = |name: &str| {
-            Table::new(name, name).abscissa("x", "1", vec![0.0, 1.0]).value(
-                "y",
-                "1",
-                vec![Some(1.0), Some(2.0)],
-            )
+            Table::new(name, name)
+                .abscissa("x", "1", vec![0.0, 1.0])
+                .value("y", "1", vec![Some(1.0), Some(2.0)])
         };
         let tables = [
             Table::new("empty", "empty"),
             table("plain"),
             table("errors").errors(vec![Some(0.1); 2]),
-            table("both").errors(vec![Some(0.1); 2]).level("theory", Some(1.5), "source"),
+            table("both")
+                .errors(vec![Some(0.1); 2])
+                .level("theory", Some(1.5), "source"),
             table("more").value("z", "length", vec![Some(0.0), Some(1.0)]),
         ];
         let charts = Charts::of(&tables, "no figure", 2).unwrap();
-        let files = |charts: &[DataChart]| charts.iter().map(|chart| chart.file.clone()).collect::<Vec<_>>();
+        let files = |charts: &[DataChart]| {
+            charts
+                .iter()
+                .map(|chart| chart.file.clone())
+                .collect::<Vec<_>>()
+        };
         assert_eq!(files(&charts.evidence), ["both.csv", "errors.csv"]);
         assert_eq!(files(&charts.others), ["plain.csv", "more.csv", "more.csv"]);
         assert_eq!(charts.undrawn, ["empty.csv"]);

@@ -27,7 +27,10 @@ pub(super) fn html(folder: &Folder, contents: &Contents) -> Result<String> {
 /// What every folder has: figures, pictures, files, command and checks.
 fn plain(folder: &Folder, contents: &Contents) -> Result<String> {
     let summary = contents.summary.as_ref();
-    let mut page = Page::new(summary.map_or(&contents.again, |summary| &summary.title), "");
+    let mut page = Page::new(
+        summary.map_or(&contents.again, |summary| &summary.title),
+        "",
+    );
     if contents.state != State::Ended {
         page.error("This folder is incomplete: the experiment has not ended.");
     }
@@ -42,9 +45,19 @@ fn plain(folder: &Folder, contents: &Contents) -> Result<String> {
         page.totals(&summary.totals);
     }
     page.heading("Pictures");
-    for name in contents.names.iter().filter(|name| files::ending(name) == "svg") {
-        let svg = folder.read(name).with_context(|| format!("cannot show {name}"))?;
-        page.charts(&[DataChart { svg, caption: String::new(), file: name.clone() }]);
+    for name in contents
+        .names
+        .iter()
+        .filter(|name| files::ending(name) == "svg")
+    {
+        let svg = folder
+            .read(name)
+            .with_context(|| format!("cannot show {name}"))?;
+        page.charts(&[DataChart {
+            svg,
+            caption: String::new(),
+            file: name.clone(),
+        }]);
     }
     page.part(Part::Data);
     page.files(&files::listed(&contents.names, &[]));

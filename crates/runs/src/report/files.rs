@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// More files are counted and not listed: a folder may hold thousands of snapshots.
-const MOST_FILES: usize = 200;
+const MAX_FILES: usize = 200;
 
 /// Files and their content, in order of their names, without the page, checkpoints and temporary
 /// files.
@@ -20,10 +20,16 @@ pub(super) fn listed(names: &[String], tables: &[Table]) -> Vec<(String, String)
         !(is_page || is_state || ending == "part" || name.starts_with('.'))
     };
     let shown: Vec<&String> = names.iter().filter(is_data).collect();
-    let mut files: Vec<(String, String)> =
-        shown.iter().take(MOST_FILES).map(|name| ((*name).clone(), content(name, tables))).collect();
-    if shown.len() > MOST_FILES {
-        files.push((".".to_owned(), format!("{} more files", shown.len() - MOST_FILES)));
+    let mut files: Vec<(String, String)> = shown
+        .iter()
+        .take(MAX_FILES)
+        .map(|name| ((*name).clone(), content(name, tables)))
+        .collect();
+    if shown.len() > MAX_FILES {
+        files.push((
+            ".".to_owned(),
+            format!("{} more files", shown.len() - MAX_FILES),
+        ));
     }
     files
 }
@@ -34,7 +40,10 @@ pub(super) fn ending(name: &str) -> &str {
 }
 
 fn content(name: &str, tables: &[Table]) -> String {
-    if let Some(table) = tables.iter().find(|table| measures::file_name(table) == name) {
+    if let Some(table) = tables
+        .iter()
+        .find(|table| measures::file_name(table) == name)
+    {
         return table.title.clone();
     }
     if let Some((_, content)) = KNOWN.iter().find(|(known, _)| *known == name) {
@@ -60,8 +69,15 @@ mod tests {
 
     #[test]
     fn data_are_listed_and_the_page_and_checkpoints_are_not() {
-        let names =
-            ["a/report.html", "checkpoint", "events-a.csv", "report.html", "x.csv", "y.csv.part", "y.svg"];
+        let names = [
+            "a/report.html",
+            "checkpoint",
+            "events-a.csv",
+            "report.html",
+            "x.csv",
+            "y.csv.part",
+            "y.svg",
+        ];
         let table = Table::new("x", "Distribution of x");
         let files = listed(&names.map(str::to_owned), &[table]);
         let expected = [
@@ -70,9 +86,15 @@ mod tests {
             ("x.csv", "Distribution of x"),
             ("y.svg", "picture"),
         ];
-        assert_eq!(files, expected.map(|(name, content)| (name.to_owned(), content.to_owned())));
+        assert_eq!(
+            files,
+            expected.map(|(name, content)| (name.to_owned(), content.to_owned()))
+        );
         let many: Vec<String> = (0..1000).map(|index| format!("{index:04}.csv")).collect();
         let files = listed(&many, &[]);
-        assert_eq!((files.len(), files[MOST_FILES].1.as_str()), (MOST_FILES + 1, "800 more files"));
+        assert_eq!(
+            (files.len(), files[MAX_FILES].1.as_str()),
+            (MAX_FILES + 1, "800 more files")
+        );
     }
 }

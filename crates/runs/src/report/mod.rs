@@ -55,7 +55,11 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<Verdict> {
     let progress = Progress::items("folders", options.folders.len() as u64);
     for path in &options.folders {
-        ensure!(path.join(MANIFEST).is_file(), "{} holds no run: it has no {MANIFEST}", path.display());
+        ensure!(
+            path.join(MANIFEST).is_file(),
+            "{} holds no run: it has no {MANIFEST}",
+            path.display()
+        );
         // A run in progress would write the same files.
         let (folder, lock) = Folder::claim_if(path, |_| Ok(()))?;
         let written = write_again(&folder);
@@ -71,7 +75,9 @@ fn write_again(folder: &Folder) -> Result<()> {
     let contents = Contents::read(folder, None)?;
     match contents.kind {
         Kind::Run | Kind::Merge => folder.write(PAGE, run_page::html(&contents)?),
-        Kind::Sweep | Kind::Experiment => folder.write(PAGE, experiment_page::html(folder, &contents)?),
+        Kind::Sweep | Kind::Experiment => {
+            folder.write(PAGE, experiment_page::html(folder, &contents)?)
+        }
     }
 }
 

@@ -19,7 +19,10 @@ pub(super) fn text(folder: &Folder, name: &str) -> Result<Option<String>> {
 
 /// The JSON of a file; `None` if it is missing.
 pub(super) fn json(folder: &Folder, name: &str) -> Result<Option<Value>> {
-    let Some(text) = text(folder, name)? else { return Ok(None) };
+    let Some(text) = text(folder, name)? else {
+        return Ok(None);
+    };
     let read = serde_json::from_str(&text);
-    read.with_context(|| format!("cannot read {}", folder.path().join(name).display())).map(Some)
+    read.with_context(|| format!("cannot read {}", folder.path().join(name).display()))
+        .map(Some)
 }

@@ -21,22 +21,29 @@ use crate::{
 };
 
 /// A longer scene file is not repeated on the page (bytes).
-const LONGEST_SCENE: usize = 100_000;
+const MAX_SCENE: usize = 100_000;
 
 /// The page.
 ///
 /// # Errors
 /// A table cannot be drawn.
 pub(super) fn html(contents: &Contents) -> Result<String> {
-    let title = contents.summary.as_ref().map_or_else(|| contents.again.clone(), |all| all.title.clone());
+    let title = contents
+        .summary
+        .as_ref()
+        .map_or_else(|| contents.again.clone(), |all| all.title.clone());
     let mut page = Page::new(&title, &lead(contents));
     page.verdict(&verdict::sentence(contents));
     notes(contents, &mut page);
     let charts = charts(contents)?;
     let mut pictures = system(contents);
     page.part(Part::Answer);
-    let figures = contents.summary.as_ref().map_or(&[][..], |summary| &summary.figures);
-    let (state, others): (Vec<Figure>, Vec<Figure>) = figures.iter().cloned().partition(is_of_state);
+    let figures = contents
+        .summary
+        .as_ref()
+        .map_or(&[][..], |summary| &summary.figures);
+    let (state, others): (Vec<Figure>, Vec<Figure>) =
+        figures.iter().cloned().partition(is_of_state);
     if !state.is_empty() {
         page.heading("State");
         page.figures(&state);
@@ -86,14 +93,20 @@ fn is_of_state(figure: &Figure) -> bool {
         "mean free path",
         MEASURED_FROM,
     ];
-    let is_diffusion = figure.name.contains("diffusion coefficient") && figure.standard_error.is_some();
+    let is_diffusion =
+        figure.name.contains("diffusion coefficient") && figure.standard_error.is_some();
     is_diffusion
-        || begins.iter().any(|begin| figure.name.starts_with(begin) && !figure.name.contains("on the walls"))
+        || begins
+            .iter()
+            .any(|begin| figure.name.starts_with(begin) && !figure.name.contains("on the walls"))
 }
 
 /// The charts of the tables. With a drawing the answer has three of them, else two.
 fn charts(contents: &Contents) -> Result<Charts> {
-    let figures = contents.summary.as_ref().map_or(&[][..], |summary| &summary.figures);
+    let figures = contents
+        .summary
+        .as_ref()
+        .map_or(&[][..], |summary| &summary.figures);
     let main = verdict::main_figure(figures).map_or("", |figure| &figure.name);
     let count = if contents.drawings.is_empty() { 2 } else { 3 };
     Charts::of(&contents.tables, main, count)
@@ -117,11 +130,19 @@ fn notes(contents: &Contents, page: &mut Page) {
             contents.again
         )),
     }
-    contents.left_out.words().iter().for_each(|words| page.error(words));
+    contents
+        .left_out
+        .words()
+        .iter()
+        .for_each(|words| page.error(words));
     if !missing.is_empty() {
         page.note(&format!("Missing from the folder: {missing}."));
     }
-    if let Some(Summary { note, .. }) = contents.summary.as_ref().filter(|summary| !summary.note.is_empty()) {
+    if let Some(Summary { note, .. }) = contents
+        .summary
+        .as_ref()
+        .filter(|summary| !summary.note.is_empty())
+    {
         page.note(note);
     }
 }
@@ -133,10 +154,18 @@ fn lead(contents: &Contents) -> String {
                 over the runs, with the error of its scatter among them."
             .to_owned();
     }
-    let Some(scene) = &contents.scene else { return String::new() };
+    let Some(scene) = &contents.scene else {
+        return String::new();
+    };
     let run = &scene.run;
-    let mut lead = format!("Run from t = 0 to {}, sampled every {}.", run.until, run.sample_interval);
-    let end = contents.summary.as_ref().map_or(run.until, |summary| summary.totals.simulated_time);
+    let mut lead = format!(
+        "Run from t = 0 to {}, sampled every {}.",
+        run.until, run.sample_interval
+    );
+    let end = contents
+        .summary
+        .as_ref()
+        .map_or(run.until, |summary| summary.totals.simulated_time);
     if run.stop.is_some() && contents.state == State::Ended && end < run.until {
         let _ = write!(lead, " It ended at t = {end}, by the rule in run.stop.");
     }
@@ -146,7 +175,10 @@ fn lead(contents: &Contents) -> String {
         }
         MeasureFrom::Time(_) => {}
         MeasureFrom::Auto => {
-            let figures = contents.summary.as_ref().map_or(&[][..], |summary| &summary.figures);
+            let figures = contents
+                .summary
+                .as_ref()
+                .map_or(&[][..], |summary| &summary.figures);
             if let Some(from) = figures.iter().find(|figure| figure.name == MEASURED_FROM) {
                 let _ = write!(
                     lead,
@@ -159,8 +191,16 @@ fn lead(contents: &Contents) -> String {
     for (index, stage) in stages::describe(scene).iter().enumerate() {
         let _ = write!(lead, " Stage {}: {stage}.", index + 1);
     }
-    let measured = scene.measure.iter().map(|entry| entry.name.as_ref().unwrap_or(&entry.kind));
-    let observed: Vec<&str> = run.observe.iter().chain(measured).map(String::as_str).collect();
+    let measured = scene
+        .measure
+        .iter()
+        .map(|entry| entry.name.as_ref().unwrap_or(&entry.kind));
+    let observed: Vec<&str> = run
+        .observe
+        .iter()
+        .chain(measured)
+        .map(String::as_str)
+        .collect();
     if !observed.is_empty() {
         let _ = write!(lead, " Observed: {}.", observed.join(", "));
     }
@@ -169,17 +209,36 @@ fn lead(contents: &Contents) -> String {
 
 /// Pictures of the first and the last state, and maps of a large system.
 fn system(contents: &Contents) -> Vec<DataChart> {
-    let end = contents.summary.as_ref().map_or(f64::NAN, |summary| summary.totals.simulated_time);
+    let end = contents
+        .summary
+        .as_ref()
+        .map_or(f64::NAN, |summary| summary.totals.simulated_time);
     let captions = ["At the start.".to_owned(), format!("At t = {end}.")];
-    let pictures = contents.pictures.iter().zip(captions).zip(["start.svg", "end.svg"]);
+    let pictures = contents
+        .pictures
+        .iter()
+        .zip(captions)
+        .zip(["start.svg", "end.svg"]);
     let picture = |((svg, caption), file): ((&Option<String>, String), &str)| {
         let svg = svg.clone()?;
         let caption = format!("{caption}{}", caption_of(&svg));
-        Some(DataChart { svg, caption, file: file.to_owned() })
+        Some(DataChart {
+            svg,
+            caption,
+            file: file.to_owned(),
+        })
     };
-    let maps = contents.maps.iter().zip(MAPS).filter_map(|(svg, (file, caption))| {
-        Some(DataChart { svg: svg.clone()?, caption: caption.to_owned(), file: file.to_owned() })
-    });
+    let maps = contents
+        .maps
+        .iter()
+        .zip(MAPS)
+        .filter_map(|(svg, (file, caption))| {
+            Some(DataChart {
+                svg: svg.clone()?,
+                caption: caption.to_owned(),
+                file: file.to_owned(),
+            })
+        });
     pictures.filter_map(picture).chain(maps).collect()
 }
 
@@ -207,16 +266,30 @@ fn data(contents: &Contents, undrawn: &[String], page: &mut Page) {
 
 fn again(contents: &Contents, page: &mut Page) {
     page.code(&contents.again);
-    if !contents.configuration.is_empty() && contents.configuration.len() <= LONGEST_SCENE {
-        page.folded("The scene with all options, config.toml", &contents.configuration);
+    if !contents.configuration.is_empty() && contents.configuration.len() <= MAX_SCENE {
+        page.folded(
+            "The scene with all options, config.toml",
+            &contents.configuration,
+        );
     }
 }
 
 fn checks(contents: &Contents, summary: &Summary, page: &mut Page) {
     page.checks(&summary.checks);
     page.totals(&summary.totals);
-    let Some(scene) = contents.scene.as_ref().filter(|_| contents.kind == Kind::Run) else { return };
-    let interval = scene.run.check_interval.unwrap_or(scene.run.sample_interval);
+    let Some(scene) = contents
+        .scene
+        .as_ref()
+        .filter(|_| contents.kind == Kind::Run)
+    else {
+        return;
+    };
+    let interval = scene
+        .run
+        .check_interval
+        .unwrap_or(scene.run.sample_interval);
     page.part(Part::Checks);
-    page.paragraph(&format!("Overlaps were searched at the start, every {interval} and at the end."));
+    page.paragraph(&format!(
+        "Overlaps were searched at the start, every {interval} and at the end."
+    ));
 }

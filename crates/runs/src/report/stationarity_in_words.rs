@@ -22,14 +22,21 @@ pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
     let amount = if share.is_finite() && share < 10.0 {
         format!("{} %", with_error(two_digits(100.0 * share), None))
     } else {
-        format!("{} {}", with_error(two_digits(found.change.abs()), None), figure.unit)
+        format!(
+            "{} {}",
+            with_error(two_digits(found.change.abs()), None),
+            figure.unit
+        )
     };
     let others = match changing.len() - 1 {
         0 => String::new(),
         1 => "; one more figure changes".to_owned(),
         count => format!("; {count} more figures change"),
     };
-    let settled: Option<Vec<f64>> = changing.iter().map(|(.., found)| found.settled_at).collect();
+    let settled: Option<Vec<f64>> = changing
+        .iter()
+        .map(|(.., found)| found.settled_at)
+        .collect();
     let remedy = settled.map_or_else(
         || {
             "They do not settle within the first half: run longer, or the state is driven or decays."
@@ -60,16 +67,27 @@ mod tests {
             independent_blocks: 32.0,
             correlation_time: None,
         };
-        Figure { stationarity: Some(stationarity), ..Figure::new(name, value, "energy/length²") }
+        Figure {
+            stationarity: Some(stationarity),
+            ..Figure::new(name, value, "energy/length²")
+        }
     }
 
     fn words(figures: &[Figure]) -> Option<String> {
-        stationarity_in_words(&figures.iter().map(|figure| ("", figure)).collect::<Vec<_>>())
+        stationarity_in_words(
+            &figures
+                .iter()
+                .map(|figure| ("", figure))
+                .collect::<Vec<_>>(),
+        )
     }
 
     #[test]
     fn the_clearest_change_is_told_with_the_remedy() {
-        let [p, z] = [figure("pressure", 9.0, -0.234, Some(12.0)), figure("Z", 5.0, 0.06, Some(3.0))];
+        let [p, z] = [
+            figure("pressure", 9.0, -0.234, Some(12.0)),
+            figure("Z", 5.0, 0.06, Some(3.0)),
+        ];
         assert_eq!(words(&[figure("kT", 1.0, 0.0, None)]), None);
         assert_eq!(
             words(&[z.clone(), p.clone()]).unwrap(),
@@ -77,7 +95,13 @@ mod tests {
              changes. From t = 12 on no change is found: set run.measure_from to that."
         );
         let driven = words(&[figure("kT", 0.0, 0.5, None), z, p]).unwrap();
-        assert!(driven.contains("kT rises by 0.5 energy/length²") && driven.contains("2 more"), "{driven}");
-        assert!(driven.ends_with("the state is driven or decays."), "{driven}");
+        assert!(
+            driven.contains("kT rises by 0.5 energy/length²") && driven.contains("2 more"),
+            "{driven}"
+        );
+        assert!(
+            driven.ends_with("the state is driven or decays."),
+            "{driven}"
+        );
     }
 }

@@ -22,7 +22,8 @@ const TABLES: &str = "tables.json";
 /// # Errors
 /// The file cannot be written.
 pub fn write(results: &Results, folder: &Folder) -> Result<()> {
-    let drawing = |drawing: &Drawing| json!({ "drawing": drawing.file, "caption": drawing.caption });
+    let drawing =
+        |drawing: &Drawing| json!({ "drawing": drawing.file, "caption": drawing.caption });
     let tables = results.tables.iter().map(head);
     let all: Vec<Value> = tables.chain(results.drawings.iter().map(drawing)).collect();
     folder.write_json(TABLES, &all)
@@ -36,11 +37,21 @@ pub fn write(results: &Results, folder: &Folder) -> Result<()> {
 pub(super) fn drawings(folder: &Folder) -> Result<Vec<DataChart>> {
     let heads = json(folder, TABLES)?.unwrap_or_default();
     let heads = heads.as_array().cloned().unwrap_or_default();
-    let drawings = heads.iter().filter_map(|head| head["drawing"].as_str().map(|file| (file, head)));
+    let drawings = heads
+        .iter()
+        .filter_map(|head| head["drawing"].as_str().map(|file| (file, head)));
     let drawings = drawings.map(|(file, head)| {
-        let svg = if file.contains(['/', '\\']) { None } else { text(folder, file)? };
+        let svg = if file.contains(['/', '\\']) {
+            None
+        } else {
+            text(folder, file)?
+        };
         let caption = head["caption"].as_str().unwrap_or_default().to_owned();
-        Ok(svg.map(|svg| DataChart { svg, caption, file: file.to_owned() }))
+        Ok(svg.map(|svg| DataChart {
+            svg,
+            caption,
+            file: file.to_owned(),
+        }))
     });
     drawings.filter_map(Result::transpose).collect()
 }
@@ -57,7 +68,11 @@ fn head(table: &Table) -> Value {
         json!({ "of": level.column, "label": level.label, "value": level.value, "source": level.source })
     });
     // What is drawn but follows from other columns is not in the CSV file.
-    let derived = table.columns.iter().enumerate().filter(|(_, column)| column.role == Role::Derived);
+    let derived = table
+        .columns
+        .iter()
+        .enumerate()
+        .filter(|(_, column)| column.role == Role::Derived);
     let derived = derived.map(|(place, column)| {
         json!({ "place": place, "label": column.label, "unit": column.unit, "values": column.values })
     });
@@ -93,7 +108,8 @@ pub(super) fn tables(folder: &Folder) -> Result<Vec<Table>> {
         if name.is_empty() || name.contains(['/', '\\']) || !path.is_file() {
             return Ok(None);
         }
-        let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        let text =
+            fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
         Ok(Some(table(head, name, &columns_of(&text))))
     });
     tables.filter_map(Result::transpose).collect()
@@ -108,7 +124,10 @@ fn columns_of(text: &str) -> BTreeMap<&str, Vec<Option<f64>>> {
         let mut cells = line.split(',');
         for column in &mut columns {
             column.push(
-                cells.next().and_then(|cell| cell.parse().ok()).filter(|value: &f64| value.is_finite()),
+                cells
+                    .next()
+                    .and_then(|cell| cell.parse().ok())
+                    .filter(|value: &f64| value.is_finite()),
             );
         }
     }
@@ -121,7 +140,9 @@ fn table(head: &Value, file: &str, cells: &BTreeMap<&str, Vec<Option<f64>>>) -> 
     let mut columns: Vec<Column> = Vec::new();
     for column in list("columns") {
         let name = string(&column["name"]);
-        let label = column["label"].as_str().map_or_else(|| name.replace('_', " "), str::to_owned);
+        let label = column["label"]
+            .as_str()
+            .map_or_else(|| name.replace('_', " "), str::to_owned);
         let values = cells.get(name.as_str()).cloned().unwrap_or_default();
         let role = role(&column);
         columns.push(Column {
@@ -139,19 +160,35 @@ fn table(head: &Value, file: &str, cells: &BTreeMap<&str, Vec<Option<f64>>>) -> 
         let values = values.iter().map(Value::as_f64).collect();
         let place = column["place"].as_u64().unwrap_or(0) as usize;
         let (name, unit, role) = (label.clone(), string(&column["unit"]), Role::Derived);
-        let column = Column { name, label, unit, role, values, quantities: Vec::new() };
+        let column = Column {
+            name,
+            label,
+            unit,
+            role,
+            values,
+            quantities: Vec::new(),
+        };
         columns.insert(place.min(columns.len()), column);
     }
     let level = |level: &Value| {
         let value = level["value"].as_f64()?;
         let [column, label, source] = ["of", "label", "source"].map(|key| string(&level[key]));
-        Some(Level { column, label, value, source })
+        Some(Level {
+            column,
+            label,
+            value,
+            source,
+        })
     };
     Table {
         name: file.trim_end_matches(".csv").to_owned(),
         title: string(&head["title"]),
         caption: string(&head["caption"]),
-        spacing: if head["spacing"] == "logarithmic" { Spacing::Logarithmic } else { Spacing::Linear },
+        spacing: if head["spacing"] == "logarithmic" {
+            Spacing::Logarithmic
+        } else {
+            Spacing::Linear
+        },
         decades: list("decades").iter().map(string).collect(),
         relative: list("relative").iter().map(string).collect(),
         guides: serde_json::from_value(head["guides"].clone()).unwrap_or_default(),
@@ -171,7 +208,9 @@ fn role(column: &Value) -> Role {
         "bin width" => Role::Width,
         "value" => Role::Value,
         "standard error" => Role::StandardError,
-        "prediction" => Role::Prediction { source: column["source"].as_str().unwrap_or_default().to_owned() },
+        "prediction" => Role::Prediction {
+            source: column["source"].as_str().unwrap_or_default().to_owned(),
+        },
         _ => Role::Undrawn,
     }
 }
@@ -205,15 +244,27 @@ mod tests {
         ];
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-        let drawing =
-            Drawing { file: "d.svg".to_owned(), caption: "A drawing.".to_owned(), svg: "<svg/>".to_owned() };
-        let results = Results { tables: written, drawings: vec![drawing], ..Results::default() };
+        let drawing = Drawing {
+            file: "d.svg".to_owned(),
+            caption: "A drawing.".to_owned(),
+            svg: "<svg/>".to_owned(),
+        };
+        let results = Results {
+            tables: written,
+            drawings: vec![drawing],
+            ..Results::default()
+        };
         results.write(&folder).unwrap();
         write(&results, &folder).unwrap();
         let found = tables(&folder).unwrap();
         assert_eq!(found, results.tables);
-        let [drawing] = &drawings(&folder).unwrap()[..] else { panic!("one drawing") };
-        assert_eq!((drawing.file.as_str(), drawing.svg.as_str()), ("d.svg", "<svg/>"));
+        let [drawing] = &drawings(&folder).unwrap()[..] else {
+            panic!("one drawing")
+        };
+        assert_eq!(
+            (drawing.file.as_str(), drawing.svg.as_str()),
+            ("d.svg", "<svg/>")
+        );
         fs::remove_file(root.path().join("two.csv")).unwrap();
         assert_eq!(tables(&folder).unwrap().len(), 1);
     }

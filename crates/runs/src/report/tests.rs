@@ -43,7 +43,16 @@ struct Merge {
 fn run_in(root: &Path, scene: &str, words: &[&str], out: &str) -> (Result<Verdict>, PathBuf) {
     let [path, out] = ["scene.toml", out].map(|name| root.join(name));
     fs::write(&path, scene).unwrap();
-    let words = [&["run", path.to_str().unwrap(), "--out", out.to_str().unwrap()], words].concat();
+    let words = [
+        &[
+            "run",
+            path.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+        ],
+        words,
+    ]
+    .concat();
     (run::run(&Run::parse_from(words).options), out)
 }
 
@@ -51,7 +60,13 @@ fn run_in(root: &Path, scene: &str, words: &[&str], out: &str) -> (Result<Verdic
 fn again(folder: &Path) -> String {
     let page = folder.join(PAGE);
     let _ = fs::remove_file(&page);
-    assert_eq!(run(&Options { folders: vec![folder.to_owned()] }).unwrap(), Verdict::Passed);
+    assert_eq!(
+        run(&Options {
+            folders: vec![folder.to_owned()]
+        })
+        .unwrap(),
+        Verdict::Passed
+    );
     fs::read_to_string(page).unwrap()
 }
 
@@ -66,14 +81,24 @@ fn a_page_written_again_has_the_same_bytes() {
     assert_eq!(verdict.unwrap(), Verdict::Passed);
     let written = page(&one);
     assert_eq!(again(&one), written);
-    for words in
-        ["the dynamics is exact", "All 2 checks passed", "Measured: pressure", "events.csv", "Stage 1"]
-    {
+    for words in [
+        "the dynamics is exact",
+        "All 2 checks passed",
+        "Measured: pressure",
+        "events.csv",
+        "Stage 1",
+    ] {
         assert!(written.contains(words), "{words}");
     }
     let (_, other) = run_in(root.path(), GAS, &["--set", "box.replica=1"], "other");
     let all = root.path().join("all");
-    let words = ["merge", one.to_str().unwrap(), other.to_str().unwrap(), "--out", all.to_str().unwrap()];
+    let words = [
+        "merge",
+        one.to_str().unwrap(),
+        other.to_str().unwrap(),
+        "--out",
+        all.to_str().unwrap(),
+    ];
     merge::run(&Merge::parse_from(words).options).unwrap();
     let merged = page(&all);
     assert_eq!(again(&all), merged);
@@ -84,11 +109,20 @@ fn a_page_written_again_has_the_same_bytes() {
 #[test]
 fn a_run_that_ends_with_an_error_leaves_its_page_and_summary() {
     let root = tempfile::tempdir().unwrap();
-    let text = GAS.split("[[stage]]").next().unwrap().replace("until = 1.0", "until = 1e3");
+    let text = GAS
+        .split("[[stage]]")
+        .next()
+        .unwrap()
+        .replace("until = 1.0", "until = 1e3");
     let scene = format!("{text}\n[elasticity]\ndefault = 2.0\n");
     let (ended, out) = run_in(root.path(), &scene, &[], "out");
     let error = ended.unwrap_err();
-    assert!(error.chain().any(<dyn std::error::Error>::is::<carom::RunError>), "{error:#}");
+    assert!(
+        error
+            .chain()
+            .any(<dyn std::error::Error>::is::<carom::RunError>),
+        "{error:#}"
+    );
     let written = page(&out);
     assert!(written.contains("The run ended with an error") && written.contains("pressure"));
     assert_eq!(again(&out), written);
@@ -97,13 +131,19 @@ fn a_run_that_ends_with_an_error_leaves_its_page_and_summary() {
     };
     let (manifest, summary) = (read("manifest.json"), read("summary.json"));
     assert_eq!(manifest["complete"], false);
-    assert!(written.contains(&carom_report::page::escape(manifest["error"].as_str().unwrap())));
+    assert!(written.contains(&carom_report::page::escape(
+        manifest["error"].as_str().unwrap()
+    )));
     assert_eq!(
-        (&summary["checks"][0]["name"], &summary["checks"][0]["passed"]),
+        (
+            &summary["checks"][0]["name"],
+            &summary["checks"][0]["passed"]
+        ),
         (&"time_left".into(), &false.into())
     );
     assert!(
-        summary["simulated_time"].as_f64().unwrap() < 1e3 && summary["collisions"].as_u64().unwrap() > 100
+        summary["simulated_time"].as_f64().unwrap() < 1e3
+            && summary["collisions"].as_u64().unwrap() > 100
     );
 }
 
@@ -112,15 +152,26 @@ fn the_page_of_an_incomplete_folder_says_so() {
     let root = tempfile::tempdir().unwrap();
     let (_, out) = run_in(root.path(), GAS, &[], "out");
     let manifest = fs::read_to_string(out.join(MANIFEST)).unwrap();
-    fs::write(out.join(MANIFEST), manifest.replace("\"complete\": true", "\"complete\": false")).unwrap();
+    fs::write(
+        out.join(MANIFEST),
+        manifest.replace("\"complete\": true", "\"complete\": false"),
+    )
+    .unwrap();
     for name in ["summary.json", "tables.json", "end.svg", "animation.json"] {
         fs::remove_file(out.join(name)).unwrap();
         let page = again(&out);
-        assert!(page.contains("has not ended") && page.contains("Missing") && page.contains(name), "{name}");
+        assert!(
+            page.contains("has not ended") && page.contains("Missing") && page.contains(name),
+            "{name}"
+        );
     }
     let empty = root.path().join("empty");
     fs::create_dir(&empty).unwrap();
-    let refused = run(&Options { folders: vec![empty] }).unwrap_err().to_string();
+    let refused = run(&Options {
+        folders: vec![empty],
+    })
+    .unwrap_err()
+    .to_string();
     assert!(refused.contains("manifest.json"), "{refused}");
 }
 
@@ -128,9 +179,16 @@ fn the_page_of_an_incomplete_folder_says_so() {
 fn the_page_of_an_experiment_keeps_its_content() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
-    fs::write(folder.join(MANIFEST), r#"{ "again": "cargo xtask experiment none", "complete": true }"#)
-        .unwrap();
-    fs::write(folder.join("summary.json"), r#"{ "title": "An experiment" }"#).unwrap();
+    fs::write(
+        folder.join(MANIFEST),
+        r#"{ "again": "cargo xtask experiment none", "complete": true }"#,
+    )
+    .unwrap();
+    fs::write(
+        folder.join("summary.json"),
+        r#"{ "title": "An experiment" }"#,
+    )
+    .unwrap();
     fs::write(folder.join("a.svg"), "<svg><text>a picture</text></svg>").unwrap();
     let plain = again(folder);
     assert!(plain.contains("An experiment") && plain.contains("a picture"));
@@ -138,6 +196,9 @@ fn the_page_of_an_experiment_keeps_its_content() {
     page.code("cargo xtask experiment none");
     let own = page.html();
     fs::write(folder.join(PAGE), own.replace("--ground", "--old")).unwrap();
-    run(&Options { folders: vec![folder.to_owned()] }).unwrap();
+    run(&Options {
+        folders: vec![folder.to_owned()],
+    })
+    .unwrap();
     assert_eq!(fs::read_to_string(folder.join(PAGE)).unwrap(), own);
 }

@@ -34,7 +34,13 @@ pub(super) fn sentence(contents: &Contents) -> String {
 
 /// What was simulated, and whether the method is exact.
 fn what(contents: &Contents, summary: &Summary) -> String {
-    let count = |name| summary.figures.iter().find(|figure| figure.name == name).map(|figure| figure.value);
+    let count = |name| {
+        summary
+            .figures
+            .iter()
+            .find(|figure| figure.name == name)
+            .map(|figure| figure.value)
+    };
     let fixed = count(FIXED_BODIES).unwrap_or(0.0);
     let bodies = count("bodies").map_or_else(String::new, |bodies| {
         let plural = if bodies == 1.0 { "body" } else { "bodies" };
@@ -44,16 +50,26 @@ fn what(contents: &Contents, summary: &Summary) -> String {
         }
     });
     let totals = &summary.totals;
-    let method = if summary.note.contains(NOT_EXACT) { NOT_EXACT } else { "exact" };
+    let method = if summary.note.contains(NOT_EXACT) {
+        NOT_EXACT
+    } else {
+        "exact"
+    };
     let plural = if totals.collisions == 1 { "" } else { "s" };
     let time = with_error(totals.simulated_time, None);
     let span = match contents.kind {
         Kind::Run => format!("to t = {time}"),
         Kind::Merge | Kind::Sweep | Kind::Experiment => {
-            format!("in {} runs, {time} time units together", contents.runs.len().saturating_sub(1))
+            format!(
+                "in {} runs, {time} time units together",
+                contents.runs.len().saturating_sub(1)
+            )
         }
     };
-    format!("{} collision{plural}{bodies} {span}; the dynamics is {method}.", totals.collisions)
+    format!(
+        "{} collision{plural}{bodies} {span}; the dynamics is {method}.",
+        totals.collisions
+    )
 }
 
 /// The figure that a reader looks for: the first with an error and a prediction; what every run
@@ -61,9 +77,17 @@ fn what(contents: &Contents, summary: &Summary) -> String {
 pub(super) fn main_figure(figures: &[Figure]) -> Option<&Figure> {
     let has_error = |figure: &&Figure| figure.standard_error.is_some_and(|error| error > 0.0);
     let is_own = |figure: &&Figure| !figure.name.starts_with("collisions per");
-    let predicted = || figures.iter().filter(has_error).filter(|figure| figure.prediction.is_some());
+    let predicted = || {
+        figures
+            .iter()
+            .filter(has_error)
+            .filter(|figure| figure.prediction.is_some())
+    };
     let own = figures.iter().filter(has_error).find(is_own);
-    predicted().find(is_own).or_else(|| predicted().next()).or(own)
+    predicted()
+        .find(is_own)
+        .or_else(|| predicted().next())
+        .or(own)
 }
 
 fn measured(figure: &Figure) -> String {
@@ -75,7 +99,10 @@ fn measured(figure: &Figure) -> String {
         let _ = if figure.is_approximate() {
             write!(text, "; in an approximation {prediction}")
         } else {
-            write!(text, "; predicted {prediction}, {away:.1} standard errors away")
+            write!(
+                text,
+                "; predicted {prediction}, {away:.1} standard errors away"
+            )
         };
     }
     text.push('.');
@@ -88,19 +115,34 @@ mod tests {
 
     #[test]
     fn the_main_figure_is_one_that_the_scene_asks_for_and_theory_predicts() {
-        let rate = Figure::new("collisions per body", 2.0, "1/time").error(0.1).predicted(2.1, "Enskog");
-        let pressure = Figure::new("pressure", 7.0, "1").error(0.5).predicted(8.0, "Liu");
+        let rate = Figure::new("collisions per body", 2.0, "1/time")
+            .error(0.1)
+            .predicted(2.1, "Enskog");
+        let pressure = Figure::new("pressure", 7.0, "1")
+            .error(0.5)
+            .predicted(8.0, "Liu");
         let plain = Figure::new("order", 1.0, "1").error(0.1);
         let name = |figures: &[Figure]| main_figure(figures).map(|figure| figure.name.clone());
-        assert_eq!(name(&[rate.clone(), plain.clone(), pressure.clone()]).as_deref(), Some("pressure"));
-        assert_eq!(name(&[rate.clone(), plain.clone()]).as_deref(), Some("collisions per body"));
+        assert_eq!(
+            name(&[rate.clone(), plain.clone(), pressure.clone()]).as_deref(),
+            Some("pressure")
+        );
+        assert_eq!(
+            name(&[rate.clone(), plain.clone()]).as_deref(),
+            Some("collisions per body")
+        );
         assert_eq!(name(&[plain]).as_deref(), Some("order"));
         assert_eq!(name(&[Figure::new("bodies", 1.0, "1")]), None);
         assert_eq!(
             measured(&pressure),
             "Measured: pressure 7.00 ± 0.50; predicted 8, 2.0 standard errors away."
         );
-        let rough = Figure::new("D", 7.0, "1").error(0.5).predicted(8.0, "approximation, first Sonine");
-        assert_eq!(measured(&rough), "Measured: D 7.00 ± 0.50; in an approximation 8.");
+        let rough = Figure::new("D", 7.0, "1")
+            .error(0.5)
+            .predicted(8.0, "approximation, first Sonine");
+        assert_eq!(
+            measured(&rough),
+            "Measured: D 7.00 ± 0.50; in an approximation 8."
+        );
     }
 }

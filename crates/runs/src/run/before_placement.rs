@@ -26,14 +26,22 @@ pub(super) fn refuse(scene: &Scene) -> Result<()> {
     }
     // Tags of the first so many bodies, or of one by its number, are those of the whole scene.
     let counts = scene.stage.first().is_some_and(|stage| {
-        stage.tag.iter().chain(&stage.untag).any(|relabel| relabel.count.is_some() || relabel.body.is_some())
+        stage
+            .tag
+            .iter()
+            .chain(&stage.untag)
+            .any(|relabel| relabel.count.is_some() || relabel.body.is_some())
     });
     if counts {
         return Ok(());
     }
-    let Some(sample) = sample(scene) else { return Ok(()) };
+    let Some(sample) = sample(scene) else {
+        return Ok(());
+    };
     // Other errors are reported where the whole scene is built.
-    let Ok(mut simulation) = AnySimulation::new(&sample) else { return Ok(()) };
+    let Ok(mut simulation) = AnySimulation::new(&sample) else {
+        return Ok(());
+    };
     if stage_edits::prepare(&mut simulation, &sample, 0).is_err() {
         return Ok(());
     }
@@ -46,24 +54,41 @@ fn sample(scene: &Scene) -> Option<Scene> {
     sample.start.placement = Some(Placement::Lattice);
     sample.start.relax = None;
     for index in 0..scene.gas.len() {
-        let alone =
-            Scene { gas: vec![scene.gas[index].clone()], bounds: scene.bounds.clone(), ..Scene::default() };
+        let alone = Scene {
+            gas: vec![scene.gas[index].clone()],
+            bounds: scene.bounds.clone(),
+            ..Scene::default()
+        };
         let count = alone.expected_bodies().ok()?;
-        (sample.gas[index].count, sample.gas[index].area_fraction) = (Some(count.min(SAMPLE)), None);
+        (sample.gas[index].count, sample.gas[index].area_fraction) =
+            (Some(count.min(SAMPLE)), None);
     }
     Some(sample)
 }
 
 /// Refuses the name of a figure in `[run.stop]` that no measure of the scene can have.
 fn refuse_unknown_figure(scene: &Scene) -> Result<()> {
-    let Some(name) = scene.run.stop.as_ref().and_then(|stop| stop.figure.as_ref()) else { return Ok(()) };
+    let Some(name) = scene
+        .run
+        .stop
+        .as_ref()
+        .and_then(|stop| stop.figure.as_ref())
+    else {
+        return Ok(());
+    };
     let requests = requests(scene)?;
     let rate = crate::measures::COLLISION_RATE.to_owned();
     let mut known = vec![(rate.clone(), rate)];
     for request in &requests {
         let label = request.name.clone().or_else(|| request.tag());
         let end = label.map_or_else(String::new, |label| format!(", {label}"));
-        known.extend(request.kind.figures.iter().map(|begin| ((*begin).to_owned(), format!("{begin}{end}"))));
+        known.extend(
+            request
+                .kind
+                .figures
+                .iter()
+                .map(|begin| ((*begin).to_owned(), format!("{begin}{end}"))),
+        );
     }
     let is_known = known.iter().any(|(begin, whole)| {
         let end = whole.strip_prefix(begin.as_str()).unwrap_or_default();
@@ -74,7 +99,11 @@ fn refuse_unknown_figure(scene: &Scene) -> Result<()> {
         is_known,
         "run.stop.figure: no measure of this scene has a figure '{name}'{}; their names begin with {}",
         did_you_mean(name, known.iter().map(|(_, whole)| whole.as_str())),
-        known.iter().map(|(begin, _)| format!("'{begin}'")).collect::<Vec<_>>().join(", ")
+        known
+            .iter()
+            .map(|(begin, _)| format!("'{begin}'"))
+            .collect::<Vec<_>>()
+            .join(", ")
     );
     Ok(())
 }
@@ -102,13 +131,19 @@ mod tests {
             let more = if observe.ends_with(":rod") {
                 let gas = "[[gas]]\nshape = \"rod:3\"\natom_radius = 0.003\natom_mass = 1.0\nenergy = 1.0\ncount = 5\n";
                 let text = format!("{rods}{gas}[run]\nobserve = [\"{observe}\"]\n");
-                format!("{:#}", refuse(&Scene::from_toml(&text).unwrap()).unwrap_err())
+                format!(
+                    "{:#}",
+                    refuse(&Scene::from_toml(&text).unwrap()).unwrap_err()
+                )
             } else {
                 refused(&format!("[run]\nobserve = [\"{observe}\"]\n"))
             };
             assert!(more.contains(expected), "{observe}: {more}");
         }
-        assert_eq!(refused("[run]\nobserve = [\"velocities:gas\", \"pressure\"]\n"), "");
+        assert_eq!(
+            refused("[run]\nobserve = [\"velocities:gas\", \"pressure\"]\n"),
+            ""
+        );
     }
 
     #[test]
@@ -120,12 +155,24 @@ mod tests {
         };
         let misspelt = stop("\"pressure\"", "presure");
         assert!(misspelt.contains("did you mean `pressure`?"), "{misspelt}");
-        assert!(stop("\"velocities:gas\"", "kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩²").contains("no measure"));
+        assert!(
+            stop(
+                "\"velocities:gas\"",
+                "kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩²"
+            )
+            .contains("no measure")
+        );
         for (observe, figure) in [
             ("\"pressure\"", "compressibility factor βpA/N"),
             ("", "collisions per body that moves"),
-            ("\"velocities:gas\"", "kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩², gas"),
-            ("\"correlation:gas\"", "diffusion coefficient from velocities, up to lag 3.000, gas"),
+            (
+                "\"velocities:gas\"",
+                "kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩², gas",
+            ),
+            (
+                "\"correlation:gas\"",
+                "diffusion coefficient from velocities, up to lag 3.000, gas",
+            ),
         ] {
             assert_eq!(stop(observe, figure), "", "{figure}");
         }

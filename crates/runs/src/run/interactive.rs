@@ -20,7 +20,7 @@ use anyhow::{Context, Result, bail, ensure};
 use carom::{
     Checkpoint, EpochTime, Observer, Scene, View,
     engine::{ElasticitySpec, MeasureParameter, MeasureSpec, RunSpec, StageSpec, ThermostatSpec},
-    geometry::LARGEST,
+    geometry::MAX_MAGNITUDE,
 };
 use carom_methods::{AnySimulation, Method};
 
@@ -28,10 +28,10 @@ use super::{
     START, describe,
     outcome::PICTURE,
     pieces::Pieces,
-    scene_file::{self, MOST_SAMPLES, tags},
+    scene_file::{self, MAX_SAMPLES, tags},
     schedule::{Schedule, Step, What, spans},
     stage_edits,
-    stages::{self, MOST_ACTIONS},
+    stages::{self, MAX_ACTIONS},
 };
 use crate::{
     command_line::command,
@@ -46,17 +46,17 @@ use crate::{
 };
 
 /// End of the last stage while the run goes on (time).
-const ENDLESS: f64 = LARGEST;
+const NO_END: f64 = MAX_MAGNITUDE;
 
 /// Latest time of a run, in units of the end that its scene names, and as a share of the largest
 /// time of all. Without it a gas that loses energy, whose time goes on exponentially, would reach
 /// times at which no scene file can name an end, and the run could not be saved.
-const LATEST: f64 = 1e30;
-const LATEST_SHARE: f64 = 1e-20;
+const MAX_OVERRUN: f64 = 1e30;
+const MAX_TIME_SHARE: f64 = 1e-20;
 
 /// An edit and an action of a thermostat are at least this share of the thermostat's interval
 /// apart, so that rounding cannot change their order.
-const APART: f64 = 1e-6;
+const MIN_TIME_APART: f64 = 1e-6;
 
 /// A stage is renewed after this share of the actions of a thermostat that it may have; at half of
 /// them the run could not be saved.
@@ -64,7 +64,7 @@ const RENEWED_AFTER: f64 = 0.25;
 
 /// Largest number of moves of the instant of an edit: past an action of each thermostat, and the
 /// start of a stage of the scene.
-const MOST_MOVES: usize = 1000;
+const MAX_MOVES: usize = 1000;
 
 /// Why a saved scene has no `run.stop`.
 const NO_STOP: &str = "run.stop: a run that is edited while it goes on does not end by it";
@@ -79,11 +79,11 @@ const WITHIN_EPOCH: &str = "the bits of a run of the saved scene from its beginn
 
 /// Largest number of looks for the end of an epoch, each twice as far ahead: enough for any speed
 /// in range.
-const MOST_LOOKS: u32 = 400;
+const MAX_LOOKS: u32 = 400;
 
 /// Longest search for the end of an epoch (by the clock). Longer: an interrupted program does not
 /// end within seconds. Shorter: fewer saved runs of large systems have the bits of their scenes.
-const LONGEST_SEARCH: Duration = Duration::from_secs(5);
+const MAX_SEARCH: Duration = Duration::from_secs(5);
 
 /// Duration of a piece of a run between two checks of its limit. Longer: the run ends later after a
 /// signal. Shorter: large systems are slower, because each piece stores all motions at its end.
@@ -102,7 +102,10 @@ pub struct CallLimit {
 impl Default for CallLimit {
     /// No limit.
     fn default() -> Self {
-        Self { signals: Signals::default(), longest: Duration::MAX }
+        Self {
+            signals: Signals::default(),
+            longest: Duration::MAX,
+        }
     }
 }
 
@@ -174,7 +177,7 @@ impl InteractiveRun {
             })?;
         let actions = stage_edits::prepare(&mut simulation, scene, 0)?;
         let (until, mut scene) = (scene.run.until, scene.clone());
-        end_at(&mut scene, ENDLESS);
+        end_at(&mut scene, NO_END);
         let schedule = Schedule::changes(&scene, 0).peekable();
         let pieces = Pieces::new(&simulation.view(), PIECE);
         let mut run = Self {
@@ -190,7 +193,10 @@ impl InteractiveRun {
             watched: Vec::new(),
         };
         // Thermostats of the first stage act at time 0.
-        ensure!(run.advance(EpochTime::ZERO, &mut ())?, "the run was interrupted at its start");
+        ensure!(
+            run.advance(EpochTime::ZERO, &mut ())?,
+            "the run was interrupted at its start"
+        );
         Ok(run)
     }
 
@@ -218,7 +224,9 @@ impl InteractiveRun {
     /// The elasticity in force.
     pub fn elasticity(&self) -> &ElasticitySpec {
         let mut begun = self.scene.stage.iter().take(self.stage + 1).rev();
-        begun.find_map(|stage| stage.elasticity.as_ref()).unwrap_or(&self.scene.elasticity)
+        begun
+            .find_map(|stage| stage.elasticity.as_ref())
+            .unwrap_or(&self.scene.elasticity)
     }
 
     /// The index of the present stage.
@@ -228,7 +236,10 @@ impl InteractiveRun {
 
     /// The thermostats in force.
     pub fn thermostats(&self) -> &[ThermostatSpec] {
-        self.scene.stage.get(self.stage).map_or(&[], |stage| &stage.thermostat)
+        self.scene
+            .stage
+            .get(self.stage)
+            .map_or(&[], |stage| &stage.thermostat)
     }
 
     /// Runs to `until`, with the starts of stages and the actions of thermostats on the way;
@@ -241,7 +252,10 @@ impl InteractiveRun {
     pub fn advance(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool> {
         let begun = Instant::now();
         let latest = self.latest();
-        ensure!(until.to_f64() <= latest, "the run has reached its latest time, {latest:e}");
+        ensure!(
+            until.to_f64() <= latest,
+            "the run has reached its latest time, {latest:e}"
+        );
         loop {
             let step = self.due(until);
             let target = step.map_or(until, |step| EpochTime::from(step.time));
@@ -274,7 +288,9 @@ impl InteractiveRun {
 
     /// The latest time of the run.
     fn latest(&self) -> f64 {
-        (LATEST * self.until).min(LATEST_SHARE * ENDLESS).max(self.until)
+        (MAX_OVERRUN * self.until)
+            .min(MAX_TIME_SHARE * NO_END)
+            .max(self.until)
     }
 
     /// Runs through the next contact, if it happens no later than `until`; returns whether there
@@ -319,13 +335,17 @@ impl InteractiveRun {
 
     /// The next step of the schedule, if it is not after `until`.
     fn due(&mut self, until: EpochTime) -> Option<Step> {
-        self.schedule.peek().copied().filter(|step| EpochTime::from(step.time) <= until)
+        self.schedule
+            .peek()
+            .copied()
+            .filter(|step| EpochTime::from(step.time) <= until)
     }
 
     /// Takes a step of the schedule at the present time.
     fn take(&mut self, step: Step, observer: &mut dyn Observer) -> Result<()> {
         observer.pause(&self.simulation.view());
-        let actions = stage_edits::change(&mut self.simulation, &self.scene, step.what, self.actions);
+        let actions =
+            stage_edits::change(&mut self.simulation, &self.scene, step.what, self.actions);
         observer.start(&self.simulation.view());
         self.actions += actions?;
         if let What::Stage(stage) = step.what {
@@ -361,7 +381,12 @@ impl InteractiveRun {
         let shown = edited.ending_after(start)?;
         stages::check(&shown)?;
         stages::refuse_unknown_tags(&shown, tags(&shown))?;
-        edited.actions += stage_edits::begin(&mut edited.simulation, &edited.scene, present, edited.actions)?;
+        edited.actions += stage_edits::begin(
+            &mut edited.simulation,
+            &edited.scene,
+            present,
+            edited.actions,
+        )?;
         edited.stage = present;
         edited.schedule = Schedule::changes(&edited.scene, present).peekable();
         let begun = edited.schedule.next();
@@ -386,8 +411,11 @@ impl InteractiveRun {
     pub fn renew(&mut self, observer: &mut dyn Observer) -> Result<bool> {
         let (start, _) = spans(&self.scene.stage).nth(self.stage).unwrap_or_default();
         let lasts = self.simulation.time().to_f64() - start;
-        let most = RENEWED_AFTER * MOST_ACTIONS;
-        let is_long = self.thermostats().iter().any(|thermostat| lasts > most * thermostat.every);
+        let most = RENEWED_AFTER * MAX_ACTIONS;
+        let is_long = self
+            .thermostats()
+            .iter()
+            .any(|thermostat| lasts > most * thermostat.every);
         if is_long {
             self.edit(&StageSpec::default(), None, observer)?;
         }
@@ -407,7 +435,7 @@ impl InteractiveRun {
             time = time.next_up();
         }
         let begun = Instant::now();
-        for _ in 0..MOST_MOVES {
+        for _ in 0..MAX_MOVES {
             let reached = self.advance(EpochTime::from(time), observer)?;
             ensure!(
                 reached && !self.limit.is_over(begun),
@@ -428,32 +456,59 @@ impl InteractiveRun {
     /// This time, or a later one that the present stage leaves free.
     fn next_free(&self, time: f64) -> f64 {
         let span = spans(&self.scene.stage).nth(self.stage);
-        let (start, end) = span.unwrap_or((0.0, ENDLESS));
+        let (start, end) = span.unwrap_or((0.0, NO_END));
         if time <= start {
             return start.next_up();
         }
         for thermostat in self.thermostats() {
             let steps = (time - start) / thermostat.every;
             // The action at the start of the stage is before any later edit without rounding.
-            if steps.round() >= 1.0 && (steps - steps.round()).abs() < APART {
-                return time.next_up().max(start + (steps.round() + 2.0 * APART) * thermostat.every);
+            if steps.round() >= 1.0 && (steps - steps.round()).abs() < MIN_TIME_APART {
+                return time
+                    .next_up()
+                    .max(start + (steps.round() + 2.0 * MIN_TIME_APART) * thermostat.every);
             }
         }
         // The scene itself begins a stage there.
-        if time < end && time + APART * (end - start) >= end && end < ENDLESS { end } else { time }
+        if time < end && time + MIN_TIME_APART * (end - start) >= end && end < NO_END {
+            end
+        } else {
+            time
+        }
     }
 
     /// Puts a stage behind the present one, which ends at `start`; returns its index.
-    fn begin_stage(&mut self, start: f64, edit: &StageSpec, hold: Option<&[ThermostatSpec]>) -> usize {
+    fn begin_stage(
+        &mut self,
+        start: f64,
+        edit: &StageSpec,
+        hold: Option<&[ThermostatSpec]>,
+    ) -> usize {
         if self.scene.stage.is_empty() {
             self.scene.run.measure_from = 0.0.into();
-            self.scene.stage.push(StageSpec { until: ENDLESS, ..StageSpec::default() });
+            self.scene.stage.push(StageSpec {
+                until: NO_END,
+                ..StageSpec::default()
+            });
         }
         let present = &mut self.scene.stage[self.stage];
-        let StageSpec { until, measure, thermostat, .. } = present.clone();
+        let StageSpec {
+            until,
+            measure,
+            thermostat,
+            ..
+        } = present.clone();
         present.until = start;
         let thermostat = hold.map_or(thermostat, <[_]>::to_vec);
-        self.scene.stage.insert(self.stage + 1, StageSpec { until, measure, thermostat, ..edit.clone() });
+        self.scene.stage.insert(
+            self.stage + 1,
+            StageSpec {
+                until,
+                measure,
+                thermostat,
+                ..edit.clone()
+            },
+        );
         self.stage + 1
     }
 
@@ -469,7 +524,10 @@ impl InteractiveRun {
         let mut ahead = self.clone();
         let (state, mut left_out) = match ahead.run_to_end_of_epoch()? {
             Some(state) => (state, Vec::new()),
-            None => (ahead.simulation.end_epoch_here(), vec![WITHIN_EPOCH.to_owned()]),
+            None => (
+                ahead.simulation.end_epoch_here(),
+                vec![WITHIN_EPOCH.to_owned()],
+            ),
         };
         let time = state.time();
         let mut scene = ahead.ending_after(time.to_f64())?;
@@ -493,7 +551,9 @@ impl InteractiveRun {
         let aside = beside(path);
         let written = ahead
             .write(&aside, &scene, &state, &command)
-            .and_then(|()| publish(&aside, path).with_context(|| format!("cannot write {}", path.display())));
+            .and_then(|()| {
+                publish(&aside, path).with_context(|| format!("cannot write {}", path.display()))
+            });
         if written.is_err() {
             // A partial run is useless; failures to remove it are ignored, and files of others
             // stay.
@@ -501,7 +561,11 @@ impl InteractiveRun {
             let _ = fs::remove_dir(path);
         }
         written?;
-        Ok(Saved { time: time.to_f64(), command, left_out })
+        Ok(Saved {
+            time: time.to_f64(),
+            command,
+            left_out,
+        })
     }
 
     /// Writes the files of the run of `scene` with a checkpoint of this state into a new folder.
@@ -518,7 +582,14 @@ impl InteractiveRun {
         folder.write_lasting("config.toml", scene.to_toml())?;
         folder.write_lasting(PICTURES[0], picture_of(&view, PICTURE))?;
         let what = describe(scene, None);
-        resumable::write_going(&path.join(CHECKPOINT), &what, scene.run.until, done, state, &measures)
+        resumable::write_going(
+            &path.join(CHECKPOINT),
+            &what,
+            scene.run.until,
+            done,
+            state,
+            &measures,
+        )
     }
 
     /// Runs to the end of the epoch, or through the edit that ends it, and returns the state;
@@ -527,7 +598,7 @@ impl InteractiveRun {
     fn run_to_end_of_epoch(&mut self) -> Result<Option<Checkpoint>> {
         let begun = Instant::now();
         let mut span = self.until;
-        for _ in 0..MOST_LOOKS {
+        for _ in 0..MAX_LOOKS {
             let far = self.simulation.time().after(span);
             let step = self.due(far);
             let target = step.map_or(far, |step| EpochTime::from(step.time));
@@ -535,7 +606,7 @@ impl InteractiveRun {
                 if let Some(state) = self.simulation.checkpoint() {
                     return Ok(Some(state));
                 }
-                if begun.elapsed() > LONGEST_SEARCH {
+                if begun.elapsed() > MAX_SEARCH {
                     return Ok(None);
                 }
                 if self.run_piece(target, &mut ())? {
@@ -545,7 +616,7 @@ impl InteractiveRun {
             if let Some(step) = step {
                 self.take(step, &mut ())?;
             }
-            span = (2.0 * span).min(ENDLESS);
+            span = (2.0 * span).min(NO_END);
         }
         // Nothing moves: the end of an epoch changes no bit.
         Ok(Some(self.simulation.end_epoch_here()))
@@ -556,25 +627,33 @@ impl InteractiveRun {
     fn ending_after(&self, time: f64) -> Result<Scene> {
         let mut scene = self.scene.clone();
         let run = &mut scene.run;
-        let until = if time < self.until { self.until } else { time + self.until };
+        let until = if time < self.until {
+            self.until
+        } else {
+            time + self.until
+        };
         let mut until = until.max(time * (1.0 + 1e-9));
         let (start, _) = spans(&scene.stage).last().unwrap_or_default();
         if !scene.stage.is_empty() {
             // The last stage is measured. Below, the interval of samples may be lengthened to the
             // shortest for this end.
-            let interval = run.sample_interval.max(until / (0.4 * MOST_SAMPLES));
+            let interval = run.sample_interval.max(until / (0.4 * MAX_SAMPLES));
             until = until.max(start + 1.5 * interval);
         }
-        for thermostat in scene.stage.last().map_or(&[][..], |stage| &stage.thermostat) {
-            until = until.min(start + 0.5 * MOST_ACTIONS * thermostat.every);
+        for thermostat in scene
+            .stage
+            .last()
+            .map_or(&[][..], |stage| &stage.thermostat)
+        {
+            until = until.min(start + 0.5 * MAX_ACTIONS * thermostat.every);
         }
         ensure!(
             until > time,
             "a thermostat has acted more than {:e} times since the last edit: make an edit first",
-            0.5 * MOST_ACTIONS
+            0.5 * MAX_ACTIONS
         );
         // Longer than the scene file says: fewer samples.
-        let shortest = until / (0.5 * MOST_SAMPLES);
+        let shortest = until / (0.5 * MAX_SAMPLES);
         run.sample_interval = run.sample_interval.max(shortest);
         run.snapshot_interval = run.snapshot_interval.map(|interval| interval.max(shortest));
         run.check_interval = run.check_interval.map(|interval| interval.max(shortest));
@@ -590,7 +669,10 @@ impl InteractiveRun {
         scene.run.stop = None;
         if !scene.stage.is_empty() && !stages::is_sampled(&scene) {
             // No edit is refused because the measured stages are nearly over.
-            scene.stage.iter_mut().for_each(|stage| stage.measure = false);
+            scene
+                .stage
+                .iter_mut()
+                .for_each(|stage| stage.measure = false);
         }
         Ok(scene)
     }
@@ -598,7 +680,10 @@ impl InteractiveRun {
     /// The steps of the finite scene that lie behind a checkpoint at `time`: all up to the last
     /// change, and later observations up to `time`.
     fn done_of(&self, scene: &Scene, time: EpochTime) -> Done {
-        let mut done = Done { actions: self.actions, ..Done::default() };
+        let mut done = Done {
+            actions: self.actions,
+            ..Done::default()
+        };
         let mut changes = 0;
         for step in Schedule::new(scene) {
             let is_change = matches!(step.what, What::Stage(_) | What::Thermostat { .. });
@@ -626,7 +711,11 @@ fn claim(path: &Path) -> Result<()> {
     match fs::create_dir(path) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
             let is_empty = fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
-            ensure!(is_empty, "{} holds files already: nothing is overwritten", path.display());
+            ensure!(
+                is_empty,
+                "{} holds files already: nothing is overwritten",
+                path.display()
+            );
             Ok(())
         }
         created => created.with_context(|| format!("cannot create the folder {}", path.display())),
@@ -661,7 +750,10 @@ fn publish(aside: &Path, path: &Path) -> io::Result<()> {
 /// Removes the measures that cannot begin with these bodies; returns each with the reason.
 fn leave_out_measures(scene: &mut Scene, view: &View<'_>) -> Vec<String> {
     let alone = Scene {
-        run: RunSpec { observe: Vec::new(), ..scene.run.clone() },
+        run: RunSpec {
+            observe: Vec::new(),
+            ..scene.run.clone()
+        },
         measure: Vec::new(),
         ..scene.clone()
     };
@@ -672,10 +764,21 @@ fn leave_out_measures(scene: &mut Scene, view: &View<'_>) -> Vec<String> {
         begun.is_ok()
     };
     scene.run.observe.retain(|name| {
-        let run = RunSpec { observe: vec![name.clone()], ..alone.run.clone() };
-        can_begin(&Scene { run, ..alone.clone() })
+        let run = RunSpec {
+            observe: vec![name.clone()],
+            ..alone.run.clone()
+        };
+        can_begin(&Scene {
+            run,
+            ..alone.clone()
+        })
     });
-    scene.measure.retain(|spec| can_begin(&Scene { measure: vec![spec.clone()], ..alone.clone() }));
+    scene.measure.retain(|spec| {
+        can_begin(&Scene {
+            measure: vec![spec.clone()],
+            ..alone.clone()
+        })
+    });
     left_out
 }
 
@@ -685,7 +788,8 @@ fn add_measures(scene: &mut Scene, measures: &[(MeasureSpec, f64)]) {
         let mut spec = spec.clone();
         spec.parameters.remove("interval");
         let every = (interval / scene.run.sample_interval).round().max(1.0);
-        spec.parameters.insert("every".to_owned(), MeasureParameter::Number(every));
+        spec.parameters
+            .insert("every".to_owned(), MeasureParameter::Number(every));
         scene.measure.push(spec);
         if requests(scene).is_err() {
             scene.measure.pop();

@@ -73,11 +73,19 @@ pub struct Options {
 /// The scene is invalid, the folder is not empty, or the run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let from = options.file.from.as_deref();
-    let parent = Parent::find(from, &folder_path(options), options.choices.resumption.resume)?;
+    let parent = Parent::find(
+        from,
+        &folder_path(options),
+        options.choices.resumption.resume,
+    )?;
     let scene = options.file.read(parent.as_ref())?;
     let method = Method::try_from(&scene.method).context("[method]")?;
     // The contents of the box come from the parent.
-    let remarks = if parent.is_none() { remarks(&scene) } else { Vec::new() };
+    let remarks = if parent.is_none() {
+        remarks(&scene)
+    } else {
+        Vec::new()
+    };
     for remark in &remarks {
         note(remark);
     }
@@ -88,28 +96,43 @@ pub fn run(options: &Options) -> Result<Verdict> {
         if let Some(parent) = place.parent {
             return begin(continued(parent, &scene, &method)?, &scene, parent.actions);
         }
-        let fits = Demand::of(&scene).and_then(|demand| demand.refuse_unless_fits(memory::available()));
+        let fits =
+            Demand::of(&scene).and_then(|demand| demand.refuse_unless_fits(memory::available()));
         fits.with_context(|| format!("scene {}", options.file.path.display()))?;
         let growth = match &place.opened {
             Some((folder, _)) => placement::stored(&what, folder.path())?,
             None => None,
         };
         let mut store = |growth: &Growth| placement::store(growth, &what, place.describe()?.path());
-        let placement = Placement::new(&method, &signals, options.choices.checkpoint_every, &mut store);
+        let placement = Placement::new(
+            &method,
+            &signals,
+            options.choices.checkpoint_every,
+            &mut store,
+        );
         let simulation = match growth {
             Some(growth) => placement.resume(growth),
             None => placement.begin(&scene),
         };
-        let simulation = simulation.with_context(|| format!("scene {}", options.file.path.display()))?;
+        let simulation =
+            simulation.with_context(|| format!("scene {}", options.file.path.display()))?;
         begin(simulation, &scene, 0)
     };
     // Built before anything is written, so that an invalid scene leaves no folder, except for a
     // growth that takes long. A run that is resumed need not place its bodies again.
     let resumes = options.choices.resumption.resume;
     if !resumes {
-        options.choices.resumption.destination.check(&place.path.display().to_string())?;
+        options
+            .choices
+            .resumption
+            .destination
+            .check(&place.path.display().to_string())?;
     }
-    let started = if resumes { None } else { Some(start(&mut place).map_err(|error| place.give_up(error))?) };
+    let started = if resumes {
+        None
+    } else {
+        Some(start(&mut place).map_err(|error| place.give_up(error))?)
+    };
     let folder = place.open()?;
     let task = Task {
         folder: &folder,
@@ -123,18 +146,30 @@ pub fn run(options: &Options) -> Result<Verdict> {
     };
     let found = task.find()?;
     place.describe()?;
-    let pricing = if options.no_price { Pricing::LeftOut } else { Pricing::Measured };
-    let ended = simulate(&task, found, &scene, pricing, || started.map_or_else(|| start(&mut place), Ok));
+    let pricing = if options.no_price {
+        Pricing::LeftOut
+    } else {
+        Pricing::Measured
+    };
+    let ended = simulate(&task, found, &scene, pricing, || {
+        started.map_or_else(|| start(&mut place), Ok)
+    });
     let ended = ended.map_err(|error| place.record(error))?;
     place.tiles = Some(TileSummary::new(task.threads, &ended.tiles));
     let title = format!("Scene {}", options.file.path.display());
     if let Some(error) = ended.error {
-        let mut summary = ended.outcome.summary_of_failed(title, &task.method, scene.run.until);
+        let mut summary = ended
+            .outcome
+            .summary_of_failed(title, &task.method, scene.run.until);
         put_first(&mut summary, parent.as_ref(), &remarks);
         // The cause comes first: on a full disk none of this can be written.
         let recorded = place.fail(summary.totals.cpu_seconds(), &error);
         let written = write_failed(&folder, &ended.outcome, &summary, &error);
-        let later = ended.later.into_iter().chain(recorded.err()).chain(written.err());
+        let later = ended
+            .later
+            .into_iter()
+            .chain(recorded.err())
+            .chain(written.err());
         crate::conclude(&folder, &summary);
         return Err(Followed::by(error, later));
     }
@@ -170,7 +205,12 @@ fn write_ended(
 }
 
 /// Writes the results of a run up to an error, the page last.
-fn write_failed(folder: &Folder, outcome: &Outcome, summary: &Summary, error: &Error) -> Result<()> {
+fn write_failed(
+    folder: &Folder,
+    outcome: &Outcome,
+    summary: &Summary,
+    error: &Error,
+) -> Result<()> {
     folder.write_json("summary.json", &SummaryFile::of(summary))?;
     report::write_tables(&outcome.results, folder)?;
     report::write(folder, State::Failed(format!("{error:#}")))
@@ -178,7 +218,10 @@ fn write_failed(folder: &Folder, outcome: &Outcome, summary: &Summary, error: &E
 
 /// Puts the run from which this one starts, and remarks on the scene, before the note.
 fn put_first(summary: &mut Summary, parent: Option<&Parent>, remarks: &[String]) {
-    let mut note: Vec<String> = parent.map(|parent| parent.origin.sentence()).into_iter().collect();
+    let mut note: Vec<String> = parent
+        .map(|parent| parent.origin.sentence())
+        .into_iter()
+        .collect();
     note.extend_from_slice(remarks);
     note.push(std::mem::take(&mut summary.note));
     summary.note = note.join(" ").trim_end().into();
@@ -222,8 +265,12 @@ pub(crate) fn begin(mut simulation: AnySimulation, scene: &Scene, before: u64) -
 pub(crate) fn continued(parent: &Parent, scene: &Scene, method: &Method) -> Result<AnySimulation> {
     let simulation = parent.start(scene, method)?;
     let view = simulation.view();
-    let tags = view.bodies().flat_map(|body| body.body.tags().iter().copied());
-    let names: BTreeSet<String> = tags.map(|tag| view.tag_names().name(tag).to_owned()).collect();
+    let tags = view
+        .bodies()
+        .flat_map(|body| body.body.tags().iter().copied());
+    let names: BTreeSet<String> = tags
+        .map(|tag| view.tag_names().name(tag).to_owned())
+        .collect();
     stages::refuse_unknown_tags(scene, names)?;
     Ok(simulation)
 }
@@ -249,7 +296,16 @@ impl<'a> Place<'a> {
         let path = folder_path(options);
         let command = again(&path, parent);
         let existing = options.choices.resumption.existing();
-        Self { scene, parent, path, existing, command, opened: None, manifest: None, tiles: None }
+        Self {
+            scene,
+            parent,
+            path,
+            existing,
+            command,
+            opened: None,
+            manifest: None,
+            tiles: None,
+        }
     }
 
     /// Creates and locks the folder.
@@ -266,8 +322,16 @@ impl<'a> Place<'a> {
     fn describe(&mut self) -> Result<Folder> {
         let folder = self.open()?;
         if self.manifest.is_none() {
-            let note = self.parent.map(|parent| serde_json::to_value(&parent.origin)).transpose()?;
-            self.manifest = Some(Manifest::begin_from(&folder, &self.command, &[self.scene], note)?);
+            let note = self
+                .parent
+                .map(|parent| serde_json::to_value(&parent.origin))
+                .transpose()?;
+            self.manifest = Some(Manifest::begin_from(
+                &folder,
+                &self.command,
+                &[self.scene],
+                note,
+            )?);
             Parent::store(self.parent, &folder)?;
             if let Some(frame) = &self.scene.start.snapshot {
                 folder.write_lasting(START, frame.as_bytes())?;
@@ -280,22 +344,30 @@ impl<'a> Place<'a> {
     /// Records that the run has ended.
     fn complete(mut self, cpu_seconds: f64) -> Result<()> {
         let folder = self.describe()?;
-        self.ended().map_or(Ok(()), |manifest| manifest.complete(&folder, cpu_seconds))
+        self.ended()
+            .map_or(Ok(()), |manifest| manifest.complete(&folder, cpu_seconds))
     }
 
     /// Records that the run has ended with an error.
     fn fail(&mut self, cpu_seconds: f64, error: &Error) -> Result<()> {
         let folder = self.describe()?;
-        self.ended().map_or(Ok(()), |manifest| manifest.fail(&folder, cpu_seconds, error))
+        self.ended().map_or(Ok(()), |manifest| {
+            manifest.fail(&folder, cpu_seconds, error)
+        })
     }
 
     /// Removes what a run has written that did not start, unless it was interrupted, or has stored
     /// a growth, which continues from there.
     fn give_up(&mut self, error: Error) -> Error {
-        if error.chain().any(|cause| cause.is::<Interrupted>() || cause.is::<Ousted>()) {
+        if error
+            .chain()
+            .any(|cause| cause.is::<Interrupted>() || cause.is::<Ousted>())
+        {
             return error;
         }
-        let Some((folder, lock)) = self.opened.take() else { return error };
+        let Some((folder, lock)) = self.opened.take() else {
+            return error;
+        };
         if folder.path().join(placement::GROWTH).exists() {
             return error;
         }
@@ -307,7 +379,10 @@ impl<'a> Place<'a> {
 
     /// Puts an error that is not an interruption into the manifest, and returns it.
     fn record(&mut self, error: Error) -> Error {
-        if error.chain().any(|cause| cause.is::<Interrupted>() || cause.is::<Ousted>()) {
+        if error
+            .chain()
+            .any(|cause| cause.is::<Interrupted>() || cause.is::<Ousted>())
+        {
             return error;
         }
         let recorded = self.fail(0.0, &error);
@@ -345,6 +420,14 @@ pub fn record(scene: &Scene, signals: &Signals) -> Result<Record> {
 }
 
 fn folder_path(options: &Options) -> PathBuf {
-    let name = options.file.path.file_stem().unwrap_or_else(|| "scene".as_ref()).to_string_lossy();
-    options.choices.resumption.folder(&format!("out/run-{name}"))
+    let name = options
+        .file
+        .path
+        .file_stem()
+        .unwrap_or_else(|| "scene".as_ref())
+        .to_string_lossy();
+    options
+        .choices
+        .resumption
+        .folder(&format!("out/run-{name}"))
 }

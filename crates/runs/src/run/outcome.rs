@@ -34,8 +34,10 @@ use crate::{
 pub(super) const PICTURE: u32 = 720;
 
 /// Figures of contacts at one instant, which are not shown where they are 0.
-pub const AT_ONCE: [&str; 2] =
-    ["contacts at several points at once", "contacts at one instant with another of the same body"];
+pub const AT_ONCE: [&str; 2] = [
+    "contacts at several points at once",
+    "contacts at one instant with another of the same body",
+];
 
 /// The figure of the time at which the measurement started.
 pub const MEASURED_FROM: &str = "measured from";
@@ -110,7 +112,12 @@ pub fn simulate(
     let progress = Progress::new(run.until);
     let mut going = match task.start::<Measures, Outcome>(found)? {
         Start::Ended(outcome) => {
-            return Ok(Ended { outcome, error: None, later: Vec::new(), tiles: TileCounters::default() });
+            return Ok(Ended {
+                outcome,
+                error: None,
+                later: Vec::new(),
+                tiles: TileCounters::default(),
+            });
         }
         Start::From(going) => {
             // The picture is needed at the end; a missing one is an error now rather than then.
@@ -126,17 +133,37 @@ pub fn simulate(
     let error = steps::go_on(&mut going, task, scene, Output::Files, &progress).err();
     drop(progress);
     if let Some(error) = error {
-        if error.chain().any(|cause| cause.is::<Interrupted>() || cause.is::<Ousted>()) {
+        if error
+            .chain()
+            .any(|cause| cause.is::<Interrupted>() || cause.is::<Ousted>())
+        {
             return Err(error);
         }
-        let outcome = outcome_of(&going.simulation.view(), &going.observers, going.seconds(), scene);
+        let outcome = outcome_of(
+            &going.simulation.view(),
+            &going.observers,
+            going.seconds(),
+            scene,
+        );
         let flushed = going.files.lengths().map(drop);
-        let later = [flushed, write_results(&outcome, &going, task)].into_iter().filter_map(Result::err);
+        let later = [flushed, write_results(&outcome, &going, task)]
+            .into_iter()
+            .filter_map(Result::err);
         let (later, tiles) = (later.collect(), going.simulation.tile_counters());
-        return Ok(Ended { outcome, error: Some(error), later, tiles });
+        return Ok(Ended {
+            outcome,
+            error: Some(error),
+            later,
+            tiles,
+        });
     }
     going.observers.finish(&going.simulation.view());
-    let mut outcome = outcome_of(&going.simulation.view(), &going.observers, going.seconds(), scene);
+    let mut outcome = outcome_of(
+        &going.simulation.view(),
+        &going.observers,
+        going.seconds(),
+        scene,
+    );
     write_results(&outcome, &going, task)?;
     if pricing == Pricing::Measured {
         // A run whose last state is of no use for an exact run is not at fault.
@@ -145,17 +172,25 @@ pub fn simulate(
     }
     let tiles = going.simulation.tile_counters();
     going.end(task, &outcome)?;
-    Ok(Ended { outcome, error: None, later: Vec::new(), tiles })
+    Ok(Ended {
+        outcome,
+        error: None,
+        later: Vec::new(),
+        tiles,
+    })
 }
 
 /// Writes the tables of an outcome, and the last picture.
 fn write_results(outcome: &Outcome, going: &Resumable<Measures>, task: &Task<'_>) -> Result<()> {
-    task.folder.write_lasting(PICTURES[1], picture_of(&going.simulation.view(), PICTURE))?;
+    task.folder
+        .write_lasting(PICTURES[1], picture_of(&going.simulation.view(), PICTURE))?;
     for (file, map) in maps_of(&going.simulation.view()) {
         task.folder.write_lasting(file, map)?;
     }
     // A run that has ended is not run again: its tables must be as lasting as its last checkpoint.
-    outcome.results.write_lasting(task.folder, |name| going.files.holds(name))
+    outcome
+        .results
+        .write_lasting(task.folder, |name| going.files.holds(name))
 }
 
 /// Runs a scene in memory and writes nothing.
@@ -175,7 +210,12 @@ pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
     measures.check(&simulation.view());
     steps::take_all(&mut simulation, &mut measures, scene, actions, signals)?;
     measures.finish(&simulation.view());
-    Ok(outcome_of(&simulation.view(), &measures, clock.elapsed().as_secs_f64(), scene))
+    Ok(outcome_of(
+        &simulation.view(),
+        &measures,
+        clock.elapsed().as_secs_f64(),
+        scene,
+    ))
 }
 
 /// Starts a run: initial picture, and the sample at time 0.
@@ -185,7 +225,8 @@ fn begin(
     run: &RunSpec,
 ) -> Result<Resumable<Measures>> {
     task.folder.remove_earlier_results()?;
-    task.folder.write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
+    task.folder
+        .write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
     let mut going = Resumable::begin(task, simulation, measures);
     going.actions = actions;
     steps::take_first(&mut going, run, Output::Files)?;
@@ -193,7 +234,12 @@ fn begin(
 }
 
 /// The outcome of a run that has reached its end.
-pub(super) fn outcome_of(view: &View<'_>, measures: &Measures, seconds: f64, scene: &Scene) -> Outcome {
+pub(super) fn outcome_of(
+    view: &View<'_>,
+    measures: &Measures,
+    seconds: f64,
+    scene: &Scene,
+) -> Outcome {
     let (hard_discs, judged) = theory(view, scene);
     let results = measures.results(&judged, &hard_discs);
     let collisions = view.counters().collisions;
@@ -209,12 +255,20 @@ pub(super) fn outcome_of(view: &View<'_>, measures: &Measures, seconds: f64, sce
         fixed: view.bodies().filter(|body| body.body.is_fixed()).count(),
         temperature: view.temperature(),
         left_at_rest: left_at_rest(view),
-        at_once: [view.counters().joint_collisions, view.counters().simultaneous_collisions],
-        measured_from: measures.measured_from().filter(|_| scene.run.measure_from == MeasureFrom::Auto),
+        at_once: [
+            view.counters().joint_collisions,
+            view.counters().simultaneous_collisions,
+        ],
+        measured_from: measures
+            .measured_from()
+            .filter(|_| scene.run.measure_from == MeasureFrom::Auto),
         price: None,
         guarded: (view.ledger().spared > 0.0).then(|| {
             let ledger = view.ledger();
-            (view.counters().guarded_collisions, ledger.spared / ledger.lost.max(ledger.spared))
+            (
+                view.counters().guarded_collisions,
+                ledger.spared / ledger.lost.max(ledger.spared),
+            )
         }),
     }
 }
@@ -222,28 +276,53 @@ pub(super) fn outcome_of(view: &View<'_>, measures: &Measures, seconds: f64, sce
 /// The end of the run, or the time at which it failed; their difference is more than rounding.
 fn simulated_time(view: &View<'_>, scene: &Scene) -> f64 {
     let (now, until) = (view.time().to_f64(), scene.run.until);
-    if (until - now).abs() <= END * until { until } else { now }
+    if (until - now).abs() <= END * until {
+        until
+    } else {
+        now
+    }
 }
 
 /// The gas to which theory applies in the measured part of a run, or why there is none; and the
 /// scene with the elasticity in force there.
 fn theory(view: &View<'_>, scene: &Scene) -> (Result<HardDiscs, String>, Scene) {
     let in_force = stages::measured_elasticities(scene);
-    let is_elastic =
-        |spec: &ElasticitySpec| spec.default == 1.0 && spec.pair.iter().all(|rule| rule.coefficient == 1.0);
-    let judged = in_force.iter().find(|spec| !is_elastic(spec)).unwrap_or(&in_force[0]);
+    let is_elastic = |spec: &ElasticitySpec| {
+        spec.default == 1.0 && spec.pair.iter().all(|rule| rule.coefficient == 1.0)
+    };
+    let judged = in_force
+        .iter()
+        .find(|spec| !is_elastic(spec))
+        .unwrap_or(&in_force[0]);
     let hard_discs = match stages::is_disturbed(scene) {
         Some(reason) => Err(reason.to_owned()),
         None => HardDiscs::of(view, judged),
     };
-    (hard_discs, Scene { elasticity: (*judged).clone(), ..scene.clone() })
+    (
+        hard_discs,
+        Scene {
+            elasticity: (*judged).clone(),
+            ..scene.clone()
+        },
+    )
 }
 
 /// Names of tags with bodies that thermostats have left out because they were at rest, with their
 /// number.
 fn left_at_rest(view: &View<'_>) -> Vec<(String, u64)> {
-    let heats = view.heat().all().iter().filter(|heat| heat.counts.at_rest > 0);
-    heats.map(|heat| (view.tag_names().name(heat.tag).to_owned(), heat.counts.at_rest)).collect()
+    let heats = view
+        .heat()
+        .all()
+        .iter()
+        .filter(|heat| heat.counts.at_rest > 0);
+    heats
+        .map(|heat| {
+            (
+                view.tag_names().name(heat.tag).to_owned(),
+                heat.counts.at_rest,
+            )
+        })
+        .collect()
 }
 
 /// Whether a figure is shown: contacts at one instant are, where there are any.
@@ -260,16 +339,24 @@ impl Outcome {
     /// Figures of the whole system at the end.
     fn system_figures(&self) -> Vec<Figure> {
         let bodies = Figure::new("bodies", self.bodies as f64, "1");
-        let temperature = |kt: f64| Figure::new("temperature kT at the end", kt, "mass·length²/time²");
+        let temperature =
+            |kt: f64| Figure::new("temperature kT at the end", kt, "mass·length²/time²");
         let fixed = (self.fixed > 0).then(|| Figure::new(FIXED_BODIES, self.fixed as f64, "1"));
         let from = |time: f64| Figure::new(MEASURED_FROM, time, "time");
         let [joint, simultaneous] = self.at_once;
         // Also where there are none: a mean over replicas needs all of them.
         let several = Some(Figure::new(AT_ONCE[0], joint as f64, "1"));
         let at_once = Some(Figure::new(AT_ONCE[1], simultaneous as f64, "1"));
-        let optional =
-            [fixed, self.temperature.map(temperature), self.measured_from.map(from), several, at_once];
-        std::iter::once(bodies).chain(optional.into_iter().flatten()).collect()
+        let optional = [
+            fixed,
+            self.temperature.map(temperature),
+            self.measured_from.map(from),
+            several,
+            at_once,
+        ];
+        std::iter::once(bodies)
+            .chain(optional.into_iter().flatten())
+            .collect()
     }
 
     /// Figures and checks.
@@ -278,8 +365,16 @@ impl Outcome {
         figures.retain(is_shown);
         figures.extend(self.results.figures.iter().cloned());
         if let Some((guarded, share)) = self.guarded {
-            figures.push(Figure::new("contacts that the guard against collapse raised", guarded as f64, "1"));
-            figures.push(Figure::new("energy that it spared, by energy lost", share, "1"));
+            figures.push(Figure::new(
+                "contacts that the guard against collapse raised",
+                guarded as f64,
+                "1",
+            ));
+            figures.push(Figure::new(
+                "energy that it spared, by energy lost",
+                share,
+                "1",
+            ));
         }
         for (tag, count) in &self.left_at_rest {
             let name = format!("bodies at rest that thermostats left out, {tag}");
@@ -294,9 +389,17 @@ impl Outcome {
             );
             checks.retain(|check| check.name != OVERLAPPING_PAIRS);
             let pairs = self.totals.overlapping_pairs as f64;
-            figures.push(Figure::new("overlapping pairs at a sample, at most", pairs, "1"));
+            figures.push(Figure::new(
+                "overlapping pairs at a sample, at most",
+                pairs,
+                "1",
+            ));
             let depth = self.totals.max_overlap;
-            figures.push(Figure::new("deepest overlap at a sample, by the smaller diameter", depth, "1"));
+            figures.push(Figure::new(
+                "deepest overlap at a sample, by the smaller diameter",
+                depth,
+                "1",
+            ));
         }
         figures.extend(self.price.iter().flat_map(Price::figures));
         if !self.results.silent.is_empty() {
@@ -313,14 +416,27 @@ impl Outcome {
         }
         checks.extend(figures.iter().filter_map(Figure::check));
         let note = note.trim_start().to_owned();
-        Summary { title, note, totals: self.totals, checks, figures, runs: Vec::new() }
+        Summary {
+            title,
+            note,
+            totals: self.totals,
+            checks,
+            figures,
+            runs: Vec::new(),
+        }
     }
 
     /// The summary of a run that ended with an error before its end at `until`.
     pub fn summary_of_failed(&self, title: String, method: &Method, until: f64) -> Summary {
         let mut summary = self.summary(title, method);
         let left = until - self.totals.simulated_time;
-        summary.checks.insert(0, Check { passed: false, ..Check::at_most("time_left", left, 0.0) });
+        summary.checks.insert(
+            0,
+            Check {
+                passed: false,
+                ..Check::at_most("time_left", left, 0.0)
+            },
+        );
         summary
     }
 
@@ -329,7 +445,10 @@ impl Outcome {
         let note = self.summary(String::new(), method).note;
         let run = RunRecord {
             // The speed differs between runs of the same bits.
-            totals: Totals { collisions_per_second: 0.0, ..self.totals },
+            totals: Totals {
+                collisions_per_second: 0.0,
+                ..self.totals
+            },
             note,
             figures: self.system_figures(),
             measures: self.results.records.clone(),

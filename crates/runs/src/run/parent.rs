@@ -54,8 +54,17 @@ pub struct Origin {
 impl Origin {
     /// A sentence for the report.
     pub fn sentence(&self) -> String {
-        let Self { folder, time, is_end, .. } = self;
-        let what = if *is_end { "the end" } else { "the last checkpoint" };
+        let Self {
+            folder,
+            time,
+            is_end,
+            ..
+        } = self;
+        let what = if *is_end {
+            "the end"
+        } else {
+            "the last checkpoint"
+        };
         format!("Starts from {what} of the run in {folder}, at its time {time}.")
     }
 }
@@ -69,17 +78,24 @@ impl Parent {
     pub fn find(from: Option<&Path>, folder: &Path, resume: bool) -> Result<Option<Self>> {
         let stored = if resume { Self::stored(folder)? } else { None };
         match (stored, from) {
-            (Some(stored), Some(from)) if stored.origin.folder != from.display().to_string() => bail!(
-                "the run in {} starts from {}, not from {}",
-                folder.display(),
-                stored.origin.folder,
-                from.display()
-            ),
+            (Some(stored), Some(from)) if stored.origin.folder != from.display().to_string() => {
+                bail!(
+                    "the run in {} starts from {}, not from {}",
+                    folder.display(),
+                    stored.origin.folder,
+                    from.display()
+                )
+            }
             (Some(stored), _) => Ok(Some(stored)),
             (None, Some(from)) => {
-                ensure!(from != folder, "a run cannot start from its own folder {}", from.display());
+                ensure!(
+                    from != folder,
+                    "a run cannot start from its own folder {}",
+                    from.display()
+                );
                 let read = Self::read(from);
-                read.with_context(|| format!("cannot start from the run in {}", from.display())).map(Some)
+                read.with_context(|| format!("cannot start from the run in {}", from.display()))
+                    .map(Some)
             }
             (None, None) => Ok(None),
         }
@@ -89,7 +105,9 @@ impl Parent {
         let path = folder.join(START_STATE);
         match Body::read(&path).and_then(|mut body| body.take()) {
             Ok(stored) => Ok(Some(stored)),
-            Err(FileError::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(FileError::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => {
+                Ok(None)
+            }
             Err(error) => Err(error).with_context(|| format!("cannot read {}", path.display())),
         }
     }
@@ -108,7 +126,12 @@ impl Parent {
             time: last.state.time().to_f64(),
             is_end: last.is_end,
         };
-        Ok(Self { origin, scene: scene.to_owned(), actions: last.actions, state: last.state })
+        Ok(Self {
+            origin,
+            scene: scene.to_owned(),
+            actions: last.actions,
+            state: last.state,
+        })
     }
 
     /// Stores the start state of a run in its folder, or removes that of an earlier run.
@@ -117,7 +140,10 @@ impl Parent {
     /// The file cannot be written or removed.
     pub fn store(parent: Option<&Self>, folder: &Folder) -> Result<()> {
         if let Some(parent) = parent {
-            return checkpoint_file::write(&folder.file(START_STATE)?, &[&checkpoint_file::encode(parent)?]);
+            return checkpoint_file::write(
+                &folder.file(START_STATE)?,
+                &[&checkpoint_file::encode(parent)?],
+            );
         }
         let path = folder.path().join(START_STATE);
         match fs::remove_file(&path) {
@@ -141,8 +167,12 @@ impl Parent {
                 scene.insert(key.to_owned(), value.clone());
             }
         }
-        let bounds = scene.entry("box").or_insert_with(|| toml::Value::Table(toml::Table::new()));
-        if let (toml::Value::Table(bounds), Some(toml::Value::Table(own))) = (bounds, own.get("box")) {
+        let bounds = scene
+            .entry("box")
+            .or_insert_with(|| toml::Value::Table(toml::Table::new()));
+        if let (toml::Value::Table(bounds), Some(toml::Value::Table(own))) =
+            (bounds, own.get("box"))
+        {
             for (key, value) in own {
                 bounds.entry(key).or_insert_with(|| value.clone());
             }
@@ -179,16 +209,25 @@ impl Parent {
     /// The state does not fit the method, or the rules of elasticity are invalid.
     pub fn start(&self, scene: &Scene, method: &Method) -> Result<AnySimulation> {
         let mut simulation = AnySimulation::resume(
-            &self.state.clone().as_start(scene.bounds.seed, scene.bounds.replica)?,
+            &self
+                .state
+                .clone()
+                .as_start(scene.bounds.seed, scene.bounds.replica)?,
             method,
         )?;
-        simulation.set_elasticity(&scene.elasticity).context("elasticity")?;
+        simulation
+            .set_elasticity(&scene.elasticity)
+            .context("elasticity")?;
         Ok(simulation)
     }
 
     /// The line that identifies the start state in the description of a run.
     pub fn line(&self) -> String {
-        let Origin { scene_crc32, state_crc32, .. } = &self.origin;
+        let Origin {
+            scene_crc32,
+            state_crc32,
+            ..
+        } = &self.origin;
         format!("# starts from scene {scene_crc32}, state {state_crc32}\n")
     }
 }

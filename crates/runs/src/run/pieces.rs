@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use carom::{EpochTime, View, geometry::LARGEST};
+use carom::{EpochTime, View, geometry::MAX_MAGNITUDE};
 
 /// The first piece lasts this share of the time in which the fastest body crosses the box. Larger:
 /// the first piece of a slow detector takes long. Smaller: more pieces until their length is right.
@@ -30,7 +30,11 @@ impl Pieces {
 
     /// Pieces that shall take about `wall` by the clock, and the length of the first (time).
     pub fn with_first(first: f64, wall: Duration) -> Self {
-        Self { length: first, shortest: MIN_SHARE * first, wall }
+        Self {
+            length: first,
+            shortest: MIN_SHARE * first,
+            wall,
+        }
     }
 
     /// The length of the next piece (time).
@@ -49,16 +53,23 @@ impl Pieces {
         if wall > 2 * self.wall {
             self.length = (0.5 * self.length).max(self.shortest);
         } else if 2 * wall < self.wall {
-            self.length = (2.0 * self.length).min(LARGEST);
+            self.length = (2.0 * self.length).min(MAX_MAGNITUDE);
         }
     }
 }
 
 /// A length in which little happens (time).
 pub fn first_length(view: &View<'_>) -> f64 {
-    let fastest = view.bodies().map(|body| body.motion.velocity.length()).fold(0.0, f64::max);
+    let fastest = view
+        .bodies()
+        .map(|body| body.motion.velocity.length())
+        .fold(0.0, f64::max);
     let length = FIRST_SHARE * view.bounds().sides().min_element() / fastest;
-    if length > 0.0 { length.min(LARGEST) } else { FIRST_SHARE }
+    if length > 0.0 {
+        length.min(MAX_MAGNITUDE)
+    } else {
+        FIRST_SHARE
+    }
 }
 
 #[cfg(test)]

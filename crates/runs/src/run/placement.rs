@@ -43,7 +43,9 @@ pub fn stored(what: &str, folder: &Path) -> Result<Option<Growth>> {
         refuse_other(&body.take::<String>()?, what)?;
         Ok(body.take()?)
     };
-    read().map(Some).with_context(|| format!("cannot resume from {}", path.display()))
+    read()
+        .map(Some)
+        .with_context(|| format!("cannot resume from {}", path.display()))
 }
 
 /// Removes the growth from the folder of a run.
@@ -82,7 +84,16 @@ impl<'a> Placement<'a> {
         store: &'a mut dyn FnMut(&Growth) -> Result<()>,
     ) -> Self {
         let (last_stored, progress) = (Instant::now(), None);
-        Self { method, signals, store, store_every, last_stored, progress, reached: (0.0, 0), error: None }
+        Self {
+            method,
+            signals,
+            store,
+            store_every,
+            last_stored,
+            progress,
+            reached: (0.0, 0),
+            error: None,
+        }
     }
 
     /// Places the bodies of a scene from the beginning.
@@ -117,7 +128,9 @@ impl<'a> Placement<'a> {
         let now = growth.progress();
         // Growth and relaxation take about the same time.
         let reached = 0.5 * (now.smallest_scale + now.relaxed);
-        let progress = self.progress.get_or_insert_with(|| Lines::default().add("placement", 1.0));
+        let progress = self
+            .progress
+            .get_or_insert_with(|| Lines::default().add("placement", 1.0));
         progress.advance(reached - self.reached.0, now.collisions - self.reached.1);
         self.reached = (reached, now.collisions);
         let interrupted = self.signals.check();

@@ -77,10 +77,22 @@ impl Replica<'_> {
     /// The scene is invalid, the run fails, a checkpoint cannot be written, or a signal has been
     /// received.
     pub fn run(&self) -> Result<Finished> {
-        let Self { scene, folder, checkpoint_every, signals, progress } = *self;
+        let Self {
+            scene,
+            folder,
+            checkpoint_every,
+            signals,
+            progress,
+        } = *self;
         let method = Method::try_from(&scene.method).context("[method]")?;
-        let resumption = Resumption { resume: true, ..Resumption::default() };
-        let choices = Choices { resumption, checkpoint_every };
+        let resumption = Resumption {
+            resume: true,
+            ..Resumption::default()
+        };
+        let choices = Choices {
+            resumption,
+            checkpoint_every,
+        };
         let task = Task {
             folder,
             what: without_end("sweep", scene),
@@ -91,7 +103,9 @@ impl Replica<'_> {
             choices: &choices,
             signals,
         };
-        let started = task.find().and_then(|found| task.start::<Measures, ()>(found));
+        let started = task
+            .find()
+            .and_then(|found| task.start::<Measures, ()>(found));
         let mut going = match started {
             Ok(Start::From(going)) => *going,
             Ok(Start::Anew | Start::Ended(())) => self.begin(&task)?,
@@ -108,14 +122,22 @@ impl Replica<'_> {
         let (view, seconds) = (going.simulation.view(), going.seconds());
         progress.skip(scene.run.until - view.time().to_f64());
         let outcome = outcome_of(&view, &going.observers, seconds, scene);
-        Ok(Finished { record: outcome.record(scene, &task.method), seconds })
+        Ok(Finished {
+            record: outcome.record(scene, &task.method),
+            seconds,
+        })
     }
 
     /// Places the bodies and takes the first sample.
     fn begin(&self, task: &Task<'_>) -> Result<Resumable<Measures>> {
         let Self { scene, folder, .. } = *self;
         let mut store = |growth: &Growth| placement::store(growth, &task.what, folder.path());
-        let placement = Placement::new(&task.method, self.signals, self.checkpoint_every, &mut store);
+        let placement = Placement::new(
+            &task.method,
+            self.signals,
+            self.checkpoint_every,
+            &mut store,
+        );
         let simulation = match placement::stored(&task.what, folder.path()) {
             Ok(Some(growth)) => placement.resume(growth)?,
             // A damaged growth starts anew.

@@ -23,10 +23,10 @@ pub const EXTENDED_XYZ: &str = "extxyz";
 pub const START: &str = "start.extxyz";
 
 /// Largest file with a frame to start from (bytes): it is read as a whole.
-const LARGEST_START: u64 = 1 << 32;
+const MAX_START: u64 = 1 << 32;
 
 /// Largest number of samples of a run; more are refused as a mistake.
-pub(super) const MOST_SAMPLES: f64 = 1e7;
+pub(super) const MAX_SAMPLES: f64 = 1e7;
 
 /// Options that name a scene file and change entries of it.
 #[derive(Debug, Clone, Args)]
@@ -65,8 +65,13 @@ impl SceneFile {
             text => text.with_context(|| format!("cannot read the scene file {path}"))?,
         };
         let mut scene = Scene::from_toml(&text).map_err(|error| {
-            let is_study = text.contains("[scene]") || text.contains("[scene.") || text.contains("[[scene.");
-            let hint = if is_study { " (this is a study of many scenes: `carom sweep` runs it)" } else { "" };
+            let is_study =
+                text.contains("[scene]") || text.contains("[scene.") || text.contains("[[scene.");
+            let hint = if is_study {
+                " (this is a study of many scenes: `carom sweep` runs it)"
+            } else {
+                ""
+            };
             Error::new(error).context(format!("scene {path}{hint}"))
         })?;
         if !self.set.is_empty() || parent.is_some() {
@@ -104,8 +109,13 @@ impl SceneFile {
     /// Reads the frame from which the bodies of a scene start, if it names one.
     fn with_start(&self, mut scene: Scene) -> Result<Scene> {
         if let Some(from) = scene.start.from.take() {
-            let file = self.path.parent().unwrap_or_else(|| Path::new("")).join(&from);
-            read_start(&mut scene.start, &file).with_context(|| format!("start.from: {}", file.display()))?;
+            let file = self
+                .path
+                .parent()
+                .unwrap_or_else(|| Path::new(""))
+                .join(&from);
+            read_start(&mut scene.start, &file)
+                .with_context(|| format!("start.from: {}", file.display()))?;
         }
         Ok(scene)
     }
@@ -115,7 +125,10 @@ impl SceneFile {
 /// folder of its run, which has a copy of this frame under the name [`START`].
 fn read_start(start: &mut StartSpec, file: &Path) -> Result<()> {
     let length = fs::metadata(file).context("cannot read the file")?.len();
-    ensure!(length <= LARGEST_START, "the file has {length} bytes, more than {LARGEST_START}");
+    ensure!(
+        length <= MAX_START,
+        "the file has {length} bytes, more than {MAX_START}"
+    );
     let bytes = fs::read(file).context("cannot read the file")?;
     let frame = extended_xyz(&bytes, start.frame.take())?;
     let checksum = crc32fast::hash(frame.as_bytes());
@@ -137,7 +150,12 @@ pub(super) fn tags(scene: &Scene) -> impl Iterator<Item = String> {
     let bumpers = scene.bumper.iter().map(|entry| &entry.tags);
     let walls = scene.wall.iter().map(|entry| &entry.tags);
     let gases = scene.gas.iter().map(|entry| &entry.tags);
-    molecules.chain(bumpers).chain(walls).chain(gases).flatten().cloned()
+    molecules
+        .chain(bumpers)
+        .chain(walls)
+        .chain(gases)
+        .flatten()
+        .cloned()
 }
 
 /// Validates `[run]`, the measures and the stages of a scene that starts from its own bodies.
@@ -160,14 +178,21 @@ pub fn check(run: &RunSpec) -> Result<()> {
     ];
     for (entry, time) in [("run.until", Some(run.until))].iter().chain(&intervals) {
         let time = time.unwrap_or(1.0);
-        ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time:?}");
+        ensure!(
+            time.is_finite() && time > 0.0,
+            "{entry} must be positive and finite, but is {time:?}"
+        );
     }
-    ensure!(run.until <= MAX_TIME, "run.until must be at most {MAX_TIME:e}, but is {:?}", run.until);
+    ensure!(
+        run.until <= MAX_TIME,
+        "run.until must be at most {MAX_TIME:e}, but is {:?}",
+        run.until
+    );
     for (entry, interval) in intervals {
         let interval = interval.unwrap_or(run.sample_interval);
         ensure!(
-            run.until / interval <= MOST_SAMPLES,
-            "{entry} = {interval} gives more than {MOST_SAMPLES:e} samples until {}",
+            run.until / interval <= MAX_SAMPLES,
+            "{entry} = {interval} gives more than {MAX_SAMPLES:e} samples until {}",
             run.until
         );
     }
@@ -176,7 +201,10 @@ pub fn check(run: &RunSpec) -> Result<()> {
         "run.snapshot_interval is given, but run.snapshots is not"
     );
     let measure_from = run.measure_from.time().unwrap_or(0.0);
-    for (entry, time) in [("run.animation_from", run.animation_from), ("run.measure_from", measure_from)] {
+    for (entry, time) in [
+        ("run.animation_from", run.animation_from),
+        ("run.measure_from", measure_from),
+    ] {
         ensure!(
             (0.0..run.until).contains(&time),
             "{entry} must be from 0 to before run.until = {:?}, but is {time:?}",
@@ -203,25 +231,104 @@ mod tests {
 
     #[test]
     fn invalid_entries_of_run_are_refused_by_name() {
-        let good = RunSpec { observe: vec!["energy".to_owned()], ..RunSpec::default() };
+        let good = RunSpec {
+            observe: vec!["energy".to_owned()],
+            ..RunSpec::default()
+        };
         assert!(check(&good).is_ok());
         let cases = [
-            (RunSpec { until: 0.0, ..good.clone() }, "run.until"),
-            (RunSpec { until: f64::NAN, ..good.clone() }, "run.until"),
-            (RunSpec { until: f64::INFINITY, ..good.clone() }, "run.until must be positive and finite"),
-            (RunSpec { until: -1.0, ..good.clone() }, "run.until must be positive"),
             (
-                RunSpec { until: 1e308, sample_interval: 1e307, ..good.clone() },
+                RunSpec {
+                    until: 0.0,
+                    ..good.clone()
+                },
+                "run.until",
+            ),
+            (
+                RunSpec {
+                    until: f64::NAN,
+                    ..good.clone()
+                },
+                "run.until",
+            ),
+            (
+                RunSpec {
+                    until: f64::INFINITY,
+                    ..good.clone()
+                },
+                "run.until must be positive and finite",
+            ),
+            (
+                RunSpec {
+                    until: -1.0,
+                    ..good.clone()
+                },
+                "run.until must be positive",
+            ),
+            (
+                RunSpec {
+                    until: 1e308,
+                    sample_interval: 1e307,
+                    ..good.clone()
+                },
                 "run.until must be at most 1e300, but is 1e308",
             ),
-            (RunSpec { sample_interval: -1.0, ..good.clone() }, "run.sample_interval"),
-            (RunSpec { sample_interval: 1e-9, ..good.clone() }, "samples"),
-            (RunSpec { snapshots: Some("gsd".to_owned()), ..good.clone() }, "extxyz"),
-            (RunSpec { animation_from: -0.5, ..good.clone() }, "run.animation_from"),
-            (RunSpec { animation_from: good.until, ..good.clone() }, "run.animation_from"),
-            (RunSpec { animation_from: f64::NAN, ..good.clone() }, "run.animation_from"),
-            (RunSpec { measure_from: (2.0 * good.until).into(), ..good.clone() }, "run.measure_from"),
-            (RunSpec { measure_from: 0.5.into(), ..good.clone() }, "leaves no interval"),
+            (
+                RunSpec {
+                    sample_interval: -1.0,
+                    ..good.clone()
+                },
+                "run.sample_interval",
+            ),
+            (
+                RunSpec {
+                    sample_interval: 1e-9,
+                    ..good.clone()
+                },
+                "samples",
+            ),
+            (
+                RunSpec {
+                    snapshots: Some("gsd".to_owned()),
+                    ..good.clone()
+                },
+                "extxyz",
+            ),
+            (
+                RunSpec {
+                    animation_from: -0.5,
+                    ..good.clone()
+                },
+                "run.animation_from",
+            ),
+            (
+                RunSpec {
+                    animation_from: good.until,
+                    ..good.clone()
+                },
+                "run.animation_from",
+            ),
+            (
+                RunSpec {
+                    animation_from: f64::NAN,
+                    ..good.clone()
+                },
+                "run.animation_from",
+            ),
+            (
+                RunSpec {
+                    measure_from: (2.0 * good.until).into(),
+                    ..good.clone()
+                },
+                "run.measure_from",
+            ),
+            (
+                RunSpec {
+                    measure_from: 0.5.into(),
+                    ..good.clone()
+                },
+                "leaves no interval",
+            ),
         ];
         for (run, expected) in cases {
             let error = format!("{:#}", check(&run).unwrap_err());

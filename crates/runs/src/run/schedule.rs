@@ -13,7 +13,7 @@ use std::vec;
 
 use carom::{
     engine::{RunSpec, Scene, StageSpec},
-    geometry::LARGEST,
+    geometry::MAX_MAGNITUDE,
 };
 
 use crate::sampling_times::{sampling_count, sampling_time};
@@ -91,12 +91,26 @@ impl Series {
     /// Samples, of which the last is at the end.
     fn samples(what: What, until: f64, interval: f64) -> Self {
         let count = sampling_count(0.0, until, interval);
-        Self { what, begin: 0.0, end: until, interval, next: 1, count }
+        Self {
+            what,
+            begin: 0.0,
+            end: until,
+            interval,
+            next: 1,
+            count,
+        }
     }
 
     /// Actions from `begin` on, before `end`.
     fn actions(what: What, begin: f64, end: f64, interval: f64) -> Self {
-        Self { what, begin, end, interval, next: 0, count: actions((begin, end), interval) }
+        Self {
+            what,
+            begin,
+            end,
+            interval,
+            next: 0,
+            count: actions((begin, end), interval),
+        }
     }
 
     fn time(&self) -> Option<f64> {
@@ -113,19 +127,39 @@ impl Series {
     fn step(&mut self) -> Option<Step> {
         let time = self.time()?;
         self.next += 1;
-        Some(Step { time, what: self.what })
+        Some(Step {
+            time,
+            what: self.what,
+        })
     }
 }
 
 impl Changes {
     fn new(stage: usize, spec: &StageSpec, (start, end): (f64, f64)) -> Self {
         // One action, at the start; the first stage has begun.
-        let begin = (stage > 0).then(|| Series::actions(What::Stage(stage), start, end, end - start));
-        let thermostats = spec.thermostat.iter().enumerate().map(|(index, thermostat)| {
-            Series::actions(What::Thermostat { stage, index }, start, end, thermostat.every)
-        });
-        let shortest = spec.thermostat.iter().map(|thermostat| thermostat.every).fold(LARGEST, f64::min);
-        Self { series: begin.into_iter().chain(thermostats).collect(), shortest }
+        let begin =
+            (stage > 0).then(|| Series::actions(What::Stage(stage), start, end, end - start));
+        let thermostats = spec
+            .thermostat
+            .iter()
+            .enumerate()
+            .map(|(index, thermostat)| {
+                Series::actions(
+                    What::Thermostat { stage, index },
+                    start,
+                    end,
+                    thermostat.every,
+                )
+            });
+        let shortest = spec
+            .thermostat
+            .iter()
+            .map(|thermostat| thermostat.every)
+            .fold(MAX_MAGNITUDE, f64::min);
+        Self {
+            series: begin.into_iter().chain(thermostats).collect(),
+            shortest,
+        }
     }
 }
 
@@ -136,7 +170,9 @@ fn earliest(series: &[Series]) -> Option<f64> {
 
 /// The first of these series with a step no later than `limit`.
 fn first_until(series: &mut [Series], limit: f64) -> Option<&mut Series> {
-    series.iter_mut().find(|series| series.time().is_some_and(|time| time <= limit))
+    series
+        .iter_mut()
+        .find(|series| series.time().is_some_and(|time| time <= limit))
 }
 
 /// Start and end of each stage (time); a run without stages has none.
@@ -154,25 +190,53 @@ pub fn actions((start, end): (f64, f64), every: f64) -> u64 {
 impl Schedule {
     /// The steps of a scene whose times are valid.
     pub fn new(scene: &Scene) -> Self {
-        let RunSpec { until, sample_interval, snapshot_interval, check_interval, .. } = scene.run;
-        let apart = [(What::Snapshot, snapshot_interval), (What::Check, check_interval)];
-        let apart = apart.into_iter().filter_map(|(what, interval)| Some((what, interval?)));
+        let RunSpec {
+            until,
+            sample_interval,
+            snapshot_interval,
+            check_interval,
+            ..
+        } = scene.run;
+        let apart = [
+            (What::Snapshot, snapshot_interval),
+            (What::Check, check_interval),
+        ];
+        let apart = apart
+            .into_iter()
+            .filter_map(|(what, interval)| Some((what, interval?)));
         let intervals = std::iter::once((What::Sample, sample_interval)).chain(apart);
-        let observations: Vec<Series> =
-            intervals.map(|(what, interval)| Series::samples(what, until, interval)).collect();
-        let shortest = observations.iter().map(|series| series.interval).fold(LARGEST, f64::min);
-        Self { observations, shortest, ..Self::changes(scene, 0) }
+        let observations: Vec<Series> = intervals
+            .map(|(what, interval)| Series::samples(what, until, interval))
+            .collect();
+        let shortest = observations
+            .iter()
+            .map(|series| series.interval)
+            .fold(MAX_MAGNITUDE, f64::min);
+        Self {
+            observations,
+            shortest,
+            ..Self::changes(scene, 0)
+        }
     }
 
     /// The steps that change the system, from the start of a stage on.
     pub fn changes(scene: &Scene, from: usize) -> Self {
-        let stages = scene.stage.iter().zip(spans(&scene.stage)).enumerate().skip(from);
-        let later: Vec<Changes> =
-            stages.map(|(stage, (spec, span))| Changes::new(stage, spec, span)).collect();
+        let stages = scene
+            .stage
+            .iter()
+            .zip(spans(&scene.stage))
+            .enumerate()
+            .skip(from);
+        let later: Vec<Changes> = stages
+            .map(|(stage, (spec, span))| Changes::new(stage, spec, span))
+            .collect();
         Self {
             observations: Vec::new(),
-            shortest: LARGEST,
-            stage: Changes { series: Vec::new(), shortest: LARGEST },
+            shortest: MAX_MAGNITUDE,
+            stage: Changes {
+                series: Vec::new(),
+                shortest: MAX_MAGNITUDE,
+            },
             later: later.into_iter(),
         }
     }
@@ -213,22 +277,34 @@ mod tests {
 
     fn steps(text: &str) -> Vec<(f64, What)> {
         let scene = Scene::from_toml(text).unwrap();
-        Schedule::new(&scene).map(|step| (step.time, step.what)).collect()
+        Schedule::new(&scene)
+            .map(|step| (step.time, step.what))
+            .collect()
     }
 
     #[test]
     fn a_run_without_stages_has_samples_only() {
         let expected = [0.4, 0.8, 1.0].map(|time| (time, What::Sample));
-        assert_eq!(steps("run.until = 1.0\nrun.sample_interval = 0.4"), expected);
+        assert_eq!(
+            steps("run.until = 1.0\nrun.sample_interval = 0.4"),
+            expected
+        );
     }
 
     #[test]
     fn without_stages_a_sample_comes_before_the_snapshot_of_its_instant() {
-        let found = steps("run.until = 0.4\nrun.sample_interval = 0.1\nrun.snapshot_interval = 0.3");
+        let found =
+            steps("run.until = 0.4\nrun.sample_interval = 0.1\nrun.snapshot_interval = 0.3");
         let names: Vec<What> = found.iter().map(|step| step.1).collect();
         // 3 · 0.1 rounds to more than 0.3.
-        let expected =
-            [What::Sample, What::Sample, What::Sample, What::Snapshot, What::Sample, What::Snapshot];
+        let expected = [
+            What::Sample,
+            What::Sample,
+            What::Sample,
+            What::Snapshot,
+            What::Sample,
+            What::Snapshot,
+        ];
         assert_eq!(names, expected);
     }
 
@@ -267,9 +343,10 @@ mod tests {
         let stages = |first: f64| {
             let hold = "thermostat = [{ tag = \"a\", every = 0.1, energy = 1 }, \
                  { tag = \"b\", every = 0.3, energy = 1 }]";
-            format!("[[stage]]\nuntil = {first:?}\n{hold}\n[[stage]]\nuntil = {:?}\n[[stage]]\nuntil = 2", {
-                first.next_up()
-            })
+            format!(
+                "[[stage]]\nuntil = {first:?}\n{hold}\n[[stage]]\nuntil = {:?}\n[[stage]]\nuntil = 2",
+                { first.next_up() }
+            )
         };
         let scene = Scene::from_toml(&stages(0.7)).unwrap();
         let first = Schedule::changes(&scene, 0).take_while(|step| step.what != What::Stage(1));

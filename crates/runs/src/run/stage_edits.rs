@@ -14,7 +14,12 @@ use super::schedule::What;
 ///
 /// # Errors
 /// The edit that is refused, with its entry.
-pub fn begin(simulation: &mut AnySimulation, scene: &Scene, stage: usize, action: u64) -> Result<u64> {
+pub fn begin(
+    simulation: &mut AnySimulation,
+    scene: &Scene,
+    stage: usize,
+    action: u64,
+) -> Result<u64> {
     begin_with(simulation, scene, stage, action, |result| result)
 }
 
@@ -45,7 +50,11 @@ fn begin_with(
     let spec = &scene.stage[stage];
     let mut entry = String::new();
     let edited = simulation.edit(|batch| {
-        let mut edits = Edits { batch, scene, entry: &mut entry };
+        let mut edits = Edits {
+            batch,
+            scene,
+            entry: &mut entry,
+        };
         edits.contents(spec, &forgive)?;
         edits.rules(spec)?;
         edits.energies(spec, action)
@@ -76,10 +85,17 @@ pub fn prepare(simulation: &mut AnySimulation, scene: &Scene, action: u64) -> Re
 ///
 /// # Errors
 /// The edit that is refused, with its entry.
-pub fn change(simulation: &mut AnySimulation, scene: &Scene, what: What, action: u64) -> Result<u64> {
+pub fn change(
+    simulation: &mut AnySimulation,
+    scene: &Scene,
+    what: What,
+    action: u64,
+) -> Result<u64> {
     match what {
         What::Stage(stage) => begin(simulation, scene, stage, action),
-        What::Thermostat { stage, index } => act(simulation, scene, (stage, index), action).map(|()| 1),
+        What::Thermostat { stage, index } => {
+            act(simulation, scene, (stage, index), action).map(|()| 1)
+        }
         What::Sample | What::Snapshot | What::Check => Ok(0),
     }
 }
@@ -94,8 +110,10 @@ fn act(
     (stage, index): (usize, usize),
     action: u64,
 ) -> Result<()> {
-    let (entry, heat) =
-        (format!("stage[{stage}].thermostat[{index}]"), scene.stage[stage].thermostat[index].action());
+    let (entry, heat) = (
+        format!("stage[{stage}].thermostat[{index}]"),
+        scene.stage[stage].thermostat[index].action(),
+    );
     simulation
         .edit(|batch| match batch.find_tag(&heat.tag) {
             Some(tag) => give_heat(batch, tag, &heat, &entry, draw_key(scene, action)),
@@ -105,7 +123,11 @@ fn act(
 }
 
 fn draw_key(scene: &Scene, action: u64) -> DrawKey {
-    DrawKey { seed: scene.bounds.seed, replica: scene.bounds.replica, action }
+    DrawKey {
+        seed: scene.bounds.seed,
+        replica: scene.bounds.replica,
+        action,
+    }
 }
 
 fn give_heat(
@@ -135,7 +157,9 @@ impl Edits<'_> {
     /// The bodies with a tag.
     fn tagged(&self, name: &str) -> Vec<BodyKey> {
         let tag = self.batch.find_tag(name);
-        tag.into_iter().flat_map(|tag| self.batch.tagged(tag)).collect()
+        tag.into_iter()
+            .flat_map(|tag| self.batch.tagged(tag))
+            .collect()
     }
 
     /// The bodies whose tags change.
@@ -143,8 +167,11 @@ impl Edits<'_> {
         if let Some(id) = relabel.body {
             return vec![BodyKey::of_id(id)];
         }
-        let mut keys =
-            if relabel.of.is_empty() { self.batch.moving().collect() } else { self.tagged(&relabel.of) };
+        let mut keys = if relabel.of.is_empty() {
+            self.batch.moving().collect()
+        } else {
+            self.tagged(&relabel.of)
+        };
         keys.truncate(relabel.count.unwrap_or(usize::MAX));
         keys
     }
@@ -158,7 +185,9 @@ impl Edits<'_> {
     ) -> Result<(), EditError> {
         for (index, name) in spec.remove.iter().enumerate() {
             *self.entry = format!("remove[{index}]");
-            self.tagged(name).into_iter().try_for_each(|key| self.batch.remove(key))?;
+            self.tagged(name)
+                .into_iter()
+                .try_for_each(|key| self.batch.remove(key))?;
         }
         for (index, molecule) in spec.add.iter().enumerate() {
             *self.entry = format!("add[{index}]");
@@ -189,7 +218,10 @@ impl Edits<'_> {
             "elasticity".clone_into(self.entry);
             self.batch.set_elasticity(elasticity)?;
         }
-        let locks = [(Rotation::Locked, "lock", &spec.lock), (Rotation::Free, "unlock", &spec.unlock)];
+        let locks = [
+            (Rotation::Locked, "lock", &spec.lock),
+            (Rotation::Free, "unlock", &spec.unlock),
+        ];
         for (rotation, key_name, tags) in locks {
             for (index, name) in tags.iter().enumerate() {
                 *self.entry = format!("{key_name}[{index}]");

@@ -12,7 +12,7 @@ use super::schedule::{actions, spans};
 use crate::sampling_times::sampling_times;
 
 /// Largest number of actions of the thermostats of a run; more are refused as a mistake.
-pub(super) const MOST_ACTIONS: f64 = 1e7;
+pub(super) const MAX_ACTIONS: f64 = 1e7;
 
 /// Rounding of the times of samples, as a share of the time.
 const ROUNDING: f64 = 1e-9;
@@ -24,7 +24,9 @@ const ROUNDING: f64 = 1e-9;
 /// A time or energy is out of range, a tag is carried by no body, or keys contradict each other.
 pub fn check(scene: &Scene) -> Result<()> {
     let (run, stages) = (&scene.run, &scene.stage);
-    let Some(last) = stages.last() else { return Ok(()) };
+    let Some(last) = stages.last() else {
+        return Ok(());
+    };
     ensure!(
         run.until == last.until,
         "run.until = {} differs from the end of the last stage, {}",
@@ -56,7 +58,9 @@ pub fn check(scene: &Scene) -> Result<()> {
             heat.target(&format!("stage[{index}].set_energy[{number}]"))?;
         }
         for (number, thermostat) in stage.thermostat.iter().enumerate() {
-            thermostat.action().target(&format!("stage[{index}].thermostat[{number}]"))?;
+            thermostat
+                .action()
+                .target(&format!("stage[{index}].thermostat[{number}]"))?;
         }
     }
     check_measured(scene)
@@ -75,8 +79,8 @@ fn check_times(stage: &StageSpec, span: (f64, f64)) -> Result<()> {
             "thermostat[{index}].every must be positive and finite, but is {every:?}"
         );
         ensure!(
-            (end - start) / every <= MOST_ACTIONS,
-            "thermostat[{index}].every = {every} gives more than {MOST_ACTIONS:e} actions in this stage"
+            (end - start) / every <= MAX_ACTIONS,
+            "thermostat[{index}].every = {every} gives more than {MAX_ACTIONS:e} actions in this stage"
         );
     }
     Ok(())
@@ -84,7 +88,9 @@ fn check_times(stage: &StageSpec, span: (f64, f64)) -> Result<()> {
 
 /// Refuses measured stages with others between them, or too short for a sample interval.
 fn check_measured(scene: &Scene) -> Result<()> {
-    let measured: Vec<usize> = (0..scene.stage.len()).filter(|&index| scene.stage[index].measure).collect();
+    let measured: Vec<usize> = (0..scene.stage.len())
+        .filter(|&index| scene.stage[index].measure)
+        .collect();
     let gap = measured.windows(2).find(|pair| pair[1] != pair[0] + 1);
     if let Some(pair) = gap {
         anyhow::bail!(
@@ -115,14 +121,26 @@ pub fn window(scene: &Scene) -> (f64, f64) {
     if scene.stage.is_empty() {
         return (scene.run.measure_from.time().unwrap_or(0.0), f64::INFINITY);
     }
-    let mut measured = scene.stage.iter().zip(spans(&scene.stage)).filter(|(stage, _)| stage.measure);
-    let Some((_, (from, first_end))) = measured.next() else { return (f64::INFINITY, f64::INFINITY) };
+    let mut measured = scene
+        .stage
+        .iter()
+        .zip(spans(&scene.stage))
+        .filter(|(stage, _)| stage.measure);
+    let Some((_, (from, first_end))) = measured.next() else {
+        return (f64::INFINITY, f64::INFINITY);
+    };
     let end = measured.last().map_or(first_end, |(_, (_, end))| end);
     if end >= scene.run.until {
         return (from, f64::INFINITY);
     }
     let times = sampling_times(0.0, scene.run.until, scene.run.sample_interval);
-    (from, times.take_while(|time| *time <= end * (1.0 + ROUNDING)).last().unwrap_or(0.0))
+    (
+        from,
+        times
+            .take_while(|time| *time <= end * (1.0 + ROUNDING))
+            .last()
+            .unwrap_or(0.0),
+    )
 }
 
 /// The rules of elasticity in force in the measured part of a run.
@@ -135,7 +153,11 @@ pub fn measured_elasticities(scene: &Scene) -> Vec<&ElasticitySpec> {
             measured.push(in_force);
         }
     }
-    if measured.is_empty() { vec![in_force] } else { measured }
+    if measured.is_empty() {
+        vec![in_force]
+    } else {
+        measured
+    }
 }
 
 /// The reason why no theory of a gas that is left alone predicts what is measured; `None` if
@@ -154,8 +176,20 @@ pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
 }
 
 fn has_edits(stage: &StageSpec) -> bool {
-    let StageSpec { name, until, measure, thermostat, .. } = StageSpec::default();
-    StageSpec { name, until, measure, thermostat, ..stage.clone() } != StageSpec::default()
+    let StageSpec {
+        name,
+        until,
+        measure,
+        thermostat,
+        ..
+    } = StageSpec::default();
+    StageSpec {
+        name,
+        until,
+        measure,
+        thermostat,
+        ..stage.clone()
+    } != StageSpec::default()
 }
 
 /// Refuses tags that no body carries when a stage needs them: a misspelt tag would change the
@@ -178,8 +212,18 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
         for tag in &stage.remove {
             known(&carried, "remove", tag)?;
         }
-        carried.extend(stage.add.iter().flat_map(|molecule| molecule.tags.iter().cloned()));
-        carried.extend(stage.add_wall.iter().flat_map(|wall| wall.tags.iter().cloned()));
+        carried.extend(
+            stage
+                .add
+                .iter()
+                .flat_map(|molecule| molecule.tags.iter().cloned()),
+        );
+        carried.extend(
+            stage
+                .add_wall
+                .iter()
+                .flat_map(|wall| wall.tags.iter().cloned()),
+        );
         for (number, relabel) in stage.tag.iter().enumerate() {
             if !relabel.of.is_empty() {
                 known(&carried, &format!("tag[{number}]"), &relabel.of)?;
@@ -209,7 +253,11 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
     Ok(())
 }
 
-fn refuse_unknown_rules(entry: &str, elasticity: &ElasticitySpec, carried: &BTreeSet<String>) -> Result<()> {
+fn refuse_unknown_rules(
+    entry: &str,
+    elasticity: &ElasticitySpec,
+    carried: &BTreeSet<String>,
+) -> Result<()> {
     for (index, rule) in elasticity.pair.iter().enumerate() {
         for name in &rule.between {
             ensure!(
@@ -226,11 +274,16 @@ fn refuse_unknown_rules(entry: &str, elasticity: &ElasticitySpec, carried: &BTre
 pub fn describe(scene: &Scene) -> Vec<String> {
     let counts = action_counts(scene);
     let stages = scene.stage.iter().zip(spans(&scene.stage)).zip(&counts);
-    stages.map(|((stage, (start, end)), counts)| words(stage, (start, end), counts)).collect()
+    stages
+        .map(|((stage, (start, end)), counts)| words(stage, (start, end), counts))
+        .collect()
 }
 
 fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String {
-    let name = stage.name.as_deref().map_or_else(String::new, |name| format!("{name}, "));
+    let name = stage
+        .name
+        .as_deref()
+        .map_or_else(String::new, |name| format!("{name}, "));
     let measured = if stage.measure { "" } else { ", not measured" };
     let mut parts = vec![format!("{name}t = {start} to {end}{measured}")];
     let edits = [
@@ -243,7 +296,11 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
         ("unlock", stage.unlock.len()),
         ("set_energy", stage.set_energy.len()),
     ];
-    let edits: Vec<&str> = edits.iter().filter(|edit| edit.1 > 0).map(|edit| edit.0).collect();
+    let edits: Vec<&str> = edits
+        .iter()
+        .filter(|edit| edit.1 > 0)
+        .map(|edit| edit.0)
+        .collect();
     if !edits.is_empty() {
         parts.push(format!("edits at its start: {}", edits.join(", ")));
     }
@@ -256,7 +313,10 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
             (Some(energy), _) => format!("energy {energy}"),
             (None, kt) => format!("kT {}", kt.unwrap_or(f64::NAN)),
         };
-        parts.push(format!("thermostat of {} to {to} ({kind}) {count} times", thermostat.tag));
+        parts.push(format!(
+            "thermostat of {} to {to} ({kind}) {count} times",
+            thermostat.tag
+        ));
     }
     parts.join("; ")
 }
@@ -265,7 +325,11 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
 pub fn action_counts(scene: &Scene) -> Vec<Vec<u64>> {
     let counts = scene.stage.iter().zip(spans(&scene.stage));
     let of_stage = |(stage, span): (&StageSpec, (f64, f64))| {
-        stage.thermostat.iter().map(|thermostat| actions(span, thermostat.every)).collect()
+        stage
+            .thermostat
+            .iter()
+            .map(|thermostat| actions(span, thermostat.every))
+            .collect()
     };
     counts.map(of_stage).collect()
 }

@@ -29,7 +29,12 @@ impl StateTable {
     /// The table of a run that goes on from `now` to `until` (time).
     pub fn new(now: f64, until: f64) -> Self {
         let interval = until / MAX_LINES;
-        Self { begun: Instant::now(), interval, next: now + interval, has_head: false }
+        Self {
+            begun: Instant::now(),
+            interval,
+            next: now + interval,
+            has_head: false,
+        }
     }
 
     /// Writes a line, if it is time for one.
@@ -44,19 +49,27 @@ impl StateTable {
             self.has_head = true;
             note(&line(row.iter().map(|(name, _)| (*name).to_owned())));
         }
-        note(&line(row.into_iter().map(|(_, value)| value.map_or_else(|| "-".to_owned(), short))));
+        note(&line(row.into_iter().map(|(_, value)| {
+            value.map_or_else(|| "-".to_owned(), short)
+        })));
     }
 }
 
 fn line(cells: impl Iterator<Item = String>) -> String {
-    cells.map(|cell| format!("{cell:>WIDTH$}")).collect::<Vec<_>>().concat()
+    cells
+        .map(|cell| format!("{cell:>WIDTH$}"))
+        .collect::<Vec<_>>()
+        .concat()
 }
 
 /// Names and values of the columns.
 fn row(view: &View<'_>, measures: &Measures) -> Vec<(&'static str, Option<f64>)> {
     let moving = view.bodies().filter(|body| !body.body.is_fixed()).count();
     let per_body = (moving > 0).then(|| 2.0 * view.counters().collisions as f64 / moving as f64);
-    let mut row = vec![("t", Some(view.time().to_f64())), ("kT", view.temperature())];
+    let mut row = vec![
+        ("t", Some(view.time().to_f64())),
+        ("kT", view.temperature()),
+    ];
     row.extend(measures.present());
     row.extend([("E", Some(view.energy())), ("coll./body", per_body)]);
     row
@@ -84,8 +97,15 @@ mod tests {
             simulation.observe_until(1.0, &mut measures).unwrap();
             measures.sample(&simulation.view());
             let row = row(&simulation.view(), &measures);
-            assert_eq!(row.iter().map(|(name, _)| *name).collect::<Vec<_>>(), expected);
-            assert!(row.iter().all(|(_, value)| value.is_some_and(|value| value > 0.0)), "{row:?}");
+            assert_eq!(
+                row.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
+                expected
+            );
+            assert!(
+                row.iter()
+                    .all(|(_, value)| value.is_some_and(|value| value > 0.0)),
+                "{row:?}"
+            );
             let (time, energy) = (row[0].1.unwrap(), row[row.len() - 2].1.unwrap());
             assert!((time - 1.0).abs() < 1e-12 && (energy - 50.0).abs() < 1e-9);
         }

@@ -15,8 +15,8 @@ use super::{
     stop,
 };
 use crate::{
-    animation, file_names::TRAJECTORY, interruption::Signals, measures::Measures, progress::Progress,
-    resumable::Resumable, resumable::Task,
+    animation, file_names::TRAJECTORY, interruption::Signals, measures::Measures,
+    progress::Progress, resumable::Resumable, resumable::Task,
 };
 
 /// The first piece of a run between two looks at its progress, as a share of the run.
@@ -44,7 +44,10 @@ pub(super) fn go_on(
     progress: &Progress,
 ) -> Result<()> {
     let run = &scene.run;
-    let mut pace = Pace { progress, pieces: Pieces::with_first(FIRST_PIECE * run.until, PIECE) };
+    let mut pace = Pace {
+        progress,
+        pieces: Pieces::with_first(FIRST_PIECE * run.until, PIECE),
+    };
     // A run killed before its first checkpoint after this point records the animation again.
     let begun = going.simulation.time().to_f64();
     let is_shown = output == Output::Files && run.animation && begun <= run.animation_from;
@@ -97,9 +100,17 @@ struct Pace<'a> {
 }
 
 impl Pace<'_> {
-    fn run_to(&mut self, going: &mut Resumable<Measures>, time: f64, task: &Task<'_>) -> Result<()> {
+    fn run_to(
+        &mut self,
+        going: &mut Resumable<Measures>,
+        time: f64,
+        task: &Task<'_>,
+    ) -> Result<()> {
         let now = |going: &Resumable<Measures>| {
-            (going.simulation.time().to_f64(), going.simulation.view().counters().collisions)
+            (
+                going.simulation.time().to_f64(),
+                going.simulation.view().counters().collisions,
+            )
         };
         let mut before = now(going);
         // A piece shorter than a window of tiles would cut it.
@@ -108,14 +119,20 @@ impl Pace<'_> {
         };
         while time - before.0 > 2.0 * length(self, going) {
             let clock = Instant::now();
-            going.run_to_and(before.0 + length(self, going), task, Measures::append_contacts)?;
+            going.run_to_and(
+                before.0 + length(self, going),
+                task,
+                Measures::append_contacts,
+            )?;
             let after = now(going);
-            self.progress.advance(after.0 - before.0, after.1 - before.1);
+            self.progress
+                .advance(after.0 - before.0, after.1 - before.1);
             before = after;
             self.pieces.has_taken(clock.elapsed());
         }
         going.run_to_and(time, task, Measures::append_contacts)?;
-        self.progress.advance(time - before.0, now(going).1 - before.1);
+        self.progress
+            .advance(time - before.0, now(going).1 - before.1);
         Ok(())
     }
 }
@@ -171,14 +188,17 @@ fn take(
         What::Sample => {
             going.sample();
             append_sample(going, &scene.run, output)?;
-            return going.observers.begin_anew_unless_settled(scene, &going.simulation.view());
+            return going
+                .observers
+                .begin_anew_unless_settled(scene, &going.simulation.view());
         }
         What::Snapshot if output == Output::Files => append_frame(going)?,
         What::Snapshot => (),
         What::Check => going.observers.check(&going.simulation.view()),
         What::Stage(_) | What::Thermostat { .. } => {
-            return going
-                .edit(task, |simulation, actions| stage_edits::change(simulation, scene, what, actions));
+            return going.edit(task, |simulation, actions| {
+                stage_edits::change(simulation, scene, what, actions)
+            });
         }
     }
     going.pass();
@@ -186,7 +206,11 @@ fn take(
 }
 
 /// Takes the sample at time 0.
-pub(super) fn take_first(going: &mut Resumable<Measures>, run: &RunSpec, output: Output) -> Result<()> {
+pub(super) fn take_first(
+    going: &mut Resumable<Measures>,
+    run: &RunSpec,
+    output: Output,
+) -> Result<()> {
     going.observers.start(&going.simulation.view());
     going.observers.sample(&going.simulation.view());
     append_sample(going, run, output)?;
@@ -199,8 +223,12 @@ pub(super) fn take_first(going: &mut Resumable<Measures>, run: &RunSpec, output:
 
 /// Writes a snapshot.
 fn append_frame(going: &mut Resumable<Measures>) -> Result<()> {
-    let Resumable { simulation, files, .. } = going;
-    files.append_frame(TRAJECTORY, |out| write_extended_xyz(&simulation.view(), out))
+    let Resumable {
+        simulation, files, ..
+    } = going;
+    files.append_frame(TRAJECTORY, |out| {
+        write_extended_xyz(&simulation.view(), out)
+    })
 }
 
 /// Writes the data of the last sample: a frame, and a row of each requested series.

@@ -12,25 +12,36 @@ use carom_tables::Figure;
 use crate::measures::Measures;
 
 /// Largest number of collisions of a rule; more are a mistake.
-const MOST_COLLISIONS: f64 = 1e15;
+const MAX_COLLISIONS: f64 = 1e15;
 
 /// Validates `[run.stop]`.
 ///
 /// # Errors
 /// A value is out of range, keys exclude each other, or there is no condition.
 pub(crate) fn check(stop: &StopSpec) -> Result<()> {
-    let StopSpec { collisions, figure, standard_error, relative_error } = stop;
+    let StopSpec {
+        collisions,
+        figure,
+        standard_error,
+        relative_error,
+    } = stop;
     ensure!(
-        collisions.is_some() || figure.is_some() || standard_error.is_some() || relative_error.is_some(),
+        collisions.is_some()
+            || figure.is_some()
+            || standard_error.is_some()
+            || relative_error.is_some(),
         "run.stop is empty: give `collisions`, or `figure` with `standard_error` or `relative_error`"
     );
     if let Some(number) = collisions {
         ensure!(
-            (1.0..=MOST_COLLISIONS).contains(number),
-            "run.stop.collisions must be from 1 to {MOST_COLLISIONS:e}, but is {number}"
+            (1.0..=MAX_COLLISIONS).contains(number),
+            "run.stop.collisions must be from 1 to {MAX_COLLISIONS:e}, but is {number}"
         );
     }
-    let errors = [("standard_error", standard_error), ("relative_error", relative_error)];
+    let errors = [
+        ("standard_error", standard_error),
+        ("relative_error", relative_error),
+    ];
     for (key, error) in errors {
         let error = error.unwrap_or(1.0);
         ensure!(
@@ -38,7 +49,10 @@ pub(crate) fn check(stop: &StopSpec) -> Result<()> {
             "run.stop.{key} must be positive and finite, but is {error}"
         );
     }
-    match (figure, errors.iter().filter(|(_, error)| error.is_some()).count()) {
+    match (
+        figure,
+        errors.iter().filter(|(_, error)| error.is_some()).count(),
+    ) {
         (None, 0) | (Some(_), 1) => Ok(()),
         (None, _) => bail!("run.stop: an error is given, but no `figure`"),
         (Some(_), 0) => bail!("run.stop.figure needs `standard_error` or `relative_error`"),
@@ -48,14 +62,21 @@ pub(crate) fn check(stop: &StopSpec) -> Result<()> {
 
 /// The rule in words.
 pub(crate) fn words(stop: &StopSpec) -> String {
-    let collisions = stop.collisions.map(|number| format!("at {number} collisions"));
+    let collisions = stop
+        .collisions
+        .map(|number| format!("at {number} collisions"));
     let error = match (stop.standard_error, stop.relative_error) {
         (Some(error), _) => error.to_string(),
         (None, share) => format!("{} of its value", share.unwrap_or(0.0)),
     };
     let precise = stop.figure.as_ref();
-    let precise = precise.map(|name| format!("when the standard error of {name} is at most {error}"));
-    collisions.into_iter().chain(precise).collect::<Vec<_>>().join(", or ")
+    let precise =
+        precise.map(|name| format!("when the standard error of {name} is at most {error}"));
+    collisions
+        .into_iter()
+        .chain(precise)
+        .collect::<Vec<_>>()
+        .join(", or ")
 }
 
 /// Whether a run ends at the sample that the measures have just received.
@@ -63,11 +84,18 @@ pub(crate) fn words(stop: &StopSpec) -> String {
 /// # Errors
 /// The scene names a figure that the run does not have, or that has no error.
 pub(crate) fn is_met(scene: &Scene, view: &View<'_>, measures: &Measures) -> Result<bool> {
-    let Some(stop) = &scene.run.stop else { return Ok(false) };
-    if stop.collisions.is_some_and(|number| view.counters().collisions as f64 >= number) {
+    let Some(stop) = &scene.run.stop else {
+        return Ok(false);
+    };
+    if stop
+        .collisions
+        .is_some_and(|number| view.counters().collisions as f64 >= number)
+    {
         return Ok(true);
     }
-    let Some(name) = &stop.figure else { return Ok(false) };
+    let Some(name) = &stop.figure else {
+        return Ok(false);
+    };
     if let Some(figure) = measures.figure_of_whole_blocks(name, scene) {
         return Ok(is_precise(stop, &figure));
     }
@@ -77,7 +105,11 @@ pub(crate) fn is_met(scene: &Scene, view: &View<'_>, measures: &Measures) -> Res
             bail!(
                 "run.stop.figure: the run has no figure '{name}' with a standard error{}; it has {}",
                 did_you_mean(name, figures.iter().map(String::as_str)),
-                if figures.is_empty() { "none".to_owned() } else { figures.join(", ") }
+                if figures.is_empty() {
+                    "none".to_owned()
+                } else {
+                    figures.join(", ")
+                }
             );
         }
     }
@@ -85,7 +117,9 @@ pub(crate) fn is_met(scene: &Scene, view: &View<'_>, measures: &Measures) -> Res
 }
 
 fn is_precise(stop: &StopSpec, figure: &Figure) -> bool {
-    let Some(error) = figure.standard_error else { return false };
+    let Some(error) = figure.standard_error else {
+        return false;
+    };
     let wanted = match (stop.standard_error, stop.relative_error) {
         (Some(wanted), _) => wanted,
         (None, share) => share.unwrap_or(0.0) * figure.value.abs(),
@@ -100,7 +134,9 @@ mod tests {
 
     fn refused(stop: &str) -> String {
         let scene = Scene::from_toml(&format!("[run.stop]\n{stop}")).unwrap();
-        check(scene.run.stop.as_ref().unwrap()).unwrap_err().to_string()
+        check(scene.run.stop.as_ref().unwrap())
+            .unwrap_err()
+            .to_string()
     }
 
     #[test]
@@ -111,13 +147,21 @@ mod tests {
             ("collisions = nan", "from 1"),
             ("figure = \"pressure\"", "needs `standard_error`"),
             ("standard_error = 0.1", "no `figure`"),
-            ("figure = \"p\"\nrelative_error = 0.1\nstandard_error = 0.1", "exclude"),
-            ("figure = \"p\"\nrelative_error = -0.1", "run.stop.relative_error must be positive"),
+            (
+                "figure = \"p\"\nrelative_error = 0.1\nstandard_error = 0.1",
+                "exclude",
+            ),
+            (
+                "figure = \"p\"\nrelative_error = -0.1",
+                "run.stop.relative_error must be positive",
+            ),
         ] {
             let error = refused(stop);
             assert!(error.contains(expected), "{stop}: {error}");
         }
-        let unknown = Scene::from_toml("[run.stop]\ncolisions = 5").unwrap_err().to_string();
+        let unknown = Scene::from_toml("[run.stop]\ncolisions = 5")
+            .unwrap_err()
+            .to_string();
         assert!(unknown.contains("did you mean `collisions`?"), "{unknown}");
     }
 
@@ -129,19 +173,26 @@ mod tests {
             relative_error: Some(0.01),
             ..StopSpec::default()
         };
-        let expected =
-            "at 1000000 collisions, or when the standard error of pressure is at most 0.01 of its value";
+        let expected = "at 1000000 collisions, or when the standard error of pressure is at most 0.01 of its value";
         assert_eq!(words(&stop), expected);
     }
 
     #[test]
     fn an_error_is_judged_absolutely_or_as_a_share_of_the_value() {
         let figure = |error: f64| Figure::new("p", -20.0, "1").error(error);
-        let absolute = StopSpec { standard_error: Some(0.5), ..StopSpec::default() };
-        let relative = StopSpec { relative_error: Some(0.025), ..StopSpec::default() };
+        let absolute = StopSpec {
+            standard_error: Some(0.5),
+            ..StopSpec::default()
+        };
+        let relative = StopSpec {
+            relative_error: Some(0.025),
+            ..StopSpec::default()
+        };
         for stop in [absolute, relative] {
             assert!(is_precise(&stop, &figure(0.5)) && !is_precise(&stop, &figure(0.51)));
-            assert!(!is_precise(&stop, &figure(0.0)) && !is_precise(&stop, &Figure::new("p", 1.0, "1")));
+            assert!(
+                !is_precise(&stop, &figure(0.0)) && !is_precise(&stop, &Figure::new("p", 1.0, "1"))
+            );
         }
     }
 }

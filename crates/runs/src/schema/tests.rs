@@ -14,14 +14,22 @@ use super::*;
 fn faults(root: &Value, schema: &Value, value: &Value, path: &str) -> Vec<String> {
     let mut faults = Vec::new();
     if let Some(target) = schema["$ref"].as_str() {
-        let target = root.pointer(target.trim_start_matches('#')).expect("a definition");
+        let target = root
+            .pointer(target.trim_start_matches('#'))
+            .expect("a definition");
         faults.extend(self::faults(root, target, value, path));
     }
     for part in schema["allOf"].as_array().into_iter().flatten() {
         faults.extend(self::faults(root, part, value, path));
     }
-    for choices in ["anyOf", "oneOf"].iter().filter_map(|key| schema[key].as_array()) {
-        if choices.iter().all(|choice| !self::faults(root, choice, value, path).is_empty()) {
+    for choices in ["anyOf", "oneOf"]
+        .iter()
+        .filter_map(|key| schema[key].as_array())
+    {
+        if choices
+            .iter()
+            .all(|choice| !self::faults(root, choice, value, path).is_empty())
+        {
             faults.push(format!("{path}: {value} is none of the choices"));
         }
     }
@@ -40,28 +48,75 @@ fn faults(root: &Value, schema: &Value, value: &Value, path: &str) -> Vec<String
         _ => {}
     }
     if let Some(number) = value.as_f64() {
-        require(schema["minimum"].as_f64().is_none_or(|least| number >= least), "minimum");
-        require(schema["maximum"].as_f64().is_none_or(|most| number <= most), "maximum");
-        require(schema["exclusiveMinimum"].as_f64().is_none_or(|least| number > least), "exclusiveMinimum");
-        require(schema["exclusiveMaximum"].as_f64().is_none_or(|most| number < most), "exclusiveMaximum");
+        require(
+            schema["minimum"]
+                .as_f64()
+                .is_none_or(|least| number >= least),
+            "minimum",
+        );
+        require(
+            schema["maximum"].as_f64().is_none_or(|most| number <= most),
+            "maximum",
+        );
+        require(
+            schema["exclusiveMinimum"]
+                .as_f64()
+                .is_none_or(|least| number > least),
+            "exclusiveMinimum",
+        );
+        require(
+            schema["exclusiveMaximum"]
+                .as_f64()
+                .is_none_or(|most| number < most),
+            "exclusiveMaximum",
+        );
     }
-    require(schema["enum"].as_array().is_none_or(|names| names.contains(value)), "enum");
-    require(schema.get("const").is_none_or(|name| name == value), "const");
+    require(
+        schema["enum"]
+            .as_array()
+            .is_none_or(|names| names.contains(value)),
+        "enum",
+    );
+    require(
+        schema.get("const").is_none_or(|name| name == value),
+        "const",
+    );
     if let (Some(pattern), Some(text)) = (schema["pattern"].as_str(), value.as_str()) {
         // A fixed name, a colon, and a number or a tag.
-        let (known, tail) = pattern.trim_matches(['^', '$']).split_once(':').expect("a colon");
+        let (known, tail) = pattern
+            .trim_matches(['^', '$'])
+            .split_once(':')
+            .expect("a colon");
         let (name, rest) = text.split_once(':').unwrap_or((text, ""));
         let is_number = !tail.starts_with("[0-9]") || rest.parse::<u32>().is_ok();
         require(name == known && !rest.is_empty() && is_number, "pattern");
     }
     let list = value.as_array().map_or(&[][..], Vec::as_slice);
     let count = list.len() as u64;
-    require(schema["minItems"].as_u64().is_none_or(|least| count >= least), "minItems");
-    require(schema["maxItems"].as_u64().is_none_or(|most| count <= most), "maxItems");
+    require(
+        schema["minItems"]
+            .as_u64()
+            .is_none_or(|least| count >= least),
+        "minItems",
+    );
+    require(
+        schema["maxItems"].as_u64().is_none_or(|most| count <= most),
+        "maxItems",
+    );
     for (index, item) in list.iter().enumerate() {
-        faults.extend(self::faults(root, &schema["items"], item, &format!("{path}[{index}]")));
+        faults.extend(self::faults(
+            root,
+            &schema["items"],
+            item,
+            &format!("{path}[{index}]"),
+        ));
     }
-    for key in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
+    for key in schema["required"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_str)
+    {
         if value.get(key).is_none() {
             faults.push(format!("{path}: {key} is missing"));
         }
@@ -70,7 +125,9 @@ fn faults(root: &Value, schema: &Value, value: &Value, path: &str) -> Vec<String
         let path = format!("{path}.{key}");
         match schema["properties"].get(key) {
             Some(property) => faults.extend(self::faults(root, property, inner, &path)),
-            None if schema["additionalProperties"] == false => faults.push(format!("{path}: unknown key")),
+            None if schema["additionalProperties"] == false => {
+                faults.push(format!("{path}: unknown key"))
+            }
             None => {}
         }
     }
@@ -86,12 +143,21 @@ fn of_scene(text: &str) -> Vec<String> {
 /// All scene files, and the scenes in the README.
 fn scenes() -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let files = fs::read_dir(root.join("crates/runs/examples")).unwrap().map(|entry| entry.unwrap().path());
-    let files = files.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
-    let mut scenes: Vec<_> = files.map(|path| (path.clone(), fs::read_to_string(path).unwrap())).collect();
+    let files = fs::read_dir(root.join("crates/runs/examples"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    let files = files.filter(|path| {
+        path.extension()
+            .is_some_and(|extension| extension == "toml")
+    });
+    let mut scenes: Vec<_> = files
+        .map(|path| (path.clone(), fs::read_to_string(path).unwrap()))
+        .collect();
     let readme = fs::read_to_string(root.join("README.md")).unwrap();
-    let blocks =
-        readme.split("```toml\n").skip(1).filter_map(|rest| Some(rest.split_once("```")?.0.to_owned()));
+    let blocks = readme
+        .split("```toml\n")
+        .skip(1)
+        .filter_map(|rest| Some(rest.split_once("```")?.0.to_owned()));
     // Studies are tested where they are read.
     let blocks = blocks.filter(|block| !block.contains("[[vary]]"));
     scenes.extend(blocks.map(|block| (PathBuf::from("README.md"), block)));
@@ -121,7 +187,10 @@ fn wrong_scenes_do_not_conform() {
         ("[run]\nsnapshots = \"gsd\"", "enum"),
     ] {
         let faults = of_scene(text);
-        assert!(faults.iter().any(|fault| fault.contains(words)), "{text}: {faults:?}");
+        assert!(
+            faults.iter().any(|fault| fault.contains(words)),
+            "{text}: {faults:?}"
+        );
     }
     assert!(of_scene("[run]\nstandby = 0.5\nobserve = [\"drift:tee\", \"velocities\"]").is_empty());
 }
@@ -143,14 +212,28 @@ fn numbers_outside_their_ranges_are_refused() {
     let mut tested = 0;
     for (table, property) in schema["properties"].as_object().unwrap() {
         let is_list = property["type"] == "array";
-        let entry = if is_list { &property["items"] } else { &property["allOf"][0] };
-        let reference = entry["$ref"].as_str().or_else(|| property["$ref"].as_str()).unwrap();
+        let entry = if is_list {
+            &property["items"]
+        } else {
+            &property["allOf"][0]
+        };
+        let reference = entry["$ref"]
+            .as_str()
+            .or_else(|| property["$ref"].as_str())
+            .unwrap();
         let definition = schema.pointer(reference.trim_start_matches('#')).unwrap();
         for (key, property) in definition["properties"].as_object().unwrap() {
             for bad in outside(property) {
                 tested += 1;
-                let path = if is_list { format!("{table}.0.{key}") } else { format!("{table}.{key}") };
-                assert!(is_refused(table, &format!("{path}={bad}")), "{path} = {bad}");
+                let path = if is_list {
+                    format!("{table}.0.{key}")
+                } else {
+                    format!("{table}.{key}")
+                };
+                assert!(
+                    is_refused(table, &format!("{path}={bad}")),
+                    "{path} = {bad}"
+                );
             }
         }
     }
@@ -163,8 +246,17 @@ fn outside(property: &Value) -> Vec<f64> {
     let below = bound("minimum").map(|least| if least == 0.0 { -1.0 } else { 0.5 * least });
     let above = bound("maximum").map(|most| 2.0 * most);
     let integer = property["type"] == "integer";
-    let numbers = [below, above, bound("exclusiveMinimum"), bound("exclusiveMaximum")];
-    numbers.into_iter().flatten().map(|number| if integer { number.floor() } else { number }).collect()
+    let numbers = [
+        below,
+        above,
+        bound("exclusiveMinimum"),
+        bound("exclusiveMaximum"),
+    ];
+    numbers
+        .into_iter()
+        .flatten()
+        .map(|number| if integer { number.floor() } else { number })
+        .collect()
 }
 
 /// Whether a scene with one changed entry is refused.
@@ -178,13 +270,22 @@ fn is_refused(table: &str, change: &str) -> bool {
         };
         scene.extend(format!("[method]\n{owner}").parse::<toml::Table>().unwrap());
     }
-    change.parse::<crate::overrides::Override>().unwrap().apply(&mut scene).unwrap();
-    let Ok(scene) = Scene::from_toml(&toml::to_string(&scene).unwrap()) else { return true };
+    change
+        .parse::<crate::overrides::Override>()
+        .unwrap()
+        .apply(&mut scene)
+        .unwrap();
+    let Ok(scene) = Scene::from_toml(&toml::to_string(&scene).unwrap()) else {
+        return true;
+    };
     crate::run::check(&scene).is_err() || AnySimulation::new(&scene).is_err()
 }
 
 #[test]
 fn documentation_becomes_plain_text() {
     let text = "A [`View`](crate::View) of [`X`].\nMore\n\n* one\n  two\n\n```\ncode\n```\n`[[gas]]` stays.";
-    assert_eq!(plain(text), "A `View` of `X`. More\n* one two\n`[[gas]]` stays.");
+    assert_eq!(
+        plain(text),
+        "A `View` of `X`. More\n* one two\n`[[gas]]` stays."
+    );
 }

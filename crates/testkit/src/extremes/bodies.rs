@@ -7,7 +7,10 @@ use carom::{
 
 /// One disc.
 pub fn disc(radius: f64, mass: f64, at: [f64; 2], velocity: [f64; 2]) -> MoleculeSpec {
-    MoleculeSpec { velocity, ..named("disc", radius, mass, at) }
+    MoleculeSpec {
+        velocity,
+        ..named("disc", radius, mass, at)
+    }
 }
 
 /// A molecule at rest with the shape of this name.
@@ -23,7 +26,11 @@ pub fn named(shape: &str, atom_radius: f64, atom_mass: f64, at: [f64; 2]) -> Mol
 
 /// A fixed disc.
 pub fn bumper(radius: f64, at: [f64; 2]) -> BumperSpec {
-    BumperSpec { tags: Vec::new(), radius, at }
+    BumperSpec {
+        tags: Vec::new(),
+        radius,
+        at,
+    }
 }
 
 /// A scene of single molecules in the present state of a view, without its walls.
@@ -47,12 +54,19 @@ pub fn frozen(view: &View<'_>) -> Scene {
             orientation_turns: Some(view.motion.orientation.turns()),
             velocity: view.motion.velocity.to_array(),
             angular_velocity: view.motion.angular_velocity,
-            rotation: if view.body.is_locked() { Rotation::Locked } else { Rotation::Free },
+            rotation: if view.body.is_locked() {
+                Rotation::Locked
+            } else {
+                Rotation::Free
+            },
             fixed: view.body.is_fixed(),
             ..MoleculeSpec::default()
         })
         .collect();
-    let mut scene = Scene { molecule, ..Scene::default() };
+    let mut scene = Scene {
+        molecule,
+        ..Scene::default()
+    };
     scene.bounds.sides = view.bounds().sides().to_array();
     scene
 }

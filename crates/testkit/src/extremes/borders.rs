@@ -60,12 +60,18 @@ fn places(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
                 let from = [place[0] - 0.125 * step[0], place[1] - 0.125 * step[1]];
                 let scene = in_box(
                     [1.0, 1.0],
-                    vec![disc(0.03125, 1.0, place, [0.0; 2]), disc(0.03125, 1.0, from, step)],
+                    vec![
+                        disc(0.03125, 1.0, place, [0.0; 2]),
+                        disc(0.03125, 1.0, from, step),
+                    ],
                 );
                 let mut run = engine.simulate(&scene)?;
                 let mut watch = Watch::default();
                 run.observe_until(0.1, &mut watch)?;
-                let hit = watch.times.first().is_some_and(|time| (time - 0.0625).abs() < 1e-14);
+                let hit = watch
+                    .times
+                    .first()
+                    .is_some_and(|time| (time - 0.0625).abs() < 1e-14);
                 let exchanged = (velocity(&run, 0) - DVec2::from(step)).length() < 1e-12;
                 wrong += usize::from(!hit || watch.times.len() != 1 || !exchanged);
             }
@@ -87,8 +93,8 @@ fn along(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
                     disc(0.01, 1.0, turn([0.1, at]), turn([1.0, zero])),
                     disc(0.01, 1.0, turn([0.6, at]), turn([0.999, zero])),
                 ];
-                let others =
-                    (0..14).map(|k| disc(0.01, 1.0, turn([f64::from(k) / 14.0, at + 0.06]), [zero; 2]));
+                let others = (0..14)
+                    .map(|k| disc(0.01, 1.0, turn([f64::from(k) / 14.0, at + 0.06]), [zero; 2]));
                 list.extend(others);
                 let mut run = engine.simulate(&in_box([1.0, 1.0], list))?;
                 let mut watch = Watch::default();
@@ -102,7 +108,11 @@ fn along(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     }
     Ok(vec![
         Finding::never("targets not hit", wrong),
-        Finding::new("most crossings of two discs in 500 boxes", crossings as f64, 2.0 * 500.0 * 64.0),
+        Finding::new(
+            "most crossings of two discs in 500 boxes",
+            crossings as f64,
+            2.0 * 500.0 * 64.0,
+        ),
     ])
 }
 
@@ -124,9 +134,14 @@ fn few_cells(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         scene.gas = vec![gas("disc", small, 1.0, count)];
         scene
     };
-    for (big, small, count) in
-        [(0.05, 0.02, 40), (0.15, 0.01, 60), (0.2, 0.15, 3), (0.24, 0.2, 1), (0.33, 0.15, 1), (0.4, 0.02, 20)]
-    {
+    for (big, small, count) in [
+        (0.05, 0.02, 40),
+        (0.15, 0.01, 60),
+        (0.2, 0.15, 3),
+        (0.24, 0.2, 1),
+        (0.33, 0.15, 1),
+        (0.4, 0.02, 20),
+    ] {
         let scene = scene(big, small, count);
         let expected = all_pairs(&scene, 40)?;
         let mut run = engine.simulate(&scene)?;
@@ -136,16 +151,27 @@ fn few_cells(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         }
         let pair = |list: &[[u64; 2]]| -> Vec<[u64; 2]> {
             // The first collisions only: later, chaos amplifies rounding to different trajectories.
-            list.iter().take(20).map(|[a, b]| [*a.min(b), *a.max(b)]).collect()
+            list.iter()
+                .take(20)
+                .map(|[a, b]| [*a.min(b), *a.max(b)])
+                .collect()
         };
         wrong += usize::from(pair(&expected) != pair(&watch.bodies) || expected.is_empty());
     }
-    let refused = [(0.5001, 0.0), (0.6, 0.0), (0.45, 0.0)].into_iter().filter(|&(radius, _)| {
-        let list = vec![disc(radius, 1.0, [0.5, 0.5], [0.0; 2])];
-        let built = engine.simulate(&in_box([1.0, 1.0], list));
-        let too_small = matches!(built, Err(SceneError::Grid { reason: GridError::BoxTooSmall { .. }, .. }));
-        too_small != (radius > 0.5)
-    });
+    let refused = [(0.5001, 0.0), (0.6, 0.0), (0.45, 0.0)]
+        .into_iter()
+        .filter(|&(radius, _)| {
+            let list = vec![disc(radius, 1.0, [0.5, 0.5], [0.0; 2])];
+            let built = engine.simulate(&in_box([1.0, 1.0], list));
+            let too_small = matches!(
+                built,
+                Err(SceneError::Grid {
+                    reason: GridError::BoxTooSmall { .. },
+                    ..
+                })
+            );
+            too_small != (radius > 0.5)
+        });
     Ok(vec![
         Finding::never("scenes with other collisions than all pairs", wrong),
         Finding::never("boxes wrongly refused or accepted", refused.count()),
@@ -157,7 +183,10 @@ fn two_images(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     // side.
     let scene = in_box(
         [1.0, 1.0],
-        vec![disc(0.26, 1.0, [0.25, 0.5], [0.0; 2]), disc(0.2, 1.0, [0.75, 0.5], [1.0, 0.0])],
+        vec![
+            disc(0.26, 1.0, [0.25, 0.5], [0.0; 2]),
+            disc(0.2, 1.0, [0.75, 0.5], [1.0, 0.0]),
+        ],
     );
     let mut run = engine.simulate(&scene)?;
     let mut watch = Watch::default();
@@ -168,12 +197,28 @@ fn two_images(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         .enumerate()
         .map(|(k, time)| (time - (0.04 + 0.08 * k as f64)).abs())
         .fold(0.0, f64::max);
-    let own = engine.simulate(&in_box([1.0, 1.0], vec![disc(0.52, 1.0, [0.25, 0.5], [1.0, 0.0])]));
-    let refused = matches!(own, Err(SceneError::Grid { reason: GridError::BoxTooSmall { .. }, .. }));
+    let own = engine.simulate(&in_box(
+        [1.0, 1.0],
+        vec![disc(0.52, 1.0, [0.25, 0.5], [1.0, 0.0])],
+    ));
+    let refused = matches!(
+        own,
+        Err(SceneError::Grid {
+            reason: GridError::BoxTooSmall { .. },
+            ..
+        })
+    );
     Ok(vec![
-        Finding::new("number of hits minus the expected 100", (watch.times.len() as f64 - 100.0).abs(), 0.0),
+        Finding::new(
+            "number of hits minus the expected 100",
+            (watch.times.len() as f64 - 100.0).abs(),
+            0.0,
+        ),
         Finding::new("largest error of a time", late, 1e-12),
-        Finding::never("contacts with the own image that are not refused", usize::from(!refused)),
+        Finding::never(
+            "contacts with the own image that are not refused",
+            usize::from(!refused),
+        ),
     ])
 }
 
@@ -203,7 +248,15 @@ fn corner_bumper(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         ));
         first.push(watch.times.into_iter().take(6).collect::<Vec<f64>>());
     }
-    let differ = first[0].iter().zip(&first[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    findings.push(Finding::new("largest difference of the first six times", differ, 1e-8));
+    let differ = first[0]
+        .iter()
+        .zip(&first[1])
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    findings.push(Finding::new(
+        "largest difference of the first six times",
+        differ,
+        1e-8,
+    ));
     Ok(findings)
 }

@@ -31,10 +31,17 @@ pub fn cases() -> Vec<Case> {
 
 fn nothing_to_do(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let one = in_box([1.0, 1.0], vec![disc(0.1, 1.0, [0.5, 0.5], [0.3, 0.1])]);
-    let bumpers =
-        Scene { bumper: vec![bumper(0.1, [0.2, 0.2]), bumper(0.1, [0.7, 0.2])], ..Scene::default() };
-    let resting =
-        in_box([1.0, 1.0], vec![named("tee", 0.01, 1.0, [0.3, 0.3]), named("disc", 0.1, 1.0, [0.7, 0.7])]);
+    let bumpers = Scene {
+        bumper: vec![bumper(0.1, [0.2, 0.2]), bumper(0.1, [0.7, 0.2])],
+        ..Scene::default()
+    };
+    let resting = in_box(
+        [1.0, 1.0],
+        vec![
+            named("tee", 0.01, 1.0, [0.3, 0.3]),
+            named("disc", 0.1, 1.0, [0.7, 0.7]),
+        ],
+    );
     let (mut events, mut moved, mut wrong) = (0, 0, 0);
     for scene in [one, bumpers, resting, Scene::default()] {
         let mut run = engine.simulate(&scene)?;
@@ -60,20 +67,42 @@ fn nothing_to_do(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
 #[allow(clippy::unnecessary_wraps, reason = "all cases have one signature")]
 fn refused(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let atom = |at: [f64; 2], radius: f64, mass: f64| AtomSpec { at, radius, mass };
-    let of =
-        |atoms: Vec<AtomSpec>| in_box([1.0, 1.0], vec![MoleculeSpec { atoms, ..MoleculeSpec::default() }]);
-    let mut scenes = vec![of(Vec::new()), of(vec![atom([0.0; 2], 0.1, 1.0), atom([0.0; 2], 0.05, 1.0)])];
+    let of = |atoms: Vec<AtomSpec>| {
+        in_box(
+            [1.0, 1.0],
+            vec![MoleculeSpec {
+                atoms,
+                ..MoleculeSpec::default()
+            }],
+        )
+    };
+    let mut scenes = vec![
+        of(Vec::new()),
+        of(vec![atom([0.0; 2], 0.1, 1.0), atom([0.0; 2], 0.05, 1.0)]),
+    ];
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, 0.0, 1e300] {
         scenes.push(of(vec![atom([0.0; 2], bad, 1.0)]));
         scenes.push(of(vec![atom([0.0; 2], 0.1, bad)]));
         scenes.push(in_box([bad, 1.0], Vec::new()));
         scenes.push(in_box([1.0, bad], Vec::new()));
-        scenes.push(Scene { bumper: vec![bumper(bad, [0.5, 0.5])], ..Scene::default() });
+        scenes.push(Scene {
+            bumper: vec![bumper(bad, [0.5, 0.5])],
+            ..Scene::default()
+        });
         if !bad.is_finite() || bad > 1.0 {
             scenes.push(of(vec![atom([bad, 0.0], 0.1, 1.0)]));
-            scenes.push(in_box([1.0, 1.0], vec![disc(0.1, 1.0, [bad, 0.5], [0.0; 2])]));
-            scenes.push(in_box([1.0, 1.0], vec![disc(0.1, 1.0, [0.5, 0.5], [0.0, bad])]));
-            let turning = MoleculeSpec { angular_velocity: bad, ..named("tee", 0.01, 1.0, [0.5, 0.5]) };
+            scenes.push(in_box(
+                [1.0, 1.0],
+                vec![disc(0.1, 1.0, [bad, 0.5], [0.0; 2])],
+            ));
+            scenes.push(in_box(
+                [1.0, 1.0],
+                vec![disc(0.1, 1.0, [0.5, 0.5], [0.0, bad])],
+            ));
+            let turning = MoleculeSpec {
+                angular_velocity: bad,
+                ..named("tee", 0.01, 1.0, [0.5, 0.5])
+            };
             scenes.push(in_box([1.0, 1.0], vec![turning]));
         }
         if bad != 0.0 {

@@ -73,15 +73,19 @@ fn corner(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
                 ..named("tee", 0.0625, 1.0, [0.5, 0.5])
             };
             // Two bumpers in front of the corner reflect it back repeatedly.
-            let mut scene =
-                in_box([1.0, 1.0], vec![tee, disc(0.03, 1.0, [0.605, 0.47], direction.to_array())]);
+            let mut scene = in_box(
+                [1.0, 1.0],
+                vec![tee, disc(0.03, 1.0, [0.605, 0.47], direction.to_array())],
+            );
             scene.bumper = vec![bumper(0.05, [0.7, 0.45]), bumper(0.05, [0.62, 0.36])];
             scene.elasticity.default = e;
             let mut run = engine.simulate(&scene)?;
             let mut watch = Watch::default();
             match run.observe_until(50.0, &mut watch) {
                 Ok(()) => {}
-                Err(error) => unnamed += usize::from(!matches!(error, RunError::Stalled { .. }) || e > 0.0),
+                Err(error) => {
+                    unnamed += usize::from(!matches!(error, RunError::Stalled { .. }) || e > 0.0)
+                }
             }
             overlapping = overlapping.max(run.view().overlaps().pairs);
             most = most.max(watch.at_once);
@@ -90,7 +94,11 @@ fn corner(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     Ok(vec![
         Finding::never("overlapping pairs", overlapping),
         Finding::never("runs that do not reach their end", unnamed),
-        Finding::new("largest number of collisions at one time", most as f64, 100.0),
+        Finding::new(
+            "largest number of collisions at one time",
+            most as f64,
+            100.0,
+        ),
     ])
 }
 
@@ -106,12 +114,28 @@ fn row(engine: Engine, count: usize, gap: f64) -> Result<(AnySimulation, Watch)>
 
 fn chain(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let (run, watch) = row(engine, 100, 0.0)?;
-    let late = watch.times.iter().map(|time| (time - 1.0).abs()).fold(0.0, f64::max);
+    let late = watch
+        .times
+        .iter()
+        .map(|time| (time - 1.0).abs())
+        .fold(0.0, f64::max);
     Ok(vec![
-        Finding::new("number of collisions minus 100", (watch.times.len() as f64 - 100.0).abs(), 0.0),
+        Finding::new(
+            "number of collisions minus 100",
+            (watch.times.len() as f64 - 100.0).abs(),
+            0.0,
+        ),
         Finding::new("largest time after the first collision", late, 1e-13),
-        Finding::new("velocity of the last disc minus 1", (velocity(&run, 100) - DVec2::X).length(), 1e-13),
-        Finding::new("energy drift, relative", (run.view().energy() / 0.5 - 1.0).abs(), 1e-13),
+        Finding::new(
+            "velocity of the last disc minus 1",
+            (velocity(&run, 100) - DVec2::X).length(),
+            1e-13,
+        ),
+        Finding::new(
+            "energy drift, relative",
+            (run.view().energy() / 0.5 - 1.0).abs(),
+            1e-13,
+        ),
     ])
 }
 
@@ -120,7 +144,11 @@ fn cradle(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     for gap in [1e-3, 1e-6, 1e-9, 1e-12, 0.0] {
         let (run, watch) = row(engine, 5, gap)?;
         let expected: Vec<[u64; 2]> = (0..5).map(|k| [k, k + 1]).collect();
-        let found: Vec<[u64; 2]> = watch.bodies.iter().map(|[a, b]| [*a.min(b), *a.max(b)]).collect();
+        let found: Vec<[u64; 2]> = watch
+            .bodies
+            .iter()
+            .map(|[a, b]| [*a.min(b), *a.max(b)])
+            .collect();
         order += usize::from(found != expected);
         for k in 0..6 {
             let wanted = if k == 5 { DVec2::X } else { DVec2::ZERO };
@@ -130,14 +158,21 @@ fn cradle(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     }
     Ok(vec![
         Finding::never("cradles with another order of collisions", order),
-        Finding::new("largest error of a velocity, or of the energy", error, 2.0 * f64::EPSILON),
+        Finding::new(
+            "largest error of a velocity, or of the energy",
+            error,
+            2.0 * f64::EPSILON,
+        ),
     ])
 }
 
 fn shuttle(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let mut scene = in_box(
         [16.0, 8.0],
-        vec![MoleculeSpec { velocity: [1.0, 0.0], ..named("dumbbell", 0.5, 1.0, [4.0, 4.0]) }],
+        vec![MoleculeSpec {
+            velocity: [1.0, 0.0],
+            ..named("dumbbell", 0.5, 1.0, [4.0, 4.0])
+        }],
     );
     scene.bumper = vec![bumper(1.0, [1.0, 4.0]), bumper(1.0, [7.0, 4.0])];
     // The free gap is 4 − 2: hits at times 1, 3, 5, …
@@ -145,9 +180,17 @@ fn shuttle(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let mut run = engine.simulate(&scene)?;
     let mut watch = Watch::default();
     run.observe_until(2.0 * hits as f64, &mut watch)?;
-    let late =
-        watch.times.iter().enumerate().map(|(k, time)| (time - (2 * k + 1) as f64).abs()).fold(0.0, f64::max);
-    let body = run.view().bodies().next().map_or(f64::NAN, |body| body.motion.angular_velocity.abs());
+    let late = watch
+        .times
+        .iter()
+        .enumerate()
+        .map(|(k, time)| (time - (2 * k + 1) as f64).abs())
+        .fold(0.0, f64::max);
+    let body = run
+        .view()
+        .bodies()
+        .next()
+        .map_or(f64::NAN, |body| body.motion.angular_velocity.abs());
     Ok(vec![
         Finding::new(
             "number of hits minus the expected one",
@@ -156,7 +199,11 @@ fn shuttle(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         ),
         Finding::new("largest error of a time", late, 1e-10),
         Finding::new("spin", body, 0.0),
-        Finding::new("error of the speed", (velocity(&run, 0).length() - 1.0).abs(), 0.0),
+        Finding::new(
+            "error of the speed",
+            (velocity(&run, 0).length() - 1.0).abs(),
+            0.0,
+        ),
     ])
 }
 
@@ -181,13 +228,24 @@ fn break_shot(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     // The sequential rule gives 0.8660 along ±30°, 0.4330 along ∓30°, and (−0.125, ∓0.2165).
     let speeds = [1, 2].map(|k: usize| first[k].length());
     let expected = [0.75f64.sqrt(), 0.75f64.sqrt() / 2.0];
-    let sequential =
-        (speeds[0].max(speeds[1]) - expected[0]).abs() + (speeds[0].min(speeds[1]) - expected[1]).abs();
+    let sequential = (speeds[0].max(speeds[1]) - expected[0]).abs()
+        + (speeds[0].min(speeds[1]) - expected[1]).abs();
     Ok(vec![
         Finding::new("energy minus initial energy", (energy - 1.0).abs(), 1e-14),
-        Finding::new("momentum minus initial momentum", (momentum - DVec2::X).length(), 1e-14),
-        Finding::never("different results on repetition", usize::from(first != again)),
-        Finding::new("speeds minus those of the sequential rule", sequential, 1e-13),
+        Finding::new(
+            "momentum minus initial momentum",
+            (momentum - DVec2::X).length(),
+            1e-14,
+        ),
+        Finding::never(
+            "different results on repetition",
+            usize::from(first != again),
+        ),
+        Finding::new(
+            "speeds minus those of the sequential rule",
+            sequential,
+            1e-13,
+        ),
     ])
 }
 
@@ -205,16 +263,27 @@ fn few_discs(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
                 let from = DVec2::splat(50.0) + (4.0 + 2.0 * i as f64) * out;
                 let to = DVec2::splat(50.0) + aim;
                 let speed = 1.0 + 0.8 * angles[9 * k + 3 * i + 2].x;
-                disc(0.5, 1.0, from.to_array(), ((to - from).normalize() * speed).to_array())
+                disc(
+                    0.5,
+                    1.0,
+                    from.to_array(),
+                    ((to - from).normalize() * speed).to_array(),
+                )
             })
             .collect();
-        let Ok(mut run) = engine.simulate(&in_box([100.0, 100.0], list)) else { continue };
+        let Ok(mut run) = engine.simulate(&in_box([100.0, 100.0], list)) else {
+            continue;
+        };
         run.run_until(20.0)?;
         most = most.max(run.view().counters().collisions);
     }
     let mut wrong = 0;
     for count in 2..12 {
-        let speeds: Vec<f64> = directions().skip(17 * count).take(count).map(|d| 0.5 * d.x).collect();
+        let speeds: Vec<f64> = directions()
+            .skip(17 * count)
+            .take(count)
+            .map(|d| 0.5 * d.x)
+            .collect();
         let list = speeds
             .iter()
             .enumerate()
@@ -225,16 +294,27 @@ fn few_discs(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         run.run_until(80.0)?;
         // Discs of nearly equal speed may meet later: the number is checked only after all have
         // met.
-        let met = speeds
-            .iter()
-            .enumerate()
-            .all(|(i, v)| speeds[i + 1..].iter().all(|w| v <= w || 0.05 * count as f64 / (v - w) < 80.0));
+        let met = speeds.iter().enumerate().all(|(i, v)| {
+            speeds[i + 1..]
+                .iter()
+                .all(|w| v <= w || 0.05 * count as f64 / (v - w) < 80.0)
+        });
         wrong += usize::from(met && run.view().counters().collisions != inversions);
     }
     Ok(vec![
-        Finding::new("largest number of collisions of three discs", most as f64, 4.0),
-        Finding::never("fewer than two collisions of any three discs", usize::from(most < 2)),
-        Finding::never("rows whose number of collisions differs from the inversions", wrong),
+        Finding::new(
+            "largest number of collisions of three discs",
+            most as f64,
+            4.0,
+        ),
+        Finding::never(
+            "fewer than two collisions of any three discs",
+            usize::from(most < 2),
+        ),
+        Finding::never(
+            "rows whose number of collisions differs from the inversions",
+            wrong,
+        ),
     ])
 }
 
@@ -245,7 +325,12 @@ fn meetings(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let lattice = (0..64)
         .map(|k| {
             let mirrored = |odd: bool| if odd { -1.0 } else { 1.0 };
-            disc(0.03125, 1.0, place(k), [mirrored(k % 2 == 1), mirrored(k / 8 % 2 == 1)])
+            disc(
+                0.03125,
+                1.0,
+                place(k),
+                [mirrored(k % 2 == 1), mirrored(k / 8 % 2 == 1)],
+            )
         })
         .collect();
     let mut findings = Vec::new();
@@ -258,9 +343,15 @@ fn meetings(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
             Ok((run, watch))
         };
         let ((first, watch), (again, other)) = (run()?, run()?);
-        let energy =
-            scene.molecule.len() as f64 * 0.5 * DVec2::from(scene.molecule[0].velocity).length_squared();
-        let bits = |run: &AnySimulation| run.view().bodies().map(|body| body.motion).collect::<Vec<_>>();
+        let energy = scene.molecule.len() as f64
+            * 0.5
+            * DVec2::from(scene.molecule[0].velocity).length_squared();
+        let bits = |run: &AnySimulation| {
+            run.view()
+                .bodies()
+                .map(|body| body.motion)
+                .collect::<Vec<_>>()
+        };
         let same = bits(&first) == bits(&again) && watch.bodies == other.bodies;
         findings.extend([
             Finding::new(
@@ -268,10 +359,23 @@ fn meetings(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
                 (first.view().energy() / energy - 1.0).abs(),
                 1e-14,
             ),
-            Finding::new(format!("{name}: momentum"), first.view().momentum().length(), 1e-13),
-            Finding::never(format!("{name}: different order on repetition"), usize::from(!same)),
-            Finding::never(format!("{name}: overlapping pairs"), first.view().overlaps().pairs),
-            Finding::never(format!("{name}: no collision"), usize::from(watch.times.is_empty())),
+            Finding::new(
+                format!("{name}: momentum"),
+                first.view().momentum().length(),
+                1e-13,
+            ),
+            Finding::never(
+                format!("{name}: different order on repetition"),
+                usize::from(!same),
+            ),
+            Finding::never(
+                format!("{name}: overlapping pairs"),
+                first.view().overlaps().pairs,
+            ),
+            Finding::never(
+                format!("{name}: no collision"),
+                usize::from(watch.times.is_empty()),
+            ),
         ]);
     }
     Ok(findings)

@@ -42,7 +42,14 @@ impl Engine {
             Self::Ours => Order::Cells(Instructions::Widest),
             Self::Theses => Order::Heap(CellsPerSide::Automatic),
         };
-        AnySimulation::with(scene, &Method { detector: self.detector(), order, ..Method::default() })
+        AnySimulation::with(
+            scene,
+            &Method {
+                detector: self.detector(),
+                order,
+                ..Method::default()
+            },
+        )
     }
 }
 
@@ -60,7 +67,10 @@ pub fn gas(shape: &str, radius: f64, atom_mass: f64, count: usize) -> GasSpec {
 
 /// Single molecules in a box.
 pub fn in_box(sides: [f64; 2], molecule: Vec<MoleculeSpec>) -> Scene {
-    let mut scene = Scene { molecule, ..Scene::default() };
+    let mut scene = Scene {
+        molecule,
+        ..Scene::default()
+    };
     scene.bounds.sides = sides;
     scene.bounds.seed = 20_261_122;
     scene

@@ -67,7 +67,12 @@ pub fn aged(engine: Engine, age: f64, count: usize) -> Result<AnySimulation> {
 fn scattered(count: usize) -> Vec<MoleculeSpec> {
     let side = (count as f64).sqrt().ceil() as usize;
     let step = 1.0 / side as f64;
-    let at = |k: usize| [((k % side) as f64 + 0.5) * step, ((k / side) as f64 + 0.5) * step];
+    let at = |k: usize| {
+        [
+            ((k % side) as f64 + 0.5) * step,
+            ((k / side) as f64 + 0.5) * step,
+        ]
+    };
     (0..count)
         .zip(directions())
         .map(|(k, direction)| disc(0.35 * step, 1.0, at(k), (1.414 * direction).to_array()))
@@ -77,14 +82,23 @@ fn scattered(count: usize) -> Vec<MoleculeSpec> {
 /// Light discs and one disc of another mass and radius.
 pub fn mixture(light: usize, radius: f64, mass: f64, big_radius: f64, big_mass: f64) -> Scene {
     let speed = (2.0 / big_mass).sqrt();
-    let mut scene =
-        in_box([1.0, 1.0], vec![disc(big_radius, big_mass, [0.5, 0.5], [0.6 * speed, 0.8 * speed])]);
+    let mut scene = in_box(
+        [1.0, 1.0],
+        vec![disc(
+            big_radius,
+            big_mass,
+            [0.5, 0.5],
+            [0.6 * speed, 0.8 * speed],
+        )],
+    );
     scene.gas = vec![gas("disc", radius, mass, light)];
     scene
 }
 
 fn velocities(view: &View<'_>) -> Vec<[f64; 2]> {
-    view.bodies().map(|body| body.motion.velocity.to_array()).collect()
+    view.bodies()
+        .map(|body| body.motion.velocity.to_array())
+        .collect()
 }
 
 fn ages(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
@@ -97,7 +111,10 @@ fn ages(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         let duration = 16.0 * (effort.collisions as f64 / 2e4).clamp(0.25, 4.0);
         run.observe_until_epoch_time(later(begun, duration), &mut ())?;
         let view = run.view();
-        findings.push(Finding::never(format!("overlapping pairs at {age:e}"), view.overlaps().pairs));
+        findings.push(Finding::never(
+            format!("overlapping pairs at {age:e}"),
+            view.overlaps().pairs,
+        ));
         let state = (view.counters().collisions, velocities(&view));
         let first = young.get_or_insert_with(|| state.clone());
         let different = usize::from(*first != state);
@@ -119,12 +136,19 @@ fn ratios(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         ("a heavy disc, 1e8", mixture(50, 0.03, 1.0, 0.1, 1e8)),
         ("a light disc, 1e-8", mixture(50, 0.03, 1.0, 0.1, 1e-8)),
         ("a large disc, 1000 times", mixture(50, 1e-4, 1.0, 0.1, 1.0)),
-        ("a large and heavy disc, 1000 times and 1e8", mixture(50, 1e-4, 1.0, 0.1, 1e8)),
+        (
+            "a large and heavy disc, 1000 times and 1e8",
+            mixture(50, 1e-4, 1.0, 0.1, 1e8),
+        ),
     ];
     let mut findings = Vec::new();
     for (index, (name, scene)) in scenes.into_iter().enumerate() {
         // Such small discs collide once in some hundred box lengths.
-        let collisions = if index < 2 { effort.collisions } else { effort.collisions / 10 };
+        let collisions = if index < 2 {
+            effort.collisions
+        } else {
+            effort.collisions / 10
+        };
         findings.extend(survey(engine, &scene, collisions)?.findings(name));
     }
     Ok(findings)
@@ -155,7 +179,11 @@ fn equipartition(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     }
     let n = shares.len() as f64;
     let mean = shares.iter().sum::<f64>() / n;
-    let variance = shares.iter().map(|share| (share - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let variance = shares
+        .iter()
+        .map(|share| (share - mean).powi(2))
+        .sum::<f64>()
+        / (n - 1.0);
     Ok(vec![Finding::new(
         "mean energy of heavy discs relative to light ones, minus 1 (standard errors)",
         mean.abs() / (variance / n).sqrt(),
@@ -181,8 +209,15 @@ fn inelastic(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
     let mut run = engine.simulate(&row)?;
     run.run_until(100.0)?;
-    findings.push(Finding::never("row: overlapping pairs", run.view().overlaps().pairs));
-    findings.push(Finding::new("row: collisions", run.view().counters().collisions as f64, 1e5));
+    findings.push(Finding::never(
+        "row: overlapping pairs",
+        run.view().overlaps().pairs,
+    ));
+    findings.push(Finding::new(
+        "row: collisions",
+        run.view().counters().collisions as f64,
+        1e5,
+    ));
     for e in [0.5, 0.0] {
         for guarded in [true, false] {
             let mut scene = in_box([1.0, 1.0], Vec::new());
@@ -195,23 +230,37 @@ fn inelastic(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
             let mut run = engine.simulate(&scene)?;
             let ended = survey_of(&mut run, effort.collisions.min(CONTACTS_WHILE_COOLING));
             let overlaps = run.view().overlaps();
-            findings.push(Finding::never(format!("{name}: overlapping pairs"), overlaps.pairs));
+            findings.push(Finding::never(
+                format!("{name}: overlapping pairs"),
+                overlaps.pairs,
+            ));
             let view = run.view();
             let drift = (view.energy() - view.ledger().booked()).abs() / view.ledger().initial;
-            findings.push(Finding::new(format!("{name}: energy minus ledger, relative"), drift, 1e-12));
+            findings.push(Finding::new(
+                format!("{name}: energy minus ledger, relative"),
+                drift,
+                1e-12,
+            ));
             let ended_by_name = match ended {
                 Ok(survey) => {
-                    findings
-                        .push(Finding::never(format!("{name}: steps back in time"), survey.watch.backwards));
+                    findings.push(Finding::never(
+                        format!("{name}: steps back in time"),
+                        survey.watch.backwards,
+                    ));
                     guarded || survey.collisions > 0
                 }
                 Err(error) => !guarded && error.downcast_ref::<RunError>().is_some(),
             };
-            findings.push(Finding::never(format!("{name}: unexpected ends"), usize::from(!ended_by_name)));
+            findings.push(Finding::never(
+                format!("{name}: unexpected ends"),
+                usize::from(!ended_by_name),
+            ));
             if guarded && e == 0.0 {
                 let spared = view.counters().guarded_collisions;
-                findings
-                    .push(Finding::never(format!("{name}: guard never active"), usize::from(spared == 0)));
+                findings.push(Finding::never(
+                    format!("{name}: guard never active"),
+                    usize::from(spared == 0),
+                ));
             }
         }
     }

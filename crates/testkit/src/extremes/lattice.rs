@@ -38,9 +38,16 @@ pub fn close_packed(dilation: f64) -> Scene {
     }
     let site = |k: usize| {
         let (column, row) = (k % columns, k / columns);
-        [step[0] * (column as f64 + 0.25 + 0.5 * (row % 2) as f64), step[1] * (row as f64 + 0.25)]
+        [
+            step[0] * (column as f64 + 0.25 + 0.5 * (row % 2) as f64),
+            step[1] * (row as f64 + 0.25),
+        ]
     };
-    let discs = velocities.iter().enumerate().map(|(k, v)| disc(0.5, 1.0, site(k), v.to_array())).collect();
+    let discs = velocities
+        .iter()
+        .enumerate()
+        .map(|(k, v)| disc(0.5, 1.0, site(k), v.to_array()))
+        .collect();
     in_box([step[0] * columns as f64, step[1] * rows as f64], discs)
 }
 
@@ -104,9 +111,20 @@ fn dense(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         findings.extend([
             Finding::new(format!("{name}: deepest overlap (σ)"), seen.deepest, 1e-13),
             Finding::never(format!("{name}: overlapping pairs"), seen.overlapping),
-            Finding::new(format!("{name}: relative deviation of the pressure"), seen.pressure, 0.02),
-            Finding::new(format!("{name}: energy drift, relative"), seen.energy, 1e-12),
-            Finding::never(format!("{name}: collisions out of time order"), seen.backwards),
+            Finding::new(
+                format!("{name}: relative deviation of the pressure"),
+                seen.pressure,
+                0.02,
+            ),
+            Finding::new(
+                format!("{name}: energy drift, relative"),
+                seen.energy,
+                1e-12,
+            ),
+            Finding::never(
+                format!("{name}: collisions out of time order"),
+                seen.backwards,
+            ),
         ]);
     }
     Ok(findings)

@@ -40,7 +40,11 @@ pub struct Finding {
 impl Finding {
     /// A quantity and its bound.
     pub fn new(what: impl Into<String>, found: f64, allowed: f64) -> Self {
-        Self { what: what.into(), found, allowed }
+        Self {
+            what: what.into(),
+            found,
+            allowed,
+        }
     }
 
     /// A number of violations that must be zero.

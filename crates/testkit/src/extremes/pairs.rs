@@ -55,7 +55,10 @@ fn head_on(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let run = |speed: f64| -> Result<(f64, DVec2)> {
         let scene = in_box(
             [1.0, 1.0],
-            vec![disc(0.1, 1.0, [0.25, 0.5], [speed, 0.0]), disc(0.1, 1.0, [0.75, 0.5], [-speed, 0.0])],
+            vec![
+                disc(0.1, 1.0, [0.25, 0.5], [speed, 0.0]),
+                disc(0.1, 1.0, [0.75, 0.5], [-speed, 0.0]),
+            ],
         );
         let mut run = engine.simulate(&scene)?;
         let mut watch = Watch::default();
@@ -75,7 +78,11 @@ fn head_on(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         differ += usize::from(run(2f64.powi(exponent))? != base);
     }
     Ok(vec![
-        Finding::new("time of contact, relative error in ulp", worst / f64::EPSILON, 4.0),
+        Finding::new(
+            "time of contact, relative error in ulp",
+            worst / f64::EPSILON,
+            4.0,
+        ),
         Finding::never("powers of two at which the path differs", differ),
     ])
 }
@@ -86,14 +93,17 @@ fn grazing(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let (mut wrong, mut deepest) = (0, 0.0f64);
     let ask = |offset: f64| {
         let motion = RelativeMotion::exactly(DVec2::new(30.0, offset), DVec2::new(-1.0, 0.0));
-        detector.first_contact(half.outline(), half.outline(), &motion, 100.0).outcome
+        detector
+            .first_contact(half.outline(), half.outline(), &motion, 100.0)
+            .outcome
     };
     for exponent in 0..=24 {
         let delta = 10f64.powf(-4.0 - 0.5 * f64::from(exponent));
         for offset in [1.0 - delta, 1.0 + delta] {
             let hit = matches!(ask(offset), Outcome::Contact(_));
             // Within a few ulp of σ either answer is correct.
-            wrong += usize::from(hit != (offset < 1.0) && (offset - 1.0).abs() > 8.0 * f64::EPSILON);
+            wrong +=
+                usize::from(hit != (offset < 1.0) && (offset - 1.0).abs() > 8.0 * f64::EPSILON);
         }
     }
     for k in 0..effort.collisions.min(10_000) {
@@ -106,7 +116,10 @@ fn grazing(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         let delta = 10f64.powf(-0.5 * f64::from(exponent));
         let scene = in_box(
             [64.0, 4.0],
-            vec![disc(0.5, 1.0, [1.0, 1.0], [1.0, 0.0]), disc(0.5, 1.0, [31.0, 2.0 - delta], [0.0; 2])],
+            vec![
+                disc(0.5, 1.0, [1.0, 1.0], [1.0, 0.0]),
+                disc(0.5, 1.0, [31.0, 2.0 - delta], [0.0; 2]),
+            ],
         );
         let mut run = engine.simulate(&scene)?;
         // The closest approach, or where it would be without a contact.
@@ -130,7 +143,10 @@ fn touching(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         for (speed, expected) in [(-1.0, 1), (1.0, 0), (0.0, 0)] {
             let scene = in_box(
                 [2.0, 2.0],
-                vec![disc(0.125, 1.0, [0.5, 0.5], [0.0; 2]), disc(0.125, 1.0, [x, 0.5], [speed, 0.0])],
+                vec![
+                    disc(0.125, 1.0, [0.5, 0.5], [0.0; 2]),
+                    disc(0.125, 1.0, [x, 0.5], [speed, 0.0]),
+                ],
             );
             let mut run = engine.simulate(&scene)?;
             run.run_until(0.5)?;
@@ -145,16 +161,25 @@ fn overlapping(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         let x = 0.75 - 0.25 * depth;
         in_box(
             [1.0, 1.0],
-            vec![disc(0.125, 1.0, [0.5, 0.5], [0.3, 0.1]), disc(0.125, 1.0, [x, 0.5], [0.0; 2])],
+            vec![
+                disc(0.125, 1.0, [0.5, 0.5], [0.3, 0.1]),
+                disc(0.125, 1.0, [x, 0.5], [0.0; 2]),
+            ],
         )
     };
     let mut run = engine.simulate(&scene(1e-15))?;
     run.run_until(10.0)?;
-    let refused = [1e-9, 1e-3]
-        .into_iter()
-        .filter(|&depth| !matches!(engine.simulate(&scene(depth)), Err(SceneError::Overlap { .. })));
+    let refused = [1e-9, 1e-3].into_iter().filter(|&depth| {
+        !matches!(
+            engine.simulate(&scene(depth)),
+            Err(SceneError::Overlap { .. })
+        )
+    });
     Ok(vec![
-        Finding::never("overlapping pairs after the tiny one", run.view().overlaps().pairs),
+        Finding::never(
+            "overlapping pairs after the tiny one",
+            run.view().overlaps().pairs,
+        ),
         Finding::never("large overlaps that are not refused", refused.count()),
     ])
 }
@@ -162,22 +187,46 @@ fn overlapping(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
 fn funnel(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let (small, large) = (0.0625, 0.125);
     let run = |widened: f64, aside: f64| -> Result<(Option<RunError>, DVec2, f64, f64)> {
-        let mut scene = in_box([2.0, 1.0], vec![disc(small, 1.0, [0.5, 0.5 + aside], [1.0, 0.0])]);
+        let mut scene = in_box(
+            [2.0, 1.0],
+            vec![disc(small, 1.0, [0.5, 0.5 + aside], [1.0, 0.0])],
+        );
         let away = large + small * (1.0 + widened);
-        scene.bumper = vec![bumper(large, [1.0, 0.5 - away]), bumper(large, [1.0, 0.5 + away])];
+        scene.bumper = vec![
+            bumper(large, [1.0, 0.5 - away]),
+            bumper(large, [1.0, 0.5 + away]),
+        ];
         let mut run = engine.simulate(&scene)?;
         let ended = run.run_until(1.0).err();
         let (velocity, place) = (velocity(&run, 0), place(&run, 0));
-        Ok((ended, velocity, place.x, run.view().overlaps().deepest_length))
+        Ok((
+            ended,
+            velocity,
+            place.x,
+            run.view().overlaps().deepest_length,
+        ))
     };
     let (wide, narrow, aside) = (run(1e-9, 0.0)?, run(-1e-9, 0.0)?, run(-1e-9, 1e-6)?);
     // On the axis it meets both bumpers at the same time, as at the tip of a wedge of 5e-5 radians:
     // 6e4 contacts without progress in time.
     let by_name = matches!(narrow.0, None | Some(RunError::Stalled { .. }));
     Ok(vec![
-        Finding::never("contacts in the wide funnel", usize::from(wide.1 != DVec2::X || wide.2 != 1.5)),
-        Finding::never("passages of the narrow funnel", usize::from(narrow.2 > 1.0 || aside.2 > 1.0)),
-        Finding::never("unnamed errors in the narrow funnel", usize::from(!by_name || aside.0.is_some())),
-        Finding::new("deepest overlap (length)", narrow.3.max(aside.3), 64.0 * 2.2 * f64::EPSILON),
+        Finding::never(
+            "contacts in the wide funnel",
+            usize::from(wide.1 != DVec2::X || wide.2 != 1.5),
+        ),
+        Finding::never(
+            "passages of the narrow funnel",
+            usize::from(narrow.2 > 1.0 || aside.2 > 1.0),
+        ),
+        Finding::never(
+            "unnamed errors in the narrow funnel",
+            usize::from(!by_name || aside.0.is_some()),
+        ),
+        Finding::new(
+            "deepest overlap (length)",
+            narrow.3.max(aside.3),
+            64.0 * 2.2 * f64::EPSILON,
+        ),
     ])
 }

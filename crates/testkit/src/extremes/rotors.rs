@@ -54,7 +54,10 @@ pub fn cases() -> Vec<Case> {
 }
 
 fn spins(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
-    let tee = |at, spin| MoleculeSpec { angular_velocity: spin, ..named("tee", 0.02, 1.0, at) };
+    let tee = |at, spin| MoleculeSpec {
+        angular_velocity: spin,
+        ..named("tee", 0.02, 1.0, at)
+    };
     let mut findings = Vec::new();
     for (name, spins) in [
         ("ω = 0, 0", [0.0, 0.0]),
@@ -63,7 +66,10 @@ fn spins(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         ("ω = 7, 7", [7.0, 7.0]),
         ("ω = 7, −7", [7.0, -7.0]),
     ] {
-        let mut scene = in_box([1.0, 1.0], vec![tee([0.3, 0.5], spins[0]), tee([0.6, 0.5], spins[1])]);
+        let mut scene = in_box(
+            [1.0, 1.0],
+            vec![tee([0.3, 0.5], spins[0]), tee([0.6, 0.5], spins[1])],
+        );
         scene.gas = vec![gas("disc", 0.02, 1.0, 100)];
         findings.extend(survey(engine, &scene, effort.collisions / 5)?.findings(name));
     }
@@ -73,7 +79,9 @@ fn spins(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
 /// Angle between arm and disc at contact, in a form that keeps the digits of a graze (6.4).
 pub fn touching_angle(arm: f64, distance: f64, contact_distance: f64) -> f64 {
     let depth = arm + contact_distance - distance;
-    2.0 * (depth * (2.0 * contact_distance - depth) / (4.0 * arm * distance)).sqrt().asin()
+    2.0 * (depth * (2.0 * contact_distance - depth) / (4.0 * arm * distance))
+        .sqrt()
+        .asin()
 }
 
 fn alike(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
@@ -100,8 +108,16 @@ fn alike(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         worst = worst.max((time - (0.25 * PI - psi) / 2.0).abs() / slack);
     }
     Ok(vec![
-        Finding::new("contacts out of reach", out_of_reach.view().counters().collisions as f64, 0.0),
-        Finding::new("error of the first contact, relative to the rounding bound", worst, 1.0),
+        Finding::new(
+            "contacts out of reach",
+            out_of_reach.view().counters().collisions as f64,
+            0.0,
+        ),
+        Finding::new(
+            "error of the first contact, relative to the rounding bound",
+            worst,
+            1.0,
+        ),
     ])
 }
 
@@ -125,12 +141,15 @@ fn sweep(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
             for spin in [1.0, 1e6, 1e-6] {
                 let ask = |distance: f64| {
                     let motion = turning(distance, start, spin);
-                    detector.first_contact(dumbbell.outline(), disc.outline(), &motion, 10.0 / spin).outcome
+                    detector
+                        .first_contact(dumbbell.outline(), disc.outline(), &motion, 10.0 / spin)
+                        .outcome
                 };
                 let distance = 2.5 * (1.0 - depth);
                 let psi = touching_angle(1.0, distance, 1.5);
                 // Either end may be first; the end at −x is half a turn behind.
-                let to_go = [0.5, 0.0].map(|behind: f64| (-start - behind).rem_euclid(1.0) * TAU - psi);
+                let to_go =
+                    [0.5, 0.0].map(|behind: f64| (-start - behind).rem_euclid(1.0) * TAU - psi);
                 // An arm that overlaps at the start is outside this test.
                 if to_go[0].min(to_go[1]) <= 0.0 {
                     continue;
@@ -150,7 +169,11 @@ fn sweep(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     Ok(vec![
         Finding::never("hits missed", missed),
         Finding::never("hits invented", invented),
-        Finding::new("error of the time, relative to the rounding bound", worst, 1.0),
+        Finding::new(
+            "error of the time, relative to the rounding bound",
+            worst,
+            1.0,
+        ),
     ])
 }
 
@@ -161,7 +184,8 @@ fn two_dips(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     for depth in [1e-4, 1e-6, 1e-8, 1e-10] {
         for shorter in [0.0, 0.5] {
             // Equal masses at 1 − s and −1; the rod turns about their midpoint.
-            let ends = [1.0 - shorter * depth, -1.0].map(|x| Atom::new(DVec2::new(x, 0.0), 0.25, 1.0));
+            let ends =
+                [1.0 - shorter * depth, -1.0].map(|x| Atom::new(DVec2::new(x, 0.0), 0.25, 1.0));
             let [first, second] = ends;
             let rod = Molecule::new([first?, second?])?;
             let reach = rod.bounding_radius() + 0.5;
@@ -178,7 +202,10 @@ fn two_dips(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
             }
         }
     }
-    Ok(vec![Finding::never("reports of another than the first dip", wrong)])
+    Ok(vec![Finding::never(
+        "reports of another than the first dip",
+        wrong,
+    )])
 }
 
 fn propeller(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {

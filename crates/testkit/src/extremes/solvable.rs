@@ -59,7 +59,10 @@ fn impulses(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         let mut scene = in_box(
             [1.0, 1.0],
             vec![
-                MoleculeSpec { angular_velocity: 3.0, ..named("tee", 0.02, 0.5, [0.25, 0.25]) },
+                MoleculeSpec {
+                    angular_velocity: 3.0,
+                    ..named("tee", 0.02, 0.5, [0.25, 0.25])
+                },
                 MoleculeSpec {
                     rotation: carom::engine::Rotation::Locked,
                     ..named("cross", 0.02, 0.5, [0.75, 0.25])
@@ -97,11 +100,19 @@ fn oblique(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
                 let mut watch = Watch::default();
                 run.observe_until(5.0, &mut watch)?;
                 let impulse = (1.0 + e) * normal.x / (1.0 / mass + 1.0 / target);
-                let after = [DVec2::X - impulse / mass * normal, impulse / target * normal];
+                let after = [
+                    DVec2::X - impulse / mass * normal,
+                    impulse / target * normal,
+                ];
                 for (k, expected) in after.into_iter().enumerate() {
                     worst = worst.max((velocity(&run, k) - expected).length());
                 }
-                late = late.max(watch.times.first().map_or(f64::NAN, |time| (time - 4.0).abs()));
+                late = late.max(
+                    watch
+                        .times
+                        .first()
+                        .map_or(f64::NAN, |time| (time - 4.0).abs()),
+                );
             }
         }
     }
@@ -113,17 +124,35 @@ fn oblique(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
 
 fn on_the_end(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     // Unit atoms of radius 1/2 at ±1/2 along x; a unit disc approaches the right one from below.
-    let atom = |x: f64| AtomSpec { at: [x, 0.0], radius: 0.5, mass: 1.0 };
-    let dumbbell =
-        MoleculeSpec { atoms: vec![atom(-0.5), atom(0.5)], at: [8.0, 8.0], ..MoleculeSpec::default() };
-    let scene = in_box([16.0, 16.0], vec![dumbbell, disc(0.25, 1.0, [8.5, 6.0], [0.0, 1.0])]);
+    let atom = |x: f64| AtomSpec {
+        at: [x, 0.0],
+        radius: 0.5,
+        mass: 1.0,
+    };
+    let dumbbell = MoleculeSpec {
+        atoms: vec![atom(-0.5), atom(0.5)],
+        at: [8.0, 8.0],
+        ..MoleculeSpec::default()
+    };
+    let scene = in_box(
+        [16.0, 16.0],
+        vec![dumbbell, disc(0.25, 1.0, [8.5, 6.0], [0.0, 1.0])],
+    );
     let mut run = engine.simulate(&scene)?;
     run.run_until(1.5)?;
-    let spin = run.view().bodies().next().map_or(f64::NAN, |body| body.motion.angular_velocity);
+    let spin = run
+        .view()
+        .bodies()
+        .next()
+        .map_or(f64::NAN, |body| body.motion.angular_velocity);
     let error = (velocity(&run, 1).y + 1.0 / 11.0).abs()
         + (velocity(&run, 0).y - 6.0 / 11.0).abs()
         + (spin.abs() - 8.0 / 11.0).abs();
-    Ok(vec![Finding::new("error of the three velocities", error, 1e-14)])
+    Ok(vec![Finding::new(
+        "error of the three velocities",
+        error,
+        1e-14,
+    )])
 }
 
 fn tangent(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
@@ -134,18 +163,26 @@ fn tangent(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         angular_velocity: [1.0, 0.0],
         ..RelativeMotion::exactly(DVec2::new(2.5, 0.0), DVec2::ZERO)
     };
-    let answer = engine.detector().first_contact(dumbbell.outline(), disc.outline(), &motion, 10.0);
+    let answer = engine
+        .detector()
+        .first_contact(dumbbell.outline(), disc.outline(), &motion, 10.0);
     let speed = match answer.outcome {
         // The approach speed of an arm at angle θ is a ω times the sine of the angle to the line of
         // contact.
         Outcome::Contact(contact) => {
-            let arm = Orientation::from_turns(-0.2).turned(1.0, contact.time).cos_sin();
+            let arm = Orientation::from_turns(-0.2)
+                .turned(1.0, contact.time)
+                .cos_sin();
             let line = (DVec2::new(2.5, 0.0) - arm * arm.x.signum()).normalize();
             arm.perp_dot(line).abs()
         }
         _ => 0.0,
     };
-    Ok(vec![Finding::new("approach speed relative to the tip speed", speed, 1e-7)])
+    Ok(vec![Finding::new(
+        "approach speed relative to the tip speed",
+        speed,
+        1e-7,
+    )])
 }
 
 fn sinai(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
@@ -163,7 +200,11 @@ fn sinai(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
             (path / predicted - 1.0).abs() * hits.sqrt(),
             5.0,
         ),
-        Finding::new("speed drift, relative", (velocity(&run, 0).length() - 1.0).abs(), 1e-12),
+        Finding::new(
+            "speed drift, relative",
+            (velocity(&run, 0).length() - 1.0).abs(),
+            1e-12,
+        ),
         Finding::never("overlapping pairs", run.view().overlaps().pairs),
     ])
 }

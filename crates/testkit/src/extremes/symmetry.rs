@@ -53,9 +53,18 @@ pub fn cases() -> Vec<Case> {
 
 /// Discs, free and locked molecules, and bumpers at a high area fraction.
 fn reference_scene(engine: Engine, turning: bool) -> Result<Scene> {
-    let rotation = if turning { Rotation::Free } else { Rotation::Locked };
-    let mut scene =
-        in_box([1.0, 1.0], vec![MoleculeSpec { rotation, ..named("tee", 0.02, 0.5, [0.25, 0.25]) }]);
+    let rotation = if turning {
+        Rotation::Free
+    } else {
+        Rotation::Locked
+    };
+    let mut scene = in_box(
+        [1.0, 1.0],
+        vec![MoleculeSpec {
+            rotation,
+            ..named("tee", 0.02, 0.5, [0.25, 0.25])
+        }],
+    );
     scene.bumper = vec![bumper(0.05, [0.75, 0.25])];
     scene.gas = vec![gas("disc", 0.02, 1.0, 80), gas("dumbbell", 0.015, 0.5, 12)];
     scene.gas[1].rotation = rotation;
@@ -67,7 +76,14 @@ type State = Vec<[f64; 6]>;
 fn state(run: &AnySimulation) -> State {
     let of = |m: carom::Motion| {
         let turns = m.orientation.turns();
-        [m.position.x, m.position.y, m.velocity.x, m.velocity.y, turns, m.angular_velocity]
+        [
+            m.position.x,
+            m.position.y,
+            m.velocity.x,
+            m.velocity.y,
+            turns,
+            m.angular_velocity,
+        ]
     };
     run.view().bodies().map(|body| of(body.motion)).collect()
 }
@@ -96,7 +112,10 @@ fn scaled(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
             .collect();
         differ += usize::from(after(engine, &scene, 2.0 / factor)? != expected);
     }
-    Ok(vec![Finding::never("powers of two with different trajectories", differ)])
+    Ok(vec![Finding::never(
+        "powers of two with different trajectories",
+        differ,
+    )])
 }
 
 fn exchanged(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
@@ -105,7 +124,8 @@ fn exchanged(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     for molecule in &mut mirrored.molecule {
         let swap = |[x, y]: [f64; 2]| [y, x];
         // The atoms are turned instead of the body, so that no rotation has to be mirrored.
-        let turn = carom::Orientation::from_turns(molecule.orientation_turns.take().unwrap_or(0.0)).cos_sin();
+        let turn = carom::Orientation::from_turns(molecule.orientation_turns.take().unwrap_or(0.0))
+            .cos_sin();
         for atom in &mut molecule.atoms {
             atom.at = swap(turn.rotate(DVec2::from(atom.at)).to_array());
         }
@@ -114,7 +134,10 @@ fn exchanged(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let mut straight = mirrored.clone();
     for molecule in &mut straight.molecule {
         let swap = |[x, y]: [f64; 2]| [y, x];
-        molecule.atoms.iter_mut().for_each(|atom| atom.at = swap(atom.at));
+        molecule
+            .atoms
+            .iter_mut()
+            .for_each(|atom| atom.at = swap(atom.at));
         (molecule.at, molecule.velocity) = (swap(molecule.at), swap(molecule.velocity));
     }
     let expected: State = after(engine, &straight, 3.0)?
@@ -122,7 +145,10 @@ fn exchanged(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         .map(|&[x, y, u, v, turns, spin]| [y, x, v, u, turns, spin])
         .collect();
     let differ = after(engine, &mirrored, 3.0)? != expected;
-    Ok(vec![Finding::never("trajectories that differ", usize::from(differ))])
+    Ok(vec![Finding::never(
+        "trajectories that differ",
+        usize::from(differ),
+    )])
 }
 
 fn permuted(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
@@ -131,7 +157,10 @@ fn permuted(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     reversed.molecule.reverse();
     let mut found = after(engine, &reversed, 3.0)?;
     found.reverse();
-    Ok(vec![Finding::never("trajectories that differ", usize::from(found != after(engine, &base, 3.0)?))])
+    Ok(vec![Finding::never(
+        "trajectories that differ",
+        usize::from(found != after(engine, &base, 3.0)?),
+    )])
 }
 
 fn in_pieces(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
@@ -141,7 +170,10 @@ fn in_pieces(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         run.run_until(3.0 * f64::from(piece) / 97.0)?;
     }
     let differ = state(&run) != after(engine, &base, 3.0)?;
-    Ok(vec![Finding::never("trajectories that differ", usize::from(differ))])
+    Ok(vec![Finding::never(
+        "trajectories that differ",
+        usize::from(differ),
+    )])
 }
 
 fn to_rounding(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
@@ -152,7 +184,11 @@ fn to_rounding(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         for _ in 0..100 {
             run.step(1e3, &mut watch)?;
         }
-        Ok(watch.bodies.iter().map(|[a, b]| [*a.min(b), *a.max(b)]).collect())
+        Ok(watch
+            .bodies
+            .iter()
+            .map(|[a, b]| [*a.min(b), *a.max(b)])
+            .collect())
     };
     let expected = sequence(&base)?;
     let changed = |change: &dyn Fn(&mut MoleculeSpec)| -> Result<usize> {
@@ -172,17 +208,19 @@ fn to_rounding(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         molecule.at[0] = 1.0 - molecule.at[0];
         molecule.velocity[0] *= -1.0;
         molecule.angular_velocity *= -1.0;
-        molecule.atoms.iter_mut().for_each(|atom| atom.at[0] *= -1.0);
+        molecule
+            .atoms
+            .iter_mut()
+            .for_each(|atom| atom.at[0] *= -1.0);
         molecule.orientation_turns = molecule.orientation_turns.map(|turns| -turns);
     })?;
     // Fixed bodies would have to move, so they are left out.
     let mut free = base.clone();
     free.molecule.retain(|molecule| !molecule.fixed);
     let mut boosted = free.clone();
-    boosted
-        .molecule
-        .iter_mut()
-        .for_each(|molecule| molecule.velocity = [molecule.velocity[0] + 0.5, molecule.velocity[1] - 0.25]);
+    boosted.molecule.iter_mut().for_each(|molecule| {
+        molecule.velocity = [molecule.velocity[0] + 0.5, molecule.velocity[1] - 0.25]
+    });
     let boost = usize::from(sequence(&boosted)? != sequence(&free)?);
     Ok(vec![
         Finding::never("moved by half a box: different sequences", moved),

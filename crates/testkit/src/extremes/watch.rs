@@ -67,8 +67,10 @@ impl Observer for Watch {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         if self.times.len() < KEPT {
             self.times.push(report.time.since(self.begun));
-            self.atoms.push([report.sides[0].atom, report.sides[1].atom]);
-            self.bodies.push([report.sides[0].body.id(), report.sides[1].body.id()]);
+            self.atoms
+                .push([report.sides[0].atom, report.sides[1].atom]);
+            self.bodies
+                .push([report.sides[0].body.id(), report.sides[1].body.id()]);
         }
         if let Some(last) = self.last {
             let interval = report.time.since(last);
@@ -82,11 +84,15 @@ impl Observer for Watch {
         let [a, b] = &report.sides;
         let closing = |before: bool| {
             let [one, two] = [a, b].map(|side| if before { side.before } else { side.after });
-            report.normal.dot(one.velocity_of(a.arm) - two.velocity_of(b.arm))
+            report
+                .normal
+                .dot(one.velocity_of(a.arm) - two.velocity_of(b.arm))
         };
         // Scale of the rounding of positions, arms and velocities.
         let speed = |side: &carom::engine::Side<'_>| {
-            let of = |m: &carom::Motion| m.velocity.length() + m.angular_velocity.abs() * side.arm.length();
+            let of = |m: &carom::Motion| {
+                m.velocity.length() + m.angular_velocity.abs() * side.arm.length()
+            };
             of(&side.before) + of(&side.after)
         };
         let scale = speed(a) + speed(b);
@@ -103,7 +109,8 @@ impl Observer for Watch {
                 let error = (arm.perp_dot(impulse) - side.angular_momentum_change()).abs();
                 // The rounding error is relative to the whole spin, not to its change.
                 let moment = 1.0 / side.body.inertia().inverse_moment;
-                let spin = moment * (side.before.angular_velocity.abs() + side.after.angular_velocity.abs());
+                let spin = moment
+                    * (side.before.angular_velocity.abs() + side.after.angular_velocity.abs());
                 self.angular_error = self.angular_error.max(error / (size + spin));
             }
         }
@@ -130,10 +137,10 @@ pub struct Survey {
 const SAMPLES: u64 = 64;
 
 /// Largest number of time slices, in case no collision occurs.
-const MOST_SLICES: usize = 4096;
+const MAX_SLICES: usize = 4096;
 
 /// A slice ends early after this multiple of its intended number of collisions.
-const MANY: f64 = 8.0;
+const EARLY_END_FACTOR: f64 = 8.0;
 
 /// Runs until `collisions` more contacts have occurred and calls `look` between slices of time.
 ///
@@ -146,12 +153,20 @@ pub fn run_collisions(
     mut look: impl FnMut(&AnySimulation),
 ) -> Result<()> {
     let begun = run.view().counters().collisions;
-    let fastest = run.view().bodies().map(|body| body.motion.velocity.length()).fold(0.0, f64::max);
-    let spin = run.view().bodies().map(|body| body.motion.angular_velocity.abs()).fold(0.0, f64::max);
+    let fastest = run
+        .view()
+        .bodies()
+        .map(|body| body.motion.velocity.length())
+        .fold(0.0, f64::max);
+    let spin = run
+        .view()
+        .bodies()
+        .map(|body| body.motion.angular_velocity.abs())
+        .fold(0.0, f64::max);
     let side = run.view().bounds().sides().min_element();
     // Discs packed to 1e-9 of their size would have millions of contacts in a longer first slice.
     let mut slice = 1e-14 * (side / fastest).min(1e3 / spin);
-    for _ in 0..MOST_SLICES {
+    for _ in 0..MAX_SLICES {
         let before = run.view().counters().collisions;
         if before - begun >= collisions || !slice.is_finite() {
             break;
@@ -164,13 +179,17 @@ pub fn run_collisions(
         while !run.observe_epoch(until, observer)? {
             // A molecule of extreme spin heats a cold gas suddenly: the rest of the slice would
             // have millions of contacts.
-            if so_far(run) as f64 > MANY * wanted {
+            if so_far(run) as f64 > EARLY_END_FACTOR * wanted {
                 break;
             }
         }
         look(run);
         let new = so_far(run);
-        slice *= if new == 0 { 4.0 } else { (wanted / new as f64).clamp(0.25, 4.0) };
+        slice *= if new == 0 {
+            4.0
+        } else {
+            (wanted / new as f64).clamp(0.25, 4.0)
+        };
     }
     Ok(())
 }
@@ -199,43 +218,78 @@ pub fn survey_of(run: &mut AnySimulation, collisions: u64) -> Result<Survey> {
         overlapping = overlapping.max(overlaps.pairs);
         energy = energy.max((view.energy() / view.ledger().booked() - 1.0).abs());
         if free {
-            let size: f64 =
-                view.bodies().map(|body| body.body.molecule().mass() * body.motion.velocity.length()).sum();
+            let size: f64 = view
+                .bodies()
+                .map(|body| body.body.molecule().mass() * body.motion.velocity.length())
+                .sum();
             momentum = momentum.max((view.momentum() - start).length() / size);
         }
     })?;
     let collisions = run.view().counters().collisions;
-    Ok(Survey { watch, collisions, overlapping, energy, momentum })
+    Ok(Survey {
+        watch,
+        collisions,
+        overlapping,
+        energy,
+        momentum,
+    })
 }
 
 impl Survey {
     /// Conditions that hold in every run.
     pub fn findings(&self, name: &str) -> Vec<Finding> {
-        let named = |what: &str| if name.is_empty() { what.to_owned() } else { format!("{name}: {what}") };
+        let named = |what: &str| {
+            if name.is_empty() {
+                what.to_owned()
+            } else {
+                format!("{name}: {what}")
+            }
+        };
         let watch = &self.watch;
         vec![
             Finding::never(named("overlapping pairs"), self.overlapping),
             Finding::new(named("energy drift, relative"), self.energy, 1e-12),
-            Finding::new(named("drift of the momentum, relative"), self.momentum, 1e-12),
+            Finding::new(
+                named("drift of the momentum, relative"),
+                self.momentum,
+                1e-12,
+            ),
             Finding::never(named("collisions out of time order"), watch.backwards),
-            Finding::new(named("separation speed before a contact, relative"), watch.parting, 1e-6),
-            Finding::new(named("speed after a contact, relative error"), watch.response_error, 1e-13),
+            Finding::new(
+                named("separation speed before a contact, relative"),
+                watch.parting,
+                1e-6,
+            ),
+            Finding::new(
+                named("speed after a contact, relative error"),
+                watch.response_error,
+                1e-13,
+            ),
             Finding::new(
                 named("angular momentum about a contact, relative error"),
                 watch.angular_error,
                 1e-13,
             ),
-            Finding::never(named("runs without collisions"), usize::from(self.collisions == 0)),
+            Finding::never(
+                named("runs without collisions"),
+                usize::from(self.collisions == 0),
+            ),
         ]
     }
 }
 
 /// Velocity of the body that was added as number `index`.
 pub fn velocity(run: &AnySimulation, index: usize) -> DVec2 {
-    run.view().bodies().nth(index).map_or(DVec2::NAN, |body| body.motion.velocity)
+    run.view()
+        .bodies()
+        .nth(index)
+        .map_or(DVec2::NAN, |body| body.motion.velocity)
 }
 
 /// Position in the box of the body that was added as number `index`.
 pub fn place(run: &AnySimulation, index: usize) -> DVec2 {
-    run.view().bodies().nth(index).map_or(DVec2::NAN, |body| body.motion.position)
+    run.view()
+        .bodies()
+        .nth(index)
+        .map_or(DVec2::NAN, |body| body.motion.position)
 }

@@ -44,7 +44,9 @@ impl Number for Big {
 
     fn cos_sin(turns: f64, spin: f64, time: &Self) -> [Self; 2] {
         let tau = Self(FBig::pi(PRECISION) * FBig::from(2));
-        let angle = Self::new(turns).times(&tau).plus(&Self::new(spin).times(time));
+        let angle = Self::new(turns)
+            .times(&tau)
+            .plus(&Self::new(spin).times(time));
         let (sin, cos) = angle.0.sin_cos();
         [Self(cos), Self(sin)]
     }

@@ -12,7 +12,10 @@ pub struct DoubleDouble {
     lo: f64,
 }
 
-const TAU: DoubleDouble = DoubleDouble { hi: std::f64::consts::TAU, lo: 2.449_293_598_294_706_4e-16 };
+const TAU: DoubleDouble = DoubleDouble {
+    hi: std::f64::consts::TAU,
+    lo: 2.449_293_598_294_706_4e-16,
+};
 
 /// 1/n! for n = 0, 1, …, 29: sufficient for sine and cosine up to π/4 to 106 bits.
 static INVERSE_FACTORIALS: LazyLock<Vec<DoubleDouble>> = LazyLock::new(|| {
@@ -41,11 +44,17 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
 impl DoubleDouble {
     fn normalised(hi: f64, lo: f64) -> Self {
         let sum = hi + lo;
-        Self { hi: sum, lo: lo - (sum - hi) }
+        Self {
+            hi: sum,
+            lo: lo - (sum - hi),
+        }
     }
 
     fn negated(self) -> Self {
-        Self { hi: -self.hi, lo: -self.lo }
+        Self {
+            hi: -self.hi,
+            lo: -self.lo,
+        }
     }
 
     /// Fractional part; exact.
@@ -58,7 +67,9 @@ impl DoubleDouble {
     fn alternating_series(self, first: usize) -> Self {
         let minus_square = self.times(&self).negated();
         let terms = INVERSE_FACTORIALS.iter().skip(first).step_by(2).rev();
-        let sum = terms.fold(Self::new(0.0), |sum, term| sum.times(&minus_square).plus(term));
+        let sum = terms.fold(Self::new(0.0), |sum, term| {
+            sum.times(&minus_square).plus(term)
+        });
         if first == 1 { sum.times(&self) } else { sum }
     }
 }
@@ -109,7 +120,8 @@ impl Number for DoubleDouble {
     }
 
     fn cos_sin(turns: f64, spin: f64, time: &Self) -> [Self; 2] {
-        static INVERSE_TAU: LazyLock<DoubleDouble> = LazyLock::new(|| DoubleDouble::new(1.0).over(&TAU));
+        static INVERSE_TAU: LazyLock<DoubleDouble> =
+            LazyLock::new(|| DoubleDouble::new(1.0).over(&TAU));
         let turned = time.times(&Self::new(spin)).times(&INVERSE_TAU).fraction();
         let turns = turned.plus(&Self::new(turns)).fraction();
         let quarter = (4.0 * turns.hi).round();

@@ -13,7 +13,9 @@ pub struct Oracle {
 
 impl Default for Oracle {
     fn default() -> Self {
-        Self { most_intervals: 1_000_000 }
+        Self {
+            most_intervals: 1_000_000,
+        }
     }
 }
 
@@ -41,10 +43,10 @@ pub struct Deep<N> {
 }
 
 /// Shortest interval; further bisection is below rounding.
-const SHORTEST: f64 = 1e-31;
+const MIN_INTERVAL: f64 = 1e-31;
 
 /// Largest number of steps of the final root search; Newton's method takes six.
-const MOST_STEPS: u32 = 200;
+const MAX_STEPS: u32 = 200;
 
 impl Oracle {
     /// Searches the first deep contact of all pairs of atoms.
@@ -55,15 +57,24 @@ impl Oracle {
         for i in 0..counts[0] {
             for j in 0..counts[1] {
                 let pair = Pair::new(encounter, (i, j)).allowing_for_rounding::<N>();
-                let end = best.as_ref().map_or(encounter.horizon, |deep| deep.time.value().next_up());
+                let end = best
+                    .as_ref()
+                    .map_or(encounter.horizon, |deep| deep.time.value().next_up());
                 match first_zero::<N>(&pair, end.min(encounter.horizon), &mut budget) {
                     Found::Nothing => {}
                     Found::OutOfBudget => return Reference::Unresolved,
                     Found::Zero(time) => {
-                        if best.as_ref().is_none_or(|deep| time.minus(&deep.time).value() < 0.0) {
+                        if best
+                            .as_ref()
+                            .is_none_or(|deep| time.minus(&deep.time).value() < 0.0)
+                        {
                             let plain = Pair::new(encounter, (i, j));
                             let touch = touch_before(&plain, &time);
-                            best = Some(Deep { time, touch, parts: Touch::Atoms(i as u32, j as u32) });
+                            best = Some(Deep {
+                                time,
+                                touch,
+                                parts: Touch::Atoms(i as u32, j as u32),
+                            });
                         }
                     }
                 }
@@ -71,17 +82,32 @@ impl Oracle {
         }
         for (body, count) in counts.into_iter().enumerate() {
             for index in 0..count {
-                let Some(plain) = FacePair::new(encounter, body, index) else { break };
+                let Some(plain) = FacePair::new(encounter, body, index) else {
+                    break;
+                };
                 let pair = plain.allowing_for_rounding::<N>();
-                let end = best.as_ref().map_or(encounter.horizon, |deep| deep.time.value().next_up());
+                let end = best
+                    .as_ref()
+                    .map_or(encounter.horizon, |deep| deep.time.value().next_up());
                 match pair.first_contact::<N>(end.min(encounter.horizon), &mut budget) {
                     Found::Nothing => {}
                     Found::OutOfBudget => return Reference::Unresolved,
                     Found::Zero(time) => {
-                        if best.as_ref().is_none_or(|deep| time.minus(&deep.time).value() < 0.0) {
+                        if best
+                            .as_ref()
+                            .is_none_or(|deep| time.minus(&deep.time).value() < 0.0)
+                        {
                             let part = Part::Atom(index as u32);
-                            let parts = if body == 0 { Touch::FaceOfB(part) } else { Touch::FaceOfA(part) };
-                            best = Some(Deep { touch: plain.touch_before(&time), time, parts });
+                            let parts = if body == 0 {
+                                Touch::FaceOfB(part)
+                            } else {
+                                Touch::FaceOfA(part)
+                            };
+                            best = Some(Deep {
+                                touch: plain.touch_before(&time),
+                                time,
+                                parts,
+                            });
                         }
                     }
                 }
@@ -108,16 +134,20 @@ fn window(pair: &Pair, end: f64) -> Option<(f64, f64)> {
     }
     let middle = -b / speed_squared;
     let half = ((reach + room).powi(2) - nearest * nearest).max(0.0).sqrt() / speed_squared.sqrt();
-    let (begin, end) =
-        ((middle - half) * (1.0 - 1e-9) - 1e-9 * half, ((middle + half) + 1e-9 * half).min(end));
+    let (begin, end) = (
+        (middle - half) * (1.0 - 1e-9) - 1e-9 * half,
+        ((middle + half) + 1e-9 * half).min(end),
+    );
     let begin = begin.max(0.0);
     (begin <= end).then_some((begin, end))
 }
 
 /// The first zero of F up to `end`; F is positive at time 0.
 fn first_zero<N: Number>(pair: &Pair, end: f64, budget: &mut u64) -> Found<N> {
-    let Some((begin, end)) = window(pair, end) else { return Found::Nothing };
-    let shortest = SHORTEST * end;
+    let Some((begin, end)) = window(pair, end) else {
+        return Found::Nothing;
+    };
+    let shortest = MIN_INTERVAL * end;
     let mut rest = vec![(N::new(begin), end - begin)];
     while let Some((begin, width)) = rest.pop() {
         if *budget == 0 {
@@ -126,7 +156,11 @@ fn first_zero<N: Number>(pair: &Pair, end: f64, budget: &mut u64) -> Found<N> {
         *budget -= 1;
         let half = 0.5 * width;
         let middle = begin.plus(&N::new(half));
-        let sketch = if N::SKETCH_FIRST { pair.sketch(middle.value(), half) } else { Sketch::Unclear };
+        let sketch = if N::SKETCH_FIRST {
+            pair.sketch(middle.value(), half)
+        } else {
+            Sketch::Unclear
+        };
         let halve = match sketch {
             Sketch::Free => false,
             Sketch::Halve => true,
@@ -169,7 +203,11 @@ fn look<N: Number>(pair: &Pair, begin: &N, middle: &N, width: f64) -> Look<N> {
         return Look::Halve;
     }
     let end = begin.plus(&N::new(width));
-    if pair.squared(&end).value.value() > 0.0 { Look::Free } else { Look::Falls(end) }
+    if pair.squared(&end).value.value() > 0.0 {
+        Look::Free
+    } else {
+        Look::Falls(end)
+    }
 }
 
 /// The zero of F between two times, before which it is positive: Newton's method, with bisection
@@ -177,7 +215,7 @@ fn look<N: Number>(pair: &Pair, begin: &N, middle: &N, width: f64) -> Look<N> {
 fn zero_between<N: Number>(pair: &Pair, mut above: N, mut below: N) -> N {
     let half = N::new(0.5);
     let mut time = above.plus(&below).times(&half);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let now = pair.squared(&time);
         if now.value.value() > 0.0 {
             above = time.clone();
@@ -185,13 +223,24 @@ fn zero_between<N: Number>(pair: &Pair, mut above: N, mut below: N) -> N {
             below = time.clone();
         }
         let slope = now.rate.value();
-        let step = if slope < 0.0 { now.value.over(&now.rate) } else { N::new(0.0) };
+        let step = if slope < 0.0 {
+            now.value.over(&now.rate)
+        } else {
+            N::new(0.0)
+        };
         let next = time.minus(&step);
-        let inside = slope < 0.0 && next.minus(&above).value() > 0.0 && below.minus(&next).value() > 0.0;
-        let next = if inside { next } else { above.plus(&below).times(&half) };
+        let inside =
+            slope < 0.0 && next.minus(&above).value() > 0.0 && below.minus(&next).value() > 0.0;
+        let next = if inside {
+            next
+        } else {
+            above.plus(&below).times(&half)
+        };
         let moved = next.minus(&time).value().abs();
         time = next;
-        if moved <= 1e-30 * time.value().abs() || below.minus(&above).value() <= 1e-30 * time.value().abs() {
+        if moved <= 1e-30 * time.value().abs()
+            || below.minus(&above).value() <= 1e-30 * time.value().abs()
+        {
             break;
         }
     }
@@ -203,12 +252,16 @@ fn zero_between<N: Number>(pair: &Pair, mut above: N, mut below: N) -> N {
 fn touch_before<N: Number>(plain: &Pair, time: &N) -> N {
     let speed = plain.lipschitz;
     let mut back = 2.0 * plain.error_at(time.value()) / speed;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let before = time.minus(&N::new(back));
         if before.value() <= 0.0 {
             let start = N::new(0.0);
             let apart = plain.squared(&start).value.value() > 0.0;
-            return if apart { zero_between(plain, start, time.clone()) } else { start };
+            return if apart {
+                zero_between(plain, start, time.clone())
+            } else {
+                start
+            };
         }
         if plain.squared(&before).value.value() > 0.0 {
             return zero_between(plain, before, time.clone());

@@ -36,18 +36,25 @@ pub struct Sight<N> {
 const ROUND_UP: f64 = 1.0 + 8.0 * f64::EPSILON;
 
 /// Shorter intervals, as a share of the horizon, count as one time.
-const SHORTEST: f64 = 1e-26;
+const MIN_INTERVAL: f64 = 1e-26;
 
 impl<'a> FacePair<'a> {
     /// The atom `index` of body `body` (0 for A, 1 for B), without an allowance for overlap; `None`
     /// if the other body is no wall.
     pub fn new(encounter: &'a Encounter, body: usize, index: usize) -> Option<Self> {
         let wall = &encounter.molecules[1 - body];
-        let (face, [_, end]) = (wall.face()?, wall.atoms()) else { return None };
+        let (face, [_, end]) = (wall.face()?, wall.atoms()) else {
+            return None;
+        };
         let atom = &encounter.molecules[body].atoms()[index];
         let bound = FaceErrorBound::new(&encounter.motion, body, &Circle::from(atom), face);
         Some(Self {
-            pair: Pair::to_middle(encounter, body, index, [bound.at(0.0), bound.at(encounter.horizon)]),
+            pair: Pair::to_middle(
+                encounter,
+                body,
+                index,
+                [bound.at(0.0), bound.at(encounter.horizon)],
+            ),
             half: end.offset().to_array(),
             face,
             turns: encounter.motion.orientation[1 - body].turns(),
@@ -59,7 +66,11 @@ impl<'a> FacePair<'a> {
     pub fn allowing_for_rounding<N: Number>(mut self) -> Self {
         let now = self.sight(&N::new(0.0));
         let beside = now.beyond[0].value() <= 0.0;
-        let overlap = if beside { (-now.across[0].value()).max(0.0) * ROUND_UP } else { 0.0 };
+        let overlap = if beside {
+            (-now.across[0].value()).max(0.0) * ROUND_UP
+        } else {
+            0.0
+        };
         let [error, growth] = self.pair.error;
         self.pair.allowed = [2.0 * error * ROUND_UP + overlap, 2.0 * growth * ROUND_UP];
         self
@@ -85,14 +96,29 @@ impl<'a> FacePair<'a> {
         let moment = self.pair.moment(time);
         let [x, y] = self.half.map(N::new);
         let [cos, sin] = N::cos_sin(self.turns, 0.0, &N::new(0.0));
-        let half = [x.times(&cos).minus(&y.times(&sin)), x.times(&sin).plus(&y.times(&cos))];
+        let half = [
+            x.times(&cos).minus(&y.times(&sin)),
+            x.times(&sin).plus(&y.times(&cos)),
+        ];
         let length = x.times(&x).plus(&y.times(&y)).root();
-        let along = |v: &[N; 2]| v[0].times(&half[0]).plus(&v[1].times(&half[1])).over(&length);
-        let across = |v: &[N; 2]| v[1].times(&half[0]).minus(&v[0].times(&half[1])).over(&length);
+        let along = |v: &[N; 2]| {
+            v[0].times(&half[0])
+                .plus(&v[1].times(&half[1]))
+                .over(&length)
+        };
+        let across = |v: &[N; 2]| {
+            v[1].times(&half[0])
+                .minus(&v[0].times(&half[1]))
+                .over(&length)
+        };
         // The sign of the separation is irrelevant: the face is symmetric.
         let upright = |value: N, rate: N| {
             let zero = N::new(0.0);
-            if value.value() < 0.0 { [zero.minus(&value), zero.minus(&rate)] } else { [value, rate] }
+            if value.value() < 0.0 {
+                [zero.minus(&value), zero.minus(&rate)]
+            } else {
+                [value, rate]
+            }
         };
         let [distance, closing] = upright(across(&moment.d), across(&moment.rate));
         let [way, leaving] = upright(along(&moment.d), along(&moment.rate));
@@ -100,13 +126,16 @@ impl<'a> FacePair<'a> {
         let growth = N::new(self.pair.allowed[1]);
         let allowed = N::new(self.pair.allowed[0]).plus(&growth.times(time));
         let gap = distance.minus(&radius.plus(&thickness)).plus(&allowed);
-        Sight { across: [gap, closing.plus(&growth)], beyond: [way.minus(&length), leaving] }
+        Sight {
+            across: [gap, closing.plus(&growth)],
+            beyond: [way.minus(&length), leaving],
+        }
     }
 
     /// The first time up to `end` at which the atom is near the line and between the ends.
     pub fn first_contact<N: Number>(&self, end: f64, budget: &mut u64) -> Found<N> {
         debug_assert!(!self.face.is_solid_behind());
-        let shortest = SHORTEST * end;
+        let shortest = MIN_INTERVAL * end;
         let mut rest = vec![(N::new(0.0), end)];
         while let Some((begin, width)) = rest.pop() {
             if *budget == 0 {

@@ -62,7 +62,10 @@ impl Pair {
     /// Atom `i` of A and atom `j` of B, without an allowance for overlap.
     pub fn new(encounter: &Encounter, (i, j): (usize, usize)) -> Self {
         let motion = &encounter.motion;
-        let atoms = [&encounter.molecules[0].atoms()[i], &encounter.molecules[1].atoms()[j]];
+        let atoms = [
+            &encounter.molecules[0].atoms()[i],
+            &encounter.molecules[1].atoms()[j],
+        ];
         let offsets = atoms.map(|atom| atom.offset().to_array());
         let arms = offsets.map(length);
         let spins = motion.angular_velocity;
@@ -94,17 +97,33 @@ impl Pair {
     /// thickness as radius. `error` is E at time 0 and at the horizon.
     pub fn to_middle(encounter: &Encounter, body: usize, index: usize, error: [f64; 2]) -> Self {
         let (atom, motion) = (&encounter.molecules[body].atoms()[index], &encounter.motion);
-        let of_atom = |values: [f64; 2]| if body == 0 { values } else { [values[1], values[0]] };
+        let of_atom = |values: [f64; 2]| {
+            if body == 0 {
+                values
+            } else {
+                [values[1], values[0]]
+            }
+        };
         let (offset, arm) = (atom.offset().to_array(), length(atom.offset().to_array()));
         let velocity = motion.velocity.to_array();
-        let thickness = encounter.molecules[1 - body].face().map_or(0.0, carom_geometry::Face::radius);
+        let thickness = encounter.molecules[1 - body]
+            .face()
+            .map_or(0.0, carom_geometry::Face::radius);
         let rim = motion.angular_velocity[body].abs() * arm;
         let [start, end] = error;
-        let growth = if encounter.horizon > 0.0 { (end - start).max(0.0) / encounter.horizon } else { 0.0 };
+        let growth = if encounter.horizon > 0.0 {
+            (end - start).max(0.0) / encounter.horizon
+        } else {
+            0.0
+        };
         Self {
             separation: motion.separation.to_array(),
             velocity,
-            offsets: if body == 0 { [offset, [0.0; 2]] } else { [[0.0; 2], offset] },
+            offsets: if body == 0 {
+                [offset, [0.0; 2]]
+            } else {
+                [[0.0; 2], offset]
+            },
             arms: of_atom([arm, 0.0]),
             turns: motion.orientation.map(carom_kinematics::Orientation::turns),
             spins: motion.angular_velocity,
@@ -120,7 +139,10 @@ impl Pair {
     /// Allows an overlap of 2 E in addition to the overlap at the start.
     pub fn allowing_for_rounding<N: Number>(mut self) -> Self {
         let overlap = (-self.gap::<N>(&N::new(0.0)).value()).max(0.0) * ROUND_UP;
-        self.allowed = [2.0 * self.error[0] * ROUND_UP + overlap, 2.0 * self.error[1] * ROUND_UP];
+        self.allowed = [
+            2.0 * self.error[0] * ROUND_UP + overlap,
+            2.0 * self.error[1] * ROUND_UP,
+        ];
         self
     }
 
@@ -137,13 +159,18 @@ impl Pair {
                 return [x, y];
             }
             let [cos, sin] = N::cos_sin(self.turns[body], self.spins[body], time);
-            [x.times(&cos).minus(&y.times(&sin)), x.times(&sin).plus(&y.times(&cos))]
+            [
+                x.times(&cos).minus(&y.times(&sin)),
+                x.times(&sin).plus(&y.times(&cos)),
+            ]
         };
         let [a, b] = [arm(0), arm(1)];
         let [spin_a, spin_b] = self.spins.map(N::new);
         let place = |k: usize| {
             let path = N::new(self.velocity[k]).times(time);
-            N::new(self.separation[k]).plus(&path).plus(&b[k].minus(&a[k]))
+            N::new(self.separation[k])
+                .plus(&path)
+                .plus(&b[k].minus(&a[k]))
         };
         // ω × r = ω (−y, x)
         let turning = [
@@ -151,19 +178,31 @@ impl Pair {
             spin_b.times(&b[0]).minus(&spin_a.times(&a[0])),
         ];
         let rate = |k: usize| N::new(self.velocity[k]).plus(&turning[k]);
-        Moment { d: [place(0), place(1)], rate: [rate(0), rate(1)] }
+        Moment {
+            d: [place(0), place(1)],
+            rate: [rate(0), rate(1)],
+        }
     }
 
     /// Returns F and F'.
     pub fn squared<N: Number>(&self, time: &N) -> Squared<N> {
-        let Moment { d: [x, y], rate: [u, v] } = self.moment(time);
+        let Moment {
+            d: [x, y],
+            rate: [u, v],
+        } = self.moment(time);
         let distance = x.times(&x).plus(&y.times(&y));
         let growth = N::new(self.allowed[1]);
         let allowed = N::new(self.allowed[0]).plus(&growth.times(time));
-        let reach = N::new(self.radii[0]).plus(&N::new(self.radii[1])).minus(&allowed);
+        let reach = N::new(self.radii[0])
+            .plus(&N::new(self.radii[1]))
+            .minus(&allowed);
         let half_rate = x.times(&u).plus(&y.times(&v)).plus(&reach.times(&growth));
         let value = distance.minus(&reach.times(&reach));
-        Squared { distance, value, rate: half_rate.plus(&half_rate) }
+        Squared {
+            distance,
+            value,
+            rate: half_rate.plus(&half_rate),
+        }
     }
 
     /// g = |d| − s, without the allowance.

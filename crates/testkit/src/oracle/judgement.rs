@@ -44,8 +44,12 @@ impl<N: Number> Reference<N> {
             Self::Free => None,
             Self::Deep(deep) => Some(deep),
         };
-        let passed = |time: f64| deep.is_some_and(|deep| N::new(time).minus(&deep.time).value() > 0.0);
-        let plain = |verdict| Judgement { verdict, deviation: None };
+        let passed =
+            |time: f64| deep.is_some_and(|deep| N::new(time).minus(&deep.time).value() > 0.0);
+        let plain = |verdict| Judgement {
+            verdict,
+            deviation: None,
+        };
         Some(match answer.outcome {
             Outcome::Unresolved(_) | Outcome::OutOfRange => plain(Verdict::GaveUp),
             Outcome::FreeUntil(time) if passed(time) => plain(Verdict::Missed),
@@ -58,14 +62,20 @@ impl<N: Number> Reference<N> {
                 let verdict = if passed(contact.time) {
                     Verdict::Late
                 } else if !touches(encounter, &time, contact.touch) {
-                    if deep.is_some() { Verdict::Early } else { Verdict::False }
+                    if deep.is_some() {
+                        Verdict::Early
+                    } else {
+                        Verdict::False
+                    }
                 } else if deep.is_some_and(|deep| is_of(encounter, deep, &time)) {
                     Verdict::Right
                 } else {
                     Verdict::Graze
                 };
                 let counts = matches!(verdict, Verdict::Right | Verdict::Late | Verdict::Early);
-                let deviation = off.filter(|_| counts).map(|off| off.abs() / encounter.natural_time());
+                let deviation = off
+                    .filter(|_| counts)
+                    .map(|off| off.abs() / encounter.natural_time());
                 Judgement { verdict, deviation }
             }
         })
@@ -85,7 +95,10 @@ fn approach<N: Number>(pair: &Pair, time: &N) -> Approach {
     let distance = x.hypot(y);
     let rate = (x * u + y * v) / distance;
     let turning = (u * u + v * v - rate * rate).max(0.0) / distance;
-    Approach { rate, curvature: pair.curvature + turning }
+    Approach {
+        rate,
+        curvature: pair.curvature + turning,
+    }
 }
 
 /// Returns true if the reported parts touch to within 2 E and do not separate faster than they
@@ -101,11 +114,14 @@ fn touches<N: Number>(encounter: &Encounter, time: &N, touch: Touch) -> bool {
         let approach = approach(&pair, time);
         let distance = pair.radii[0] + pair.radii[1];
         let bound = ErrorBound::new(&encounter.motion, &a.atoms()[i], &b.atoms()[j]);
-        approach.rate <= bound.of_rate(time.value(), distance) + (2.0 * approach.curvature * error).sqrt()
+        approach.rate
+            <= bound.of_rate(time.value(), distance) + (2.0 * approach.curvature * error).sqrt()
     };
     match touch {
         Touch::Atoms(i, j) => within(i as usize, j as usize),
-        Touch::BoundingCircles => (0..a.atoms().len()).any(|i| (0..b.atoms().len()).any(|j| within(i, j))),
+        Touch::BoundingCircles => {
+            (0..a.atoms().len()).any(|i| (0..b.atoms().len()).any(|j| within(i, j)))
+        }
         Touch::FaceOfA(part) => touches_face(encounter, time, 1, part),
         Touch::FaceOfB(part) => touches_face(encounter, time, 0, part),
     }
@@ -119,7 +135,8 @@ fn touches_face<N: Number>(encounter: &Encounter, time: &N, body: usize, part: P
             let error = 2.0 * pair.error_at(time.value());
             let sight = pair.sight(time);
             let [gap, rate] = sight.across.map(|number| number.value());
-            let parting = pair.rate_error_at(time.value()) + (2.0 * pair.curvature() * error).sqrt();
+            let parting =
+                pair.rate_error_at(time.value()) + (2.0 * pair.curvature() * error).sqrt();
             gap <= error && sight.beyond[0].value() <= error && rate <= parting
         })
     };
@@ -144,15 +161,28 @@ fn is_of<N: Number>(encounter: &Encounter, deep: &Deep<N>, time: &N) -> bool {
     let (error, approach) = match (deep.parts, of_face) {
         (_, Some(pair)) => {
             let rate = pair.sight(&deep.touch).across[1].value();
-            (2.0 * pair.error_at(deep.touch.value()), Approach { rate, curvature: pair.curvature() })
+            (
+                2.0 * pair.error_at(deep.touch.value()),
+                Approach {
+                    rate,
+                    curvature: pair.curvature(),
+                },
+            )
         }
         (Touch::Atoms(i, j), None) => {
             let pair = Pair::new(encounter, (i as usize, j as usize));
-            (2.0 * pair.error_at(deep.touch.value()), approach(&pair, &deep.touch))
+            (
+                2.0 * pair.error_at(deep.touch.value()),
+                approach(&pair, &deep.touch),
+            )
         }
         _ => return false,
     };
-    let tolerance = 2.0 * error / approach.rate.abs().max((2.0 * approach.curvature * error).sqrt());
+    let tolerance = 2.0 * error
+        / approach
+            .rate
+            .abs()
+            .max((2.0 * approach.curvature * error).sqrt());
     deep.touch.minus(time).value() <= 2.0 * tolerance
 }
 
@@ -163,7 +193,8 @@ pub fn gap_over_bound<N: Number>(encounter: &Encounter, contact: &Contact) -> Op
         Part::Atom(index) => FacePair::new(encounter, body, index as usize),
         Part::BoundingCircle => None,
     };
-    let of_pair = |pair: FacePair<'_>| pair.sight(&time).across[0].value() / pair.error_at(contact.time);
+    let of_pair =
+        |pair: FacePair<'_>| pair.sight(&time).across[0].value() / pair.error_at(contact.time);
     match contact.touch {
         Touch::Atoms(i, j) => {
             let pair = Pair::new(encounter, (i as usize, j as usize));

@@ -42,8 +42,13 @@ impl Pair {
             [x * cos - y * sin, x * sin + y * cos]
         });
         let centres = [0, 1].map(|k| self.separation[k] + self.velocity[k] * time);
-        let places = self.separation[0].abs() + self.separation[1].abs() + self.arms[0] + self.arms[1];
-        Rough { centres, arms, error: ROUNDINGS * (places + self.lipschitz * time) }
+        let places =
+            self.separation[0].abs() + self.separation[1].abs() + self.arms[0] + self.arms[1];
+        Rough {
+            centres,
+            arms,
+            error: ROUNDINGS * (places + self.lipschitz * time),
+        }
     }
 
     /// Examines F from `middle` − `half` to `middle` + `half`.
@@ -69,7 +74,9 @@ impl Pair {
             + 2.0 * ROUNDINGS * (distance * self.lipschitz + reach.abs() * growth);
         let (sag, bend) = self.curvatures(distance + rough.error, half);
         let drop = (slope.abs() + slope_error) * half + 0.5 * sag * half * half;
-        if value - error > drop * (1.0 + ROUNDINGS) || slope - slope_error > bend * half * (1.0 + ROUNDINGS) {
+        if value - error > drop * (1.0 + ROUNDINGS)
+            || slope - slope_error > bend * half * (1.0 + ROUNDINGS)
+        {
             Sketch::Free
         } else if error < 0.01 * drop && slope.abs() < bend * half {
             Sketch::Halve
@@ -84,7 +91,10 @@ impl Pair {
         let growth = self.allowed[1];
         let most = distance + self.lipschitz * half;
         let sag = 2.0 * (most * self.curvature + growth * growth);
-        (sag * (1.0 + ROUNDINGS), (sag + 2.0 * self.lipschitz * self.lipschitz) * (1.0 + ROUNDINGS))
+        (
+            sag * (1.0 + ROUNDINGS),
+            (sag + 2.0 * self.lipschitz * self.lipschitz) * (1.0 + ROUNDINGS),
+        )
     }
 
     /// Returns true if the atoms stay apart even with the atoms of fast rotors anywhere on their
@@ -118,8 +128,10 @@ impl Pair {
             return false;
         }
         let along = dot(point, rate).abs() / distance + ROUNDINGS * speed;
-        let nearest =
-            distance - rough.error - along * half - 0.5 * curvature * half * half * (1.0 + ROUNDINGS);
+        let nearest = distance
+            - rough.error
+            - along * half
+            - 0.5 * curvature * half * half * (1.0 + ROUNDINGS);
         let farthest = distance + rough.error + speed * half * (1.0 + ROUNDINGS);
         // The set reached by the smeared atoms is an annulus about the point.
         let circles = [0, 1].map(|body| if smeared[body] { self.arms[body] } else { 0.0 });

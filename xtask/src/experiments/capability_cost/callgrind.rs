@@ -21,7 +21,10 @@ pub struct Counted {
 
 /// Returns true if the program `valgrind` is installed.
 pub fn is_installed() -> bool {
-    Command::new("valgrind").arg("--version").output().is_ok_and(|output| output.status.success())
+    Command::new("valgrind")
+        .arg("--version")
+        .output()
+        .is_ok_and(|output| output.status.success())
 }
 
 /// Runs this program under callgrind.
@@ -30,7 +33,10 @@ pub fn is_installed() -> bool {
 /// It cannot be started, it fails, or its output cannot be read.
 pub fn count(variant: Variant, intervals: u32, folder: &Path) -> Result<Counted> {
     let program = std::env::current_exe().context("cannot find this program")?;
-    let file = folder.join(format!("callgrind.{}.{intervals}", variant.to_string().replace(' ', "-")));
+    let file = folder.join(format!(
+        "callgrind.{}.{intervals}",
+        variant.to_string().replace(' ', "-")
+    ));
     let output = Command::new("valgrind")
         .arg("--tool=callgrind")
         .arg("--dump-line=yes")
@@ -42,14 +48,21 @@ pub fn count(variant: Variant, intervals: u32, folder: &Path) -> Result<Counted>
         .output()
         .context("cannot start valgrind")?;
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    ensure!(output.status.success(), "'{variant}' under callgrind: {errors}");
+    ensure!(
+        output.status.success(),
+        "'{variant}' under callgrind: {errors}"
+    );
     let collisions = String::from_utf8_lossy(&output.stdout)
         .trim()
         .parse()
         .context("the worker did not print a number of collisions")?;
-    let text = fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    let text =
+        fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
     fs::remove_file(&file).ok();
-    Ok(Counted { profile: parse(&text), collisions })
+    Ok(Counted {
+        profile: parse(&text),
+        collisions,
+    })
 }
 
 /// Parses callgrind's output (Valgrind manual, "Callgrind Format Specification"): `fl`, `fi` and
@@ -83,13 +96,19 @@ pub fn parse(text: &str) -> Profile {
                 _ => {}
             }
         } else if line.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '*')) {
-            let cost = line.split(' ').nth(1).and_then(|cost| cost.parse::<u64>().ok());
+            let cost = line
+                .split(' ')
+                .nth(1)
+                .and_then(|cost| cost.parse::<u64>().ok());
             if !std::mem::take(&mut called) {
                 *profile.entry([function, own]).or_default() += cost.unwrap_or(0);
             }
         }
     }
-    profile.into_iter().map(|(key, cost)| (key.map(str::to_owned), cost)).collect()
+    profile
+        .into_iter()
+        .map(|(key, cost)| (key.map(str::to_owned), cost))
+        .collect()
 }
 
 /// Total number of instructions.
@@ -100,7 +119,11 @@ pub fn total(profile: &Profile) -> u64 {
 /// Number of instructions whose function or line is in one of these sources.
 pub fn of_sources(profile: &Profile, sources: &[&str]) -> u64 {
     let is_one = |path: &String| sources.iter().any(|source| path.ends_with(source));
-    profile.iter().filter(|(paths, _)| paths.iter().any(is_one)).map(|(_, cost)| cost).sum()
+    profile
+        .iter()
+        .filter(|(paths, _)| paths.iter().any(is_one))
+        .map(|(_, cost)| cost)
+        .sum()
 }
 
 #[cfg(test)]

@@ -97,14 +97,20 @@ impl Capability {
             (Self::Walls, Level::Idle) => "one wall of a disc's length",
             (Self::Walls, Level::Used) => "two walls across the box, which close it",
             (Self::Tags, Level::Idle) => "three tags on each disc that nothing uses",
-            (Self::Tags, Level::Used) => "three tags, and a subscription that filters by two of them",
+            (Self::Tags, Level::Used) => {
+                "three tags, and a subscription that filters by two of them"
+            }
             (Self::ElasticityTable, Level::Idle) => "a rule for a tag that no disc carries",
-            (Self::ElasticityTable, Level::Used) => "a rule for all discs, e = 0.999, with its guard",
+            (Self::ElasticityTable, Level::Used) => {
+                "a rule for all discs, e = 0.999, with its guard"
+            }
             (Self::Subscriptions, Level::Idle) => "an empty list of subscriptions",
             (Self::Subscriptions, Level::Used) => "one subscription to every collision",
             (Self::Snapshots, Level::Idle) => "samples, about three collisions of each disc apart",
             (Self::Snapshots, Level::Used) => "samples with a snapshot at each",
-            (Self::Thermostat, Level::Idle) => "at each sample, an energy reset of a tag without bodies",
+            (Self::Thermostat, Level::Idle) => {
+                "at each sample, an energy reset of a tag without bodies"
+            }
             (Self::Thermostat, Level::Used) => "at each sample, an energy reset of all discs",
             (Self::SizeMixture, Level::Idle) => "one disc three times as wide",
             (Self::SizeMixture, Level::Used) => "200 discs three times as wide",
@@ -140,9 +146,11 @@ impl Capability {
             ],
             Self::Tags => &["engine/src/tags.rs", "observers/src/tag_filter.rs"],
             Self::ElasticityTable => &["engine/src/elasticity_table.rs", "engine/src/guard.rs"],
-            Self::Subscriptions => {
-                &["engine/src/observer.rs", "engine/src/report.rs", "observers/src/subscriptions.rs"]
-            }
+            Self::Subscriptions => &[
+                "engine/src/observer.rs",
+                "engine/src/report.rs",
+                "observers/src/subscriptions.rs",
+            ],
             Self::Snapshots => &["engine/src/view.rs", "observers/src/extended_xyz.rs"],
             Self::Thermostat => &["engine/src/edit.rs", "observers/src/thermostat_ledger.rs"],
             Self::SizeMixture => &[
@@ -172,12 +180,17 @@ impl Variant {
     /// The plain gas has no wall whose heat could be measured.
     pub fn measures() -> impl Iterator<Item = Self> {
         let others = |name: &&str| !EVERY_RUN[1..].contains(name) && !name.starts_with("wall-");
-        measures::KINDS.iter().map(|kind| kind.name).filter(others).map(Self::Measure)
+        measures::KINDS
+            .iter()
+            .map(|kind| kind.name)
+            .filter(others)
+            .map(Self::Measure)
     }
 
     /// All variants: the plain gas first, the plain gas with another seed second.
     pub fn all() -> Vec<Self> {
-        let levels = |capability| [Level::Idle, Level::Used].map(|level| Self::With(capability, level));
+        let levels =
+            |capability| [Level::Idle, Level::Used].map(|level| Self::With(capability, level));
         [Self::Plain(1), Self::Plain(2)]
             .into_iter()
             .chain(Capability::ALL.into_iter().flat_map(levels))
@@ -200,7 +213,10 @@ impl FromStr for Variant {
     type Err = Error;
 
     fn from_str(name: &str) -> Result<Self, Error> {
-        match Self::all().into_iter().find(|variant| variant.to_string() == name) {
+        match Self::all()
+            .into_iter()
+            .find(|variant| variant.to_string() == name)
+        {
             Some(variant) => Ok(variant),
             None => bail!("no variant '{name}'"),
         }
@@ -218,7 +234,11 @@ mod tests {
         let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates");
         for capability in Capability::ALL {
             for source in capability.sources() {
-                assert!(crates.join(source).is_file(), "{}: {source}", capability.name());
+                assert!(
+                    crates.join(source).is_file(),
+                    "{}: {source}",
+                    capability.name()
+                );
             }
         }
     }

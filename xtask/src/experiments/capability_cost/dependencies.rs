@@ -34,13 +34,28 @@ pub fn needs() -> Vec<Needs> {
 fn of(layer: &'static str) -> Option<Needs> {
     let list = |edges: &str| -> Option<BTreeSet<String>> {
         let output = Command::new(option_env!("CARGO").unwrap_or("cargo"))
-            .args(["tree", "--offline", "--package", layer, "--edges", edges, "--prefix", "none"])
+            .args([
+                "tree",
+                "--offline",
+                "--package",
+                layer,
+                "--edges",
+                edges,
+                "--prefix",
+                "none",
+            ])
             .current_dir(env!("CARGO_MANIFEST_DIR"))
             .output()
             .ok()?;
         let text = String::from_utf8(output.stdout).ok()?;
-        let names = text.lines().filter_map(|line| line.split(' ').next()).filter(|name| !name.is_empty());
-        output.status.success().then(|| names.map(str::to_owned).collect())
+        let names = text
+            .lines()
+            .filter_map(|line| line.split(' ').next())
+            .filter(|name| !name.is_empty());
+        output
+            .status
+            .success()
+            .then(|| names.map(str::to_owned).collect())
     };
     let all = list("normal,build")?;
     let in_program = list("normal,no-proc-macro")?;
@@ -62,7 +77,12 @@ mod tests {
     fn a_layer_needs_those_below_it() {
         let needs = needs();
         // Without cargo the list is empty and there is nothing to check.
-        let own = |layer| needs.iter().find(|needs| needs.layer == layer).map(|needs| needs.own);
+        let own = |layer| {
+            needs
+                .iter()
+                .find(|needs| needs.layer == layer)
+                .map(|needs| needs.own)
+        };
         assert!(matches!(own("carom-geometry"), None | Some(0)));
         assert!(matches!(own("carom-engine"), None | Some(4)));
     }

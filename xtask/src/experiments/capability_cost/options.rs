@@ -26,7 +26,16 @@ pub struct Plan {
 impl Options {
     /// Amount of work.
     pub fn plan(&self) -> Plan {
-        self.common.select(Plan { counted: 3, rounds: 11 }, Plan { counted: 100, rounds: 41 })
+        self.common.select(
+            Plan {
+                counted: 3,
+                rounds: 11,
+            },
+            Plan {
+                counted: 100,
+                rounds: 41,
+            },
+        )
     }
 
     /// The command with every option that affects the results.

@@ -26,14 +26,18 @@ fn about(variant: Variant) -> &'static str {
         Variant::Plain(_) => "the plain gas with another seed: statistical error",
         Variant::With(capability, level) => capability.about(level),
         Variant::Measure("energy") => "what every run measures: energy, overlaps, collision rate",
-        Variant::Measure(name) => {
-            measures::KINDS.iter().find(|kind| kind.name == name).map_or("", |k| k.summary)
-        }
+        Variant::Measure(name) => measures::KINDS
+            .iter()
+            .find(|kind| kind.name == name)
+            .map_or("", |k| k.summary),
     }
 }
 
 fn percent(value: Option<f64>) -> String {
-    value.map_or_else(|| "–".to_owned(), |value| format!("{:+.2} %", 100.0 * value))
+    value.map_or_else(
+        || "–".to_owned(),
+        |value| format!("{:+.2} %", 100.0 * value),
+    )
 }
 
 /// Rows of the table.
@@ -42,7 +46,9 @@ pub fn rows(results: &Results) -> Vec<Vec<String>> {
         vec![
             found.variant.to_string(),
             about(found.variant).to_owned(),
-            found.instructions.map_or_else(|| "–".to_owned(), |count| format!("{count:.1}")),
+            found
+                .instructions
+                .map_or_else(|| "–".to_owned(), |count| format!("{count:.1}")),
             percent(results.excess(found.variant)),
             format!("{:.3}", found.time_ratio),
             format!("{:.0}", found.bytes_per_body),
@@ -57,7 +63,10 @@ fn sentences(results: &Results) -> Vec<String> {
     let sentence = |capability: Capability| {
         let idle = results.excess(Variant::With(capability, Level::Idle))?;
         let used = results.excess(Variant::With(capability, Level::Used))?;
-        let absent = match results.absent(capability).filter(|_| !capability.sources().is_empty()) {
+        let absent = match results
+            .absent(capability)
+            .filter(|_| !capability.sources().is_empty())
+        {
             Some(share) => format!("{:.2} % of the instructions when absent", 100.0 * share),
             None => "no source of its own".to_owned(),
         };
@@ -116,10 +125,18 @@ pub fn page(results: &Results, summary: &Summary, command: &str) -> Page {
     );
     if !results.needs.is_empty() {
         page.heading("Dependencies of each layer when used alone");
-        let header = ["layer", "layers of carom below", "other packages", "of these, at compile time only"];
+        let header = [
+            "layer",
+            "layers of carom below",
+            "other packages",
+            "of these, at compile time only",
+        ];
         let row = |needs: &super::dependencies::Needs| {
-            let counts = [needs.own, needs.foreign, needs.when_compiling].map(|count| count.to_string());
-            std::iter::once(needs.layer.to_owned()).chain(counts).collect::<Vec<_>>()
+            let counts =
+                [needs.own, needs.foreign, needs.when_compiling].map(|count| count.to_string());
+            std::iter::once(needs.layer.to_owned())
+                .chain(counts)
+                .collect::<Vec<_>>()
         };
         page.table(&header, &results.needs.iter().map(row).collect::<Vec<_>>());
     }

@@ -61,11 +61,22 @@ impl Results {
     pub fn checks(&self) -> Vec<Check> {
         let mut checks = Vec::new();
         for capability in Capability::ALL {
-            if let Some(share) = self.absent(capability).filter(|_| !capability.sources().is_empty()) {
-                checks.push(Check::at_most(&format!("{} absent", capability.name()), share, ABSENT));
+            if let Some(share) = self
+                .absent(capability)
+                .filter(|_| !capability.sources().is_empty())
+            {
+                checks.push(Check::at_most(
+                    &format!("{} absent", capability.name()),
+                    share,
+                    ABSENT,
+                ));
             }
             if let Some(excess) = self.excess(Variant::With(capability, Level::Idle)) {
-                checks.push(Check::at_most(&format!("{} idle", capability.name()), excess, IDLE));
+                checks.push(Check::at_most(
+                    &format!("{} idle", capability.name()),
+                    excess,
+                    IDLE,
+                ));
             }
         }
         checks
@@ -74,13 +85,20 @@ impl Results {
     pub fn figures(&self) -> Vec<Figure> {
         let of = |found: &VariantResult| {
             let variant = found.variant;
-            let figure = |what: &str, value, unit| Figure::new(format!("{what}: {variant}"), value, unit);
-            let instructions = found.instructions.map(|count| figure("instructions a collision", count, "1"));
-            let every_run = self.of(Variant::Measure("energy")).and_then(|found| found.instructions);
+            let figure =
+                |what: &str, value, unit| Figure::new(format!("{what}: {variant}"), value, unit);
+            let instructions = found
+                .instructions
+                .map(|count| figure("instructions a collision", count, "1"));
+            let every_run = self
+                .of(Variant::Measure("energy"))
+                .and_then(|found| found.instructions);
             let price = match (variant, found.instructions, every_run) {
-                (Variant::Measure(_), Some(count), Some(every_run)) => {
-                    Some(figure("instructions a collision for it alone", count - every_run, "1"))
-                }
+                (Variant::Measure(_), Some(count), Some(every_run)) => Some(figure(
+                    "instructions a collision for it alone",
+                    count - every_run,
+                    "1",
+                )),
                 _ => None,
             };
             let rest = [
@@ -88,7 +106,11 @@ impl Results {
                 figure("time over that of the plain gas", found.time_ratio, "1"),
                 figure("bytes a body", found.bytes_per_body, "byte"),
             ];
-            instructions.into_iter().chain(price).chain(rest).collect::<Vec<_>>()
+            instructions
+                .into_iter()
+                .chain(price)
+                .chain(rest)
+                .collect::<Vec<_>>()
         };
         self.found.iter().flat_map(of).collect()
     }

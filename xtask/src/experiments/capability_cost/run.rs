@@ -47,7 +47,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
             command: &options.command(),
             configuration: configuration(
                 &options.command(),
-                &format!("intervals_counted = {}\nrounds_of_times = {}\n", plan.counted, plan.rounds),
+                &format!(
+                    "intervals_counted = {}\nrounds_of_times = {}\n",
+                    plan.counted, plan.rounds
+                ),
             ),
             scenes: &[],
         },
@@ -57,8 +60,16 @@ pub fn run(options: &Options) -> Result<Verdict> {
     print_line("times");
     let (mut found, totals) = time(&variants, plan)?;
     let installed = callgrind::is_installed();
-    let plain = if installed { Some(count(&mut found, plan, folder)?) } else { None };
-    let results = Results { found, plain, needs: dependencies::needs() };
+    let plain = if installed {
+        Some(count(&mut found, plan, folder)?)
+    } else {
+        None
+    };
+    let results = Results {
+        found,
+        plain,
+        needs: dependencies::needs(),
+    };
     let note = if installed {
         String::new()
     } else {
@@ -74,7 +85,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
         runs: Vec::new(),
     };
     folder.write_table("costs.csv", &report::HEADER, report::rows(&results))?;
-    experiment.finish(&report::page(&results, &summary, &options.command()), &summary, None)
+    experiment.finish(
+        &report::page(&results, &summary, &options.command()),
+        &summary,
+        None,
+    )
 }
 
 /// Counts the instructions of all variants in parallel; returns those of the plain gas by source.
@@ -87,7 +102,8 @@ fn count(found: &mut [VariantResult], plan: Plan, folder: &Folder) -> Result<Pro
             let [short, long] = ends(found.variant, plan, folder)?;
             progress.advance(1.0, long.collisions);
             let instructions = callgrind::total(&long.profile) - callgrind::total(&short.profile);
-            found.instructions = Some(instructions as f64 / (long.collisions - short.collisions) as f64);
+            found.instructions =
+                Some(instructions as f64 / (long.collisions - short.collisions) as f64);
             Ok(difference(&short.profile, &long.profile))
         })
         .collect::<Result<_>>()?;
@@ -103,12 +119,17 @@ fn ends(variant: Variant, plan: Plan, folder: &Folder) -> Result<[Counted; 2]> {
 
 fn difference(short: &Profile, long: &Profile) -> Profile {
     let less = |key: &[String; 2]| short.get(key).copied().unwrap_or(0);
-    long.iter().map(|(key, cost)| (key.clone(), cost.saturating_sub(less(key)))).collect()
+    long.iter()
+        .map(|(key, cost)| (key.clone(), cost.saturating_sub(less(key))))
+        .collect()
 }
 
 /// Times all variants in turn in each round.
 fn time(variants: &[Variant], plan: Plan) -> Result<(Vec<VariantResult>, Totals)> {
-    let mut subjects = variants.iter().map(|&variant| Subject::new(variant)).collect::<Result<Vec<_>>>()?;
+    let mut subjects = variants
+        .iter()
+        .map(|&variant| Subject::new(variant))
+        .collect::<Result<Vec<_>>>()?;
     for subject in &mut subjects {
         subject.run(WARM_UP)?;
     }
@@ -128,12 +149,21 @@ fn time(variants: &[Variant], plan: Plan) -> Result<(Vec<VariantResult>, Totals)
         }
     }
     totals.collisions_per_second = totals.collisions as f64 / spent;
-    let found =
-        variants.iter().zip(&subjects).zip(&rounds).map(|((&variant, subject), times)| VariantResult {
+    let found = variants
+        .iter()
+        .zip(&subjects)
+        .zip(&rounds)
+        .map(|((&variant, subject), times)| VariantResult {
             variant,
             instructions: None,
             nanoseconds: 1e9 * median(times.clone()),
-            time_ratio: median(times.iter().zip(&rounds[0]).map(|(time, plain)| time / plain).collect()),
+            time_ratio: median(
+                times
+                    .iter()
+                    .zip(&rounds[0])
+                    .map(|(time, plain)| time / plain)
+                    .collect(),
+            ),
             bytes_per_body: subject.bytes_per_body(),
         });
     Ok((found.collect(), totals))

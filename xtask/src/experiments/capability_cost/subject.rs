@@ -6,7 +6,8 @@ use anyhow::{Context, Result};
 use carom::{
     Observer as _, Scene, Subscriptions,
     engine::{
-        AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Rotation, Tag, WallSpec,
+        AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Rotation, Tag,
+        WallSpec,
     },
     observers::{TagFilter, write_extended_xyz},
 };
@@ -59,12 +60,19 @@ struct Measuring {
 
 impl Measuring {
     fn begin(scene: &Scene, simulation: &AnySimulation) -> Result<Self> {
-        let name =
-            format!("carom-cost-{}-{}", std::process::id(), scene.run.observe.join("-").replace(':', "-"));
+        let name = format!(
+            "carom-cost-{}-{}",
+            std::process::id(),
+            scene.run.observe.join("-").replace(':', "-")
+        );
         let folder = Folder::create(&std::env::temp_dir().join(name), Existing::Replace)?;
         let mut measures = Measures::begin(scene, &simulation.view())?;
         measures.sample(&simulation.view());
-        Ok(Self { measures, files: AppendFiles::begin(&folder), folder })
+        Ok(Self {
+            measures,
+            files: AppendFiles::begin(&folder),
+            folder,
+        })
     }
 }
 
@@ -92,7 +100,11 @@ impl Subject {
                 Work::Subscriptions(subscriptions)
             }
             Variant::With(Capability::Tags, Level::Used) => {
-                let tag = |name| simulation.find_tag(name).context("the scene has no body with this tag");
+                let tag = |name| {
+                    simulation
+                        .find_tag(name)
+                        .context("the scene has no body with this tag")
+                };
                 let filter = TagFilter::Pair(tag("one")?, tag("three")?);
                 let mut subscriptions = Subscriptions::default();
                 count(&mut subscriptions, filter);
@@ -100,11 +112,19 @@ impl Subject {
             }
             Variant::With(Capability::Snapshots, Level::Idle) => Work::Sample,
             Variant::With(Capability::Snapshots, Level::Used) => Work::Snapshots,
-            Variant::With(Capability::Thermostat, Level::Used) => {
-                Work::Thermostat(simulation.find_tag("gas").context("the scene has no body with this tag")?)
-            }
+            Variant::With(Capability::Thermostat, Level::Used) => Work::Thermostat(
+                simulation
+                    .find_tag("gas")
+                    .context("the scene has no body with this tag")?,
+            ),
             Variant::With(Capability::Thermostat, Level::Idle) => {
-                let key = simulation.view().bodies().next().context("the scene is empty")?.body.key();
+                let key = simulation
+                    .view()
+                    .bodies()
+                    .next()
+                    .context("the scene is empty")?
+                    .body
+                    .key();
                 let tag = simulation.tag(key, "unused")?;
                 simulation.untag(key, "unused")?;
                 Work::Thermostat(tag)
@@ -112,7 +132,11 @@ impl Subject {
             Variant::Measure(_) => Work::Measures(Box::new(Measuring::begin(&scene, &simulation)?)),
             _ => Work::None,
         };
-        Ok(Self { simulation, work, intervals: 0 })
+        Ok(Self {
+            simulation,
+            work,
+            intervals: 0,
+        })
     }
 
     /// Runs for a number of intervals.
@@ -126,11 +150,14 @@ impl Subject {
         match &mut self.work {
             Work::None => self.simulation.run_until(at(self.intervals))?,
             Work::Subscriptions(subscriptions) => {
-                self.simulation.observe_until(at(self.intervals), subscriptions)?;
+                self.simulation
+                    .observe_until(at(self.intervals), subscriptions)?;
             }
             Work::Measures(measuring) => {
                 for interval in begin + 1..=self.intervals {
-                    let Measuring { measures, files, .. } = measuring.as_mut();
+                    let Measuring {
+                        measures, files, ..
+                    } = measuring.as_mut();
                     self.simulation.observe_until(at(interval), measures)?;
                     measures.sample(&self.simulation.view());
                     measures.append(files)?;
@@ -140,7 +167,9 @@ impl Subject {
                 for interval in begin + 1..=self.intervals {
                     self.simulation.run_until(at(interval))?;
                     match self.work {
-                        Work::Snapshots => write_extended_xyz(&self.simulation.view(), &mut io::sink())?,
+                        Work::Snapshots => {
+                            write_extended_xyz(&self.simulation.view(), &mut io::sink())?
+                        }
                         Work::Thermostat(tag) => self.simulation.reset_energy_of_tag(tag, 1.0)?,
                         _ => {}
                     }
@@ -178,9 +207,18 @@ fn measured(mut scene: Scene, name: &str) -> Scene {
     scene.run.sample_interval = INTERVAL;
     let tag = match kind.map(|kind| kind.of) {
         Some(Of::OneBody) => {
-            let atoms = vec![AtomSpec { at: [0.0; 2], radius: radius(), mass: 1.0 }];
+            let atoms = vec![AtomSpec {
+                at: [0.0; 2],
+                radius: radius(),
+                mass: 1.0,
+            }];
             let tags = vec!["tracer".to_owned()];
-            scene.molecule = vec![MoleculeSpec { tags, atoms, at: [0.5, 0.5], ..MoleculeSpec::default() }];
+            scene.molecule = vec![MoleculeSpec {
+                tags,
+                atoms,
+                at: [0.5, 0.5],
+                ..MoleculeSpec::default()
+            }];
             scene.gas[0].count = Some(DISCS - 1);
             ":tracer"
         }
@@ -201,7 +239,10 @@ pub fn scene(variant: Variant) -> Scene {
         count: Some(count),
         ..GasSpec::default()
     };
-    let mut scene = Scene { gas: vec![discs(DISCS, radius, 1.0)], ..Scene::default() };
+    let mut scene = Scene {
+        gas: vec![discs(DISCS, radius, 1.0)],
+        ..Scene::default()
+    };
     let (capability, level) = match variant {
         Variant::Plain(seed) => {
             scene.bounds.seed = seed;
@@ -225,42 +266,86 @@ pub fn scene(variant: Variant) -> Scene {
     };
     match capability {
         Capability::Turning => {
-            scene.gas = vec![dumbbells(others, Rotation::Free), discs(DISCS - others, radius, 1.0)];
+            scene.gas = vec![
+                dumbbells(others, Rotation::Free),
+                discs(DISCS - others, radius, 1.0),
+            ];
         }
         Capability::Locked if used => {
-            scene.gas = vec![dumbbells(others, Rotation::Locked), discs(DISCS - others, radius, 1.0)];
+            scene.gas = vec![
+                dumbbells(others, Rotation::Locked),
+                discs(DISCS - others, radius, 1.0),
+            ];
         }
         Capability::Locked => scene.gas[0].rotation = Rotation::Locked,
         Capability::Bumpers => {
             // In rows of 20.
-            let at = |index: usize| [0.05 * (0.5 + (index % 20) as f64), 0.1 * (0.5 + (index / 20) as f64)];
-            let bumper = |index| BumperSpec { tags: Vec::new(), radius, at: at(index) };
+            let at = |index: usize| {
+                [
+                    0.05 * (0.5 + (index % 20) as f64),
+                    0.1 * (0.5 + (index / 20) as f64),
+                ]
+            };
+            let bumper = |index| BumperSpec {
+                tags: Vec::new(),
+                radius,
+                at: at(index),
+            };
             scene.bumper = (0..others).map(bumper).collect();
             scene.gas[0].count = Some(DISCS - others);
         }
         Capability::Walls if used => {
-            let across = |x, y| WallSpec { x, y, ..WallSpec::default() };
+            let across = |x, y| WallSpec {
+                x,
+                y,
+                ..WallSpec::default()
+            };
             scene.wall = vec![across(Some(0.0), None), across(None, Some(0.0))];
         }
         Capability::Walls => {
             let (from, to) = (Some([0.5, 0.5]), Some([0.5 + radius, 0.5]));
-            scene.wall = vec![WallSpec { from, to, ..WallSpec::default() }];
+            scene.wall = vec![WallSpec {
+                from,
+                to,
+                ..WallSpec::default()
+            }];
         }
         Capability::Tags => {
             scene.gas[0].tags = ["one", "two", "three"].map(str::to_owned).to_vec();
         }
         Capability::ElasticityTable => {
-            let (tag, coefficient) = if used { ("gas", 0.999) } else { ("unused", 0.5) };
-            let rule = ElasticityRule { between: vec![tag.to_owned()], coefficient };
-            scene.elasticity = ElasticitySpec { pair: vec![rule], ..ElasticitySpec::default() };
+            let (tag, coefficient) = if used {
+                ("gas", 0.999)
+            } else {
+                ("unused", 0.5)
+            };
+            let rule = ElasticityRule {
+                between: vec![tag.to_owned()],
+                coefficient,
+            };
+            scene.elasticity = ElasticitySpec {
+                pair: vec![rule],
+                ..ElasticitySpec::default()
+            };
         }
         Capability::SizeMixture if used => {
             // Each large disc has the area of nine; the total area fraction stays one half.
-            scene.gas = vec![discs(OTHERS, 3.0 * radius, 9.0), discs(DISCS - 9 * OTHERS, radius, 1.0)];
+            scene.gas = vec![
+                discs(OTHERS, 3.0 * radius, 9.0),
+                discs(DISCS - 9 * OTHERS, radius, 1.0),
+            ];
         }
         Capability::SizeMixture => {
-            let atoms = vec![AtomSpec { at: [0.0; 2], radius: 3.0 * radius, mass: 9.0 }];
-            scene.molecule = vec![MoleculeSpec { atoms, at: [0.5, 0.5], ..MoleculeSpec::default() }];
+            let atoms = vec![AtomSpec {
+                at: [0.0; 2],
+                radius: 3.0 * radius,
+                mass: 9.0,
+            }];
+            scene.molecule = vec![MoleculeSpec {
+                atoms,
+                at: [0.5, 0.5],
+                ..MoleculeSpec::default()
+            }];
             scene.gas[0].count = Some(DISCS - 9);
         }
         Capability::Subscriptions | Capability::Snapshots | Capability::Thermostat => {}
@@ -307,8 +392,15 @@ mod tests {
             Capability::Locked,
             Capability::ElasticityTable,
         ] {
-            assert_eq!(collisions(Variant::With(capability, Level::Idle)), plain, "{capability:?}");
+            assert_eq!(
+                collisions(Variant::With(capability, Level::Idle)),
+                plain,
+                "{capability:?}"
+            );
         }
-        assert_eq!(collisions(Variant::With(Capability::Tags, Level::Used)), plain);
+        assert_eq!(
+            collisions(Variant::With(Capability::Tags, Level::Used)),
+            plain
+        );
     }
 }

@@ -26,7 +26,8 @@ pub struct Case {
 impl Case {
     /// Reference of the oracle for the first contact.
     pub fn reference(&self) -> &Reference<DoubleDouble> {
-        self.reference.get_or_init(|| self.oracle.first_contact(&self.encounter))
+        self.reference
+            .get_or_init(|| self.oracle.first_contact(&self.encounter))
     }
 }
 
@@ -43,8 +44,16 @@ pub struct Group {
 
 impl Group {
     fn new(name: String, about: String, encounters: Vec<Encounter>, oracle: Oracle) -> Self {
-        let case = |encounter| Case { encounter, oracle, reference: OnceLock::new() };
-        Self { name, about, cases: encounters.into_iter().map(case).collect() }
+        let case = |encounter| Case {
+            encounter,
+            oracle,
+            reference: OnceLock::new(),
+        };
+        Self {
+            name,
+            about,
+            cases: encounters.into_iter().map(case).collect(),
+        }
     }
 
     /// Computes the references of all cases on the threads of the current pool.
@@ -56,7 +65,10 @@ impl Group {
 
     /// Number of cases without a reference from the oracle.
     pub fn unresolved(&self) -> usize {
-        self.cases.iter().filter(|case| matches!(case.reference(), Reference::Unresolved)).count()
+        self.cases
+            .iter()
+            .filter(|case| matches!(case.reference(), Reference::Unresolved))
+            .count()
     }
 }
 
@@ -65,16 +77,41 @@ impl Group {
 /// # Errors
 /// A run in which pairs are recorded fails.
 pub fn groups(seed: u64, plan: &Plan) -> Result<(Vec<Group>, Totals)> {
-    let oracle = Oracle { most_intervals: plan.most_intervals };
+    let oracle = Oracle {
+        most_intervals: plan.most_intervals,
+    };
     let draw = |class: Class| {
-        let encounters = (0..plan.cases).into_par_iter().map(|index| Encounter::draw(class, seed, index));
-        Group::new(class.to_string(), about(class), encounters.collect(), oracle)
+        let encounters = (0..plan.cases)
+            .into_par_iter()
+            .map(|index| Encounter::draw(class, seed, index));
+        Group::new(
+            class.to_string(),
+            about(class),
+            encounters.collect(),
+            oracle,
+        )
     };
     let mut groups: Vec<Group> = Class::ALL.into_iter().map(draw).collect();
     let recordings = recordings(seed, plan.cases as usize)?;
-    let totals = Totals::of(&recordings.iter().map(|recording| recording.totals).collect::<Vec<_>>());
-    for Recording { name, about, encounters, .. } in recordings {
-        groups.push(Group::new(name.to_owned(), about.to_owned(), encounters, oracle));
+    let totals = Totals::of(
+        &recordings
+            .iter()
+            .map(|recording| recording.totals)
+            .collect::<Vec<_>>(),
+    );
+    for Recording {
+        name,
+        about,
+        encounters,
+        ..
+    } in recordings
+    {
+        groups.push(Group::new(
+            name.to_owned(),
+            about.to_owned(),
+            encounters,
+            oracle,
+        ));
     }
     Ok((groups, totals))
 }

@@ -19,7 +19,7 @@ pub struct Charts {
 }
 
 /// Smaller errors are drawn at this value: they are below rounding (natural times).
-const SMALLEST: f64 = 1e-17;
+const MIN_DRAWN: f64 = 1e-17;
 
 impl Charts {
     /// Draws the charts.
@@ -31,22 +31,37 @@ impl Charts {
         let x_label = "time of a query relative to Exact, geometric mean over the classes";
         let families: Vec<String> = FAMILIES.map(str::to_owned).to_vec();
         let point = |of: &Overall, y: f64, mark| {
-            let undecided = of.tally.count(Verdict::FreeUntil) as f64 / of.tally.judged().max(1) as f64;
+            let undecided =
+                of.tally.count(Verdict::FreeUntil) as f64 / of.tally.judged().max(1) as f64;
             let label = if undecided > 0.001 {
                 format!("{}, {:.1} % undecided", of.setting, 100.0 * undecided)
             } else {
                 of.setting.clone()
             };
-            Some(Point { family: of.family, label, x: of.ratio?, y, mark })
+            Some(Point {
+                family: of.family,
+                label,
+                x: of.ratio?,
+                y,
+                mark,
+            })
         };
         let wrong = overall.iter().filter_map(|of| {
             let none = of.wrong == 0.0;
-            let y = if none { of.tally.upper_bound_of_none() } else { of.wrong };
+            let y = if none {
+                of.tally.upper_bound_of_none()
+            } else {
+                of.wrong
+            };
             point(of, y, if none { Mark::AtMost } else { Mark::Measured })
         });
         let error = overall.iter().filter_map(|of| {
-            let median = of.tally.quantile(0.5)?.max(SMALLEST);
-            point(of, median, Mark::UpTo(of.tally.quantile(0.999)?.max(median)))
+            let median = of.tally.quantile(0.5)?.max(MIN_DRAWN);
+            point(
+                of,
+                median,
+                Mark::UpTo(of.tally.quantile(0.999)?.max(median)),
+            )
         });
         let chart = |title: &str, y_label: &str, points: Vec<Point>| {
             Scatter {
@@ -60,7 +75,11 @@ impl Charts {
             .svg()
         };
         Ok(Self {
-            wrong: chart("Time and wrong answers", "share of wrong answers", wrong.collect())?,
+            wrong: chart(
+                "Time and wrong answers",
+                "share of wrong answers",
+                wrong.collect(),
+            )?,
             error: chart(
                 "Time and error",
                 "|t − t*| in natural times: median, up to 99.9 %",
@@ -71,6 +90,9 @@ impl Charts {
 
     /// File names and contents of the charts.
     pub fn files(&self) -> [(&'static str, &str); 2] {
-        [("time-and-wrong-answers.svg", &self.wrong), ("time-and-error.svg", &self.error)]
+        [
+            ("time-and-wrong-answers.svg", &self.wrong),
+            ("time-and-error.svg", &self.error),
+        ]
     }
 }

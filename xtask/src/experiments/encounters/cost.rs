@@ -6,8 +6,14 @@ use carom_methods::AnyDetector;
 /// Upper bound on the number of gap evaluations for an encounter; too expensive encounters are
 /// skipped.
 pub fn most_evaluations(detector: &AnyDetector, encounter: &Encounter) -> f64 {
-    let [a, b] = encounter.molecules.each_ref().map(|molecule| molecule.atoms().len());
-    let has_wall = encounter.molecules.iter().any(|molecule| molecule.face().is_some());
+    let [a, b] = encounter
+        .molecules
+        .each_ref()
+        .map(|molecule| molecule.atoms().len());
+    let has_wall = encounter
+        .molecules
+        .iter()
+        .any(|molecule| molecule.face().is_some());
     let pairs = a * b + if has_wall { a + b } else { 0 };
     let window = skim(&encounter.motion, encounter.size(), encounter.horizon);
     let duration = window.map_or(0.0, |window| window.end - window.begin);
@@ -19,7 +25,8 @@ pub fn most_evaluations(detector: &AnyDetector, encounter: &Encounter) -> f64 {
             let segments = (quarters / detector.crop_factor).ceil().max(1.0);
             // A golden section and a secant search take about five rounds for each decade of
             // tolerance.
-            segments.min(f64::from(detector.most_segments)) * (8.0 - 5.0 * detector.tolerance.log10())
+            segments.min(f64::from(detector.most_segments))
+                * (8.0 - 5.0 * detector.tolerance.log10())
         }
         AnyDetector::FixedStep(detector) => {
             let steps = duration / (detector.step * encounter.natural_time());

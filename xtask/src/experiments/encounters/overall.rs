@@ -8,7 +8,13 @@ use carom_tables::{
 use super::{results::Results, settings::BASELINE, tally::Tally};
 
 /// Names of the detectors, in the order of their colours.
-pub const FAMILIES: [&str; 5] = ["Exact", "GoldenSecant", "FixedStep", "BoundingCircles", "parry"];
+pub const FAMILIES: [&str; 5] = [
+    "Exact",
+    "GoldenSecant",
+    "FixedStep",
+    "BoundingCircles",
+    "parry",
+];
 
 /// A detector at one setting, over all classes.
 #[derive(Debug)]
@@ -35,13 +41,28 @@ pub fn overall(results: &Results) -> Vec<Overall> {
         .enumerate()
         .map(|(index, setting)| {
             let name = setting.detector.name();
-            let ratios = results.classes.iter().filter_map(|class| Some(class.timings[index]?.ratio));
-            of_classes(name, &setting.name, results.classes.iter().map(|class| &class.tallies[index]), ratios)
+            let ratios = results
+                .classes
+                .iter()
+                .filter_map(|class| Some(class.timings[index]?.ratio));
+            of_classes(
+                name,
+                &setting.name,
+                results.classes.iter().map(|class| &class.tallies[index]),
+                ratios,
+            )
         })
         .collect();
-    let ratios = results.classes.iter().filter_map(|class| median(&mut class.parry.ratios.clone()));
-    let mut parry =
-        of_classes("parry", "nonlinear cast", results.classes.iter().map(|class| &class.parry.tally), ratios);
+    let ratios = results
+        .classes
+        .iter()
+        .filter_map(|class| median(&mut class.parry.ratios.clone()));
+    let mut parry = of_classes(
+        "parry",
+        "nonlinear cast",
+        results.classes.iter().map(|class| &class.parry.tally),
+        ratios,
+    );
     parry.searched = results.classes.iter().map(|class| class.parry.calls).sum();
     list.push(parry);
     list
@@ -53,10 +74,17 @@ fn of_classes<'a>(
     tallies: impl Iterator<Item = &'a Tally> + Clone,
     ratios: impl Iterator<Item = f64>,
 ) -> Overall {
-    let shares: Vec<f64> = tallies.clone().filter(|tally| tally.judged() > 0).map(Tally::wrong).collect();
+    let shares: Vec<f64> = tallies
+        .clone()
+        .filter(|tally| tally.judged() > 0)
+        .map(Tally::wrong)
+        .collect();
     let tally = Tally::sum(tallies);
     Overall {
-        family: FAMILIES.iter().position(|name| *name == family).unwrap_or(0),
+        family: FAMILIES
+            .iter()
+            .position(|name| *name == family)
+            .unwrap_or(0),
         setting: setting.to_owned(),
         searched: tally.searched.len(),
         wrong: shares.iter().sum::<f64>() / shares.len().max(1) as f64,
@@ -70,13 +98,25 @@ pub fn figures(results: &Results) -> Vec<Figure> {
     let mut figures = Vec::new();
     for of in overall(results) {
         let name = format!("{}, {}", FAMILIES[of.family], of.setting);
-        figures.push(Figure::new(format!("cases asked: {name}"), of.searched as f64, "1"));
-        figures.push(Figure::new(format!("share of wrong answers: {name}"), of.wrong, "1"));
+        figures.push(Figure::new(
+            format!("cases asked: {name}"),
+            of.searched as f64,
+            "1",
+        ));
+        figures.push(Figure::new(
+            format!("share of wrong answers: {name}"),
+            of.wrong,
+            "1",
+        ));
         if let Some(ratio) = of.ratio {
             figures.push(Figure::new(format!("time over Exact: {name}"), ratio, "1"));
         }
         if let Some(median) = of.tally.quantile(0.5) {
-            figures.push(Figure::new(format!("median |t − t*|: {name}"), median, "natural times"));
+            figures.push(Figure::new(
+                format!("median |t − t*|: {name}"),
+                median,
+                "natural times",
+            ));
         }
     }
     for class in &results.classes {
@@ -86,6 +126,10 @@ pub fn figures(results: &Results) -> Vec<Figure> {
         }
     }
     let hung: usize = results.classes.iter().map(|class| class.parry.hung).sum();
-    figures.push(Figure::new("calls of parry that did not return within 0.1 s", hung as f64, "1"));
+    figures.push(Figure::new(
+        "calls of parry that did not return within 0.1 s",
+        hung as f64,
+        "1",
+    ));
     figures
 }

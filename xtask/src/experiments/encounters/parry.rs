@@ -80,7 +80,11 @@ impl Worker {
                 }
             }
         });
-        Ok(Self { child, questions, answers })
+        Ok(Self {
+            child,
+            questions,
+            answers,
+        })
     }
 
     /// Searches one pair. A process that does not answer is killed and replaced.
@@ -88,7 +92,8 @@ impl Worker {
     /// # Errors
     /// The process cannot be reached or replaced.
     pub fn search(&mut self, encounter: &Encounter) -> Result<Cast> {
-        writeln!(self.questions, "{}", to_line(encounter)).context("cannot reach the process of parry")?;
+        writeln!(self.questions, "{}", to_line(encounter))
+            .context("cannot reach the process of parry")?;
         match self.answers.recv_timeout(LIMIT) {
             Ok(line) => parse_answer(&line),
             // A call that panics ends its process and counts as not returning.
@@ -135,16 +140,29 @@ pub fn work() -> Result<()> {
 }
 
 fn parse_answer(line: &str) -> Result<Cast> {
-    let (word, ratio) = line.split_once(' ').context("the answer of parry does not have two words")?;
+    let (word, ratio) = line
+        .split_once(' ')
+        .context("the answer of parry does not have two words")?;
     let number = |text| {
-        u64::from_str_radix(text, 16).map(f64::from_bits).context("the answer of parry is not a number")
+        u64::from_str_radix(text, 16)
+            .map(f64::from_bits)
+            .context("the answer of parry is not a number")
     };
     let outcome = match word {
         "free" => Outcome::Free,
         "unsupported" => Outcome::Unresolved(0.0),
-        _ => Outcome::Contact(Contact { time: number(word)?, touch: Touch::BoundingCircles }),
+        _ => Outcome::Contact(Contact {
+            time: number(word)?,
+            touch: Touch::BoundingCircles,
+        }),
     };
-    Ok(Cast::Returned { answer: Answer { outcome, evaluations: 0 }, ratio: number(ratio)? })
+    Ok(Cast::Returned {
+        answer: Answer {
+            outcome,
+            evaluations: 0,
+        },
+        ratio: number(ratio)?,
+    })
 }
 
 /// Answer and processor time of parry (seconds).
@@ -154,7 +172,10 @@ fn cast(encounter: &Encounter) -> (Outcome, f64) {
         let start = Pose::new(place, motion.orientation[index].radians());
         NonlinearRigidMotion::new(start, DVec2::ZERO, velocity, motion.angular_velocity[index])
     };
-    let motions = [body(0, DVec2::ZERO, DVec2::ZERO), body(1, motion.separation, motion.velocity)];
+    let motions = [
+        body(0, DVec2::ZERO, DVec2::ZERO),
+        body(1, motion.separation, motion.velocity),
+    ];
     let shapes = encounter.molecules.each_ref().map(parry_shape);
     let begun = ThreadTime::now();
     let hit = cast_shapes_nonlinear(
@@ -168,9 +189,10 @@ fn cast(encounter: &Encounter) -> (Outcome, f64) {
     );
     let seconds = begun.elapsed().as_secs_f64();
     let outcome = match hit {
-        Ok(Some(hit)) => {
-            Outcome::Contact(Contact { time: hit.time_of_impact, touch: Touch::BoundingCircles })
-        }
+        Ok(Some(hit)) => Outcome::Contact(Contact {
+            time: hit.time_of_impact,
+            touch: Touch::BoundingCircles,
+        }),
         Ok(None) => Outcome::Free,
         Err(_) => Outcome::Unresolved(0.0),
     };
@@ -216,7 +238,12 @@ fn to_line(encounter: &Encounter) -> String {
     for molecule in &encounter.molecules {
         // A wall is encoded as a molecule without atoms, with its span and thickness.
         if let (Some(face), [_, end]) = (molecule.face(), molecule.atoms()) {
-            numbers.extend([0.0, 2.0 * end.offset().x, 2.0 * end.offset().y, face.radius()]);
+            numbers.extend([
+                0.0,
+                2.0 * end.offset().x,
+                2.0 * end.offset().y,
+                face.radius(),
+            ]);
             continue;
         }
         numbers.push(molecule.atoms().len() as f64);
@@ -224,7 +251,10 @@ fn to_line(encounter: &Encounter) -> String {
             numbers.extend([atom.offset().x, atom.offset().y, atom.radius(), atom.mass()]);
         }
     }
-    let words: Vec<String> = numbers.iter().map(|number| format!("{:x}", number.to_bits())).collect();
+    let words: Vec<String> = numbers
+        .iter()
+        .map(|number| format!("{:x}", number.to_bits()))
+        .collect();
     words.join(" ")
 }
 
@@ -237,7 +267,10 @@ fn from_line(line: &str) -> Result<Encounter> {
     let mut next = || numbers.next().context("the line of a pair is too short")?;
     let separation = DVec2::new(next()?, next()?);
     let velocity = DVec2::new(next()?, next()?);
-    let orientation = [Orientation::from_turns(next()?), Orientation::from_turns(next()?)];
+    let orientation = [
+        Orientation::from_turns(next()?),
+        Orientation::from_turns(next()?),
+    ];
     let angular_velocity = [next()?, next()?];
     let horizon = next()?;
     let mut molecule = || -> Result<Molecule> {
@@ -253,9 +286,16 @@ fn from_line(line: &str) -> Result<Encounter> {
         Ok(Molecule::new(atoms)?)
     };
     let molecules = [molecule()?, molecule()?];
-    let motion =
-        RelativeMotion { orientation, angular_velocity, ..RelativeMotion::exactly(separation, velocity) };
-    Ok(Encounter { molecules, motion, horizon })
+    let motion = RelativeMotion {
+        orientation,
+        angular_velocity,
+        ..RelativeMotion::exactly(separation, velocity)
+    };
+    Ok(Encounter {
+        molecules,
+        motion,
+        horizon,
+    })
 }
 
 #[cfg(test)]
@@ -265,7 +305,12 @@ mod tests {
 
     #[test]
     fn a_pair_is_decoded_as_it_was_encoded() {
-        for class in [Class::Generic, Class::Recontact(6), Class::Rods, Class::Wall] {
+        for class in [
+            Class::Generic,
+            Class::Recontact(6),
+            Class::Rods,
+            Class::Wall,
+        ] {
             for index in 0..8 {
                 let sent = Encounter::draw(class, 1, index);
                 let received = from_line(&to_line(&sent)).unwrap();
@@ -286,7 +331,11 @@ mod tests {
     fn parry_finds_discs_that_meet_head_on() {
         let disc = || Molecule::disc(0.5, 1.0).unwrap();
         let motion = RelativeMotion::exactly(DVec2::new(3.0, 0.0), DVec2::new(-1.0, 0.0));
-        let (outcome, seconds) = cast(&Encounter { molecules: [disc(), disc()], motion, horizon: 10.0 });
+        let (outcome, seconds) = cast(&Encounter {
+            molecules: [disc(), disc()],
+            motion,
+            horizon: 10.0,
+        });
         let time = outcome.contact().expect("a contact").time;
         assert!((time - 2.0).abs() < 1e-2, "{time}");
         assert!(seconds >= 0.0);
@@ -296,7 +345,10 @@ mod tests {
     fn answers_are_read_back() {
         let ratio = 2.5f64;
         let cast = parse_answer(&format!("free {:x}", ratio.to_bits())).unwrap();
-        let answer = Answer { outcome: Outcome::Free, evaluations: 0 };
+        let answer = Answer {
+            outcome: Outcome::Free,
+            evaluations: 0,
+        };
         assert_eq!(cast, Cast::Returned { answer, ratio });
         assert!(parse_answer("free").is_err() && parse_answer("xyz 0").is_err());
     }

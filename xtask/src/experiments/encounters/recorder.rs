@@ -30,7 +30,7 @@ const WARM_UP: f64 = 0.5;
 const STEP: f64 = 0.05;
 
 /// Largest number of steps until enough pairs are recorded.
-const MOST_STEPS: u32 = 4000;
+const MAX_STEPS: u32 = 4000;
 
 /// Dumbbells in a row at the start.
 const COLUMNS: u32 = 12;
@@ -68,7 +68,13 @@ struct Notes {
 }
 
 impl Detection for Recorder {
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+    fn first_contact(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         if a.atoms.len() > 1 || b.atoms.len() > 1 {
             self.notes().note(a, b, motion, horizon);
         }
@@ -83,12 +89,18 @@ impl Notes {
             return;
         }
         let molecule = |outline: Outline<'_>| Molecule::new(outline.atoms.iter().copied());
-        let (Ok(first), Ok(second)) = (molecule(a), molecule(b)) else { return };
+        let (Ok(first), Ok(second)) = (molecule(a), molecule(b)) else {
+            return;
+        };
         let reach = first.bounding_radius() + second.bounding_radius();
         let parted = skim(motion, reach, f64::MAX).map_or(f64::MAX, |window| window.end);
         let horizon = horizon.min(parted);
         if horizon < f64::MAX {
-            self.encounters.push(Encounter { molecules: [first, second], motion: *motion, horizon });
+            self.encounters.push(Encounter {
+                molecules: [first, second],
+                motion: *motion,
+                horizon,
+            });
         }
     }
 }
@@ -98,21 +110,52 @@ impl Notes {
 /// # Errors
 /// A scene cannot be built, or a run fails.
 pub fn recordings(seed: u64, count: usize) -> Result<Vec<Recording>> {
-    let run = RunSpec { until: 2.0, sample_interval: 0.5, ..RunSpec::default() };
+    let run = RunSpec {
+        until: 2.0,
+        sample_interval: 0.5,
+        ..RunSpec::default()
+    };
     let tee = tee(seed, &run)?;
     Ok(vec![
-        record("recorded_tee", "a tee in its gas, area fraction 0.5", &tee, count)?,
-        record("recorded_dumbbells_0.3", "dumbbells at area fraction 0.3", &dumbbells(seed, 0.3), count)?,
-        record("recorded_dumbbells_0.6", "dumbbells at area fraction 0.6", &dumbbells(seed, 0.6), count)?,
+        record(
+            "recorded_tee",
+            "a tee in its gas, area fraction 0.5",
+            &tee,
+            count,
+        )?,
+        record(
+            "recorded_dumbbells_0.3",
+            "dumbbells at area fraction 0.3",
+            &dumbbells(seed, 0.3),
+            count,
+        )?,
+        record(
+            "recorded_dumbbells_0.6",
+            "dumbbells at area fraction 0.6",
+            &dumbbells(seed, 0.6),
+            count,
+        )?,
     ])
 }
 
 /// The first point of the study of the thesis: a tee in its gas.
 fn tee(seed: u64, run: &RunSpec) -> Result<Scene> {
-    let study = Study::parse(include_str!("../../../studies/brownian.toml"), Path::new(""), Size::default())?;
-    let mut scene = study.points.first().context("the study of the thesis has no point")?.scene.clone();
+    let study = Study::parse(
+        include_str!("../../../studies/brownian.toml"),
+        Path::new(""),
+        Size::default(),
+    )?;
+    let mut scene = study
+        .points
+        .first()
+        .context("the study of the thesis has no point")?
+        .scene
+        .clone();
     scene.bounds.seed = seed;
-    scene.run = RunSpec { observe: scene.run.observe, ..run.clone() };
+    scene.run = RunSpec {
+        observe: scene.run.observe,
+        ..run.clone()
+    };
     Ok(scene)
 }
 
@@ -143,14 +186,24 @@ fn dumbbells(seed: u64, area_fraction: f64) -> Scene {
         }
     };
     Scene {
-        bounds: BoxSpec { seed, ..BoxSpec::default() },
+        bounds: BoxSpec {
+            seed,
+            ..BoxSpec::default()
+        },
         molecule: (0..count).map(dumbbell).collect(),
         ..Scene::default()
     }
 }
 
-fn record(name: &'static str, about: &'static str, scene: &Scene, count: usize) -> Result<Recording> {
-    let recorder = Recorder { notes: Arc::default() };
+fn record(
+    name: &'static str,
+    about: &'static str,
+    scene: &Scene,
+    count: usize,
+) -> Result<Recording> {
+    let recorder = Recorder {
+        notes: Arc::default(),
+    };
     let mut simulation: Simulation<Recorder, Impact, HeapScheduler> =
         Simulation::with(scene, recorder.clone(), Impact, CellsPerSide::default())?;
     let mut totals = RunTotals::begin(&simulation.view());
@@ -158,7 +211,7 @@ fn record(name: &'static str, about: &'static str, scene: &Scene, count: usize) 
     let mut time = WARM_UP;
     simulation.run_until(time)?;
     recorder.notes().wanted = count;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         if recorder.notes().encounters.len() >= count {
             break;
         }
@@ -169,5 +222,10 @@ fn record(name: &'static str, about: &'static str, scene: &Scene, count: usize) 
     totals.sample(&simulation.view());
     let totals = totals.totals(&simulation.view(), seconds);
     let encounters = std::mem::take(&mut recorder.notes().encounters);
-    Ok(Recording { name, about, encounters, totals })
+    Ok(Recording {
+        name,
+        about,
+        encounters,
+        totals,
+    })
 }

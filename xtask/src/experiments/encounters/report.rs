@@ -16,7 +16,13 @@ use carom_methods::AnyDetector;
 fn number(value: Option<f64>) -> String {
     value.map_or_else(
         || "–".to_owned(),
-        |value| if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") },
+        |value| {
+            if value == 0.0 {
+                "0".to_owned()
+            } else {
+                format!("{value:.1e}")
+            }
+        },
     )
 }
 
@@ -56,19 +62,37 @@ const CLASS_HEADER: [&str; 15] = [
 ];
 
 fn class_cells(name: &str, tally: &Tally) -> Vec<String> {
-    let wrong = [Verdict::Missed, Verdict::Late, Verdict::Early, Verdict::False];
+    let wrong = [
+        Verdict::Missed,
+        Verdict::Late,
+        Verdict::Early,
+        Verdict::False,
+    ];
     let none = wrong.iter().all(|verdict| tally.count(*verdict) == 0);
-    let mut cells = vec![name.to_owned(), tally.judged().to_string(), tally.contacts.to_string()];
+    let mut cells = vec![
+        name.to_owned(),
+        tally.judged().to_string(),
+        tally.contacts.to_string(),
+    ];
     cells.extend(wrong.map(|verdict| count(tally, verdict)));
-    cells.push(if none { number(Some(tally.upper_bound_of_none())) } else { "–".to_owned() });
-    cells.extend([Verdict::Graze, Verdict::FreeUntil, Verdict::GaveUp].map(|verdict| count(tally, verdict)));
+    cells.push(if none {
+        number(Some(tally.upper_bound_of_none()))
+    } else {
+        "–".to_owned()
+    });
+    cells.extend(
+        [Verdict::Graze, Verdict::FreeUntil, Verdict::GaveUp].map(|verdict| count(tally, verdict)),
+    );
     cells.extend([0.5, 0.999, 1.0].map(|share| number(tally.quantile(share))));
     cells.push(format!("{:.1}", tally.evaluations_per_query()));
     cells
 }
 
 fn class_rows(results: &Results, setting: usize) -> Vec<Vec<String>> {
-    let rows = results.classes.iter().map(|class| class_cells(&class.name, &class.tallies[setting]));
+    let rows = results
+        .classes
+        .iter()
+        .map(|class| class_cells(&class.name, &class.tallies[setting]));
     let all = Tally::sum(results.classes.iter().map(|class| &class.tallies[setting]));
     rows.chain([class_cells("all", &all)]).collect()
 }
@@ -102,8 +126,14 @@ fn overall_cells(of: &Overall) -> Vec<String> {
         ratio(of.ratio),
         wrong,
     ];
-    let verdicts =
-        [Verdict::Missed, Verdict::Late, Verdict::Early, Verdict::False, Verdict::FreeUntil, Verdict::GaveUp];
+    let verdicts = [
+        Verdict::Missed,
+        Verdict::Late,
+        Verdict::Early,
+        Verdict::False,
+        Verdict::FreeUntil,
+        Verdict::GaveUp,
+    ];
     cells.extend(verdicts.map(|verdict| count(&of.tally, verdict)));
     cells.extend([0.5, 0.999].map(|share| number(of.tally.quantile(share))));
     cells
@@ -118,9 +148,12 @@ fn time_rows(results: &Results) -> Vec<Vec<String>> {
     };
     let columns = [Some(BASELINE), step(1e-2), step(1e-3), step(1e-4)];
     let row = |class: &ClassResult| {
-        let at = |index: Option<usize>| ratio(index.and_then(|index| Some(class.timings[index]?.ratio)));
-        let exact =
-            class.timings[0].map_or_else(|| "–".to_owned(), |timing| format!("{:.0}", timing.exact * 1e9));
+        let at =
+            |index: Option<usize>| ratio(index.and_then(|index| Some(class.timings[index]?.ratio)));
+        let exact = class.timings[0].map_or_else(
+            || "–".to_owned(),
+            |timing| format!("{:.0}", timing.exact * 1e9),
+        );
         let mut cells = vec![class.name.clone(), class.about.clone(), exact];
         cells.extend(columns.map(at));
         cells.push(at(results.settings.len().checked_sub(1)));
@@ -155,7 +188,13 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
          {unresolved} cases it did not finish within its limit; these are excluded from all other counts.",
     ));
     page.code(command);
-    page.links(["answers.csv", "times.csv", "parry.csv", "summary.json", "manifest.json"]);
+    page.links([
+        "answers.csv",
+        "times.csv",
+        "parry.csv",
+        "summary.json",
+        "manifest.json",
+    ]);
     page
 }
 
@@ -163,7 +202,12 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
 fn verdict(results: &Results, summary: &Summary) -> String {
     let words = |setting: usize| {
         let tally = Tally::sum(results.classes.iter().map(|class| &class.tallies[setting]));
-        let wrong = [Verdict::Missed, Verdict::Late, Verdict::Early, Verdict::False];
+        let wrong = [
+            Verdict::Missed,
+            Verdict::Late,
+            Verdict::Early,
+            Verdict::False,
+        ];
         let wrong: u64 = wrong.iter().map(|verdict| tally.count(*verdict)).sum();
         format!("{wrong} of {}", tally.judged())
     };
@@ -180,7 +224,13 @@ fn verdict(results: &Results, summary: &Summary) -> String {
 
 fn cost_section(page: &mut Page, results: &Results, charts: &Charts) {
     page.subheading("Cost of accuracy, all classes");
-    page.table(&OVERALL_HEADER, &overall(results).iter().map(overall_cells).collect::<Vec<_>>());
+    page.table(
+        &OVERALL_HEADER,
+        &overall(results)
+            .iter()
+            .map(overall_cells)
+            .collect::<Vec<_>>(),
+    );
     page.pictures(
         Layout::Full,
         &[
@@ -244,6 +294,9 @@ fn class_sections(page: &mut Page, results: &Results) {
          tolerance in distance, so many of its contacts are early or late by the strict rule; above, an error \
          of a millionth of a natural time counts as wrong.",
     );
-    let rows = results.classes.iter().map(|class| class_cells(&class.name, &class.parry.tally));
+    let rows = results
+        .classes
+        .iter()
+        .map(|class| class_cells(&class.name, &class.parry.tally));
     page.table(&CLASS_HEADER, &rows.collect::<Vec<_>>());
 }

@@ -38,7 +38,11 @@ impl ParryResult {
     pub fn sum<'a>(rounds: impl Iterator<Item = &'a Self> + Clone) -> Self {
         Self {
             tally: Tally::sum(rounds.clone().map(|round| &round.tally)),
-            ratios: rounds.clone().flat_map(|round| &round.ratios).copied().collect(),
+            ratios: rounds
+                .clone()
+                .flat_map(|round| &round.ratios)
+                .copied()
+                .collect(),
             calls: rounds.clone().map(|round| round.calls).sum(),
             hung: rounds.map(|round| round.hung).sum(),
         }

@@ -30,7 +30,7 @@ use super::{
 use carom_methods::AnyDetector;
 
 /// Largest number of violations that are printed in full.
-const MOST_PRINTED: usize = 20;
+const MAX_PRINTED: usize = 20;
 
 /// Answers of all detectors for one class.
 #[derive(Debug, Serialize, Deserialize)]
@@ -45,7 +45,9 @@ struct Answers {
 /// The folder is not empty or cannot be written, or a recorded run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let (plan, command) = (Plan::of(options), options.command("encounters"));
-    let note = options.common.note(": rates below about 1e-3 are not resolved. The full run is --paper.");
+    let note = options
+        .common
+        .note(": rates below about 1e-3 are not resolved. The full run is --paper.");
     let experiment = Experiment::begin_resumable(
         &options.common.destination,
         command.clone(),
@@ -70,17 +72,36 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let answers = pool.install(|| search_all(&groups, &settings, &plan, items))?;
     print_line("answers judged; measuring times");
     let parries = search_with_parry(&groups, &plan, items)?;
-    let class = |((group, answers), parry): ((&Group, Answers), ParryResult)| -> Result<ClassResult> {
-        let Answers { unresolved, tallies } = answers;
-        let detectors: Vec<(AnyDetector, &Tally)> =
-            settings.iter().map(|setting| setting.detector).zip(&tallies).collect();
-        let timings = items.finish(&format!("times of {}", group.name), || {
-            Ok(timing::time(&detectors, &group.cases, plan.rounds))
-        })?;
-        let (name, about) = (group.name.clone(), group.about.clone());
-        Ok(ClassResult { name, about, unresolved, tallies, timings, parry })
-    };
-    let classes = groups.iter().zip(answers).zip(parries).map(class).collect::<Result<_>>()?;
+    let class =
+        |((group, answers), parry): ((&Group, Answers), ParryResult)| -> Result<ClassResult> {
+            let Answers {
+                unresolved,
+                tallies,
+            } = answers;
+            let detectors: Vec<(AnyDetector, &Tally)> = settings
+                .iter()
+                .map(|setting| setting.detector)
+                .zip(&tallies)
+                .collect();
+            let timings = items.finish(&format!("times of {}", group.name), || {
+                Ok(timing::time(&detectors, &group.cases, plan.rounds))
+            })?;
+            let (name, about) = (group.name.clone(), group.about.clone());
+            Ok(ClassResult {
+                name,
+                about,
+                unresolved,
+                tallies,
+                timings,
+                parry,
+            })
+        };
+    let classes = groups
+        .iter()
+        .zip(answers)
+        .zip(parries)
+        .map(class)
+        .collect::<Result<_>>()?;
     let results = Results { settings, classes };
     write_tables(folder, &results)?;
     let broken = violations(&results, &groups);
@@ -100,7 +121,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
     for (name, svg) in charts.files() {
         folder.write(name, svg)?;
     }
-    experiment.finish(&report::page(&results, &summary, &charts, &command), &summary, None)
+    experiment.finish(
+        &report::page(&results, &summary, &charts, &command),
+        &summary,
+        None,
+    )
 }
 
 fn settings_of(options: &Options, plan: &Plan) -> String {
@@ -128,7 +153,10 @@ fn search_all(
             group.solve();
             let of_setting = |setting: &Setting| Tally::of(setting.detector, &group.cases, plan);
             let tallies = settings.par_iter().map(of_setting).collect();
-            Ok(Answers { unresolved: group.unresolved(), tallies })
+            Ok(Answers {
+                unresolved: group.unresolved(),
+                tallies,
+            })
         })
     };
     groups.par_iter().map(of_group).collect()
@@ -146,7 +174,10 @@ fn search_with_parry(groups: &[Group], plan: &Plan, items: &WorkItems) -> Result
                 none => none.insert(Worker::start()?),
             };
             let mut hung = hung;
-            groups.iter().map(|group| search_once_with_parry(worker, group, index, plan, &mut hung)).collect()
+            groups
+                .iter()
+                .map(|group| search_once_with_parry(worker, group, index, plan, &mut hung))
+                .collect()
         })?;
         hung += round.iter().map(|result| result.hung).sum::<usize>();
         rounds.push(round);
@@ -164,20 +195,29 @@ fn search_once_with_parry(
     hung: &mut usize,
 ) -> Result<ParryResult> {
     let mut result = ParryResult::default();
-    let Some(case) = group.cases.get(index).filter(|_| *hung < plan.most_hung) else { return Ok(result) };
+    let Some(case) = group.cases.get(index).filter(|_| *hung < plan.most_hung) else {
+        return Ok(result);
+    };
     result.calls = 1;
     let answer = match worker.search(&case.encounter)? {
         Cast::Hung => {
             *hung += 1;
             result.hung = 1;
-            Answer { outcome: Outcome::Unresolved(0.0), evaluations: 0 }
+            Answer {
+                outcome: Outcome::Unresolved(0.0),
+                evaluations: 0,
+            }
         }
         Cast::Returned { answer, ratio } => {
             result.ratios.push(ratio);
             answer
         }
     };
-    result.tally.add(index, case, case.reference().judge(&case.encounter, &answer));
+    result.tally.add(
+        index,
+        case,
+        case.reference().judge(&case.encounter, &answer),
+    );
     Ok(result)
 }
 
@@ -192,31 +232,69 @@ fn write_tables(folder: &Folder, results: &Results) -> Result<()> {
         own.filter_map(|(setting, timing)| {
             let timing = (*timing)?;
             let (detector, name) = (setting.detector.name(), setting.name.clone());
-            Some((class.name.clone(), detector, name, timing.cases, timing.ratio, timing.exact * 1e9))
+            Some((
+                class.name.clone(),
+                detector,
+                name,
+                timing.cases,
+                timing.ratio,
+                timing.exact * 1e9,
+            ))
         })
     });
-    let header = ["class", "detector", "setting", "cases", "time_over_exact", "exact_ns"];
+    let header = [
+        "class",
+        "detector",
+        "setting",
+        "cases",
+        "time_over_exact",
+        "exact_ns",
+    ];
     folder.write_table("times.csv", &header, times)?;
-    let parry =
-        results.classes.iter().map(|class| class.parry.tally.row(&class.name, "parry", "nonlinear cast"));
+    let parry = results.classes.iter().map(|class| {
+        class
+            .parry
+            .tally
+            .row(&class.name, "parry", "nonlinear cast")
+    });
     folder.write_records("parry.csv", parry)
 }
 
 /// Checks of the guarantees of [`carom_detection::Exact`] over all classes.
 fn checks(results: &Results) -> Vec<Check> {
     use carom_testkit::oracle::Verdict::{Early, False, Late, Missed};
-    let exact = results.settings.iter().map(|setting| matches!(setting.detector, AnyDetector::Exact(_)));
-    let exact: Vec<usize> = exact.enumerate().filter(|(_, is)| *is).map(|(index, _)| index).collect();
+    let exact = results
+        .settings
+        .iter()
+        .map(|setting| matches!(setting.detector, AnyDetector::Exact(_)));
+    let exact: Vec<usize> = exact
+        .enumerate()
+        .filter(|(_, is)| *is)
+        .map(|(index, _)| index)
+        .collect();
     let count = |verdict| -> u64 {
-        let of_class =
-            |class: &ClassResult| exact.iter().map(|&index| class.tallies[index].count(verdict)).sum::<u64>();
+        let of_class = |class: &ClassResult| {
+            exact
+                .iter()
+                .map(|&index| class.tallies[index].count(verdict))
+                .sum::<u64>()
+        };
         results.classes.iter().map(of_class).sum()
     };
-    [("missed", Missed), ("late", Late), ("early", Early), ("false", False)]
-        .map(|(name, verdict)| {
-            Check::at_most(&format!("contacts {name} by Exact"), count(verdict) as f64, 0.0)
-        })
-        .to_vec()
+    [
+        ("missed", Missed),
+        ("late", Late),
+        ("early", Early),
+        ("false", False),
+    ]
+    .map(|(name, verdict)| {
+        Check::at_most(
+            &format!("contacts {name} by Exact"),
+            count(verdict) as f64,
+            0.0,
+        )
+    })
+    .to_vec()
 }
 
 /// Full description of the cases that violate the guarantees of [`carom_detection::Exact`].
@@ -228,7 +306,11 @@ fn violations(results: &Results, groups: &[Group]) -> String {
             if !matches!(setting.detector, AnyDetector::Exact(_)) {
                 continue;
             }
-            for (index, judgement) in tally.violations.iter().take(MOST_PRINTED.saturating_sub(printed)) {
+            for (index, judgement) in tally
+                .violations
+                .iter()
+                .take(MAX_PRINTED.saturating_sub(printed))
+            {
                 printed += 1;
                 let case = &group.cases[*index];
                 let (encounter, reference) = (&case.encounter, case.reference());

@@ -2,7 +2,7 @@
 
 use carom_detection::{
     Exact, FixedStep, GoldenSecant,
-    tolerance::{MOST_FIXED_STEPS, MOST_STEPS},
+    tolerance::{MAX_FIXED_STEPS, MAX_STEPS},
 };
 
 use carom_methods::AnyDetector;
@@ -18,28 +18,59 @@ pub struct Setting {
 
 /// The settings; the first is the reference of all others.
 pub fn settings() -> Vec<Setting> {
-    let mut settings =
-        vec![Setting { detector: AnyDetector::Exact(Exact::default()), name: format!("{MOST_STEPS} steps") }];
+    let mut settings = vec![Setting {
+        detector: AnyDetector::Exact(Exact::default()),
+        name: format!("{MAX_STEPS} steps"),
+    }];
     for most_steps in [4, 16, 64] {
         let detector = AnyDetector::Exact(Exact { most_steps });
-        settings.push(Setting { detector, name: format!("{most_steps} steps") });
+        settings.push(Setting {
+            detector,
+            name: format!("{most_steps} steps"),
+        });
     }
     let golden = GoldenSecant::default();
-    for (crop_factor, name) in [(0.5, "crop ½"), (1.0, "crop 1"), (2.0, "crop 2"), (4.0, "crop 4")] {
-        let detector = AnyDetector::GoldenSecant(GoldenSecant { crop_factor, ..golden });
-        settings.push(Setting { detector, name: name.to_owned() });
+    for (crop_factor, name) in [
+        (0.5, "crop ½"),
+        (1.0, "crop 1"),
+        (2.0, "crop 2"),
+        (4.0, "crop 4"),
+    ] {
+        let detector = AnyDetector::GoldenSecant(GoldenSecant {
+            crop_factor,
+            ..golden
+        });
+        settings.push(Setting {
+            detector,
+            name: name.to_owned(),
+        });
     }
     for exponent in [12, 9, 6, 3] {
-        let detector = AnyDetector::GoldenSecant(GoldenSecant { tolerance: 10f64.powi(-exponent), ..golden });
-        settings.push(Setting { detector, name: format!("crop ½, tol 1e-{exponent}") });
+        let detector = AnyDetector::GoldenSecant(GoldenSecant {
+            tolerance: 10f64.powi(-exponent),
+            ..golden
+        });
+        settings.push(Setting {
+            detector,
+            name: format!("crop ½, tol 1e-{exponent}"),
+        });
     }
     for exponent in [2, 3, 4, 5] {
         // Enough steps for windows of a hundred natural times at any step size.
-        let most_steps = MOST_FIXED_STEPS.max(100 * 10u32.pow(exponent as u32));
-        let detector = AnyDetector::FixedStep(FixedStep { step: 10f64.powi(-exponent), most_steps });
-        settings.push(Setting { detector, name: format!("step 1e-{exponent}") });
+        let most_steps = MAX_FIXED_STEPS.max(100 * 10u32.pow(exponent as u32));
+        let detector = AnyDetector::FixedStep(FixedStep {
+            step: 10f64.powi(-exponent),
+            most_steps,
+        });
+        settings.push(Setting {
+            detector,
+            name: format!("step 1e-{exponent}"),
+        });
     }
-    settings.push(Setting { detector: AnyDetector::BoundingCircles, name: "circles".to_owned() });
+    settings.push(Setting {
+        detector: AnyDetector::BoundingCircles,
+        name: "circles".to_owned(),
+    });
     settings
 }
 
@@ -57,14 +88,20 @@ mod tests {
     fn the_baseline_is_the_corrected_search_of_the_thesis() {
         let settings = settings();
         assert_eq!(settings[0].detector, AnyDetector::Exact(Exact::default()));
-        assert_eq!(settings[BASELINE].detector, AnyDetector::GoldenSecant(GoldenSecant::default()));
+        assert_eq!(
+            settings[BASELINE].detector,
+            AnyDetector::GoldenSecant(GoldenSecant::default())
+        );
     }
 
     #[test]
     fn predicted_cost_is_an_upper_bound() {
         use carom_detection::encounters::Class;
         for setting in settings() {
-            if matches!(setting.detector, AnyDetector::Exact(_) | AnyDetector::BoundingCircles) {
+            if matches!(
+                setting.detector,
+                AnyDetector::Exact(_) | AnyDetector::BoundingCircles
+            ) {
                 continue;
             }
             for class in [Class::Generic, Class::ZeroOmega, Class::Grazing] {

@@ -70,8 +70,14 @@ impl Tally {
             let answer = case.encounter.first_contact(&detector);
             tally.evaluations += u64::from(answer.evaluations);
             tally.searched.push((index, answer.evaluations));
-            tally.add(index, case, case.reference().judge(&case.encounter, &answer));
-            if tally.evaluations > plan.most_evaluations && !matches!(detector, AnyDetector::Exact(_)) {
+            tally.add(
+                index,
+                case,
+                case.reference().judge(&case.encounter, &answer),
+            );
+            if tally.evaluations > plan.most_evaluations
+                && !matches!(detector, AnyDetector::Exact(_))
+            {
                 break;
             }
         }
@@ -88,7 +94,10 @@ impl Tally {
         let beyond_rounding = matches!(judgement.verdict, Verdict::Late | Verdict::Early);
         let far = judgement.deviation.is_some_and(|off| off > FAR_OFF);
         self.far_off += u64::from(beyond_rounding && far);
-        if matches!(judgement.verdict, Verdict::Missed | Verdict::Late | Verdict::Early | Verdict::False) {
+        if matches!(
+            judgement.verdict,
+            Verdict::Missed | Verdict::Late | Verdict::Early | Verdict::False
+        ) {
             self.violations.push((index, judgement));
         }
     }
@@ -123,7 +132,8 @@ impl Tally {
 
     /// Share of wrong answers: missed, false, given up, or late or early by more than [`FAR_OFF`].
     pub fn wrong(&self) -> f64 {
-        let plain = [Verdict::Missed, Verdict::False, Verdict::GaveUp].map(|verdict| self.count(verdict));
+        let plain =
+            [Verdict::Missed, Verdict::False, Verdict::GaveUp].map(|verdict| self.count(verdict));
         (plain.iter().sum::<u64>() + self.far_off) as f64 / self.judged().max(1) as f64
     }
 

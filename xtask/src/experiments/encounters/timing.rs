@@ -16,10 +16,10 @@ const BATCH: usize = 64;
 const BATCH_EVALUATIONS: u64 = 100_000;
 
 /// Queries with more evaluations are not timed.
-const MOST_EVALUATIONS: u32 = 10_000_000;
+const MAX_EVALUATIONS: u32 = 10_000_000;
 
 /// Shorter batches are repeated: the clock resolution is some tenths of a microsecond.
-const SHORTEST: Duration = Duration::from_micros(100);
+const MIN_BATCH: Duration = Duration::from_micros(100);
 
 /// Times of one detector on the cases of one class.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -35,19 +35,32 @@ pub struct Timing {
 /// The cases for the timing of one detector: the first that it searched, up to the size of a batch.
 fn batch<'a>(tally: &Tally, cases: &'a [Case]) -> Vec<&'a Encounter> {
     let mut evaluations = 0;
-    let taken =
-        tally.searched.iter().filter(|(_, cost)| *cost <= MOST_EVALUATIONS).take_while(|(_, cost)| {
+    let taken = tally
+        .searched
+        .iter()
+        .filter(|(_, cost)| *cost <= MAX_EVALUATIONS)
+        .take_while(|(_, cost)| {
             let fits = evaluations < BATCH_EVALUATIONS;
             evaluations += u64::from(*cost);
             fits
         });
-    taken.take(BATCH).map(|(index, _)| &cases[*index].encounter).collect()
+    taken
+        .take(BATCH)
+        .map(|(index, _)| &cases[*index].encounter)
+        .collect()
 }
 
 /// Times detectors in turn, in several rounds.
-pub fn time(detectors: &[(AnyDetector, &Tally)], cases: &[Case], rounds: usize) -> Vec<Option<Timing>> {
+pub fn time(
+    detectors: &[(AnyDetector, &Tally)],
+    cases: &[Case],
+    rounds: usize,
+) -> Vec<Option<Timing>> {
     let exact = detectors[0].0;
-    let batches: Vec<Vec<&Encounter>> = detectors.iter().map(|(_, tally)| batch(tally, cases)).collect();
+    let batches: Vec<Vec<&Encounter>> = detectors
+        .iter()
+        .map(|(_, tally)| batch(tally, cases))
+        .collect();
     let repeats: Vec<[u32; 2]> = detectors
         .iter()
         .zip(&batches)
@@ -70,7 +83,11 @@ pub fn time(detectors: &[(AnyDetector, &Tally)], cases: &[Case], rounds: usize) 
     }
     let result = |index: usize| {
         let (ratio, exact) = (median(&mut ratios[index])?, median(&mut seconds[index])?);
-        Some(Timing { cases: batches[index].len(), ratio, exact })
+        Some(Timing {
+            cases: batches[index].len(),
+            ratio,
+            exact,
+        })
     };
     (0..detectors.len()).map(result).collect()
 }
@@ -80,7 +97,7 @@ fn repeats(detector: AnyDetector, batch: &[&Encounter]) -> u32 {
         return 1;
     }
     let once = ask_all(detector, batch, 1).max(Duration::from_nanos(50));
-    (SHORTEST.as_secs_f64() / once.as_secs_f64()).ceil() as u32
+    (MIN_BATCH.as_secs_f64() / once.as_secs_f64()).ceil() as u32
 }
 
 /// Processor time of this thread for `repeats` passes over the batch.

@@ -40,7 +40,11 @@ pub fn scenes() -> [(&'static str, Scene); 3] {
     // Few collisions, so that epochs are as long as they get in a gas.
     let mut few = in_box([1.0, 0.75], Vec::new());
     few.gas = vec![gas("disc", 0.001, 1.0, 50)];
-    [("Sinai billiard", sinai), ("gas of the thesis, 1592 discs at 0.5", thesis), ("50 small discs", few)]
+    [
+        ("Sinai billiard", sinai),
+        ("gas of the thesis, 1592 discs at 0.5", thesis),
+        ("50 small discs", few),
+    ]
 }
 
 /// Number of energy samples.
@@ -88,9 +92,19 @@ pub fn drift(
         max_overlap: deepest,
     };
     let changes = changes(&points);
-    let logs: Vec<(f64, f64)> =
-        changes.iter().filter(|change| change.1 > 0.0).map(|(n, change)| (n.ln(), change.ln())).collect();
-    Ok(Drift { name, points, changes, exponent: line(&logs).1, totals, gaps })
+    let logs: Vec<(f64, f64)> = changes
+        .iter()
+        .filter(|change| change.1 > 0.0)
+        .map(|(n, change)| (n.ln(), change.ln()))
+        .collect();
+    Ok(Drift {
+        name,
+        points,
+        changes,
+        exponent: line(&logs).1,
+        totals,
+        gaps,
+    })
 }
 
 /// Root mean square change over 1, 2, 4, … samples, up to an eighth of all.
@@ -112,7 +126,8 @@ impl Drift {
     /// Description of the law.
     pub fn law(&self) -> &'static str {
         // Short intervals show the random walk even if a bias dominates in the long run.
-        let (Some(&(n, end)), Some(&(lag, step))) = (self.points.last(), self.changes.first()) else {
+        let (Some(&(n, end)), Some(&(lag, step))) = (self.points.last(), self.changes.first())
+        else {
             return "unknown";
         };
         if end.abs() > 5.0 * step * (n / lag).sqrt() {
@@ -138,14 +153,21 @@ mod tests {
         let mut place = 0.0;
         let walk: Vec<(f64, f64)> = (0..4096)
             .map(|n| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
                 place += if state >> 63 == 0 { 1.0 } else { -1.0 };
                 (f64::from(n), place)
             })
             .collect();
-        let drift: Vec<(f64, f64)> = (0..4096).map(|n| (f64::from(n), 1e-3 * f64::from(n))).collect();
+        let drift: Vec<(f64, f64)> = (0..4096)
+            .map(|n| (f64::from(n), 1e-3 * f64::from(n)))
+            .collect();
         let exponent = |points: &[(f64, f64)]| {
-            let logs: Vec<_> = changes(points).iter().map(|(n, change)| (n.ln(), change.ln())).collect();
+            let logs: Vec<_> = changes(points)
+                .iter()
+                .map(|(n, change)| (n.ln(), change.ln()))
+                .collect();
             line(&logs).1
         };
         assert!((exponent(&walk) - 0.5).abs() < 0.15, "{}", exponent(&walk));

@@ -4,7 +4,7 @@ use carom::{CollisionReport, Observer, PeriodicBox};
 
 /// Largest allowed gap or overlap at a contact, in units of ε × side of the box. A larger overlap
 /// would violate the guarantee of the engine.
-pub const MOST_ROUNDINGS: f64 = 16.0;
+pub const MAX_ROUNDINGS: f64 = 16.0;
 
 /// Observer of the extreme gaps of all contacts between discs.
 #[derive(Debug, Clone)]
@@ -20,7 +20,12 @@ pub struct Gaps {
 impl Gaps {
     /// An observer for contacts in a box.
     pub fn new(bounds: &PeriodicBox) -> Self {
-        Self { bounds: *bounds, deepest: 0.0, farthest: 0.0, contacts: 0 }
+        Self {
+            bounds: *bounds,
+            deepest: 0.0,
+            farthest: 0.0,
+            contacts: 0,
+        }
     }
 }
 
@@ -45,8 +50,10 @@ mod tests {
 
     #[test]
     fn two_discs_meet_within_rounding_also_across_the_border() {
-        let molecules =
-            vec![disc(0.1, 1.0, [0.1, 0.5], [-1.0, 0.3]), disc(0.1, 1.0, [0.8, 0.55], [0.0, 0.3])];
+        let molecules = vec![
+            disc(0.1, 1.0, [0.1, 0.5], [-1.0, 0.3]),
+            disc(0.1, 1.0, [0.8, 0.55], [0.0, 0.3]),
+        ];
         let scene: Scene = in_box([1.0, 1.0], molecules);
         let mut run = Simulation::<Exact, Impact, HeapScheduler>::with(
             &scene,
@@ -58,6 +65,6 @@ mod tests {
         let mut gaps = Gaps::new(run.view().bounds());
         run.observe_until(40.0, &mut gaps).unwrap();
         assert!(gaps.contacts >= 10, "{gaps:?}");
-        assert!(gaps.deepest.max(gaps.farthest) <= MOST_ROUNDINGS, "{gaps:?}");
+        assert!(gaps.deepest.max(gaps.farthest) <= MAX_ROUNDINGS, "{gaps:?}");
     }
 }

@@ -73,7 +73,11 @@ impl LimitSearch {
         let first = attempt_at(low);
         if !first.holds() {
             let beyond = (10f64.powf(low), first);
-            return Limit { holds_up_to: f64::NAN, beyond: Some(beyond.clone()), rest: vec![beyond] };
+            return Limit {
+                holds_up_to: f64::NAN,
+                beyond: Some(beyond.clone()),
+                rest: vec![beyond],
+            };
         }
         // The goal itself is tested, not only its neighbours.
         if self.goal.log10() > low && attempt_at(self.goal.log10()).holds() {
@@ -84,22 +88,43 @@ impl LimitSearch {
         while failed.is_empty() && low < end {
             let next = (low + STEP).min(end);
             let ending = attempt_at(next);
-            if ending.holds() { low = next } else { failed.push((next, ending)) }
+            if ending.holds() {
+                low = next
+            } else {
+                failed.push((next, ending))
+            }
         }
         if let Some(&(high, _)) = failed.first() {
-            for decade in [end, 0.5 * (high + end)].into_iter().filter(|&decade| decade > high).rev() {
+            for decade in [end, 0.5 * (high + end)]
+                .into_iter()
+                .filter(|&decade| decade > high)
+                .rev()
+            {
                 failed.insert(0, (decade, attempt_at(decade)));
             }
         }
         for _ in 0..halvings {
-            let Some((high, _)) = failed.last() else { break };
+            let Some((high, _)) = failed.last() else {
+                break;
+            };
             let middle = 0.5 * (low + high);
             let ending = attempt_at(middle);
-            if ending.holds() { low = middle } else { failed.push((middle, ending)) }
+            if ending.holds() {
+                low = middle
+            } else {
+                failed.push((middle, ending))
+            }
         }
-        let rest: Vec<(f64, Ending)> =
-            failed.into_iter().rev().map(|(decade, ending)| (10f64.powf(decade), ending)).collect();
-        Limit { holds_up_to: 10f64.powf(low), beyond: rest.first().cloned(), rest }
+        let rest: Vec<(f64, Ending)> = failed
+            .into_iter()
+            .rev()
+            .map(|(decade, ending)| (10f64.powf(decade), ending))
+            .collect();
+        Limit {
+            holds_up_to: 10f64.powf(low),
+            beyond: rest.first().cloned(),
+            rest,
+        }
     }
 }
 
@@ -114,8 +139,20 @@ pub fn limit_searches(engine: Engine) -> Vec<LimitSearch> {
         trial,
     };
     vec![
-        limit("mass ratio", "a heavy disc among 30 light ones", tested::MASS_RATIO, (2.0, 62.0), heavy),
-        limit("speed ratio", "a light and fast disc among 30", tested::SPEED_RATIO, (1.0, 32.0), fast),
+        limit(
+            "mass ratio",
+            "a heavy disc among 30 light ones",
+            tested::MASS_RATIO,
+            (2.0, 62.0),
+            heavy,
+        ),
+        limit(
+            "speed ratio",
+            "a light and fast disc among 30",
+            tested::SPEED_RATIO,
+            (1.0, 32.0),
+            fast,
+        ),
         limit(
             "size ratio",
             "two small discs meet obliquely beside a large one",
@@ -130,7 +167,13 @@ pub fn limit_searches(engine: Engine) -> Vec<LimitSearch> {
             (1.0, 60.0),
             spinning,
         ),
-        limit("σ over depth of a graze", "two discs at 30 σ", tested::GRAZE, (3.0, 18.0), grazing),
+        limit(
+            "σ over depth of a graze",
+            "two discs at 30 σ",
+            tested::GRAZE,
+            (3.0, 18.0),
+            grazing,
+        ),
         limit(
             "reach over depth of a sweep",
             "a rotating dumbbell and a disc",
@@ -145,7 +188,13 @@ pub fn limit_searches(engine: Engine) -> Vec<LimitSearch> {
             (1.0, 40.0),
             old,
         ),
-        limit("1/(A/A₀ − 1)", "288 discs on the triangular lattice", tested::DENSITY, (2.0, 18.0), dense),
+        limit(
+            "1/(A/A₀ − 1)",
+            "288 discs on the triangular lattice",
+            tested::DENSITY,
+            (2.0, 18.0),
+            dense,
+        ),
         limit(
             "1/contact time of the guard",
             "a gas of discs and dumbbells at e = 0",
@@ -153,7 +202,13 @@ pub fn limit_searches(engine: Engine) -> Vec<LimitSearch> {
             (2.0, 18.0),
             inelastic,
         ),
-        limit("atoms of a ring", "a ring among 40 discs", tested::ATOMS, (1.0, 5.0), many_atoms),
+        limit(
+            "atoms of a ring",
+            "a ring among 40 discs",
+            tested::ATOMS,
+            (1.0, 5.0),
+            many_atoms,
+        ),
         limit(
             "box over diameter",
             "two discs meet obliquely across half the box",
@@ -167,7 +222,10 @@ pub fn limit_searches(engine: Engine) -> Vec<LimitSearch> {
 /// Conditions that hold in any run, and that it reaches the requested number of collisions.
 fn surveyed(engine: Engine, scene: &Scene, collisions: u64) -> Result<Vec<Finding>> {
     let survey = survey(engine, scene, collisions)?;
-    let missing = Finding::never("missing collisions", collisions.saturating_sub(survey.collisions) as usize);
+    let missing = Finding::never(
+        "missing collisions",
+        collisions.saturating_sub(survey.collisions) as usize,
+    );
     Ok(survey.findings("").into_iter().chain([missing]).collect())
 }
 
@@ -177,11 +235,20 @@ fn heavy(engine: Engine, ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
 
 fn fast(engine: Engine, ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
     // Of the same energy as the others.
-    surveyed(engine, &mixture(30, 0.03, 1.0, 0.05, 1.0 / (ratio * ratio)), collisions)
+    surveyed(
+        engine,
+        &mixture(30, 0.03, 1.0, 0.05, 1.0 / (ratio * ratio)),
+        collisions,
+    )
 }
 
 /// An oblique collision with b = 3/5 σ: deviation of the final velocities from the closed form.
-fn oblique(engine: Engine, radius: f64, side: f64, others: Vec<MoleculeSpec>) -> Result<Vec<Finding>> {
+fn oblique(
+    engine: Engine,
+    radius: f64,
+    side: f64,
+    others: Vec<MoleculeSpec>,
+) -> Result<Vec<Finding>> {
     let sigma = 2.0 * radius;
     let at = [0.75 * side, 0.75 * side];
     let mut list = vec![
@@ -197,13 +264,22 @@ fn oblique(engine: Engine, radius: f64, side: f64, others: Vec<MoleculeSpec>) ->
     Ok(vec![
         Finding::never("missed hits", usize::from(!hit)),
         Finding::never("overlapping pairs", overlaps.pairs),
-        Finding::new("deepest overlap in diameters", overlaps.deepest_length / sigma, 1e-3),
+        Finding::new(
+            "deepest overlap in diameters",
+            overlaps.deepest_length / sigma,
+            1e-3,
+        ),
         Finding::new("error of the velocity", error, 1e-3),
     ])
 }
 
 fn small(engine: Engine, ratio: f64, _: u64) -> Result<Vec<Finding>> {
-    oblique(engine, 0.1 / ratio, 1.0, vec![disc(0.1, 1.0, [0.5, 0.25], [0.0; 2])])
+    oblique(
+        engine,
+        0.1 / ratio,
+        1.0,
+        vec![disc(0.1, 1.0, [0.5, 0.25], [0.0; 2])],
+    )
 }
 
 fn large_box(engine: Engine, ratio: f64, _: u64) -> Result<Vec<Finding>> {
@@ -216,16 +292,30 @@ fn spinning(engine: Engine, turns: f64, _: u64) -> Result<Vec<Finding>> {
     // The end of a rod of 6 atoms is 6 radii from its centre; the first disc reaches it after a
     // thousand turns.
     let gap = 1e3 * std::f64::consts::TAU / spin * speed;
-    let rod = MoleculeSpec { angular_velocity: spin, ..named("rod:6", radius, 10.0, [0.5, 0.5]) };
-    let mut list = vec![rod, disc(radius, 1.0, [0.5 + 7.0 * radius + gap.min(0.2), 0.5], [-speed, 0.0])];
+    let rod = MoleculeSpec {
+        angular_velocity: spin,
+        ..named("rod:6", radius, 10.0, [0.5, 0.5])
+    };
+    let mut list = vec![
+        rod,
+        disc(
+            radius,
+            1.0,
+            [0.5 + 7.0 * radius + gap.min(0.2), 0.5],
+            [-speed, 0.0],
+        ),
+    ];
     list.extend((0..8).map(|k| disc(radius, 1.0, [0.06 + 0.12 * f64::from(k), 0.1], [0.3, 0.1])));
     surveyed(engine, &in_box([1.0, 1.0], list), 100)
 }
 
 fn grazing(engine: Engine, inverse: f64, _: u64) -> Result<Vec<Finding>> {
     let half = Molecule::disc(0.5, 1.0)?;
-    let motion = RelativeMotion::exactly(DVec2::new(30.0, 1.0 - 1.0 / inverse), DVec2::new(-1.0, 0.0));
-    let answer = engine.detector().first_contact(half.outline(), half.outline(), &motion, 100.0);
+    let motion =
+        RelativeMotion::exactly(DVec2::new(30.0, 1.0 - 1.0 / inverse), DVec2::new(-1.0, 0.0));
+    let answer = engine
+        .detector()
+        .first_contact(half.outline(), half.outline(), &motion, 100.0);
     let hit = matches!(answer.outcome, Outcome::Contact(_));
     Ok(vec![Finding::never("missed", usize::from(!hit))])
 }
@@ -241,7 +331,10 @@ fn sweeping(engine: Engine, inverse: f64, _: u64) -> Result<Vec<Finding>> {
             angular_velocity: [1.0, 0.0],
             ..RelativeMotion::exactly(DVec2::new(2.5 * (1.0 - 1.0 / inverse), 0.0), DVec2::ZERO)
         };
-        let answer = engine.detector().first_contact(dumbbell.outline(), disc.outline(), &motion, 3.0);
+        let answer =
+            engine
+                .detector()
+                .first_contact(dumbbell.outline(), disc.outline(), &motion, 3.0);
         missed += usize::from(!matches!(answer.outcome, Outcome::Contact(_)));
     }
     Ok(vec![Finding::never("missed", missed)])
@@ -254,12 +347,19 @@ fn old(engine: Engine, age: f64, _: u64) -> Result<Vec<Finding>> {
         run.observe_until_epoch_time(until, &mut ())?;
         let view = run.view();
         let velocities = view.bodies().map(|body| body.motion.velocity).collect();
-        Ok((view.counters().collisions, velocities, view.overlaps().pairs))
+        Ok((
+            view.counters().collisions,
+            velocities,
+            view.overlaps().pairs,
+        ))
     };
     let (young, aged) = (path(0.0)?, path(age)?);
     ensure!(young.0 > 0, "no collisions occurred");
     Ok(vec![
-        Finding::never("trajectories that differ from those at time 0", usize::from(young != aged)),
+        Finding::never(
+            "trajectories that differ from those at time 0",
+            usize::from(young != aged),
+        ),
         Finding::never("overlapping pairs", aged.2),
     ])
 }
@@ -269,7 +369,11 @@ fn dense(engine: Engine, inverse: f64, collisions: u64) -> Result<Vec<Finding>> 
     Ok(vec![
         Finding::never("overlapping pairs", seen.overlapping),
         Finding::new("deepest overlap (σ)", seen.deepest, 1e-13),
-        Finding::new("relative deviation from the free-volume pressure", seen.pressure, 0.05),
+        Finding::new(
+            "relative deviation from the free-volume pressure",
+            seen.pressure,
+            0.05,
+        ),
         Finding::new("energy drift, relative", seen.energy, 1e-12),
         Finding::never("collisions out of time order", seen.backwards),
     ])

@@ -81,7 +81,11 @@ impl Options {
 
     /// The command with every option that affects the results.
     pub fn command(&self) -> String {
-        let scene = if self.scene.is_empty() { String::new() } else { format!(" --scene {}", self.scene) };
+        let scene = if self.scene.is_empty() {
+            String::new()
+        } else {
+            format!(" --scene {}", self.scene)
+        };
         format!("{}{scene}", self.common.command("extremes"))
     }
 }

@@ -15,11 +15,19 @@ use carom_testkit::extremes::Engine;
 use super::{drift::Drift, limits::Limit, results::Results, trial::Ending};
 
 fn verdict(ending: &Ending) -> String {
-    if ending.holds() { "holds".to_owned() } else { ending.seen() }
+    if ending.holds() {
+        "holds".to_owned()
+    } else {
+        ending.seen()
+    }
 }
 
 fn number(value: f64) -> String {
-    if value.is_nan() { "never".to_owned() } else { format!("{value:.1e}") }
+    if value.is_nan() {
+        "never".to_owned()
+    } else {
+        format!("{value:.1e}")
+    }
 }
 
 /// "up to …, then …"
@@ -27,13 +35,23 @@ fn sentence(found: &Limit) -> String {
     match &found.beyond {
         None => format!("up to {}, the end of the search", number(found.holds_up_to)),
         Some((at, ending)) => {
-            format!("up to {}, then (at {}) {}", number(found.holds_up_to), number(*at), ending.seen())
+            format!(
+                "up to {}, then (at {}) {}",
+                number(found.holds_up_to),
+                number(*at),
+                ending.seen()
+            )
         }
     }
 }
 
 /// The page.
-pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, String)], command: &str) -> Page {
+pub fn page(
+    results: &Results,
+    summary: &Summary,
+    charts: &[(&'static str, String)],
+    command: &str,
+) -> Page {
     let lead = "Extreme scenes, each with the bounds that must hold; parameters increased until a bound \
                 fails; and the accuracy of a whole run.";
     let mut page = Page::new(&summary.title, lead);
@@ -69,12 +87,23 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
 
 /// Number of limits that an engine reaches up to their goals.
 fn reached(results: &Results, engine: usize) -> usize {
-    results.limits.iter().filter(|(search, found)| found[engine].holds_up_to >= search.goal).count()
+    results
+        .limits
+        .iter()
+        .filter(|(search, found)| found[engine].holds_up_to >= search.goal)
+        .count()
 }
 
 fn verdict_of_all(results: &Results, summary: &Summary) -> String {
-    let holds = results.scenes.iter().filter(|(_, endings)| endings[0].holds()).count();
-    let mut words = format!("All bounds hold in {holds} of {} extreme scenes", results.scenes.len());
+    let holds = results
+        .scenes
+        .iter()
+        .filter(|(_, endings)| endings[0].holds())
+        .count();
+    let mut words = format!(
+        "All bounds hold in {holds} of {} extreme scenes",
+        results.scenes.len()
+    );
     if !results.limits.is_empty() {
         let _ = write!(
             words,
@@ -92,28 +121,63 @@ fn overview(page: &mut Page, results: &Results) {
         let found = values.into_iter().reduce(f64::max);
         found.map_or_else(
             || "–".to_owned(),
-            |value| if value < 0.01 { format!("{value:.1e}") } else { format!("{value:.2}") },
+            |value| {
+                if value < 0.01 {
+                    format!("{value:.1e}")
+                } else {
+                    format!("{value:.2}")
+                }
+            },
         )
     };
-    let share =
-        |count: usize, all: usize| if all == 0 { "–".to_owned() } else { format!("{count} of {all}") };
+    let share = |count: usize, all: usize| {
+        if all == 0 {
+            "–".to_owned()
+        } else {
+            format!("{count} of {all}")
+        }
+    };
     let row = |name: &str, cells: [String; 2]| [vec![name.to_owned()], cells.to_vec()].concat();
     let scenes = |engine: usize| {
-        let holds = results.scenes.iter().filter(|(_, endings)| endings[engine].holds()).count();
+        let holds = results
+            .scenes
+            .iter()
+            .filter(|(_, endings)| endings[engine].holds())
+            .count();
         share(holds, results.scenes.len())
     };
     let limits = |engine: usize| share(reached(results, engine), results.limits.len());
     let errors = |engine: usize| {
-        largest(results.reversals[engine].iter().map(|reversal| reversal.effective_error).collect())
+        largest(
+            results.reversals[engine]
+                .iter()
+                .map(|reversal| reversal.effective_error)
+                .collect(),
+        )
     };
-    let drift = largest(results.drifts.iter().map(|drift| drift.totals.energy_drift).collect());
+    let drift = largest(
+        results
+            .drifts
+            .iter()
+            .map(|drift| drift.totals.energy_drift)
+            .collect(),
+    );
     let rows = [
         row("scenes in which all bounds hold", [0, 1].map(scenes)),
-        row("parameters whose bounds hold up to the goal", [0, 1].map(limits)),
-        row("largest effective error by reversal (eps × side)", [0, 1].map(errors)),
+        row(
+            "parameters whose bounds hold up to the goal",
+            [0, 1].map(limits),
+        ),
+        row(
+            "largest effective error by reversal (eps × side)",
+            [0, 1].map(errors),
+        ),
         row("largest energy drift (relative)", [drift, "–".to_owned()]),
     ];
-    page.table(&["all scenes", Engine::Ours.name(), Engine::Theses.name()], &rows);
+    page.table(
+        &["all scenes", Engine::Ours.name(), Engine::Theses.name()],
+        &rows,
+    );
 }
 
 fn scene_section(page: &mut Page, results: &Results) {
@@ -128,11 +192,23 @@ fn scene_section(page: &mut Page, results: &Results) {
         .iter()
         .map(|(case, [ours, theses])| {
             let scene = format!("{} {}", case.id, case.name);
-            vec![scene, case.must.to_owned(), verdict(ours), ours.seen(), verdict(theses)]
+            vec![
+                scene,
+                case.must.to_owned(),
+                verdict(ours),
+                ours.seen(),
+                verdict(theses),
+            ]
         })
         .collect();
     page.table(
-        &["scene", "requirement", Engine::Ours.name(), "nearest to its bound", Engine::Theses.name()],
+        &[
+            "scene",
+            "requirement",
+            Engine::Ours.name(),
+            "nearest to its bound",
+            Engine::Theses.name(),
+        ],
         &rows,
     );
 }
@@ -144,10 +220,25 @@ fn limit_section(page: &mut Page, results: &Results) {
         .iter()
         .map(|(limit, [ours, theses])| {
             let name = format!("{}: {}", limit.parameter, limit.scene);
-            vec![name, number(limit.goal), sentence(ours), ours.kinds(), sentence(theses)]
+            vec![
+                name,
+                number(limit.goal),
+                sentence(ours),
+                ours.kinds(),
+                sentence(theses),
+            ]
         })
         .collect();
-    page.table(&["parameter and scene", "goal", Engine::Ours.name(), "beyond", Engine::Theses.name()], &rows);
+    page.table(
+        &[
+            "parameter and scene",
+            "goal",
+            Engine::Ours.name(),
+            "beyond",
+            Engine::Theses.name(),
+        ],
+        &rows,
+    );
     page.paragraph(
         "Beyond a limit a run ends with a named error, or it continues and exceeds a bound that is measured \
          here; larger values are tried up to the end of the search. A panic or a run without end would fail a \
@@ -168,11 +259,19 @@ fn reversal_section(page: &mut Page, results: &Results) {
         .flatten()
         .map(|reversal| {
             let name = format!("{}, area fraction {}", reversal.engine, reversal.fraction);
-            vec![name, format!("{:.1}", reversal.effective_error), format!("{:.2}", reversal.rate)]
+            vec![
+                name,
+                format!("{:.1}", reversal.effective_error),
+                format!("{:.2}", reversal.rate),
+            ]
         })
         .collect();
     page.table(
-        &["engine and density", "effective error (eps × side)", "e-foldings per collision of a disc"],
+        &[
+            "engine and density",
+            "effective error (eps × side)",
+            "e-foldings per collision of a disc",
+        ],
         &rows,
     );
 }
@@ -219,14 +318,23 @@ fn chart(title: &str, [x, y]: [&str; 2], curves: Vec<(String, Vec<(f64, f64)>)>)
         (low - margin, high + margin)
     };
     let axis = |label: &str, range| Axis::new(label, range);
-    let (x, y) = (axis(x, range(|point| point.0)), axis(y, range(|point| point.1)));
+    let (x, y) = (
+        axis(x, range(|point| point.0)),
+        axis(y, range(|point| point.1)),
+    );
     let count = curves.len();
     let layer = |(index, (name, points))| Layer {
         name,
         ink: Ink::of_curve(index, count),
         shape: Shape::Line(points),
     };
-    Chart::new(title, x, y, curves.into_iter().enumerate().map(layer).collect()).svg()
+    Chart::new(
+        title,
+        x,
+        y,
+        curves.into_iter().enumerate().map(layer).collect(),
+    )
+    .svg()
 }
 
 /// Charts and their file names; none if only scenes were run.
@@ -240,7 +348,11 @@ pub fn charts(results: &Results) -> Result<Vec<(&'static str, String)>> {
     let reversal = results.reversals[0]
         .iter()
         .map(|reversal| {
-            let points = reversal.points.iter().map(|&(n, distance)| (n, distance.log10())).collect();
+            let points = reversal
+                .points
+                .iter()
+                .map(|&(n, distance)| (n, distance.log10()))
+                .collect();
             (format!("area fraction {}", reversal.fraction), points)
         })
         .collect();
@@ -249,7 +361,12 @@ pub fn charts(results: &Results) -> Result<Vec<(&'static str, String)>> {
         .iter()
         .map(|drift| {
             let sound = drift.changes.iter().filter(|change| change.1 > 0.0);
-            (drift.name.to_owned(), sound.map(|&(n, change)| (n.log10(), change.log10())).collect())
+            (
+                drift.name.to_owned(),
+                sound
+                    .map(|&(n, change)| (n.log10(), change.log10()))
+                    .collect(),
+            )
         })
         .collect();
     Ok(vec![
@@ -257,10 +374,20 @@ pub fn charts(results: &Results) -> Result<Vec<(&'static str, String)>> {
             "reversal.svg",
             chart(
                 "Time reversal",
-                ["collisions of each disc on the way forward", "lg distance from the start (sides)"],
+                [
+                    "collisions of each disc on the way forward",
+                    "lg distance from the start (sides)",
+                ],
                 reversal,
             )?,
         ),
-        ("drift.svg", chart("Change of energy", ["lg collisions", "lg relative change (rms)"], drift)?),
+        (
+            "drift.svg",
+            chart(
+                "Change of energy",
+                ["lg collisions", "lg relative change (rms)"],
+                drift,
+            )?,
+        ),
     ])
 }

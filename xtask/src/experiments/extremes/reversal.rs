@@ -10,7 +10,7 @@ use carom_testkit::extremes::{
 };
 use rayon::prelude::*;
 
-use carom_experiments::time_reversal::{LARGEST, line, loschmidt_echo};
+use carom_experiments::time_reversal::{MAX_MAGNITUDE, line, loschmidt_echo};
 
 /// Number of discs.
 const COUNT: usize = 64;
@@ -33,14 +33,23 @@ pub struct Reversal {
 
 /// The densities, each with its e-foldings for each collision of a disc: λ₁/Γ, measured by the
 /// two-trajectory method for 64 discs.
-pub const DENSITIES: [(f64, f64); 5] = [(0.02, 6.40), (0.1, 2.68), (0.3, 1.16), (0.5, 0.647), (0.6, 0.469)];
+pub const DENSITIES: [(f64, f64); 5] = [
+    (0.02, 6.40),
+    (0.1, 2.68),
+    (0.3, 1.16),
+    (0.5, 0.647),
+    (0.6, 0.469),
+];
 
 /// Measures at all densities.
 ///
 /// # Errors
 /// A run fails.
 pub fn reversals(engine: Engine, starts: usize) -> Result<Vec<Reversal>> {
-    DENSITIES.par_iter().map(|&(fraction, rate)| reversal(engine, fraction, rate, starts)).collect()
+    DENSITIES
+        .par_iter()
+        .map(|&(fraction, rate)| reversal(engine, fraction, rate, starts))
+        .collect()
 }
 
 fn reversal(engine: Engine, fraction: f64, expected: f64, starts: usize) -> Result<Reversal> {
@@ -55,14 +64,24 @@ fn reversal(engine: Engine, fraction: f64, expected: f64, starts: usize) -> Resu
             let (forward, distance) = loschmidt_echo(&mut run, collisions * tau)?;
             logs.push((forward, distance.max(1e-18).ln()));
         }
-        let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / logs.len() as f64;
+        let mean =
+            |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / logs.len() as f64;
         points.push((mean(|log| log.0), mean(|log| log.1).exp()));
     }
-    let used: Vec<(f64, f64)> =
-        points.iter().filter(|point| point.1 < LARGEST).map(|&(n, distance)| (n, distance.ln())).collect();
+    let used: Vec<(f64, f64)> = points
+        .iter()
+        .filter(|point| point.1 < MAX_MAGNITUDE)
+        .map(|&(n, distance)| (n, distance.ln()))
+        .collect();
     let (intercept, rate) = line(&used);
     let effective_error = intercept.exp() / f64::EPSILON;
-    Ok(Reversal { engine: engine.name(), fraction, points, effective_error, rate })
+    Ok(Reversal {
+        engine: engine.name(),
+        fraction,
+        points,
+        effective_error,
+        rate,
+    })
 }
 
 /// A gas at equilibrium, and its mean time between two collisions of a disc.

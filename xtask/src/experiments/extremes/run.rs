@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use super::{
     Options,
     drift::{Drift, drift, scenes as scenes_of_drift},
-    gaps::MOST_ROUNDINGS,
+    gaps::MAX_ROUNDINGS,
     limits::{LimitSearch, limit_searches},
     options::Plan,
     report,
@@ -27,7 +27,7 @@ use super::{
 
 /// Largest number of collisions for the engine of the thesis, which is slower and only for
 /// comparison.
-const MOST_OF_THESIS: u64 = 20_000;
+const MAX_OF_THESIS: u64 = 20_000;
 
 /// Runs the experiment and writes its folder.
 ///
@@ -48,7 +48,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
         },
     )?;
     let folder = &experiment.folder;
-    let results = options.threads.pool()?.install(|| measure(&plan, &options.scene))?;
+    let results = options
+        .threads
+        .pool()?
+        .install(|| measure(&plan, &options.scene))?;
     write_tables(folder, &results)?;
     let broken = violations(&results);
     if !broken.is_empty() {
@@ -68,7 +71,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
     for (name, svg) in &charts {
         folder.write(name, svg)?;
     }
-    experiment.finish(&report::page(&results, &summary, &charts, &options.command()), &summary, None)
+    experiment.finish(
+        &report::page(&results, &summary, &charts, &options.command()),
+        &summary,
+        None,
+    )
 }
 
 fn settings(plan: &Plan) -> String {
@@ -99,18 +106,26 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
         .map(|case| {
             let endings = [
                 attempt_case(&case, Engine::Ours, plan.collisions),
-                attempt_case(&case, Engine::Theses, plan.collisions.min(MOST_OF_THESIS)),
+                attempt_case(&case, Engine::Theses, plan.collisions.min(MAX_OF_THESIS)),
             ];
             (case, endings)
         })
         .collect();
     if !number.is_empty() {
-        return Ok(Results { scenes, limits: Vec::new(), reversals: Default::default(), drifts: Vec::new() });
+        return Ok(Results {
+            scenes,
+            limits: Vec::new(),
+            reversals: Default::default(),
+            drifts: Vec::new(),
+        });
     }
     let drifting = scenes_of_drift();
     let progress = Progress::new(plan.drift.iter().sum::<u64>() as f64);
     print_line("reversal");
-    let reversals = [reversals(Engine::Ours, plan.reversals)?, reversals(Engine::Theses, plan.reversals)?];
+    let reversals = [
+        reversals(Engine::Ours, plan.reversals)?,
+        reversals(Engine::Theses, plan.reversals)?,
+    ];
     print_line("drift");
     let drifts: Result<Vec<Drift>> = drifting
         .par_iter()
@@ -119,7 +134,9 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
         .collect();
     // The limits are last, because trials that hang continue in the background.
     print_line("limits of the parameters");
-    let find = |search: &LimitSearch| search.find(plan.limit_collisions, plan.halvings, plan.limit_patience);
+    let find = |search: &LimitSearch| {
+        search.find(plan.limit_collisions, plan.halvings, plan.limit_patience)
+    };
     let limits = limit_searches(Engine::Ours)
         .into_par_iter()
         .zip(limit_searches(Engine::Theses))
@@ -128,36 +145,84 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
             (ours, found)
         })
         .collect();
-    Ok(Results { scenes, limits, reversals, drifts: drifts? })
+    Ok(Results {
+        scenes,
+        limits,
+        reversals,
+        drifts: drifts?,
+    })
 }
 
 fn write_tables(folder: &Folder, results: &Results) -> Result<()> {
     let engines = [Engine::Ours.name(), Engine::Theses.name()];
     let rows = results.scenes.iter().flat_map(|(case, endings)| {
+        endings.iter().zip(engines).map(|(ending, engine)| {
+            (
+                case.id,
+                case.name,
+                case.must,
+                engine,
+                ending.holds(),
+                ending.seen(),
+            )
+        })
+    });
+    folder.write_table(
+        "scenes.csv",
+        &["id", "scene", "must_hold", "engine", "holds", "seen"],
+        rows,
+    )?;
+    let rows = results.scenes.iter().flat_map(|(case, endings)| {
+        let id = case.id;
         endings
             .iter()
             .zip(engines)
-            .map(|(ending, engine)| (case.id, case.name, case.must, engine, ending.holds(), ending.seen()))
+            .flat_map(move |(ending, engine)| {
+                let none: &[Finding] = &[];
+                let findings = if let Ending::Findings(findings) = ending {
+                    findings
+                } else {
+                    none
+                };
+                findings
+                    .iter()
+                    .map(move |f| (id, engine, f.what.as_str(), f.found, f.allowed, f.holds()))
+            })
     });
-    folder.write_table("scenes.csv", &["id", "scene", "must_hold", "engine", "holds", "seen"], rows)?;
-    let rows = results.scenes.iter().flat_map(|(case, endings)| {
-        let id = case.id;
-        endings.iter().zip(engines).flat_map(move |(ending, engine)| {
-            let none: &[Finding] = &[];
-            let findings = if let Ending::Findings(findings) = ending { findings } else { none };
-            findings.iter().map(move |f| (id, engine, f.what.as_str(), f.found, f.allowed, f.holds()))
-        })
-    });
-    folder.write_table("findings.csv", &["id", "engine", "what", "found", "allowed", "holds"], rows)?;
+    folder.write_table(
+        "findings.csv",
+        &["id", "engine", "what", "found", "allowed", "holds"],
+        rows,
+    )?;
     let rows = results.limits.iter().flat_map(|(limit, found)| {
         found.iter().zip(engines).map(|(found, engine)| {
             let beyond = found.beyond.as_ref();
-            let (value, seen) = (beyond.map(|beyond| beyond.0), beyond.map(|beyond| beyond.1.seen()));
-            (limit.parameter, limit.scene, limit.goal, engine, found.holds_up_to, value, seen, found.kinds())
+            let (value, seen) = (
+                beyond.map(|beyond| beyond.0),
+                beyond.map(|beyond| beyond.1.seen()),
+            );
+            (
+                limit.parameter,
+                limit.scene,
+                limit.goal,
+                engine,
+                found.holds_up_to,
+                value,
+                seen,
+                found.kinds(),
+            )
         })
     });
-    let header =
-        ["parameter", "scene", "goal", "engine", "holds_up_to", "beyond", "seen_beyond", "ends_beyond"];
+    let header = [
+        "parameter",
+        "scene",
+        "goal",
+        "engine",
+        "holds_up_to",
+        "beyond",
+        "seen_beyond",
+        "ends_beyond",
+    ];
     folder.write_table("edges.csv", &header, rows)?;
     let rows = results.reversals.iter().flatten().flat_map(|reversal| {
         let of = |&(n, distance): &(f64, f64)| (reversal.engine, reversal.fraction, n, distance);
@@ -168,21 +233,27 @@ fn write_tables(folder: &Folder, results: &Results) -> Result<()> {
         &["engine", "area_fraction", "collisions_per_disc", "distance"],
         rows,
     )?;
-    let rows = results
-        .drifts
-        .iter()
-        .flat_map(|drift| drift.points.iter().map(|point| (drift.name, point.0, point.1)));
+    let rows = results.drifts.iter().flat_map(|drift| {
+        drift
+            .points
+            .iter()
+            .map(|point| (drift.name, point.0, point.1))
+    });
     folder.write_table("drift.csv", &["scene", "collisions", "energy_change"], rows)
 }
 
 /// Largest effective error of the exact engine, in units of ε × side. Smaller: the fit over a few
 /// starts might fail by chance. Larger: a root found only to 1e-13 would pass.
-const LARGEST_EFFECTIVE_ERROR: f64 = 32.0;
+const MAX_EFFECTIVE_ERROR: f64 = 32.0;
 
 fn checks(results: &Results, totals: &[Totals]) -> Vec<Check> {
     let failed = |endings: &[Ending; 2]| f64::from(u8::from(!endings[0].holds()));
     let scenes = results.scenes.iter().map(|(case, endings)| {
-        Check::at_most(&format!("{} {}: broken", case.id, case.name), failed(endings), 0.0)
+        Check::at_most(
+            &format!("{} {}: broken", case.id, case.name),
+            failed(endings),
+            0.0,
+        )
     });
     let limits = results.limits.iter().map(|(limit, [found, _])| {
         // NaN, if the bounds never hold, exceeds every limit of a check.
@@ -197,37 +268,68 @@ fn checks(results: &Results, totals: &[Totals]) -> Vec<Check> {
         Check::at_most(&name, f64::from(u8::from(found.silent().is_some())), 0.0)
     });
     let reversals = results.reversals[0].iter().map(|reversal| {
-        let name = format!("effective error at area fraction {} (eps × side)", reversal.fraction);
-        Check::at_most(&name, reversal.effective_error, LARGEST_EFFECTIVE_ERROR)
+        let name = format!(
+            "effective error at area fraction {} (eps × side)",
+            reversal.fraction
+        );
+        Check::at_most(&name, reversal.effective_error, MAX_EFFECTIVE_ERROR)
     });
     let drifts = totals.iter().flat_map(Totals::checks);
     let gaps = results.drifts.iter().flat_map(|drift| {
-        [("deepest", drift.gaps.deepest), ("farthest", drift.gaps.farthest)].map(|(which, gap)| {
+        [
+            ("deepest", drift.gaps.deepest),
+            ("farthest", drift.gaps.farthest),
+        ]
+        .map(|(which, gap)| {
             let name = format!("{which} contact, {} (eps × side)", drift.name);
-            Check::at_most(&name, gap, MOST_ROUNDINGS)
+            Check::at_most(&name, gap, MAX_ROUNDINGS)
         })
     });
-    scenes.chain(limits).chain(ends).chain(reversals).chain(drifts).chain(gaps).collect()
+    scenes
+        .chain(limits)
+        .chain(ends)
+        .chain(reversals)
+        .chain(drifts)
+        .chain(gaps)
+        .collect()
 }
 
 fn figures(results: &Results) -> Vec<Figure> {
     let limits = results.limits.iter().map(|(limit, [found, _])| {
-        Figure::new(format!("holds up to: {}", limit.parameter), found.holds_up_to, "1")
+        Figure::new(
+            format!("holds up to: {}", limit.parameter),
+            found.holds_up_to,
+            "1",
+        )
     });
-    let reversals =
-        results.reversals.iter().flatten().zip(super::reversal::DENSITIES.iter().cycle()).flat_map(
-            |(reversal, (_, rate))| {
-                let of = format!("{} at area fraction {}", reversal.engine, reversal.fraction);
-                [
-                    Figure::new(format!("effective error, {of}"), reversal.effective_error, "eps × side"),
-                    Figure::new(format!("growth per collision of each disc, {of}"), reversal.rate, "1")
-                        .predicted(*rate, "λ₁/Γ by two trajectories, 64 discs"),
-                ]
-            },
-        );
+    let reversals = results
+        .reversals
+        .iter()
+        .flatten()
+        .zip(super::reversal::DENSITIES.iter().cycle())
+        .flat_map(|(reversal, (_, rate))| {
+            let of = format!("{} at area fraction {}", reversal.engine, reversal.fraction);
+            [
+                Figure::new(
+                    format!("effective error, {of}"),
+                    reversal.effective_error,
+                    "eps × side",
+                ),
+                Figure::new(
+                    format!("growth per collision of each disc, {of}"),
+                    reversal.rate,
+                    "1",
+                )
+                .predicted(*rate, "λ₁/Γ by two trajectories, 64 discs"),
+            ]
+        });
     let drifts = results.drifts.iter().map(|drift| {
-        Figure::new(format!("exponent of the drift, {}", drift.name), drift.exponent, "1")
-            .predicted(0.5, "random walk of roundings")
+        Figure::new(
+            format!("exponent of the drift, {}", drift.name),
+            drift.exponent,
+            "1",
+        )
+        .predicted(0.5, "random walk of roundings")
     });
     limits.chain(reversals).chain(drifts).collect()
 }
@@ -235,19 +337,30 @@ fn figures(results: &Results) -> Vec<Figure> {
 /// All violations of the exact engine.
 fn violations(results: &Results) -> String {
     let mut text = String::new();
-    for (case, [ours, _]) in results.scenes.iter().filter(|(_, endings)| !endings[0].holds()) {
+    for (case, [ours, _]) in results
+        .scenes
+        .iter()
+        .filter(|(_, endings)| !endings[0].holds())
+    {
         let _ = writeln!(text, "{} {}: {}", case.id, case.name, ours.seen());
         if let Ending::Findings(findings) = ours {
             for finding in findings.iter().filter(|finding| !finding.holds()) {
-                let _ =
-                    writeln!(text, "  {}: {:e}, allowed {:e}", finding.what, finding.found, finding.allowed);
+                let _ = writeln!(
+                    text,
+                    "  {}: {:e}, allowed {:e}",
+                    finding.what, finding.found, finding.allowed
+                );
             }
         }
     }
     for (limit, [ours, _]) in &results.limits {
         if let Some((at, ending)) = ours.silent() {
-            let _ =
-                writeln!(text, "beyond the limit of the {}: at {at:e} {}", limit.parameter, ending.seen());
+            let _ = writeln!(
+                text,
+                "beyond the limit of the {}: at {at:e} {}",
+                limit.parameter,
+                ending.seen()
+            );
         }
     }
     text

@@ -39,7 +39,9 @@ impl Ending {
                     |f: &Finding| format!("{}: {:.1e}, allowed {:.1e}", f.what, f.found, f.allowed);
                 let failed = findings.iter().find(|finding| !finding.holds());
                 let nearest = |a: &&Finding, b: &&Finding| share(a).total_cmp(&share(b));
-                failed.or_else(|| findings.iter().max_by(nearest)).map_or_else(String::new, describe)
+                failed
+                    .or_else(|| findings.iter().max_by(nearest))
+                    .map_or_else(String::new, describe)
             }
             Self::Error(error) => format!("error: {error}"),
             Self::Panic => "a panic".to_owned(),
@@ -67,7 +69,11 @@ impl Ending {
 
 /// Ratio of a finding to its bound.
 fn share(finding: &Finding) -> f64 {
-    if finding.allowed == 0.0 { 0.0 } else { finding.found / finding.allowed }
+    if finding.allowed == 0.0 {
+        0.0
+    } else {
+        finding.found / finding.allowed
+    }
 }
 
 /// Interval between two checks of the clock of a trial.
@@ -81,7 +87,10 @@ const ON_THE_WALL: u32 = 30;
 /// Runs a trial on its own thread and waits until it has used `patience` of processor time.
 ///
 /// A trial that hangs is abandoned: its thread ends with the program.
-pub fn attempt(patience: Duration, trial: impl FnOnce() -> Result<Vec<Finding>> + Send + 'static) -> Ending {
+pub fn attempt(
+    patience: Duration,
+    trial: impl FnOnce() -> Result<Vec<Finding>> + Send + 'static,
+) -> Ending {
     let (clock_sender, clock_receiver) = channel();
     let (sender, receiver) = channel();
     let begun = Instant::now();
@@ -121,7 +130,11 @@ impl Clock {
     /// Processor time of the thread so far.
     fn read(&self) -> Option<Duration> {
         let text = fs::read_to_string(&self.0).ok()?;
-        text.split_whitespace().next()?.parse().ok().map(Duration::from_nanos)
+        text.split_whitespace()
+            .next()?
+            .parse()
+            .ok()
+            .map(Duration::from_nanos)
     }
 }
 

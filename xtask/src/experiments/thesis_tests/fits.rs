@@ -25,7 +25,7 @@ pub struct Fit {
 }
 
 /// Largest number of iterations of the least-squares search, which starts close to the solution.
-const MOST_STEPS: usize = 100;
+const MAX_STEPS: usize = 100;
 
 impl Form {
     /// Names of the parameters in the thesis, and their units where times are in seconds.
@@ -52,10 +52,13 @@ impl Form {
     pub fn through(self, points: &[(f64, f64)]) -> Option<Fit> {
         let mut parameters = self.start(points)?;
         let (mut squares, mut step) = (self.squares(parameters, points), 1.0);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let ([[aa, ab], [_, bb]], [ra, rb]) = self.normal_equations(parameters, points);
             let determinant = aa * bb - ab * ab;
-            let change = [(bb * ra - ab * rb) / determinant, (aa * rb - ab * ra) / determinant];
+            let change = [
+                (bb * ra - ab * rb) / determinant,
+                (aa * rb - ab * ra) / determinant,
+            ];
             let next = array::from_fn(|n| parameters[n] + step * change[n]);
             let next_squares = self.squares(next, points);
             if next_squares < squares {
@@ -69,7 +72,11 @@ impl Form {
         let ([[aa, ab], [_, bb]], _) = self.normal_equations(parameters, points);
         let variance = squares / (points.len() as f64 - 2.0) / (aa * bb - ab * ab);
         let errors = (points.len() > 2).then(|| [(variance * bb).sqrt(), (variance * aa).sqrt()]);
-        parameters.iter().all(|p| p.is_finite()).then_some(Fit { form: self, parameters, errors })
+        parameters.iter().all(|p| p.is_finite()).then_some(Fit {
+            form: self,
+            parameters,
+            errors,
+        })
     }
 
     /// Initial parameters: the curve through the two points with the largest x.
@@ -91,11 +98,18 @@ impl Form {
     }
 
     fn squares(self, parameters: [f64; 2], points: &[(f64, f64)]) -> f64 {
-        points.iter().map(|&(x, y)| (y - self.at(parameters, x).0).powi(2)).sum()
+        points
+            .iter()
+            .map(|&(x, y)| (y - self.at(parameters, x).0).powi(2))
+            .sum()
     }
 
     /// JᵀJ and Jᵀr of the residuals r = y − f(x).
-    fn normal_equations(self, parameters: [f64; 2], points: &[(f64, f64)]) -> ([[f64; 2]; 2], [f64; 2]) {
+    fn normal_equations(
+        self,
+        parameters: [f64; 2],
+        points: &[(f64, f64)],
+    ) -> ([[f64; 2]; 2], [f64; 2]) {
         let (mut matrix, mut right) = ([[0.0; 2]; 2], [0.0; 2]);
         for &(x, y) in points {
             let (value, slopes) = self.at(parameters, x);
@@ -138,9 +152,13 @@ mod tests {
 
     #[test]
     fn points_on_a_curve_give_its_parameters() {
-        for (form, planted) in [(Form::Quadratic, [-0.8, 3.15e-3]), (Form::Exponential, [1.27, 2.23e-3])] {
-            let points: Vec<(f64, f64)> =
-                [50.0, 100.0, 500.0, 1000.0, 2000.0].map(|x| (x, form.at(planted, x).0)).to_vec();
+        for (form, planted) in [
+            (Form::Quadratic, [-0.8, 3.15e-3]),
+            (Form::Exponential, [1.27, 2.23e-3]),
+        ] {
+            let points: Vec<(f64, f64)> = [50.0, 100.0, 500.0, 1000.0, 2000.0]
+                .map(|x| (x, form.at(planted, x).0))
+                .to_vec();
             let fit = form.through(&points).unwrap();
             for (found, planted) in fit.parameters.into_iter().zip(planted) {
                 assert!((found / planted - 1.0).abs() < 1e-9, "{fit:?}");
@@ -155,10 +173,19 @@ mod tests {
     /// 76], hence p₁ = 8/76, p₂ = 56/76, and the residual sum of squares is 0.1053.
     #[test]
     fn errors_are_those_of_least_squares() {
-        let fit = Form::Quadratic.through(&[(1.0, 1.0), (2.0, 3.0), (3.0, 7.0)]).unwrap();
+        let fit = Form::Quadratic
+            .through(&[(1.0, 1.0), (2.0, 3.0), (3.0, 7.0)])
+            .unwrap();
         let [p1, p2] = fit.parameters;
-        assert!((p1 - 8.0 / 76.0).abs() < 1e-12 && (p2 - 56.0 / 76.0).abs() < 1e-12, "{fit:?}");
-        let squares = [1.0 - p1 - p2, 3.0 - 2.0 * p1 - 4.0 * p2, 7.0 - 3.0 * p1 - 9.0 * p2];
+        assert!(
+            (p1 - 8.0 / 76.0).abs() < 1e-12 && (p2 - 56.0 / 76.0).abs() < 1e-12,
+            "{fit:?}"
+        );
+        let squares = [
+            1.0 - p1 - p2,
+            3.0 - 2.0 * p1 - 4.0 * p2,
+            7.0 - 3.0 * p1 - 9.0 * p2,
+        ];
         let variance: f64 = squares.iter().map(|r| r * r).sum();
         let [e1, e2] = fit.errors.unwrap();
         assert!((e1 - (variance * 98.0 / 76.0).sqrt()).abs() < 1e-12);
@@ -169,7 +196,13 @@ mod tests {
     /// take 5.6 s instead of 314 s: the exponent is misprinted, and the table gives 223·10⁻⁵.
     #[test]
     fn the_table_of_the_thesis_gives_its_parameters() {
-        let points = [(50.0, 0.343), (100.0, 1.0), (500.0, 10.64), (1000.0, 35.437), (2000.0, 313.641)];
+        let points = [
+            (50.0, 0.343),
+            (100.0, 1.0),
+            (500.0, 10.64),
+            (1000.0, 35.437),
+            (2000.0, 313.641),
+        ];
         let fit = Form::Exponential.through(&points).unwrap();
         assert!((fit.parameters[0] - 1.27).abs() < 0.16, "{fit:?}");
         assert!((fit.parameters[1] - 223e-5).abs() < 8e-5, "{fit:?}");

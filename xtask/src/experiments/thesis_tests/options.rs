@@ -31,7 +31,8 @@ pub struct Options {
 impl Options {
     /// Largest processor time of each case (seconds).
     pub fn budget(&self) -> f64 {
-        self.seconds.map_or(self.common.select(1.0, 600.0), f64::from)
+        self.seconds
+            .map_or(self.common.select(1.0, 600.0), f64::from)
     }
 
     /// Note that is printed and shown first.
@@ -44,6 +45,11 @@ impl Options {
 
     /// The command with every option that affects the results.
     pub fn command(&self, test: &str) -> String {
-        format!("{} --seconds {} --seed {}", self.common.command(test), self.budget(), self.random.seed)
+        format!(
+            "{} --seconds {} --seed {}",
+            self.common.command(test),
+            self.budget(),
+            self.random.seed
+        )
     }
 }

@@ -43,14 +43,13 @@ const FIT_FROM: usize = 16;
 /// A search examines all N² pairs of atoms, as in the thesis, but most queries need none because
 /// the bounding circles do not meet. The exponent of the time per query is therefore 2 plus that of
 /// the share of the queries whose bounding circles meet, which is measured ([`searched_share`]).
-const GROWTH: &str =
-    "2, for N² pairs of atoms, plus the exponent of the share of the queries whose bounding circles meet";
+const GROWTH: &str = "2, for N² pairs of atoms, plus the exponent of the share of the queries whose bounding circles meet";
 
 /// Least number of queries from which the share is measured.
-const LEAST_QUERIES: u64 = 50_000;
+const MIN_QUERIES: u64 = 50_000;
 
 /// Largest duration of that measurement, for rods so short that they seldom meet (time).
-const MOST_TIME: f64 = 1e4 * THESIS_TIME;
+const MAX_TIME: f64 = 1e4 * THESIS_TIME;
 
 /// Header of the table.
 const HEADER: [&str; 9] = [
@@ -89,8 +88,14 @@ fn scene(atoms: usize, seed: u64) -> Scene {
     // that the collision is not symmetric.
     let height = 2.0 * RADIUS + 0.5 * RADIUS + RADIUS * (atoms as f64 - 1.0);
     Scene {
-        bounds: BoxSpec { seed, ..BoxSpec::default() },
-        molecule: vec![rod([0.5, 0.4], 0.0, speed), rod([0.5 + 0.5 * RADIUS, 0.4 + height], 0.25, -speed)],
+        bounds: BoxSpec {
+            seed,
+            ..BoxSpec::default()
+        },
+        molecule: vec![
+            rod([0.5, 0.4], 0.0, speed),
+            rod([0.5 + 0.5 * RADIUS, 0.4 + height], 0.25, -speed),
+        ],
         ..Scene::default()
     }
 }
@@ -120,9 +125,22 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 timings.push(case(detector, atoms, options.random.seed, budget, items)?);
             }
         }
-        let each = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.per_query()?.0));
-        let times = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.for_thesis_time()?.0));
-        let fit = |atoms| Some(("fit of figure 2.4, as published".to_owned(), atoms, figure_2_4(atoms)?));
+        let each =
+            |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.per_query()?.0));
+        let times = |timing: &Timing| {
+            Some((
+                timing.engine.clone(),
+                timing.size,
+                timing.for_thesis_time()?.0,
+            ))
+        };
+        let fit = |atoms| {
+            Some((
+                "fit of figure 2.4, as published".to_owned(),
+                atoms,
+                figure_2_4(atoms)?,
+            ))
+        };
         Ok(Results {
             charts: vec![
                 Costs {
@@ -145,7 +163,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
             ],
             figures: figures(&timings, &shares),
             header: HEADER.to_vec(),
-            rows: timings.iter().map(|timing| row(timing, shares[&timing.size])).collect(),
+            rows: timings
+                .iter()
+                .map(|timing| row(timing, shares[&timing.size]))
+                .collect(),
             timings,
         })
     })
@@ -160,8 +181,11 @@ fn case(detector: &str, atoms: usize, seed: u64, budget: f64, items: &WorkItems)
         } else {
             AnyDetector::default()
         };
-        let method =
-            Method { detector: search, order: Order::Heap(CellsPerSide::Given(1)), ..Method::default() };
+        let method = Method {
+            detector: search,
+            order: Order::Heap(CellsPerSide::Given(1)),
+            ..Method::default()
+        };
         time(detector, atoms, &scene, &method, budget, signals)
     })
 }
@@ -174,10 +198,17 @@ struct Counting {
 }
 
 impl Detection for &Counting {
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+    fn first_contact(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         let answer = Exact::default().first_contact(a, b, motion, horizon);
         self.queries.fetch_add(1, Relaxed);
-        self.searched.fetch_add(u64::from(answer.evaluations > 0), Relaxed);
+        self.searched
+            .fetch_add(u64::from(answer.evaluations > 0), Relaxed);
         answer
     }
 }
@@ -190,7 +221,7 @@ fn searched_share(scene: &Scene) -> Result<f64> {
     let mut simulation: Simulation<&Counting, Impact, HeapScheduler> =
         Simulation::with(scene, &counting, Impact, CellsPerSide::Given(1))?;
     let mut time = 0.0;
-    while counting.queries.load(Relaxed) < LEAST_QUERIES && time < MOST_TIME {
+    while counting.queries.load(Relaxed) < MIN_QUERIES && time < MAX_TIME {
         time += THESIS_TIME;
         simulation.run_until(time)?;
     }
@@ -214,15 +245,18 @@ fn row(timing: &Timing, share: f64) -> Vec<String> {
 /// The thesis's fit, p₂ N² + p₁ N, to the times of its own search for 100 time units.
 fn golden_fit(timings: &[Timing]) -> Option<Fit> {
     let of = timings.iter().filter(|timing| timing.engine == GOLDEN);
-    let points: Vec<(f64, f64)> =
-        of.filter_map(|timing| Some((timing.size as f64, timing.for_thesis_time()?.0))).collect();
+    let points: Vec<(f64, f64)> = of
+        .filter_map(|timing| Some((timing.size as f64, timing.for_thesis_time()?.0)))
+        .collect();
     Form::Quadratic.through(&points)
 }
 
 /// Exponent of the share of the queries in which atoms are searched, from [`FIT_FROM`] on.
 fn growth_of_share(shares: &BTreeMap<usize, f64>) -> Option<PowerLaw> {
-    let points: Vec<(f64, f64)> =
-        shares.range(FIT_FROM..).map(|(&atoms, &share)| (atoms as f64, share)).collect();
+    let points: Vec<(f64, f64)> = shares
+        .range(FIT_FROM..)
+        .map(|(&atoms, &share)| (atoms as f64, share))
+        .collect();
     PowerLaw::through(&points)
 }
 
@@ -230,17 +264,26 @@ fn figures(timings: &[Timing], shares: &BTreeMap<usize, f64>) -> Vec<Figure> {
     let mut figures = Vec::new();
     let growth = growth_of_share(shares);
     figures.extend(growth.map(|law| {
-        let name = "exponent of the share of the queries whose bounding circles meet, against the atoms";
+        let name =
+            "exponent of the share of the queries whose bounding circles meet, against the atoms";
         Figure::new(name, law.exponent, "1").error(law.error)
     }));
-    figures.extend(golden_fit(timings).into_iter().flat_map(|fit| fit.figures(GOLDEN, None)));
+    figures.extend(
+        golden_fit(timings)
+            .into_iter()
+            .flat_map(|fit| fit.figures(GOLDEN, None)),
+    );
     for detector in DETECTORS {
-        let of = timings.iter().filter(|timing| timing.engine == detector && timing.size >= FIT_FROM);
-        let points: Vec<(f64, f64)> =
-            of.filter_map(|timing| Some((timing.size as f64, timing.per_query()?.0))).collect();
+        let of = timings
+            .iter()
+            .filter(|timing| timing.engine == detector && timing.size >= FIT_FROM);
+        let points: Vec<(f64, f64)> = of
+            .filter_map(|timing| Some((timing.size as f64, timing.per_query()?.0)))
+            .collect();
         figures.extend(PowerLaw::through(&points).map(|law| {
-            let name =
-                format!("{detector}: exponent of the time per query against the atoms, from {FIT_FROM} on");
+            let name = format!(
+                "{detector}: exponent of the time per query against the atoms, from {FIT_FROM} on"
+            );
             let figure = Figure::new(name, law.exponent, "1").error(law.error);
             match growth.filter(|_| detector == GOLDEN) {
                 Some(share) => figure.predicted(2.0 + share.exponent, GROWTH),
@@ -249,13 +292,17 @@ fn figures(timings: &[Timing], shares: &BTreeMap<usize, f64>) -> Vec<Figure> {
         }));
     }
     let cost = |detector, atoms| {
-        let case = timings.iter().find(|timing| timing.engine == detector && timing.size == atoms)?;
+        let case = timings
+            .iter()
+            .find(|timing| timing.engine == detector && timing.size == atoms)?;
         case.per_query()
     };
     figures.extend(ATOMS.into_iter().filter_map(|atoms| {
         let ((golden, error_of_golden), (exact, error_of_exact)) =
             (cost(GOLDEN, atoms)?, cost(EXACT, atoms)?);
-        let error = error_of_golden.zip(error_of_exact).map(|(a, b)| (a / golden).hypot(b / exact));
+        let error = error_of_golden
+            .zip(error_of_exact)
+            .map(|(a, b)| (a / golden).hypot(b / exact));
         let ratio = golden / exact;
         let name = format!("{GOLDEN} over {EXACT}, time per query, rods of {atoms}");
         Some(Figure::new(name, ratio, "1").error(error.map(|error| error * ratio)))
@@ -271,15 +318,22 @@ mod tests {
     fn rods_of_every_length_begin_apart_and_meet() {
         for atoms in [1, 2, 16] {
             let timing = case(EXACT, atoms, 1, 0.05, &WorkItems::default()).unwrap();
-            assert!(timing.totals.collisions > 0 && timing.totals.overlapping_pairs == 0, "{timing:?}");
+            assert!(
+                timing.totals.collisions > 0 && timing.totals.overlapping_pairs == 0,
+                "{timing:?}"
+            );
             assert!(timing.totals.energy_drift < 1e-12);
         }
     }
     #[test]
     fn longer_rods_need_more_searches() {
-        let shares: BTreeMap<usize, f64> =
-            [16, 64, 256].map(|atoms| (atoms, searched_share(&scene(atoms, 1)).unwrap())).into();
-        assert!(shares.values().all(|share| (0.001..0.5).contains(share)), "{shares:?}");
+        let shares: BTreeMap<usize, f64> = [16, 64, 256]
+            .map(|atoms| (atoms, searched_share(&scene(atoms, 1)).unwrap()))
+            .into();
+        assert!(
+            shares.values().all(|share| (0.001..0.5).contains(share)),
+            "{shares:?}"
+        );
         // The cross section is proportional to the length of the rods: an exponent near 1, less
         // where the share approaches 1.
         let growth = growth_of_share(&shares).unwrap().exponent;
@@ -291,7 +345,10 @@ mod tests {
         let timing = case(EXACT, 2, 1, 0.05, &WorkItems::default()).unwrap();
         let row = row(&timing, 0.125);
         assert_eq!(row.len(), HEADER.len());
-        let column = HEADER.iter().position(|title| title.starts_with("share")).unwrap();
+        let column = HEADER
+            .iter()
+            .position(|title| title.starts_with("share"))
+            .unwrap();
         assert_eq!(row[column], number(0.125));
     }
 }

@@ -25,7 +25,11 @@ pub fn cell(measured: Option<Measured>, unit: f64) -> String {
 
 /// A value to three digits.
 pub fn number(value: f64) -> String {
-    if value != 0.0 && !(1e-2..1e5).contains(&value) { format!("{value:.2e}") } else { format!("{value:.2}") }
+    if value != 0.0 && !(1e-2..1e5).contains(&value) {
+        format!("{value:.2e}")
+    } else {
+        format!("{value:.2}")
+    }
 }
 
 /// Chart of a cost on logarithmic axes.
@@ -38,22 +42,46 @@ pub fn chart(test: &Test, costs: &Costs) -> Result<String> {
     let measured = costs.points.iter().map(|point| (point, Mark::Joined));
     let published = costs.published.iter().map(|point| (point, Mark::Published));
     for ((name, size, cost), mark) in measured.chain(published) {
-        let family = families.iter().position(|known| known == name).unwrap_or_else(|| {
-            families.push(name.clone());
-            families.len() - 1
+        let family = families
+            .iter()
+            .position(|known| known == name)
+            .unwrap_or_else(|| {
+                families.push(name.clone());
+                families.len() - 1
+            });
+        points.push(Point {
+            family,
+            label: String::new(),
+            x: *size as f64,
+            y: *cost,
+            mark,
         });
-        points.push(Point { family, label: String::new(), x: *size as f64, y: *cost, mark });
     }
     for (name, fit) in &costs.fits {
         let family = families.len();
         families.push(name.clone());
         let sizes = costs.points.iter().map(|point| point.1 as f64);
-        let (least, most) = sizes.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), x| (a.min(x), b.max(x)));
-        let along = (0..=CURVE).map(|n| least * (most / least).powf(f64::from(n) / f64::from(CURVE)));
+        let (least, most) = sizes.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), x| {
+            (a.min(x), b.max(x))
+        });
+        let along =
+            (0..=CURVE).map(|n| least * (most / least).powf(f64::from(n) / f64::from(CURVE)));
         // A quadratic fit may be negative at small sizes, which a logarithmic axis cannot show.
-        let smallest = costs.points.iter().map(|point| point.2).fold(f64::INFINITY, f64::min);
-        let curve = along.map(|x| (x, fit.value(x))).filter(|&(_, y)| y >= smallest);
-        points.extend(curve.map(|(x, y)| Point { family, label: String::new(), x, y, mark: Mark::Line }));
+        let smallest = costs
+            .points
+            .iter()
+            .map(|point| point.2)
+            .fold(f64::INFINITY, f64::min);
+        let curve = along
+            .map(|x| (x, fit.value(x)))
+            .filter(|&(_, y)| y >= smallest);
+        points.extend(curve.map(|(x, y)| Point {
+            family,
+            label: String::new(),
+            x,
+            y,
+            mark: Mark::Line,
+        }));
     }
     let title = test.title.to_owned();
     Scatter {
@@ -68,7 +96,13 @@ pub fn chart(test: &Test, costs: &Costs) -> Result<String> {
 }
 
 /// The page.
-pub fn page(test: &Test, results: &Results, summary: &Summary, charts: &[String], command: &str) -> Page {
+pub fn page(
+    test: &Test,
+    results: &Results,
+    summary: &Summary,
+    charts: &[String],
+    command: &str,
+) -> Page {
     let mut page = Page::new(test.title, test.lead);
     if !summary.note.is_empty() {
         page.note(&summary.note);
@@ -83,7 +117,11 @@ pub fn page(test: &Test, results: &Results, summary: &Summary, charts: &[String]
         page.pictures(Layout::Full, &[(chart, caption)]);
     }
     page.part(Part::Results);
-    let broken = results.timings.iter().filter(|timing| !timing.is_whole()).count();
+    let broken = results
+        .timings
+        .iter()
+        .filter(|timing| !timing.is_whole())
+        .count();
     page.paragraph(&format!(
         "Processor time of the thread, without the construction of the scene, with standard errors from \
          the scatter of equally long intervals of the run. {broken} of {} cases ended early at their time \

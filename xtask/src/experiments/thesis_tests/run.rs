@@ -47,20 +47,32 @@ pub fn run_test(
         figures: results.figures.clone(),
         runs: Vec::new(),
     };
-    let charts: Vec<String> =
-        results.charts.iter().map(|costs| report::chart(test, costs)).collect::<Result<_>>()?;
+    let charts: Vec<String> = results
+        .charts
+        .iter()
+        .map(|costs| report::chart(test, costs))
+        .collect::<Result<_>>()?;
     for (costs, chart) in results.charts.iter().zip(&charts) {
         folder.write(costs.file, chart)?;
     }
     write_times(folder, &results.timings)?;
-    let seconds = results.timings.iter().map(|timing| timing.whole.seconds).sum();
+    let seconds = results
+        .timings
+        .iter()
+        .map(|timing| timing.whole.seconds)
+        .sum();
     let page = report::page(test, &results, &summary, &charts, &command);
     experiment.finish(&page, &summary, Some(seconds))
 }
 
 fn write_times(folder: &Folder, timings: &[Timing]) -> Result<()> {
     let rows = timings.iter().map(|timing| {
-        let Timing { engine, size, whole, .. } = timing;
+        let Timing {
+            engine,
+            size,
+            whole,
+            ..
+        } = timing;
         let (extrapolated, error) = timing.for_thesis_time().unzip();
         (
             engine,

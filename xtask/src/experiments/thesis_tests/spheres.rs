@@ -47,13 +47,23 @@ fn scene(count: usize, seed: u64) -> Scene {
         count: Some(count),
         ..GasSpec::default()
     };
-    Scene { bounds: BoxSpec { seed, ..BoxSpec::default() }, gas: vec![gas], ..Scene::default() }
+    Scene {
+        bounds: BoxSpec {
+            seed,
+            ..BoxSpec::default()
+        },
+        gas: vec![gas],
+        ..Scene::default()
+    }
 }
 
 /// kT of a gas.
 fn temperature(count: usize, seed: u64) -> Result<f64> {
     let simulation = AnySimulation::new(&scene(count, seed))?;
-    simulation.view().temperature().context("fewer than two discs")
+    simulation
+        .view()
+        .temperature()
+        .context("fewer than two discs")
 }
 
 /// Collisions of all discs in the duration of the thesis, by Enskog theory: t N (N − 1) σ χ √(π kT
@@ -87,8 +97,20 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 timings.push(case(engine, count, options.random.seed, budget, items)?);
             }
         }
-        let times = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.for_thesis_time()?.0));
-        let each = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.per_collision()?.0));
+        let times = |timing: &Timing| {
+            Some((
+                timing.engine.clone(),
+                timing.size,
+                timing.for_thesis_time()?.0,
+            ))
+        };
+        let each = |timing: &Timing| {
+            Some((
+                timing.engine.clone(),
+                timing.size,
+                timing.per_collision()?.0,
+            ))
+        };
         Ok(Results {
             charts: vec![
                 Costs {
@@ -96,7 +118,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
                     what: "time for 100 time units (s)",
                     points: timings.iter().filter_map(times).collect(),
                     published: published(),
-                    fits: fits(&timings).map(|(name, fit)| (format!("{name}, fit"), fit)).collect(),
+                    fits: fits(&timings)
+                        .map(|(name, fit)| (format!("{name}, fit"), fit))
+                        .collect(),
                 },
                 Costs {
                     file: "collision.svg",
@@ -104,7 +128,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
                     points: timings.iter().filter_map(each).collect(),
                     published: published()
                         .into_iter()
-                        .map(|(name, count, seconds)| (name, count, seconds / collisions(count, 1.0)))
+                        .map(|(name, count, seconds)| {
+                            (name, count, seconds / collisions(count, 1.0))
+                        })
                         .collect(),
                     fits: Vec::new(),
                 },
@@ -121,7 +147,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 "time units run",
             ]
             .to_vec(),
-            rows: timings.iter().map(|timing| row(timing, options.random.seed)).collect::<Result<_>>()?,
+            rows: timings
+                .iter()
+                .map(|timing| row(timing, options.random.seed))
+                .collect::<Result<_>>()?,
             timings,
         })
     })
@@ -137,26 +166,38 @@ fn case(engine: &str, count: usize, seed: u64, budget: f64, items: &WorkItems) -
         GRID => Order::Heap(CellsPerSide::Given(fine)),
         _ => Order::Cells(Instructions::Widest),
     };
-    let method = Method { order, ..Method::default() };
-    items.finish(&format!("{engine}, {count}"), || time(engine, count, &scene, &method, budget, signals))
+    let method = Method {
+        order,
+        ..Method::default()
+    };
+    items.finish(&format!("{engine}, {count}"), || {
+        time(engine, count, &scene, &method, budget, signals)
+    })
 }
 
 fn published() -> Vec<(String, usize, f64)> {
     let of = |name: &str, count, seconds| (format!("{name}, as published"), count, seconds);
-    let without = TABLE_2_1.iter().filter_map(|&(count, seconds, _)| Some(of(NO_GRID, count, seconds?)));
-    let with = TABLE_2_1.iter().map(|&(count, _, seconds)| of(GRID, count, seconds));
+    let without = TABLE_2_1
+        .iter()
+        .filter_map(|&(count, seconds, _)| Some(of(NO_GRID, count, seconds?)));
+    let with = TABLE_2_1
+        .iter()
+        .map(|&(count, _, seconds)| of(GRID, count, seconds));
     without.chain(with).collect()
 }
 
 /// Fits of the thesis's functions to the times for 100 time units: p₂ N² + p₁ N without a grid,
 /// exp(k₀ + k₁ N) with one.
 fn fits(timings: &[Timing]) -> impl Iterator<Item = (&'static str, Fit)> {
-    [(NO_GRID, Form::Quadratic), (GRID, Form::Exponential)].into_iter().filter_map(|(engine, form)| {
-        let of = timings.iter().filter(|timing| timing.engine == engine);
-        let points: Vec<(f64, f64)> =
-            of.filter_map(|timing| Some((timing.size as f64, timing.for_thesis_time()?.0))).collect();
-        Some((engine, form.through(&points)?))
-    })
+    [(NO_GRID, Form::Quadratic), (GRID, Form::Exponential)]
+        .into_iter()
+        .filter_map(|(engine, form)| {
+            let of = timings.iter().filter(|timing| timing.engine == engine);
+            let points: Vec<(f64, f64)> = of
+                .filter_map(|timing| Some((timing.size as f64, timing.for_thesis_time()?.0)))
+                .collect();
+            Some((engine, form.through(&points)?))
+        })
 }
 
 /// The fits in the caption of figure 2.3. It prints k₁ as 223·10⁻⁶, by which 2000 discs would take
@@ -165,17 +206,22 @@ const FIGURE_2_3: [[f64; 2]; 2] = [[-0.80, 315e-5], [1.27, 223e-5]];
 
 fn row(timing: &Timing, seed: u64) -> Result<Vec<String>> {
     let line = TABLE_2_1.iter().find(|line| line.0 == timing.size);
-    let thesis = line.map_or_else(String::new, |&(_, without, with)| match timing.engine.as_str() {
-        NO_GRID => without.map_or_else(|| "> 7200".to_owned(), |seconds| seconds.to_string()),
-        GRID => with.to_string(),
-        _ => "–".to_owned(),
+    let thesis = line.map_or_else(String::new, |&(_, without, with)| {
+        match timing.engine.as_str() {
+            NO_GRID => without.map_or_else(|| "> 7200".to_owned(), |seconds| seconds.to_string()),
+            GRID => with.to_string(),
+            _ => "–".to_owned(),
+        }
     });
     let share = THESIS_TIME / timing.totals.simulated_time;
     Ok(vec![
         timing.engine.clone(),
         timing.size.to_string(),
         format!("{:.0}", timing.totals.collisions as f64 * share),
-        format!("{:.0}", collisions(timing.size, temperature(timing.size, seed)?)),
+        format!(
+            "{:.0}",
+            collisions(timing.size, temperature(timing.size, seed)?)
+        ),
         cell(timing.for_thesis_time(), 1.0),
         thesis,
         cell(timing.per_collision(), 1e-6),
@@ -189,25 +235,52 @@ fn figures(timings: &[Timing], seed: u64) -> Result<Vec<Figure>> {
     for engine in ENGINES {
         let times = of(engine).filter_map(|t| Some((t.size as f64, t.for_thesis_time()?.0)));
         let each = of(engine).filter_map(|t| Some((t.size as f64, t.per_collision()?.0)));
-        figures.extend(exponent(&format!("{engine}: exponent of the time for 100 time units"), times));
-        figures.extend(exponent(&format!("{engine}: exponent of the time of one collision"), each));
+        figures.extend(exponent(
+            &format!("{engine}: exponent of the time for 100 time units"),
+            times,
+        ));
+        figures.extend(exponent(
+            &format!("{engine}: exponent of the time of one collision"),
+            each,
+        ));
     }
-    let table = || TABLE_2_1.iter().map(|&(count, without, with)| (count as f64, without, with));
+    let table = || {
+        TABLE_2_1
+            .iter()
+            .map(|&(count, without, with)| (count as f64, without, with))
+    };
     let without = table().filter_map(|(count, without, _)| Some((count, without?)));
-    figures.extend(exponent("table 2.1 of the thesis, no grid: exponent", without));
-    figures
-        .extend(exponent("table 2.1 of the thesis, grid: exponent", table().map(|(n, _, with)| (n, with))));
+    figures.extend(exponent(
+        "table 2.1 of the thesis, no grid: exponent",
+        without,
+    ));
+    figures.extend(exponent(
+        "table 2.1 of the thesis, grid: exponent",
+        table().map(|(n, _, with)| (n, with)),
+    ));
     for (engine, fit) in fits(timings) {
         figures.extend(fit.figures(engine, None));
     }
-    let without: Vec<_> = table().filter_map(|(count, without, _)| Some((count, without?))).collect();
+    let without: Vec<_> = table()
+        .filter_map(|(count, without, _)| Some((count, without?)))
+        .collect();
     let with: Vec<_> = table().map(|(count, _, with)| (count, with)).collect();
-    let of_table = [(Form::Quadratic, without, FIGURE_2_3[0]), (Form::Exponential, with, FIGURE_2_3[1])];
+    let of_table = [
+        (Form::Quadratic, without, FIGURE_2_3[0]),
+        (Form::Exponential, with, FIGURE_2_3[1]),
+    ];
     for (form, points, caption) in of_table {
         let source = Some((caption, "caption of figure 2.3, from more points"));
-        figures.extend(form.through(&points).into_iter().flat_map(|fit| fit.figures("table 2.1", source)));
+        figures.extend(
+            form.through(&points)
+                .into_iter()
+                .flat_map(|fit| fit.figures("table 2.1", source)),
+        );
     }
-    let collided = ENGINES.into_iter().flat_map(of).filter(|timing| timing.totals.collisions > 0);
+    let collided = ENGINES
+        .into_iter()
+        .flat_map(of)
+        .filter(|timing| timing.totals.collisions > 0);
     for timing in collided {
         let count = timing.totals.collisions as f64;
         let rate = count / timing.totals.simulated_time;
@@ -242,8 +315,9 @@ mod tests {
     fn all_engines_count_the_collisions_of_the_same_gas() {
         for engine in [GRID, "cells"] {
             let timing = case(engine, 500, 3, 0.2, &WorkItems::default()).unwrap();
-            let expected =
-                collisions(500, temperature(500, 3).unwrap()) * timing.totals.simulated_time / THESIS_TIME;
+            let expected = collisions(500, temperature(500, 3).unwrap())
+                * timing.totals.simulated_time
+                / THESIS_TIME;
             let found = timing.totals.collisions as f64;
             assert!(
                 (found - expected).abs() < 6.0 * expected.sqrt() + 0.02 * expected,

@@ -13,7 +13,7 @@ pub const THESIS_TIME: f64 = 100.0;
 
 /// Above this number, intervals are joined in pairs and later ones are twice as long. Fewer: a less
 /// precise error. More: synchronising all bodies at the end of each interval affects the time.
-const MOST_STRETCHES: usize = 64;
+const MAX_STRETCHES: usize = 64;
 
 /// First interval as a share of the thesis's duration; short enough for every detector.
 const FIRST_STRETCH: f64 = 1e-6;
@@ -23,11 +23,11 @@ const FIRST_STRETCH: f64 = 1e-6;
 const GOOD_ENOUGH: f64 = 0.01;
 
 /// With fewer intervals their scatter gives no reliable error.
-const LEAST_STRETCHES: usize = 8;
+const MIN_STRETCHES: usize = 8;
 
 /// With fewer collisions, rare and expensive events may be missing, so the time for the thesis's
 /// duration is not extrapolated.
-const LEAST_COLLISIONS: u64 = 10;
+const MIN_COLLISIONS: u64 = 10;
 
 /// A value with its standard error.
 pub type Measured = (f64, Option<f64>);
@@ -75,7 +75,7 @@ impl Stretch {
 impl Timing {
     /// Processor time for the thesis's duration (seconds); `None` if it cannot be extrapolated.
     pub fn for_thesis_time(&self) -> Option<Measured> {
-        let is_known = self.is_whole() || self.totals.collisions >= LEAST_COLLISIONS;
+        let is_known = self.is_whole() || self.totals.collisions >= MIN_COLLISIONS;
         let (value, error) = self.per(|stretch| stretch.time).filter(|_| is_known)?;
         Some((value * THESIS_TIME, error.map(|error| error * THESIS_TIME)))
     }
@@ -103,8 +103,11 @@ impl Timing {
             return None;
         }
         let estimate = Estimate::of_ratio(self.stretches.iter().map(|s| (s.seconds, of(s))));
-        let error = estimate.filter(|_| self.stretches.len() >= LEAST_STRETCHES);
-        Some((self.whole.seconds / whole, error.map(|estimate| estimate.standard_error)))
+        let error = estimate.filter(|_| self.stretches.len() >= MIN_STRETCHES);
+        Some((
+            self.whole.seconds / whole,
+            error.map(|estimate| estimate.standard_error),
+        ))
     }
 
     fn is_good_enough(&self) -> bool {
@@ -159,14 +162,19 @@ pub fn time(
             queries: timing.whole.queries - before.queries,
             collisions: timing.whole.collisions - before.collisions,
         });
-        if timing.stretches.len() == MOST_STRETCHES {
+        if timing.stretches.len() == MAX_STRETCHES {
             timing.stretches = timing.stretches.chunks(2).map(Stretch::sum).collect();
             length *= 2.0;
         }
     }
     totals.sample(&simulation.view());
     timing.totals = totals.totals(&simulation.view(), timing.whole.seconds);
-    let Stretch { time, seconds, collisions, .. } = timing.whole;
+    let Stretch {
+        time,
+        seconds,
+        collisions,
+        ..
+    } = timing.whole;
     print_line(&format!(
         "{engine:<20} {size:>5}  {collisions:>9} collisions in {time:.4} time units, {seconds:.3} s"
     ));
@@ -179,16 +187,28 @@ mod tests {
 
     #[test]
     fn the_error_is_that_of_a_ratio() {
-        let stretch = |seconds, queries| Stretch { time: 1.0, seconds, queries, collisions: 0 };
-        let stretches: Vec<Stretch> =
-            (0..8).map(|n| stretch(if n % 2 == 0 { 1.0 } else { 3.0 }, 4)).collect();
-        let whole = Stretch { time: 8.0, ..stretch(16.0, 32) };
+        let stretch = |seconds, queries| Stretch {
+            time: 1.0,
+            seconds,
+            queries,
+            collisions: 0,
+        };
+        let stretches: Vec<Stretch> = (0..8)
+            .map(|n| stretch(if n % 2 == 0 { 1.0 } else { 3.0 }, 4))
+            .collect();
+        let whole = Stretch {
+            time: 8.0,
+            ..stretch(16.0, 32)
+        };
         let timing = Timing {
             engine: String::new(),
             size: 1,
             whole,
             stretches,
-            totals: Totals { simulated_time: THESIS_TIME, ..Totals::default() },
+            totals: Totals {
+                simulated_time: THESIS_TIME,
+                ..Totals::default()
+            },
         };
         // Eight values 1 or 3 about a mean of 2: √(8 / (8 · 7)), for a mean of 4 queries.
         let (value, error) = timing.per_query().unwrap();

@@ -2,7 +2,8 @@
 //! wrong `Free`.
 
 use carom_detection::{
-    Answer, BoundingCircles, Detection, DiscLanes, FixedStep, GoldenSecant, Outcome, QueryBody, skim,
+    Answer, BoundingCircles, Detection, DiscLanes, FixedStep, GoldenSecant, Outcome, QueryBody,
+    skim,
 };
 use carom_kinematics::Motion;
 use dashu_float::{FBig, round::mode::HalfEven};
@@ -36,7 +37,7 @@ pub struct BadNumbers {
 }
 
 /// Largest length or speed in the documented range of detection.
-const LARGEST_IN_RANGE: f64 = 1e70;
+const MAX_IN_RANGE: f64 = 1e70;
 
 /// Boundary values of floats and of the documented range.
 pub const NASTY: [f64; 25] = [
@@ -71,9 +72,18 @@ pub const NASTY: [f64; 25] = [
 pub fn draw(seed: u64) -> BadNumbers {
     let draw = &mut Draw::new(seed);
     let query = classes::draw(draw.bits());
-    let mut bad =
-        BadNumbers { horizon: query.horizon, begin: 0.0, flight: query.flight, a: query.a, b: query.b };
-    let replaced = if draw.happens(0.1) { usize::MAX } else { draw.integer(1, 4) as usize };
+    let mut bad = BadNumbers {
+        horizon: query.horizon,
+        begin: 0.0,
+        flight: query.flight,
+        a: query.a,
+        b: query.b,
+    };
+    let replaced = if draw.happens(0.1) {
+        usize::MAX
+    } else {
+        draw.integer(1, 4) as usize
+    };
     let bodies_too = draw.happens(0.3);
     let mut numbers = bad.numbers_mut(bodies_too);
     for _ in 0..replaced.min(3 * numbers.len()) {
@@ -102,8 +112,18 @@ impl BadNumbers {
     /// Queries with fewer atoms, or with a number replaced by 0 or 1.
     pub fn simpler(&self) -> Vec<Self> {
         let mut list = Vec::new();
-        list.extend(self.a.with_less().into_iter().map(|a| Self { a, ..self.clone() }));
-        list.extend(self.b.with_less().into_iter().map(|b| Self { b, ..self.clone() }));
+        list.extend(
+            self.a
+                .with_less()
+                .into_iter()
+                .map(|a| Self { a, ..self.clone() }),
+        );
+        list.extend(
+            self.b
+                .with_less()
+                .into_iter()
+                .map(|b| Self { b, ..self.clone() }),
+        );
         for index in 0..self.clone().numbers_mut(true).len() {
             for plain in [0.0, 1.0] {
                 let mut simpler = self.clone();
@@ -123,7 +143,7 @@ impl BadNumbers {
 
 /// Largest number of atom pairs for detectors without certification, which take up to a million
 /// steps for each pair, that is, seconds.
-const MOST_PAIRS: usize = 4;
+const MAX_PAIRS: usize = 4;
 
 /// Calls every public function of the layer.
 pub fn check(detector: &impl Detection, bad: &BadNumbers) -> Report {
@@ -134,7 +154,8 @@ pub fn check(detector: &impl Detection, bad: &BadNumbers) -> Report {
     };
     report.count("bad queries", 1);
     let motion = bad.flight.motion(1.0, 1.0);
-    let answer = detector.first_contact_after(bad.begin, a.outline(), b.outline(), &motion, bad.horizon);
+    let answer =
+        detector.first_contact_after(bad.begin, a.outline(), b.outline(), &motion, bad.horizon);
     check_times("exact", &answer, bad.horizon, &mut report);
     // A lower bound on the contact time is the responsibility of the caller.
     if (bad.begin.is_nan() || bad.begin <= 0.0)
@@ -150,7 +171,7 @@ pub fn check(detector: &impl Detection, bad: &BadNumbers) -> Report {
         bad.horizon,
         &mut report,
     );
-    if a.atoms().len() * b.atoms().len() <= MOST_PAIRS {
+    if a.atoms().len() * b.atoms().len() <= MAX_PAIRS {
         check_times(
             "golden secant",
             &GoldenSecant::default().first_contact(a_outline, b_outline, &motion, bad.horizon),
@@ -183,7 +204,10 @@ fn check_times(name: &str, answer: &Answer, horizon: f64, report: &mut Report) {
         Outcome::Free | Outcome::OutOfRange => false,
     };
     if wrong {
-        report.fail("time out of range", format!("{name}: {:?}, horizon {horizon:e}", answer.outcome));
+        report.fail(
+            "time out of range",
+            format!("{name}: {:?}, horizon {horizon:e}", answer.outcome),
+        );
     }
 }
 
@@ -212,7 +236,9 @@ fn check_lanes(
         separation_error: motion.separation_error,
         speed: motion.velocity_error,
     };
-    let mut times = detector.contact_time_lower_bounds(&query, &lanes, bad.horizon).to_vec();
+    let mut times = detector
+        .contact_time_lower_bounds(&query, &lanes, bad.horizon)
+        .to_vec();
     times.extend(detector.disc_contacts(&lanes));
     times.extend(lanes.entry_times());
     times.push(detector.contact_time_lower_bound(&query, &one, bad.horizon));
@@ -230,7 +256,14 @@ fn doubt(bad: &BadNumbers) -> Option<String> {
         return None;
     }
     let turning = |body: usize| !molecules[body].is_disc();
-    let mut numbers = vec![x, y, u, v, bad.flight.separation_error, bad.flight.velocity_error];
+    let mut numbers = vec![
+        x,
+        y,
+        u,
+        v,
+        bad.flight.separation_error,
+        bad.flight.velocity_error,
+    ];
     for body in (0..2).filter(|&body| turning(body)) {
         // Whole turns are removed exactly, in any number.
         numbers.push(bad.flight.turns[body].fract());
@@ -240,7 +273,7 @@ fn doubt(bad: &BadNumbers) -> Option<String> {
     if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
         return Some(format!("one of the numbers is {number}"));
     }
-    let beyond = numbers.iter().find(|number| number.abs() > LARGEST_IN_RANGE)?;
+    let beyond = numbers.iter().find(|number| number.abs() > MAX_IN_RANGE)?;
     let reach = molecules[0].bounding_radius() + molecules[1].bounding_radius();
     circles_meet([x, y], [u, v], reach, bad.horizon)
         .then(|| format!("the bounding circles meet, and one of the numbers is {beyond:e}"))
@@ -249,14 +282,23 @@ fn doubt(bad: &BadNumbers) -> Option<String> {
 /// Returns true if two circles in uniform motion come within `reach` up to `horizon`, computed
 /// without overflow; contacts within a relative 10⁻⁹ of the reach do not count.
 fn circles_meet(place: [f64; 2], velocity: [f64; 2], reach: f64, horizon: f64) -> bool {
-    let big = |x: f64| Big::try_from(x).expect("the numbers are finite").with_precision(200).value();
+    let big = |x: f64| {
+        Big::try_from(x)
+            .expect("the numbers are finite")
+            .with_precision(200)
+            .value()
+    };
     let ([x, y], [u, v]) = (place.map(big), velocity.map(big));
     let approach = &x * &u + &y * &v;
     let speed_squared = &u * &u + &v * &v;
     let zero = Big::ZERO;
     let nearest = if approach < zero && speed_squared > zero {
         let time = -approach / speed_squared;
-        if horizon.is_finite() && time > big(horizon) { big(horizon) } else { time }
+        if horizon.is_finite() && time > big(horizon) {
+            big(horizon)
+        } else {
+            time
+        }
     } else {
         big(0.0)
     };

@@ -87,14 +87,19 @@ impl Body {
                 };
                 Molecule::new(atoms.iter().map(atom).collect::<Result<Vec<_>, _>>()?)?
             }
-            Self::Wall([x, y, radius]) => Molecule::wall(factor * DVec2::new(*x, *y), factor * radius)?,
+            Self::Wall([x, y, radius]) => {
+                Molecule::wall(factor * DVec2::new(*x, *y), factor * radius)?
+            }
         })
     }
 
     /// All lengths of the body.
     pub fn lengths(&self) -> Vec<f64> {
         match self {
-            Self::Atoms(atoms) => atoms.iter().flat_map(|&[x, y, radius, _]| [x, y, radius]).collect(),
+            Self::Atoms(atoms) => atoms
+                .iter()
+                .flat_map(|&[x, y, radius, _]| [x, y, radius])
+                .collect(),
             Self::Wall(numbers) => numbers.to_vec(),
         }
     }
@@ -112,7 +117,10 @@ impl Body {
         match self {
             Self::Atoms(atoms) if atoms.len() > 1 => {
                 let half = atoms.len() / 2;
-                let mut less = vec![Self::Atoms(atoms[..half].to_vec()), Self::Atoms(atoms[half..].to_vec())];
+                let mut less = vec![
+                    Self::Atoms(atoms[..half].to_vec()),
+                    Self::Atoms(atoms[half..].to_vec()),
+                ];
                 less.extend((0..atoms.len()).map(|index| {
                     let mut atoms = atoms.clone();
                     atoms.remove(index);
@@ -164,7 +172,20 @@ impl Flight {
             velocity_error,
             orientation_error: [error_a, error_b],
         } = self;
-        vec![x, y, u, v, turns_a, turns_b, spin_a, spin_b, separation_error, velocity_error, error_a, error_b]
+        vec![
+            x,
+            y,
+            u,
+            v,
+            turns_a,
+            turns_b,
+            spin_a,
+            spin_b,
+            separation_error,
+            velocity_error,
+            error_a,
+            error_b,
+        ]
     }
 }
 
@@ -201,29 +222,56 @@ impl Query {
         if length_exponent != 0 {
             for (body, molecule) in [&self.a, &self.b].into_iter().zip(&molecules) {
                 for (atom, base) in molecule.atoms().iter().zip(body.molecule(1.0)?.atoms()) {
-                    ensure!(atom.offset() == length * base.offset(), "the scaling of an atom is not exact");
+                    ensure!(
+                        atom.offset() == length * base.offset(),
+                        "the scaling of an atom is not exact"
+                    );
                 }
             }
         }
         let motion = self.flight.motion(length, time);
         let horizon = time * self.horizon;
         ensure!(horizon.is_finite(), "the horizon is not finite");
-        Ok(Encounter { molecules, motion, horizon })
+        Ok(Encounter {
+            molecules,
+            motion,
+            horizon,
+        })
     }
 
     /// Queries with fewer atoms, without scaling, or with shorter numbers.
     pub fn simpler(&self) -> Vec<Self> {
         let mut list = Vec::new();
-        list.extend(self.a.with_less().into_iter().map(|a| Self { a, ..self.clone() }));
-        list.extend(self.b.with_less().into_iter().map(|b| Self { b, ..self.clone() }));
+        list.extend(
+            self.a
+                .with_less()
+                .into_iter()
+                .map(|a| Self { a, ..self.clone() }),
+        );
+        list.extend(
+            self.b
+                .with_less()
+                .into_iter()
+                .map(|b| Self { b, ..self.clone() }),
+        );
         if self.length_exponent != 0 {
-            list.push(Self { length_exponent: 0, ..self.clone() });
+            list.push(Self {
+                length_exponent: 0,
+                ..self.clone()
+            });
         }
         if self.time_exponent != 0 {
-            list.push(Self { time_exponent: 0, ..self.clone() });
+            list.push(Self {
+                time_exponent: 0,
+                ..self.clone()
+            });
         }
         for index in 0..NUMBERS {
-            for simplify in [|_: f64| 0.0, |x: f64| round_to(x, 0), |x: f64| round_to(x, 2)] {
+            for simplify in [
+                |_: f64| 0.0,
+                |x: f64| round_to(x, 0),
+                |x: f64| round_to(x, 2),
+            ] {
                 let mut simpler = self.clone();
                 if let Some(number) = simpler.flight.numbers_mut().into_iter().nth(index) {
                     *number = simplify(*number);
@@ -235,7 +283,10 @@ impl Query {
         }
         let short = round_to(self.horizon, 1);
         if short != self.horizon && short > 0.0 {
-            list.push(Self { horizon: short, ..self.clone() });
+            list.push(Self {
+                horizon: short,
+                ..self.clone()
+            });
         }
         list
     }

@@ -18,7 +18,7 @@ use crate::fuzz::random::Draw;
 const VALID: &str = "radii and masses are positive, and centres differ";
 
 /// Bound on lengths and speeds of scaled queries; its inverse is the lower bound on lengths.
-const LARGEST: f64 = 1e59;
+const MAX_SCALED: f64 = 1e59;
 
 /// A random query.
 pub fn draw(seed: u64) -> Query {
@@ -45,31 +45,55 @@ fn of_class(draw: &mut Draw) -> (&'static str, Encounter) {
     let class = draw.one_of(&Class::ALL);
     // Up to 16 atoms: 256 atoms have too many pairs for the reference.
     let index = draw.integer(0, 1 << 40) as u64;
-    let index = if matches!(class, Class::Rods | Class::Blobs) { 8 * (index / 8) + index % 3 } else { index };
+    let index = if matches!(class, Class::Rods | Class::Blobs) {
+        8 * (index / 8) + index % 3
+    } else {
+        index
+    };
     ("class", Encounter::draw(class, draw.bits() >> 1, index))
 }
 
 /// Multiplies lengths by 1e-48 to 1e55 and speeds by 1e-80 to 1e55, or velocities alone by factors
 /// down to 2^-330.
 fn scale(draw: &mut Draw, query: &mut Query) {
-    let lengths: Vec<f64> = query.a.lengths().into_iter().chain(query.b.lengths()).map(f64::abs).collect();
-    let smallest = lengths.iter().copied().filter(|&length| length > 0.0).fold(1.0, f64::min);
+    let lengths: Vec<f64> = query
+        .a
+        .lengths()
+        .into_iter()
+        .chain(query.b.lengths())
+        .map(f64::abs)
+        .collect();
+    let smallest = lengths
+        .iter()
+        .copied()
+        .filter(|&length| length > 0.0)
+        .fold(1.0, f64::min);
     let [x, y] = query.flight.separation;
-    let largest = lengths.iter().copied().fold(x.abs() + y.abs(), f64::max).max(1e-3);
+    let largest = lengths
+        .iter()
+        .copied()
+        .fold(x.abs() + y.abs(), f64::max)
+        .max(1e-3);
     let [u, v] = query.flight.velocity;
     let fastest = (u.abs() + v.abs()).max(1e-3);
-    let spin = query.flight.spins[0].abs().max(query.flight.spins[1].abs()).max(1e-3);
+    let spin = query.flight.spins[0]
+        .abs()
+        .max(query.flight.spins[1].abs())
+        .max(1e-3);
     for _ in 0..100 {
         let [length, speed] = if draw.happens(0.3) {
             [0, draw.integer(-330, 100) as i32]
         } else {
-            [draw.integer(-160, 183) as i32, draw.integer(-266, 183) as i32]
+            [
+                draw.integer(-160, 183) as i32,
+                draw.integer(-266, 183) as i32,
+            ]
         };
         let time = length - speed;
-        let fits = largest * exp2(length) < LARGEST
-            && smallest * exp2(length) > 1.0 / LARGEST
-            && fastest * exp2(speed) < LARGEST
-            && spin * exp2(-time) < LARGEST
+        let fits = largest * exp2(length) < MAX_SCALED
+            && smallest * exp2(length) > 1.0 / MAX_SCALED
+            && fastest * exp2(speed) < MAX_SCALED
+            && spin * exp2(-time) < MAX_SCALED
             && (query.horizon * exp2(time)).is_finite();
         if fits {
             (query.length_exponent, query.time_exponent) = (length, time);
@@ -80,7 +104,13 @@ fn scale(draw: &mut Draw, query: &mut Query) {
 
 fn named(draw: &mut Draw) -> Molecule {
     let count = draw.integer(2, 8) as usize;
-    let shapes = [Shape::Disc, Shape::Dumbbell, Shape::Rod(count), Shape::Cross, Shape::Tee];
+    let shapes = [
+        Shape::Disc,
+        Shape::Dumbbell,
+        Shape::Rod(count),
+        Shape::Cross,
+        Shape::Tee,
+    ];
     let (shape, radius) = (draw.one_of(&shapes), draw.scale(0.2, 1.0));
     Molecule::named(shape, radius, draw.between(0.5, 2.0)).expect(VALID)
 }
@@ -105,9 +135,17 @@ fn horizon(molecules: &[Molecule; 2], motion: &RelativeMotion, otherwise: f64) -
 fn flight(draw: &mut Draw, molecules: &[Molecule; 2]) -> Encounter {
     let reach = molecules[0].bounding_radius() + molecules[1].bounding_radius();
     let velocity = DVec2::new(draw.normal(), draw.normal());
-    let velocity = if velocity.length() < 1e-3 { DVec2::X } else { velocity };
+    let velocity = if velocity.length() < 1e-3 {
+        DVec2::X
+    } else {
+        velocity
+    };
     let spin = |draw: &mut Draw, molecule: &Molecule| {
-        if molecule.is_disc() || molecule.face().is_some() { 0.0 } else { draw.normal() / reach }
+        if molecule.is_disc() || molecule.face().is_some() {
+            0.0
+        } else {
+            draw.normal() / reach
+        }
     };
     let spins = [spin(draw, &molecules[0]), spin(draw, &molecules[1])];
     let turns = [draw.between(-0.5, 0.5), draw.between(-0.5, 0.5)];
@@ -122,7 +160,11 @@ fn flight(draw: &mut Draw, molecules: &[Molecule; 2]) -> Encounter {
         };
         if first_gap(molecules, &motion) > 0.0 {
             let horizon = horizon(molecules, &motion, 100.0 * reach);
-            return Encounter { molecules: molecules.clone(), motion, horizon };
+            return Encounter {
+                molecules: molecules.clone(),
+                motion,
+                horizon,
+            };
         }
     }
     Encounter::draw(Class::Generic, draw.bits() >> 1, 0)
@@ -131,8 +173,13 @@ fn flight(draw: &mut Draw, molecules: &[Molecule; 2]) -> Encounter {
 /// A graze whose position is bisected to two adjacent floats: the detector finds a contact with one
 /// and none with the other.
 fn bisected_graze(draw: &mut Draw) -> Encounter {
-    let classes =
-        [Class::Grazing, Class::Graze(6), Class::Graze(10), Class::WallGraze(6), Class::WallGraze(10)];
+    let classes = [
+        Class::Grazing,
+        Class::Graze(6),
+        Class::Graze(10),
+        Class::WallGraze(6),
+        Class::WallGraze(10),
+    ];
     let class = draw.one_of(&classes);
     let encounter = Encounter::draw(class, draw.bits() >> 1, draw.integer(0, 1000) as u64);
     let direction = draw.direction();
@@ -161,25 +208,41 @@ fn bisected_graze(draw: &mut Draw) -> Encounter {
         if middle == begin || middle == end {
             break;
         }
-        if changed(middle) { end = middle } else { begin = middle }
+        if changed(middle) {
+            end = middle
+        } else {
+            begin = middle
+        }
     }
     moved(if draw.happens(0.5) { begin } else { end })
 }
 
 /// A pair at its contact, with the velocities after an impulse of elasticity 1 to 1e-10.
 fn after_impulse(draw: &mut Draw) -> Encounter {
-    let class =
-        draw.one_of(&[Class::Generic, Class::OneOmega, Class::LargeOmega, Class::Wall, Class::SizeRatio]);
+    let class = draw.one_of(&[
+        Class::Generic,
+        Class::OneOmega,
+        Class::LargeOmega,
+        Class::Wall,
+        Class::SizeRatio,
+    ]);
     let encounter = Encounter::draw(class, draw.bits() >> 1, draw.integer(0, 1000) as u64);
     let answer = encounter.first_contact(&Exact::default());
-    let Some(contact) = answer.outcome.contact() else { return encounter };
-    let elasticity = if draw.happens(0.3) { 1.0 } else { draw.scale(1e-10, 1.0) };
+    let Some(contact) = answer.outcome.contact() else {
+        return encounter;
+    };
+    let elasticity = if draw.happens(0.3) {
+        1.0
+    } else {
+        draw.scale(1e-10, 1.0)
+    };
     let mut after = encounter.after(contact.time);
     if !struck(&mut after, contact, elasticity) {
         return encounter;
     }
     let reach = after.size();
-    after.horizon = horizon(&after.molecules, &after.motion, 100.0 * reach).min(1e3 * after.natural_time());
+    after.horizon =
+        horizon(&after.molecules, &after.motion, 100.0 * reach).min(1e3 * after.natural_time());
     after
 }
 
@@ -187,31 +250,52 @@ fn after_impulse(draw: &mut Draw) -> Encounter {
 /// parts are not two atoms, or an atom and a face, so close.
 fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool {
     let [a, b] = &encounter.molecules;
-    let turned =
-        |body: usize, atom: &Atom| encounter.motion.orientation[body].cos_sin().rotate(atom.offset());
+    let turned = |body: usize, atom: &Atom| {
+        encounter.motion.orientation[body]
+            .cos_sin()
+            .rotate(atom.offset())
+    };
     let separation = encounter.motion.separation;
     let along_face = |body: usize, molecule: &Molecule| {
-        let [first, second] = molecule.atoms() else { return None };
+        let [first, second] = molecule.atoms() else {
+            return None;
+        };
         Some(
-            encounter.motion.orientation[body].cos_sin().rotate(second.offset() - first.offset()).normalize(),
+            encounter.motion.orientation[body]
+                .cos_sin()
+                .rotate(second.offset() - first.offset())
+                .normalize(),
         )
     };
     let (normal, arms) = match contact.touch {
         Touch::Atoms(i, j) => {
-            let arms = [turned(0, &a.atoms()[i as usize]), turned(1, &b.atoms()[j as usize])];
+            let arms = [
+                turned(0, &a.atoms()[i as usize]),
+                turned(1, &b.atoms()[j as usize]),
+            ];
             ((separation + arms[1] - arms[0]).normalize(), arms)
         }
         Touch::FaceOfA(carom_detection::Part::Atom(j)) => {
             let arm = turned(1, &b.atoms()[j as usize]);
-            let Some(along) = along_face(0, a) else { return false };
+            let Some(along) = along_face(0, a) else {
+                return false;
+            };
             let across = along.perp();
-            (across * (separation + arm).dot(across).signum(), [DVec2::ZERO, arm])
+            (
+                across * (separation + arm).dot(across).signum(),
+                [DVec2::ZERO, arm],
+            )
         }
         Touch::FaceOfB(carom_detection::Part::Atom(i)) => {
             let arm = turned(0, &a.atoms()[i as usize]);
-            let Some(along) = along_face(1, b) else { return false };
+            let Some(along) = along_face(1, b) else {
+                return false;
+            };
             let across = along.perp();
-            (across * (separation - arm).dot(across).signum(), [arm, DVec2::ZERO])
+            (
+                across * (separation - arm).dot(across).signum(),
+                [arm, DVec2::ZERO],
+            )
         }
         _ => return false,
     };
@@ -220,7 +304,11 @@ fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool 
     let approach = -normal.dot(rate);
     let inverse = |molecule: &Molecule| {
         // Discs receive no spin; walls have infinite mass.
-        let moment = if molecule.is_disc() { 0.0 } else { 1.0 / molecule.moment_of_inertia() };
+        let moment = if molecule.is_disc() {
+            0.0
+        } else {
+            1.0 / molecule.moment_of_inertia()
+        };
         [1.0 / molecule.mass(), moment]
     };
     let ([mass_a, moment_a], [mass_b, moment_b]) = (inverse(a), inverse(b));
@@ -233,8 +321,10 @@ fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool 
     }
     let motion = &mut encounter.motion;
     motion.velocity += impulse * (mass_a + mass_b) * normal;
-    motion.angular_velocity =
-        [spins[0] - moment_a * impulse * torques[0], spins[1] + moment_b * impulse * torques[1]];
+    motion.angular_velocity = [
+        spins[0] - moment_a * impulse * torques[0],
+        spins[1] + moment_b * impulse * torques[1],
+    ];
     motion.velocity_error += 4.0 * HALF_ULP * motion.velocity.length();
     true
 }
@@ -252,19 +342,35 @@ fn paired_spins(draw: &mut Draw) -> Encounter {
     let (mut near, mut far) = (0.0, 1.1 * size);
     for _ in 0..100 {
         let middle = 0.5 * (near + far);
-        if first_gap(&molecules, &at(middle)) < gap { near = middle } else { far = middle }
+        if first_gap(&molecules, &at(middle)) < gap {
+            near = middle
+        } else {
+            far = middle
+        }
     }
     let spin = draw.sign() * draw.scale(0.01, 10.0);
     let other = if draw.happens(0.5) { spin } else { -spin };
-    let detune = if draw.happens(0.3) { draw.scale(1e-12, 1e-2) } else { 0.0 };
-    let drift = if draw.happens(0.3) { 0.0 } else { draw.scale(1e-12, 1e-2) };
+    let detune = if draw.happens(0.3) {
+        draw.scale(1e-12, 1e-2)
+    } else {
+        0.0
+    };
+    let drift = if draw.happens(0.3) {
+        0.0
+    } else {
+        draw.scale(1e-12, 1e-2)
+    };
     let motion = RelativeMotion {
         angular_velocity: [spin, other * (1.0 + detune)],
         velocity: drift * draw.direction(),
         ..at(far)
     };
     let spins = draw.between(0.1, 3.0) * TAU;
-    Encounter { molecules, motion, horizon: spins / spin.abs() }
+    Encounter {
+        molecules,
+        motion,
+        horizon: spins / spin.abs(),
+    }
 }
 
 /// Atoms of radius 1e-11 to 1e-3 on arms of 1, with a constructed contact.
@@ -282,9 +388,13 @@ fn tiny_atoms(draw: &mut Draw) -> Encounter {
     let molecules = [molecule(draw), molecule(draw)];
     for _ in 0..50 {
         let then = [draw.between(-0.5, 0.5), draw.between(-0.5, 0.5)];
-        let atoms = [0, 1].map(|body| molecules[body].atoms()[draw.index(molecules[body].atoms().len())]);
-        let arms =
-            [0, 1].map(|body| Orientation::from_turns(then[body]).cos_sin().rotate(atoms[body].offset()));
+        let atoms =
+            [0, 1].map(|body| molecules[body].atoms()[draw.index(molecules[body].atoms().len())]);
+        let arms = [0, 1].map(|body| {
+            Orientation::from_turns(then[body])
+                .cos_sin()
+                .rotate(atoms[body].offset())
+        });
         let normal = draw.direction();
         let spins = [draw.normal(), draw.normal()];
         let turning = spins[1] * arms[1].perp() - spins[0] * arms[0].perp();
@@ -300,7 +410,11 @@ fn tiny_atoms(draw: &mut Draw) -> Encounter {
             ..RelativeMotion::exactly(separation, velocity)
         };
         if first_gap(&molecules, &motion) > 0.0 {
-            return Encounter { molecules, motion, horizon: 2.0 * time };
+            return Encounter {
+                molecules,
+                motion,
+                horizon: 2.0 * time,
+            };
         }
     }
     flight(draw, &molecules)
@@ -344,21 +458,37 @@ fn inside_a_ring(draw: &mut Draw) -> Encounter {
     };
     let spin = if small.is_disc() { 0.0 } else { draw.normal() };
     let motion = RelativeMotion {
-        orientation: [draw.between(-0.5, 0.5), draw.between(-0.5, 0.5)].map(Orientation::from_turns),
+        orientation: [draw.between(-0.5, 0.5), draw.between(-0.5, 0.5)]
+            .map(Orientation::from_turns),
         angular_velocity: [draw.normal(), spin],
-        ..RelativeMotion::exactly(0.2 * hole * draw.direction(), draw.scale(1e-3, 1.0) * draw.direction())
+        ..RelativeMotion::exactly(
+            0.2 * hole * draw.direction(),
+            draw.scale(1e-3, 1.0) * draw.direction(),
+        )
     };
-    Encounter { molecules: [ring, small], motion, horizon: 10.0 * hole }
+    Encounter {
+        molecules: [ring, small],
+        motion,
+        horizon: 10.0 * hole,
+    }
 }
 
 /// A molecule and a wall, short or long, thin or thick, from either side.
 fn wall(draw: &mut Draw) -> Encounter {
     let molecule = named(draw);
     let size = molecule.bounding_radius();
-    let radius = if draw.happens(0.5) { 0.0 } else { draw.scale(1e-12, 1.0) * size };
+    let radius = if draw.happens(0.5) {
+        0.0
+    } else {
+        draw.scale(1e-12, 1.0) * size
+    };
     let length = draw.scale(1e-3, 30.0) * size;
     let wall = Molecule::wall(length * draw.direction(), radius).expect(VALID);
-    let molecules = if draw.happens(0.5) { [wall, molecule] } else { [molecule, wall] };
+    let molecules = if draw.happens(0.5) {
+        [wall, molecule]
+    } else {
+        [molecule, wall]
+    };
     flight(draw, &molecules)
 }
 
@@ -377,7 +507,11 @@ fn rods(draw: &mut Draw) -> Encounter {
             )
         };
         if first_gap(&molecules, &motion) > 0.0 {
-            return Encounter { horizon: horizon(&molecules, &motion, 20.0), molecules, motion };
+            return Encounter {
+                horizon: horizon(&molecules, &motion, 20.0),
+                molecules,
+                motion,
+            };
         }
     }
     flight(draw, &molecules)
@@ -394,11 +528,23 @@ mod tests {
         let kinds: BTreeSet<&str> = queries.iter().map(|query| &query.class[..]).collect();
         assert_eq!(kinds.len(), 8, "{kinds:?}");
         let touch = |query: &&Query| {
-            query.encounter().unwrap().first_contact(&Exact::default()).outcome.contact().is_some()
+            query
+                .encounter()
+                .unwrap()
+                .first_contact(&Exact::default())
+                .outcome
+                .contact()
+                .is_some()
         };
         let contacts = queries.iter().filter(touch).count();
         assert!((100..350).contains(&contacts), "{contacts}");
-        assert!(queries.iter().filter(|query| query.time_exponent != 0).count() > 100);
+        assert!(
+            queries
+                .iter()
+                .filter(|query| query.time_exponent != 0)
+                .count()
+                > 100
+        );
     }
 
     #[test]
@@ -406,7 +552,13 @@ mod tests {
         let mut found = 0;
         for seed in 0..40 {
             let encounter = tiny_atoms(&mut Draw::new(seed));
-            found += u32::from(encounter.first_contact(&Exact::default()).outcome.contact().is_some());
+            found += u32::from(
+                encounter
+                    .first_contact(&Exact::default())
+                    .outcome
+                    .contact()
+                    .is_some(),
+            );
         }
         assert!(found > 25, "{found}");
     }

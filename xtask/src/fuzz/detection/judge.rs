@@ -1,7 +1,8 @@
 //! Judges the answers of a detector to one query by the oracle's search in extended precision.
 
 use carom_detection::{
-    Answer, Contact, Detection, DiscLanes, ErrorBound, Outcome, QueryBody, Touch, encounters::Encounter,
+    Answer, Contact, Detection, DiscLanes, ErrorBound, Outcome, QueryBody, Touch,
+    encounters::Encounter,
 };
 use carom_geometry::gap_between;
 use carom_kinematics::{HALF_ULP, Motion};
@@ -12,11 +13,11 @@ use super::case::{Query, exp2};
 use crate::fuzz::subject::{Report, exceeds};
 
 /// Largest number of intervals for the reference in one query.
-const MOST_INTERVALS: u64 = 300_000;
+const MAX_INTERVALS: u64 = 300_000;
 
 /// Largest bound E in roundings of the lengths involved, so that a detector cannot pass by a wider
 /// E.
-const WIDEST_BOUND: f64 = 64.0;
+const MAX_BOUND: f64 = 64.0;
 
 /// Calls every entry point of the detector and judges the answers.
 pub fn check(detector: &impl Detection, query: &Query) -> Report {
@@ -32,11 +33,18 @@ pub fn check(detector: &impl Detection, query: &Query) -> Report {
     }
     report.count("queries", 1);
     refuse_wide_bounds(&base, &mut report);
-    let reference = Oracle { most_intervals: MOST_INTERVALS }.first_contact::<DoubleDouble>(&base);
+    let reference = Oracle {
+        most_intervals: MAX_INTERVALS,
+    }
+    .first_contact::<DoubleDouble>(&base);
     if matches!(reference, Reference::Unresolved) {
         report.count("undecided", 1);
     }
-    let judge = Judge { base: &base, reference: &reference, factor: exp2(-time) };
+    let judge = Judge {
+        base: &base,
+        reference: &reference,
+        factor: exp2(-time),
+    };
     let answer = ask(detector, &scaled, 0.0);
     judge.judge("", &answer, scaled.horizon, &mut report);
     match answer.outcome {
@@ -46,7 +54,11 @@ pub fn check(detector: &impl Detection, query: &Query) -> Report {
     }
     check_exchange(detector, &scaled, &answer, &mut report);
     check_velocities(detector, query, &mut report);
-    if base.molecules.iter().all(|molecule| molecule.face().is_none()) {
+    if base
+        .molecules
+        .iter()
+        .all(|molecule| molecule.face().is_none())
+    {
         check_bounds(detector, &scaled, &judge, &mut report);
     }
     report
@@ -54,20 +66,33 @@ pub fn check(detector: &impl Detection, query: &Query) -> Report {
 
 /// The guarantees of the detector apply to pairs that start separated, or in an overlap of some
 /// roundings.
-const DEEPEST: f64 = 1e-9;
+const MAX_OVERLAP: f64 = 1e-9;
 
 /// Returns true if the initial overlap of the bodies is above rounding.
 fn begins_deep(encounter: &Encounter) -> bool {
     let [a, b] = &encounter.molecules;
-    let [turn_a, turn_b] = encounter.motion.orientation.map(carom_kinematics::Orientation::cos_sin);
-    let atom_radii = a.atoms().iter().chain(b.atoms()).map(carom_geometry::Atom::radius);
-    let smallest = atom_radii.filter(|&radius| radius > 0.0).fold(f64::INFINITY, f64::min);
+    let [turn_a, turn_b] = encounter
+        .motion
+        .orientation
+        .map(carom_kinematics::Orientation::cos_sin);
+    let atom_radii = a
+        .atoms()
+        .iter()
+        .chain(b.atoms())
+        .map(carom_geometry::Atom::radius);
+    let smallest = atom_radii
+        .filter(|&radius| radius > 0.0)
+        .fold(f64::INFINITY, f64::min);
     let rounding = 1e3 * encounter.motion.separation_error;
-    gap_between(a, turn_a, b, turn_b, encounter.motion.separation) < -DEEPEST * smallest - rounding
+    gap_between(a, turn_a, b, turn_b, encounter.motion.separation)
+        < -MAX_OVERLAP * smallest - rounding
 }
 
 fn ask(detector: &impl Detection, encounter: &Encounter, begin: f64) -> Answer {
-    let [a, b] = encounter.molecules.each_ref().map(carom_geometry::Molecule::outline);
+    let [a, b] = encounter
+        .molecules
+        .each_ref()
+        .map(carom_geometry::Molecule::outline);
     detector.first_contact_after(begin, a, b, &encounter.motion, encounter.horizon)
 }
 
@@ -83,19 +108,30 @@ impl Judge<'_> {
     fn judge(&self, way: &str, answer: &Answer, horizon: f64, report: &mut Report) {
         let answer = match answer.outcome {
             Outcome::Contact(contact) if !(0.0..=horizon).contains(&contact.time) => {
-                return report.fail("time out of range", format!("{way}{contact:?}, horizon {horizon:e}"));
+                return report.fail(
+                    "time out of range",
+                    format!("{way}{contact:?}, horizon {horizon:e}"),
+                );
             }
             Outcome::Contact(contact) => Answer {
-                outcome: Outcome::Contact(Contact { time: self.factor * contact.time, ..contact }),
+                outcome: Outcome::Contact(Contact {
+                    time: self.factor * contact.time,
+                    ..contact
+                }),
                 ..*answer
             },
             Outcome::FreeUntil(time) if time.is_nan() || time <= 0.0 => {
                 return report.fail("time out of range", format!("{way}free until {time:e}"));
             }
-            Outcome::FreeUntil(time) => Answer { outcome: Outcome::FreeUntil(self.factor * time), ..*answer },
+            Outcome::FreeUntil(time) => Answer {
+                outcome: Outcome::FreeUntil(self.factor * time),
+                ..*answer
+            },
             Outcome::Free | Outcome::Unresolved(_) | Outcome::OutOfRange => *answer,
         };
-        let Some(judgement) = self.reference.judge(self.base, &answer) else { return };
+        let Some(judgement) = self.reference.judge(self.base, &answer) else {
+            return;
+        };
         let kind = match judgement.verdict {
             Verdict::Right | Verdict::Graze | Verdict::FreeUntil => {
                 if let Outcome::Contact(contact) = answer.outcome
@@ -123,12 +159,20 @@ impl Judge<'_> {
             }
             _ => "there is no contact deeper than 2 E".to_owned(),
         };
-        report.fail(kind, format!("{way}{:?}; reference: {reference}", answer.outcome));
+        report.fail(
+            kind,
+            format!("{way}{:?}; reference: {reference}", answer.outcome),
+        );
     }
 }
 
 /// Checks that exchanging A and B changes no bit of the time.
-fn check_exchange(detector: &impl Detection, encounter: &Encounter, answer: &Answer, report: &mut Report) {
+fn check_exchange(
+    detector: &impl Detection,
+    encounter: &Encounter,
+    answer: &Answer,
+    report: &mut Report,
+) {
     let exchanged = ask(detector, &encounter.clone().exchanged(), 0.0);
     let bits = |answer: &Answer| match answer.outcome {
         Outcome::Contact(contact) => (0, contact.time.to_bits()),
@@ -146,7 +190,9 @@ fn check_exchange(detector: &impl Detection, encounter: &Encounter, answer: &Ans
 /// Checks that velocities times a moderate power of two change only the exponent of the time.
 fn check_velocities(detector: &impl Detection, query: &Query, report: &mut Report) {
     let [one, other] = [0, 40].map(|exponent| query.scaled(0, exponent));
-    let (Ok(one), Ok(other)) = (one, other) else { return };
+    let (Ok(one), Ok(other)) = (one, other) else {
+        return;
+    };
     let time = |encounter: &Encounter, factor: f64| {
         ask(detector, encounter, 0.0)
             .outcome
@@ -155,14 +201,20 @@ fn check_velocities(detector: &impl Detection, query: &Query, report: &mut Repor
     };
     let (one, other) = (time(&one, 1.0), time(&other, exp2(-40)));
     if one != other {
-        let times = [one, other].map(|contact| contact.map(|(bits, touch)| (f64::from_bits(bits), touch)));
+        let times =
+            [one, other].map(|contact| contact.map(|(bits, touch)| (f64::from_bits(bits), touch)));
         report.fail("power of two", format!("velocities × 2^-40: {times:?}"));
     }
 }
 
 /// Checks that the lower bounds used by schedulers are no later than the contact, and that a search
 /// from there finds it.
-fn check_bounds(detector: &impl Detection, encounter: &Encounter, judge: &Judge<'_>, report: &mut Report) {
+fn check_bounds(
+    detector: &impl Detection,
+    encounter: &Encounter,
+    judge: &Judge<'_>,
+    report: &mut Report,
+) {
     let [a, b] = &encounter.molecules;
     let motion = &encounter.motion;
     let turning = Motion {
@@ -196,12 +248,20 @@ fn check_bounds(detector: &impl Detection, encounter: &Encounter, judge: &Judge<
         }
         // The bound is for the bounding circle of B; the contact of its atoms is later.
         let bound = bound.min(encounter.horizon);
-        let free = Answer { outcome: Outcome::FreeUntil(bound), evaluations: 0 };
+        let free = Answer {
+            outcome: Outcome::FreeUntil(bound),
+            evaluations: 0,
+        };
         if bound > 0.0 {
             report.count("bounds", 1);
             judge.judge(&format!("{name}: "), &free, encounter.horizon, report);
             let answer = ask(detector, encounter, bound);
-            judge.judge(&format!("search after the {name}: "), &answer, encounter.horizon, report);
+            judge.judge(
+                &format!("search after the {name}: "),
+                &answer,
+                encounter.horizon,
+                report,
+            );
         }
     }
     if a.is_disc() && b.is_disc() {
@@ -209,11 +269,22 @@ fn check_bounds(detector: &impl Detection, encounter: &Encounter, judge: &Judge<
         eight.set(3, motion.separation, motion.velocity, reach);
         let time = detector.disc_contacts(&eight)[3];
         let outcome = if time <= encounter.horizon {
-            Outcome::Contact(Contact { time, touch: Touch::Atoms(0, 0) })
+            Outcome::Contact(Contact {
+                time,
+                touch: Touch::Atoms(0, 0),
+            })
         } else {
             Outcome::Free
         };
-        judge.judge("lanes: ", &Answer { outcome, evaluations: 1 }, encounter.horizon, report);
+        judge.judge(
+            "lanes: ",
+            &Answer {
+                outcome,
+                evaluations: 1,
+            },
+            encounter.horizon,
+            report,
+        );
     }
 }
 
@@ -224,8 +295,8 @@ fn refuse_wide_bounds(encounter: &Encounter, report: &mut Report) {
     for atom_a in a.atoms() {
         for atom_b in b.atoms() {
             let arms = [atom_a.arm(), atom_b.arm()];
-            let rims =
-                motion.angular_velocity[0].abs() * arms[0] + motion.angular_velocity[1].abs() * arms[1];
+            let rims = motion.angular_velocity[0].abs() * arms[0]
+                + motion.angular_velocity[1].abs() * arms[1];
             let lengths = motion.separation.length()
                 + motion.velocity.length() * time
                 + rims * time
@@ -236,10 +307,13 @@ fn refuse_wide_bounds(encounter: &Encounter, report: &mut Report) {
             let given = motion.separation_error
                 + arms[0] * motion.orientation_error[0]
                 + arms[1] * motion.orientation_error[1];
-            let allowed = WIDEST_BOUND * HALF_ULP * lengths + 2.0 * given;
+            let allowed = MAX_BOUND * HALF_ULP * lengths + 2.0 * given;
             let bound = ErrorBound::new(motion, atom_a, atom_b).at(time);
             if exceeds(bound, allowed) {
-                return report.fail("bound too wide", format!("E = {bound:e}, expected at most {allowed:e}"));
+                return report.fail(
+                    "bound too wide",
+                    format!("E = {bound:e}, expected at most {allowed:e}"),
+                );
             }
         }
     }

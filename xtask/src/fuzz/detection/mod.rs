@@ -44,7 +44,11 @@ impl<D: Detection> Subject for Queries<D> {
     fn draw(&self, seed: u64) -> Case {
         let draw = &mut Draw::new(seed);
         let (bad, inner) = (draw.happens(BAD), draw.bits());
-        if bad { Case::BadNumbers(bad_numbers::draw(inner)) } else { Case::Query(classes::draw(inner)) }
+        if bad {
+            Case::BadNumbers(bad_numbers::draw(inner))
+        } else {
+            Case::Query(classes::draw(inner))
+        }
     }
 
     fn check(&self, case: &Case) -> Report {

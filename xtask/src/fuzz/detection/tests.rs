@@ -30,9 +30,17 @@ struct Faulty {
 }
 
 impl Detection for Faulty {
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+    fn first_contact(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         let answer = Exact::default().first_contact(a, b, motion, horizon);
-        let Outcome::Contact(contact) = answer.outcome else { return answer };
+        let Outcome::Contact(contact) = answer.outcome else {
+            return answer;
+        };
         let key = contact.time.to_bits().wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 20;
         if !key.is_multiple_of(self.one_in) {
             return answer;
@@ -51,13 +59,17 @@ impl Detection for Faulty {
 
 /// The first failure among `cases` cases.
 fn first_failure(fault: Fault, one_in: u64, cases: u64) -> Option<(Case, String)> {
-    let subject = Queries { detector: Faulty { fault, one_in } };
+    let subject = Queries {
+        detector: Faulty { fault, one_in },
+    };
     let mut runner = InProcess(subject.clone());
     (0..cases).find_map(|index| {
         let seed = case_seed(2026, index);
         let failure = runner.run_seed(seed).unwrap().failure?;
         // Known failures without the planted fault are not counted.
-        let known = Queries::<Exact>::default().check(&subject.draw(seed)).failure;
+        let known = Queries::<Exact>::default()
+            .check(&subject.draw(seed))
+            .failure;
         known.is_none().then(|| (subject.draw(seed), failure.kind))
     })
 }
@@ -86,19 +98,31 @@ fn contacts_that_are_late_or_early_are_found() {
 
 #[test]
 fn a_failing_query_is_minimised_and_replayed() {
-    let subject = Queries { detector: Faulty { fault: Fault::Late(1e-6), one_in: 1 } };
+    let subject = Queries {
+        detector: Faulty {
+            fault: Fault::Late(1e-6),
+            one_in: 1,
+        },
+    };
     let mut runner = InProcess(subject.clone());
     let out = tempfile::tempdir().unwrap();
     let seed = (0..500)
         .map(|index| case_seed(3, index))
-        .find(|&seed| runner.run_seed(seed).unwrap().failure.is_some_and(|failure| failure.kind == "late"))
+        .find(|&seed| {
+            runner
+                .run_seed(seed)
+                .unwrap()
+                .failure
+                .is_some_and(|failure| failure.kind == "late")
+        })
         .expect("a late contact is found");
     campaign::run_only(&subject, &mut runner, seed, out.path()).unwrap();
     let file = out.path().join(format!("detection-{seed}.toml"));
     let findings = campaign::replay::<Queries<Faulty>>(&mut runner, &file).unwrap();
     assert_eq!(findings.failures[0].1.kind, "late");
     // The unmodified detector passes the minimised query.
-    let findings = campaign::replay::<Queries>(&mut InProcess(Queries::<Exact>::default()), &file).unwrap();
+    let findings =
+        campaign::replay::<Queries>(&mut InProcess(Queries::<Exact>::default()), &file).unwrap();
     assert!(findings.failures.is_empty(), "{findings:?}");
 }
 

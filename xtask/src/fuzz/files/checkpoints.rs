@@ -19,19 +19,26 @@ fn sound(draw: &mut Draw) -> Vec<u8> {
     let mut simulation = AnySimulation::new(&scene).unwrap_or_else(|_| fallback());
     for _ in 0..draw.integer(0, 3) {
         // A run that ends with a named error has a state too.
-        if simulation.observe_epoch(EpochTime::from(1e60), &mut ()).is_err() {
+        if simulation
+            .observe_epoch(EpochTime::from(1e60), &mut ())
+            .is_err()
+        {
             break;
         }
     }
     let checkpoint = simulation.checkpoint().or_else(|| fallback().checkpoint());
-    checkpoint.and_then(|checkpoint| encode(&checkpoint).ok()).unwrap_or_default()
+    checkpoint
+        .and_then(|checkpoint| encode(&checkpoint).ok())
+        .unwrap_or_default()
 }
 
 /// A complete file with one to three changes.
 pub fn draw_file(draw: &mut Draw) -> Vec<u8> {
     let path = path("draw");
     let body = sound(draw);
-    let written = checkpoint_file::write(&path, &[&body]).ok().and_then(|()| fs::read(&path).ok());
+    let written = checkpoint_file::write(&path, &[&body])
+        .ok()
+        .and_then(|()| fs::read(&path).ok());
     // The file may not exist.
     let _ = fs::remove_file(&path);
     changed(draw, written.unwrap_or_default())

@@ -11,19 +11,30 @@ use super::mutate;
 use crate::fuzz::{random::Draw, subject::Report};
 
 /// The tested detectors.
-const DETECTORS: [DetectorName; 4] =
-    [DetectorName::Exact, DetectorName::GoldenSecant, DetectorName::BoundingCircles, DetectorName::FixedStep];
+const DETECTORS: [DetectorName; 4] = [
+    DetectorName::Exact,
+    DetectorName::GoldenSecant,
+    DetectorName::BoundingCircles,
+    DetectorName::FixedStep,
+];
 
 /// A mutated encounter file of a few lines.
 pub fn draw(draw: &mut Draw) -> Vec<u8> {
     let columns = "class,id,xA,yA,vxA,vyA,thA,wA,atomsA,xB,yB,vxB,vyB,thB,wB,atomsB,window_end";
     let mut text = format!("{columns}\n");
     for id in 0..draw.integer(1, 4) {
-        let class = draw.one_of(&[Class::Generic, Class::Annulus, Class::Graze(8), Class::LargeOmega]);
+        let class = draw.one_of(&[
+            Class::Generic,
+            Class::Annulus,
+            Class::Graze(8),
+            Class::LargeOmega,
+        ]);
         let encounter = Encounter::draw(class, draw.bits() >> 1, 0);
         let motion = &encounter.motion;
         let [a, b] = encounter.molecules.each_ref().map(atoms);
-        let [turn_a, turn_b] = motion.orientation.map(carom_kinematics::Orientation::radians);
+        let [turn_a, turn_b] = motion
+            .orientation
+            .map(carom_kinematics::Orientation::radians);
         let [spin_a, spin_b] = motion.angular_velocity;
         let (place, velocity) = (motion.separation, motion.velocity);
         // Writing to a string cannot fail.
@@ -33,21 +44,36 @@ pub fn draw(draw: &mut Draw) -> Vec<u8> {
             place.x, place.y, velocity.x, velocity.y, encounter.horizon
         );
     }
-    if draw.happens(0.05) { text.into_bytes() } else { mutate::text(draw, &text) }
+    if draw.happens(0.05) {
+        text.into_bytes()
+    } else {
+        mutate::text(draw, &text)
+    }
 }
 
 fn atoms(molecule: &Molecule) -> String {
     let atom = |atom: &carom_geometry::Atom| {
-        format!("{}:{}:{}:{}", atom.offset().x, atom.offset().y, atom.mass(), atom.radius())
+        format!(
+            "{}:{}:{}:{}",
+            atom.offset().x,
+            atom.offset().y,
+            atom.mass(),
+            atom.radius()
+        )
     };
-    molecule.atoms().iter().map(atom).collect::<Vec<_>>().join(";")
+    molecule
+        .atoms()
+        .iter()
+        .map(atom)
+        .collect::<Vec<_>>()
+        .join(";")
 }
 
 /// Reads the file and runs the detectors on it.
 pub fn check(bytes: &[u8], report: &mut Report) {
     let folder = env::temp_dir();
-    let [cases, answers] =
-        ["csv", "answers.csv"].map(|ending| folder.join(format!("carom-fuzz-{}.{ending}", process::id())));
+    let [cases, answers] = ["csv", "answers.csv"]
+        .map(|ending| folder.join(format!("carom-fuzz-{}.{ending}", process::id())));
     if fs::write(&cases, bytes).is_err() {
         report.fail("disk", format!("cannot write {}", cases.display()));
         return;
@@ -70,5 +96,7 @@ pub fn check(bytes: &[u8], report: &mut Report) {
 
 /// Returns true if the time in the answer is NaN; the labels of a case are arbitrary.
 fn has_nan(line: &str) -> bool {
-    line.rsplit(',').nth(3).is_some_and(|time| time.parse::<f64>().is_ok_and(f64::is_nan))
+    line.rsplit(',')
+        .nth(3)
+        .is_some_and(|time| time.parse::<f64>().is_ok_and(f64::is_nan))
 }

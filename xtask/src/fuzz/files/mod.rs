@@ -89,8 +89,18 @@ impl Subject for Mutations {
 
     fn simpler(&self, case: &Case) -> Vec<Case> {
         let text = matches!(case.kind, Kind::Scene | Kind::Encounters);
-        let smaller = if text { mutate::with_less_text(&case.bytes) } else { vec![] };
-        smaller.into_iter().map(|bytes| Case { kind: case.kind, bytes }).collect()
+        let smaller = if text {
+            mutate::with_less_text(&case.bytes)
+        } else {
+            vec![]
+        };
+        smaller
+            .into_iter()
+            .map(|bytes| Case {
+                kind: case.kind,
+                bytes,
+            })
+            .collect()
     }
 
     fn write(&self, case: &Case) -> (String, Vec<u8>) {
@@ -100,7 +110,10 @@ impl Subject for Mutations {
     fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
         let kinds = [Kind::Scene, Kind::Encounters, Kind::Checkpoint, Kind::Body];
         match kinds.into_iter().find(|kind| kind.ending() == ending) {
-            Some(kind) => Ok(Case { kind, bytes: bytes.to_vec() }),
+            Some(kind) => Ok(Case {
+                kind,
+                bytes: bytes.to_vec(),
+            }),
             None => bail!("no fuzzed file ends with {ending:?}"),
         }
     }

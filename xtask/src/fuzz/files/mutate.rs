@@ -93,7 +93,8 @@ fn numbers(bytes: &[u8]) -> Vec<(usize, usize)> {
         while at < bytes.len() && part(bytes[at]) {
             at += 1;
         }
-        let begins_word = begin > 0 && (bytes[begin - 1].is_ascii_alphabetic() || bytes[begin - 1] == b'_');
+        let begins_word =
+            begin > 0 && (bytes[begin - 1].is_ascii_alphabetic() || bytes[begin - 1] == b'_');
         if at > begin && !begins_word && bytes[begin..at].iter().any(u8::is_ascii_digit) {
             list.push((begin, at));
         }
@@ -127,7 +128,9 @@ fn with_number_nearby(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
         return bytes.to_vec();
     }
     let (begin, end) = numbers[draw.index(numbers.len())];
-    let Some(number) = std::str::from_utf8(&bytes[begin..end]).ok().and_then(|text| text.parse::<f64>().ok())
+    let Some(number) = std::str::from_utf8(&bytes[begin..end])
+        .ok()
+        .and_then(|text| text.parse::<f64>().ok())
     else {
         return bytes.to_vec();
     };
@@ -178,7 +181,10 @@ mod tests {
     #[test]
     fn numbers_of_a_text_are_found() {
         let text = b"x1 = [1.5, -2e-3]\nname = \"rod:16\"";
-        let found: Vec<&[u8]> = numbers(text).into_iter().map(|(begin, end)| &text[begin..end]).collect();
+        let found: Vec<&[u8]> = numbers(text)
+            .into_iter()
+            .map(|(begin, end)| &text[begin..end])
+            .collect();
         assert_eq!(found, [&b"1.5"[..], b"-2e-3", b"16"]);
     }
 
@@ -194,7 +200,9 @@ mod tests {
     fn most_mutations_change_something() {
         let draw = &mut Draw::new(1);
         let text = "[box]\nsides = [1.0, 2.0]\n";
-        let changed = (0..100).filter(|_| self::text(draw, text) != text.as_bytes()).count();
+        let changed = (0..100)
+            .filter(|_| self::text(draw, text) != text.as_bytes())
+            .count();
         assert!(changed > 85, "{changed}");
     }
 }

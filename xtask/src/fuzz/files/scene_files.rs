@@ -1,6 +1,8 @@
 //! Mutated scene files: each is refused by name, or builds a system that runs without overlap.
 
-use carom::engine::{Distribution, GasSpec, Placement, Quantity, RunError, Scene, StartVelocities, View};
+use carom::engine::{
+    Distribution, GasSpec, Placement, Quantity, RunError, Scene, StartVelocities, View,
+};
 use carom_kinematics::EpochTime;
 use carom_methods::AnySimulation;
 
@@ -8,17 +10,17 @@ use super::mutate;
 use crate::fuzz::{random::Draw, scenes, subject::Report};
 
 /// Largest numbers of epochs and of contacts of one run.
-const MOST_EPOCHS: u32 = 300;
-const MOST_CONTACTS: u64 = 3000;
+const MAX_EPOCHS: u32 = 300;
+const MAX_CONTACTS: u64 = 3000;
 
 /// Scenes with more atoms are skipped because they are slow.
-const MOST_ATOMS: f64 = 2e4;
+const MAX_ATOMS: f64 = 2e4;
 
 /// Scenes with more atoms are placed on lattices only.
-const MOST_ATOMS_TO_GROW: f64 = 200.0;
+const MAX_ATOMS_TO_GROW: f64 = 200.0;
 
 /// Most collisions a molecule in a relaxation.
-const MOST_RELAXATION: f64 = 10.0;
+const MAX_RELAXATION: f64 = 10.0;
 
 /// A mutated scene file.
 pub fn draw(draw: &mut Draw) -> Vec<u8> {
@@ -59,7 +61,11 @@ pub fn draw(draw: &mut Draw) -> Vec<u8> {
         wall.temperature = draw.happens(0.2).then_some(1.0);
     }
     let text = scene.to_toml();
-    if draw.happens(0.05) { text.into_bytes() } else { mutate::text(draw, &text) }
+    if draw.happens(0.05) {
+        text.into_bytes()
+    } else {
+        mutate::text(draw, &text)
+    }
 }
 
 /// Reads the file and runs its scene.
@@ -75,21 +81,28 @@ pub fn check(bytes: &[u8], report: &mut Report) {
     if Scene::from_toml(&scene.to_toml()).is_ok_and(|again| again != scene) && !has_nan(&scene) {
         report.fail("round trip", "a scene differs after encoding and decoding");
     }
-    if size(&scene) > MOST_ATOMS {
+    if size(&scene) > MAX_ATOMS {
         report.count("scenes too large to try", 1);
         return;
     }
     // Many atoms take too long to grow or to relax.
-    if size(&scene) > MOST_ATOMS_TO_GROW {
+    if size(&scene) > MAX_ATOMS_TO_GROW {
         scene.start.placement = Some(Placement::Lattice);
     }
-    scene.start.relax = scene.start.relax.map(|collisions| collisions.min(MOST_RELAXATION)).or(Some(0.0));
+    scene.start.relax = scene
+        .start
+        .relax
+        .map(|collisions| collisions.min(MAX_RELAXATION))
+        .or(Some(0.0));
     match AnySimulation::new(&scene) {
         Err(_) => report.count("scenes refused", 1),
         Ok(mut simulation) => {
             report.count("scenes run", 1);
-            let until =
-                if scene.run.until.is_finite() && scene.run.until > 0.0 { scene.run.until } else { 1.0 };
+            let until = if scene.run.until.is_finite() && scene.run.until > 0.0 {
+                scene.run.until
+            } else {
+                1.0
+            };
             run(&mut simulation, until, report);
         }
     }
@@ -116,22 +129,35 @@ fn small(given: &Quantity) -> f64 {
 fn size(scene: &Scene) -> f64 {
     let [width, height] = scene.bounds.sides;
     let atoms = |shape: Option<&String>, list: usize| {
-        let named = shape.and_then(|shape| shape.split_once(':')).and_then(|(_, count)| count.parse().ok());
+        let named = shape
+            .and_then(|shape| shape.split_once(':'))
+            .and_then(|(_, count)| count.parse().ok());
         named.unwrap_or(5.0_f64).max(list as f64)
     };
-    let of_molecules: f64 =
-        scene.molecule.iter().map(|molecule| atoms(molecule.shape.as_ref(), molecule.atoms.len())).sum();
+    let of_molecules: f64 = scene
+        .molecule
+        .iter()
+        .map(|molecule| atoms(molecule.shape.as_ref(), molecule.atoms.len()))
+        .sum();
     let of_gas = |gas: &GasSpec| {
         let given = gas.radius.as_ref().or(gas.atom_radius.as_ref());
-        let radius = given.map(small).or(gas.atoms.first().map(|atom| atom.radius));
+        let radius = given
+            .map(small)
+            .or(gas.atoms.first().map(|atom| atom.radius));
         let scale = gas.scale.as_ref().map_or(1.0, small);
         let covered = std::f64::consts::PI * (scale * radius.unwrap_or(1.0)).powi(2);
-        let by_area = gas.area_fraction.map_or(0.0, |share| share * (width * height / covered).abs());
+        let by_area = gas
+            .area_fraction
+            .map_or(0.0, |share| share * (width * height / covered).abs());
         let count = gas.count.map_or(by_area, |count| count as f64);
         let atoms = atoms(gas.shape.as_ref(), gas.atoms.len());
         // A scene with more molecules is refused, at once if they are equal.
         let is_equal = given.is_none_or(|given| given.number().is_some()) && gas.scale.is_none();
-        if is_equal && count > 134_217_728.0 * atoms { 0.0 } else { count * atoms }
+        if is_equal && count > 134_217_728.0 * atoms {
+            0.0
+        } else {
+            count * atoms
+        }
     };
     of_molecules + scene.gas.iter().map(of_gas).sum::<f64>()
 }
@@ -141,8 +167,12 @@ pub fn run(simulation: &mut AnySimulation, until: f64, report: &mut Report) {
     check_view(&simulation.view(), "at the start", report);
     let contacts = simulation.view().counters().collisions;
     let target = EpochTime::ZERO.after(until);
-    let target = if simulation.time().since(target) > 0.0 { simulation.time().after(until) } else { target };
-    for _ in 0..MOST_EPOCHS {
+    let target = if simulation.time().since(target) > 0.0 {
+        simulation.time().after(until)
+    } else {
+        target
+    };
+    for _ in 0..MAX_EPOCHS {
         match simulation.observe_epoch(target, &mut ()) {
             Ok(true) => break,
             Ok(false) => {}
@@ -151,11 +181,24 @@ pub fn run(simulation: &mut AnySimulation, until: f64, report: &mut Report) {
                 break;
             }
         }
-        if simulation.view().counters().collisions.saturating_sub(contacts) > MOST_CONTACTS {
+        if simulation
+            .view()
+            .counters()
+            .collisions
+            .saturating_sub(contacts)
+            > MAX_CONTACTS
+        {
             break;
         }
     }
-    report.count("contacts", simulation.view().counters().collisions.saturating_sub(contacts));
+    report.count(
+        "contacts",
+        simulation
+            .view()
+            .counters()
+            .collisions
+            .saturating_sub(contacts),
+    );
     check_view(&simulation.view(), "after a run", report);
 }
 
@@ -179,7 +222,10 @@ fn check_view(view: &View<'_>, when: &str, report: &mut Report) {
             motion.angular_velocity,
         ];
         if numbers.iter().any(|number| !number.is_finite()) {
-            report.fail("NaN", format!("{when} body {} has {numbers:?}", body.body.id()));
+            report.fail(
+                "NaN",
+                format!("{when} body {} has {numbers:?}", body.body.id()),
+            );
         }
     }
     let overlaps = view.overlaps();
@@ -187,6 +233,13 @@ fn check_view(view: &View<'_>, when: &str, report: &mut Report) {
         report.fail("overlap", format!("{when}: {overlaps:?}"));
     }
     if !view.energy().is_finite() || !view.ledger().booked().is_finite() {
-        report.fail("NaN", format!("{when} the energy is {}, the ledger {:?}", view.energy(), view.ledger()));
+        report.fail(
+            "NaN",
+            format!(
+                "{when} the energy is {}, the ledger {:?}",
+                view.energy(),
+                view.ledger()
+            ),
+        );
     }
 }

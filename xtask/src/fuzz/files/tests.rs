@@ -23,7 +23,10 @@ impl Subject for Panics {
 
     fn check(&self, case: &Case) -> Report {
         let planted = b"count = -1";
-        let found = case.bytes.windows(planted.len()).any(|window| window == planted);
+        let found = case
+            .bytes
+            .windows(planted.len())
+            .any(|window| window == planted);
         assert!(!found, "planted");
         Report::default()
     }
@@ -51,8 +54,13 @@ fn a_panic_on_a_file_is_found_and_the_file_minimised() {
     let failure = runner.run_seed(seed).unwrap().failure.unwrap();
     assert_eq!(failure.kind, "panic");
     let time = std::time::Duration::from_secs(20);
-    let (case, _) = crate::fuzz::minimise::minimise(&Panics, &mut runner, Panics.draw(seed), failure, time);
-    assert!(case.bytes.len() <= 12, "{}", String::from_utf8_lossy(&case.bytes));
+    let (case, _) =
+        crate::fuzz::minimise::minimise(&Panics, &mut runner, Panics.draw(seed), failure, time);
+    assert!(
+        case.bytes.len() <= 12,
+        "{}",
+        String::from_utf8_lossy(&case.bytes)
+    );
 }
 
 #[test]
@@ -66,11 +74,18 @@ fn an_overlap_in_a_file_is_found() {
     let simulation = carom::engine::Simulation::new(&scene).unwrap();
     let body = carom_runs::checkpoint_file::encode(&simulation.checkpoint().unwrap()).unwrap();
     let report = |bytes: &[u8]| {
-        let case = Case { kind: Kind::Body, bytes: bytes.to_vec() };
+        let case = Case {
+            kind: Kind::Body,
+            bytes: bytes.to_vec(),
+        };
         check_and_catch(|| Mutations.check(&case))
     };
     assert_eq!(report(&body).failure, None);
-    assert!(report(&body).counts.contains(&("checkpoints resumed".to_owned(), 1)));
+    assert!(
+        report(&body)
+            .counts
+            .contains(&("checkpoints resumed".to_owned(), 1))
+    );
     let place = 0.75f64.to_le_bytes();
     let at = body.windows(8).position(|window| window == place).unwrap();
     let mut overlapping = body.clone();
@@ -93,7 +108,17 @@ fn cases_of_all_kinds_are_refused_and_run() {
             total.add(&check_and_catch(|| Mutations.check(&case)));
         }
     }
-    for name in ["encounter files refused", "encounter files answered", "checkpoints refused"] {
-        assert!(total.counts.iter().any(|(known, count)| known == name && *count > 0), "{name}: {total:?}");
+    for name in [
+        "encounter files refused",
+        "encounter files answered",
+        "checkpoints refused",
+    ] {
+        assert!(
+            total
+                .counts
+                .iter()
+                .any(|(known, count)| known == name && *count > 0),
+            "{name}: {total:?}"
+        );
     }
 }

@@ -63,15 +63,25 @@ impl Edit {
         let key = |index: usize| {
             let view = simulation.view();
             let count = view.len().max(1);
-            view.bodies().nth(index % count).map(|body| body.body.key()).unwrap_or_default()
+            view.bodies()
+                .nth(index % count)
+                .map(|body| body.body.key())
+                .unwrap_or_default()
         };
         match self {
             Self::Add(spec) => simulation.add(spec).map(|_| ()),
             Self::AddWall(spec) => simulation.add_wall(spec).map(|_| ()),
             Self::Remove(index) => simulation.remove(key(*index)),
             Self::Energy(index, factor) => {
-                let energies = simulation.view().bodies().map(|body| body.energy()).collect::<Vec<_>>();
-                let energy = energies.into_iter().find(|&energy| energy > 0.0).unwrap_or(1.0);
+                let energies = simulation
+                    .view()
+                    .bodies()
+                    .map(|body| body.energy())
+                    .collect::<Vec<_>>();
+                let energy = energies
+                    .into_iter()
+                    .find(|&energy| energy > 0.0)
+                    .unwrap_or(1.0);
                 simulation.reset_energy(key(*index), factor * energy)
             }
             Self::Reverse => {
@@ -90,7 +100,10 @@ impl Edit {
 impl Case {
     /// Cases with fewer runs, edits and bodies, or with simpler numbers.
     pub fn simpler(&self) -> Vec<Self> {
-        let mut variants = Variants { original: self, list: Vec::new() };
+        let mut variants = Variants {
+            original: self,
+            list: Vec::new(),
+        };
         variants.remove_runs();
         variants.remove_bodies();
         variants.simplify_rules();
@@ -161,7 +174,9 @@ impl Variants<'_> {
     /// Simpler rules of elasticity, and a shorter last run.
     fn simplify_rules(&mut self) {
         self.with(|case| case.scene.elasticity.pair.clear());
-        self.with(|case| case.scene.elasticity.contact_time = ElasticitySpec::default().contact_time);
+        self.with(|case| {
+            case.scene.elasticity.contact_time = ElasticitySpec::default().contact_time
+        });
         self.with(|case| case.scene.elasticity.default = 1.0);
         for factor in [0.1, 0.5, 0.8, 0.95] {
             self.with(|case| {
@@ -182,16 +197,21 @@ impl Variants<'_> {
             for digits in [1, 3] {
                 self.with(|case| {
                     let molecule = &mut case.scene.molecule[index];
-                    for number in [&mut molecule.at, &mut molecule.velocity].into_iter().flatten() {
+                    for number in [&mut molecule.at, &mut molecule.velocity]
+                        .into_iter()
+                        .flatten()
+                    {
                         *number = shortened(*number, digits);
                     }
                 });
                 self.with(|case| {
                     let molecule = &mut case.scene.molecule[index];
                     molecule.angular_velocity = shortened(molecule.angular_velocity, digits);
-                    molecule.orientation_turns =
-                        molecule.orientation_turns.map(|turns| shortened(turns, digits));
-                    molecule.atom_radius = molecule.atom_radius.map(|radius| shortened(radius, digits));
+                    molecule.orientation_turns = molecule
+                        .orientation_turns
+                        .map(|turns| shortened(turns, digits));
+                    molecule.atom_radius =
+                        molecule.atom_radius.map(|radius| shortened(radius, digits));
                     molecule.atom_mass = molecule.atom_mass.map(|mass| shortened(mass, digits));
                 });
             }

@@ -55,10 +55,14 @@ pub fn check(
     report: &mut Report,
 ) -> Measured {
     let sides = &contact.sides;
-    let part = |side: &Side<'_>| side.atom.map_or(BodyPart::Face, |atom| BodyPart::Atom(atom as usize));
+    let part = |side: &Side<'_>| {
+        side.atom
+            .map_or(BodyPart::Face, |atom| BodyPart::Atom(atom as usize))
+    };
     let [a, b] = &bodies;
     let place = |axis: usize| {
-        let [first, second] = [&sides[0].before, &sides[1].before].map(|motion| motion.position[axis]);
+        let [first, second] =
+            [&sides[0].before, &sides[1].before].map(|motion| motion.position[axis]);
         (second - first) + contact.image[axis] as f64 * rules.sides[axis]
     };
     let separation = [place(0), place(1)];
@@ -70,18 +74,30 @@ pub fn check(
         separation,
     );
     let Some(touch) = touch else {
-        report.fail("gap", format!("a contact of bodies out of reach is reported: {contact:?}"));
+        report.fail(
+            "gap",
+            format!("a contact of bodies out of reach is reported: {contact:?}"),
+        );
         return Measured::default();
     };
     let error = a.error + b.error;
     let bound = rules.gap + error;
     report.keep_worst("gap/bound", touch.gap.abs() / bound);
     if exceeds(touch.gap.abs(), bound) {
-        report.fail("gap", format!("{:e} at a contact, allowed {bound:e}; {contact:?}", touch.gap));
+        report.fail(
+            "gap",
+            format!(
+                "{:e} at a contact, allowed {bound:e}; {contact:?}",
+                touch.gap
+            ),
+        );
     }
     let least = smallest_gap((a.outline, &a.placed), (b.outline, &b.placed), rules.sides);
     if exceeds(-least, bound) {
-        report.fail("gap", format!("{least:e} at a contact of other parts, allowed {bound:e}"));
+        report.fail(
+            "gap",
+            format!("{least:e} at a contact of other parts, allowed {bound:e}"),
+        );
     }
     if contact.points > 1 {
         return check_joint(contact, &touch, bound, report);
@@ -98,8 +114,8 @@ fn check_joint(
     report: &mut Report,
 ) -> Measured {
     let Sums { speed, .. } = check_momentum(contact, touch, report);
-    let [before, after] =
-        [false, true].map(|after| energy(&contact.sides[0], after) + energy(&contact.sides[1], after));
+    let [before, after] = [false, true]
+        .map(|after| energy(&contact.sides[0], after) + energy(&contact.sides[1], after));
     // The normals and arms of all points have the error of the one that is named.
     let share = 4096.0 * U + 64.0 * place_error / touch.distance;
     let (lost, allowed) = (before - after, share * before.max(after));
@@ -107,15 +123,25 @@ fn check_joint(
     let grows = elasticity <= 1.0 && exceeds(-lost, allowed);
     let falls = elasticity == 1.0 && exceeds(lost, allowed);
     if before.max(after) > 1e-280 && (grows || falls) {
-        report
-            .fail("energy", format!("decreases by {lost:e} at {} points, e = {elasticity}", contact.points));
+        report.fail(
+            "energy",
+            format!(
+                "decreases by {lost:e} at {} points, e = {elasticity}",
+                contact.points
+            ),
+        );
     }
     let relative = along(
         rate(&contact.sides[1], touch.arms[1], false),
         -1.0,
         rate(&contact.sides[0], touch.arms[0], false),
     );
-    Measured { approach: -dot(relative, touch.normal), speed, distance: touch.distance, lost }
+    Measured {
+        approach: -dot(relative, touch.normal),
+        speed,
+        distance: touch.distance,
+        lost,
+    }
 }
 
 fn rate(side: &Side<'_>, arm: Pair, after: bool) -> Pair {
@@ -129,7 +155,8 @@ fn energy(side: &Side<'_>, after: bool) -> f64 {
     let inertia = side.body.inertia();
     let mut energy = 0.0;
     if inertia.inverse_mass > 0.0 {
-        energy += 0.5 / inertia.inverse_mass * dot(motion.velocity.to_array(), motion.velocity.to_array());
+        energy += 0.5 / inertia.inverse_mass
+            * dot(motion.velocity.to_array(), motion.velocity.to_array());
     }
     if inertia.inverse_moment > 0.0 {
         energy += 0.5 / inertia.inverse_moment * motion.angular_velocity * motion.angular_velocity;
@@ -159,23 +186,47 @@ fn check_impulse(
     let impulse = contact.impulse.to_array();
     let size = length(impulse);
     let normal_error = 32.0 * U + 2.0 * place_error / touch.distance;
-    let Sums { speed, spins, inverse_mass } = check_momentum(contact, touch, report);
+    let Sums {
+        speed,
+        spins,
+        inverse_mass,
+    } = check_momentum(contact, touch, report);
     check_torque(contact, touch, place_error, report);
     check_direction(impulse, touch, normal_error, report);
     let relative = |after: bool| {
-        along(rate(&sides[1], touch.arms[1], after), -1.0, rate(&sides[0], touch.arms[0], after))
+        along(
+            rate(&sides[1], touch.arms[1], after),
+            -1.0,
+            rate(&sides[0], touch.arms[0], after),
+        )
     };
     let (before, after) = (relative(false), relative(true));
     let (approach, parting) = (-dot(before, touch.normal), dot(after, touch.normal));
-    let rate_error = normal_error * (length(before) + length(after)) + place_error * spins + 64.0 * U * speed;
+    let rate_error =
+        normal_error * (length(before) + length(after)) + place_error * spins + 64.0 * U * speed;
     let elasticity = contact.elasticity.coefficient();
-    let highest = if rules.guarded { rules.elasticity.max(1.0) } else { rules.elasticity };
+    let highest = if rules.guarded {
+        rules.elasticity.max(1.0)
+    } else {
+        rules.elasticity
+    };
     if !(rules.elasticity..=highest).contains(&elasticity) {
-        report
-            .fail("elasticity", format!("the report has {elasticity}, the rules give {}", rules.elasticity));
+        report.fail(
+            "elasticity",
+            format!(
+                "the report has {elasticity}, the rules give {}",
+                rules.elasticity
+            ),
+        );
     }
     if exceeds(-approach, rate_error) {
-        report.fail("approach", format!("a contact of bodies that separate at {:e} is reported", -approach));
+        report.fail(
+            "approach",
+            format!(
+                "a contact of bodies that separate at {:e} is reported",
+                -approach
+            ),
+        );
     }
     // Contacts that lose energy separate at a least speed, four times the resolution E' of
     // detection: L (2 E/s + 12 u) + |ω| E + 2 u (|v_A| + |v_B|), with E the rounding bound of
@@ -185,10 +236,13 @@ fn check_impulse(
     let excess = parting - elasticity * approach;
     let allowed = (1.0 + elasticity) * rate_error;
     if exceeds(-excess, allowed) || exceeds(excess, allowed + 4.0 * resolved) {
-        report
-            .fail("restitution", format!("approach {approach:e}, separation {parting:e}, e = {elasticity}"));
+        report.fail(
+            "restitution",
+            format!("approach {approach:e}, separation {parting:e}, e = {elasticity}"),
+        );
     }
-    let [before, after] = [false, true].map(|after| energy(&sides[0], after) + energy(&sides[1], after));
+    let [before, after] =
+        [false, true].map(|after| energy(&sides[0], after) + energy(&sides[1], after));
     let expected = 0.5 * (1.0 - elasticity * elasticity) / inverse_mass * approach * approach;
     let allowed = 64.0 * U * (before + after) + 4.0 * size * (1.0 + elasticity) * rate_error;
     // Below this energy the squares of speeds underflow.
@@ -196,24 +250,45 @@ fn check_impulse(
     if resolved && exceeds(((before - after) - expected).abs(), allowed) {
         report.fail(
             "energy",
-            format!("decreases by {:e}, not by {expected:e}, e = {elasticity}", before - after),
+            format!(
+                "decreases by {:e}, not by {expected:e}, e = {elasticity}",
+                before - after
+            ),
         );
     }
-    Measured { approach, speed, distance: touch.distance, lost: before - after }
+    Measured {
+        approach,
+        speed,
+        distance: touch.distance,
+        lost: before - after,
+    }
 }
 
 /// Checks that the impulse changes the momentum of each body as it must.
 fn check_momentum(contact: &CollisionReport<'_>, touch: &Touch, report: &mut Report) -> Sums {
     let impulse = contact.impulse.to_array();
     let mut sums = Sums::default();
-    for (side, (sign, arm)) in contact.sides.iter().zip([(-1.0, touch.arms[0]), (1.0, touch.arms[1])]) {
+    for (side, (sign, arm)) in contact
+        .sides
+        .iter()
+        .zip([(-1.0, touch.arms[0]), (1.0, touch.arms[1])])
+    {
         let inertia = side.body.inertia();
         let [before, after] = [&side.before, &side.after].map(|motion| motion.velocity.to_array());
         let change = along(after, -1.0, before);
-        let expected = [sign * inertia.inverse_mass * impulse[0], sign * inertia.inverse_mass * impulse[1]];
+        let expected = [
+            sign * inertia.inverse_mass * impulse[0],
+            sign * inertia.inverse_mass * impulse[1],
+        ];
         let speeds = length(before) + length(after);
-        if exceeds(length(along(change, -1.0, expected)), 32.0 * U * (speeds + length(expected))) {
-            report.fail("momentum", format!("velocity changes by {change:?}, not by {expected:?}"));
+        if exceeds(
+            length(along(change, -1.0, expected)),
+            32.0 * U * (speeds + length(expected)),
+        ) {
+            report.fail(
+                "momentum",
+                format!("velocity changes by {change:?}, not by {expected:?}"),
+            );
         }
         let spin = side.after.angular_velocity.abs() + side.before.angular_velocity.abs();
         sums.speed += speeds + spin * length(arm);
@@ -225,9 +300,18 @@ fn check_momentum(contact: &CollisionReport<'_>, touch: &Touch, report: &mut Rep
 }
 
 /// Checks that the impulse changes the spin of each body as it must.
-fn check_torque(contact: &CollisionReport<'_>, touch: &Touch, place_error: f64, report: &mut Report) {
+fn check_torque(
+    contact: &CollisionReport<'_>,
+    touch: &Touch,
+    place_error: f64,
+    report: &mut Report,
+) {
     let impulse = contact.impulse.to_array();
-    for (side, (sign, arm)) in contact.sides.iter().zip([(-1.0, touch.arms[0]), (1.0, touch.arms[1])]) {
+    for (side, (sign, arm)) in contact
+        .sides
+        .iter()
+        .zip([(-1.0, touch.arms[0]), (1.0, touch.arms[1])])
+    {
         let inverse_moment = side.body.inertia().inverse_moment;
         let turned = side.after.angular_velocity - side.before.angular_velocity;
         let torque = sign * inverse_moment * cross(arm, impulse);
@@ -235,18 +319,33 @@ fn check_torque(contact: &CollisionReport<'_>, touch: &Touch, place_error: f64, 
         let place = place_error + 32.0 * U * length(arm);
         let allowed = 32.0 * U * spin + inverse_moment * length(impulse) * place;
         if exceeds((turned - torque).abs(), allowed) {
-            report.fail("torque", format!("spin changes by {turned:e}, not by {torque:e}"));
+            report.fail(
+                "torque",
+                format!("spin changes by {turned:e}, not by {torque:e}"),
+            );
         }
     }
 }
 
 /// Checks that the impulse is along the normal and separates the bodies.
 fn check_direction(impulse: Pair, touch: &Touch, normal_error: f64, report: &mut Report) {
-    if exceeds(cross(impulse, touch.normal).abs(), length(impulse) * normal_error) {
-        report.fail("friction", format!("impulse {impulse:?} is not along the normal {:?}", touch.normal));
+    if exceeds(
+        cross(impulse, touch.normal).abs(),
+        length(impulse) * normal_error,
+    ) {
+        report.fail(
+            "friction",
+            format!(
+                "impulse {impulse:?} is not along the normal {:?}",
+                touch.normal
+            ),
+        );
     }
     let parts = dot(impulse, touch.normal);
     if parts.is_nan() || parts <= 0.0 {
-        report.fail("impulse", format!("impulse {impulse:?} does not separate the bodies"));
+        report.fail(
+            "impulse",
+            format!("impulse {impulse:?} does not separate the bodies"),
+        );
     }
 }

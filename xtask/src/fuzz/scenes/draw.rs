@@ -1,8 +1,8 @@
 //! Random scenes: bodies of all kinds, walls, elasticities, scales, and edits between runs.
 
 use carom::engine::{
-    AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Quantity, Rotation, Scene,
-    StartVelocities, WallSpec,
+    AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Quantity,
+    Rotation, Scene, StartVelocities, WallSpec,
 };
 use carom_geometry::{Atom, Molecule, Shape};
 use glam::DVec2;
@@ -50,7 +50,11 @@ pub fn draw(seed: u64) -> Case {
         "walls",
     ]);
     let aspect = draw.between(0.3, 2.0);
-    let mut sketch = Sketch { sides: [1.0, aspect], standing: Vec::new(), scene: Scene::default() };
+    let mut sketch = Sketch {
+        sides: [1.0, aspect],
+        standing: Vec::new(),
+        scene: Scene::default(),
+    };
     sketch.scene.bounds.sides = sketch.sides;
     sketch.scene.bounds.seed = draw.bits() >> 1;
     if class == "walls" || draw.happens(0.15) {
@@ -82,14 +86,22 @@ pub fn draw(seed: u64) -> Case {
     }
     sketch.scene.elasticity = elasticity(draw, class);
     let stretch = stretches(draw, class, &sketch);
-    let mut case = Case { class: class.to_owned(), seed: draw.bits() >> 1, stretch, scene: sketch.scene };
+    let mut case = Case {
+        class: class.to_owned(),
+        seed: draw.bits() >> 1,
+        stretch,
+        scene: sketch.scene,
+    };
     scale(draw, &mut case);
     case
 }
 
 fn tags(draw: &mut Draw) -> Vec<String> {
-    let mut tags: Vec<String> =
-        TAGS.iter().filter(|_| draw.happens(0.25)).map(|&tag| tag.to_owned()).collect();
+    let mut tags: Vec<String> = TAGS
+        .iter()
+        .filter(|_| draw.happens(0.25))
+        .map(|&tag| tag.to_owned())
+        .collect();
     tags.dedup();
     tags
 }
@@ -100,17 +112,26 @@ fn elasticity(draw: &mut Draw, class: &str) -> ElasticitySpec {
         "long run of few" => draw.one_of(&[0.0, 0.0, 1e-3, 0.5, 1.0]),
         _ => draw.one_of(&[1.0, 1.0, 1.0, 1.0, 0.0, 1e-3, 0.5, 0.9, 1.1]),
     };
-    let mut spec = ElasticitySpec { default, ..ElasticitySpec::default() };
+    let mut spec = ElasticitySpec {
+        default,
+        ..ElasticitySpec::default()
+    };
     if draw.happens(0.2) {
         spec.contact_time = draw.scale(1e-5, 1.0);
     }
     if draw.happens(0.2) {
         let between = vec!["a".to_owned(), "b".to_owned()];
-        spec.pair.push(ElasticityRule { between, coefficient: draw.one_of(&[0.0, 0.5, 1.0, 1.2]) });
+        spec.pair.push(ElasticityRule {
+            between,
+            coefficient: draw.one_of(&[0.0, 0.5, 1.0, 1.2]),
+        });
     }
     if draw.happens(0.2) {
         let between = vec!["c".to_owned()];
-        spec.pair.push(ElasticityRule { between, coefficient: draw.one_of(&[0.0, 0.8, 1.0]) });
+        spec.pair.push(ElasticityRule {
+            between,
+            coefficient: draw.one_of(&[0.0, 0.8, 1.0]),
+        });
     }
     spec
 }
@@ -119,10 +140,18 @@ fn elasticity(draw: &mut Draw, class: &str) -> ElasticitySpec {
 fn molecule(draw: &mut Draw, class: &str, radius: f64) -> Option<(Molecule, MoleculeSpec)> {
     let radius = radius * draw.scale(0.3, 1.5);
     // Some molecules extend over most of the box.
-    let radius = if class == "mixture" && draw.happens(0.03) { 0.12 } else { radius };
+    let radius = if class == "mixture" && draw.happens(0.03) {
+        0.12
+    } else {
+        radius
+    };
     let mass = draw.scale(0.1, 10.0);
     let discs = if class == "long run of few" { 0.8 } else { 0.3 };
-    let kind = if class == "discs" || draw.happens(discs) { 0 } else { draw.integer(0, 6) };
+    let kind = if class == "discs" || draw.happens(discs) {
+        0
+    } else {
+        draw.integer(0, 6)
+    };
     let shape = match kind {
         0 => Shape::Disc,
         1 => Shape::Dumbbell,
@@ -147,14 +176,25 @@ fn blob(draw: &mut Draw, radius: f64, mass: f64) -> Option<(Molecule, MoleculeSp
     let count = draw.integer(2, 18);
     let atoms: Vec<AtomSpec> = (0..count)
         .map(|_| AtomSpec {
-            at: [draw.between(-1.0, 1.0) * radius, draw.between(-1.0, 1.0) * radius],
+            at: [
+                draw.between(-1.0, 1.0) * radius,
+                draw.between(-1.0, 1.0) * radius,
+            ],
             radius: draw.scale(0.05, 0.6) * radius,
             mass: draw.scale(0.1, 1.0) * mass,
         })
         .collect();
-    let built = atoms.iter().map(|atom| Atom::new(DVec2::from(atom.at), atom.radius, atom.mass));
+    let built = atoms
+        .iter()
+        .map(|atom| Atom::new(DVec2::from(atom.at), atom.radius, atom.mass));
     let molecule = Molecule::new(built.collect::<Result<Vec<_>, _>>().ok()?).ok()?;
-    Some((molecule, MoleculeSpec { atoms, ..MoleculeSpec::default() }))
+    Some((
+        molecule,
+        MoleculeSpec {
+            atoms,
+            ..MoleculeSpec::default()
+        },
+    ))
 }
 
 /// Velocity and spin at a temperature of about 1.
@@ -168,20 +208,35 @@ fn move_it(draw: &mut Draw, molecule: &Molecule, spec: &mut MoleculeSpec) {
     }
     let turns = !molecule.is_disc() && spec.rotation == Rotation::Free;
     if turns && !draw.happens(0.2) {
-        let fast = if draw.happens(0.03) { draw.scale(1.0, 1e3) } else { 1.0 };
+        let fast = if draw.happens(0.03) {
+            draw.scale(1.0, 1e3)
+        } else {
+            1.0
+        };
         spec.angular_velocity = fast * draw.normal() / molecule.moment_of_inertia().sqrt();
     }
 }
 
 impl Sketch {
     fn anywhere(&self, draw: &mut Draw) -> Pair {
-        [draw.between(0.0, self.sides[0]), draw.between(0.0, self.sides[1])]
+        [
+            draw.between(0.0, self.sides[0]),
+            draw.between(0.0, self.sides[1]),
+        ]
     }
 
     /// A random wall: across the box, or between two points that may lie outside it; thin or thick.
     fn wall(&mut self, draw: &mut Draw) {
-        let radius = if draw.happens(0.5) { 0.0 } else { draw.scale(1e-4, 0.02) };
-        let mut spec = WallSpec { tags: tags(draw), radius, ..WallSpec::default() };
+        let radius = if draw.happens(0.5) {
+            0.0
+        } else {
+            draw.scale(1e-4, 0.02)
+        };
+        let mut spec = WallSpec {
+            tags: tags(draw),
+            radius,
+            ..WallSpec::default()
+        };
         let (middle, half) = match draw.index(5) {
             0 => {
                 let x = draw.between(0.0, self.sides[0]);
@@ -196,7 +251,8 @@ impl Sketch {
             _ => {
                 let from = self.anywhere(draw);
                 let far = if draw.happens(0.2) { 1.5 } else { 0.4 };
-                let mut to = [0, 1].map(|axis| from[axis] + far * draw.between(-1.0, 1.0) * self.sides[axis]);
+                let mut to = [0, 1]
+                    .map(|axis| from[axis] + far * draw.between(-1.0, 1.0) * self.sides[axis]);
                 match draw.index(6) {
                     0 => to[0] = from[0],
                     1 => to[1] = from[1],
@@ -205,15 +261,26 @@ impl Sketch {
                     _ => {}
                 }
                 (spec.from, spec.to) = (Some(from), Some(to));
-                ([0, 1].map(|k| 0.5 * (from[k] + to[k])), [0, 1].map(|k| 0.5 * (to[k] - from[k])))
+                (
+                    [0, 1].map(|k| 0.5 * (from[k] + to[k])),
+                    [0, 1].map(|k| 0.5 * (to[k] - from[k])),
+                )
             }
         };
         let ends = vec![([-half[0], -half[1]], radius), (half, radius)];
         let reach = half[0].hypot(half[1]) + radius;
         self.scene.wall.push(spec);
         self.standing.push(Standing {
-            outline: Outline { atoms: ends, face: Some((half, radius)), reach, thickness: radius },
-            placed: Placed { place: middle, rotation: [1.0, 0.0] },
+            outline: Outline {
+                atoms: ends,
+                face: Some((half, radius)),
+                reach,
+                thickness: radius,
+            },
+            placed: Placed {
+                place: middle,
+                rotation: [1.0, 0.0],
+            },
         });
     }
 
@@ -222,24 +289,44 @@ impl Sketch {
         let room = self.sides[0].min(self.sides[1]) - 2.0 * outline.reach;
         self.standing
             .iter()
-            .map(|other| smallest_gap((outline, placed), (&other.outline, &other.placed), self.sides))
+            .map(|other| {
+                smallest_gap(
+                    (outline, placed),
+                    (&other.outline, &other.placed),
+                    self.sides,
+                )
+            })
             .fold(room, f64::min)
     }
 
     /// A free position for a body; next to the last body if `close` and possible.
-    fn free_position(&self, draw: &mut Draw, outline: &Outline, rotation: Pair, close: bool) -> Option<Pair> {
+    fn free_position(
+        &self,
+        draw: &mut Draw,
+        outline: &Outline,
+        rotation: Pair,
+        close: bool,
+    ) -> Option<Pair> {
         let at = |place: Pair| Placed { place, rotation };
         if close && let Some(last) = self.standing.last() {
             let (origin, reach) = (last.placed.place, last.outline.reach + outline.reach);
             let direction = draw.direction().to_array();
             // Bisection between the position of the last body (0) and separated circles; the gap is
             // between a rounding error and 1e-9.
-            let wanted = if draw.happens(0.1) { 0.0 } else { draw.scale(1e-17, 1e-9) };
+            let wanted = if draw.happens(0.1) {
+                0.0
+            } else {
+                draw.scale(1e-17, 1e-9)
+            };
             let (mut near, mut far) = (0.0, 1.01 * reach);
             for _ in 0..80 {
                 let middle = 0.5 * (near + far);
                 let gap = self.gap(outline, &at(along(origin, middle, direction)));
-                if gap < wanted { near = middle } else { far = middle }
+                if gap < wanted {
+                    near = middle
+                } else {
+                    far = middle
+                }
             }
             let place = along(origin, far, direction);
             if self.gap(outline, &at(place)) >= wanted {
@@ -257,16 +344,27 @@ impl Sketch {
 
     /// A body at a free position; next to the last one if `close`.
     fn body(&mut self, draw: &mut Draw, class: &str, size: f64, close: bool) {
-        let Some((molecule, mut spec)) = molecule(draw, class, size) else { return };
+        let Some((molecule, mut spec)) = molecule(draw, class, size) else {
+            return;
+        };
         let outline = Outline::of(&molecule);
         let turns = draw.between(-0.5, 0.5);
         let (sin, cos) = libm::sincos(turns * std::f64::consts::TAU);
-        let Some(place) = self.free_position(draw, &outline, [cos, sin], close) else { return };
-        let placed = Placed { place, rotation: [cos, sin] };
+        let Some(place) = self.free_position(draw, &outline, [cos, sin], close) else {
+            return;
+        };
+        let placed = Placed {
+            place,
+            rotation: [cos, sin],
+        };
         let disc = molecule.is_disc();
         if disc && !close && draw.happens(0.1) {
             let radius = outline.atoms[0].1;
-            self.scene.bumper.push(BumperSpec { tags: tags(draw), radius, at: place });
+            self.scene.bumper.push(BumperSpec {
+                tags: tags(draw),
+                radius,
+                at: place,
+            });
             self.standing.push(Standing { outline, placed });
             return;
         }
@@ -297,14 +395,23 @@ impl Sketch {
 
 fn stretches(draw: &mut Draw, class: &str, sketch: &Sketch) -> Vec<Stretch> {
     if class == "long run of few" {
-        return vec![Stretch { duration: draw.scale(1e3, 3e4), edits: vec![] }];
+        return vec![Stretch {
+            duration: draw.scale(1e3, 3e4),
+            edits: vec![],
+        }];
     }
-    let count = if draw.happens(0.5) { 1 } else { draw.integer(2, 5) };
+    let count = if draw.happens(0.5) {
+        1
+    } else {
+        draw.integer(2, 5)
+    };
     (0..count)
         .map(|index| Stretch {
             duration: draw.scale(0.05, 2.0),
             edits: if index + 1 < count {
-                (0..draw.integer(1, 2)).map(|_| edit(draw, sketch)).collect()
+                (0..draw.integer(1, 2))
+                    .map(|_| edit(draw, sketch))
+                    .collect()
             } else {
                 vec![]
             },
@@ -329,8 +436,15 @@ fn edit(draw: &mut Draw, sketch: &Sketch) -> Edit {
         }
         2 => {
             let from = sketch.anywhere(draw);
-            let to = [from[0] + draw.between(-0.3, 0.3), from[1] + draw.between(-0.3, 0.3)];
-            Edit::AddWall(WallSpec { from: Some(from), to: Some(to), ..WallSpec::default() })
+            let to = [
+                from[0] + draw.between(-0.3, 0.3),
+                from[1] + draw.between(-0.3, 0.3),
+            ];
+            Edit::AddWall(WallSpec {
+                from: Some(from),
+                to: Some(to),
+                ..WallSpec::default()
+            })
         }
         3 => Edit::Remove(body),
         4 => Edit::Energy(body, draw.scale(1e-3, 1e3)),
@@ -356,7 +470,11 @@ fn scale(draw: &mut Draw, case: &mut Case) {
     } else if draw.happens(0.06) {
         [draw.integer(0, 166), draw.integer(-199, 0), 0]
     } else {
-        [draw.integer(-100, 100), draw.integer(-100, 100), draw.integer(-60, 60)]
+        [
+            draw.integer(-100, 100),
+            draw.integer(-100, 100),
+            draw.integer(-60, 60),
+        ]
     }
     .map(|exponent| exp2(exponent as i32));
     let time = length / speed;
@@ -376,8 +494,14 @@ fn scale(draw: &mut Draw, case: &mut Case) {
 
 fn scale_scene(scene: &mut Scene, length: f64, speed: f64, mass: f64) {
     scene.bounds.sides = scene.bounds.sides.map(|side| side * length);
-    scene.molecule.iter_mut().for_each(|spec| scale_molecule(spec, length, speed, mass));
-    scene.wall.iter_mut().for_each(|spec| scale_wall(spec, length));
+    scene
+        .molecule
+        .iter_mut()
+        .for_each(|spec| scale_molecule(spec, length, speed, mass));
+    scene
+        .wall
+        .iter_mut()
+        .for_each(|spec| scale_wall(spec, length));
     for bumper in &mut scene.bumper {
         bumper.radius *= length;
         bumper.at = bumper.at.map(|x| x * length);
@@ -391,7 +515,9 @@ fn scale_scene(scene: &mut Scene, length: f64, speed: f64, mass: f64) {
 
 /// A quantity of a gas of equal molecules, times a factor.
 fn scaled(given: Option<&Quantity>, factor: f64) -> Option<Quantity> {
-    given.and_then(Quantity::number).map(|number| (factor * number).into())
+    given
+        .and_then(Quantity::number)
+        .map(|number| (factor * number).into())
 }
 
 fn scale_molecule(spec: &mut MoleculeSpec, length: f64, speed: f64, mass: f64) {

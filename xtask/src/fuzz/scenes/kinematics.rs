@@ -123,10 +123,16 @@ impl State {
             let path = DoubleDouble::new(self.velocity[axis]).times(&duration);
             let place = DoubleDouble::new(self.place[axis]).plus(&path);
             let boxes = (place.value() / sides[axis]).floor();
-            place.minus(&DoubleDouble::new(boxes).times(&DoubleDouble::new(sides[axis]))).value()
+            place
+                .minus(&DoubleDouble::new(boxes).times(&DoubleDouble::new(sides[axis])))
+                .value()
         };
-        let rotation = DoubleDouble::cos_sin(self.turns, self.spin, &duration).map(|number| number.value());
-        Placed { place: [coordinate(0), coordinate(1)], rotation }
+        let rotation =
+            DoubleDouble::cos_sin(self.turns, self.spin, &duration).map(|number| number.value());
+        Placed {
+            place: [coordinate(0), coordinate(1)],
+            rotation,
+        }
     }
 
     /// Rotation up to `time` (radians).
@@ -138,25 +144,45 @@ impl State {
 impl Outline {
     /// Outline of a molecule or a wall.
     pub fn of(molecule: &Molecule) -> Self {
-        let atoms: Vec<(Pair, f64)> =
-            molecule.atoms().iter().map(|atom| (atom.offset().to_array(), atom.radius())).collect();
-        let face =
-            molecule.face().map(|face| ((face.half_length() * face.along()).to_array(), face.radius()));
-        let of_atoms = atoms.iter().map(|(offset, radius)| length(*offset) + radius).fold(0.0, f64::max);
+        let atoms: Vec<(Pair, f64)> = molecule
+            .atoms()
+            .iter()
+            .map(|atom| (atom.offset().to_array(), atom.radius()))
+            .collect();
+        let face = molecule.face().map(|face| {
+            (
+                (face.half_length() * face.along()).to_array(),
+                face.radius(),
+            )
+        });
+        let of_atoms = atoms
+            .iter()
+            .map(|(offset, radius)| length(*offset) + radius)
+            .fold(0.0, f64::max);
         let (reach, thickness) = match face {
             Some((half, radius)) => (length(half) + radius, radius),
             None => (of_atoms, of_atoms),
         };
-        Self { atoms, face, reach, thickness }
+        Self {
+            atoms,
+            face,
+            reach,
+            thickness,
+        }
     }
 
     /// Radius of the smallest atom; infinite for a wall (length).
     pub fn smallest(&self) -> f64 {
-        self.atoms.iter().map(|(_, radius)| *radius).fold(f64::INFINITY, f64::min)
+        self.atoms
+            .iter()
+            .map(|(_, radius)| *radius)
+            .fold(f64::INFINITY, f64::min)
     }
 
     fn parts(&self) -> impl Iterator<Item = BodyPart> + '_ {
-        (0..self.atoms.len()).map(BodyPart::Atom).chain(self.face.map(|_| BodyPart::Face))
+        (0..self.atoms.len())
+            .map(BodyPart::Atom)
+            .chain(self.face.map(|_| BodyPart::Face))
     }
 }
 
@@ -173,19 +199,38 @@ fn touch(
             let d = along(along(separation, 1.0, arms[1]), -1.0, arms[0]);
             let distance = length(d);
             let normal = [d[0] / distance, d[1] / distance];
-            Some(Touch { gap: distance - (radius_a + radius_b), normal, distance, arms })
+            Some(Touch {
+                gap: distance - (radius_a + radius_b),
+                normal,
+                distance,
+                arms,
+            })
         }
         (BodyPart::Face, BodyPart::Atom(j)) => {
             let ((half, thickness), (offset, radius)) = (a.face?, b.atoms[j]);
             let arm = rotated(offset, turn_b);
             let (distance, normal) = from_face(rotated(half, turn_a), along(separation, 1.0, arm));
-            Some(Touch { gap: distance - (thickness + radius), normal, distance, arms: [[0.0; 2], arm] })
+            Some(Touch {
+                gap: distance - (thickness + radius),
+                normal,
+                distance,
+                arms: [[0.0; 2], arm],
+            })
         }
         (BodyPart::Atom(_), BodyPart::Face) => {
             let back = [-separation[0], -separation[1]];
-            let Touch { gap, normal, distance, arms } =
-                touch((b, turn_b, part_b), (a, turn_a, part_a), back)?;
-            Some(Touch { gap, normal: [-normal[0], -normal[1]], distance, arms: [arms[1], arms[0]] })
+            let Touch {
+                gap,
+                normal,
+                distance,
+                arms,
+            } = touch((b, turn_b, part_b), (a, turn_a, part_a), back)?;
+            Some(Touch {
+                gap,
+                normal: [-normal[0], -normal[1]],
+                distance,
+                arms: [arms[1], arms[0]],
+            })
         }
         (BodyPart::Face, BodyPart::Face) => None,
     }
@@ -199,7 +244,10 @@ fn from_face(half: Pair, point: Pair) -> (f64, Pair) {
     let (way, height) = (dot(direction, point), cross(direction, point));
     if way.abs() <= size {
         let normal = [-direction[1], direction[0]];
-        return (height.abs(), [normal[0] * height.signum(), normal[1] * height.signum()]);
+        return (
+            height.abs(),
+            [normal[0] * height.signum(), normal[1] * height.signum()],
+        );
     }
     let off = along(point, -size * way.signum(), direction);
     let distance = length(off);
@@ -220,7 +268,8 @@ fn for_each_image(
         None => outline.reach,
     };
     let range = |axis: usize| {
-        let reach = (extent(a, at_a, axis) + extent(b, at_b, axis)) * (1.0 + 1e-9) + 1e-9 * sides[axis];
+        let reach =
+            (extent(a, at_a, axis) + extent(b, at_b, axis)) * (1.0 + 1e-9) + 1e-9 * sides[axis];
         let low = ((-reach - d[axis]) / sides[axis]).ceil() as i64;
         let high = ((reach - d[axis]) / sides[axis]).floor() as i64;
         low..=high
@@ -229,7 +278,10 @@ fn for_each_image(
     let squared = reach * reach * (1.0 + 1e-9);
     for column in range(0) {
         for row in range(1) {
-            let separation = [d[0] + column as f64 * sides[0], d[1] + row as f64 * sides[1]];
+            let separation = [
+                d[0] + column as f64 * sides[0],
+                d[1] + row as f64 * sides[1],
+            ];
             if dot(separation, separation) <= squared {
                 visit(separation);
             }
@@ -239,12 +291,17 @@ fn for_each_image(
 
 /// Smallest gap between two bodies in any image (length); infinite if their bounding circles do not
 /// meet.
-pub fn smallest_gap((a, at_a): (&Outline, &Placed), (b, at_b): (&Outline, &Placed), sides: Pair) -> f64 {
+pub fn smallest_gap(
+    (a, at_a): (&Outline, &Placed),
+    (b, at_b): (&Outline, &Placed),
+    sides: Pair,
+) -> f64 {
     let mut least = f64::INFINITY;
     for_each_image((a, at_a), (b, at_b), sides, |separation| {
         for i in a.parts() {
             for j in b.parts() {
-                if let Some(found) = touch((a, at_a.rotation, i), (b, at_b.rotation, j), separation) {
+                if let Some(found) = touch((a, at_a.rotation, i), (b, at_b.rotation, j), separation)
+                {
                     least = least.min(found.gap);
                 }
             }
@@ -288,7 +345,10 @@ mod tests {
     use glam::DVec2;
 
     fn placed(x: f64, y: f64, angle: f64) -> Placed {
-        Placed { place: [x, y], rotation: [angle.cos(), angle.sin()] }
+        Placed {
+            place: [x, y],
+            rotation: [angle.cos(), angle.sin()],
+        }
     }
 
     #[test]
@@ -298,8 +358,10 @@ mod tests {
         let outlines = [Outline::of(&tee), Outline::of(&wall)];
         for index in 0..200 {
             let t = f64::from(index);
-            let (a, b) =
-                (placed(0.5, 0.5, t), placed(0.5 + 0.1 * t.sin(), 0.5 + 0.1 * (3.0 * t).cos(), 2.0 * t));
+            let (a, b) = (
+                placed(0.5, 0.5, t),
+                placed(0.5 + 0.1 * t.sin(), 0.5 + 0.1 * (3.0 * t).cos(), 2.0 * t),
+            );
             let ours = smallest_gap((&outlines[0], &a), (&outlines[1], &b), [10.0; 2]);
             let turn = |at: &Placed| DVec2::from(at.rotation);
             let separation = DVec2::from(b.place) - DVec2::from(a.place);
@@ -335,7 +397,10 @@ mod tests {
             turns: 0.0,
             spin: std::f64::consts::TAU,
         };
-        let later = state.at(EpochTime::from(1e12).new_epoch(1e6).after(0.125), [1.0, 1.0]);
+        let later = state.at(
+            EpochTime::from(1e12).new_epoch(1e6).after(0.125),
+            [1.0, 1.0],
+        );
         assert_eq!(later.place, [0.375, 0.4375]);
         assert!((later.rotation[0] - 0.5f64.sqrt()).abs() < 1e-9);
     }

@@ -34,7 +34,11 @@ pub trait Parts {
     ///
     /// # Errors
     /// The checkpoint is refused.
-    fn resume(&self, checkpoint: &Checkpoint, order: Order) -> Result<AnySimulation, CheckpointError>;
+    fn resume(
+        &self,
+        checkpoint: &Checkpoint,
+        order: Order,
+    ) -> Result<AnySimulation, CheckpointError>;
 }
 
 /// The detector and the response as they are.
@@ -43,11 +47,27 @@ pub struct Sound;
 
 impl Parts for Sound {
     fn begin(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError> {
-        AnySimulation::with(scene, &Method { order, ..Method::default() })
+        AnySimulation::with(
+            scene,
+            &Method {
+                order,
+                ..Method::default()
+            },
+        )
     }
 
-    fn resume(&self, checkpoint: &Checkpoint, order: Order) -> Result<AnySimulation, CheckpointError> {
-        AnySimulation::resume(checkpoint, &Method { order, ..Method::default() })
+    fn resume(
+        &self,
+        checkpoint: &Checkpoint,
+        order: Order,
+    ) -> Result<AnySimulation, CheckpointError> {
+        AnySimulation::resume(
+            checkpoint,
+            &Method {
+                order,
+                ..Method::default()
+            },
+        )
     }
 }
 
@@ -61,11 +81,24 @@ impl<P: Parts> Subject for Scenes<P> {
     }
 
     fn check(&self, case: &Case) -> Report {
-        let instructions = [Instructions::Widest, Instructions::Avx2, Instructions::Portable];
-        let [one, other] = [case.seed % 3, case.seed / 3 % 3].map(|index| instructions[index as usize]);
-        let cells = Seams { parts: &self.parts, order: Order::Cells(one), resumed: Order::Cells(other) };
+        let instructions = [
+            Instructions::Widest,
+            Instructions::Avx2,
+            Instructions::Portable,
+        ];
+        let [one, other] =
+            [case.seed % 3, case.seed / 3 % 3].map(|index| instructions[index as usize]);
+        let cells = Seams {
+            parts: &self.parts,
+            order: Order::Cells(one),
+            resumed: Order::Cells(other),
+        };
         let grid = Order::Heap(CellsPerSide::Automatic);
-        let thesis = Seams { parts: &self.parts, order: grid, resumed: grid };
+        let thesis = Seams {
+            parts: &self.parts,
+            order: grid,
+            resumed: grid,
+        };
         let (cells, thesis) = (run::run(case, &cells), run::run(case, &thesis));
         let mut report = Report::default();
         let (Some(cells), Some(thesis)) = (cells, thesis) else {
@@ -101,12 +134,23 @@ impl<P: Parts> Subject for Scenes<P> {
 fn scales(scene: &Scene, case: &Case, whole: bool) -> Scales {
     let duration: f64 = case.stretch.iter().map(|stretch| stretch.duration).sum();
     let side = scene.bounds.sides[0].max(scene.bounds.sides[1]);
-    let speeds = scene.molecule.iter().map(|molecule| molecule.velocity[0].hypot(molecule.velocity[1]));
+    let speeds = scene
+        .molecule
+        .iter()
+        .map(|molecule| molecule.velocity[0].hypot(molecule.velocity[1]));
     let fastest = speeds.fold(0.0, f64::max);
     // In this scene bodies rotate without translation.
-    let speed = if fastest > 0.0 { fastest } else { side / duration };
+    let speed = if fastest > 0.0 {
+        fastest
+    } else {
+        side / duration
+    };
     // A run that ended early has contacts up to an unknown time.
-    Scales { sides: scene.bounds.sides, speed, end: if whole { duration } else { 0.0 } }
+    Scales {
+        sides: scene.bounds.sides,
+        speed,
+        end: if whole { duration } else { 0.0 },
+    }
 }
 
 #[cfg(test)]

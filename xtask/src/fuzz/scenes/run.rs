@@ -14,10 +14,10 @@ use super::{
 use crate::fuzz::{random::Draw, subject::Report};
 
 /// Largest number of epochs; a longer case ends early.
-const MOST_EPOCHS: u64 = 40_000;
+const MAX_EPOCHS: u64 = 40_000;
 
 /// Largest number of contacts, tested after each epoch.
-const MOST_CONTACTS: u64 = 6_000;
+const MAX_CONTACTS: u64 = 6_000;
 
 /// Horizon of the brute-force search in `check_invariants`, as a share of the run.
 const AHEAD: f64 = 0.1;
@@ -53,7 +53,14 @@ pub fn run(case: &Case, seams: &Seams<'_>) -> Option<Outcome> {
     let mut until = EpochTime::ZERO;
     for stretch in &case.stretch {
         until = until.new_epoch(stretch.duration);
-        let ended = run_stretch(&mut simulation, &mut twin, until, &mut watcher, &mut draw, seams);
+        let ended = run_stretch(
+            &mut simulation,
+            &mut twin,
+            until,
+            &mut watcher,
+            &mut draw,
+            seams,
+        );
         if watcher.is_done() {
             return Some(outcome(watcher, false));
         }
@@ -76,7 +83,13 @@ pub fn run(case: &Case, seams: &Seams<'_>) -> Option<Outcome> {
             break;
         }
         for edit in &stretch.edits {
-            apply(edit, &mut simulation, &mut twin, &mut elasticity, &mut watcher);
+            apply(
+                edit,
+                &mut simulation,
+                &mut twin,
+                &mut elasticity,
+                &mut watcher,
+            );
             watcher.edited(&simulation.view(), &elasticity);
         }
     }
@@ -86,7 +99,11 @@ pub fn run(case: &Case, seams: &Seams<'_>) -> Option<Outcome> {
 }
 
 fn outcome(mut watcher: Watcher, whole: bool) -> Outcome {
-    Outcome { report: std::mem::take(&mut watcher.report), log: std::mem::take(&mut watcher.log), whole }
+    Outcome {
+        report: std::mem::take(&mut watcher.report),
+        log: std::mem::take(&mut watcher.log),
+        whole,
+    }
 }
 
 enum Ended {
@@ -115,8 +132,8 @@ fn run_stretch(
         }
         watcher.epochs += 1;
         if watcher.is_done()
-            || watcher.epochs > MOST_EPOCHS
-            || simulation.view().counters().collisions > MOST_CONTACTS
+            || watcher.epochs > MAX_EPOCHS
+            || simulation.view().counters().collisions > MAX_CONTACTS
         {
             return Ended::CutShort;
         }
@@ -124,19 +141,31 @@ fn run_stretch(
 }
 
 /// A simulation restored from an encoded checkpoint, if there is one.
-fn resumed(simulation: &AnySimulation, seams: &Seams<'_>, report: &mut Report) -> Option<AnySimulation> {
+fn resumed(
+    simulation: &AnySimulation,
+    seams: &Seams<'_>,
+    report: &mut Report,
+) -> Option<AnySimulation> {
     let checkpoint = simulation.checkpoint()?;
     let bytes = encode(&checkpoint).and_then(|bytes| decode::<Checkpoint>(&bytes));
-    let resumed = bytes.map_err(|error| error.to_string()).and_then(|checkpoint| {
-        seams.parts.resume(&checkpoint, seams.resumed).map_err(|error| error.to_string())
-    });
+    let resumed = bytes
+        .map_err(|error| error.to_string())
+        .and_then(|checkpoint| {
+            seams
+                .parts
+                .resume(&checkpoint, seams.resumed)
+                .map_err(|error| error.to_string())
+        });
     match resumed {
         Ok(resumed) => {
             report.count("resumed", 1);
             Some(resumed)
         }
         Err(error) => {
-            report.fail("resume", format!("a newly written checkpoint is refused: {error}"));
+            report.fail(
+                "resume",
+                format!("a newly written checkpoint is refused: {error}"),
+            );
             None
         }
     }
@@ -153,7 +182,10 @@ fn compare_twin(
     let Some(twin) = twin else { return };
     let ended = twin.observe_until_epoch_time(until, &mut ());
     if ended.as_ref().err().map(ToString::to_string) != error.map(ToString::to_string) {
-        watcher.report.fail("resume", format!("resumed: {ended:?}; uninterrupted: {error:?}"));
+        watcher.report.fail(
+            "resume",
+            format!("resumed: {ended:?}; uninterrupted: {error:?}"),
+        );
     }
     let bits = |simulation: &AnySimulation| {
         let view = simulation.view();
@@ -174,14 +206,26 @@ fn compare_twin(
             })
             .collect();
         let ledger = view.ledger();
-        let ledger =
-            [ledger.initial, ledger.lost, ledger.spared, ledger.put_in, ledger.heat].map(f64::to_bits);
+        let ledger = [
+            ledger.initial,
+            ledger.lost,
+            ledger.spared,
+            ledger.put_in,
+            ledger.heat,
+        ]
+        .map(f64::to_bits);
         let counters = view.counters();
-        let contacts = [counters.collisions, counters.fixed_collisions, counters.guarded_collisions];
+        let contacts = [
+            counters.collisions,
+            counters.fixed_collisions,
+            counters.guarded_collisions,
+        ];
         (motions, ledger, contacts, view.time().to_f64().to_bits())
     };
     if bits(simulation) != bits(twin) {
-        watcher.report.fail("resume", "a resumed run differs from the uninterrupted one");
+        watcher
+            .report
+            .fail("resume", "a resumed run differs from the uninterrupted one");
     }
 }
 
@@ -211,7 +255,8 @@ fn check_census(simulation: &AnySimulation, duration: f64, whole: bool, watcher:
 
 /// Checks that the scene allows the error that ended a run.
 fn named_end(error: &RunError, elasticity: &ElasticitySpec, report: &mut Report) {
-    let superelastic = elasticity.default > 1.0 || elasticity.pair.iter().any(|rule| rule.coefficient > 1.0);
+    let superelastic =
+        elasticity.default > 1.0 || elasticity.pair.iter().any(|rule| rule.coefficient > 1.0);
     let allowed = match error {
         RunError::Stalled { .. } => elasticity.contact_time == 0.0,
         RunError::BlowUp { .. } | RunError::TimeStandsStill { .. } => superelastic,
@@ -238,8 +283,13 @@ fn apply(
     }
     if let Some(twin) = twin {
         let also = edit.apply(twin);
-        if made.as_ref().err().map(ToString::to_string) != also.as_ref().err().map(ToString::to_string) {
-            watcher.report.fail("resume", format!("{edit:?}: {made:?}, but in the resumed run {also:?}"));
+        if made.as_ref().err().map(ToString::to_string)
+            != also.as_ref().err().map(ToString::to_string)
+        {
+            watcher.report.fail(
+                "resume",
+                format!("{edit:?}: {made:?}, but in the resumed run {also:?}"),
+            );
         }
     }
     if let (Ok(()), Edit::Elasticity(spec)) = (made, edit) {

@@ -35,13 +35,21 @@ pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut R
     let mut deviation = 1e-15f64;
     let mut compared = 0;
     for (index, a) in one.iter().enumerate() {
-        let judge = Judge { deviation, side, unit, end: scales.end };
+        let judge = Judge {
+            deviation,
+            side,
+            unit,
+            end: scales.end,
+        };
         let Some(b) = list.get(index) else {
             judge.unmatched(a, &list, index, report);
             break;
         };
         if !is_same(a, b) {
-            let at = list[index..].iter().take(AHEAD).position(|later| is_same(a, later));
+            let at = list[index..]
+                .iter()
+                .take(AHEAD)
+                .position(|later| is_same(a, later));
             let Some(at) = at.filter(|&at| judge.is_tie([a, b, &list[index + at]])) else {
                 if a.time <= b.time {
                     judge.unmatched(a, &list, index, report);
@@ -63,7 +71,8 @@ pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut R
             let off = distance_in_box(a.places[body], b.places[body], scales.sides);
             deviation = deviation.max(off / side);
             let [u, v] = [a.velocities[body], b.velocities[body]];
-            deviation = deviation.max(length([u[0] - v[0], u[1] - v[1]]) / scales.speed.max(length(u)));
+            deviation =
+                deviation.max(length([u[0] - v[0], u[1] - v[1]]) / scales.speed.max(length(u)));
         }
         if exceeds(deviation, SEPARATED) {
             break;
@@ -73,7 +82,13 @@ pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut R
     if compared == one.len()
         && let Some(extra) = list.get(compared)
     {
-        Judge { deviation, side, unit, end: scales.end }.unmatched(extra, one, compared, report);
+        Judge {
+            deviation,
+            side,
+            unit,
+            end: scales.end,
+        }
+        .unmatched(extra, one, compared, report);
     }
     report.count("contacts in both", compared as u64);
 }
@@ -84,7 +99,8 @@ fn is_same(a: &Logged, b: &Logged) -> bool {
 
 /// Returns true if a body of this contact takes part in one of the list.
 fn shares(a: &Logged, list: &[Logged]) -> bool {
-    list.iter().any(|b| a.bodies.iter().any(|body| b.bodies.contains(body)))
+    list.iter()
+        .any(|b| a.bodies.iter().any(|body| b.bodies.contains(body)))
 }
 
 /// Returns true if a contact is so grazing that the deviation of the trajectories decides whether
@@ -120,11 +136,16 @@ impl Judge {
     fn unmatched(&self, contact: &Logged, other: &[Logged], matched: usize, report: &mut Report) {
         let at_the_end = contact.time >= self.end - self.resolution();
         let nearby = |found: &&Logged| (found.time - contact.time).abs() <= self.resolution();
-        let there = other.iter().filter(nearby).any(|found| found.bodies == contact.bodies);
+        let there = other
+            .iter()
+            .filter(nearby)
+            .any(|found| found.bodies == contact.bodies);
         let mut rivals = other[matched..].iter().filter(nearby);
         let is_tied = rivals.any(|rival| shares(contact, slice::from_ref(rival)));
         if !at_the_end && !there && !is_tied && !is_graze(contact, self.deviation, self.side) {
-            let next = other.iter().find(|found| found.time >= contact.time - self.resolution());
+            let next = other
+                .iter()
+                .find(|found| found.time >= contact.time - self.resolution());
             report.fail(
                 "schedulers differ",
                 format!(
@@ -158,7 +179,11 @@ mod tests {
 
     fn failure(one: &[Logged], other: &[Logged]) -> Option<String> {
         let mut report = Report::default();
-        let scales = Scales { sides: [1.0, 1.0], speed: 1.0, end: 1.0 };
+        let scales = Scales {
+            sides: [1.0, 1.0],
+            speed: 1.0,
+            end: 1.0,
+        };
         compare(one, other, &scales, &mut report);
         report.failure.map(|failure| failure.kind)
     }
@@ -179,13 +204,26 @@ mod tests {
     /// first, which separates body 3 from body 1.
     #[test]
     fn a_contact_prevented_by_a_simultaneous_one_is_no_failure() {
-        let contact = |time, first| Logged { time, bodies: [first, 3], ..list()[0].clone() };
+        let contact = |time, first| Logged {
+            time,
+            bodies: [first, 3],
+            ..list()[0].clone()
+        };
         let longer = [contact(0.1, 1), contact(0.2, 1), contact(0.2 + 1e-15, 2)];
         let shorter = [contact(0.1, 1), contact(0.2 + 1e-15, 2)];
         assert_eq!(failure(&longer, &shorter), None);
         assert_eq!(failure(&shorter, &longer), None);
         // Bodies of no common contact, or contacts farther apart than the resolution, are no tie.
-        let apart = |bodies, time| [contact(0.1, 1), Logged { time, bodies, ..contact(time, 2) }];
+        let apart = |bodies, time| {
+            [
+                contact(0.1, 1),
+                Logged {
+                    time,
+                    bodies,
+                    ..contact(time, 2)
+                },
+            ]
+        };
         let lost = |shorter: &[Logged]| failure(&longer[..2], shorter).is_some();
         assert!(lost(&apart([4, 5], 0.2)) && lost(&apart([2, 3], 0.2 + 1e-9)));
         assert!(!lost(&apart([2, 3], 0.2)));

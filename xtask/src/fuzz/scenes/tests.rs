@@ -22,16 +22,27 @@ struct Faulty {
 }
 
 impl Detection for Faulty {
-    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+    fn first_contact(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         let answer = Exact::default().first_contact(a, b, motion, horizon);
-        let Outcome::Contact(contact) = answer.outcome else { return answer };
+        let Outcome::Contact(contact) = answer.outcome else {
+            return answer;
+        };
         let key = contact.time.to_bits().wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 20;
         if !key.is_multiple_of(self.one_in) {
             return answer;
         }
         let time = contact.time * (1.0 + self.late);
-        let outcome =
-            if time <= horizon { Outcome::Contact(Contact { time, ..contact }) } else { Outcome::Free };
+        let outcome = if time <= horizon {
+            Outcome::Contact(Contact { time, ..contact })
+        } else {
+            Outcome::Free
+        };
         Answer { outcome, ..answer }
     }
 }
@@ -83,17 +94,21 @@ where
         })
     }
 
-    fn resume(&self, checkpoint: &Checkpoint, order: Order) -> Result<AnySimulation, CheckpointError> {
+    fn resume(
+        &self,
+        checkpoint: &Checkpoint,
+        order: Order,
+    ) -> Result<AnySimulation, CheckpointError> {
         let (detection, response) = (self.0.clone(), self.1.clone());
         Ok(match order {
-            Order::Cells(options) => {
-                Simulation::<D, R, CellScheduler>::resume_with(checkpoint, detection, response, options)?
-                    .into()
-            }
-            Order::Heap(options) => {
-                Simulation::<D, R, HeapScheduler>::resume_with(checkpoint, detection, response, options)?
-                    .into()
-            }
+            Order::Cells(options) => Simulation::<D, R, CellScheduler>::resume_with(
+                checkpoint, detection, response, options,
+            )?
+            .into(),
+            Order::Heap(options) => Simulation::<D, R, HeapScheduler>::resume_with(
+                checkpoint, detection, response, options,
+            )?
+            .into(),
         })
     }
 }
@@ -107,33 +122,73 @@ fn first_failure(faulty: &Scenes<impl Parts>, cases: u64) -> Option<String> {
             return None;
         }
         let failure = faulty.check(&case).failure?;
-        Scenes::<Sound>::default().check(&case).failure.is_none().then_some(failure.kind)
+        Scenes::<Sound>::default()
+            .check(&case)
+            .failure
+            .is_none()
+            .then_some(failure.kind)
     })
 }
 
 #[test]
 fn one_lost_contact_in_a_thousand_is_found() {
-    let faulty = Scenes { parts: Planted(Faulty { one_in: 1000, late: f64::INFINITY }, Impact) };
+    let faulty = Scenes {
+        parts: Planted(
+            Faulty {
+                one_in: 1000,
+                late: f64::INFINITY,
+            },
+            Impact,
+        ),
+    };
     let kind = first_failure(&faulty, 400).expect("the fault is found");
-    let kinds = ["overlap between events", "gap", "census", "schedulers differ", "invariants"];
+    let kinds = [
+        "overlap between events",
+        "gap",
+        "census",
+        "schedulers differ",
+        "invariants",
+    ];
     assert!(kinds.contains(&&kind[..]), "{kind}");
 }
 
 #[test]
 fn contacts_that_are_late_are_found() {
-    let faulty = Scenes { parts: Planted(Faulty { one_in: 100, late: 1e-6 }, Impact) };
+    let faulty = Scenes {
+        parts: Planted(
+            Faulty {
+                one_in: 100,
+                late: 1e-6,
+            },
+            Impact,
+        ),
+    };
     let kind = first_failure(&faulty, 400).expect("the fault is found");
-    assert!(["overlap between events", "gap", "schedulers differ"].contains(&&kind[..]), "{kind}");
+    assert!(
+        ["overlap between events", "gap", "schedulers differ"].contains(&&kind[..]),
+        "{kind}"
+    );
 }
 
 #[test]
 fn wrong_impulses_are_found() {
-    let wrong =
-        |longer, turned| Scenes { parts: Planted(Exact::default(), Wrong { one_in: 200, longer, turned }) };
+    let wrong = |longer, turned| Scenes {
+        parts: Planted(
+            Exact::default(),
+            Wrong {
+                one_in: 200,
+                longer,
+                turned,
+            },
+        ),
+    };
     let kind = first_failure(&wrong(1e-8, 0.0), 400).expect("the fault is found");
     assert!(["restitution", "energy"].contains(&&kind[..]), "{kind}");
     let kind = first_failure(&wrong(0.0, 1e-6), 400).expect("the fault is found");
-    assert!(["friction", "restitution", "energy"].contains(&&kind[..]), "{kind}");
+    assert!(
+        ["friction", "restitution", "energy"].contains(&&kind[..]),
+        "{kind}"
+    );
 }
 
 /// A fast dumbbell is added, slowed down in two edits and removed: `lost` remains 0, and the ledger
@@ -158,12 +213,29 @@ fn rounding_of_energy_that_was_taken_out_again_is_no_failure() {
         ];
         for together in [true, false] {
             let mut stretch: Vec<Stretch> = if together {
-                vec![Stretch { duration: 0.01, edits: edits.to_vec() }]
+                vec![Stretch {
+                    duration: 0.01,
+                    edits: edits.to_vec(),
+                }]
             } else {
-                edits.iter().map(|edit| Stretch { duration: 0.01, edits: vec![edit.clone()] }).collect()
+                edits
+                    .iter()
+                    .map(|edit| Stretch {
+                        duration: 0.01,
+                        edits: vec![edit.clone()],
+                    })
+                    .collect()
             };
-            stretch.push(Stretch { duration: 0.01, edits: vec![] });
-            let case = Case { class: "mixture".to_owned(), seed: 1, stretch, scene: Scene::default() };
+            stretch.push(Stretch {
+                duration: 0.01,
+                edits: vec![],
+            });
+            let case = Case {
+                class: "mixture".to_owned(),
+                seed: 1,
+                stretch,
+                scene: Scene::default(),
+            };
             let report = Scenes::<Sound>::default().check(&case);
             assert_eq!(report.failure, None, "{first} {second} {together}");
         }
@@ -179,7 +251,13 @@ fn most_scenes_can_be_built_and_have_contacts() {
             continue;
         }
         let report = Scenes::<Sound>::default().check(&case);
-        let count = |name: &str| report.counts.iter().find(|(known, _)| known == name).map_or(0, |(_, n)| *n);
+        let count = |name: &str| {
+            report
+                .counts
+                .iter()
+                .find(|(known, _)| known == name)
+                .map_or(0, |(_, n)| *n)
+        };
         built += u32::from(count("refused") == 0);
         contacts += count("contacts");
         edits += count("edits");

@@ -30,7 +30,7 @@ const OUTWARDS: f64 = 4.0;
 const LOOKS_AHEAD: i32 = 24;
 
 /// Scenes of more bodies are not examined after every event.
-const FEW: usize = 12;
+const MAX_WATCHED_BODIES: usize = 12;
 
 /// Largest gap at a contact in roundings of the longer side. The engine guarantees sixteen; four
 /// times as much covers the rounding of the report, of the box, and of the subsequent computation.
@@ -153,7 +153,10 @@ impl Watcher {
         self.entries += 1.0 + view.len() as f64;
         self.contacts = 0;
         let tags = |body: &carom::engine::Body| {
-            body.tags().iter().map(|&tag| view.tag_names().name(tag).to_owned()).collect()
+            body.tags()
+                .iter()
+                .map(|&tag| view.tag_names().name(tag).to_owned())
+                .collect()
         };
         self.bodies = view
             .bodies()
@@ -175,8 +178,17 @@ impl Watcher {
 
     fn keep_largest_entry(&mut self, view: &View<'_>) {
         let ledger = view.ledger();
-        let entries = [view.energy(), ledger.initial, ledger.lost, ledger.put_in, ledger.heat];
-        self.largest_entry = entries.into_iter().map(f64::abs).fold(self.largest_entry, f64::max);
+        let entries = [
+            view.energy(),
+            ledger.initial,
+            ledger.lost,
+            ledger.put_in,
+            ledger.heat,
+        ];
+        self.largest_entry = entries
+            .into_iter()
+            .map(f64::abs)
+            .fold(self.largest_entry, f64::max);
     }
 
     fn longer_side(&self) -> f64 {
@@ -186,10 +198,15 @@ impl Watcher {
     /// Bound on the position error of a body at `time`, including its arms (length).
     fn error(&self, body: &Tracked, time: EpochTime) -> f64 {
         let epochs = (self.epochs - body.epoch) as f64;
-        let turning = if body.state.spin == 0.0 { 0.0 } else { 4.0 + 8.0 * body.state.angle_until(time) };
+        let turning = if body.state.spin == 0.0 {
+            0.0
+        } else {
+            4.0 + 8.0 * body.state.angle_until(time)
+        };
         // Times are rounded as offsets in an epoch; a body moves at most this far in it.
         let longest = SIDES_PER_EPOCH * self.longer_side();
-        let way = |time: EpochTime| (length(body.state.velocity) * time.offset().abs()).min(longest);
+        let way =
+            |time: EpochTime| (length(body.state.velocity) * time.offset().abs()).min(longest);
         let clock = way(time) + way(body.state.time);
         // Epochs start at double-double times, which do not resolve the motion of very fast bodies
         // at late times.
@@ -210,22 +227,37 @@ impl Watcher {
     /// Elasticity from the most specific rule.
     fn rule(&self, a: &Tracked, b: &Tracked) -> f64 {
         let carries = |body: &Tracked, tag: &String| body.tags.contains(tag);
-        let of_pair = self.elasticity.pair.iter().find(|rule| match &rule.between[..] {
-            [one, other] => (carries(a, one) && carries(b, other)) || (carries(a, other) && carries(b, one)),
-            _ => false,
-        });
-        let of_one = || {
-            self.elasticity.pair.iter().find(|rule| match &rule.between[..] {
-                [one] => carries(a, one) || carries(b, one),
+        let of_pair = self
+            .elasticity
+            .pair
+            .iter()
+            .find(|rule| match &rule.between[..] {
+                [one, other] => {
+                    (carries(a, one) && carries(b, other)) || (carries(a, other) && carries(b, one))
+                }
                 _ => false,
-            })
+            });
+        let of_one = || {
+            self.elasticity
+                .pair
+                .iter()
+                .find(|rule| match &rule.between[..] {
+                    [one] => carries(a, one) || carries(b, one),
+                    _ => false,
+                })
         };
-        of_pair.or_else(of_one).map_or(self.elasticity.default, |rule| rule.coefficient)
+        of_pair
+            .or_else(of_one)
+            .map_or(self.elasticity.default, |rule| rule.coefficient)
     }
 
     fn total_momentum(&self) -> Pair {
-        let sum =
-            |axis: usize| self.bodies.values().map(|body| body.mass * body.state.velocity[axis]).sum::<f64>();
+        let sum = |axis: usize| {
+            self.bodies
+                .values()
+                .map(|body| body.mass * body.state.velocity[axis])
+                .sum::<f64>()
+        };
         [sum(0), sum(1)]
     }
 
@@ -234,7 +266,13 @@ impl Watcher {
         let placed: Vec<(&Tracked, Placed, f64)> = self
             .bodies
             .values()
-            .map(|body| (body, body.state.at(time, self.sides), self.error(body, time)))
+            .map(|body| {
+                (
+                    body,
+                    body.state.at(time, self.sides),
+                    self.error(body, time),
+                )
+            })
             .collect();
         let (mut worst, mut deepest) = (0.0f64, None);
         for (index, (a, at_a, error_a)) in placed.iter().enumerate() {
@@ -254,7 +292,10 @@ impl Watcher {
         self.report.keep_worst("overlap/bound", worst);
         if let Some((gap, bound)) = deepest {
             let time = time.to_f64();
-            self.report.fail("overlap between events", format!("gap {gap:e} at {time:e}, allowed {bound:e}"));
+            self.report.fail(
+                "overlap between events",
+                format!("gap {gap:e} at {time:e}, allowed {bound:e}"),
+            );
         }
     }
 
@@ -278,11 +319,17 @@ impl Watcher {
         let since = time.since(self.last);
         // To the precision of a double-double, in which epochs are stored.
         if exceeds(-since, RESOLUTION * time.to_f64().abs()) {
-            self.report.fail("time", format!("an event is {:e} earlier than the previous one", -since));
+            self.report.fail(
+                "time",
+                format!("an event is {:e} earlier than the previous one", -since),
+            );
             return;
         }
         let count = self.bodies.len();
-        let looks = count <= FEW || self.draw.happens(FEW as f64 / count as f64 / 2.0);
+        let looks = count <= MAX_WATCHED_BODIES
+            || self
+                .draw
+                .happens(MAX_WATCHED_BODIES as f64 / count as f64 / 2.0);
         if since > 0.0 && looks {
             for _ in 0..MOMENTS {
                 let moment = self.last.after(self.draw.between(0.0, 1.0) * since);
@@ -311,19 +358,26 @@ impl Watcher {
             let off = distance_in_box(found.place, placed.place, self.sides);
             self.report.keep_worst("place/bound", off / error);
             if exceeds(off, error) {
-                self.report
-                    .fail("place", format!("{} deviates by {off:e}, allowed {error:e}", body.body.id()));
+                self.report.fail(
+                    "place",
+                    format!("{} deviates by {off:e}, allowed {error:e}", body.body.id()),
+                );
             }
             if found.velocity != expected.velocity || found.spin != expected.spin {
-                self.report
-                    .fail("velocity", format!("velocity of {} changed between contacts", body.body.id()));
+                self.report.fail(
+                    "velocity",
+                    format!("velocity of {} changed between contacts", body.body.id()),
+                );
             }
             let rotation = body.motion.orientation.cos_sin().to_array();
-            let turned = distance_in_box(rotation, placed.rotation, [8.0; 2]) * tracked.outline.reach;
+            let turned =
+                distance_in_box(rotation, placed.rotation, [8.0; 2]) * tracked.outline.reach;
             // The orientation of a disc is arbitrary.
             if tracked.outline.atoms.len() > 1 && exceeds(turned, error) {
-                self.report
-                    .fail("orientation", format!("orientation of {} deviates by {turned:e}", body.body.id()));
+                self.report.fail(
+                    "orientation",
+                    format!("orientation of {} deviates by {turned:e}", body.body.id()),
+                );
             }
         }
         self.compare_sums(view);
@@ -337,25 +391,40 @@ impl Watcher {
         let resolved = scale > 1e-280;
         let lost = ledger.lost - self.lost_before;
         if resolved && exceeds((lost - self.lost).abs(), allowed) {
-            self.report
-                .fail("ledger", format!("the ledger has a loss of {lost:e}, the reports of {:e}", self.lost));
+            self.report.fail(
+                "ledger",
+                format!(
+                    "the ledger has a loss of {lost:e}, the reports of {:e}",
+                    self.lost
+                ),
+            );
         }
         if resolved && exceeds((view.energy() - ledger.booked()).abs(), allowed) {
             self.report.fail(
                 "ledger",
-                format!("the energy is {:e}, the ledger has {:e}", view.energy(), ledger.booked()),
+                format!(
+                    "the energy is {:e}, the ledger has {:e}",
+                    view.energy(),
+                    ledger.booked()
+                ),
             );
         }
         if let Some(before) = self.momentum {
             let now = self.total_momentum();
-            let scale: f64 =
-                self.bodies.values().map(|body| body.mass * length(body.state.velocity)).sum::<f64>()
-                    + length(before);
+            let scale: f64 = self
+                .bodies
+                .values()
+                .map(|body| body.mass * length(body.state.velocity))
+                .sum::<f64>()
+                + length(before);
             let contacts = self.contacts as f64 + 16.0;
             let most = scale.max((2.0 * self.largest_energy * self.total_mass()).sqrt());
             let off = length([now[0] - before[0], now[1] - before[1]]);
             if exceeds(off, 16.0 * f64::EPSILON * contacts * most) {
-                self.report.fail("total momentum", format!("it deviates by {off:e} of {most:e}"));
+                self.report.fail(
+                    "total momentum",
+                    format!("it deviates by {off:e} of {most:e}"),
+                );
             }
         }
     }
@@ -377,14 +446,25 @@ impl Watcher {
         let off = distance_in_box(found.place, placed.place, self.sides);
         let id = side.body.id();
         if exceeds(off, error) {
-            self.report.fail("place", format!("{id} deviates by {off:e} at a contact, allowed {error:e}"));
+            self.report.fail(
+                "place",
+                format!("{id} deviates by {off:e} at a contact, allowed {error:e}"),
+            );
         }
         if found.velocity != body.state.velocity || found.spin != body.state.spin {
-            self.report.fail("velocity", format!("velocity of {id} changed between contacts"));
+            self.report.fail(
+                "velocity",
+                format!("velocity of {id} changed between contacts"),
+            );
         }
-        let finite = [side.after.velocity.x, side.after.velocity.y, side.after.angular_velocity];
+        let finite = [
+            side.after.velocity.x,
+            side.after.velocity.y,
+            side.after.angular_velocity,
+        ];
         if finite.iter().any(|number| !number.is_finite()) {
-            self.report.fail("NaN", format!("{id} has the velocities {finite:?}"));
+            self.report
+                .fail("NaN", format!("{id} has the velocities {finite:?}"));
         }
         (placed, error)
     }
@@ -396,11 +476,15 @@ impl Watcher {
                 let (sides, epoch) = (self.sides, self.epochs);
                 // Positions are wrapped into the box, as at the start of every epoch.
                 let placed = State::of(&side.after, contact.time).at(contact.time, sides);
-                tracked.state = State { place: placed.place, ..State::of(&side.after, contact.time) };
+                tracked.state = State {
+                    place: placed.place,
+                    ..State::of(&side.after, contact.time)
+                };
                 tracked.epoch = epoch;
             }
         }
-        let energy = |body: &Tracked| 0.5 * body.mass * dot(body.state.velocity, body.state.velocity);
+        let energy =
+            |body: &Tracked| 0.5 * body.mass * dot(body.state.velocity, body.state.velocity);
         let now: f64 = [&contact.sides[0], &contact.sides[1]]
             .into_iter()
             .filter(|side| !side.body.is_fixed())
@@ -420,7 +504,8 @@ impl Observer for Watcher {
         let time = contact.time;
         let fastest = contact.sides.iter().map(|side| {
             let reach = side.body.molecule().bounding_radius();
-            let speed = |motion: &Motion| motion.velocity.length() + motion.angular_velocity.abs() * reach;
+            let speed =
+                |motion: &Motion| motion.velocity.length() + motion.angular_velocity.abs() * reach;
             speed(&side.before).max(speed(&side.after))
         });
         let way = RESOLUTION * time.to_f64().abs() * fastest.fold(0.0, f64::max);
@@ -432,7 +517,10 @@ impl Observer for Watcher {
         self.look_back(time);
         self.contacts += 1;
         self.entries += 1.0;
-        let tracked = contact.sides.each_ref().map(|side| self.bodies.get(&side.body.key()).cloned());
+        let tracked = contact
+            .sides
+            .each_ref()
+            .map(|side| self.bodies.get(&side.body.key()).cloned());
         let [Some(a), Some(b)] = tracked else {
             self.report.fail("bodies", "a report names an unknown body");
             return;
@@ -449,8 +537,16 @@ impl Observer for Watcher {
             guarded: self.elasticity.contact_time > 0.0,
         };
         let bodies = [
-            contact::Body { outline: &a.outline, placed: at_a, error: error_a },
-            contact::Body { outline: &b.outline, placed: at_b, error: error_b },
+            contact::Body {
+                outline: &a.outline,
+                placed: at_a,
+                error: error_a,
+            },
+            contact::Body {
+                outline: &b.outline,
+                placed: at_b,
+                error: error_b,
+            },
         ];
         let measured = contact::check(contact, bodies, &rules, &mut self.report);
         self.lost += measured.lost;
@@ -461,7 +557,10 @@ impl Observer for Watcher {
             bodies: contact.sides.each_ref().map(|side| side.body.id()),
             atoms: contact.sides.each_ref().map(|side| side.atom),
             places: [at_a.place, at_b.place],
-            velocities: contact.sides.each_ref().map(|side| side.after.velocity.to_array()),
+            velocities: contact
+                .sides
+                .each_ref()
+                .map(|side| side.after.velocity.to_array()),
             approach: measured.approach,
             speed: measured.speed,
             distance: measured.distance,

@@ -81,17 +81,35 @@ impl Case {
     /// The case of a seed.
     pub fn draw(seed: u64) -> Self {
         let draw = &mut Draw::new(seed);
-        let gas = draw.one_of(&[Gas::Discs, Gas::Discs, Gas::Mixture, Gas::Dumbbells, Gas::TeesAndDiscs]);
-        let densest = if matches!(gas, Gas::Discs | Gas::Mixture) { 0.65 } else { 0.3 };
+        let gas = draw.one_of(&[
+            Gas::Discs,
+            Gas::Discs,
+            Gas::Mixture,
+            Gas::Dumbbells,
+            Gas::TeesAndDiscs,
+        ]);
+        let densest = if matches!(gas, Gas::Discs | Gas::Mixture) {
+            0.65
+        } else {
+            0.3
+        };
         let rarely = |draw: &mut Draw, number: u32| if draw.happens(0.3) { number } else { 0 };
         // Of few stops, some are closer than a window; of many, all.
-        let stops = if draw.happens(0.5) { draw.integer(1, 5) } else { draw.integer(20, 200) };
+        let stops = if draw.happens(0.5) {
+            draw.integer(1, 5)
+        } else {
+            draw.integer(20, 200)
+        };
         Self {
             gas,
             count: draw.scale(1500.0, 8000.0) as u32,
             area_fraction: draw.between(0.1, densest),
             seed: draw.bits() >> 32,
-            elasticity: if draw.happens(0.7) { 1.0 } else { draw.between(0.6, 1.003) },
+            elasticity: if draw.happens(0.7) {
+                1.0
+            } else {
+                draw.between(0.6, 1.003)
+            },
             walls: rarely(draw, 3),
             bumpers: rarely(draw, 12),
             threads: draw.integer(1, 3) as u32,
@@ -103,7 +121,11 @@ impl Case {
             length: draw.scale(2.0, 20.0),
             stops: stops as u32,
             reports: draw.happens(0.5),
-            disturbed: if draw.happens(0.5) { draw.scale(0.01, 1.0) } else { 0.0 },
+            disturbed: if draw.happens(0.5) {
+                draw.scale(0.01, 1.0)
+            } else {
+                0.0
+            },
             contacts_per_epoch: draw.one_of(&[1, 4, 64]),
         }
     }
@@ -112,18 +134,50 @@ impl Case {
     pub fn simpler(&self) -> Vec<Self> {
         let half = |number: u32| number / 2;
         let all = [
-            Self { length: 0.5 * self.length, ..self.clone() },
-            Self { count: half(self.count).max(500), ..self.clone() },
-            Self { stops: half(self.stops).max(1), ..self.clone() },
-            Self { gas: Gas::Discs, ..self.clone() },
-            Self { elasticity: 1.0, ..self.clone() },
-            Self { walls: half(self.walls), ..self.clone() },
-            Self { bumpers: half(self.bumpers), ..self.clone() },
-            Self { threads: 1, ..self.clone() },
-            Self { reports: false, ..self.clone() },
-            Self { disturbed: 0.0, ..self.clone() },
+            Self {
+                length: 0.5 * self.length,
+                ..self.clone()
+            },
+            Self {
+                count: half(self.count).max(500),
+                ..self.clone()
+            },
+            Self {
+                stops: half(self.stops).max(1),
+                ..self.clone()
+            },
+            Self {
+                gas: Gas::Discs,
+                ..self.clone()
+            },
+            Self {
+                elasticity: 1.0,
+                ..self.clone()
+            },
+            Self {
+                walls: half(self.walls),
+                ..self.clone()
+            },
+            Self {
+                bumpers: half(self.bumpers),
+                ..self.clone()
+            },
+            Self {
+                threads: 1,
+                ..self.clone()
+            },
+            Self {
+                reports: false,
+                ..self.clone()
+            },
+            Self {
+                disturbed: 0.0,
+                ..self.clone()
+            },
         ];
-        all.into_iter().filter(|case| case != self && case.length > 0.1).collect()
+        all.into_iter()
+            .filter(|case| case != self && case.length > 0.1)
+            .collect()
     }
 
     /// The action after a stop.
@@ -158,9 +212,23 @@ impl Case {
 
     /// The division.
     pub fn tiling(&self) -> Tiling {
-        let &Self { side, window, margin, front, .. } = self;
+        let &Self {
+            side,
+            window,
+            margin,
+            front,
+            ..
+        } = self;
         let threads = self.threads as usize;
-        Tiling { threads, least_bodies: 1, least_molecules: 1, side, window, margin, front }
+        Tiling {
+            threads,
+            least_bodies: 1,
+            least_molecules: 1,
+            side,
+            window,
+            margin,
+            front,
+        }
     }
 
     /// The scene.
@@ -168,15 +236,26 @@ impl Case {
     /// # Errors
     /// Numbers out of range, from a file.
     pub fn scene(&self) -> Result<Scene, carom::SceneError> {
-        let Self { area_fraction, seed, elasticity, .. } = self;
+        let Self {
+            area_fraction,
+            seed,
+            elasticity,
+            ..
+        } = self;
         let radius = self.radius();
         let gas = |shape: &str, size: f64, share: f64, mass: f64| {
             let shape = if shape.is_empty() {
                 format!("radius = {}\nmass = {mass:?}", radius * size)
             } else {
-                format!("shape = \"{shape}\"\natom_radius = {}\natom_mass = {mass:?}", radius * size)
+                format!(
+                    "shape = \"{shape}\"\natom_radius = {}\natom_mass = {mass:?}",
+                    radius * size
+                )
             };
-            format!("[[gas]]\n{shape}\nenergy = 1.0\narea_fraction = {:?}\n", share * area_fraction)
+            format!(
+                "[[gas]]\n{shape}\nenergy = 1.0\narea_fraction = {:?}\n",
+                share * area_fraction
+            )
         };
         let gases = match self.gas {
             Gas::Discs => gas("", 1.0, 1.0, 1.0),
@@ -184,9 +263,17 @@ impl Case {
             Gas::Dumbbells => gas("dumbbell", 0.7, 1.0, 0.5),
             Gas::TeesAndDiscs => gas("tee", 0.5, 0.7, 0.3) + &gas("", 0.5, 0.1, 1.0),
         };
-        let walls = ["x = 0.0", "y = 0.51", "from = [0.2, 0.1]\nto = [0.9, 0.4]\nradius = 0.003"];
-        let walls = walls.iter().take(self.walls as usize).map(|wall| format!("[[wall]]\n{wall}\n"));
-        let places = (0..self.bumpers).flat_map(|row| (0..self.bumpers).map(move |column| [column, row]));
+        let walls = [
+            "x = 0.0",
+            "y = 0.51",
+            "from = [0.2, 0.1]\nto = [0.9, 0.4]\nradius = 0.003",
+        ];
+        let walls = walls
+            .iter()
+            .take(self.walls as usize)
+            .map(|wall| format!("[[wall]]\n{wall}\n"));
+        let places =
+            (0..self.bumpers).flat_map(|row| (0..self.bumpers).map(move |column| [column, row]));
         let bumpers = places.map(|place| {
             let [x, y] = place.map(|number| (f64::from(number) + 0.31) / f64::from(self.bumpers));
             format!(

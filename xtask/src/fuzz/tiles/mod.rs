@@ -46,12 +46,25 @@ impl Subject for Tiles {
             let computed = run(case, &mut simulation);
             (computed, simulation.tile_counters())
         });
-        if let Some((number, _)) =
-            expected.iter().zip(&found).enumerate().find(|(_, (one, other))| one != other)
+        if let Some((number, _)) = expected
+            .iter()
+            .zip(&found)
+            .enumerate()
+            .find(|(_, (one, other))| one != other)
         {
-            report.fail("bits", format!("number {number} of {} differs; {tiles:?}", expected.len()));
+            report.fail(
+                "bits",
+                format!("number {number} of {} differs; {tiles:?}", expected.len()),
+            );
         } else if expected.len() != found.len() {
-            report.fail("bits", format!("{} numbers, then {}; {tiles:?}", expected.len(), found.len()));
+            report.fail(
+                "bits",
+                format!(
+                    "{} numbers, then {}; {tiles:?}",
+                    expected.len(),
+                    found.len()
+                ),
+            );
         }
         count(&mut report, &tiles);
         report
@@ -117,7 +130,11 @@ fn act(action: Action, simulation: &mut Simulation, bits: &mut Bits) -> Result<(
         Action::Clone => *simulation = simulation.clone(),
         Action::EndEpoch => drop(simulation.end_epoch_here()),
         Action::Elasticity(default, contact_time) => {
-            let rules = ElasticitySpec { default, contact_time, ..ElasticitySpec::default() };
+            let rules = ElasticitySpec {
+                default,
+                contact_time,
+                ..ElasticitySpec::default()
+            };
             simulation.set_elasticity(&rules).expect("it is in range");
         }
         Action::Reverse => simulation.reverse(),
@@ -136,13 +153,19 @@ impl Bits {
             let motion = body.motion;
             let [place, velocity] = [motion.position, motion.velocity];
             let turning = [motion.orientation.turns(), motion.angular_velocity];
-            self.0.extend([place.x, place.y, velocity.x, velocity.y].map(f64::to_bits));
+            self.0
+                .extend([place.x, place.y, velocity.x, velocity.y].map(f64::to_bits));
             self.0.extend(turning.map(f64::to_bits));
             self.0.extend(body.winding.map(|boxes| boxes as u64));
         }
         let (counters, ledger) = (view.counters(), view.ledger());
-        self.0.extend([counters.collisions, counters.fixed_collisions, counters.guarded_collisions]);
-        self.0.extend([ledger.lost, ledger.spared].map(f64::to_bits));
+        self.0.extend([
+            counters.collisions,
+            counters.fixed_collisions,
+            counters.guarded_collisions,
+        ]);
+        self.0
+            .extend([ledger.lost, ledger.spared].map(f64::to_bits));
     }
 }
 
@@ -151,7 +174,8 @@ impl Observer for Bits {
         self.0.push(report.time.to_f64().to_bits());
         for side in &report.sides {
             self.0.push(side.body.id());
-            self.0.extend(side.after.velocity.to_array().map(f64::to_bits));
+            self.0
+                .extend(side.after.velocity.to_array().map(f64::to_bits));
             self.0.push(side.after.angular_velocity.to_bits());
         }
         self.0.extend(report.image.map(|boxes| boxes as u64));
@@ -174,7 +198,16 @@ mod tests {
             assert_eq!(report.failure, None, "{case:?}");
             total.add(&report);
         }
-        let count = |name: &str| total.counts.iter().find(|(known, _)| known == name).map_or(0, |it| it.1);
-        assert!(count("windows") > 10 && count("tiles repeated") > 10, "{total:?}");
+        let count = |name: &str| {
+            total
+                .counts
+                .iter()
+                .find(|(known, _)| known == name)
+                .map_or(0, |it| it.1)
+        };
+        assert!(
+            count("windows") > 10 && count("tiles repeated") > 10,
+            "{total:?}"
+        );
     }
 }

@@ -39,12 +39,18 @@ impl CoveredCells {
         let slot = &mut self.slots[cell as usize];
         match *slot {
             NONE if body.image.iter().all(|boxes| boxes.abs() <= 1) => {
-                *slot =
-                    body.index | (image_code(body.image[0]) | image_code(body.image[1]) << 2) << INDEX_BITS;
+                *slot = body.index
+                    | (image_code(body.image[0]) | image_code(body.image[1]) << 2) << INDEX_BITS;
             }
             old if old < SEVERAL || old == NONE => {
                 *slot = SEVERAL | self.several.len() as u32;
-                self.several.push((old != NONE).then(|| single(old)).into_iter().chain([body]).collect());
+                self.several.push(
+                    (old != NONE)
+                        .then(|| single(old))
+                        .into_iter()
+                        .chain([body])
+                        .collect(),
+                );
             }
             place => self.several[(place & INDEX_MASK) as usize].push(body),
         }
@@ -92,7 +98,10 @@ impl CoveredCells {
 /// The single entry in a slot.
 #[inline]
 fn single(slot: u32) -> Listed {
-    Listed { index: slot & INDEX_MASK, image: image_of(slot) }
+    Listed {
+        index: slot & INDEX_MASK,
+        image: image_of(slot),
+    }
 }
 
 #[cfg(test)]

@@ -28,7 +28,12 @@ pub(in crate::cells) struct EarliestEvent {
 impl EarliestEvent {
     /// No contact found yet: without one, the event at `time` is of this kind.
     pub fn before(time: f64, kind: Kind) -> Self {
-        Self { time, kind, partner: 0, pending: Pending::NOTHING }
+        Self {
+            time,
+            kind,
+            partner: 0,
+            pending: Pending::NOTHING,
+        }
     }
 
     /// Whether a contact with this lower bound (time from `now`) may precede the event.
@@ -49,7 +54,12 @@ impl EarliestEvent {
     /// Replaces the event by a contact.
     #[inline]
     pub(super) fn set_contact(&mut self, time: f64, partner: u32, pending: Pending) {
-        *self = Self { time, kind: Kind::MultiCell, partner, pending };
+        *self = Self {
+            time,
+            kind: Kind::MultiCell,
+            partner,
+            pending,
+        };
     }
 
     fn offer_recheck(&mut self, time: f64) {
@@ -71,20 +81,40 @@ impl<F: Frame> State<F> {
         best: &mut EarliestEvent,
     ) {
         self.count_pairs(body, 1);
-        let Candidate { bound, item: Listed { index: other, image: seen }, .. } = *candidate;
+        let Candidate {
+            bound,
+            item: Listed {
+                index: other,
+                image: seen,
+            },
+            ..
+        } = *candidate;
         // The body inserted first is A, so that ties between atoms do not depend on the order of
         // the query.
         let (pair, image) = ordered([body, other], seen.map(i64::from));
         let relative = self.relative_motion(world, pair, image, now);
-        let (a, b) = (self.molecule(world, pair[0]).outline(), self.molecule(world, pair[1]).outline());
+        let (a, b) = (
+            self.molecule(world, pair[0]).outline(),
+            self.molecule(world, pair[1]).outline(),
+        );
         let horizon = best.time.min(self.limit) - now;
-        match detection.first_contact_after(bound, a, b, &relative, horizon).outcome {
+        match detection
+            .first_contact_after(bound, a, b, &relative, horizon)
+            .outcome
+        {
             Outcome::Free => {}
             Outcome::Contact(contact) => {
                 let time = now + contact.time;
                 if best.is_preceded_by(time, other) {
                     let image = self.path_image([body, other], seen);
-                    best.set_contact(time, other, Pending { parts: contact.touch.into(), image });
+                    best.set_contact(
+                        time,
+                        other,
+                        Pending {
+                            parts: contact.touch.into(),
+                            image,
+                        },
+                    );
                 }
             }
             Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
@@ -106,7 +136,12 @@ impl<F: Frame> State<F> {
             Kind::MultiCell => self.multi_cell.pending[body as usize],
             _ => Pending::NOTHING,
         };
-        EarliestEvent { time: record.time, kind, partner: record.partner(), pending }
+        EarliestEvent {
+            time: record.time,
+            kind,
+            partner: record.partner(),
+            pending,
+        }
     }
 
     pub(in crate::cells) fn store_event(&mut self, body: u32, best: &EarliestEvent) {
@@ -124,18 +159,27 @@ impl<F: Frame> State<F> {
     ) -> ContactEvent {
         let pending = self.multi_cell.pending[owner as usize];
         let [a, b] = bodies.map(|body| self.windings[body as usize]);
-        let image =
-            [0, 1].map(|axis| i64::from(pending.image[axis].wrapping_add(b[axis].wrapping_sub(a[axis]))));
-        ContactEvent { time, bodies, image, parts: pending.parts }
+        let image = [0, 1]
+            .map(|axis| i64::from(pending.image[axis].wrapping_add(b[axis].wrapping_sub(a[axis]))));
+        ContactEvent {
+            time,
+            bodies,
+            image,
+            parts: pending.parts,
+        }
     }
 
     /// The image of the second body, as seen from the one inserted first, along their paths without
     /// periodic wraps.
     pub(super) fn path_image(&self, pair: [u32; 2], image: [i32; 2]) -> [i16; 2] {
         let [asking, other] = pair.map(|body| self.windings[body as usize]);
-        let seen =
-            [0, 1].map(|axis| (image[axis] as i16).wrapping_sub(other[axis].wrapping_sub(asking[axis])));
-        if pair[0] < pair[1] { seen } else { seen.map(i16::wrapping_neg) }
+        let seen = [0, 1]
+            .map(|axis| (image[axis] as i16).wrapping_sub(other[axis].wrapping_sub(asking[axis])));
+        if pair[0] < pair[1] {
+            seen
+        } else {
+            seen.map(i16::wrapping_neg)
+        }
     }
 
     pub(super) fn relative_motion(
@@ -153,12 +197,20 @@ impl<F: Frame> State<F> {
     pub(super) fn seen_from(&self, tile: Listed) -> impl Iterator<Item = Listed> {
         let [x, y] = tile.image;
         let seen = self.neighbour_lists.seen_from(tile.index);
-        seen.map(move |(index, image)| Listed { index, image: [image[0] + x, image[1] + y] })
+        seen.map(move |(index, image)| Listed {
+            index,
+            image: [image[0] + x, image[1] + y],
+        })
     }
 
     /// Up to `N` bodies as seen from one, as discs of their bounding radii.
     #[inline(always)]
-    pub(super) fn lanes<const N: usize>(&self, body: u32, others: &[Listed], now: f64) -> DiscLanes<N> {
+    pub(super) fn lanes<const N: usize>(
+        &self,
+        body: u32,
+        others: &[Listed],
+        now: f64,
+    ) -> DiscLanes<N> {
         let own = &self.records[body as usize];
         let sides = self.sides;
         let dummy = BodyRecord::dummy();

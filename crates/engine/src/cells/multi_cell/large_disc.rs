@@ -39,22 +39,39 @@ impl<F: Frame> State<F> {
             let list = self.neighbour_lists.list_of(tile.index);
             tested += list.count() as u64;
             soonest = soonest.or(match list.plain() {
-                Some((slots, None)) => kernel.soonest_of_eight::<false>(query, slots).in_slots(slots),
+                Some((slots, None)) => kernel
+                    .soonest_of_eight::<false>(query, slots)
+                    .in_slots(slots),
                 _ => kernel.soonest_of_list(&query, &list),
             });
         }
         if !soonest.is_ambiguous {
-            self.offer_disc(body, now + soonest.time, Listed { index: soonest.slot, image: [0; 2] }, best);
+            self.offer_disc(
+                body,
+                now + soonest.time,
+                Listed {
+                    index: soonest.slot,
+                    image: [0; 2],
+                },
+                best,
+            );
         }
         let mut pairs = if soonest.is_ambiguous { 0 } else { tested };
-        let one_by_one = multi_cell_body.tiles.iter().filter(|tile| soonest.is_ambiguous || !is_plain(tile));
+        let one_by_one = multi_cell_body
+            .tiles
+            .iter()
+            .filter(|tile| soonest.is_ambiguous || !is_plain(tile));
         let small = one_by_one.flat_map(|&tile| self.seen_from(tile));
         let large = multi_cell_body.neighbours.iter().filter_map(|neighbour| {
             let other = &self.multi_cell.list[neighbour.index as usize];
-            (in_closed_form && other.is_disc_among_discs)
-                .then_some(Listed { index: other.body, image: neighbour.image })
+            (in_closed_form && other.is_disc_among_discs).then_some(Listed {
+                index: other.body,
+                image: neighbour.image,
+            })
         });
-        let mut others = small.chain(large).filter(|other| Some(other.index) != except);
+        let mut others = small
+            .chain(large)
+            .filter(|other| Some(other.index) != except);
         loop {
             let some: SmallVec<[Listed; DISC_LANES]> = others.by_ref().take(DISC_LANES).collect();
             if some.is_empty() {
@@ -74,7 +91,14 @@ impl<F: Frame> State<F> {
     fn offer_disc(&self, body: u32, time: f64, other: Listed, best: &mut EarliestEvent) {
         if time < f64::INFINITY && best.is_preceded_by(time, other.index) {
             let image = self.path_image([body, other.index], other.image);
-            best.set_contact(time, other.index, Pending { parts: Parts::Discs, image });
+            best.set_contact(
+                time,
+                other.index,
+                Pending {
+                    parts: Parts::Discs,
+                    image,
+                },
+            );
         }
     }
 
@@ -82,12 +106,21 @@ impl<F: Frame> State<F> {
     /// they hold between small discs only.
     #[inline]
     pub(super) fn multi_cell_query(&self, body: u32, now: f64) -> NeighbourQuery<'_> {
-        NeighbourQuery { pair_constants: None, ..self.query(body, now) }
+        NeighbourQuery {
+            pair_constants: None,
+            ..self.query(body, now)
+        }
     }
 
     /// Tests a disc in a cell against a large disc.
     #[inline(always)]
-    pub(super) fn test_large_disc(&mut self, disc: u32, large: Listed, now: f64, best: &mut EarliestEvent) {
+    pub(super) fn test_large_disc(
+        &mut self,
+        disc: u32,
+        large: Listed,
+        now: f64,
+        best: &mut EarliestEvent,
+    ) {
         self.count_pairs(disc, 1);
         let [time] = self.lanes::<1>(disc, &[large], now).contact_times();
         self.offer_disc(disc, now + time, large, best);

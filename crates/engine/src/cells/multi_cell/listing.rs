@@ -16,7 +16,7 @@ use crate::{
 
 /// Least radius of a shell, as a share of the shorter side of a cell. Smaller: a body among discs
 /// far smaller than a cell leaves its shell so often that a run does not end. Larger: no gain.
-const LEAST_SHELL: f64 = 1.0 / 128.0;
+const MIN_SHELL: f64 = 1.0 / 128.0;
 
 /// Factor on the distances of lists, so that no rounding makes them too short.
 const MARGIN: f64 = 1.0 + 1e-12;
@@ -61,11 +61,13 @@ impl State {
         }
         multi_cell_body.centre = place;
         let small = self.grid.largest_small();
-        let least = LEAST_SHELL * self.grid.side().min_element();
+        let least = MIN_SHELL * self.grid.side().min_element();
         multi_cell_body.shell = if multi_cell_body.fixed {
             0.0
         } else {
-            small.min(multi_cell_body.radius.max(0.5 * small)).max(least)
+            small
+                .min(multi_cell_body.radius.max(0.5 * small))
+                .max(least)
         };
         self.list_in_cells(index);
         self.find_neighbours(bounds, index);
@@ -109,7 +111,13 @@ impl State {
     fn enter_cells(&mut self, index: usize, cells: Vec<Listed>) {
         let body = self.multi_cell.list[index].body;
         for &cell in &cells {
-            self.multi_cell.covered.enter(cell.index, Listed { index: body, image: cell.image });
+            self.multi_cell.covered.enter(
+                cell.index,
+                Listed {
+                    index: body,
+                    image: cell.image,
+                },
+            );
             self.neighbour_lists.set_covered(cell.index, true);
         }
         self.multi_cell.list[index].cells = cells;
@@ -129,7 +137,10 @@ impl State {
             for place in 0..multi_cell.covered.count(cell.index) {
                 let other = multi_cell.covered.get(cell.index, place);
                 let image = [0, 1].map(|axis| cell.image[axis] - other.image[axis]);
-                let found = Listed { index: multi_cell.index_of[other.index as usize].index() as u32, image };
+                let found = Listed {
+                    index: multi_cell.index_of[other.index as usize].index() as u32,
+                    image,
+                };
                 let there = &multi_cell.list[found.index as usize];
                 if found.index == own_index
                     || (multi_cell_body.fixed && there.fixed)
@@ -142,10 +153,13 @@ impl State {
                     (Some(wall), _) => near_wall(wall, there, shift),
                     (None, Some(wall)) => near_wall(wall, multi_cell_body, -shift),
                     (None, None) => {
-                        let reach =
-                            (multi_cell_body.radius + there.radius + multi_cell_body.shell + there.shell)
-                                * MARGIN;
-                        (there.centre + shift - multi_cell_body.centre).length_squared() <= reach * reach
+                        let reach = (multi_cell_body.radius
+                            + there.radius
+                            + multi_cell_body.shell
+                            + there.shell)
+                            * MARGIN;
+                        (there.centre + shift - multi_cell_body.centre).length_squared()
+                            <= reach * reach
                     }
                 };
                 if near {
@@ -155,7 +169,12 @@ impl State {
         }
         for neighbour in &neighbours {
             let image = neighbour.image.map(|boxes| -boxes);
-            multi_cell.list[neighbour.index as usize].neighbours.push(Listed { index: own_index, image });
+            multi_cell.list[neighbour.index as usize]
+                .neighbours
+                .push(Listed {
+                    index: own_index,
+                    image,
+                });
         }
         multi_cell.list[index].neighbours = neighbours;
     }
@@ -163,9 +182,18 @@ impl State {
 
 /// The cells that list a fixed body (index in [`World::bodies`]), each with the image in which its
 /// discs appear in the frame of the body.
-pub(in crate::cells) fn cells_of_fixed_body(grid: &CellGrid, world: &World, body: usize) -> Vec<Listed> {
+pub(in crate::cells) fn cells_of_fixed_body(
+    grid: &CellGrid,
+    world: &World,
+    body: usize,
+) -> Vec<Listed> {
     let motion = &world.motions()[body];
-    let mut fixed = MultiCellBody::new(body as u32, &world.bodies()[body], motion, grid.holds_molecules());
+    let mut fixed = MultiCellBody::new(
+        body as u32,
+        &world.bodies()[body],
+        motion,
+        grid.holds_molecules(),
+    );
     fixed.centre = world.bounds().wrap(motion.position).0;
     let mut cells = Vec::new();
     add_cells(grid, &fixed, &mut cells);
@@ -197,13 +225,35 @@ struct Reach {
 
 impl Reach {
     fn of(grid: &CellGrid, multi_cell_body: &MultiCellBody) -> Self {
-        let &MultiCellBody { radius, centre, shell, .. } = multi_cell_body;
+        let &MultiCellBody {
+            radius,
+            centre,
+            shell,
+            ..
+        } = multi_cell_body;
         let outer = (radius + grid.largest_small() + shell) * MARGIN;
-        let inner = if multi_cell_body.is_disc_among_discs { (radius - shell).max(0.0) } else { 0.0 };
+        let inner = if multi_cell_body.is_disc_among_discs {
+            (radius - shell).max(0.0)
+        } else {
+            0.0
+        };
         let side = grid.side();
-        let cell = |place: DVec2| (place / side).floor().to_array().map(|number| number as i64);
+        let cell = |place: DVec2| {
+            (place / side)
+                .floor()
+                .to_array()
+                .map(|number| number as i64)
+        };
         let counts = grid.counts().map(i64::from);
-        Self { first: cell(centre - outer), last: cell(centre + outer), centre, outer, inner, side, counts }
+        Self {
+            first: cell(centre - outer),
+            last: cell(centre + outer),
+            centre,
+            outer,
+            inner,
+            side,
+            counts,
+        }
     }
 
     /// Whether a block of cells is near enough for such a centre, and not wholly inside the disc.
@@ -219,8 +269,14 @@ impl Reach {
     fn folded(&self, cell: [i64; 2]) -> Listed {
         let counts = self.counts;
         let [column, row] = [cell[0].rem_euclid(counts[0]), cell[1].rem_euclid(counts[1])];
-        let image = [cell[0].div_euclid(counts[0]) as i32, cell[1].div_euclid(counts[1]) as i32];
-        Listed { index: (row * counts[0] + column) as u32, image }
+        let image = [
+            cell[0].div_euclid(counts[0]) as i32,
+            cell[1].div_euclid(counts[1]) as i32,
+        ];
+        Listed {
+            index: (row * counts[0] + column) as u32,
+            image,
+        }
     }
 
     /// Adds the cells.

@@ -140,7 +140,11 @@ impl MultiCellBodies {
 
     /// Number of bodies listed in a cell.
     pub fn covered_count(&self, cell: u32) -> usize {
-        if self.list.is_empty() { 0 } else { self.covered.count(cell) }
+        if self.list.is_empty() {
+            0
+        } else {
+            self.covered.count(cell)
+        }
     }
 
     /// Replaces the contact of a body, if there can be one.
@@ -151,7 +155,14 @@ impl MultiCellBodies {
     }
 
     /// Adds a body; `among_molecules` if bodies in cells may be molecules.
-    pub fn add(&mut self, index: u32, body: &Body, motion: &Motion, bodies: usize, among_molecules: bool) {
+    pub fn add(
+        &mut self,
+        index: u32,
+        body: &Body,
+        motion: &Motion,
+        bodies: usize,
+        among_molecules: bool,
+    ) {
         self.index_of.resize(bodies, IndexOrNone::NONE);
         self.expect_contacts(bodies);
         self.index_of[index as usize] = IndexOrNone::new(self.list.len());
@@ -204,7 +215,11 @@ impl MultiCellBodies {
     pub fn set_flight(&mut self, body: u32, time: f64, position: DVec2, velocity: DVec2) {
         if let Some(index) = self.get(body) {
             let motion = &mut self.list[index].motion;
-            *motion = Motion { position, velocity, ..motion.at(time) };
+            *motion = Motion {
+                position,
+                velocity,
+                ..motion.at(time)
+            };
         }
     }
 
@@ -229,7 +244,10 @@ impl Surroundings {
 }
 
 impl Pending {
-    pub const NOTHING: Self = Self { parts: Parts::Discs, image: [0; 2] };
+    pub const NOTHING: Self = Self {
+        parts: Parts::Discs,
+        image: [0; 2],
+    };
 
     /// All its bits.
     pub fn to_words(self) -> [u64; 2] {

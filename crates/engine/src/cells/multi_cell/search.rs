@@ -34,11 +34,20 @@ impl<F: Frame> State<F> {
         now: f64,
         except: Option<u32>,
     ) {
-        let Some(index) = self.multi_cell.get(body) else { return };
+        let Some(index) = self.multi_cell.get(body) else {
+            return;
+        };
         let multi_cell_body = &self.multi_cell.list[index];
         let mut best = EarliestEvent::before(leaves_shell(multi_cell_body, now), Kind::Shell);
         if multi_cell_body.is_disc_among_discs {
-            let pairs = self.search_discs_around(kernel, detection, multi_cell_body, now, except, &mut best);
+            let pairs = self.search_discs_around(
+                kernel,
+                detection,
+                multi_cell_body,
+                now,
+                except,
+                &mut best,
+            );
             self.count_pairs(body, pairs);
             if self.multi_cell.are_large_discs() && detection.decides_discs_in_closed_form() {
                 return self.store_event(body, &best);
@@ -50,18 +59,26 @@ impl<F: Frame> State<F> {
         if !multi_cell_body.is_disc_among_discs {
             self.gather_discs(multi_cell_body, &mut around);
         }
-        let in_closed_form = multi_cell_body.is_disc_among_discs && detection.decides_discs_in_closed_form();
+        let in_closed_form =
+            multi_cell_body.is_disc_among_discs && detection.decides_discs_in_closed_form();
         for neighbour in &multi_cell_body.neighbours {
             let other = &self.multi_cell.list[neighbour.index as usize];
             if !(in_closed_form && other.is_disc_among_discs) {
-                around.seen.push(Listed { index: other.body, image: neighbour.image });
+                around.seen.push(Listed {
+                    index: other.body,
+                    image: neighbour.image,
+                });
             }
         }
         let outline = self.molecule(world, body).outline();
         let query_body = QueryBody::new(outline, &multi_cell_body.motion, now);
         let horizon = best.time - now;
         let query = self.multi_cell_query(body, now);
-        let Surroundings { slots, seen, candidates } = &mut around;
+        let Surroundings {
+            slots,
+            seen,
+            candidates,
+        } = &mut around;
         slots.resize(slots.len().next_multiple_of(DISC_LANES), self.dummy());
         for eight in slots.as_chunks::<DISC_LANES>().0 {
             let bounds = detection.contact_time_lower_bounds(
@@ -72,7 +89,12 @@ impl<F: Frame> State<F> {
             candidates.sift(
                 bounds,
                 |bound| best.is_after(now, bound),
-                |lane| (Some(eight[lane]) != except).then_some(Listed { index: eight[lane], image: [0; 2] }),
+                |lane| {
+                    (Some(eight[lane]) != except).then_some(Listed {
+                        index: eight[lane],
+                        image: [0; 2],
+                    })
+                },
             );
         }
         for some in seen.chunks(DISC_LANES) {
@@ -84,12 +106,20 @@ impl<F: Frame> State<F> {
             candidates.sift(
                 bounds,
                 |bound| best.is_after(now, bound),
-                |lane| some.get(lane).copied().filter(|other| Some(other.index) != except),
+                |lane| {
+                    some.get(lane)
+                        .copied()
+                        .filter(|other| Some(other.index) != except)
+                },
             );
         }
         // Lowest bound first: most candidates then need no search.
         while let Some(candidate) = candidates.take_least(|listed| listed.index) {
-            let Candidate { bound, item: other, is_tight } = candidate;
+            let Candidate {
+                bound,
+                item: other,
+                is_tight,
+            } = candidate;
             if !best.is_after(now, bound) || now + bound >= self.limit {
                 break;
             }
@@ -97,7 +127,11 @@ impl<F: Frame> State<F> {
                 let lanes = self.lanes::<1>(body, &[other], now);
                 let tighter = detection.contact_time_lower_bound(&query_body, &lanes, horizon);
                 if tighter > bound {
-                    candidates.push(Candidate { bound: tighter, is_tight: true, ..candidate });
+                    candidates.push(Candidate {
+                        bound: tighter,
+                        is_tight: true,
+                        ..candidate
+                    });
                     continue;
                 }
             }
@@ -128,7 +162,15 @@ impl<F: Frame> State<F> {
             let Listed { index, image } = self.multi_cell.covered.get(cell, place);
             // `image` is that of the disc as seen from the large disc; the other way it has the
             // opposite sign.
-            self.test_large_disc(disc, Listed { index, image: image.map(|boxes| -boxes) }, now, &mut best);
+            self.test_large_disc(
+                disc,
+                Listed {
+                    index,
+                    image: image.map(|boxes| -boxes),
+                },
+                now,
+                &mut best,
+            );
         }
         if best.kind == Kind::MultiCell {
             self.store_event(disc, &best);
@@ -154,7 +196,10 @@ impl<F: Frame> State<F> {
 
     /// Implementation of [`Self::search_covered_cell`] for one instruction set.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "the kernel, of size 0, is the eighth")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the kernel, of size 0, is the eighth"
+    )]
     pub(in crate::cells) fn search_listed_bodies<D: Detection, K: Kernel>(
         &mut self,
         _: K,
@@ -177,11 +222,23 @@ impl<F: Frame> State<F> {
             // `listed.image` is that of the disc as seen from the multi-cell body; the other way it
             // has the opposite sign.
             let image = listed.image.map(|boxes| -boxes);
-            let multi_cell_body = &self.multi_cell.list[self.multi_cell.index_of[other as usize].index()];
+            let multi_cell_body =
+                &self.multi_cell.list[self.multi_cell.index_of[other as usize].index()];
             if multi_cell_body.is_disc_among_discs && detection.decides_discs_in_closed_form() {
-                self.test_large_disc(disc, Listed { index: other, image }, now, &mut best);
+                self.test_large_disc(
+                    disc,
+                    Listed {
+                        index: other,
+                        image,
+                    },
+                    now,
+                    &mut best,
+                );
             } else {
-                let seen = [Listed { index: disc, image: listed.image }];
+                let seen = [Listed {
+                    index: disc,
+                    image: listed.image,
+                }];
                 let lanes = self.lanes::<1>(other, &seen, now);
                 // Most are excluded by the bounding circle alone, which does not need the
                 // molecule's rotation.
@@ -199,7 +256,14 @@ impl<F: Frame> State<F> {
                 };
                 let bound = if tighter > entry { tighter } else { entry };
                 if best.is_after(now, bound) {
-                    let candidate = Candidate { bound, item: Listed { index: other, image }, is_tight: true };
+                    let candidate = Candidate {
+                        bound,
+                        item: Listed {
+                            index: other,
+                            image,
+                        },
+                        is_tight: true,
+                    };
                     self.search(world, detection, disc, &candidate, now, &mut best);
                 }
             }
@@ -224,6 +288,10 @@ fn leaves_shell(multi_cell_body: &MultiCellBody, now: f64) -> f64 {
     let inside = (shell * shell - d.length_squared()).max(0.0);
     let root = (b * b + v_squared * inside).sqrt();
     // The later root of |d + v t| = h, in the form without cancellation.
-    let stay = if b > 0.0 { inside / (b + root) } else { (root - b) / v_squared };
+    let stay = if b > 0.0 {
+        inside / (b + root)
+    } else {
+        (root - b) / v_squared
+    };
     now + stay
 }

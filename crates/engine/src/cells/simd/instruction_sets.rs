@@ -99,8 +99,12 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn detection_agrees_with_the_operating_system() {
         let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap();
-        let flags: Vec<&str> =
-            cpuinfo.lines().find_map(|line| line.strip_prefix("flags")).unwrap().split_whitespace().collect();
+        let flags: Vec<&str> = cpuinfo
+            .lines()
+            .find_map(|line| line.strip_prefix("flags"))
+            .unwrap()
+            .split_whitespace()
+            .collect();
         let has = |names: &[&str]| names.iter().all(|name| flags.contains(name));
         // Linux calls LZCNT "abm".
         let avx2 = has(&["avx2", "bmi1", "bmi2", "abm", "popcnt"]);

@@ -3,11 +3,11 @@
 
 use std::arch::x86_64::{
     __m256, __m256d, __m256i, __mmask8, _CMP_EQ_OQ, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ,
-    _mm256_and_pd, _mm256_and_ps, _mm256_andnot_pd, _mm256_blendv_pd, _mm256_castsi256_ps, _mm256_cmp_pd,
-    _mm256_cmp_pd_mask, _mm256_cmp_ps, _mm256_cmp_ps_mask, _mm256_cmpeq_epi32, _mm256_cmpeq_epi32_mask,
-    _mm256_cmpge_epu32_mask, _mm256_div_pd, _mm256_mask_cmp_pd_mask, _mm256_mask_cmp_ps_mask,
-    _mm256_mask_div_pd, _mm256_max_epu32, _mm256_movemask_pd, _mm256_movemask_ps, _mm256_or_pd,
-    _mm256_set1_pd, _mm256_setzero_pd, _mm256_testz_si256,
+    _mm256_and_pd, _mm256_and_ps, _mm256_andnot_pd, _mm256_blendv_pd, _mm256_castsi256_ps,
+    _mm256_cmp_pd, _mm256_cmp_pd_mask, _mm256_cmp_ps, _mm256_cmp_ps_mask, _mm256_cmpeq_epi32,
+    _mm256_cmpeq_epi32_mask, _mm256_cmpge_epu32_mask, _mm256_div_pd, _mm256_mask_cmp_pd_mask,
+    _mm256_mask_cmp_ps_mask, _mm256_mask_div_pd, _mm256_max_epu32, _mm256_movemask_pd,
+    _mm256_movemask_ps, _mm256_or_pd, _mm256_set1_pd, _mm256_setzero_pd, _mm256_testz_si256,
 };
 
 use super::instruction_sets::{Avx2, Avx512, InstructionSet};
@@ -67,7 +67,12 @@ unsafe impl Masks for Avx2 {
     #[inline(always)]
     fn above_zero(self, mask: __m256d, numbers: __m256d) -> __m256d {
         // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
-        unsafe { _mm256_and_pd(mask, _mm256_cmp_pd::<_CMP_GT_OQ>(numbers, _mm256_setzero_pd())) }
+        unsafe {
+            _mm256_and_pd(
+                mask,
+                _mm256_cmp_pd::<_CMP_GT_OQ>(numbers, _mm256_setzero_pd()),
+            )
+        }
     }
 
     #[inline(always)]
@@ -103,7 +108,9 @@ unsafe impl Masks for Avx2 {
     #[inline(always)]
     fn equal_whole(self, numbers: __m256i, others: __m256i) -> u32 {
         // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
-        unsafe { _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(numbers, others))) as u32 }
+        unsafe {
+            _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(numbers, others))) as u32
+        }
     }
 
     #[inline(always)]
@@ -121,7 +128,10 @@ unsafe impl Masks for Avx2 {
         // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe {
             let below = _mm256_cmp_ps::<_CMP_LT_OQ>(here, bound);
-            _mm256_movemask_ps(_mm256_and_ps(below, _mm256_cmp_ps::<_CMP_GE_OQ>(there, least))) as u32
+            _mm256_movemask_ps(_mm256_and_ps(
+                below,
+                _mm256_cmp_ps::<_CMP_GE_OQ>(there, least),
+            )) as u32
         }
     }
 }

@@ -107,7 +107,11 @@ impl PairConstants {
     #[inline]
     fn at(sigma: f64, separation_error: f64) -> Self {
         let touching = 4.0 * sigma * (separation_error + 8.0 * HALF_ULP * sigma);
-        Self { sigma, sigma_squared: sigma * sigma, touching }
+        Self {
+            sigma,
+            sigma_squared: sigma * sigma,
+            touching,
+        }
     }
 }
 
@@ -151,7 +155,12 @@ pub(super) trait Kernel: Copy {
     fn soonest_of_list(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot;
 
     /// [`NeighbourQuery::lanes`] of eight slots.
-    fn lanes(self, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes;
+    fn lanes(
+        self,
+        query: &NeighbourQuery<'_>,
+        slots: &[u32; DISC_LANES],
+        images: bool,
+    ) -> DiscLanes;
 
     /// Which of eight discs pass the filter, a bit each.
     fn near(self, filter: &F32Filter, flights: &Flights) -> u32;
@@ -186,12 +195,21 @@ impl NeighbourQuery<'_> {
             let other = &self.records[(slot & INDEX_MASK) as usize];
             let mut start = other.origin() - self.from.origin();
             if images {
-                start += DVec2::from_array(image_of(slot).map(f64::from)) * DVec2::from_array(self.sides);
+                start += DVec2::from_array(image_of(slot).map(f64::from))
+                    * DVec2::from_array(self.sides);
             }
             let sigma = self
                 .pair_constants
-                .map_or(other.radius() + self.from.radius(), |pair_constants| pair_constants.sigma);
-            lanes.set_since(lane, start, other.velocity() - self.from.velocity(), self.now, sigma);
+                .map_or(other.radius() + self.from.radius(), |pair_constants| {
+                    pair_constants.sigma
+                });
+            lanes.set_since(
+                lane,
+                start,
+                other.velocity() - self.from.velocity(),
+                self.now,
+                sigma,
+            );
         }
         lanes
     }
@@ -208,7 +226,10 @@ impl NeighbourQuery<'_> {
         images: bool,
     ) -> (f64, u32) {
         let times = detection.disc_contacts(&self.lanes(slots, images));
-        let contacts = slots.iter().zip(times).map(|(&slot, time)| (time, slot & INDEX_MASK));
+        let contacts = slots
+            .iter()
+            .zip(times)
+            .map(|(&slot, time)| (time, slot & INDEX_MASK));
         contacts.fold((f64::INFINITY, 0), sooner)
     }
 }
@@ -240,13 +261,21 @@ impl SoonestOfEight {
     #[inline(always)]
     pub fn in_slots(self, slots: &[u32; DISC_LANES]) -> SoonestSlot {
         let lowest = self.slots.trailing_zeros() as usize % DISC_LANES;
-        SoonestSlot { time: self.time, slot: slots[lowest], is_ambiguous: self.is_ambiguous() }
+        SoonestSlot {
+            time: self.time,
+            slot: slots[lowest],
+            is_ambiguous: self.is_ambiguous(),
+        }
     }
 }
 
 impl SoonestSlot {
     /// No contact.
-    pub const NONE: Self = Self { time: f64::INFINITY, slot: 0, is_ambiguous: false };
+    pub const NONE: Self = Self {
+        time: f64::INFINITY,
+        slot: 0,
+        is_ambiguous: false,
+    };
 
     /// The earliest contact with the discs of a list, from that with eight of them at a time.
     #[inline(always)]
@@ -275,19 +304,33 @@ pub(super) struct Portable;
 
 impl Portable {
     #[inline(never)]
-    fn soonest<const IMAGES: bool>(query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
+    fn soonest<const IMAGES: bool>(
+        query: &NeighbourQuery<'_>,
+        list: &CellBlock<'_>,
+    ) -> SoonestSlot {
         SoonestSlot::of(list, |slots| Self::eight_of::<IMAGES>(query, slots))
     }
 
     #[inline(always)]
-    fn eight_of<const IMAGES: bool>(query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> SoonestOfEight {
-        if let Some(PairConstants { sigma_squared, touching, .. }) = query.pair_constants {
+    fn eight_of<const IMAGES: bool>(
+        query: &NeighbourQuery<'_>,
+        slots: &[u32; DISC_LANES],
+    ) -> SoonestOfEight {
+        if let Some(PairConstants {
+            sigma_squared,
+            touching,
+            ..
+        }) = query.pair_constants
+        {
             return Self::eight_with::<IMAGES>(query, slots, |_| (sigma_squared, touching));
         }
         let (radius, error) = (query.from.radius(), query.separation_error);
         Self::eight_with::<IMAGES>(query, slots, |other| {
-            let PairConstants { sigma_squared, touching, .. } =
-                PairConstants::at(other.radius() + radius, error);
+            let PairConstants {
+                sigma_squared,
+                touching,
+                ..
+            } = PairConstants::at(other.radius() + radius, error);
             (sigma_squared, touching)
         })
     }
@@ -300,10 +343,14 @@ impl Portable {
         [a, b, c, d, e, f, g, h]: &[u32; DISC_LANES],
         pair_constants: impl Fn(&BodyRecord) -> (f64, f64),
     ) -> SoonestOfEight {
-        let two = |one: &u32, other: &u32| Self::two_with::<IMAGES>(query, [*one, *other], &pair_constants);
+        let two = |one: &u32, other: &u32| {
+            Self::two_with::<IMAGES>(query, [*one, *other], &pair_constants)
+        };
         let (ab, cd, ef, gh) = (two(a, b), two(c, d), two(e, f), two(g, h));
         // A tree of minima: a sequence of them would be one long dependency chain.
-        let [one, other] = (ab.times.fast_min(cd.times)).fast_min(ef.times.fast_min(gh.times)).to_array();
+        let [one, other] = (ab.times.fast_min(cd.times))
+            .fast_min(ef.times.fast_min(gh.times))
+            .to_array();
         let time = if other < one { other } else { one };
         let soonest = f64x2::splat(time);
         let slots = |of: &Two, place: u32| of.times.simd_eq(soonest).to_bitmask() << place;
@@ -324,11 +371,18 @@ impl Portable {
         slots: [u32; 2],
         pair_constants: impl Fn(&BodyRecord) -> (f64, f64),
     ) -> Two {
-        let NeighbourQuery { records, from, now, sides, .. } = *query;
+        let NeighbourQuery {
+            records,
+            from,
+            now,
+            sides,
+            ..
+        } = *query;
         let body = |slot| &records[if IMAGES { slot & INDEX_MASK } else { slot } as usize];
         let (one, other) = (body(slots[0]), body(slots[1]));
-        let pair =
-            |record: &BodyRecord, first: usize| f64x2::new([record.flight[first], record.flight[first + 1]]);
+        let pair = |record: &BodyRecord, first: usize| {
+            f64x2::new([record.flight[first], record.flight[first + 1]])
+        };
         let relative = |first| {
             let from = pair(from, first);
             f64x2::transpose([pair(one, first) - from, pair(other, first) - from])
@@ -382,11 +436,20 @@ impl Kernel for Portable {
 
     #[inline]
     fn soonest_of_list(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
-        if list.at_border { Self::soonest::<true>(query, list) } else { Self::soonest::<false>(query, list) }
+        if list.at_border {
+            Self::soonest::<true>(query, list)
+        } else {
+            Self::soonest::<false>(query, list)
+        }
     }
 
     #[inline]
-    fn lanes(self, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
+    fn lanes(
+        self,
+        query: &NeighbourQuery<'_>,
+        slots: &[u32; DISC_LANES],
+        images: bool,
+    ) -> DiscLanes {
         query.lanes(slots, images)
     }
 
@@ -532,8 +595,14 @@ mod tests {
     fn with_each_instruction_set<W: Work<Output: std::fmt::Debug + PartialEq> + Copy>(
         query: W,
     ) -> Vec<W::Output> {
-        let sets = [Instructions::Portable, Instructions::Avx2, Instructions::Widest];
-        sets.into_iter().map(|chosen| dispatch(available(chosen), query)).collect()
+        let sets = [
+            Instructions::Portable,
+            Instructions::Avx2,
+            Instructions::Widest,
+        ];
+        sets.into_iter()
+            .map(|chosen| dispatch(available(chosen), query))
+            .collect()
     }
 
     /// The discs of a block that pass the filter.
@@ -561,7 +630,10 @@ mod tests {
             let soonest = kernel.soonest_of_list(&self.0, &self.1);
             self.1.for_each_slots8(|slots| {
                 let images = self.1.at_border;
-                let (lanes, expected) = (kernel.lanes(&self.0, slots, images), self.0.lanes(slots, images));
+                let (lanes, expected) = (
+                    kernel.lanes(&self.0, slots, images),
+                    self.0.lanes(slots, images),
+                );
                 let bits = |lanes: &DiscLanes| {
                     let numbers = lanes.separation.iter().chain(&lanes.velocity).flatten();
                     let rest = [lanes.separation_error, lanes.speed];
@@ -577,9 +649,19 @@ mod tests {
             let mut eights = Vec::new();
             self.1.for_each_slots8(|slots| eights.push(*slots));
             if let [slots] = eights.as_slice() {
-                assert_eq!(kernel.soonest_of_eight::<true>(self.0, slots).in_slots(slots), soonest);
+                assert_eq!(
+                    kernel
+                        .soonest_of_eight::<true>(self.0, slots)
+                        .in_slots(slots),
+                    soonest
+                );
                 if !self.1.at_border {
-                    assert_eq!(kernel.soonest_of_eight::<false>(self.0, slots).in_slots(slots), soonest);
+                    assert_eq!(
+                        kernel
+                            .soonest_of_eight::<false>(self.0, slots)
+                            .in_slots(slots),
+                        soonest
+                    );
                 }
             }
             soonest
@@ -589,11 +671,17 @@ mod tests {
     /// Whether a time is that of a contact to rounding, or infinite where there is none to
     /// rounding.
     fn is_right(lanes: &DiscLanes, lane: usize, time: f64) -> bool {
-        let Some(motion) = lanes.relative_motion(lane) else { return time == f64::INFINITY };
+        let Some(motion) = lanes.relative_motion(lane) else {
+            return time == f64::INFINITY;
+        };
         let sigma = lanes.contact_distance[lane];
         let there = motion.separation + motion.velocity * time;
         let miss = motion.separation.perp_dot(motion.velocity).abs() / motion.velocity.length();
-        let gap = if time < f64::INFINITY { there.length() - sigma } else { miss - sigma };
+        let gap = if time < f64::INFINITY {
+            there.length() - sigma
+        } else {
+            miss - sigma
+        };
         let leaves = motion.separation.dot(motion.velocity) >= 0.0;
         gap.abs() <= lanes.separation_error || (time == f64::INFINITY && (gap > 0.0 || leaves))
     }
@@ -789,7 +877,12 @@ mod tests {
             let mut flights = [[0.0; DISC_LANES]; 4];
             for lane in 0..DISC_LANES {
                 let angle = std::f64::consts::TAU * number();
-                let kept = [0.5 + 0.04 * angle.cos(), 0.5 + 0.04 * angle.sin(), number(), number()];
+                let kept = [
+                    0.5 + 0.04 * angle.cos(),
+                    0.5 + 0.04 * angle.sin(),
+                    number(),
+                    number(),
+                ];
                 units
                     .quantize(kept)
                     .into_iter()

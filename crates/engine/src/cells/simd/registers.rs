@@ -4,19 +4,21 @@
 
 use std::arch::asm;
 use std::arch::x86_64::{
-    __m256d, _mm_cvtsd_f64, _mm_min_pd, _mm_unpackhi_pd, _mm256_add_pd, _mm256_add_ps, _mm256_and_si256,
-    _mm256_castpd256_pd128, _mm256_castsi256_si128, _mm256_cvtepi32_pd, _mm256_extractf128_pd,
-    _mm256_extracti128_si256, _mm256_lddqu_si256, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_min_pd,
-    _mm256_mul_pd, _mm256_mul_ps, _mm256_permute2f128_pd, _mm256_set1_epi32, _mm256_set1_pd, _mm256_set1_ps,
-    _mm256_setr_pd, _mm256_slli_epi32, _mm256_sqrt_pd, _mm256_srai_epi32, _mm256_storeu_pd, _mm256_sub_epi32,
-    _mm256_sub_pd, _mm256_sub_ps, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
+    __m256d, _mm_cvtsd_f64, _mm_min_pd, _mm_unpackhi_pd, _mm256_add_pd, _mm256_add_ps,
+    _mm256_and_si256, _mm256_castpd256_pd128, _mm256_castsi256_si128, _mm256_cvtepi32_pd,
+    _mm256_extractf128_pd, _mm256_extracti128_si256, _mm256_lddqu_si256, _mm256_loadu_ps,
+    _mm256_loadu_si256, _mm256_min_pd, _mm256_mul_pd, _mm256_mul_ps, _mm256_permute2f128_pd,
+    _mm256_set1_epi32, _mm256_set1_pd, _mm256_set1_ps, _mm256_setr_pd, _mm256_slli_epi32,
+    _mm256_sqrt_pd, _mm256_srai_epi32, _mm256_storeu_pd, _mm256_sub_epi32, _mm256_sub_pd,
+    _mm256_sub_ps, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
 };
 
 use carom_kinematics::HALF_ULP;
 
 use super::{
-    BodyRecord, CellBlock, DISC_LANES, DiscLanes, F32Filter, Flights, INDEX_BITS, INDEX_MASK, Kernel,
-    NeighbourQuery, SoonestOfEight, SoonestSlot, Work, instruction_sets::CompiledWith, masks::Masks,
+    BodyRecord, CellBlock, DISC_LANES, DiscLanes, F32Filter, Flights, INDEX_BITS, INDEX_MASK,
+    Kernel, NeighbourQuery, SoonestOfEight, SoonestSlot, Work, instruction_sets::CompiledWith,
+    masks::Masks,
 };
 
 /// Registers of 256 bits, with masks of one kind.
@@ -53,7 +55,9 @@ impl<M: Masks, const IMAGES: bool> CompiledWith<M> for ListSearch<'_, IMAGES> {
 
     #[inline(always)]
     fn with(self, masks: M) -> SoonestSlot {
-        SoonestSlot::of(self.1, |slots| soonest_of_eight::<M, IMAGES>(masks, self.0, slots))
+        SoonestSlot::of(self.1, |slots| {
+            soonest_of_eight::<M, IMAGES>(masks, self.0, slots)
+        })
     }
 }
 
@@ -77,8 +81,17 @@ impl<M: Masks> Kernel for Registers<M> {
     }
 
     #[inline(always)]
-    fn lanes(self, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
-        if images { lanes::<M, true>(self.0, query, slots) } else { lanes::<M, false>(self.0, query, slots) }
+    fn lanes(
+        self,
+        query: &NeighbourQuery<'_>,
+        slots: &[u32; DISC_LANES],
+        images: bool,
+    ) -> DiscLanes {
+        if images {
+            lanes::<M, true>(self.0, query, slots)
+        } else {
+            lanes::<M, false>(self.0, query, slots)
+        }
     }
 
     #[inline(always)]
@@ -97,8 +110,12 @@ impl<M: Masks> Kernel for Registers<M> {
     fn find(self, slots: &[u32; DISC_LANES], slot: u32) -> u32 {
         // SAFETY: the token `self.0` proves AVX2 (see `Masks`). The load reads 32 bytes, the size
         // of the array that the reference borrows; it needs no alignment.
-        let (slots, slot) =
-            unsafe { (_mm256_loadu_si256(slots.as_ptr().cast()), _mm256_set1_epi32(slot as i32)) };
+        let (slots, slot) = unsafe {
+            (
+                _mm256_loadu_si256(slots.as_ptr().cast()),
+                _mm256_set1_epi32(slot as i32),
+            )
+        };
         self.0.equal_whole(slots, slot)
     }
 }
@@ -143,29 +160,45 @@ fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> SoonestOfEight {
     // SAFETY: `masks` proves AVX2 (see `Masks`); the instructions touch no memory.
     let (time, spread) = unsafe {
         let least = _mm256_min_pd(low, high);
-        let least = _mm_min_pd(_mm256_castpd256_pd128(least), _mm256_extractf128_pd::<1>(least));
+        let least = _mm_min_pd(
+            _mm256_castpd256_pd128(least),
+            _mm256_extractf128_pd::<1>(least),
+        );
         let time = _mm_cvtsd_f64(_mm_min_pd(least, _mm_unpackhi_pd(least, least)));
         (time, _mm256_set1_pd(time))
     };
-    SoonestOfEight { time, slots: masks.equal(low, spread) | masks.equal(high, spread) << 4, in_contact }
+    SoonestOfEight {
+        time,
+        slots: masks.equal(low, spread) | masks.equal(high, spread) << 4,
+        in_contact,
+    }
 }
 
 /// Shifts of the discs in eight slots by their images (length), x and y of the first four and of
 /// the last four: the vectorised [`image_of`](super::image_of), times the sides of the box.
 #[inline(always)]
-fn shifts<M: Masks>(_: M, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> [[__m256d; 2]; 2] {
+fn shifts<M: Masks>(
+    _: M,
+    query: &NeighbourQuery<'_>,
+    slots: &[u32; DISC_LANES],
+) -> [[__m256d; 2]; 2] {
     // SAFETY: the token proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array
     // that the reference borrows; it needs no alignment. Nothing else touches memory.
     unsafe {
         let slots = _mm256_loadu_si256(slots.as_ptr().cast());
         // Minus one where the bit at this distance from the highest is set.
         let up_x = _mm256_srai_epi32::<31>(_mm256_slli_epi32::<{ 31 - INDEX_BITS as i32 }>(slots));
-        let down_x = _mm256_srai_epi32::<31>(_mm256_slli_epi32::<{ 30 - INDEX_BITS as i32 }>(slots));
+        let down_x =
+            _mm256_srai_epi32::<31>(_mm256_slli_epi32::<{ 30 - INDEX_BITS as i32 }>(slots));
         let up_y = _mm256_srai_epi32::<31>(_mm256_slli_epi32::<{ 29 - INDEX_BITS as i32 }>(slots));
         let down_y = _mm256_srai_epi32::<31>(slots);
-        let images = [_mm256_sub_epi32(down_x, up_x), _mm256_sub_epi32(down_y, up_y)];
-        let shift =
-            |axis: usize, boxes| _mm256_mul_pd(_mm256_cvtepi32_pd(boxes), _mm256_set1_pd(query.sides[axis]));
+        let images = [
+            _mm256_sub_epi32(down_x, up_x),
+            _mm256_sub_epi32(down_y, up_y),
+        ];
+        let shift = |axis: usize, boxes| {
+            _mm256_mul_pd(_mm256_cvtepi32_pd(boxes), _mm256_set1_pd(query.sides[axis]))
+        };
         let low = |axis: usize| shift(axis, _mm256_castsi256_si128(images[axis]));
         let high = |axis: usize| shift(axis, _mm256_extracti128_si256::<1>(images[axis]));
         [[low(0), low(1)], [high(0), high(1)]]
@@ -206,8 +239,20 @@ fn lanes<M: Masks, const IMAGES: bool>(
     let mut lanes = DiscLanes::empty(query.separation_error, query.speed());
     let [a, b, c, d, e, f, g, h] = records_of::<M, IMAGES>(masks, query, slots);
     let shifts = IMAGES.then(|| shifts(masks, query, slots));
-    write_lanes::<M, 0>(masks, query, [a, b, c, d], shifts.map(|[low, _]| low), &mut lanes);
-    write_lanes::<M, 4>(masks, query, [e, f, g, h], shifts.map(|[_, high]| high), &mut lanes);
+    write_lanes::<M, 0>(
+        masks,
+        query,
+        [a, b, c, d],
+        shifts.map(|[low, _]| low),
+        &mut lanes,
+    );
+    write_lanes::<M, 4>(
+        masks,
+        query,
+        [e, f, g, h],
+        shifts.map(|[_, high]| high),
+        &mut lanes,
+    );
     lanes
 }
 
@@ -230,10 +275,14 @@ fn write_lanes<M: Masks, const FIRST: usize>(
             let radii = _mm256_setr_pd(a.radius(), b.radius(), c.radius(), d.radius());
             _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius()))
         };
-        let (a, b) =
-            (_mm256_sub_pd(load(masks, &a.flight), from), _mm256_sub_pd(load(masks, &b.flight), from));
-        let (c, d) =
-            (_mm256_sub_pd(load(masks, &c.flight), from), _mm256_sub_pd(load(masks, &d.flight), from));
+        let (a, b) = (
+            _mm256_sub_pd(load(masks, &a.flight), from),
+            _mm256_sub_pd(load(masks, &b.flight), from),
+        );
+        let (c, d) = (
+            _mm256_sub_pd(load(masks, &c.flight), from),
+            _mm256_sub_pd(load(masks, &d.flight), from),
+        );
         let [x, y, vx, vy] = by_number(masks, [a, b, c, d]);
         let (mut x0, mut y0) = (x, y);
         if let Some([x, y]) = shifts {
@@ -243,7 +292,13 @@ fn write_lanes<M: Masks, const FIRST: usize>(
         let dx = _mm256_add_pd(x0, _mm256_mul_pd(vx, now));
         let dy = _mm256_add_pd(y0, _mm256_mul_pd(vy, now));
         let across = _mm256_sub_pd(_mm256_mul_pd(x0, vy), _mm256_mul_pd(y0, vx));
-        let DiscLanes { separation, velocity, cross, contact_distance, .. } = lanes;
+        let DiscLanes {
+            separation,
+            velocity,
+            cross,
+            contact_distance,
+            ..
+        } = lanes;
         _mm256_storeu_pd(separation[0][FIRST..FIRST + 4].as_mut_ptr(), dx);
         _mm256_storeu_pd(separation[1][FIRST..FIRST + 4].as_mut_ptr(), dy);
         _mm256_storeu_pd(velocity[0][FIRST..FIRST + 4].as_mut_ptr(), vx);
@@ -263,7 +318,10 @@ fn near<M: Masks>(masks: M, filter: &F32Filter, flights: &Flights) -> u32 {
         let (x, y) = (_mm256_loadu_ps(x.as_ptr()), _mm256_loadu_ps(y.as_ptr()));
         let (vx, vy) = (_mm256_loadu_ps(vx.as_ptr()), _mm256_loadu_ps(vy.as_ptr()));
         let now = _mm256_set1_ps(filter.now);
-        let (x, y) = (_mm256_add_ps(x, _mm256_mul_ps(vx, now)), _mm256_add_ps(y, _mm256_mul_ps(vy, now)));
+        let (x, y) = (
+            _mm256_add_ps(x, _mm256_mul_ps(vx, now)),
+            _mm256_add_ps(y, _mm256_mul_ps(vy, now)),
+        );
         let dx = _mm256_sub_ps(_mm256_set1_ps(filter.place[0]), x);
         let dy = _mm256_sub_ps(_mm256_set1_ps(filter.place[1]), y);
         let vx = _mm256_sub_ps(_mm256_set1_ps(filter.velocity[0]), vx);
@@ -272,9 +330,11 @@ fn near<M: Masks>(masks: M, filter: &F32Filter, flights: &Flights) -> u32 {
         let cross = _mm256_sub_ps(_mm256_mul_ps(dx, vy), _mm256_mul_ps(dy, vx));
         let v_squared = _mm256_add_ps(_mm256_mul_ps(vx, vx), _mm256_mul_ps(vy, vy));
         let reach_squared = _mm256_set1_ps(filter.reach_squared);
-        let discriminant =
-            _mm256_sub_ps(_mm256_mul_ps(reach_squared, v_squared), _mm256_mul_ps(cross, cross));
-        let least = _mm256_set1_ps(F32Filter::LEAST);
+        let discriminant = _mm256_sub_ps(
+            _mm256_mul_ps(reach_squared, v_squared),
+            _mm256_mul_ps(cross, cross),
+        );
+        let least = _mm256_set1_ps(F32Filter::MIN_DISCRIMINANT);
         masks.below_and_at_least([b, _mm256_set1_ps(filter.receding)], [discriminant, least])
     }
 }
@@ -298,7 +358,10 @@ fn records_of<'a, M: Masks, const IMAGES: bool>(
         }
         (indices, _mm256_set1_epi32(records.len() as i32))
     };
-    assert!(masks.all_less(indices, count), "a slot holds a body that is not there");
+    assert!(
+        masks.all_less(indices, count),
+        "a slot holds a body that is not there"
+    );
     slots.map(|slot| {
         let index = if IMAGES { slot & INDEX_MASK } else { slot };
         // SAFETY: the assertion above holds for this index, which is one of the eight in the
@@ -334,23 +397,31 @@ impl<M: Masks> Four<M> {
         // SAFETY: `masks` proves AVX2 (see `Masks`); the instructions touch no memory.
         unsafe {
             let (sigma_squared, touching) = if let Some(pair_constants) = query.pair_constants {
-                (_mm256_set1_pd(pair_constants.sigma_squared), _mm256_set1_pd(pair_constants.touching))
+                (
+                    _mm256_set1_pd(pair_constants.sigma_squared),
+                    _mm256_set1_pd(pair_constants.touching),
+                )
             } else {
                 let radii = _mm256_setr_pd(a.radius(), b.radius(), c.radius(), d.radius());
                 let sigma = _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius()));
                 // 4 σ (error + 8 u σ), multiplied in the order of `PairConstants::at`.
                 let error = _mm256_set1_pd(query.separation_error);
-                let error = _mm256_add_pd(error, _mm256_mul_pd(_mm256_set1_pd(8.0 * HALF_ULP), sigma));
+                let error =
+                    _mm256_add_pd(error, _mm256_mul_pd(_mm256_set1_pd(8.0 * HALF_ULP), sigma));
                 let touching = _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(4.0), sigma), error);
                 (_mm256_mul_pd(sigma, sigma), touching)
             };
             let from = load(masks, &query.from.flight);
             // From the other disc to the query disc: this sign needs one instruction. The sums and
             // products below have the same bits for either sign.
-            let (a, b) =
-                (_mm256_sub_pd(from, load(masks, &a.flight)), _mm256_sub_pd(from, load(masks, &b.flight)));
-            let (c, d) =
-                (_mm256_sub_pd(from, load(masks, &c.flight)), _mm256_sub_pd(from, load(masks, &d.flight)));
+            let (a, b) = (
+                _mm256_sub_pd(from, load(masks, &a.flight)),
+                _mm256_sub_pd(from, load(masks, &b.flight)),
+            );
+            let (c, d) = (
+                _mm256_sub_pd(from, load(masks, &c.flight)),
+                _mm256_sub_pd(from, load(masks, &d.flight)),
+            );
             let [origin_x, origin_y, vx, vy] = by_number(masks, [a, b, c, d]);
             let (mut x0, mut y0) = (origin_x, origin_y);
             if let Some([x, y]) = shifts {
@@ -380,16 +451,25 @@ impl<M: Masks> Four<M> {
             let c = _mm256_sub_pd(d_squared, sigma_squared);
             let cross = _mm256_sub_pd(_mm256_mul_pd(x0, vy), _mm256_mul_pd(y0, vx));
             let v_squared = _mm256_add_pd(_mm256_mul_pd(vx, vx), _mm256_mul_pd(vy, vy));
-            let discriminant =
-                _mm256_sub_pd(_mm256_mul_pd(sigma_squared, v_squared), _mm256_mul_pd(cross, cross));
-            Self { masks, b, c, discriminant, touching }
+            let discriminant = _mm256_sub_pd(
+                _mm256_mul_pd(sigma_squared, v_squared),
+                _mm256_mul_pd(cross, cross),
+            );
+            Self {
+                masks,
+                b,
+                c,
+                discriminant,
+                touching,
+            }
         }
     }
 
     /// Selects discs that come to a contact.
     #[inline(always)]
     fn closes(self) -> M::Mask {
-        self.masks.above_zero(self.masks.not_above_zero(self.b), self.discriminant)
+        self.masks
+            .above_zero(self.masks.not_above_zero(self.b), self.discriminant)
     }
 
     /// Times of contact, infinite for none.
@@ -407,6 +487,7 @@ impl<M: Masks> Four<M> {
     /// Selects pairs that touch to rounding and do not separate; the detector must decide them.
     #[inline(always)]
     fn in_contact(self) -> M::Mask {
-        self.masks.within(self.masks.not_above_zero(self.b), self.c, self.touching)
+        self.masks
+            .within(self.masks.not_above_zero(self.b), self.c, self.touching)
     }
 }

@@ -26,7 +26,10 @@ struct FlightAfter {
 impl FlightAfter {
     fn of(state: &State<TileFrame>, body: u32) -> Self {
         let body = body as usize;
-        Self { flight: state.records[body].flight, winding: state.windings[body] }
+        Self {
+            flight: state.records[body].flight,
+            winding: state.windings[body],
+        }
     }
 
     fn store(&self, state: &mut StoredMotions<'_>, body: u32, motion: Option<Motion>) {
@@ -68,7 +71,12 @@ pub(super) struct MotionLog {
 impl MotionLog {
     /// Bytes for each contact.
     pub const fn bytes_for_contact(holds_molecules: bool) -> usize {
-        size_of::<PassedContact>() + if holds_molecules { size_of::<[Motion; 2]>() } else { 0 }
+        size_of::<PassedContact>()
+            + if holds_molecules {
+                size_of::<[Motion; 2]>()
+            } else {
+                0
+            }
     }
 
     pub fn clear(&mut self) {
@@ -94,9 +102,19 @@ impl MotionLog {
     /// Adds a contact at `time` of a pair of bodies of a workspace, after it; `bodies` are their
     /// indices among all.
     #[inline(never)]
-    pub fn add_contact(&mut self, state: &State<TileFrame>, time: f64, pair: [u32; 2], bodies: [u32; 2]) {
+    pub fn add_contact(
+        &mut self,
+        state: &State<TileFrame>,
+        time: f64,
+        pair: [u32; 2],
+        bodies: [u32; 2],
+    ) {
         let after = pair.map(|body| FlightAfter::of(state, body));
-        self.contacts.push(PassedContact { time, bodies, after });
+        self.contacts.push(PassedContact {
+            time,
+            bodies,
+            after,
+        });
         if let [Some(a), Some(b)] = pair.map(|body| state.molecules.motion(body)) {
             self.motions.push([*a, *b]);
         }
@@ -107,13 +125,24 @@ impl MotionLog {
     #[inline(never)]
     pub fn add_border(&mut self, state: &State<TileFrame>, time: f64, index: u32, body: u32) {
         let (after, contacts_before) = (FlightAfter::of(state, index), self.contacts.len() as u32);
-        self.borders.push(PassedBorder { time, body, contacts_before, after });
+        self.borders.push(PassedBorder {
+            time,
+            body,
+            contacts_before,
+            after,
+        });
         self.motions_at_border.extend(state.molecules.motion(index));
     }
 
     /// Adds the changes from a place on up to a time to a list, in order; returns the place after
     /// them.
-    fn list(&self, tile: u32, from: LogPlace, until: f64, list: &mut Vec<MotionChange>) -> LogPlace {
+    fn list(
+        &self,
+        tile: u32,
+        from: LogPlace,
+        until: f64,
+        list: &mut Vec<MotionChange>,
+    ) -> LogPlace {
         let contacts = &self.contacts[from.contacts..];
         let borders = &self.borders[from.borders..];
         let contacts = &contacts[..contacts.partition_point(|contact| contact.time <= until)];
@@ -125,13 +154,22 @@ impl MotionLog {
             kind: ChangeKind::Border(place as u32),
         };
         for (contact, place) in contacts.iter().zip(from.contacts..) {
-            while let Some(border) = borders_left.next_if(|(it, _)| it.contacts_before as usize <= place) {
+            while let Some(border) =
+                borders_left.next_if(|(it, _)| it.contacts_before as usize <= place)
+            {
                 list.push(of_border(border));
             }
-            list.push(MotionChange { time: contact.time, tile, kind: ChangeKind::Contact(place as u32) });
+            list.push(MotionChange {
+                time: contact.time,
+                tile,
+                kind: ChangeKind::Contact(place as u32),
+            });
         }
         list.extend(borders_left.map(of_border));
-        LogPlace { contacts: from.contacts + contacts.len(), borders: from.borders + borders.len() }
+        LogPlace {
+            contacts: from.contacts + contacts.len(),
+            borders: from.borders + borders.len(),
+        }
     }
 
     /// The bodies of a change, one of them twice where there is only one.
@@ -153,7 +191,11 @@ impl MotionLog {
             }
             ChangeKind::Border(place) => {
                 let PassedBorder { body, after, .. } = self.borders[place as usize];
-                after.store(state, body, self.motions_at_border.get(place as usize).copied());
+                after.store(
+                    state,
+                    body,
+                    self.motions_at_border.get(place as usize).copied(),
+                );
             }
         }
     }
@@ -196,7 +238,10 @@ struct JobKind {
 
 impl JobKind {
     fn of<D, R>(job: &WindowJob<'_, D, R>) -> Self {
-        Self { wants_log: job.wants_log, all_elastic: job.all_elastic }
+        Self {
+            wants_log: job.wants_log,
+            all_elastic: job.all_elastic,
+        }
     }
 }
 
@@ -248,7 +293,11 @@ impl WindowAhead {
         Self {
             kind: JobKind::of(job),
             reached: job.from,
-            start: RestartState { from: job.from, limits: job.limits, last_contacts },
+            start: RestartState {
+                from: job.from,
+                limits: job.limits,
+                last_contacts,
+            },
             window,
             passed: Passed::default(),
             places: vec![LogPlace::default(); tiles],
@@ -302,28 +351,56 @@ impl WindowAhead {
         let contacts = changes.iter().filter(|change| change.is_contact());
         let pairs = contacts.clone().map(|contact| bodies(contact, &log_of));
         let (count, with_fixed) = pairs.fold((0, 0), |(count, with_fixed), pair| {
-            let meets_fixed = pair.into_iter().any(|body| world.bodies[body as usize].is_fixed());
+            let meets_fixed = pair
+                .into_iter()
+                .any(|body| world.bodies[body as usize].is_fixed());
             (count + 1, with_fixed + u64::from(meets_fixed))
         });
         let last = contacts.clone().next_back();
-        let at_last = contacts.rev().take_while(|contact| last.is_some_and(|last| last.time == contact.time));
-        if at_last.count() > 1 || changes.chunk_by(|a, b| a.time == b.time).any(|now| is_tie(now, &log_of)) {
+        let at_last = contacts
+            .rev()
+            .take_while(|contact| last.is_some_and(|last| last.time == contact.time));
+        if at_last.count() > 1
+            || changes
+                .chunk_by(|a, b| a.time == b.time)
+                .any(|now| is_tie(now, &log_of))
+        {
             return None;
         }
         let last = last.map(|last| (last.time, bodies(last, &log_of)));
         let has_guard = !world.last_contacts.is_empty() && !self.kind.wants_log;
-        let last_contacts = if has_guard { last_contacts(&changes, &log_of) } else { Vec::new() };
-        let Passed { log, encounters, energies, .. } = self.passed;
-        let energies = part_of(&self.window.inelastic.energies[energies..], |energy| energy.time <= until);
-        let guarded = energies.iter().filter(|energy| energy.spared.is_some()).count() as u64;
+        let last_contacts = if has_guard {
+            last_contacts(&changes, &log_of)
+        } else {
+            Vec::new()
+        };
+        let Passed {
+            log,
+            encounters,
+            energies,
+            ..
+        } = self.passed;
+        let energies = part_of(&self.window.inelastic.energies[energies..], |energy| {
+            energy.time <= until
+        });
+        let guarded = energies
+            .iter()
+            .filter(|energy| energy.spared.is_some())
+            .count() as u64;
         limits.count_contacts(count);
         let part = Window {
             contacts: count,
             last,
             log: part_of(&self.window.log[log..], |contact| contact.time <= until),
-            encounters: part_of(&self.window.encounters[encounters..], |it| it.contact.time <= until),
+            encounters: part_of(&self.window.encounters[encounters..], |it| {
+                it.contact.time <= until
+            }),
             with_fixed,
-            inelastic: InelasticContacts { energies, last_contacts, guarded },
+            inelastic: InelasticContacts {
+                energies,
+                last_contacts,
+                guarded,
+            },
             ..Window::without_contacts(until, limits)
         };
         self.reached = until;
@@ -338,14 +415,26 @@ impl WindowAhead {
     }
 
     /// Stores the changes since the world was last brought up to date.
-    pub fn store_changes<'a>(&self, state: &mut StoredMotions<'_>, log_of: impl Fn(usize) -> &'a MotionLog) {
+    pub fn store_changes<'a>(
+        &self,
+        state: &mut StoredMotions<'_>,
+        log_of: impl Fn(usize) -> &'a MotionLog,
+    ) {
         store(&self.unstored, state, &log_of);
     }
 
     /// Stores all changes that have passed, where the state holds that at the start of the window.
-    pub fn store_all<'a>(&self, state: &mut StoredMotions<'_>, log_of: impl Fn(usize) -> &'a MotionLog) {
+    pub fn store_all<'a>(
+        &self,
+        state: &mut StoredMotions<'_>,
+        log_of: impl Fn(usize) -> &'a MotionLog,
+    ) {
         let mut places = vec![LogPlace::default(); self.places.len()];
-        store(&list_all(&mut places, self.reached, &log_of), state, &log_of);
+        store(
+            &list_all(&mut places, self.reached, &log_of),
+            state,
+            &log_of,
+        );
     }
 
     /// Notes that the world holds the present state.
@@ -356,7 +445,14 @@ impl WindowAhead {
 
     /// The rest of the window.
     pub fn rest(mut self) -> Window {
-        let Passed { contacts, with_fixed, guarded, log, encounters, energies } = self.passed;
+        let Passed {
+            contacts,
+            with_fixed,
+            guarded,
+            log,
+            encounters,
+            energies,
+        } = self.passed;
         let inelastic = &mut self.window.inelastic;
         inelastic.energies.drain(..energies);
         inelastic.guarded -= guarded;
@@ -409,9 +505,14 @@ fn part_of<T: Copy>(list: &[T], is_in: impl Fn(&T) -> bool) -> Vec<T> {
 
 /// The bodies of the contacts among these changes, with their times, in order: of several times of
 /// a body, the last counts.
-fn last_contacts<'a>(changes: &[MotionChange], log_of: &impl Fn(usize) -> &'a MotionLog) -> Vec<(u32, f64)> {
+fn last_contacts<'a>(
+    changes: &[MotionChange],
+    log_of: &impl Fn(usize) -> &'a MotionLog,
+) -> Vec<(u32, f64)> {
     let contacts = changes.iter().filter(|change| change.is_contact());
-    contacts.flat_map(|contact| bodies(contact, log_of).map(|body| (body, contact.time))).collect()
+    contacts
+        .flat_map(|contact| bodies(contact, log_of).map(|body| (body, contact.time)))
+        .collect()
 }
 
 /// Whether a body has changes in the logs of two tiles at one time, which is that of all these

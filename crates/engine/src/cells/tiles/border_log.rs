@@ -18,7 +18,7 @@ use crate::cells::{
 pub(super) const RINGS: u32 = 2;
 
 /// Rings that are counted around a tile. A border is narrower.
-pub(super) const MOST_RINGS: u32 = u8::MAX as u32;
+pub(super) const MAX_RINGS: u32 = u8::MAX as u32;
 
 /// Place of a column or row relative to a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,7 +64,10 @@ impl Places {
                     _ if place >= size - rings => Band::InsideAbove,
                     _ => Band::Middle,
                 };
-                Along { band, ring: ring.min(MOST_RINGS as i32) as u8 }
+                Along {
+                    band,
+                    ring: ring.min(MAX_RINGS as i32) as u8,
+                }
             });
             self.axes[axis].clear();
             self.axes[axis].extend(along);
@@ -75,13 +78,20 @@ impl Places {
     #[inline(always)]
     pub fn ring(&self, window: &TileFrame, cell: [u16; 2]) -> usize {
         let [column, row] = window.place(cell);
-        usize::from(self.axes[0][column as usize].ring.max(self.axes[1][row as usize].ring))
+        usize::from(
+            self.axes[0][column as usize]
+                .ring
+                .max(self.axes[1][row as usize].ring),
+        )
     }
 
     #[inline(always)]
     fn bands(&self, window: &TileFrame, cell: [u16; 2]) -> [Band; 2] {
         let [column, row] = window.place(cell);
-        [self.axes[0][column as usize].band, self.axes[1][row as usize].band]
+        [
+            self.axes[0][column as usize].band,
+            self.axes[1][row as usize].band,
+        ]
     }
 }
 
@@ -98,7 +108,12 @@ impl Change {
         let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
         let (kind, partner) = (record.kind(), record.partner());
         // The dummy stands for a partner outside the workspace.
-        let partner = state.bodies.0.get(partner as usize).copied().unwrap_or(u32::MAX);
+        let partner = state
+            .bodies
+            .0
+            .get(partner as usize)
+            .copied()
+            .unwrap_or(u32::MAX);
         let mut words = SmallVec::new();
         words.push(pair(state.bodies.among_all(body), record.version));
         words.push(time.to_bits());
@@ -114,9 +129,26 @@ impl Change {
             words.extend(state.multi_cell.pending(body).to_words());
         }
         if let Some(motion) = state.molecules.motion(body) {
-            let Motion { position, velocity, orientation, angular_velocity, time } = *motion;
-            let numbers = [position.x, position.y, velocity.x, velocity.y, orientation.turns()];
-            words.extend(numbers.into_iter().chain([angular_velocity, time]).map(f64::to_bits));
+            let Motion {
+                position,
+                velocity,
+                orientation,
+                angular_velocity,
+                time,
+            } = *motion;
+            let numbers = [
+                position.x,
+                position.y,
+                velocity.x,
+                velocity.y,
+                orientation.turns(),
+            ];
+            words.extend(
+                numbers
+                    .into_iter()
+                    .chain([angular_velocity, time])
+                    .map(f64::to_bits),
+            );
         }
         Self(words)
     }
@@ -134,12 +166,18 @@ pub(super) struct BorderLog {
 
 impl BorderLog {
     pub fn clear(&mut self) {
-        self.outside.iter_mut().chain(&mut self.inside).for_each(Vec::clear);
+        self.outside
+            .iter_mut()
+            .chain(&mut self.inside)
+            .for_each(Vec::clear);
     }
 
     /// Gives back memory that later windows of the same length will hardly need.
     pub fn trim(&mut self) {
-        self.outside.iter_mut().chain(&mut self.inside).for_each(trim);
+        self.outside
+            .iter_mut()
+            .chain(&mut self.inside)
+            .for_each(trim);
     }
 
     /// Whether this tile and its neighbour in a direction have computed the same changes in the
@@ -194,7 +232,12 @@ impl BorderLog {
 
     /// Size of the logs (bytes).
     pub fn bytes(&self) -> usize {
-        self.outside.iter().chain(&self.inside).map(Vec::len).sum::<usize>() * size_of::<u64>()
+        self.outside
+            .iter()
+            .chain(&self.inside)
+            .map(Vec::len)
+            .sum::<usize>()
+            * size_of::<u64>()
     }
 
     pub fn heap_bytes(&self) -> usize {

@@ -26,16 +26,29 @@ impl FixedBodies {
         let fixed = || (0..world.bodies().len()).filter(|&body| world.bodies()[body].is_fixed());
         fixed().next()?;
         let [columns, rows] = grid.counts();
-        let mut bodies = Self { columns, cells: CoveredCells::default(), shared: Vec::new() };
+        let mut bodies = Self {
+            columns,
+            cells: CoveredCells::default(),
+            shared: Vec::new(),
+        };
         bodies.cells.lay_out((columns * rows) as usize);
         for body in fixed() {
             let listed = cells_of_fixed_body(grid, world, body);
             let tile = |cell: u32| map.tile_of([(cell % columns) as u16, (cell / columns) as u16]);
-            if listed.iter().any(|cell| tile(cell.index) != tile(listed[0].index)) {
+            if listed
+                .iter()
+                .any(|cell| tile(cell.index) != tile(listed[0].index))
+            {
                 bodies.shared.push(body as u32);
             }
             for cell in listed {
-                bodies.cells.enter(cell.index, Listed { index: body as u32, image: cell.image });
+                bodies.cells.enter(
+                    cell.index,
+                    Listed {
+                        index: body as u32,
+                        image: cell.image,
+                    },
+                );
             }
         }
         Some(bodies)

@@ -4,8 +4,16 @@
 use crate::cells::frame::TileFrame;
 
 /// Directions from a tile to its neighbours, and their opposites at the same place from the end.
-pub(super) const DIRECTIONS: [[i32; 2]; 8] =
-    [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
+pub(super) const DIRECTIONS: [[i32; 2]; 8] = [
+    [-1, -1],
+    [0, -1],
+    [1, -1],
+    [-1, 0],
+    [1, 0],
+    [-1, 1],
+    [0, 1],
+    [1, 1],
+];
 
 /// Index in [`DIRECTIONS`] of a direction that is not zero.
 #[inline(always)]
@@ -42,14 +50,23 @@ impl TileMap {
     pub fn new(counts: [u32; 2], side: u32) -> Option<Self> {
         let tiles = counts.map(|count| (count + side / 2) / side);
         let starts = [0, 1].map(|axis| {
-            let start = |tile| u64::from(tile) * u64::from(counts[axis]) / u64::from(tiles[axis].max(1));
-            (0..=tiles[axis]).map(|tile| start(tile) as u32).collect::<Vec<u32>>()
+            let start =
+                |tile| u64::from(tile) * u64::from(counts[axis]) / u64::from(tiles[axis].max(1));
+            (0..=tiles[axis])
+                .map(|tile| start(tile) as u32)
+                .collect::<Vec<u32>>()
         });
         let tile_along = starts.each_ref().map(|starts| {
             let cells = starts.windows(2).enumerate();
-            cells.flat_map(|(tile, ends)| (ends[0]..ends[1]).map(move |_| tile as u16)).collect()
+            cells
+                .flat_map(|(tile, ends)| (ends[0]..ends[1]).map(move |_| tile as u16))
+                .collect()
         });
-        tiles.iter().all(|&tiles| tiles >= 2).then_some(Self { counts, starts, tile_along })
+        tiles.iter().all(|&tiles| tiles >= 2).then_some(Self {
+            counts,
+            starts,
+            tile_along,
+        })
     }
 
     /// Tiles along each axis.
@@ -66,7 +83,8 @@ impl TileMap {
     /// The tile of a cell.
     #[inline]
     pub fn tile_of(&self, cell: [u16; 2]) -> usize {
-        let [column, row] = [0, 1].map(|axis| usize::from(self.tile_along[axis][usize::from(cell[axis])]));
+        let [column, row] =
+            [0, 1].map(|axis| usize::from(self.tile_along[axis][usize::from(cell[axis])]));
         row * self.per_axis()[0] + column
     }
 
@@ -76,7 +94,10 @@ impl TileMap {
         let place = [tile % columns, tile / columns];
         let first = [0, 1].map(|axis| self.starts[axis][place[axis]]);
         let end = [0, 1].map(|axis| self.starts[axis][place[axis] + 1]);
-        Rectangle { first, size: [end[0] - first[0], end[1] - first[1]] }
+        Rectangle {
+            first,
+            size: [end[0] - first[0], end[1] - first[1]],
+        }
     }
 
     /// The neighbour of a tile in a direction, through the border of the box where it is there.
@@ -92,7 +113,11 @@ impl TileMap {
     /// lists, covers no cell of the box twice.
     pub fn widest_border(&self) -> u32 {
         let border = |axis: usize| {
-            let largest = self.starts[axis].windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0);
+            let largest = self.starts[axis]
+                .windows(2)
+                .map(|ends| ends[1] - ends[0])
+                .max()
+                .unwrap_or(0);
             ((self.counts[axis] - largest) / 2).saturating_sub(1)
         };
         border(0).min(border(1))
@@ -102,16 +127,27 @@ impl TileMap {
     pub fn window(&self, tile: usize, border: u32) -> TileFrame {
         let own = self.own(tile);
         let first = |axis: usize| {
-            (own.first[axis] + self.counts[axis] - (border + 1) % self.counts[axis]) % self.counts[axis]
+            (own.first[axis] + self.counts[axis] - (border + 1) % self.counts[axis])
+                % self.counts[axis]
         };
         let size = own.size.map(|size| size + 2 * (border + 1));
-        TileFrame { first: [first(0), first(1)], size, counts: self.counts, border: border + 1 }
+        TileFrame {
+            first: [first(0), first(1)],
+            size,
+            counts: self.counts,
+            border: border + 1,
+        }
     }
 
     /// Calls `visit` with the runs of cells of one row of tiles that make up a tile and a border of
     /// so many cells: the tile that owns the run, the place of the run among its cells, and its
     /// length.
-    pub fn for_each_run(&self, tile: usize, border: u32, mut visit: impl FnMut(usize, usize, usize)) {
+    pub fn for_each_run(
+        &self,
+        tile: usize,
+        border: u32,
+        mut visit: impl FnMut(usize, usize, usize),
+    ) {
         let own = self.own(tile);
         let [columns, rows] = self.counts;
         let row_of_tiles = self.per_axis()[0];
@@ -126,9 +162,17 @@ impl TileMap {
                 let length = left.min(end - column);
                 let row_in_tile = row - self.starts[1][tile_row];
                 let place = row_in_tile * (end - first) + column - first;
-                visit(tile_row * row_of_tiles + tile_column, place as usize, length as usize);
+                visit(
+                    tile_row * row_of_tiles + tile_column,
+                    place as usize,
+                    length as usize,
+                );
                 left -= length;
-                column = if column + length == columns { 0 } else { column + length };
+                column = if column + length == columns {
+                    0
+                } else {
+                    column + length
+                };
             }
         }
     }

@@ -96,7 +96,7 @@ use carom_response::Response;
 
 use self::{
     ahead::{MotionLog, WindowAhead},
-    border_log::MOST_RINGS,
+    border_log::MAX_RINGS,
     fixed_bodies::FixedBodies,
     map::{DIRECTIONS, TileMap, opposite},
     resting::{Rest, RestingBody, TileBodies},
@@ -113,39 +113,42 @@ use crate::{
     limits::Limits,
     resolution::Encounter,
     scheduler::StoredMotions,
-    window::{ContactEnergy, FastContact, InelasticContacts, LoggedContact, RestartState, Window, WindowJob},
+    window::{
+        ContactEnergy, FastContact, InelasticContacts, LoggedContact, RestartState, Window,
+        WindowJob,
+    },
 };
 
 /// Runs of a window, or of a tile in it, before the window is run event by event.
-const MOST_ATTEMPTS: usize = 4;
+const MAX_ATTEMPTS: usize = 4;
 
 /// Cells by which the border of a tile is widened when it is run again.
 const WIDENING: u32 = 6;
 
 /// Share of [`Tiling::front`] and [`Tiling::margin`] for molecules, which touch at less than the
 /// length of a cell. Smaller: more tiles are repeated. Larger: wider borders.
-const OF_MOLECULES: f64 = 0.72;
+const MOLECULE_SHARE_OF_FRONT: f64 = 0.72;
 
 /// Free paths that an influence travels at least in a mean free time, at the root mean square of
 /// the speed: in a thin gas it travels with the fastest bodies. Smaller: more tiles are repeated.
 /// Larger: wider borders.
-const PATHS: f64 = 3.5;
+const FREE_PATHS_PER_FREE_TIME: f64 = 3.5;
 
 /// Factor on the speed of influences after a window in which tiles disagreed, and after any other.
 /// About one window in eleven is then run twice in part. Closer to 1: more are. Farther: borders
 /// are wider than they must be for longer.
-const FASTER: f64 = 1.25;
-const SLOWER: f64 = 0.98;
+const FRONT_GROWTH: f64 = 1.25;
+const FRONT_DECAY: f64 = 0.98;
 
 /// Most cells that an influence is taken to travel in a mean free time.
-const MOST_FRONT: f64 = 64.0;
+const MAX_FRONT: f64 = 64.0;
 
 /// Largest log of contacts, and of motions if the window is run ahead (bytes). Larger: more memory.
 /// Smaller: shorter windows, in which bodies are copied more often.
-const MOST_LOG_BYTES: f64 = 64.0 * 1024.0 * 1024.0;
+const MAX_LOG_BYTES: f64 = 64.0 * 1024.0 * 1024.0;
 
 /// Most threads for each processor. More: more memory, and no more speed.
-const MOST_THREADS_PER_PROCESSOR: usize = 8;
+const MAX_THREADS_PER_PROCESSOR: usize = 8;
 
 /// Share of the contacts left in an epoch that a window aims for, so that a short one follows,
 /// which is run twice. Larger: more often the long one is run twice.
@@ -153,16 +156,16 @@ const SHARE_OF_EPOCH: f64 = 0.99;
 
 /// Shortest stretch that is run in a window, in mean free times. Shorter: copying the bodies costs
 /// more than tiles save.
-const SHORTEST: f64 = 0.3;
+const MIN_STRETCH: f64 = 0.3;
 
 /// Number of close stops in succession after which a window is run ahead; it is raised after such a
 /// window has been given up early. Fewer: more windows are run ahead for nothing. More: more
 /// stretches are run event by event.
-const LEAST_PATIENCE: u32 = 1;
+const MIN_PATIENCE: u32 = 1;
 
 /// Stops are close if at least so many of them fall into a window. Fewer: the log of motions costs
 /// more than is gained. More: more windows are cut.
-const OFTEN: f64 = 2.0;
+const MIN_STOPS_PER_WINDOW: f64 = 2.0;
 
 /// All bodies of the box in tiles, between two windows.
 #[derive(Debug, Clone)]
@@ -225,7 +228,9 @@ impl Tiles {
     pub fn new(tiling: &Tiling, instructions: Available, grid: &CellGrid) -> Option<Self> {
         let map = Self::map(tiling, grid)?;
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = tiling.threads.clamp(1, map.tiles().min(MOST_THREADS_PER_PROCESSOR * processors));
+        let threads = tiling
+            .threads
+            .clamp(1, map.tiles().min(MAX_THREADS_PER_PROCESSOR * processors));
         Some(Self {
             tiling: tiling.within_bounds(),
             bodies: vec![TileBodies::default(); map.tiles()],
@@ -234,7 +239,7 @@ impl Tiles {
             outcomes: vec![Outcome::default(); map.tiles()],
             ahead: None,
             short_stops: 0,
-            patience: LEAST_PATIENCE,
+            patience: MIN_PATIENCE,
             workspaces: vec![Workspace::new(instructions, grid.clone()); threads],
             map,
             epoch: EpochConstants::default(),
@@ -252,11 +257,18 @@ impl Tiles {
     }
 
     pub fn heap_bytes(&self) -> usize {
-        self.bodies.iter().map(TileBodies::heap_bytes).sum::<usize>()
+        self.bodies
+            .iter()
+            .map(TileBodies::heap_bytes)
+            .sum::<usize>()
             + self.fixed.as_ref().map_or(0, FixedBodies::heap_bytes)
             + self.outcomes.iter().map(Outcome::heap_bytes).sum::<usize>()
             + self.ahead.as_ref().map_or(0, |ahead| ahead.heap_bytes())
-            + self.workspaces.iter().map(Workspace::heap_bytes).sum::<usize>()
+            + self
+                .workspaces
+                .iter()
+                .map(Workspace::heap_bytes)
+                .sum::<usize>()
     }
 
     /// Begins an epoch of at most `limit` (time): reads the motions. Events are predicted by the
@@ -270,10 +282,24 @@ impl Tiles {
             let motion = &world.motions[body];
             let mut record = BodyRecord::new(motion, 0.0);
             record.set_cell(grid.cell_of(motion.position));
-            RestingBody::new(&record, body as u32, world.windings[body].map(|boxes| boxes as i16))
+            RestingBody::new(
+                &record,
+                body as u32,
+                world.windings[body].map(|boxes| boxes as i16),
+            )
         });
-        let motions = if grid.holds_molecules() { world.motions() } else { &[] };
-        self.distribute(bodies, Rest { motions, pending: &[] });
+        let motions = if grid.holds_molecules() {
+            world.motions()
+        } else {
+            &[]
+        };
+        self.distribute(
+            bodies,
+            Rest {
+                motions,
+                pending: &[],
+            },
+        );
     }
 
     fn begin(&mut self, world: &World, grid: &CellGrid, limit: f64) {
@@ -285,12 +311,18 @@ impl Tiles {
         }
         // Nothing moves.
         self.is_refused = self.contact_rate == 0.0;
-        let share = if self.holds_molecules { OF_MOLECULES } else { 1.0 };
+        let share = if self.holds_molecules {
+            MOLECULE_SHARE_OF_FRONT
+        } else {
+            1.0
+        };
         self.margin = (share * f64::from(self.tiling.margin)).ceil() as u32;
         let (count, mean_square_speed) = moving(world);
         let free_path = (0.5 * count / self.contact_rate) * mean_square_speed.sqrt();
-        let in_free_paths = PATHS * free_path / grid.side().min_element();
-        self.least_front = (share * self.tiling.front).max(in_free_paths).min(MOST_FRONT);
+        let in_free_paths = FREE_PATHS_PER_FREE_TIME * free_path / grid.side().min_element();
+        self.least_front = (share * self.tiling.front)
+            .max(in_free_paths)
+            .min(MAX_FRONT);
         self.front = self.front.max(self.least_front);
     }
 
@@ -305,7 +337,10 @@ impl Tiles {
             resting.set_event(record.kind(), record.partner());
             resting
         });
-        let rest = Rest { motions: &state.molecules.motions, pending: state.multi_cell.all_pending() };
+        let rest = Rest {
+            motions: &state.molecules.motions,
+            pending: state.multi_cell.all_pending(),
+        };
         self.distribute(bodies, rest);
     }
 
@@ -316,7 +351,12 @@ impl Tiles {
             for (place, resting) in tile.moving.list.iter().enumerate() {
                 let body = resting.body as usize;
                 let mut record = resting.record(state.records[body].radius());
-                record.set_event(resting.time, resting.kind(), resting.partner(), resting.partner_version);
+                record.set_event(
+                    resting.time,
+                    resting.kind(),
+                    resting.partner(),
+                    resting.partner_version,
+                );
                 state.records[body] = record;
                 state.windings[body] = resting.winding;
                 if let Some(motion) = tile.moving.motions.get(place) {
@@ -332,21 +372,42 @@ impl Tiles {
 
     /// Distributes bodies among the tiles; `rest` is by their indices among all.
     fn distribute(&mut self, bodies: impl Iterator<Item = RestingBody>, rest: Rest<'_>) {
-        self.outcomes.iter_mut().for_each(|outcome| outcome.bodies.moving.list.clear());
+        self.outcomes
+            .iter_mut()
+            .for_each(|outcome| outcome.bodies.moving.list.clear());
         self.count = 0;
         for body in bodies {
-            self.outcomes[self.map.tile_of(body.cell)].bodies.moving.list.push(body);
+            self.outcomes[self.map.tile_of(body.cell)]
+                .bodies
+                .moving
+                .list
+                .push(body);
             self.count += 1;
         }
-        for (tile, (bodies, outcome)) in self.bodies.iter_mut().zip(&mut self.outcomes).enumerate() {
+        for (tile, (bodies, outcome)) in self.bodies.iter_mut().zip(&mut self.outcomes).enumerate()
+        {
             let own = self.map.own(tile);
-            let unsorted = outcome.bodies.moving.list.iter().map(|body| (*body, body.body));
-            bodies.fill((own.size[0] * own.size[1]) as usize, unsorted, rest, |body| {
-                let place = |axis: usize| u32::from(body.cell[axis]) - own.first[axis];
-                (place(1) * own.size[0] + place(0)) as usize
-            });
+            let unsorted = outcome
+                .bodies
+                .moving
+                .list
+                .iter()
+                .map(|body| (*body, body.body));
+            bodies.fill(
+                (own.size[0] * own.size[1]) as usize,
+                unsorted,
+                rest,
+                |body| {
+                    let place = |axis: usize| u32::from(body.cell[axis]) - own.first[axis];
+                    (place(1) * own.size[0] + place(0)) as usize
+                },
+            );
             outcome.bodies.moving.list.clear();
-            outcome.bodies.moving.list.shrink_to(bodies.moving.list.len() + bodies.moving.list.len() / 32);
+            outcome
+                .bodies
+                .moving
+                .list
+                .shrink_to(bodies.moving.list.len() + bodies.moving.list.len() / 32);
         }
     }
 
@@ -362,8 +423,12 @@ impl Tiles {
     pub fn store(&self, state: &mut StoredMotions<'_>) {
         for tile in &self.bodies {
             for (place, body) in tile.moving.list.iter().enumerate() {
-                let motion =
-                    tile.moving.motions.get(place).copied().unwrap_or_else(|| body.record(0.0).motion());
+                let motion = tile
+                    .moving
+                    .motions
+                    .get(place)
+                    .copied()
+                    .unwrap_or_else(|| body.record(0.0).motion());
                 state.set_wrapped(body.body, motion, body.winding);
             }
         }
@@ -397,7 +462,11 @@ impl Tiles {
         if stretch <= 0.0 && was_in_tiles && !self.is_fresh {
             return true;
         }
-        let least = if was_in_tiles { SHORTEST } else { 4.0 * SHORTEST };
+        let least = if was_in_tiles {
+            MIN_STRETCH
+        } else {
+            4.0 * MIN_STRETCH
+        };
         !self.is_refused && stretch * self.contact_rate >= 0.5 * least * self.count as f64
     }
 
@@ -407,8 +476,13 @@ impl Tiles {
         let stretch = job.stop - job.from;
         let is_short = stretch > 0.0
             && job.stop < job.limits.time()
-            && stretch * OFTEN <= self.end_of_window(job, job.limits.time(), true) - job.from;
-        self.short_stops = if is_short { self.short_stops.saturating_add(1) } else { 0 };
+            && stretch * MIN_STOPS_PER_WINDOW
+                <= self.end_of_window(job, job.limits.time(), true) - job.from;
+        self.short_stops = if is_short {
+            self.short_stops.saturating_add(1)
+        } else {
+            0
+        };
         self.short_stops > self.patience && !self.is_refused
     }
 
@@ -431,14 +505,20 @@ impl Tiles {
 
     /// Goes on in a window that has been run ahead; none if it cannot serve this job.
     pub fn serve<D, R>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
-        let mut ahead = self.ahead.take_if(|ahead| job.may_use_windows && ahead.fits(job))?;
+        let mut ahead = self
+            .ahead
+            .take_if(|ahead| job.may_use_windows && ahead.fits(job))?;
         if job.stop >= ahead.end() {
-            self.patience = LEAST_PATIENCE;
+            self.patience = MIN_PATIENCE;
             self.make_state();
             return Some(ahead.rest());
         }
         // Also contacts at exactly the start of the window.
-        let after = if job.from == ahead.from() { f64::NEG_INFINITY } else { job.from };
+        let after = if job.from == ahead.from() {
+            f64::NEG_INFINITY
+        } else {
+            job.from
+        };
         let log_of = |tile: usize| &self.outcomes[tile].motion_log;
         let limits = self.accept_fast(job, after, job.stop);
         let part = limits.and_then(|limits| ahead.part(job.world, job.stop, limits, log_of));
@@ -462,13 +542,17 @@ impl Tiles {
             // All events up to this time have been processed.
             return Some(Window::without_contacts(job.from, job.limits));
         }
-        let stop = if runs_ahead { job.limits.time() } else { job.stop };
+        let stop = if runs_ahead {
+            job.limits.time()
+        } else {
+            job.stop
+        };
         let mut end = self.end_of_window(job, stop, runs_ahead);
         if end <= job.from && job.stop > job.from {
             self.is_refused = true;
             return None;
         }
-        for _ in 0..MOST_ATTEMPTS {
+        for _ in 0..MAX_ATTEMPTS {
             match self.run_to(job, end, runs_ahead) {
                 Ok(()) => {}
                 Err(Refused::NeedsOrder) => break,
@@ -514,7 +598,7 @@ impl Tiles {
     }
 
     fn widest_border(&self) -> u32 {
-        self.map.widest_border().min(MOST_RINGS - 1)
+        self.map.widest_border().min(MAX_RINGS - 1)
     }
 
     /// End of the next window (offset in the epoch, time), no later than `stop`.
@@ -524,24 +608,37 @@ impl Tiles {
         // The border of a window must fit between the tiles.
         let widest = f64::from(self.widest_border().saturating_sub(self.margin + 2));
         let mut length = free_time * self.tiling.window.min(widest / self.front);
-        let logged_bytes =
-            match (job.wants_log, job.all_elastic) {
-                (true, true) if self.fixed.is_none() && !self.holds_molecules => size_of::<LoggedContact>(),
-                (true, _) => size_of::<Encounter>(),
-                (false, false) => size_of::<ContactEnergy>(),
-                (false, true) => 0,
-            } + if logs_motions { MotionLog::bytes_for_contact(self.holds_molecules) } else { 0 };
+        let logged_bytes = match (job.wants_log, job.all_elastic) {
+            (true, true) if self.fixed.is_none() && !self.holds_molecules => {
+                size_of::<LoggedContact>()
+            }
+            (true, _) => size_of::<Encounter>(),
+            (false, false) => size_of::<ContactEnergy>(),
+            (false, true) => 0,
+        } + if logs_motions {
+            MotionLog::bytes_for_contact(self.holds_molecules)
+        } else {
+            0
+        };
         if logged_bytes > 0 {
-            length = length.min(MOST_LOG_BYTES / logged_bytes as f64 / self.contact_rate);
+            length = length.min(MAX_LOG_BYTES / logged_bytes as f64 / self.contact_rate);
         }
         let left = job.limits.contacts_left() as f64 / self.contact_rate;
         if length > SHARE_OF_EPOCH * left {
-            let share = if left > SHORTEST * free_time { SHARE_OF_EPOCH } else { 1.5 };
+            let share = if left > MIN_STRETCH * free_time {
+                SHARE_OF_EPOCH
+            } else {
+                1.5
+            };
             length = length.min(share * left + 10.0 / self.contact_rate);
         }
         // No short window before the stop, if the border of a longer one fits.
-        let longest = ((1.0 + SHORTEST) * length).min(free_time * widest / self.front);
-        if job.from + longest < stop { job.from + length } else { stop }
+        let longest = ((1.0 + MIN_STRETCH) * length).min(free_time * widest / self.front);
+        if job.from + longest < stop {
+            job.from + length
+        } else {
+            stop
+        }
     }
 
     /// Runs all tiles up to `end` (offset in the epoch, time), until they agree.
@@ -565,7 +662,7 @@ impl Tiles {
         let reach = (self.front * (end - job.from) / free_time).ceil() as u32;
         let mut selected: Vec<usize> = (0..self.map.tiles()).collect();
         let mut margin = self.margin;
-        for attempt in 0..MOST_ATTEMPTS {
+        for attempt in 0..MAX_ATTEMPTS {
             let border = margin.saturating_add(reach).saturating_add(1);
             if border > self.widest_border() {
                 return Err(Refused::TooLong);
@@ -574,7 +671,11 @@ impl Tiles {
             self.counters.tiles += selected.len() as u64;
             let computed = selected.iter().map(|&tile| self.outcomes[tile].computed);
             self.counters.computed += computed.sum::<u64>();
-            self.counters.repeated += if attempt > 0 { selected.len() as u64 } else { 0 };
+            self.counters.repeated += if attempt > 0 {
+                selected.len() as u64
+            } else {
+                0
+            };
             if self.outcomes.iter().any(|outcome| outcome.needs_order) {
                 return Err(Refused::NeedsOrder);
             }
@@ -583,7 +684,7 @@ impl Tiles {
                 return Ok(());
             }
             margin += WIDENING;
-            self.front = (self.front * FASTER).min(MOST_FRONT);
+            self.front = (self.front * FRONT_GROWTH).min(MAX_FRONT);
         }
         Err(Refused::TooLong)
     }
@@ -609,11 +710,23 @@ impl Tiles {
         let next = || tasks.lock().unwrap_or_else(PoisonError::into_inner).next();
         let work = |workspace: &mut Workspace| {
             while let Some((tile, outcome)) = next() {
-                let task = Task { map, bodies, fixed, tile, margin, border, epoch, is_fresh, span };
+                let task = Task {
+                    map,
+                    bodies,
+                    fixed,
+                    tile,
+                    margin,
+                    border,
+                    epoch,
+                    is_fresh,
+                    span,
+                };
                 workspace.run(job, task, outcome);
             }
         };
-        let Some((first, others)) = self.workspaces.split_first_mut() else { return };
+        let Some((first, others)) = self.workspaces.split_first_mut() else {
+            return;
+        };
         std::thread::scope(|scope| {
             for workspace in others.iter_mut().take(selected.len() - 1) {
                 // If the system has no more threads, the others run all tiles.
@@ -636,7 +749,10 @@ impl Tiles {
                     let neighbour = self.map.neighbour(tile, direction);
                     let [here, there] = [tile, neighbour].map(|tile| &self.outcomes[tile].border);
                     if !here.agrees(index, there, opposite(index)) {
-                        found.lock().unwrap_or_else(PoisonError::into_inner).extend([tile, neighbour]);
+                        found
+                            .lock()
+                            .unwrap_or_else(PoisonError::into_inner)
+                            .extend([tile, neighbour]);
                     }
                 }
             }
@@ -655,15 +771,23 @@ impl Tiles {
 
     /// Where the epoch ends, relative to a window that has been run to `end`.
     fn end_of_epoch<D, R>(&self, job: &WindowJob<'_, D, R>, end: f64) -> EndOfEpoch {
-        let last = self.outcomes.iter().filter_map(|outcome| outcome.last).map(|(time, _)| time);
+        let last = self
+            .outcomes
+            .iter()
+            .filter_map(|outcome| outcome.last)
+            .map(|(time, _)| time);
         let last = last.fold(f64::NEG_INFINITY, f64::max);
-        let at_last =
-            self.outcomes.iter().filter(|outcome| outcome.last.is_some_and(|(time, _)| time == last));
+        let at_last = self
+            .outcomes
+            .iter()
+            .filter(|outcome| outcome.last.is_some_and(|(time, _)| time == last));
         if at_last.map(|outcome| outcome.at_last).sum::<u64>() > 1 {
             // Their bodies must be kept for contacts at the same time after the window.
             return EndOfEpoch::Unclear;
         }
-        if self.touch_fixed_bodies_at_once() || self.outcomes.iter().any(|outcome| outcome.is_found_late) {
+        if self.touch_fixed_bodies_at_once()
+            || self.outcomes.iter().any(|outcome| outcome.is_found_late)
+        {
             return EndOfEpoch::Unclear;
         }
         let Some(mut limits) = self.accept_fast(job, f64::NEG_INFINITY, f64::INFINITY) else {
@@ -684,30 +808,52 @@ impl Tiles {
             limits.count_contacts(contacts);
             return EndOfEpoch::With(limits);
         }
-        let mut times: Vec<f64> = self.outcomes.iter().flat_map(|outcome| &outcome.times).copied().collect();
+        let mut times: Vec<f64> = self
+            .outcomes
+            .iter()
+            .flat_map(|outcome| &outcome.times)
+            .copied()
+            .collect();
         if (times.len() as u64) < left {
             // The times were not kept, since so many contacts were not expected.
             return EndOfEpoch::Unclear;
         }
         let (_, &mut time, _) = times.select_nth_unstable_by(left as usize - 1, f64::total_cmp);
-        if time < end { EndOfEpoch::At(time) } else { EndOfEpoch::Unclear }
+        if time < end {
+            EndOfEpoch::At(time)
+        } else {
+            EndOfEpoch::Unclear
+        }
     }
 
     /// The limits of the epoch after the contacts later than `after` and up to `until` that make a
     /// body faster than all before; none if the global order must decide them. Contacts are not
     /// counted.
-    fn accept_fast<D, R>(&self, job: &WindowJob<'_, D, R>, after: f64, until: f64) -> Option<Limits> {
+    fn accept_fast<D, R>(
+        &self,
+        job: &WindowJob<'_, D, R>,
+        after: f64,
+        until: f64,
+    ) -> Option<Limits> {
         let mut limits = job.limits;
         let fast = self.outcomes.iter().flat_map(|outcome| &outcome.fast);
         let is_asked = |time: f64| time > after && time <= until;
-        let mut fast: Vec<_> = fast.filter(|contact| is_asked(contact.places.time)).collect();
+        let mut fast: Vec<_> = fast
+            .filter(|contact| is_asked(contact.places.time))
+            .collect();
         fast.sort_by(|a, b| a.places.time.total_cmp(&b.places.time));
         for contact in fast {
             if contact.places.time > limits.time() {
                 break;
             }
-            let FastContact { places, velocities, spin } = *contact;
-            limits.accept(job.world, job.names, places, velocities, spin).ok()?;
+            let FastContact {
+                places,
+                velocities,
+                spin,
+            } = *contact;
+            limits
+                .accept(job.world, job.names, places, velocities, spin)
+                .ok()?;
             if limits.stale_contact().is_some() {
                 return None;
             }
@@ -743,20 +889,43 @@ impl Tiles {
             self.contact_rate = (contacts as f64 / length).max(0.5 * self.contact_rate);
             self.event_rate = (events as f64 / length).max(0.5 * self.event_rate);
         }
-        self.front = (self.front * SLOWER).max(self.least_front);
-        let last = self.outcomes.iter().filter_map(|outcome| outcome.last).max_by(|a, b| a.0.total_cmp(&b.0));
+        self.front = (self.front * FRONT_DECAY).max(self.least_front);
+        let last = self
+            .outcomes
+            .iter()
+            .filter_map(|outcome| outcome.last)
+            .max_by(|a, b| a.0.total_cmp(&b.0));
         let mut log: Vec<LoggedContact> = Vec::new();
         if job.wants_log {
             log.reserve_exact(self.outcomes.iter().map(|outcome| outcome.log.len()).sum());
-            self.outcomes.iter().for_each(|outcome| log.extend_from_slice(&outcome.log));
+            self.outcomes
+                .iter()
+                .for_each(|outcome| log.extend_from_slice(&outcome.log));
             log.sort_unstable_by(|a, b| a.time.total_cmp(&b.time).then(a.bodies.cmp(&b.bodies)));
         }
         let mut encounters: Vec<Encounter> = Vec::new();
-        encounters.reserve_exact(self.outcomes.iter().map(|outcome| outcome.encounters.len()).sum());
-        self.outcomes.iter().for_each(|outcome| encounters.extend_from_slice(&outcome.encounters));
+        encounters.reserve_exact(
+            self.outcomes
+                .iter()
+                .map(|outcome| outcome.encounters.len())
+                .sum(),
+        );
+        self.outcomes
+            .iter()
+            .for_each(|outcome| encounters.extend_from_slice(&outcome.encounters));
         encounters.sort_unstable_by(|a, b| a.contact.in_order(&b.contact));
         let inelastic = self.inelastic_contacts();
-        Window { end, contacts, last, limits, ends_epoch, log, encounters, with_fixed, inelastic }
+        Window {
+            end,
+            contacts,
+            last,
+            limits,
+            ends_epoch,
+            log,
+            encounters,
+            with_fixed,
+            inelastic,
+        }
     }
 
     /// The work of all tiles in their own cells.
@@ -769,11 +938,19 @@ impl Tiles {
     fn make_state(&mut self) {
         self.done = self.done + self.done_in_outcomes();
         self.counters.windows += 1;
-        self.counters.contacts += self.outcomes.iter().map(|outcome| outcome.contacts).sum::<u64>();
+        self.counters.contacts += self
+            .outcomes
+            .iter()
+            .map(|outcome| outcome.contacts)
+            .sum::<u64>();
         for (bodies, outcome) in self.bodies.iter_mut().zip(&mut self.outcomes) {
             std::mem::swap(bodies, &mut outcome.bodies);
         }
-        let count = self.bodies.iter().map(|tile| tile.moving.list.len()).sum::<usize>();
+        let count = self
+            .bodies
+            .iter()
+            .map(|tile| tile.moving.list.len())
+            .sum::<usize>();
         debug_assert_eq!(count, self.count, "a body is in no tile, or in two");
         self.is_fresh = false;
     }
@@ -781,15 +958,19 @@ impl Tiles {
     /// The inelastic contacts of all tiles, their energies in order of time.
     fn inelastic_contacts(&self) -> InelasticContacts {
         let mut all = InelasticContacts::default();
-        for InelasticContacts { energies, last_contacts, guarded } in
-            self.outcomes.iter().map(|outcome| &outcome.inelastic)
+        for InelasticContacts {
+            energies,
+            last_contacts,
+            guarded,
+        } in self.outcomes.iter().map(|outcome| &outcome.inelastic)
         {
             all.energies.extend_from_slice(energies);
             all.last_contacts.extend_from_slice(last_contacts);
             all.guarded += guarded;
         }
         // Stable: the energies of each tile are in order already.
-        all.energies.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.bodies.cmp(&b.bodies)));
+        all.energies
+            .sort_by(|a, b| a.time.total_cmp(&b.time).then(a.bodies.cmp(&b.bodies)));
         all
     }
 }
@@ -820,18 +1001,27 @@ fn expected_contact_rate(world: &World) -> f64 {
     let (count, mean_square_speed) = moving(world);
     let area = world.bounds().area();
     let radii = world.bodies().iter().filter(|body| !body.is_fixed());
-    let diameter = 2.0 * radii.map(|body| body.kind.molecule.bounding_radius()).sum::<f64>() / count;
+    let diameter = 2.0
+        * radii
+            .map(|body| body.kind.molecule.bounding_radius())
+            .sum::<f64>()
+        / count;
     let filled = (count / area * 0.25 * std::f64::consts::PI * diameter * diameter).min(0.9);
     let contact_value = (1.0 - 7.0 / 16.0 * filled) / (1.0 - filled).powi(2);
     let thermal = (0.5 * mean_square_speed).sqrt();
-    let rate = std::f64::consts::PI.sqrt() * count / area * diameter * contact_value * thermal * count;
+    let rate =
+        std::f64::consts::PI.sqrt() * count / area * diameter * contact_value * thermal * count;
     if rate.is_finite() { rate } else { 0.0 }
 }
 
 /// Number of the bodies that are not fixed, and the mean of their squared speeds
 /// (length² / time²).
 fn moving(world: &World) -> (f64, f64) {
-    let moving = world.bodies().iter().zip(world.motions()).filter(|(body, _)| !body.is_fixed());
+    let moving = world
+        .bodies()
+        .iter()
+        .zip(world.motions())
+        .filter(|(body, _)| !body.is_fixed());
     let (count, squares) = moving.fold((0.0, 0.0), |(count, squares), (_, motion)| {
         (count + 1.0, squares + motion.velocity.length_squared())
     });

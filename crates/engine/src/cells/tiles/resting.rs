@@ -40,9 +40,24 @@ const _: () = assert!(size_of::<RestingBody>() == 64);
 impl RestingBody {
     /// A body without an event, at the start of an epoch or before its event is copied.
     pub fn new(record: &BodyRecord, body: u32, winding: [i16; 2]) -> Self {
-        let &BodyRecord { flight, time, partner_version, version, .. } = record;
+        let &BodyRecord {
+            flight,
+            time,
+            partner_version,
+            version,
+            ..
+        } = record;
         let event = (Kind::Nothing as u32) << INDEX_BITS;
-        Self { flight, time, event, partner_version, version, cell: record.cell(), body, winding }
+        Self {
+            flight,
+            time,
+            event,
+            partner_version,
+            version,
+            cell: record.cell(),
+            body,
+            winding,
+        }
     }
 
     /// A body of a workspace. The partners of the events at the start of the window are `partners`.
@@ -54,7 +69,10 @@ impl RestingBody {
         let mut resting = Self::new(record, body, state.windings[index as usize]);
         let partner = if record.kind().is_contact() {
             // The dummy stands for a partner that had changed before the window.
-            bodies.get(record.partner() as usize).copied().unwrap_or(partners[index as usize])
+            bodies
+                .get(record.partner() as usize)
+                .copied()
+                .unwrap_or(partners[index as usize])
         } else {
             0
         };
@@ -115,8 +133,10 @@ impl MovingBodies {
     /// Adds the bodies in these places of another list.
     pub fn add(&mut self, from: &Self, places: Range<usize>) {
         self.list.extend_from_slice(&from.list[places.clone()]);
-        self.motions.extend_from_slice(from.motions.get(places.clone()).unwrap_or_default());
-        self.pending.extend_from_slice(from.pending.get(places).unwrap_or_default());
+        self.motions
+            .extend_from_slice(from.motions.get(places.clone()).unwrap_or_default());
+        self.pending
+            .extend_from_slice(from.pending.get(places).unwrap_or_default());
     }
 
     /// Size of the bodies (bytes).
@@ -169,9 +189,21 @@ impl TileBodies {
         }
         let count = first as usize;
         let if_any = |is_empty: bool| if is_empty { 0 } else { count };
-        resize(&mut self.moving.list, count, RestingBody::new(&BodyRecord::dummy(), 0, [0; 2]));
-        resize(&mut self.moving.motions, if_any(rest.motions.is_empty()), Motion::at_rest(DVec2::ZERO));
-        resize(&mut self.moving.pending, if_any(rest.pending.is_empty()), Pending::NOTHING);
+        resize(
+            &mut self.moving.list,
+            count,
+            RestingBody::new(&BodyRecord::dummy(), 0, [0; 2]),
+        );
+        resize(
+            &mut self.moving.motions,
+            if_any(rest.motions.is_empty()),
+            Motion::at_rest(DVec2::ZERO),
+        );
+        resize(
+            &mut self.moving.pending,
+            if_any(rest.pending.is_empty()),
+            Pending::NOTHING,
+        );
         for (body, index) in bodies {
             let start = &mut self.starts[cell_of(&body)];
             let place = *start as usize;

@@ -28,7 +28,7 @@ use crate::{
     limits::{ContactPlaces, Limits},
     resolution::{Encounter, Resolved},
     scheduler::{ContactEvent, Parts},
-    simultaneous_contacts::MOST_CONTACTS_AT_ONCE,
+    simultaneous_contacts::MAX_CONTACTS_AT_ONCE,
     window::{ContactEnergy, FastContact, InelasticContacts, LoggedContact, WindowJob},
 };
 
@@ -38,7 +38,7 @@ const VERSION_OF_DUMMY: u32 = u32::MAX;
 /// Events of a window for each body of a workspace, after which the global order runs it: bodies of
 /// the border may overlap, and then have any number of events. More: it takes longer until this is
 /// found. Fewer: windows are refused without need.
-const MOST_EVENTS_PER_BODY: u64 = 1000;
+const MAX_EVENTS_PER_BODY: u64 = 1000;
 
 /// The window that is run.
 #[derive(Debug, Clone, Copy)]
@@ -135,16 +135,35 @@ impl Outcome {
     /// Adds a contact in the tile's own cells.
     #[inline(always)]
     fn add(&mut self, span: &Span, past: &mut PastContacts, impact: &Impact) {
-        let Impact { time, bodies, places, after, spin, met_fixed } = *impact;
+        let Impact {
+            time,
+            bodies,
+            places,
+            after,
+            spin,
+            met_fixed,
+        } = *impact;
         self.contacts += 1;
         self.with_fixed += u64::from(met_fixed);
         self.at_end += u64::from(time == span.end);
-        self.at_last = if self.last.is_some_and(|(last, _)| last == time) { self.at_last + 1 } else { 1 };
+        self.at_last = if self.last.is_some_and(|(last, _)| last == time) {
+            self.at_last + 1
+        } else {
+            1
+        };
         self.last = Some((time, bodies));
         if !past.limits.permit(after, spin) {
             past.limits.raise(after, spin);
-            let places = ContactPlaces { bodies, time, places };
-            self.fast.push(FastContact { places, velocities: after, spin });
+            let places = ContactPlaces {
+                bodies,
+                time,
+                places,
+            };
+            self.fast.push(FastContact {
+                places,
+                velocities: after,
+                spin,
+            });
         }
         if span.keeps_times {
             self.times.push(time);
@@ -153,7 +172,12 @@ impl Outcome {
 
     /// Adds the report or the energies of a contact in the tile's own cells that is not one of two
     /// discs in cells where all contacts are elastic.
-    fn add_resolved<D, R>(&mut self, job: &WindowJob<'_, D, R>, encounter: &Encounter, resolved: &Resolved) {
+    fn add_resolved<D, R>(
+        &mut self,
+        job: &WindowJob<'_, D, R>,
+        encounter: &Encounter,
+        resolved: &Resolved,
+    ) {
         let ContactEvent { time, bodies, .. } = encounter.contact;
         if job.wants_log {
             self.encounters.push(*encounter);
@@ -162,7 +186,12 @@ impl Outcome {
         self.inelastic.guarded += u64::from(resolved.spared.is_some());
         if resolved.lost.is_some() || resolved.spared.is_some() {
             let (lost, spared) = (resolved.lost.unwrap_or(0.0), resolved.spared);
-            self.inelastic.energies.push(ContactEnergy { time, bodies, lost, spared });
+            self.inelastic.energies.push(ContactEnergy {
+                time,
+                bodies,
+                lost,
+                spared,
+            });
         }
     }
 
@@ -268,27 +297,39 @@ impl Workspace {
 
     /// Copies the bodies of the tile and of its border.
     fn load(&mut self, world: &World, task: &Task<'_>) {
-        let Task { map, bodies, tile, margin, border, span, .. } = *task;
+        let Task {
+            map,
+            bodies,
+            tile,
+            margin,
+            border,
+            span,
+            ..
+        } = *task;
         debug_assert!(margin >= 1 && border >= 3, "lemma 2 of the module");
         self.places.lay_out(map.own(tile), border);
         self.useful_until.clear();
-        self.useful_until.extend((0..=border + 1).map(|ring| match ring {
-            0 => span.end,
-            // Events of the outermost ring would carry a body out of the window.
-            _ if ring >= border => f64::NEG_INFINITY,
-            _ => span.end - f64::from(ring.saturating_sub(margin)) * span.time_per_cell,
-        }));
+        self.useful_until
+            .extend((0..=border + 1).map(|ring| match ring {
+                0 => span.end,
+                // Events of the outermost ring would carry a body out of the window.
+                _ if ring >= border => f64::NEG_INFINITY,
+                _ => span.end - f64::from(ring.saturating_sub(margin)) * span.time_per_cell,
+            }));
         self.loaded.clear();
         map.for_each_run(tile, border, |owner, first, count| {
             let places = bodies[owner].in_cells(first, count);
             self.loaded.add(&bodies[owner].moving, places);
         });
-        self.state.neighbour_lists.set_frame(map.window(tile, border));
+        self.state
+            .neighbour_lists
+            .set_frame(map.window(tile, border));
         self.find_fixed_bodies(task.fixed);
         self.order.clear();
         let moving = self.loaded.list.iter().map(|body| body.body);
         let keyed = moving.chain(self.fixed.iter().copied()).zip(0_u64..);
-        self.order.extend(keyed.map(|(body, place)| u64::from(body) << 32 | place));
+        self.order
+            .extend(keyed.map(|(body, place)| u64::from(body) << 32 | place));
         self.order.sort_unstable();
         self.copy_bodies(world, task);
         let count = self.loaded.list.len() as u64;
@@ -313,31 +354,49 @@ impl Workspace {
         self.partners.clear();
         let holds_molecules = state.grid.holds_molecules();
         // Of discs that meet only each other, the constants of a pair hold the radius.
-        let needs_radius = task.epoch.pair_constants.is_none() || task.fixed.is_some() || holds_molecules;
+        let needs_radius =
+            task.epoch.pair_constants.is_none() || task.fixed.is_some() || holds_molecules;
         for &key in &self.order {
             let (body, place) = ((key >> 32) as u32, key as u32 as usize);
-            let radius =
-                if needs_radius { world.bodies[body as usize].molecule().bounding_radius() } else { 0.0 };
+            let radius = if needs_radius {
+                world.bodies[body as usize].molecule().bounding_radius()
+            } else {
+                0.0
+            };
             state.bodies.0.push(body);
             if let Some(moving) = self.loaded.list.get(place) {
                 self.partners.push(moving.partner());
                 state.records.push(moving.record(radius));
                 state.windings.push(moving.winding);
-                state.molecules.motions.extend(self.loaded.motions.get(place));
+                state
+                    .molecules
+                    .motions
+                    .extend(self.loaded.motions.get(place));
             } else {
                 let motion = world.motions[body as usize];
                 self.partners.push(0);
                 let mut record = BodyRecord::new(&motion, radius);
                 record.set_cell(NO_CELL);
                 state.records.push(record);
-                state.windings.push(world.windings[body as usize].map(|boxes| boxes as i16));
-                state.molecules.motions.extend(holds_molecules.then_some(motion));
+                state
+                    .windings
+                    .push(world.windings[body as usize].map(|boxes| boxes as i16));
+                state
+                    .molecules
+                    .motions
+                    .extend(holds_molecules.then_some(motion));
             }
         }
         let last_contacts = &world.last_contacts;
         self.last_contacts.clear();
         if !last_contacts.is_empty() {
-            self.last_contacts.extend(state.bodies.0.iter().map(|&body| last_contacts[body as usize]));
+            self.last_contacts.extend(
+                state
+                    .bodies
+                    .0
+                    .iter()
+                    .map(|&body| last_contacts[body as usize]),
+            );
         }
         state.push_dummy();
         state.records[self.order.len()].version = VERSION_OF_DUMMY;
@@ -349,16 +408,23 @@ impl Workspace {
         self.covered.clear();
         let Some(fixed) = fixed else { return };
         for (list, cell) in self.state.neighbour_lists.frame().cells() {
-            self.covered.extend(fixed.in_cell(cell).map(|listed| (list, listed)));
+            self.covered
+                .extend(fixed.in_cell(cell).map(|listed| (list, listed)));
         }
-        self.fixed.extend(self.covered.iter().map(|(_, listed)| listed.index));
+        self.fixed
+            .extend(self.covered.iter().map(|(_, listed)| listed.index));
         self.fixed.sort_unstable();
         self.fixed.dedup();
     }
 
     /// Lists these in the cells of the workspace.
     fn list_fixed_bodies(&mut self, world: &World, has_fixed: bool) {
-        let Self { state, fixed, covered, .. } = self;
+        let Self {
+            state,
+            fixed,
+            covered,
+            ..
+        } = self;
         let bodies = state.bodies.0.len();
         let holds_molecules = state.grid.holds_molecules();
         state.multi_cell.clear();
@@ -372,13 +438,21 @@ impl Workspace {
         for &body in &*fixed {
             let index = index_of(&state.bodies.0, body);
             let (body, motion) = (&world.bodies[body as usize], &world.motions[body as usize]);
-            state.multi_cell.add(index, body, motion, bodies, holds_molecules);
+            state
+                .multi_cell
+                .add(index, body, motion, bodies, holds_molecules);
         }
         let window = *state.neighbour_lists.frame();
-        state.multi_cell.covered.lay_out((window.size[0] * window.size[1]) as usize);
+        state
+            .multi_cell
+            .covered
+            .lay_out((window.size[0] * window.size[1]) as usize);
         for &(list, Listed { index: body, image }) in &*covered {
             let index = index_of(&state.bodies.0, body);
-            state.multi_cell.covered.enter(list, Listed { index, image });
+            state
+                .multi_cell
+                .covered
+                .enter(list, Listed { index, image });
             state.neighbour_lists.set_covered(list, true);
         }
     }
@@ -386,9 +460,16 @@ impl Workspace {
     /// Copies the events of the bodies. A moving partner that is in no cell around a body has
     /// changed since.
     fn copy_events(&mut self) {
-        let Self { state, loaded, order, .. } = self;
+        let Self {
+            state,
+            loaded,
+            order,
+            ..
+        } = self;
         for (index, &key) in order.iter().enumerate() {
-            let Some(body) = loaded.list.get(key as u32 as usize) else { continue };
+            let Some(body) = loaded.list.get(key as u32 as usize) else {
+                continue;
+            };
             let kind = body.kind();
             let (mut partner, mut version) = (0, 0);
             if kind.is_contact() {
@@ -396,10 +477,14 @@ impl Workspace {
                 // later window in which the partner may be here.
                 (partner, version) = (state.dummy(), body.partner_version);
                 let cell = state.neighbour_lists.index(body.cell);
-                let around = state.neighbour_lists.seen_from(cell).map(|(index, _)| index);
+                let around = state
+                    .neighbour_lists
+                    .seen_from(cell)
+                    .map(|(index, _)| index);
                 let fixed = (0..state.multi_cell.covered_count(cell))
                     .map(|place| state.multi_cell.covered.get(cell, place).index);
-                let is_partner = |index: &u32| state.bodies.0.get(*index as usize) == Some(&body.partner());
+                let is_partner =
+                    |index: &u32| state.bodies.0.get(*index as usize) == Some(&body.partner());
                 if let Some(index) = around.chain(fixed).find(is_partner) {
                     partner = index;
                 }
@@ -424,13 +509,23 @@ impl Workspace {
         let window = *self.state.neighbour_lists.frame();
         let bodies = self.state.dummy();
         if is_fresh {
-            self.state.predict_all(kernel, job.world, job.detection, span.from);
+            self.state
+                .predict_all(kernel, job.world, job.detection, span.from);
         }
-        self.state.schedule_all(span.event_interval / f64::from(bodies.max(1)), span.from);
-        let mut past = PastContacts { limits: job.limits, time: f64::NAN, bodies: Vec::new(), at_once: 0 };
+        self.state
+            .schedule_all(span.event_interval / f64::from(bodies.max(1)), span.from);
+        let mut past = PastContacts {
+            limits: job.limits,
+            time: f64::NAN,
+            bodies: Vec::new(),
+            at_once: 0,
+        };
         let mut ties = Ties::default();
-        let mut events_left = MOST_EVENTS_PER_BODY * (u64::from(bodies) + 100);
-        while let Some((now, body)) = self.state.calendar.take_soonest(&self.state.records, span.end, |_| ())
+        let mut events_left = MAX_EVENTS_PER_BODY * (u64::from(bodies) + 100);
+        while let Some((now, body)) =
+            self.state
+                .calendar
+                .take_soonest(&self.state.records, span.end, |_| ())
         {
             let record = &self.state.records[body as usize];
             let (kind, cell) = (record.kind(), record.cell());
@@ -449,7 +544,11 @@ impl Workspace {
                 let partner = record.partner();
                 if self.state.records[partner as usize].version == record.partner_version {
                     self.state.calendar.remove_if_next(partner);
-                    let pair = if body < partner { [body, partner] } else { [partner, body] };
+                    let pair = if body < partner {
+                        [body, partner]
+                    } else {
+                        [partner, body]
+                    };
                     let contact = if kind == Kind::Discs {
                         self.state.contact_of_discs(pair, now)
                     } else {
@@ -468,14 +567,26 @@ impl Workspace {
             let state = &mut self.state;
             state.predict_and_schedule(kernel, job.world, job.detection, body, now);
             let record = &state.records[body as usize];
-            outcome.is_found_late |= (ring == 0) & (record.time == now) & record.kind().is_contact();
-            let change = || Change::new(state, body, now, self.last_contacts.get(body as usize).copied());
+            outcome.is_found_late |=
+                (ring == 0) & (record.time == now) & record.kind().is_contact();
+            let change = || {
+                Change::new(
+                    state,
+                    body,
+                    now,
+                    self.last_contacts.get(body as usize).copied(),
+                )
+            };
             outcome.border.note(&self.places, &window, cell, change);
             let cell_after = state.records[body as usize].cell();
             if cell_after != cell {
-                outcome.border.note(&self.places, &window, cell_after, change);
+                outcome
+                    .border
+                    .note(&self.places, &window, cell_after, change);
                 if span.logs_motions && ring == 0 && is_across_border(cell, cell_after) {
-                    outcome.motion_log.add_border(state, now, body, state.bodies.among_all(body));
+                    outcome
+                        .motion_log
+                        .add_border(state, now, body, state.bodies.among_all(body));
                 }
             }
         }
@@ -493,7 +604,12 @@ impl Workspace {
         contact: &ContactEvent,
     ) {
         // All parts by themselves: see `EpochLoop::record_discs`.
-        let ContactEvent { time: now, bodies: pair, image: [across, up], parts } = *contact;
+        let ContactEvent {
+            time: now,
+            bodies: pair,
+            image: [across, up],
+            parts,
+        } = *contact;
         let indices = pair.map(|body| self.state.bodies.among_all(body));
         let window = *self.state.neighbour_lists.frame();
         let is_fixed = pair.map(|body| self.state.multi_cell.is_fixed(body));
@@ -511,31 +627,54 @@ impl Workspace {
             let state = &mut self.state;
             let inverse_masses = state.inverse_masses(job.world, pair);
             let flights = [state.flight(pair[0], now), state.flight(pair[1], now)];
-            let resolved = job.rules.resolve_discs([across, up], flights, inverse_masses);
+            let resolved = job
+                .rules
+                .resolve_discs([across, up], flights, inverse_masses);
             let (places, after) = ([flights[0][0], flights[1][0]], resolved.after);
             if counts {
                 let met_fixed = resolved.met_fixed;
-                let impact = Impact { time: now, bodies: indices, places, after, spin: 0.0, met_fixed };
+                let impact = Impact {
+                    time: now,
+                    bodies: indices,
+                    places,
+                    after,
+                    spin: 0.0,
+                    met_fixed,
+                };
                 outcome.add(&task.span, past, &impact);
                 if job.wants_log {
-                    let contact = ContactEvent { time: now, bodies: indices, image: [across, up], parts };
+                    let contact = ContactEvent {
+                        time: now,
+                        bodies: indices,
+                        image: [across, up],
+                        parts,
+                    };
                     outcome.log.push(LoggedContact::new(&contact, flights));
                 }
             }
             state.flights_changed(kernel, job.world, job.detection, pair, now, [places, after]);
         } else {
-            let contact = ContactEvent { time: now, bodies: indices, image: [across, up], parts };
+            let contact = ContactEvent {
+                time: now,
+                bodies: indices,
+                image: [across, up],
+                parts,
+            };
             let encounter = self.encounter(&contact, pair, [is_own[1], is_own[0]]);
             let resolved = job.rules.resolve(&encounter);
-            outcome.needs_order |= (is_own[0] | is_own[1]) && (resolved.is_unresolved || resolved.points > 1);
+            outcome.needs_order |=
+                (is_own[0] | is_own[1]) && (resolved.is_unresolved || resolved.points > 1);
             if counts {
                 outcome.add(&task.span, past, &Impact::of(&encounter, &resolved));
                 outcome.add_resolved(job, &encounter, &resolved);
             }
-            self.state.motions_changed(kernel, job.world, job.detection, pair, resolved.onwards);
+            self.state
+                .motions_changed(kernel, job.world, job.detection, pair, resolved.onwards);
         }
         if counts && task.span.logs_motions {
-            outcome.motion_log.add_contact(&self.state, now, pair, indices);
+            outcome
+                .motion_log
+                .add_contact(&self.state, now, pair, indices);
         }
         for n in 0..2 {
             if is_fixed[n] {
@@ -554,7 +693,12 @@ impl Workspace {
     /// which become this one. The time of a fixed body is updated only if its partner is in the
     /// tile's own cells (`with_own`, for each of the two).
     #[inline(never)]
-    fn encounter(&mut self, contact: &ContactEvent, pair: [u32; 2], with_own: [bool; 2]) -> Encounter {
+    fn encounter(
+        &mut self,
+        contact: &ContactEvent,
+        pair: [u32; 2],
+        with_own: [bool; 2],
+    ) -> Encounter {
         let before = pair.map(|body| self.state.motion(body).at(contact.time));
         let last_contacts = (!self.last_contacts.is_empty()).then(|| {
             [0, 1].map(|n| {
@@ -563,19 +707,33 @@ impl Workspace {
                 std::mem::replace(last, if is_updated { contact.time } else { *last })
             })
         });
-        Encounter { contact: *contact, before, last_contacts, repeats: false }
+        Encounter {
+            contact: *contact,
+            before,
+            last_contacts,
+            repeats: false,
+        }
     }
 
     /// Stores the time of the last contact of each body of the tile, and of each fixed body, that
     /// had one in this window.
     fn store_last_contacts(&self, world: &World, outcome: &mut Outcome) {
         let window = self.state.neighbour_lists.frame();
-        let of_bodies = self.state.bodies.0.iter().zip(&self.last_contacts).zip(&self.state.records);
+        let of_bodies = self
+            .state
+            .bodies
+            .0
+            .iter()
+            .zip(&self.last_contacts)
+            .zip(&self.state.records);
         let changed = of_bodies.filter(|&((&body, &last), record)| {
             last != world.last_contacts[body as usize]
                 && (record.cell() == NO_CELL || self.places.ring(window, record.cell()) == 0)
         });
-        outcome.inelastic.last_contacts.extend(changed.map(|((&body, &last), _)| (body, last)));
+        outcome
+            .inelastic
+            .last_contacts
+            .extend(changed.map(|((&body, &last), _)| (body, last)));
     }
 
     /// Copies the bodies that are in the cells of the tile.
@@ -590,8 +748,10 @@ impl Workspace {
                 cell != NO_CELL && self.places.ring(window, cell) == 0
             })
             .map(|body| (RestingBody::of(&self.state, body, &self.partners), body));
-        let rest =
-            Rest { motions: &self.state.molecules.motions, pending: self.state.multi_cell.all_pending() };
+        let rest = Rest {
+            motions: &self.state.molecules.motions,
+            pending: self.state.multi_cell.all_pending(),
+        };
         bodies.fill((columns * own.size[1]) as usize, in_tile, rest, |body| {
             let [column, row] = window.place(body.cell);
             ((row - border) * columns + column - border) as usize
@@ -627,14 +787,22 @@ impl Impact {
             bodies,
             places: encounter.before.map(|motion| motion.position),
             after: [after[0].velocity, after[1].velocity],
-            spin: after[0].angular_velocity.abs().max(after[1].angular_velocity.abs()),
+            spin: after[0]
+                .angular_velocity
+                .abs()
+                .max(after[1].angular_velocity.abs()),
             met_fixed: resolved.met_fixed,
         }
     }
 }
 
 /// The run of a tile, in the build for an instruction set.
-struct Run<'a, 'b, D, R>(&'a mut Workspace, &'a WindowJob<'b, D, R>, Task<'a>, &'a mut Outcome);
+struct Run<'a, 'b, D, R>(
+    &'a mut Workspace,
+    &'a WindowJob<'b, D, R>,
+    Task<'a>,
+    &'a mut Outcome,
+);
 
 impl<D: Detection, R: Response> Work for Run<'_, '_, D, R> {
     type Output = ();
@@ -669,13 +837,14 @@ impl PastContacts {
             (self.time, self.at_once) = (now, 0);
             self.bodies.clear();
         }
-        self.at_once > MOST_CONTACTS_AT_ONCE
+        self.at_once > MAX_CONTACTS_AT_ONCE
     }
 
     /// Whether one of two bodies of the tile has had another contact at this instant.
     #[inline(always)]
     fn repeats(&mut self, bodies: [u32; 2]) -> bool {
-        let repeats = !self.bodies.is_empty() && bodies.iter().any(|body| self.bodies.contains(body));
+        let repeats =
+            !self.bodies.is_empty() && bodies.iter().any(|body| self.bodies.contains(body));
         self.bodies.extend(bodies);
         repeats
     }
@@ -695,7 +864,11 @@ impl Ties {
     #[inline(always)]
     fn are_undecided(&mut self, now: f64, body: u32, is_lost: bool) -> bool {
         let is_tie = (now == self.time) & (body != self.body) & (is_lost | self.is_lost);
-        *self = Self { time: now, body, is_lost };
+        *self = Self {
+            time: now,
+            body,
+            is_lost,
+        };
         is_tie
     }
 }

@@ -7,7 +7,9 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use carom::engine::DetectorName;
-use carom_detection::{BoundingCircles, Exact, FixedStep, GoldenSecant, Outcome, Step, Trace, Window};
+use carom_detection::{
+    BoundingCircles, Exact, FixedStep, GoldenSecant, Outcome, Step, Trace, Window,
+};
 
 use super::{Finding, search};
 use crate::{
@@ -16,7 +18,7 @@ use crate::{
 };
 
 /// Most cases that an error message lists.
-const MOST_LISTED: usize = 8;
+const MAX_LISTED: usize = 8;
 
 /// The search of one detector; times count from the encounter's time 0.
 struct Course {
@@ -43,7 +45,11 @@ pub fn explain(cases: &Path, case: &str, out: &Path) -> Result<String> {
     let encounter = find(&encounters, case)?;
     let courses = courses(encounter);
     write_whole(out, picture::svg(encounter, &courses).as_bytes())?;
-    Ok(courses.iter().map(Course::sentence).collect::<Vec<_>>().join("\n"))
+    Ok(courses
+        .iter()
+        .map(Course::sentence)
+        .collect::<Vec<_>>()
+        .join("\n"))
 }
 
 fn find<'a>(encounters: &'a [EncounterRecord], case: &str) -> Result<&'a EncounterRecord> {
@@ -51,23 +57,38 @@ fn find<'a>(encounters: &'a [EncounterRecord], case: &str) -> Result<&'a Encount
     let matches = |encounter: &&EncounterRecord| encounter.id == case || name(encounter) == case;
     let found: Vec<&EncounterRecord> = encounters.iter().filter(matches).collect();
     let listed = |some: &[&EncounterRecord]| {
-        let names: Vec<String> = some.iter().take(MOST_LISTED).map(|encounter| name(encounter)).collect();
-        let more = if some.len() > MOST_LISTED { ", …" } else { "" };
+        let names: Vec<String> = some
+            .iter()
+            .take(MAX_LISTED)
+            .map(|encounter| name(encounter))
+            .collect();
+        let more = if some.len() > MAX_LISTED { ", …" } else { "" };
         format!("{}{more}", names.join(", "))
     };
     match found[..] {
         [only] => Ok(only),
         [] => {
             let all: Vec<&EncounterRecord> = encounters.iter().collect();
-            bail!("no case '{case}' in the file: expected an id or class/id, such as {}", listed(&all))
+            bail!(
+                "no case '{case}' in the file: expected an id or class/id, such as {}",
+                listed(&all)
+            )
         }
-        _ => bail!("{} cases are named '{case}': expected one of {}", found.len(), listed(&found)),
+        _ => bail!(
+            "{} cases are named '{case}': expected one of {}",
+            found.len(),
+            listed(&found)
+        ),
     }
 }
 
 /// The searches of all detectors, beginning with the exact one.
 fn courses(encounter: &EncounterRecord) -> Vec<Course> {
-    let (exact, golden, fixed) = (Exact::default(), GoldenSecant::default(), FixedStep::default());
+    let (exact, golden, fixed) = (
+        Exact::default(),
+        GoldenSecant::default(),
+        FixedStep::default(),
+    );
     let names = [
         DetectorName::Exact,
         DetectorName::GoldenSecant,
@@ -95,16 +116,29 @@ fn courses(encounter: &EncounterRecord) -> Vec<Course> {
 impl Course {
     /// Joins the traces of a search that was continued at these times.
     fn new(detector: DetectorName, finding: Finding, pieces: Vec<(f64, Trace)>) -> Self {
-        let mut course = Self { detector, finding, window: None, segments: Vec::new(), steps: Vec::new() };
+        let mut course = Self {
+            detector,
+            finding,
+            window: None,
+            segments: Vec::new(),
+            steps: Vec::new(),
+        };
         for (start, trace) in pieces {
-            let later = |window: Window| Window { begin: window.begin + start, end: window.end + start };
+            let later = |window: Window| Window {
+                begin: window.begin + start,
+                end: window.end + start,
+            };
             course.window = course.window.or(trace.window.map(later));
-            course.segments.extend(trace.segments.into_iter().map(later));
-            course.steps.extend(trace.steps.into_iter().map(|step| Step {
-                time: step.time + start,
-                free_until: step.free_until.map(|time| time + start),
-                ..step
-            }));
+            course
+                .segments
+                .extend(trace.segments.into_iter().map(later));
+            course
+                .steps
+                .extend(trace.steps.into_iter().map(|step| Step {
+                    time: step.time + start,
+                    free_until: step.free_until.map(|time| time + start),
+                    ..step
+                }));
         }
         course
     }
@@ -127,15 +161,27 @@ impl Course {
     fn sentence(&self) -> String {
         let [time, a, b] = self.finding.cells();
         let answer = match self.finding.outcome {
-            Outcome::Contact(_) if a.is_empty() => format!("contact of the bounding circles at t = {time}"),
+            Outcome::Contact(_) if a.is_empty() => {
+                format!("contact of the bounding circles at t = {time}")
+            }
             Outcome::Contact(_) => format!("contact at t = {time}, atom {a} of A and {b} of B"),
             Outcome::Free => "no contact".to_owned(),
-            Outcome::FreeUntil(_) => format!("certified free up to t = {time}, not searched further"),
+            Outcome::FreeUntil(_) => {
+                format!("certified free up to t = {time}, not searched further")
+            }
             Outcome::Unresolved(_) => format!("not resolved after t = {time}"),
             Outcome::OutOfRange => "numbers out of range".to_owned(),
         };
-        let plural = if self.finding.evaluations == 1 { "" } else { "s" };
-        format!("{}: {answer}, {} evaluation{plural}", self.name(), self.finding.evaluations)
+        let plural = if self.finding.evaluations == 1 {
+            ""
+        } else {
+            "s"
+        };
+        format!(
+            "{}: {answer}, {} evaluation{plural}",
+            self.name(),
+            self.finding.evaluations
+        )
     }
 }
 
@@ -162,11 +208,22 @@ mod tests {
                 first_contact(&BoundingCircles, encounter),
             ];
             for (course, answer) in courses.iter().zip(answers) {
-                assert_eq!(format!("{:?}", course.finding), format!("{answer:?}"), "{}", encounter.id);
+                assert_eq!(
+                    format!("{:?}", course.finding),
+                    format!("{answer:?}"),
+                    "{}",
+                    encounter.id
+                );
             }
-            let Some(contact) = courses[0].contact() else { continue };
+            let Some(contact) = courses[0].contact() else {
+                continue;
+            };
             let parts = carom_detection::Parts::Pair(contact.touch);
-            let last = courses[0].steps.iter().rfind(|step| step.parts == parts).unwrap();
+            let last = courses[0]
+                .steps
+                .iter()
+                .rfind(|step| step.parts == parts)
+                .unwrap();
             assert_eq!(last.free_until, Some(contact.time));
             contacts += 1;
         }
@@ -179,8 +236,16 @@ mod tests {
         // Every class, and cases with and without a contact.
         for encounter in encounters.iter().step_by(23) {
             let svg = picture::svg(encounter, &courses(encounter));
-            assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"), "{}", encounter.id);
-            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{}", encounter.id);
+            assert!(
+                svg.starts_with("<svg") && svg.ends_with("</svg>\n"),
+                "{}",
+                encounter.id
+            );
+            assert!(
+                !svg.contains("NaN") && !svg.contains("inf"),
+                "{}",
+                encounter.id
+            );
             assert!(svg.len() < 400_000, "{}: {} bytes", encounter.id, svg.len());
         }
     }
@@ -190,12 +255,20 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("picture.svg");
         let error = explain(&cases(), "0", &out).unwrap_err().to_string();
-        assert!(error.contains("10 cases are named '0'") && error.contains("disc_t1/0"), "{error}");
+        assert!(
+            error.contains("10 cases are named '0'") && error.contains("disc_t1/0"),
+            "{error}"
+        );
         let error = explain(&cases(), "disc/0", &out).unwrap_err().to_string();
-        assert!(error.contains("no case 'disc/0'") && error.contains("disc_t1/0"), "{error}");
+        assert!(
+            error.contains("no case 'disc/0'") && error.contains("disc_t1/0"),
+            "{error}"
+        );
         assert!(!out.exists());
         let text = explain(&cases(), "disc_t1/0", &out).unwrap();
-        assert!(text.starts_with("exact: contact at t = 0.0928570959091") && text.lines().count() == 4);
+        assert!(
+            text.starts_with("exact: contact at t = 0.0928570959091") && text.lines().count() == 4
+        );
         assert!(fs::read_to_string(&out).unwrap().contains("golden-secant"));
     }
 }

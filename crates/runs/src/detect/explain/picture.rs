@@ -4,7 +4,7 @@ mod comparison;
 
 use std::fmt::Write as _;
 
-use carom_detection::{MOST_RECORDED, Parts, Phase, Step, Touch, Window};
+use carom_detection::{MAX_RECORDED, Parts, Phase, Step, Touch, Window};
 use carom_geometry::Molecule;
 use carom_report::{
     axis::Axis,
@@ -20,16 +20,16 @@ use super::{
 use crate::encounters::EncounterRecord;
 
 /// Most atom pairs with a curve and a row of their own.
-const MOST_PAIRS: usize = 5;
+const MAX_PAIRS: usize = 5;
 
 /// A window of more crops than this is drawn in part.
-const MOST_CROPS: f64 = 16.0;
+const MAX_CROPS: f64 = 16.0;
 
 /// Crops drawn before and after a contact in a window that is drawn in part.
 const CROPS_AROUND: [f64; 2] = [8.0, 3.0];
 
 /// More turns than this are not drawn as a curve of the atoms over the whole time.
-const MOST_TURNS: f64 = 40.0;
+const MAX_TURNS: f64 = 40.0;
 
 /// Empty part of the horizontal axis on either side of the window, as a share of its length.
 const MARGIN: f64 = 0.04;
@@ -52,9 +52,18 @@ pub(super) fn svg(encounter: &EncounterRecord, courses: &[Course]) -> String {
         _ => None,
     });
     let gaps = Gaps::new(encounter);
-    let subject = Subject { encounter, courses, gaps, window: exact.window, contact };
+    let subject = Subject {
+        encounter,
+        courses,
+        gaps,
+        window: exact.window,
+        contact,
+    };
     let mut column = Column::default();
-    let title = format!("First contact of the pair {}/{}", encounter.class, encounter.id);
+    let title = format!(
+        "First contact of the pair {}/{}",
+        encounter.class, encounter.id
+    );
     column.paragraph(Ink::Text, 21.0, &title);
     for course in courses {
         column.paragraph(Ink::Quiet, 13.0, &course.sentence());
@@ -68,7 +77,7 @@ pub(super) fn svg(encounter: &EncounterRecord, courses: &[Course]) -> String {
     column.panel(&subject.whole_time());
     if let Some(window) = subject.window {
         let view = subject.view(window);
-        let curves = subject.gaps.curves(view.begin, view.end, MOST_PAIRS);
+        let curves = subject.gaps.curves(view.begin, view.end, MAX_PAIRS);
         let pairs = subject.pairs(&curves);
         column.panel(&subject.golden_secant(view, &curves, &pairs));
         column.panel(&subject.exact(subject.view_of_exact(view, window), &pairs));
@@ -78,7 +87,8 @@ pub(super) fn svg(encounter: &EncounterRecord, courses: &[Course]) -> String {
         }
         column.paragraph(Ink::Quiet, 14.0, &subject.caption(view, window));
     } else {
-        let caption = "The bounding circles never overlap: skimming ends the search of every detector.";
+        let caption =
+            "The bounding circles never overlap: skimming ends the search of every detector.";
         column.paragraph(Ink::Quiet, 14.0, caption);
     }
     column.svg()
@@ -95,15 +105,25 @@ impl Subject<'_> {
         match (self.contact, self.window) {
             (Some((time, _)), _) => moments.push(("contact".to_owned(), time)),
             (None, Some(window)) => {
-                moments.push(("atoms closest, no contact".to_owned(), self.atoms_closest(window)));
+                moments.push((
+                    "atoms closest, no contact".to_owned(),
+                    self.atoms_closest(window),
+                ));
             }
             (None, None) => {}
         }
-        let radii = self.encounter.molecules.each_ref().map(Molecule::bounding_radius);
+        let radii = self
+            .encounter
+            .molecules
+            .each_ref()
+            .map(Molecule::bounding_radius);
         let pose = |(what, time): (String, f64)| Pose {
             label: [what, format!("t = {}", significant(time, 6))],
             atoms: self.gaps.atoms(time),
-            circles: [(glam::DVec2::ZERO, radii[0]), (self.gaps.separation(time), radii[1])],
+            circles: [
+                (glam::DVec2::ZERO, radii[0]),
+                (self.gaps.separation(time), radii[1]),
+            ],
             velocity: self.encounter.motions[1].velocity - self.encounter.motions[0].velocity,
         };
         moments.into_iter().map(pose).collect()
@@ -119,31 +139,48 @@ impl Subject<'_> {
     /// The time in a window at which the atoms are closest, to the resolution of the curves.
     fn atoms_closest(&self, window: Window) -> f64 {
         let curves = self.gaps.curves(window.begin, window.end, 0);
-        let least = curves.times.iter().zip(&curves.least).min_by(|one, other| one.1.total_cmp(other.1));
+        let least = curves
+            .times
+            .iter()
+            .zip(&curves.least)
+            .min_by(|one, other| one.1.total_cmp(other.1));
         least.map_or(window.begin, |(time, _)| *time)
     }
 
     /// Skimming: the gap of the bounding circles, and the window in which it is negative.
     fn whole_time(&self) -> Panel {
-        let end = self.window.map_or_else(|| 2.0 * self.closest(), |window| 1.05 * window.end);
+        let end = self
+            .window
+            .map_or_else(|| 2.0 * self.closest(), |window| 1.05 * window.end);
         let end = if end > 0.0 { end } else { 1.0 };
         let times = self.gaps.times(0.0, end);
-        let circles: Vec<(f64, f64)> = times.iter().map(|&time| (time, self.gaps.of_circles(time))).collect();
+        let circles: Vec<(f64, f64)> = times
+            .iter()
+            .map(|&time| (time, self.gaps.of_circles(time)))
+            .collect();
         let mut marks = Vec::new();
-        let mut legend =
-            vec![(Sample::Line(Ink::Purple, Stroke::Dashed), "gap of the bounding circles".to_owned())];
+        let mut legend = vec![(
+            Sample::Line(Ink::Purple, Stroke::Dashed),
+            "gap of the bounding circles".to_owned(),
+        )];
         let mut range = extent(circles.iter().map(|point| point.1));
         if let Some(window) = self.window {
             marks.push(Mark::Span(Ink::Purple, window.begin, window.end));
-            legend.push((Sample::Area(Ink::Purple), "window: the circles overlap".to_owned()));
+            legend.push((
+                Sample::Area(Ink::Purple),
+                "window: the circles overlap".to_owned(),
+            ));
         }
-        if self.gaps.turns(0.0, end) <= MOST_TURNS {
+        if self.gaps.turns(0.0, end) <= MAX_TURNS {
             let curves = self.gaps.curves(0.0, end, 0);
             let least: Vec<(f64, f64)> = curves.times.iter().copied().zip(curves.least).collect();
             let atoms = extent(least.iter().map(|point| point.1));
             range = (range.0.min(atoms.0), range.1.max(atoms.1));
             marks.extend(self.met(Stroke::Thick, least));
-            legend.push((Sample::Line(Ink::Blue, Stroke::Thick), "least gap of the atoms".to_owned()));
+            legend.push((
+                Sample::Line(Ink::Blue, Stroke::Thick),
+                "least gap of the atoms".to_owned(),
+            ));
         }
         marks.push(Mark::Line(Ink::Purple, Stroke::Dashed, circles));
         self.finish(&mut marks, &mut legend, (0.0, end));
@@ -160,13 +197,27 @@ impl Subject<'_> {
     fn golden_secant(&self, view: Window, curves: &Curves, pairs: &[[u32; 2]]) -> Panel {
         let course = &self.courses[1];
         let (mut marks, mut legend) = self.gap_curves(view, curves, pairs);
-        let mut borders: Vec<f64> = course.segments.iter().map(|segment| segment.begin).collect();
+        let mut borders: Vec<f64> = course
+            .segments
+            .iter()
+            .map(|segment| segment.begin)
+            .collect();
         borders.extend(course.segments.last().map(|segment| segment.end));
         marks.push(Mark::Uprights(Ink::Orange, Stroke::Thin, borders));
         legend.push((Sample::Line(Ink::Orange, Stroke::Thin), "crop".to_owned()));
         for (ink, point, name, phases) in [
-            (Ink::Text, Point::Ring, "end of a crop", &[Phase::SegmentEnd][..]),
-            (Ink::Green, Point::Disc, "golden section", &[Phase::GoldenMinimum, Phase::GoldenMaximum]),
+            (
+                Ink::Text,
+                Point::Ring,
+                "end of a crop",
+                &[Phase::SegmentEnd][..],
+            ),
+            (
+                Ink::Green,
+                Point::Disc,
+                "golden section",
+                &[Phase::GoldenMinimum, Phase::GoldenMaximum],
+            ),
             (Ink::Purple, Point::Diamond, "secant", &[Phase::Secant]),
         ] {
             let places = self.evaluations(course, pairs, |step| phases.contains(&step.phase));
@@ -192,7 +243,12 @@ impl Subject<'_> {
         let curves = self.gaps.curves(view.begin, view.end, 0);
         let (mut marks, mut legend) = self.gap_curves(view, &curves, pairs);
         for (ink, stroke, name, phase) in [
-            (Ink::Orange, Stroke::Thin, "step of all pairs at once", Phase::Shared),
+            (
+                Ink::Orange,
+                Stroke::Thin,
+                "step of all pairs at once",
+                Phase::Shared,
+            ),
             (Ink::Green, Stroke::Thick, "step of one pair", Phase::Single),
             (Ink::Green, Stroke::Thick, "closed form", Phase::ClosedForm),
         ] {
@@ -203,7 +259,10 @@ impl Subject<'_> {
             }
             let drawn = steps(course, pairs).filter(|(_, step)| is_drawn(step));
             for ((_, step), &(time, gap)) in drawn.zip(&places) {
-                let until = step.free_until.unwrap_or(time).min(view.end + (view.end - view.begin));
+                let until = step
+                    .free_until
+                    .unwrap_or(time)
+                    .min(view.end + (view.end - view.begin));
                 marks.push(Mark::Line(ink, stroke, vec![(time, gap), (until, gap)]));
             }
             marks.push(Mark::Points(ink, Point::Disc, places));
@@ -225,13 +284,28 @@ impl Subject<'_> {
             "Numbers of atoms count from 0 in the order of the file. In a row of exact, lines are evaluations, \
              and the bar is the time for which they prove the pair free: all time up to the contact.",
         );
-        if let Some(step) = fixed.segments.iter().rev().find(|segment| segment.end > segment.begin) {
+        if let Some(step) = fixed
+            .segments
+            .iter()
+            .rev()
+            .find(|segment| segment.end > segment.begin)
+        {
             let step = significant(step.end - step.begin, 6);
-            let _ =
-                write!(text, " fixed-step tests for overlap every {step}, {} times.", fixed.segments.len());
+            let _ = write!(
+                text,
+                " fixed-step tests for overlap every {step}, {} times.",
+                fixed.segments.len()
+            );
         }
-        if self.courses.iter().any(|course| course.steps.len() == MOST_RECORDED) {
-            let _ = write!(text, " Only the last {MOST_RECORDED} evaluations of a detector are drawn.");
+        if self
+            .courses
+            .iter()
+            .any(|course| course.steps.len() == MAX_RECORDED)
+        {
+            let _ = write!(
+                text,
+                " Only the last {MAX_RECORDED} evaluations of a detector are drawn."
+            );
         }
         if view.end < window.end || view.begin > window.begin {
             let _ = write!(
@@ -248,36 +322,55 @@ impl Subject<'_> {
     /// contact.
     fn view(&self, window: Window) -> Window {
         let length = window.end - window.begin;
-        let crop = self.courses[1].segments.first().map_or(length, |crop| crop.end - crop.begin);
+        let crop = self.courses[1]
+            .segments
+            .first()
+            .map_or(length, |crop| crop.end - crop.begin);
         let (begin, end) = match self.contact {
-            _ if length <= MOST_CROPS * crop => (window.begin, window.end),
+            _ if length <= MAX_CROPS * crop => (window.begin, window.end),
             Some((time, _)) => (time - CROPS_AROUND[0] * crop, time + CROPS_AROUND[1] * crop),
-            None => (window.begin, window.begin + MOST_CROPS * crop),
+            None => (window.begin, window.begin + MAX_CROPS * crop),
         };
         let (begin, end) = (begin.max(window.begin), end.min(window.end));
         let (begin, end) = widened((begin, end), MARGIN);
         // A window of length 0, where circles only touch.
         let least = 1e-9 * end.abs().max(f64::MIN_POSITIVE);
-        Window { begin: begin.max(0.0), end: end.max(begin + least) }
+        Window {
+            begin: begin.max(0.0),
+            end: end.max(begin + least),
+        }
     }
 
     /// The part of the time axis of the exact detector: from the start for the closed form, and
     /// otherwise up to a little after the contact.
     fn view_of_exact(&self, view: Window, window: Window) -> Window {
-        let is_closed_form = self.courses[0].steps.iter().any(|step| step.phase == Phase::ClosedForm);
-        let begin = if is_closed_form { 0.0 } else { view.begin.max(window.begin) };
+        let is_closed_form = self.courses[0]
+            .steps
+            .iter()
+            .any(|step| step.phase == Phase::ClosedForm);
+        let begin = if is_closed_form {
+            0.0
+        } else {
+            view.begin.max(window.begin)
+        };
         let Some((end, _)) = self.contact.filter(|contact| contact.0 > begin) else {
-            return Window { begin: begin.min(view.begin), ..view };
+            return Window {
+                begin: begin.min(view.begin),
+                ..view
+            };
         };
         let length = end - begin;
-        Window { begin: (begin - 0.06 * length).max(0.0), end: end + 0.25 * length }
+        Window {
+            begin: (begin - 0.06 * length).max(0.0),
+            end: end + 0.25 * length,
+        }
     }
 
     /// The atom pairs that are drawn: the one that touches, and the nearest ones.
     fn pairs(&self, curves: &Curves) -> Vec<[u32; 2]> {
         let mut pairs: Vec<[u32; 2]> = self.contact.map(|contact| contact.1).into_iter().collect();
         for (pair, _) in &curves.nearest {
-            if pairs.len() < MOST_PAIRS && !pairs.contains(pair) {
+            if pairs.len() < MAX_PAIRS && !pairs.contains(pair) {
                 pairs.push(*pair);
             }
         }
@@ -292,7 +385,9 @@ impl Subject<'_> {
         is_drawn: impl Fn(&Step) -> bool,
     ) -> Vec<(f64, f64)> {
         let steps = steps(course, pairs).filter(|(_, step)| is_drawn(step));
-        steps.map(|(pair, step)| (step.time, self.gaps.of_pair(pair, step.time))).collect()
+        steps
+            .map(|(pair, step)| (step.time, self.gaps.of_pair(pair, step.time)))
+            .collect()
     }
 
     /// The least gap and the gaps of the pairs.
@@ -306,18 +401,37 @@ impl Subject<'_> {
         if let Some(window) = self.window {
             marks.push(Mark::Span(Ink::Purple, window.begin, window.end));
         }
-        marks.push(Mark::Line(Ink::Text, Stroke::Thin, vec![(view.begin, 0.0), (view.end, 0.0)]));
+        marks.push(Mark::Line(
+            Ink::Text,
+            Stroke::Thin,
+            vec![(view.begin, 0.0), (view.end, 0.0)],
+        ));
         if pairs.len() > 1 {
             for &pair in pairs {
-                let points = curves.times.iter().map(|&time| (time, self.gaps.of_pair(pair, time)));
+                let points = curves
+                    .times
+                    .iter()
+                    .map(|&time| (time, self.gaps.of_pair(pair, time)));
                 marks.push(Mark::Line(Ink::Quiet, Stroke::Thin, points.collect()));
             }
         }
-        let least = curves.times.iter().copied().zip(curves.least.iter().copied()).collect();
+        let least = curves
+            .times
+            .iter()
+            .copied()
+            .zip(curves.least.iter().copied())
+            .collect();
         marks.extend(self.met(Stroke::Thick, least));
-        let mut legend = vec![(Sample::Line(Ink::Blue, Stroke::Thick), "least gap of the atoms".to_owned())];
+        let mut legend = vec![(
+            Sample::Line(Ink::Blue, Stroke::Thick),
+            "least gap of the atoms".to_owned(),
+        )];
         if pairs.len() > 1 {
-            let [a, b] = self.encounter.molecules.each_ref().map(|molecule| molecule.atoms().len());
+            let [a, b] = self
+                .encounter
+                .molecules
+                .each_ref()
+                .map(|molecule| molecule.atoms().len());
             let name = format!("{} of {} atom pairs", pairs.len(), a * b);
             legend.push((Sample::Line(Ink::Quiet, Stroke::Thin), name));
         }
@@ -326,19 +440,40 @@ impl Subject<'_> {
 
     /// A curve, and its continuation after the contact, where the molecules would overlap, dashed.
     fn met(&self, stroke: Stroke, points: Vec<(f64, f64)>) -> Vec<Mark> {
-        let Some((time, _)) = self.contact else { return vec![Mark::Line(Ink::Blue, stroke, points)] };
-        let (mut before, mut after): (Vec<_>, Vec<_>) = points.into_iter().partition(|point| point.0 < time);
+        let Some((time, _)) = self.contact else {
+            return vec![Mark::Line(Ink::Blue, stroke, points)];
+        };
+        let (mut before, mut after): (Vec<_>, Vec<_>) =
+            points.into_iter().partition(|point| point.0 < time);
         before.push((time, 0.0));
         after.insert(0, (time, 0.0));
-        vec![Mark::Line(Ink::Blue, Stroke::Dashed, after), Mark::Line(Ink::Blue, stroke, before)]
+        vec![
+            Mark::Line(Ink::Blue, Stroke::Dashed, after),
+            Mark::Line(Ink::Blue, stroke, before),
+        ]
     }
 
     /// Marks the contact.
-    fn finish(&self, marks: &mut Vec<Mark>, legend: &mut Vec<(Sample, String)>, (low, high): (f64, f64)) {
-        if let Some((time, _)) = self.contact.filter(|contact| (low..=high).contains(&contact.0)) {
+    fn finish(
+        &self,
+        marks: &mut Vec<Mark>,
+        legend: &mut Vec<(Sample, String)>,
+        (low, high): (f64, f64),
+    ) {
+        if let Some((time, _)) = self
+            .contact
+            .filter(|contact| (low..=high).contains(&contact.0))
+        {
             marks.push(Mark::Uprights(Ink::Vermillion, Stroke::Dashed, vec![time]));
-            marks.push(Mark::Points(Ink::Vermillion, Point::Diamond, vec![(time, 0.0)]));
-            legend.push((Sample::Point(Ink::Vermillion, Point::Diamond), "contact".to_owned()));
+            marks.push(Mark::Points(
+                Ink::Vermillion,
+                Point::Diamond,
+                vec![(time, 0.0)],
+            ));
+            legend.push((
+                Sample::Point(Ink::Vermillion, Point::Diamond),
+                "contact".to_owned(),
+            ));
         }
     }
 }
@@ -351,12 +486,18 @@ fn gap_range(curves: &Curves) -> (f64, f64) {
 }
 
 /// The steps of a search that concern one of the pairs, with the pair.
-fn steps<'a>(course: &'a Course, pairs: &'a [[u32; 2]]) -> impl Iterator<Item = ([u32; 2], &'a Step)> {
+fn steps<'a>(
+    course: &'a Course,
+    pairs: &'a [[u32; 2]],
+) -> impl Iterator<Item = ([u32; 2], &'a Step)> {
     let pair_of = |step: &Step| match step.parts {
         Parts::Pair(Touch::Atoms(a, b)) if pairs.contains(&[a, b]) => Some([a, b]),
         _ => None,
     };
-    course.steps.iter().filter_map(move |step| Some((pair_of(step)?, step)))
+    course
+        .steps
+        .iter()
+        .filter_map(move |step| Some((pair_of(step)?, step)))
 }
 
 fn time_axis(range: (f64, f64)) -> Axis {
@@ -369,12 +510,18 @@ fn gap_axis(range: (f64, f64)) -> Vertical {
 
 /// Least and largest of some numbers.
 fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    })
 }
 
 /// A range with `share` of its length more on either side; never empty.
 fn widened((low, high): (f64, f64), share: f64) -> (f64, f64) {
     let span = high - low;
-    let room = if span > 0.0 { share * span } else { low.abs().max(f64::MIN_POSITIVE) * 1e-9 };
+    let room = if span > 0.0 {
+        share * span
+    } else {
+        low.abs().max(f64::MIN_POSITIVE) * 1e-9
+    };
     (low - room, high + room)
 }

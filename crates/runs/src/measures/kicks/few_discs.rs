@@ -35,16 +35,25 @@ impl FewDiscs {
     pub(super) fn of(prediction: &Prediction, around: &Surroundings, freedom: f64) -> Option<Self> {
         let (density, area) = (around.density(), around.area);
         let bumpers = around.bumpers.as_ref().filter(|_| around.is_one_gas)?;
-        let Prediction { boundary: region, gas_radius, .. } = prediction;
+        let Prediction {
+            boundary: region,
+            gas_radius,
+            ..
+        } = prediction;
         if prediction.area_fraction(density) >= DILUTE {
             return None;
         }
         // The share of the box that is free for the centres.
         let reaches = bumpers.iter().map(|radius| radius + gas_radius);
-        let room = reaches.fold(area - region.area(), |free, reach| free - PI * reach * reach) / area;
+        let room = reaches.fold(area - region.area(), |free, reach| {
+            free - PI * reach * reach
+        }) / area;
         let equal_disc = region.perimeter() / TAU - gas_radius;
         let rim = prediction.contact_density_of_disc(equal_disc, density) / room;
         let slowed = mean_speed(2.0 * around.count as f64 + freedom);
-        Some(Self { rim, kicks: rim * slowed * prediction.ideal_rate(density, around.temperature) })
+        Some(Self {
+            rim,
+            kicks: rim * slowed * prediction.ideal_rate(density, around.temperature),
+        })
     }
 }

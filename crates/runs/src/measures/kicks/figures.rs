@@ -69,7 +69,13 @@ impl<'a> Parts<'a> {
             rest = after;
             part
         });
-        Self { whole, atoms, directions, places, densities: rest }
+        Self {
+            whole,
+            atoms,
+            directions,
+            places,
+            densities: rest,
+        }
     }
 }
 
@@ -87,9 +93,15 @@ impl<'a> Theory<'a> {
         let around = kicks.around.as_ref()?;
         let shape = &kicks.shape;
         let gas = [around.probe, around.mean[1]];
-        let prediction = Prediction::with(&shape.molecule, [!shape.is_fixed, shape.can_turn], gas).ok()?;
+        let prediction =
+            Prediction::with(&shape.molecule, [!shape.is_fixed, shape.can_turn], gas).ok()?;
         let few = FewDiscs::of(&prediction, around, kicks.freedom());
-        Some(Self { kicks, around, prediction, few })
+        Some(Self {
+            kicks,
+            around,
+            prediction,
+            few,
+        })
     }
 
     /// Whether the distribution of the kicks in a dilute gas is known: that of the exposed arcs, or
@@ -101,16 +113,24 @@ impl<'a> Theory<'a> {
     /// The prediction of the shares by direction.
     fn shares(&self) -> Option<Shares> {
         let sectors = self.kicks.directions().counts().len();
-        let parts = [self.prediction.count_shares(sectors), self.prediction.impulse_shares(sectors)];
+        let parts = [
+            self.prediction.count_shares(sectors),
+            self.prediction.impulse_shares(sectors),
+        ];
         let is_round = self.kicks.shape.molecule.is_round();
         let (label, source) = match self.few {
             _ if is_round => ("isotropic", "symmetry"),
             Some(_) => ("exposed arcs", ARCS),
-            None => {
-                ("dilute gas: exposed arcs", "exposed arcs; in a dense gas the density is larger in corners")
-            }
+            None => (
+                "dilute gas: exposed arcs",
+                "exposed arcs; in a dense gas the density is larger in corners",
+            ),
         };
-        self.has_arcs().then_some(Shares { parts, label, source })
+        self.has_arcs().then_some(Shares {
+            parts,
+            label,
+            source,
+        })
     }
 
     /// Relaxation times of the velocity and of the rotation (time) at this rate of kicks; 0 for a
@@ -125,7 +145,13 @@ impl<'a> Theory<'a> {
             Prediction::with(&shape.molecule, moves, self.around.mean)
                 .map_or([0.0; 2], |theory| theory.forgotten_at_a_contact())
         };
-        prediction.map(|share| if share > 0.0 { 1.0 / (share * rate) } else { 0.0 })
+        prediction.map(|share| {
+            if share > 0.0 {
+                1.0 / (share * rate)
+            } else {
+                0.0
+            }
+        })
     }
 }
 
@@ -140,24 +166,41 @@ pub(super) fn results(kicks: &Kicks, parts: &Parts<'_>, context: &Context<'_>) -
     figures.extend(of_atoms(kicks, parts, theory, context));
     figures.extend(of_geometry(kicks, context));
     let drawings = drawing(kicks, context).into_iter().collect();
-    Results { tables: tables(kicks, parts, theory, context), figures, drawings, ..Results::default() }
+    Results {
+        tables: tables(kicks, parts, theory, context),
+        figures,
+        drawings,
+        ..Results::default()
+    }
 }
 
 /// The body with the boundary that it shows to the gas.
 fn drawing(kicks: &Kicks, context: &Context<'_>) -> Option<Drawing> {
-    let Theory { prediction, around, .. } = Theory::of(kicks)?;
-    let disc = if around.is_one_gas { "a gas disc" } else { "the smallest disc around it" };
+    let Theory {
+        prediction, around, ..
+    } = Theory::of(kicks)?;
+    let disc = if around.is_one_gas {
+        "a gas disc"
+    } else {
+        "the smallest disc around it"
+    };
     let caption = format!(
         "The body in its own frame (x′, y′). The line bounds the region that the centre of {disc} (dashed) cannot \
          enter; each arc belongs to the touched atom. An atom with a dashed outline cannot be touched."
     );
     let svg = molecule_picture::svg(&kicks.shape.molecule, &prediction.boundary, around.probe);
-    Some(Drawing { file: context.label.file("kicks-body.svg"), caption, svg })
+    Some(Drawing {
+        file: context.label.file("kicks-body.svg"),
+        caption,
+        svg,
+    })
 }
 
 /// The rate of the kicks, and the density of the gas at the boundary.
 fn rates(parts: &Parts<'_>, theory: Option<&Theory<'_>>, context: &Context<'_>) -> Vec<Figure> {
-    let [rate, rim, ..] = parts.whole else { return Vec::new() };
+    let [rate, rim, ..] = parts.whole else {
+        return Vec::new();
+    };
     let predicted = theory.and_then(|theory| {
         let around = theory.around;
         if let Some(few) = theory.few {
@@ -166,8 +209,16 @@ fn rates(parts: &Parts<'_>, theory: Option<&Theory<'_>>, context: &Context<'_>) 
         let molecule = &theory.kicks.shape.molecule;
         (molecule.is_disc() && around.is_open()).then(|| {
             let density = around.density();
-            let rim = theory.prediction.contact_density_of_disc(molecule.bounding_radius(), density);
-            ([rim * theory.prediction.ideal_rate(density, around.temperature), rim], TWO_SIZES)
+            let rim = theory
+                .prediction
+                .contact_density_of_disc(molecule.bounding_radius(), density);
+            (
+                [
+                    rim * theory.prediction.ideal_rate(density, around.temperature),
+                    rim,
+                ],
+                TWO_SIZES,
+            )
         })
     });
     let figure = |index: usize, name: &str, unit: &str, mean: &BlockMean| {
@@ -178,8 +229,13 @@ fn rates(parts: &Parts<'_>, theory: Option<&Theory<'_>>, context: &Context<'_>) 
         })
     };
     let is_one_gas = theory.is_some_and(|theory| theory.around.is_one_gas);
-    let rim = is_one_gas.then(|| figure(1, "gas density at the rim", "mean density", rim)).flatten();
-    figure(0, "kicks", "1/time", rate).into_iter().chain(rim).collect()
+    let rim = is_one_gas
+        .then(|| figure(1, "gas density at the rim", "mean density", rim))
+        .flatten();
+    figure(0, "kicks", "1/time", rate)
+        .into_iter()
+        .chain(rim)
+        .collect()
 }
 
 /// Force, velocities and energies of the body along its own axes.
@@ -190,28 +246,61 @@ fn motion(
     context: &Context<'_>,
 ) -> Vec<Figure> {
     let shape = &kicks.shape;
-    let rate = parts.whole.first().and_then(|mean| mean.value).unwrap_or(0.0);
+    let rate = parts
+        .whole
+        .first()
+        .and_then(|mean| mean.value)
+        .unwrap_or(0.0);
     let times = theory.map(|theory| theory.relaxation_times(rate));
     // Blocks that are too short give no error; without theory their length is taken to be enough.
     let is_long = times.is_none_or(|times| context.block >= MIN_BLOCK * times[0].max(times[1]));
     let mean = |index: usize| {
         let mean = parts.whole.get(index).copied().unwrap_or_default();
-        BlockMean { standard_error: mean.standard_error.filter(|_| is_long), ..mean }
+        BlockMean {
+            standard_error: mean.standard_error.filter(|_| is_long),
+            ..mean
+        }
     };
     let is_zero = context.is_equilibrium && !shape.is_fixed;
     // Without a fixed body, a locked one drifts with all others.
     let rests = kicks.around.as_ref().is_some_and(|around| around.rests) || shape.can_turn;
     let (force, velocity) = ("mass·length/time²", "length/time");
     let names = [
-        (5, "velocity along x′", velocity, is_zero && rests, !shape.is_fixed),
-        (6, "velocity along y′", velocity, is_zero && rests, !shape.is_fixed),
-        (7, "angular velocity", "radian/time", is_zero, shape.can_turn),
+        (
+            5,
+            "velocity along x′",
+            velocity,
+            is_zero && rests,
+            !shape.is_fixed,
+        ),
+        (
+            6,
+            "velocity along y′",
+            velocity,
+            is_zero && rests,
+            !shape.is_fixed,
+        ),
+        (
+            7,
+            "angular velocity",
+            "radian/time",
+            is_zero,
+            shape.can_turn,
+        ),
         (2, "force along x′", force, is_zero, true),
         (3, "force along y′", force, is_zero, true),
-        (4, "torque", "mass·length²/time²", is_zero, !shape.molecule.is_round()),
+        (
+            4,
+            "torque",
+            "mass·length²/time²",
+            is_zero,
+            !shape.molecule.is_round(),
+        ),
     ];
-    let of_motion = names.into_iter().filter(|(.., is_measured)| *is_measured).filter_map(
-        |(index, name, unit, is_zero, _)| {
+    let of_motion = names
+        .into_iter()
+        .filter(|(.., is_measured)| *is_measured)
+        .filter_map(|(index, name, unit, is_zero, _)| {
             let figure = context.figure(name, unit, &mean(index))?;
             let figure = figure.predicted(is_zero.then_some(0.0), EQUILIBRIUM);
             // In a frame that does not turn the impulses sum to a change of momentum, and the
@@ -219,27 +308,58 @@ fn motion(
             // if a steady force drives the body.
             let is_bounded = index < 4 && !shape.can_turn || index == 4 && shape.can_turn;
             Some(if is_bounded { figure } else { figure.test() })
-        },
-    );
+        });
     let shares = theory.map(|theory| (theory.around.thermal_shares, theory.around.temperature));
     let energies = [
-        (8, "kT along x′", shares.map(|(shares, kt)| [shares[0], kt]), !shape.is_fixed),
-        (9, "kT along y′", shares.map(|(shares, kt)| [shares[1], kt]), !shape.is_fixed),
-        (10, "kT turning", shares.map(|(_, kt)| [1.0, kt]), shape.can_turn),
+        (
+            8,
+            "kT along x′",
+            shares.map(|(shares, kt)| [shares[0], kt]),
+            !shape.is_fixed,
+        ),
+        (
+            9,
+            "kT along y′",
+            shares.map(|(shares, kt)| [shares[1], kt]),
+            !shape.is_fixed,
+        ),
+        (
+            10,
+            "kT turning",
+            shares.map(|(_, kt)| [1.0, kt]),
+            shape.can_turn,
+        ),
     ];
-    let of_energy = energies.into_iter().filter(|(.., is_measured)| *is_measured).filter_map(
-        |(index, name, predicted, _)| {
-            let source = if predicted.is_some_and(|[share, _]| share < 1.0) { OF_ALL } else { EQUIPARTITION };
+    let of_energy = energies
+        .into_iter()
+        .filter(|(.., is_measured)| *is_measured)
+        .filter_map(|(index, name, predicted, _)| {
+            let source = if predicted.is_some_and(|[share, _]| share < 1.0) {
+                OF_ALL
+            } else {
+                EQUIPARTITION
+            };
             let figure = context.figure(name, "mass·length²/time²", &mean(index))?;
             Some(figure.predicted(predicted.map(|[share, kt]| share * kt), source))
-        },
-    );
+        });
     let times_of_motion = times.filter(|_| !shape.is_fixed);
-    let times = times.into_iter().flat_map(|times| times.into_iter().zip(["velocity", "rotation"]));
-    let of_times = times.filter(|(time, _)| *time > 0.0 && time.is_finite()).map(|(time, what)| {
-        Figure::new(context.named(&format!("relaxation time of the {what}, from the kicks")), time, "time")
-    });
-    of_motion.chain(of_energy).chain(of_times).chain(needed(times_of_motion, context)).collect()
+    let times = times
+        .into_iter()
+        .flat_map(|times| times.into_iter().zip(["velocity", "rotation"]));
+    let of_times = times
+        .filter(|(time, _)| *time > 0.0 && time.is_finite())
+        .map(|(time, what)| {
+            Figure::new(
+                context.named(&format!("relaxation time of the {what}, from the kicks")),
+                time,
+                "time",
+            )
+        });
+    of_motion
+        .chain(of_energy)
+        .chain(of_times)
+        .chain(needed(times_of_motion, context))
+        .collect()
 }
 
 /// The duration of a measurement that gives errors of the motion, if this one is too short.
@@ -248,7 +368,11 @@ fn needed(times: Option<[f64; 2]>, context: &Context<'_>) -> Option<Figure> {
     let (least, blocks) = (MIN_BLOCK * velocity.max(rotation), context.blocks.len());
     let is_short = blocks < MIN_BLOCKS || context.block < least;
     // Twice as many blocks are joined in pairs.
-    let block = if blocks < MIN_BLOCKS { context.block } else { 0.0 };
+    let block = if blocks < MIN_BLOCKS {
+        context.block
+    } else {
+        0.0
+    };
     let enough = MIN_BLOCKS as f64 * block.max(2.0 * least);
     (is_short && enough.is_finite()).then(|| Figure::new(context.named(NEEDED), enough, "time"))
 }
@@ -263,11 +387,21 @@ fn symmetry(kicks: &Kicks, parts: &Parts<'_>, context: &Context<'_>) -> Vec<Figu
         let names: Vec<String> = side.iter().map(|&atom| name(atom)).collect();
         names.join(", ")
     });
-    let sides = (!left.is_empty()).then(|| format!("share of kicks on {left} less that on {right}"));
+    let sides =
+        (!left.is_empty()).then(|| format!("share of kicks on {left} less that on {right}"));
     let figure = |name: String| {
-        Some(context.figure(&name, "1", parts.whole.get(WHOLE - 1)?)?.predicted(0.0, MIRROR).test())
+        Some(
+            context
+                .figure(&name, "1", parts.whole.get(WHOLE - 1)?)?
+                .predicted(0.0, MIRROR)
+                .test(),
+        )
     };
-    sides.and_then(figure).into_iter().chain(mirror_of_directions(kicks, context)).collect()
+    sides
+        .and_then(figure)
+        .into_iter()
+        .chain(mirror_of_directions(kicks, context))
+        .collect()
 }
 
 /// The sums of the sectors in each block: the number of kicks in each, and of all.
@@ -277,7 +411,10 @@ fn counts_of_blocks<'a>(
 ) -> impl Iterator<Item = &'a [[f64; 2]]> + Clone {
     let begin = WHOLE + kicks.shape.molecule.atoms().len();
     let end = begin + kicks.directions().counts().len();
-    context.blocks.iter().filter_map(move |block| block.get(begin..end))
+    context
+        .blocks
+        .iter()
+        .filter_map(move |block| block.get(begin..end))
 }
 
 /// χ² per degree of freedom of each direction against its mirror image, with errors from the
@@ -290,8 +427,13 @@ fn mirror_of_directions(kicks: &Kicks, context: &Context<'_>) -> Option<Figure> 
         return None;
     }
     let square = |(one, other): (usize, usize)| {
-        let differences = blocks.clone().map(|block| (block[one][0] - block[other][0], block[one][1]));
-        let Estimate { mean, standard_error } = Estimate::of_ratio(differences)?;
+        let differences = blocks
+            .clone()
+            .map(|block| (block[one][0] - block[other][0], block[one][1]));
+        let Estimate {
+            mean,
+            standard_error,
+        } = Estimate::of_ratio(differences)?;
         (standard_error > 0.0).then(|| (mean / standard_error).powi(2))
     };
     let pairs = mirror.sectors(kicks.directions().counts().len())?;
@@ -313,19 +455,26 @@ fn isotropy(kicks: &Kicks, context: &Context<'_>) -> Option<Figure> {
     let counts = |block: &[[f64; 2]]| block.iter().map(|sums| sums[0] as u64).collect();
     let blocks: Vec<Vec<u64>> = counts_of_blocks(kicks, context).map(counts).collect();
     let enough = blocks.len() >= MIN_BLOCKS;
-    let found = Isotropy::of_counts(blocks.iter().map(Vec::as_slice), HARMONICS).filter(|_| enough)?;
-    let [one, other] = [2 * found.harmonics, found.blocks - 2 * found.harmonics].map(|count| count as f64);
+    let found =
+        Isotropy::of_counts(blocks.iter().map(Vec::as_slice), HARMONICS).filter(|_| enough)?;
+    let [one, other] =
+        [2 * found.harmonics, found.blocks - 2 * found.harmonics].map(|count| count as f64);
     let mean = other / (other - 2.0);
     let variance = 2.0 * mean * mean * (one + other - 2.0) / (one * (other - 4.0));
     let name = context.named("isotropy of the kicks, Fisher's F");
     let figure = Figure::new(name, found.ratio, "1").error(variance.sqrt());
-    Some(figure.predicted(context.is_equilibrium.then_some(mean), "symmetry of a round body"))
+    Some(figure.predicted(
+        context.is_equilibrium.then_some(mean),
+        "symmetry of a round body",
+    ))
 }
 
 /// χ² per degree of freedom of the shares by direction, by number and by impulse, and by atom,
 /// against the exposed arcs; none in a dense gas or with few kicks.
 fn against_arcs(kicks: &Kicks, theory: Option<&Theory<'_>>, context: &Context<'_>) -> Vec<Figure> {
-    let Some(theory) = theory.filter(|theory| theory.few.is_some()) else { return Vec::new() };
+    let Some(theory) = theory.filter(|theory| theory.few.is_some()) else {
+        return Vec::new();
+    };
     let directions = kicks.directions();
     let sectors = directions.counts().len();
     if directions.hits() < MIN_KICKS * sectors as u64 {
@@ -340,13 +489,27 @@ fn against_arcs(kicks: &Kicks, theory: Option<&Theory<'_>>, context: &Context<'_
         let error = impulse_error(expected, hits * share);
         (expected > 0.0).then(|| ((impulse - expected) / error).powi(2))
     };
-    let terms: Vec<f64> = directions.impulse().iter().zip(of_impulse).zip(&shares).filter_map(term).collect();
-    let by_impulse = ChiSquare { value: terms.iter().sum(), freedom: terms.len().saturating_sub(1) };
+    let terms: Vec<f64> = directions
+        .impulse()
+        .iter()
+        .zip(of_impulse)
+        .zip(&shares)
+        .filter_map(term)
+        .collect();
+    let by_impulse = ChiSquare {
+        value: terms.iter().sum(),
+        freedom: terms.len().saturating_sub(1),
+    };
     let by_atom = ChiSquare::of(&kicks.by_atom(), &theory.prediction.atom_shares());
-    let all =
-        [("kicks by direction", by_count), ("impulse by direction", by_impulse), ("kicks by atom", by_atom)];
+    let all = [
+        ("kicks by direction", by_count),
+        ("impulse by direction", by_impulse),
+        ("kicks by atom", by_atom),
+    ];
     // A single atom receives all kicks in any case.
-    all.into_iter().filter_map(|(what, chi)| directions::chi_square(what, chi, ARCS, context)).collect()
+    all.into_iter()
+        .filter_map(|(what, chi)| directions::chi_square(what, chi, ARCS, context))
+        .collect()
 }
 
 /// Standard error of a sum of `count` Rayleigh-distributed impulse magnitudes, as ⟨J²⟩/⟨J⟩² = 4/π.
@@ -367,10 +530,15 @@ fn of_atoms(
     }
     let shares = theory.map(|theory| theory.prediction.atom_shares());
     let figure = |(atom, mean): (usize, &BlockMean)| {
-        let figure = context.figure(&format!("share of kicks on atom {}", name(atom)), "1", mean)?;
+        let figure =
+            context.figure(&format!("share of kicks on atom {}", name(atom)), "1", mean)?;
         let share = shares.as_ref().and_then(|shares| shares.get(atom).copied());
         let is_dilute = theory.is_some_and(|theory| theory.few.is_some());
-        let source = if share == Some(0.0) { UNREACHABLE } else { ARCS };
+        let source = if share == Some(0.0) {
+            UNREACHABLE
+        } else {
+            ARCS
+        };
         Some(figure.predicted(share.filter(|&share| share == 0.0 || is_dilute), source))
     };
     parts.atoms.iter().enumerate().filter_map(figure).collect()
@@ -378,15 +546,25 @@ fn of_atoms(
 
 /// Lengths and areas that follow from the atoms alone, without errors.
 fn of_geometry(kicks: &Kicks, context: &Context<'_>) -> Vec<Figure> {
-    let Some(theory) = Theory::of(kicks) else { return Vec::new() };
+    let Some(theory) = Theory::of(kicks) else {
+        return Vec::new();
+    };
     let region = &theory.prediction.boundary;
     let figure = |name: &str, value, unit| Figure::new(context.named(name), value, unit);
     let mut figures = vec![
-        figure("perimeter of the excluded region", region.perimeter(), "length"),
+        figure(
+            "perimeter of the excluded region",
+            region.perimeter(),
+            "length",
+        ),
         figure("area of the excluded region", region.area(), "length²"),
     ];
     if !region.hidden_arcs().is_empty() {
-        figures.push(figure("area of pockets that the gas cannot enter", region.pocket_area(), "length²"));
+        figures.push(figure(
+            "area of pockets that the gas cannot enter",
+            region.pocket_area(),
+            "length²",
+        ));
     }
     figures
 }
@@ -400,12 +578,20 @@ fn tables(
 ) -> Vec<Table> {
     let (directions, components, places) = &kicks.from_gas.observer;
     let shares = theory.and_then(Theory::shares);
-    let variance = theory.filter(|theory| theory.around.is_one_gas).and_then(|theory| {
-        let molecule = &kicks.shape.molecule;
-        let inverse = if kicks.shape.is_fixed { 0.0 } else { 1.0 / molecule.mass() };
-        let reduced = 1.0 / (inverse + 1.0 / theory.prediction.gas_mass);
-        molecule.is_round().then_some(4.0 * reduced * theory.around.temperature)
-    });
+    let variance = theory
+        .filter(|theory| theory.around.is_one_gas)
+        .and_then(|theory| {
+            let molecule = &kicks.shape.molecule;
+            let inverse = if kicks.shape.is_fixed {
+                0.0
+            } else {
+                1.0 / molecule.mass()
+            };
+            let reduced = 1.0 / (inverse + 1.0 / theory.prediction.gas_mass);
+            molecule
+                .is_round()
+                .then_some(4.0 * reduced * theory.around.temperature)
+        });
     let mut tables = vec![
         directions::table(directions, parts.directions, context, shares.as_ref()),
         components.table(parts.densities, context, variance),
@@ -413,7 +599,11 @@ fn tables(
     if let Some(places) = places {
         let ideal = theory.map(|theory| theory.around.density() * theory.around.temperature);
         let of_places = places.results(parts.places, context).tables;
-        tables.extend(of_places.into_iter().map(|table| table.level("n kT, dilute gas", ideal, "ideal gas")));
+        tables.extend(
+            of_places
+                .into_iter()
+                .map(|table| table.level("n kT, dilute gas", ideal, "ideal gas")),
+        );
     }
     for table in &mut tables {
         table.name = format!("kicks-{}", table.name);
@@ -423,26 +613,51 @@ fn tables(
 }
 
 /// The table of the shares of the atoms.
-fn by_atom(kicks: &Kicks, parts: &Parts<'_>, theory: Option<&Theory<'_>>, context: &Context<'_>) -> Table {
+fn by_atom(
+    kicks: &Kicks,
+    parts: &Parts<'_>,
+    theory: Option<&Theory<'_>>,
+    context: &Context<'_>,
+) -> Table {
     let counts = kicks.by_atom();
     let table = Table::new(context.table("kicks"), "Kicks by atom")
-        .abscissa("atom", "1", (0..counts.len()).map(|atom| atom as f64).collect())
+        .abscissa(
+            "atom",
+            "1",
+            (0..counts.len()).map(|atom| atom as f64).collect(),
+        )
         .counts("kicks", counts)
         .named((0..parts.atoms.len()).map(name).collect());
-    let exposed =
-        |atom: usize, theory: &Theory<'_>| theory.prediction.boundary.exposed_angle(atom).to_degrees();
+    let exposed = |atom: usize, theory: &Theory<'_>| {
+        theory.prediction.boundary.exposed_angle(atom).to_degrees()
+    };
     let atoms = 0..parts.atoms.len();
     let table = match theory {
-        Some(theory) => {
-            table.undrawn("exposed_angle", "°", atoms.map(|atom| exposed(atom, theory)).collect())
-        }
+        Some(theory) => table.undrawn(
+            "exposed_angle",
+            "°",
+            atoms.map(|atom| exposed(atom, theory)).collect(),
+        ),
         None => table,
     };
     let table = table.means("share_of_kicks", "1", parts.atoms);
     let Some(theory) = theory else { return table };
     let is_dilute = theory.few.is_some();
-    let label = if is_dilute { "exposed arcs" } else { "dilute gas: exposed arcs" };
+    let label = if is_dilute {
+        "exposed arcs"
+    } else {
+        "dilute gas: exposed arcs"
+    };
     // What the smallest disc cannot reach, no other can.
     let known = |share: f64| (share == 0.0 || theory.has_arcs()).then_some(share);
-    table.prediction(label, theory.prediction.atom_shares().into_iter().map(known).collect(), ARCS)
+    table.prediction(
+        label,
+        theory
+            .prediction
+            .atom_shares()
+            .into_iter()
+            .map(known)
+            .collect(),
+        ARCS,
+    )
 }

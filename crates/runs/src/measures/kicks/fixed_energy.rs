@@ -6,7 +6,8 @@
 ///
 /// The expansion is 1 + 1/(4f) + smaller terms.
 pub fn mean_speed(freedom: f64) -> f64 {
-    (0.5 * freedom).sqrt() * (libm::lgamma(0.5 * freedom) - libm::lgamma(0.5 * (freedom + 1.0))).exp()
+    (0.5 * freedom).sqrt()
+        * (libm::lgamma(0.5 * freedom) - libm::lgamma(0.5 * (freedom + 1.0))).exp()
 }
 
 #[cfg(test)]

@@ -22,7 +22,9 @@ impl<O> FromGas<O> {
 
     fn is_from_gas(&self, bodies: [&Body; 2]) -> bool {
         bodies.iter().any(|body| body.key() == self.body)
-            && bodies.iter().all(|body| body.key() == self.body || !body.is_fixed())
+            && bodies
+                .iter()
+                .all(|body| body.key() == self.body || !body.is_fixed())
     }
 }
 
@@ -82,7 +84,11 @@ mod tests {
         )
         .unwrap();
         let mut simulation = AnySimulation::new(&scene).unwrap();
-        let bodies: Vec<Body> = simulation.view().bodies().map(|body| body.body.clone()).collect();
+        let bodies: Vec<Body> = simulation
+            .view()
+            .bodies()
+            .map(|body| body.body.clone())
+            .collect();
         let of = |is_wanted: fn(&Body) -> bool| bodies.iter().find(|body| is_wanted(body)).unwrap();
         let disc = of(|body| body.molecule().bounding_radius() == 0.1);
         let bumper = of(Body::is_fixed);
@@ -90,9 +96,14 @@ mod tests {
         let mut on_disc = FromGas::new(disc.key(), Count::default());
         let mut on_bumper = FromGas::new(bumper.key(), Count::default());
         let mut all = Count::default();
-        simulation.observe_until(2.0, &mut (&mut on_disc, &mut on_bumper, &mut all)).unwrap();
+        simulation
+            .observe_until(2.0, &mut (&mut on_disc, &mut on_bumper, &mut all))
+            .unwrap();
         // A contact of the two is one of the bumper's alone.
-        assert_eq!(on_bumper.observer.0, simulation.view().counters().fixed_collisions);
+        assert_eq!(
+            on_bumper.observer.0,
+            simulation.view().counters().fixed_collisions
+        );
         assert!(on_disc.observer.0 > 0 && on_disc.observer.0 + on_bumper.observer.0 < all.0);
         // It requests reports only if the inner observer does.
         assert!(on_disc.watches([disc, gas]) && !FromGas::new(disc.key(), ()).watches([disc, gas]));

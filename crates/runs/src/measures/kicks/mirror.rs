@@ -29,17 +29,32 @@ impl Mirror {
         let atoms = molecule.atoms();
         // An axis maps the atom farthest from the centre of mass to an atom as far away.
         let distance = |atom: &Atom| atom.offset().length();
-        let first = atoms.iter().max_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        let first = atoms
+            .iter()
+            .max_by(|a, b| distance(a).total_cmp(&distance(b)))?;
         if atoms.len() == 1 {
             return None;
         }
         let angle = |atom: &Atom| libm::atan2(atom.offset().y, atom.offset().x);
-        let axes = atoms.iter().filter(|atom| distance(atom) > 0.0).filter_map(|atom| {
-            let axis = (0.5 * (angle(first) + angle(atom))).rem_euclid(PI);
-            let axis = if PI - axis < SAME_ANGLE { 0.0 } else { axis };
-            Some(Self { angle: axis, images: images(molecule, axis)? })
-        });
-        let moved = |mirror: &Self| mirror.images.iter().enumerate().filter(|(i, j)| i != *j).count();
+        let axes = atoms
+            .iter()
+            .filter(|atom| distance(atom) > 0.0)
+            .filter_map(|atom| {
+                let axis = (0.5 * (angle(first) + angle(atom))).rem_euclid(PI);
+                let axis = if PI - axis < SAME_ANGLE { 0.0 } else { axis };
+                Some(Self {
+                    angle: axis,
+                    images: images(molecule, axis)?,
+                })
+            });
+        let moved = |mirror: &Self| {
+            mirror
+                .images
+                .iter()
+                .enumerate()
+                .filter(|(i, j)| i != *j)
+                .count()
+        };
         axes.min_by(|a, b| moved(b).cmp(&moved(a)).then(a.angle.total_cmp(&b.angle)))
     }
 
@@ -47,7 +62,13 @@ impl Mirror {
     /// all atoms.
     pub fn sides(&self) -> [Vec<usize>; 2] {
         let left = |&(i, &j): &(usize, &usize)| i < j;
-        self.images.iter().enumerate().filter(left).map(|(i, &j)| (i, j)).unzip().into()
+        self.images
+            .iter()
+            .enumerate()
+            .filter(left)
+            .map(|(i, &j)| (i, j))
+            .unzip()
+            .into()
     }
 
     /// Each sector of directions θ that differs from its mirror image, with that image, once;
@@ -57,7 +78,10 @@ impl Mirror {
         let whole = shift.round();
         ((shift - whole).abs() < SAME_ANGLE * sectors as f64).then(|| {
             let partner = |sector: usize| (whole as usize + 2 * sectors - 1 - sector) % sectors;
-            (0..sectors).map(|sector| (sector, partner(sector))).filter(|(one, other)| one < other).collect()
+            (0..sectors)
+                .map(|sector| (sector, partner(sector)))
+                .filter(|(one, other)| one < other)
+                .collect()
         })
     }
 }
@@ -65,8 +89,12 @@ impl Mirror {
 /// Index of the image of each atom, if each has one of equal radius and mass.
 fn images(molecule: &Molecule, angle: f64) -> Option<Vec<usize>> {
     let double = DVec2::new(libm::cos(2.0 * angle), libm::sin(2.0 * angle));
-    let mirrored =
-        |at: DVec2| DVec2::new(double.x * at.x + double.y * at.y, double.y * at.x - double.x * at.y);
+    let mirrored = |at: DVec2| {
+        DVec2::new(
+            double.x * at.x + double.y * at.y,
+            double.y * at.x - double.x * at.y,
+        )
+    };
     let close = CLOSE * molecule.bounding_radius();
     let image = |atom: &Atom| {
         let at = mirrored(atom.offset());
@@ -90,7 +118,12 @@ mod tests {
     }
 
     fn of_atoms(atoms: &[(f64, f64)]) -> Molecule {
-        Molecule::new(atoms.iter().map(|&(x, y)| Atom::new(DVec2::new(x, y), 0.5, 1.0).unwrap())).unwrap()
+        Molecule::new(
+            atoms
+                .iter()
+                .map(|&(x, y)| Atom::new(DVec2::new(x, y), 0.5, 1.0).unwrap()),
+        )
+        .unwrap()
     }
 
     #[test]
@@ -101,8 +134,15 @@ mod tests {
         // One-degree sectors: 10° to 11° is the mirror image of 169° to 170°, and the sector below
         // 270° of that above.
         let pairs = mirror.sectors(360).unwrap();
-        assert!(pairs.contains(&(10, 169)) && pairs.contains(&(269, 270)) && pairs.contains(&(180, 359)));
-        let mut all: Vec<_> = pairs.into_iter().flat_map(|(one, other)| [one, other]).collect();
+        assert!(
+            pairs.contains(&(10, 169))
+                && pairs.contains(&(269, 270))
+                && pairs.contains(&(180, 359))
+        );
+        let mut all: Vec<_> = pairs
+            .into_iter()
+            .flat_map(|(one, other)| [one, other])
+            .collect();
         all.sort_unstable();
         assert_eq!(all, (0..360).collect::<Vec<_>>());
     }
@@ -115,7 +155,13 @@ mod tests {
         assert_eq!(mirror.sides(), [vec![0, 1], vec![4, 3]]);
         assert!(mirror.sectors(360).unwrap().contains(&(0, 89)));
         assert_eq!(
-            Mirror::of(&of_atoms(&[(0.0, 3.0), (0.0, 2.0), (0.0, 1.0), (0.0, 0.0), (1.0, 0.0)])),
+            Mirror::of(&of_atoms(&[
+                (0.0, 3.0),
+                (0.0, 2.0),
+                (0.0, 1.0),
+                (0.0, 0.0),
+                (1.0, 0.0)
+            ])),
             None
         );
         assert_eq!(Mirror::of(&named(Shape::Disc)), None);
@@ -134,7 +180,10 @@ mod tests {
             let at = DVec2::from_angle(0.1).rotate(DVec2::from(at));
             (at.x, at.y)
         };
-        let mirror = Mirror::of(&of_atoms(&[(-1.0, 0.0), (1.0, 0.0), (0.0, 0.3)].map(turned))).unwrap();
+        let mirror = Mirror::of(&of_atoms(
+            &[(-1.0, 0.0), (1.0, 0.0), (0.0, 0.3)].map(turned),
+        ))
+        .unwrap();
         assert_eq!((mirror.sectors(360), mirror.images), (None, vec![1, 0, 2]));
     }
 }

@@ -24,11 +24,12 @@ use serde::{Deserialize, Serialize};
 
 pub use self::{few_discs::DILUTE, fixed_energy::mean_speed};
 use self::{
-    figures::Parts, from_gas::FromGas, mirror::Mirror, prediction::Prediction, surroundings::Surroundings,
+    figures::Parts, from_gas::FromGas, mirror::Mirror, prediction::Prediction,
+    surroundings::Surroundings,
 };
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, contact_density, directions,
-    in_blocks, projections::Projections, resumed,
+    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, contact_density,
+    directions, in_blocks, projections::Projections, resumed,
 };
 
 pub(super) const KIND: Kind = Kind {
@@ -103,7 +104,9 @@ impl Kicks {
         // A mixture has no single boundary.
         let places = contact_density::observer(selection).ok();
         let molecule = body.molecule().clone();
-        let sides = Mirror::of(&molecule).filter(|_| !molecule.is_round()).map(|mirror| mirror.sides());
+        let sides = Mirror::of(&molecule)
+            .filter(|_| !molecule.is_round())
+            .map(|mirror| mirror.sides());
         let shape = Shape {
             molecule,
             is_fixed: body.is_fixed(),
@@ -136,7 +139,9 @@ impl Kicks {
     /// The number of kicks of each atom.
     fn by_atom(&self) -> Vec<u64> {
         let counts = self.directions().atom_counts();
-        (0..self.shape.molecule.atoms().len()).map(|atom| counts.get(atom).copied().unwrap_or(0)).collect()
+        (0..self.shape.molecule.atoms().len())
+            .map(|atom| counts.get(atom).copied().unwrap_or(0))
+            .collect()
     }
 }
 
@@ -177,11 +182,24 @@ impl Measured for Kicks {
     /// See [`Parts`].
     fn sums(&self) -> Vec<[f64; 2]> {
         let (drift, directions) = (&self.drift, self.directions());
-        let (hits, time, samples) = (directions.hits() as f64, drift.duration(), drift.samples() as f64);
+        let (hits, time, samples) = (
+            directions.hits() as f64,
+            drift.duration(),
+            drift.samples() as f64,
+        );
         let (force, path, squares) = (drift.impulse(), drift.path(), drift.velocity_squares());
-        let (mass, moment) = (self.shape.molecule.mass(), self.shape.molecule.moment_of_inertia());
-        let rim = self.ideal_impulse.map_or([0.0; 2], |ideal| [directions.total_impulse() / ideal, time]);
-        let by_atom: Vec<f64> = self.by_atom().into_iter().map(|count| count as f64).collect();
+        let (mass, moment) = (
+            self.shape.molecule.mass(),
+            self.shape.molecule.moment_of_inertia(),
+        );
+        let rim = self
+            .ideal_impulse
+            .map_or([0.0; 2], |ideal| [directions.total_impulse() / ideal, time]);
+        let by_atom: Vec<f64> = self
+            .by_atom()
+            .into_iter()
+            .map(|count| count as f64)
+            .collect();
         let on = |side: &[usize]| side.iter().map(|&atom| by_atom[atom]).sum::<f64>();
         let [left, right] = self.shape.sides.each_ref().map(|side| on(side));
         let whole = [
@@ -208,7 +226,11 @@ impl Measured for Kicks {
         };
         let atoms = by_atom.into_iter().map(|count| [count, hits]);
         let whole = whole.into_iter().chain(atoms);
-        whole.chain(of_directions).chain(of_places).chain(of_components).collect()
+        whole
+            .chain(of_directions)
+            .chain(of_places)
+            .chain(of_components)
+            .collect()
     }
 
     fn distributions(&self) -> Vec<Vec<&Distribution>> {

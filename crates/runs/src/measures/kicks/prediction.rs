@@ -37,7 +37,11 @@ impl Prediction {
             gas_radius,
             gas_mass,
             inverse_mass: 1.0 / molecule.mass(),
-            inverse_moment: if turns { 1.0 / molecule.moment_of_inertia() } else { 0.0 },
+            inverse_moment: if turns {
+                1.0 / molecule.moment_of_inertia()
+            } else {
+                0.0
+            },
         })
     }
 
@@ -53,7 +57,10 @@ impl Prediction {
     ) -> Result<Self, GeometryError> {
         let moving = Self::new(molecule, turns, gas)?;
         let inverse_mass = if moves { moving.inverse_mass } else { 0.0 };
-        Ok(Self { inverse_mass, ..moving })
+        Ok(Self {
+            inverse_mass,
+            ..moving
+        })
     }
 
     /// Area fraction of gas discs of this number density (1 / length²).
@@ -69,21 +76,29 @@ impl Prediction {
 
     /// Share of the contacts in each sector of directions, in a dilute gas.
     pub fn count_shares(&self, sectors: usize) -> Vec<f64> {
-        let whole = self.boundary.integral(|arc, normal| self.frequency(arc, normal));
-        let parts = self.boundary.by_impulse_direction(sectors, |arc, normal| self.frequency(arc, normal));
+        let whole = self
+            .boundary
+            .integral(|arc, normal| self.frequency(arc, normal));
+        let parts = self
+            .boundary
+            .by_impulse_direction(sectors, |arc, normal| self.frequency(arc, normal));
         parts.iter().map(|part| part / whole).collect()
     }
 
     /// Share of the contacts on each atom, in a dilute gas.
     pub fn atom_shares(&self) -> Vec<f64> {
-        let parts = self.boundary.by_atom(|arc, normal| self.frequency(arc, normal));
+        let parts = self
+            .boundary
+            .by_atom(|arc, normal| self.frequency(arc, normal));
         let whole: f64 = parts.iter().sum();
         parts.iter().map(|part| part / whole).collect()
     }
 
     /// Contacts per time in an ideal gas: n √(kT / 2π) ∮ μ^(−1/2) ds.
     pub fn ideal_rate(&self, density: f64, temperature: f64) -> f64 {
-        let integral = self.boundary.integral(|arc, normal| self.frequency(arc, normal));
+        let integral = self
+            .boundary
+            .integral(|arc, normal| self.frequency(arc, normal));
         density * (temperature / TAU).sqrt() * integral
     }
 
@@ -101,7 +116,8 @@ impl Prediction {
 
     /// ∮ μ^(−1/2) ds: proportional to the contacts per time of a gas of given density.
     pub fn contacts(&self) -> f64 {
-        self.boundary.integral(|arc, normal| self.frequency(arc, normal))
+        self.boundary
+            .integral(|arc, normal| self.frequency(arc, normal))
     }
 
     /// The shares of [`Self::forgotten_at_a_contact`] times [`Self::contacts`].
@@ -112,7 +128,10 @@ impl Prediction {
                 weight(normal, arc.centre.perp_dot(normal)) / self.frequency(arc, angle)
             })
         };
-        let [xx, yy] = [over(&|normal, _| normal.x * normal.x), over(&|normal, _| normal.y * normal.y)];
+        let [xx, yy] = [
+            over(&|normal, _| normal.x * normal.x),
+            over(&|normal, _| normal.y * normal.y),
+        ];
         let xy = over(&|normal, _| normal.x * normal.y);
         // The smaller eigenvalue of a symmetric matrix.
         let least = 0.5 * (xx + yy) - (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
@@ -216,7 +235,10 @@ mod tests {
             let molecule = Molecule::named(shape, 0.3, 1.0).unwrap();
             let region = ExcludedRegion::of(&molecule, 0.4).unwrap();
             let mean = |weight: &dyn Fn(&ExposedArc, f64) -> f64| region.integral(weight).abs();
-            let [x, y] = [mean(&|_, normal| normal.cos()), mean(&|_, normal| normal.sin())];
+            let [x, y] = [
+                mean(&|_, normal| normal.cos()),
+                mean(&|_, normal| normal.sin()),
+            ];
             let torque = mean(&|arc, normal| arc.centre.perp_dot(DVec2::from_angle(normal)));
             assert!(x.max(y).max(torque) < 1e-9, "{shape}: {x} {y} {torque}");
         }
@@ -225,7 +247,11 @@ mod tests {
     #[test]
     fn a_locked_molecule_is_hit_in_proportion_to_its_boundary() {
         let locked = of_tee(false);
-        for (count, impulse) in locked.count_shares(360).iter().zip(locked.impulse_shares(360)) {
+        for (count, impulse) in locked
+            .count_shares(360)
+            .iter()
+            .zip(locked.impulse_shares(360))
+        {
             assert!((count - impulse).abs() < 1e-15);
         }
         // √1.1 times the rate of a fixed body.
@@ -257,11 +283,15 @@ mod tests {
         let (mass, reduced) = (10.0, 10.0 / 11.0);
         let reach = prediction.boundary.perimeter() / TAU;
         let friction = reach * (8.0 * PI * reduced).sqrt();
-        assert!((velocity * prediction.ideal_rate(1.0, 1.0) / (friction / mass) - 1.0).abs() < 1e-9);
+        assert!(
+            (velocity * prediction.ideal_rate(1.0, 1.0) / (friction / mass) - 1.0).abs() < 1e-9
+        );
         assert_eq!(spin, 0.0);
         // A locked tee loses less along x′ than along y′; a free one also loses its rotation.
         let [free, locked] = [true, false].map(of_tee);
-        assert!(free.forgotten_at_a_contact()[1] > 0.01 && locked.forgotten_at_a_contact()[1] == 0.0);
+        assert!(
+            free.forgotten_at_a_contact()[1] > 0.01 && locked.forgotten_at_a_contact()[1] == 0.0
+        );
     }
 
     /// For equal discs the formula reduces to Henderson's χ = (1 − 7η/16)/(1 − η)², here 3.125.

@@ -44,13 +44,19 @@ impl Surroundings {
     pub(super) fn of(view: &View<'_>, key: BodyKey) -> Option<Self> {
         let body = view.body(key)?;
         let others = || view.bodies().filter(|other| other.body.key() != key);
-        let moving = || others().filter(|other| !other.body.is_fixed()).map(|other| other.body);
+        let moving = || {
+            others()
+                .filter(|other| !other.body.is_fixed())
+                .map(|other| other.body)
+        };
         let first = moving().next()?;
         let count = moving().count();
         let mean = |of: fn(&Body) -> f64| moving().map(of).sum::<f64>() / count as f64;
         let is_equal = |other: &Body| {
             let (one, other) = (first.molecule(), other.molecule());
-            other.is_disc() && other.bounding_radius() == one.bounding_radius() && other.mass() == one.mass()
+            other.is_disc()
+                && other.bounding_radius() == one.bounding_radius()
+                && other.mass() == one.mass()
         };
         let atoms = moving().flat_map(|other| other.molecule().atoms());
         let temperature = view.temperature().filter(|kt| *kt > 0.0)?;
@@ -58,14 +64,27 @@ impl Surroundings {
         let all: f64 = moving().chain([body.body]).map(mass).sum();
         let thermal = (temperature / all).sqrt();
         Some(Self {
-            probe: atoms.map(carom::geometry::Atom::radius).fold(f64::INFINITY, f64::min),
-            mean: [(mean(|body| body.molecule().area()) / PI).sqrt(), mean(mass)],
+            probe: atoms
+                .map(carom::geometry::Atom::radius)
+                .fold(f64::INFINITY, f64::min),
+            mean: [
+                (mean(|body| body.molecule().area()) / PI).sqrt(),
+                mean(mass),
+            ],
             count,
             is_one_gas: moving().all(is_equal) && !has_full_pocket(view, &body, first),
-            bumpers: others().filter(|other| other.body.is_fixed()).map(bumper).collect(),
+            bumpers: others()
+                .filter(|other| other.body.is_fixed())
+                .map(bumper)
+                .collect(),
             area: view.bounds().area(),
             temperature,
-            thermal_shares: thermal_shares(&body, frame.conserves_momentum(), mass(body.body) / all).into(),
+            thermal_shares: thermal_shares(
+                &body,
+                frame.conserves_momentum(),
+                mass(body.body) / all,
+            )
+            .into(),
             rests: frame.velocity().length() <= RESTS * thermal * (count as f64).sqrt(),
         })
     }
@@ -86,20 +105,30 @@ impl Surroundings {
 /// could never leave.
 fn has_full_pocket(view: &View<'_>, body: &BodyView<'_>, disc: &Body) -> bool {
     let (molecule, radius) = (body.body.molecule(), disc.molecule().bounding_radius());
-    let Ok(region) = ExcludedRegion::of(molecule, radius) else { return false };
+    let Ok(region) = ExcludedRegion::of(molecule, radius) else {
+        return false;
+    };
     if region.hidden_arcs().is_empty() {
         return false;
     }
     // Turns the frame of the box into that of the body.
     let turn = body.motion.orientation.cos_sin() * DVec2::new(1.0, -1.0);
-    view.bodies().filter(|other| !other.body.is_fixed() && other.body.key() != body.body.key()).any(|other| {
-        let apart = view.bounds().nearest_image(other.motion.position - body.motion.position);
-        region.contains(turn.rotate(apart))
-    })
+    view.bodies()
+        .filter(|other| !other.body.is_fixed() && other.body.key() != body.body.key())
+        .any(|other| {
+            let apart = view
+                .bounds()
+                .nearest_image(other.motion.position - body.motion.position);
+            region.contains(turn.rotate(apart))
+        })
 }
 
 fn mass(body: &Body) -> f64 {
-    if body.is_fixed() { 0.0 } else { body.molecule().mass() }
+    if body.is_fixed() {
+        0.0
+    } else {
+        body.molecule().mass()
+    }
 }
 
 /// The radius of a fixed disc.
@@ -120,7 +149,10 @@ fn thermal_shares(body: &BodyView<'_>, conserved: [bool; 2], part: f64) -> DVec2
     }
     let along = body.motion.orientation.cos_sin();
     let squares = along * along;
-    DVec2::new(1.0 - squares.x * x - squares.y * y, 1.0 - squares.y * x - squares.x * y)
+    DVec2::new(
+        1.0 - squares.x * x - squares.y * y,
+        1.0 - squares.y * x - squares.x * y,
+    )
 }
 
 #[cfg(test)]
@@ -129,7 +161,8 @@ mod tests {
     use carom::Scene;
     use carom_methods::AnySimulation;
 
-    const TEE: &str = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n";
+    const TEE: &str =
+        "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n";
     const GAS: &str = "[[gas]]\nradius = 0.03\nmass = 2.0\nenergy = 1.0\ncount = 40\n";
 
     /// The surroundings of the tee.
@@ -154,15 +187,15 @@ mod tests {
         let rod = "[[molecule]]\nshape = \"rod:3\"\natom_radius = 0.004\natom_mass = 1.0\nat = [0.1, 0.1]\n";
         let with_rod = of(&format!("{TEE}{rod}{GAS}")).unwrap();
         assert!(!with_rod.is_one_gas && with_rod.probe == 0.004);
-        let drawn = "[[gas]]\nradius = { uniform = [0.01, 0.03] }\nmass = 1.0\nenergy = 1.0\ncount = 40\n";
+        let drawn =
+            "[[gas]]\nradius = { uniform = [0.01, 0.03] }\nmass = 1.0\nenergy = 1.0\ncount = 40\n";
         assert!(!of(&format!("{TEE}{drawn}")).unwrap().is_one_gas);
         assert_eq!(of(TEE), None, "nothing else moves");
     }
 
     #[test]
     fn discs_in_a_pocket_have_no_prediction() {
-        let ring =
-            "[[molecule]]\nshape = \"ring:20\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n";
+        let ring = "[[molecule]]\nshape = \"ring:20\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n";
         let gas = "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.2\n";
         let of = |start: &str| {
             let scene = Scene::from_toml(&format!("{start}{ring}{gas}")).unwrap();
@@ -171,7 +204,10 @@ mod tests {
             let body = view.bodies().next().unwrap().body.key();
             Surroundings::of(&view, body).unwrap().is_one_gas
         };
-        assert_eq!([of(""), of("[start]\nempty_pockets = true\n")], [false, true]);
+        assert_eq!(
+            [of(""), of("[start]\nempty_pockets = true\n")],
+            [false, true]
+        );
     }
 
     #[test]
@@ -192,11 +228,17 @@ mod tests {
             DVec2::from(found.thermal_shares)
         };
         let close = |found: DVec2, expected: [f64; 2]| found.distance(expected.into()) < 1e-15;
-        let (bumper, wall) = ("[[bumper]]\nradius = 0.01\nat = [0.1, 0.1]\n", "[[wall]]\nx = 0.0\n");
+        let (bumper, wall) = (
+            "[[bumper]]\nradius = 0.01\nat = [0.1, 0.1]\n",
+            "[[wall]]\nx = 0.0\n",
+        );
         assert!(close(shares(bumper, ""), [1.0; 2]));
         assert!(close(shares("", ""), [1.0 - part; 2]));
         assert!(close(shares(wall, ""), [1.0 - 0.5 * part; 2]));
-        assert!(close(shares(wall, "rotation = \"locked\"\n"), [1.0, 1.0 - part]));
+        assert!(close(
+            shares(wall, "rotation = \"locked\"\n"),
+            [1.0, 1.0 - part]
+        ));
         let turned = "rotation = \"locked\"\norientation_turns = 0.25\n";
         assert!(close(shares(wall, turned), [1.0 - part, 1.0]));
     }
@@ -206,7 +248,17 @@ mod tests {
         let wind = format!("{TEE}velocity = [0.0, 1.0]\n");
         assert!(of(&format!("{TEE}{GAS}")).unwrap().rests);
         assert!(!of(&format!("{wind}{GAS}")).unwrap().rests);
-        assert!(of(&format!("{wind}[[bumper]]\nradius = 0.01\nat = [0.1, 0.1]\n{GAS}")).unwrap().rests);
-        assert!(of(&format!("{wind}[[wall]]\ny = 0.0\n{GAS}")).unwrap().rests);
+        assert!(
+            of(&format!(
+                "{wind}[[bumper]]\nradius = 0.01\nat = [0.1, 0.1]\n{GAS}"
+            ))
+            .unwrap()
+            .rests
+        );
+        assert!(
+            of(&format!("{wind}[[wall]]\ny = 0.0\n{GAS}"))
+                .unwrap()
+                .rests
+        );
     }
 }

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use super::{super::Request, *};
 use crate::{
-    interruption::Signals, measures::Results, merge::merged, record::Record, run::outcome::in_memory,
+    interruption::Signals, measures::Results, merge::merged, record::Record,
+    run::outcome::in_memory,
 };
 use carom::Scene;
 use carom_methods::{AnySimulation, Method};
@@ -13,7 +14,10 @@ use glam::DVec2;
 
 /// The kicks of the body with the tag `body`, as of now.
 fn kicks(scene: &Scene, view: &View<'_>) -> Result<Kicks> {
-    let request = Request { tags: vec!["body".to_owned()], ..Request::plain(&KIND) };
+    let request = Request {
+        tags: vec!["body".to_owned()],
+        ..Request::plain(&KIND)
+    };
     let selection = Selection::new(&request, &scene.run, view)?;
     Kicks::new(&selection)
 }
@@ -30,11 +34,20 @@ struct ByHand {
 
 impl Observer for ByHand {
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some((side, impulse)) = report.side_of(self.body) else { return };
+        let Some((side, impulse)) = report.side_of(self.body) else {
+            return;
+        };
         let (sin, cos) = side.before.orientation.radians().sin_cos();
-        let own = DVec2::new(cos * impulse.x + sin * impulse.y, cos * impulse.y - sin * impulse.x);
+        let own = DVec2::new(
+            cos * impulse.x + sin * impulse.y,
+            cos * impulse.y - sin * impulse.x,
+        );
         self.force += own;
-        if report.sides.iter().any(|side| side.body.key() != self.body && side.body.is_fixed()) {
+        if report
+            .sides
+            .iter()
+            .any(|side| side.body.key() != self.body && side.body.is_fixed())
+        {
             return;
         }
         let turns = own.y.atan2(own.x).rem_euclid(TAU) / TAU;
@@ -70,23 +83,42 @@ fn the_sums_are_those_of_the_contacts_with_bodies_that_move() {
     };
     let mut drift = Drift::new(kicks.body);
     drift.start(&simulation.view());
-    simulation.observe_until(10.0, &mut (&mut kicks, &mut by_hand, &mut drift)).unwrap();
+    simulation
+        .observe_until(10.0, &mut (&mut kicks, &mut by_hand, &mut drift))
+        .unwrap();
     kicks.sample(&simulation.view());
     drift.sample(&simulation.view());
     let directions = kicks.directions();
-    assert_eq!((directions.counts(), kicks.by_atom()), (by_hand.counts.as_slice(), by_hand.by_atom));
+    assert_eq!(
+        (directions.counts(), kicks.by_atom()),
+        (by_hand.counts.as_slice(), by_hand.by_atom)
+    );
     for (found, expected) in directions.impulse().iter().zip(&by_hand.impulse) {
         assert_eq!(found.to_bits(), expected.to_bits());
     }
     assert!(directions.hits() > 300, "{}", directions.hits());
     // The motion includes the fixed disc, as that of `drift` does.
-    assert_eq!((kicks.drift.impulse(), kicks.drift.path()), (drift.impulse(), drift.path()));
+    assert_eq!(
+        (kicks.drift.impulse(), kicks.drift.path()),
+        (drift.impulse(), drift.path())
+    );
     assert!(kicks.drift.impulse().distance(by_hand.force) < 1e-10);
     // The places on the boundary and the components have the same contacts.
     let places = kicks.from_gas.observer.2.as_ref().unwrap();
-    assert_eq!(places.points().iter().map(|point| point.contacts).sum::<u64>(), directions.hits());
+    assert_eq!(
+        places
+            .points()
+            .iter()
+            .map(|point| point.contacts)
+            .sum::<u64>(),
+        directions.hits()
+    );
     let components = kicks.distributions();
-    assert!(components[0].iter().all(|component| component.total() == directions.hits()));
+    assert!(
+        components[0]
+            .iter()
+            .all(|component| component.total() == directions.hits())
+    );
 }
 
 fn results(text: &str) -> Results {
@@ -95,12 +127,19 @@ fn results(text: &str) -> Results {
 }
 
 fn figure<'a>(results: &'a Results, name: &str) -> &'a Figure {
-    let found = results.figures.iter().find(|figure| figure.name == format!("{name}, body"));
+    let found = results
+        .figures
+        .iter()
+        .find(|figure| figure.name == format!("{name}, body"));
     found.unwrap_or_else(|| panic!("no figure {name}"))
 }
 
 fn table<'a>(results: &'a Results, name: &str) -> &'a Table {
-    results.tables.iter().find(|table| table.name == name).unwrap_or_else(|| panic!("no table {name}"))
+    results
+        .tables
+        .iter()
+        .find(|table| table.name == name)
+        .unwrap_or_else(|| panic!("no table {name}"))
 }
 
 /// A disc of radius 0.05 and mass 2 that flies along x through a periodic box of side 1 with speed
@@ -115,12 +154,30 @@ fn contacts_that_are_known_beforehand_give_their_rate_and_directions() {
     // The first contact is at 0.2, the last at 59.6.
     assert!((figure(&found, "kicks").value - 100.0 / 60.1).abs() < 1e-9);
     let force = figure(&found, "force along x′");
-    assert!(force.value.abs() < 1e-12 && force.prediction.is_none(), "a fixed body may be pushed");
-    assert!(found.figures.iter().all(|figure| !figure.name.starts_with("velocity")));
+    assert!(
+        force.value.abs() < 1e-12 && force.prediction.is_none(),
+        "a fixed body may be pushed"
+    );
+    assert!(
+        found
+            .figures
+            .iter()
+            .all(|figure| !figure.name.starts_with("velocity"))
+    );
     let directions = table(&found, "kicks-directions-body");
-    let contacts = &directions.columns.iter().find(|column| column.name == "contacts").unwrap().values;
+    let contacts = &directions
+        .columns
+        .iter()
+        .find(|column| column.name == "contacts")
+        .unwrap()
+        .values;
     // The directions 0 and half a turn, each at the border of two sectors.
-    let at = |sectors: [usize; 2]| sectors.map(|sector| contacts[sector].unwrap()).iter().sum::<f64>();
+    let at = |sectors: [usize; 2]| {
+        sectors
+            .map(|sector| contacts[sector].unwrap())
+            .iter()
+            .sum::<f64>()
+    };
     assert_eq!([at([71, 0]), at([35, 36])], [50.0; 2]);
 }
 
@@ -134,8 +191,14 @@ fn a_dilute_gas_kicks_as_the_exposed_arcs_predict() {
          [run]\nuntil = 4000.0\nsample_interval = 2.0\nobserve = [\"kicks:body\"]\n",
     );
     let mut judged = 0;
-    for figure in found.figures.iter().filter(|figure| figure.name.ends_with(", body")) {
-        let (Some(prediction), Some(error)) = (figure.prediction, figure.standard_error) else { continue };
+    for figure in found
+        .figures
+        .iter()
+        .filter(|figure| figure.name.ends_with(", body"))
+    {
+        let (Some(prediction), Some(error)) = (figure.prediction, figure.standard_error) else {
+            continue;
+        };
         // The rates have systematic errors of 0.3 %.
         let away = (figure.value - prediction).abs() - 0.003 * prediction.abs();
         assert!(away < 4.5 * error, "{figure:?}");
@@ -149,14 +212,30 @@ fn a_dilute_gas_kicks_as_the_exposed_arcs_predict() {
     let error = mirror.standard_error.unwrap();
     assert!(error < 0.02 && mirror.smallest_difference == Some((THRESHOLD + SAFELY) * error));
     // The force on a locked body is bounded: it cannot show that it is driven.
-    assert!(figure(&found, "velocity along x′").smallest_difference.is_some());
+    assert!(
+        figure(&found, "velocity along x′")
+            .smallest_difference
+            .is_some()
+    );
     assert!(figure(&found, "torque").smallest_difference.is_some());
-    assert!(figure(&found, "force along x′").smallest_difference.is_none());
+    assert!(
+        figure(&found, "force along x′")
+            .smallest_difference
+            .is_none()
+    );
     let by_atom = table(&found, "kicks-body");
     assert_eq!(by_atom.header()[..3], ["atom", "kicks", "exposed_angle"]);
     let by_direction = table(&found, "kicks-directions-body");
-    assert!(by_direction.header().contains(&"share_of_impulse_predicted"));
-    assert!(!table(&found, "kicks-contact-density-body.by-angle").levels.is_empty());
+    assert!(
+        by_direction
+            .header()
+            .contains(&"share_of_impulse_predicted")
+    );
+    assert!(
+        !table(&found, "kicks-contact-density-body.by-angle")
+            .levels
+            .is_empty()
+    );
 }
 
 /// The kicks of a disc are isotropic and their components Gaussian, at any density.
@@ -172,25 +251,49 @@ fn a_disc_is_kicked_isotropically() {
         let figure = figure(&found, name);
         (figure.value - figure.prediction.unwrap()) / figure.standard_error.unwrap()
     };
-    for name in ["isotropy of the kicks, Fisher's F", "kT along x′", "velocity along y′"] {
+    for name in [
+        "isotropy of the kicks, Fisher's F",
+        "kT along x′",
+        "velocity along y′",
+    ] {
         assert!(away(name).abs() < 4.5, "{name}: {}", away(name));
     }
     // The disc has 2 % of the box, which the approximate density at its rim neglects.
     for name in ["kicks", "gas density at the rim"] {
         let figure = figure(&found, name);
-        assert!((figure.value / figure.prediction.unwrap() - 1.0).abs() < 0.04, "{figure:?}");
+        assert!(
+            (figure.value / figure.prediction.unwrap() - 1.0).abs() < 0.04,
+            "{figure:?}"
+        );
     }
     let components = table(&found, "kicks-projections-body");
-    let column = |name: &str| &components.columns.iter().find(|column| column.name == name).unwrap().values;
-    let [found, errors, predicted, widths] =
-        ["density_x", "density_x_error", "density_x_predicted", "bin_width"].map(column);
+    let column = |name: &str| {
+        &components
+            .columns
+            .iter()
+            .find(|column| column.name == name)
+            .unwrap()
+            .values
+    };
+    let [found, errors, predicted, widths] = [
+        "density_x",
+        "density_x_error",
+        "density_x_predicted",
+        "bin_width",
+    ]
+    .map(column);
     // Bins of few kicks have no Gaussian errors.
     let is_full = |bin: &usize| predicted[*bin].unwrap() * widths[*bin].unwrap() > 0.005;
-    let square =
-        |bin: usize| ((found[bin].unwrap() - predicted[bin].unwrap()) / errors[bin].unwrap()).powi(2);
+    let square = |bin: usize| {
+        ((found[bin].unwrap() - predicted[bin].unwrap()) / errors[bin].unwrap()).powi(2)
+    };
     let squares: Vec<f64> = (0..found.len()).filter(is_full).map(square).collect();
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    assert!(squares.len() > 20 && (0.5..2.0).contains(&mean), "{mean} of {}", squares.len());
+    assert!(
+        squares.len() > 20 && (0.5..2.0).contains(&mean),
+        "{mean} of {}",
+        squares.len()
+    );
 }
 
 /// A mixture has no single boundary, and without equilibrium nothing is predicted.
@@ -202,15 +305,35 @@ fn only_what_theory_covers_is_predicted() {
         ))
     };
     let mixed = of("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 20\n");
-    assert!(mixed.tables.iter().all(|table| !table.name.contains("contact-density")));
+    assert!(
+        mixed
+            .tables
+            .iter()
+            .all(|table| !table.name.contains("contact-density"))
+    );
     assert_eq!(figure(&mixed, "kicks").prediction, None);
     assert_eq!(figure(&mixed, "velocity along x′").prediction, Some(0.0));
-    assert!(mixed.figures.iter().all(|figure| figure.name != "gas density at the rim, body"));
+    assert!(
+        mixed
+            .figures
+            .iter()
+            .all(|figure| figure.name != "gas density at the rim, body")
+    );
     let inelastic = of("[elasticity]\ndefault = 0.9\n");
-    let of_kicks = inelastic.figures.iter().filter(|figure| figure.name.ends_with(", body"));
-    let predicted: Vec<&str> =
-        of_kicks.filter(|figure| figure.prediction.is_some()).map(|figure| figure.name.as_str()).collect();
-    assert!(predicted.iter().all(|name| name.contains("share of kicks on A less")), "{predicted:?}");
+    let of_kicks = inelastic
+        .figures
+        .iter()
+        .filter(|figure| figure.name.ends_with(", body"));
+    let predicted: Vec<&str> = of_kicks
+        .filter(|figure| figure.prediction.is_some())
+        .map(|figure| figure.name.as_str())
+        .collect();
+    assert!(
+        predicted
+            .iter()
+            .all(|name| name.contains("share of kicks on A less")),
+        "{predicted:?}"
+    );
 }
 
 #[test]
@@ -219,7 +342,9 @@ fn merged_runs_have_the_sums_of_both() {
         let text = PINNED.replace("seed = 5", &format!("seed = 5\nreplica = {replica}"));
         let run = "[run]\nuntil = 20.0\nsample_interval = 0.1\nobserve = [\"kicks:body\"]\n";
         let scene = Scene::from_toml(&format!("{text}{run}")).unwrap();
-        in_memory(&scene, &Signals::default()).unwrap().record(&scene, &Method::default())
+        in_memory(&scene, &Signals::default())
+            .unwrap()
+            .record(&scene, &Method::default())
     };
     let alone = [record(0), record(1)];
     let [one, other] = alone.each_ref().map(merged);
@@ -229,7 +354,10 @@ fn merged_runs_have_the_sums_of_both() {
     // The runs are equally long.
     for name in ["kicks", "force along x′", "velocity along y′", "kT turning"] {
         let mean = 0.5 * (figure(&one, name).value + figure(&other, name).value);
-        assert!((figure(&both, name).value - mean).abs() < 1e-12 * (1.0 + mean.abs()), "{name}");
+        assert!(
+            (figure(&both, name).value - mean).abs() < 1e-12 * (1.0 + mean.abs()),
+            "{name}"
+        );
     }
     let contacts = |results: &Results| -> Vec<f64> {
         let columns = &table(results, "kicks-directions-body").columns;
@@ -243,15 +371,21 @@ fn merged_runs_have_the_sums_of_both() {
             .copied()
             .collect()
     };
-    let sums: Vec<f64> =
-        contacts(&one).iter().zip(contacts(&other)).map(|(one, other)| one + other).collect();
+    let sums: Vec<f64> = contacts(&one)
+        .iter()
+        .zip(contacts(&other))
+        .map(|(one, other)| one + other)
+        .collect();
     assert_eq!(contacts(&both), sums);
     // The errors of both runs together are smaller, and so are the differences that are found.
     let mirror = |results: &Results| figure(results, "share of kicks on A less that on C").clone();
     let [of_one, of_both] = [mirror(&one), mirror(&both)];
     let least = of_both.smallest_difference.unwrap();
     assert!(least < of_one.smallest_difference.unwrap());
-    assert_eq!(least, (THRESHOLD + SAFELY) * of_both.standard_error.unwrap());
+    assert_eq!(
+        least,
+        (THRESHOLD + SAFELY) * of_both.standard_error.unwrap()
+    );
 }
 
 #[test]

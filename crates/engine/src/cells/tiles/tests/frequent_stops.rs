@@ -1,8 +1,8 @@
 //! Stops that are closer than a window: the window is run ahead, and no bit changes.
 
 use super::{
-    Computed, Contacts, SMALL, add_motions, assert_same, at_rest, disc, gas, inelastic_gases, other_bodies,
-    time_of,
+    Computed, Contacts, SMALL, add_motions, assert_same, at_rest, disc, gas, inelastic_gases,
+    other_bodies, time_of,
 };
 use crate::{ElasticitySpec, Scene, SchedulerCounters, Simulation, TileCounters, Tiling};
 
@@ -25,13 +25,29 @@ fn run(
         }
         add_motions(&simulation, &mut bits);
         bits.push(simulation.view().counters().collisions);
-        bits.extend(simulation.view().world.last_contacts().iter().map(|time| time.to_bits()));
+        bits.extend(
+            simulation
+                .view()
+                .world
+                .last_contacts()
+                .iter()
+                .map(|time| time.to_bits()),
+        );
     }
     bits.append(&mut reports.0);
     // This has no contact, and needs the scheduler at the present: all counters are then complete.
-    simulation.step(simulation.time().to_f64(), &mut ()).unwrap();
+    simulation
+        .step(simulation.time().to_f64(), &mut ())
+        .unwrap();
     let (counters, ledger) = (*simulation.view().counters(), *simulation.view().ledger());
-    (Computed { bits, counters, ledger }, simulation.tile_counters())
+    (
+        Computed {
+            bits,
+            counters,
+            ledger,
+        },
+        simulation.tile_counters(),
+    )
 }
 
 /// The result without the counters of the scheduler, which omit a window that an edit has ended.
@@ -55,7 +71,11 @@ fn scenes() -> Vec<(&'static str, Scene, f64)> {
     let others = other_bodies::scenes();
     scenes.extend(others.into_iter().map(|(name, scene, until)| {
         // Few molecules have few contacts.
-        let share = if name == "dumbbells among fixed bodies" { 1.0 } else { 0.4 };
+        let share = if name == "dumbbells among fixed bodies" {
+            1.0
+        } else {
+            0.4
+        };
         (name, scene, share * until)
     }));
     scenes
@@ -66,12 +86,21 @@ fn frequent_stops_change_no_bit_and_cut_no_window() {
     for (name, scene, until) in scenes() {
         let (expected, _) = run(&scene, &Tiling::NONE, until, 60, nothing);
         for (threads, margin, front) in [(1, 6, 4.0), (2, 2, 1.0)] {
-            let tiling = Tiling { threads, side: 25, margin, front, ..SMALL };
+            let tiling = Tiling {
+                threads,
+                side: 25,
+                margin,
+                front,
+                ..SMALL
+            };
             let (found, tiles) = run(&scene, &tiling, until, 60, nothing);
             assert_same(&format!("{name}, {tiling:?}"), &expected, &found, &tiles);
             let in_tiles = tiles.contacts as f64 / found.counters.collisions as f64;
             assert!(tiles.windows > 0 && tiles.windows < 40, "{name}: {tiles:?}");
-            assert!(front < 4.0 || in_tiles > 0.75, "{name}: {in_tiles}, {tiles:?}");
+            assert!(
+                front < 4.0 || in_tiles > 0.75,
+                "{name}: {in_tiles}, {tiles:?}"
+            );
         }
     }
 }
@@ -80,13 +109,28 @@ fn frequent_stops_change_no_bit_and_cut_no_window() {
 fn contacts_between_frequent_stops_are_reported_in_order() {
     for (name, scene, until) in scenes() {
         let observe = |stop: u32, simulation: &mut Simulation, reports: &mut Contacts| {
-            simulation.observe_until(until * f64::from(stop) / 50.0, reports).unwrap();
+            simulation
+                .observe_until(until * f64::from(stop) / 50.0, reports)
+                .unwrap();
         };
         let (expected, _) = run(&scene, &Tiling::NONE, until, 50, observe);
-        let (found, tiles) = run(&scene, &Tiling { threads: 2, side: 25, ..SMALL }, until, 50, observe);
+        let (found, tiles) = run(
+            &scene,
+            &Tiling {
+                threads: 2,
+                side: 25,
+                ..SMALL
+            },
+            until,
+            50,
+            observe,
+        );
         assert_same(name, &expected, &found, &tiles);
         assert!(tiles.windows > 0 && tiles.windows < 40, "{name}: {tiles:?}");
-        assert!(tiles.contacts * 4 > found.counters.collisions * 3, "{name}: {tiles:?}");
+        assert!(
+            tiles.contacts * 4 > found.counters.collisions * 3,
+            "{name}: {tiles:?}"
+        );
     }
 }
 
@@ -106,7 +150,17 @@ fn a_window_that_is_given_up_changes_no_bit() {
             _ => {}
         };
         let (expected, _) = run(&scene, &Tiling::NONE, until, 60, disturb);
-        let (found, tiles) = run(&scene, &Tiling { threads: 2, side: 25, ..SMALL }, until, 60, disturb);
+        let (found, tiles) = run(
+            &scene,
+            &Tiling {
+                threads: 2,
+                side: 25,
+                ..SMALL
+            },
+            until,
+            60,
+            disturb,
+        );
         assert_same(name, &expected, &found, &tiles);
         assert!(tiles.windows > 0 && tiles.given_up > 0, "{name}: {tiles:?}");
     }
@@ -136,10 +190,17 @@ fn edits_within_a_window_change_no_bit() {
             _ => {}
         };
         let (expected, _) = without_work(run(&scene, &Tiling::NONE, until, 60, edit));
-        let tiling = Tiling { threads: 2, side: 25, ..SMALL };
+        let tiling = Tiling {
+            threads: 2,
+            side: 25,
+            ..SMALL
+        };
         let (found, tiles) = without_work(run(&scene, &tiling, until, 60, edit));
         assert_same(name, &expected, &found, &tiles);
-        assert!(expected.ledger.lost != 0.0 && tiles.given_up > 2, "{name}: {tiles:?}");
+        assert!(
+            expected.ledger.lost != 0.0 && tiles.given_up > 2,
+            "{name}: {tiles:?}"
+        );
     }
 }
 
@@ -155,10 +216,17 @@ fn epochs_that_begin_between_frequent_stops_change_no_bit() {
             _ => {}
         };
         let (expected, _) = without_work(run(&scene, &Tiling::NONE, until, 60, begin));
-        let tiling = Tiling { threads: 2, side: 25, ..SMALL };
+        let tiling = Tiling {
+            threads: 2,
+            side: 25,
+            ..SMALL
+        };
         let (found, tiles) = without_work(run(&scene, &tiling, until, 60, begin));
         assert_same(name, &expected, &found, &tiles);
-        assert!(expected.counters.epochs > 3 && tiles.windows > 0, "{name}: {tiles:?}");
+        assert!(
+            expected.counters.epochs > 3 && tiles.windows > 0,
+            "{name}: {tiles:?}"
+        );
     }
 }
 
@@ -179,8 +247,13 @@ fn edits_at_each_stop_end_the_running_ahead() {
 fn two_last_contacts_at_one_instant_before_a_stop_are_left_to_the_global_order() {
     // Two pairs far from each other, which touch at 8/4096. All numbers are dyadic, so both
     // contacts are at the same time to the bit.
-    let pairs = [0.25, 0.75].into_iter().flat_map(|y| [disc(-31.0, y, 1.0), disc(31.0, y, -1.0)]);
-    let scene = Scene { molecule: pairs.collect(), ..at_rest() };
+    let pairs = [0.25, 0.75]
+        .into_iter()
+        .flat_map(|y| [disc(-31.0, y, 1.0), disc(31.0, y, -1.0)]);
+    let scene = Scene {
+        molecule: pairs.collect(),
+        ..at_rest()
+    };
     let (expected, _) = run(&scene, &Tiling::NONE, 0.01, 30, nothing);
     let (found, tiles) = run(&scene, &Tiling { side: 20, ..SMALL }, 0.01, 30, nothing);
     assert_same("two pairs", &expected, &found, &tiles);

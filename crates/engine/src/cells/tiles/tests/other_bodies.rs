@@ -48,7 +48,11 @@ pub(super) fn scenes() -> Vec<(&'static str, Scene, f64)> {
         [elasticity]
         default = 0.8
     ";
-    add("dumbbells that lose energy", 0.2, &format!("{dumbbells}{guarded}"));
+    add(
+        "dumbbells that lose energy",
+        0.2,
+        &format!("{dumbbells}{guarded}"),
+    );
     let discs = "
         [[gas]]
         radius = 0.004
@@ -70,8 +74,16 @@ pub(super) fn scenes() -> Vec<(&'static str, Scene, f64)> {
         to = [1.2, 0.7]
     ";
     add("discs between walls", 0.1, &format!("{walls}{discs}"));
-    add("dumbbells between walls", 0.1, &format!("{walls}{dumbbells}"));
-    add("discs that lose energy between walls", 0.2, &format!("{walls}{discs}{guarded}"));
+    add(
+        "dumbbells between walls",
+        0.1,
+        &format!("{walls}{dumbbells}"),
+    );
+    add(
+        "discs that lose energy between walls",
+        0.2,
+        &format!("{walls}{discs}{guarded}"),
+    );
     let bumper = |place: usize| {
         let (column, row) = (place % 20, place / 20);
         // Radii from half that of the gas to two and a half times it.
@@ -91,9 +103,21 @@ pub(super) fn scenes() -> Vec<(&'static str, Scene, f64)> {
     ";
     let thin = discs.replace("0.3", "0.12");
     add("discs among bumpers", 0.2, &format!("{bumpers}{thin}"));
-    add("discs around fixed bodies", 0.1, &format!("{fixed}{walls}{discs}"));
-    add("dumbbells among fixed bodies", 0.1, &format!("{bumpers}{}", dumbbells.replace("0.3", "0.1")));
-    add("discs that lose energy among bumpers", 0.3, &format!("{bumpers}{thin}{guarded}"));
+    add(
+        "discs around fixed bodies",
+        0.1,
+        &format!("{fixed}{walls}{discs}"),
+    );
+    add(
+        "dumbbells among fixed bodies",
+        0.1,
+        &format!("{bumpers}{}", dumbbells.replace("0.3", "0.1")),
+    );
+    add(
+        "discs that lose energy among bumpers",
+        0.3,
+        &format!("{bumpers}{thin}{guarded}"),
+    );
     scenes
 }
 
@@ -102,19 +126,43 @@ fn molecules_walls_and_fixed_bodies_keep_their_bits() {
     for (name, scene, until) in scenes() {
         let times = [0.2, 0.21, 1.0].map(|share| share * until);
         let (expected, _) = run(&scene, &Tiling::NONE, &times);
-        assert!(expected.counters.collisions > 4000, "{name}: {:?}", expected.counters);
-        assert!(!name.contains("lose energy") || expected.ledger.lost > 0.0, "{name}");
-        let is_among_fixed = name.contains("walls") || name.contains("bumpers") || name.contains("fixed");
-        assert_eq!(expected.counters.fixed_collisions > 100, is_among_fixed, "{name}");
-        for (threads, side, window, margin, front) in
-            [(1, 25, 1.0, 6, 4.0), (2, 20, 0.5, 1, 3.0), (3, 25, 1.0, 2, 1.0)]
-        {
-            let tiling = Tiling { threads, side, window, margin, front, ..SMALL };
+        assert!(
+            expected.counters.collisions > 4000,
+            "{name}: {:?}",
+            expected.counters
+        );
+        assert!(
+            !name.contains("lose energy") || expected.ledger.lost > 0.0,
+            "{name}"
+        );
+        let is_among_fixed =
+            name.contains("walls") || name.contains("bumpers") || name.contains("fixed");
+        assert_eq!(
+            expected.counters.fixed_collisions > 100,
+            is_among_fixed,
+            "{name}"
+        );
+        for (threads, side, window, margin, front) in [
+            (1, 25, 1.0, 6, 4.0),
+            (2, 20, 0.5, 1, 3.0),
+            (3, 25, 1.0, 2, 1.0),
+        ] {
+            let tiling = Tiling {
+                threads,
+                side,
+                window,
+                margin,
+                front,
+                ..SMALL
+            };
             let (found, tiles) = run(&scene, &tiling, &times);
             assert_same(&format!("{name}, {tiling:?}"), &expected, &found, &tiles);
             assert!(tiles.windows > 0, "{name}: {tiles:?}");
             let in_tiles = tiles.contacts as f64 / found.counters.collisions as f64;
-            assert!(front < 4.0 || in_tiles > 0.9, "{name}: {in_tiles}, {tiles:?}");
+            assert!(
+                front < 4.0 || in_tiles > 0.9,
+                "{name}: {in_tiles}, {tiles:?}"
+            );
         }
     }
 }
@@ -128,12 +176,22 @@ fn their_contacts_are_reported_in_order_with_the_same_bits() {
 
 #[test]
 fn their_runs_in_pieces_and_single_steps_change_no_bit() {
-    for (name, scene, until) in scenes().into_iter().filter(|(name, ..)| !name.contains("three kinds")) {
+    for (name, scene, until) in scenes()
+        .into_iter()
+        .filter(|(name, ..)| !name.contains("three kinds"))
+    {
         let (expected, _) = run(&scene, &Tiling::NONE, &[until]);
         let mut simulation = Simulation::new(&scene).unwrap();
-        simulation.set_tiling(&Tiling { threads: 2, side: 25, ..SMALL });
+        simulation.set_tiling(&Tiling {
+            threads: 2,
+            side: 25,
+            ..SMALL
+        });
         let mut time = 0.0;
-        for (number, share) in [0.001, 0.2, 0.002, 0.001, 0.4, 0.01, 0.01].into_iter().enumerate() {
+        for (number, share) in [0.001, 0.2, 0.002, 0.001, 0.4, 0.01, 0.01]
+            .into_iter()
+            .enumerate()
+        {
             time += share * until;
             simulation.run_until(time).unwrap();
             for _ in 0..number % 3 {
@@ -146,9 +204,25 @@ fn their_runs_in_pieces_and_single_steps_change_no_bit() {
         assert!(tiles.windows > 1, "{name}: {tiles:?}");
         let mut bits = Vec::new();
         add_motions(&simulation, &mut bits);
-        bits.extend(simulation.view().world.last_contacts().iter().map(|time| time.to_bits()));
+        bits.extend(
+            simulation
+                .view()
+                .world
+                .last_contacts()
+                .iter()
+                .map(|time| time.to_bits()),
+        );
         let (counters, ledger) = (*simulation.view().counters(), *simulation.view().ledger());
-        assert_same(name, &expected, &Computed { bits, counters, ledger }, &tiles);
+        assert_same(
+            name,
+            &expected,
+            &Computed {
+                bits,
+                counters,
+                ledger,
+            },
+            &tiles,
+        );
     }
 }
 
@@ -213,7 +287,13 @@ fn a_partner_that_leaves_and_comes_back_has_changed_all_the_same() {
     .unwrap();
     let times = [18.0 * 0.0005];
     let (expected, _) = run(&scene, &Tiling::NONE, &times);
-    let tiling = Tiling { side: 18, window: 0.7, margin: 3, front: 2.0, ..SMALL };
+    let tiling = Tiling {
+        side: 18,
+        window: 0.7,
+        margin: 3,
+        front: 2.0,
+        ..SMALL
+    };
     let (found, tiles) = run(&scene, &tiling, &times);
     assert_same("a partner that comes back", &expected, &found, &tiles);
     assert!(tiles.windows > 1, "{tiles:?}");
@@ -222,7 +302,8 @@ fn a_partner_that_leaves_and_comes_back_has_changed_all_the_same() {
 #[test]
 fn large_moving_bodies_and_warm_walls_are_refused_by_name() {
     let gas = "[[gas]]\nradius = 0.004\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.2\n";
-    let large = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.03\natom_mass = 1.0\nat = [0.5, 0.5]\n";
+    let large =
+        "[[molecule]]\nshape = \"tee\"\natom_radius = 0.03\natom_mass = 1.0\nat = [0.5, 0.5]\n";
     let warm = "[[wall]]\nx = 0.0\ntemperature = 1.0\n";
     for (other, expected) in [(large, TileUse::LargeBodies), (warm, TileUse::ThermalWalls)] {
         let scene = Scene::from_toml(&format!("{other}{gas}")).unwrap();

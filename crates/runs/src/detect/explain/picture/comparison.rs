@@ -10,7 +10,7 @@ use carom_report::{
 use super::{Subject, extent, time_axis, widened};
 
 /// Most evaluations of one detector in the panel of errors, the last ones.
-const MOST_ERRORS: usize = 150;
+const MAX_ERRORS: usize = 150;
 
 impl Subject<'_> {
     /// What each detector looks at, a row a detector, and a row for each pair of atoms for the
@@ -22,9 +22,17 @@ impl Subject<'_> {
             marks.push(Mark::Span(Ink::Purple, window.begin, window.end));
         }
         for &[a, b] in pairs {
-            let of_pair: Vec<&Step> = exact.steps.iter().filter(|step| step.parts.contain(a, b)).collect();
+            let of_pair: Vec<&Step> = exact
+                .steps
+                .iter()
+                .filter(|step| step.parts.contain(a, b))
+                .collect();
             marks.push(Mark::Bars(Ink::Green, rows.len(), self.certified(&of_pair)));
-            marks.push(Mark::Ticks(Ink::Green, rows.len(), of_pair.iter().map(|step| step.time).collect()));
+            marks.push(Mark::Ticks(
+                Ink::Green,
+                rows.len(),
+                of_pair.iter().map(|step| step.time).collect(),
+            ));
             if let Some((time, _)) = self.contact.filter(|contact| contact.1 == [a, b]) {
                 marks.push(Mark::Answer(Ink::Vermillion, rows.len(), time));
             }
@@ -39,7 +47,10 @@ impl Subject<'_> {
             let times = if course.detector == DetectorName::FixedStep {
                 course.segments.iter().map(|segment| segment.end).collect()
             } else {
-                let evaluated = course.steps.iter().filter(|step| step.phase != Phase::ClosedForm);
+                let evaluated = course
+                    .steps
+                    .iter()
+                    .filter(|step| step.phase != Phase::ClosedForm);
                 evaluated.map(|step| step.time).collect()
             };
             marks.push(Mark::Ticks(Ink::Blue, row, times));
@@ -50,9 +61,15 @@ impl Subject<'_> {
         }
         let legend = vec![
             (Sample::Area(Ink::Green), "certified free".to_owned()),
-            (Sample::Line(Ink::Blue, Stroke::Thin), "evaluation".to_owned()),
+            (
+                Sample::Line(Ink::Blue, Stroke::Thin),
+                "evaluation".to_owned(),
+            ),
             (Sample::Area(Ink::Purple), "window".to_owned()),
-            (Sample::Point(Ink::Vermillion, Point::Diamond), "contact found".to_owned()),
+            (
+                Sample::Point(Ink::Vermillion, Point::Diamond),
+                "contact found".to_owned(),
+            ),
         ];
         Panel {
             title: "Where each detector looks, and what it finds".to_owned(),
@@ -66,9 +83,15 @@ impl Subject<'_> {
     /// The intervals for which a pair is certified free, in order and disjoint: before the window,
     /// and from each evaluation on.
     fn certified(&self, steps: &[&Step]) -> Vec<(f64, f64)> {
-        let mut bars: Vec<(f64, f64)> = self.window.map(|window| (0.0, window.begin)).into_iter().collect();
-        let mut free: Vec<(f64, f64)> =
-            steps.iter().filter_map(|step| Some((step.time, step.free_until?))).collect();
+        let mut bars: Vec<(f64, f64)> = self
+            .window
+            .map(|window| (0.0, window.begin))
+            .into_iter()
+            .collect();
+        let mut free: Vec<(f64, f64)> = steps
+            .iter()
+            .filter_map(|step| Some((step.time, step.free_until?)))
+            .collect();
         free.sort_by(|one, other| one.0.total_cmp(&other.0));
         for (from, to) in free {
             match bars.last_mut() {
@@ -89,12 +112,18 @@ impl Subject<'_> {
             (&self.courses[1], Ink::Purple, Point::Disc),
             (&self.courses[0], Ink::Green, Point::Diamond),
         ] {
-            let of_pair = course.steps.iter().filter(|step| step.parts == Parts::Pair(Touch::Atoms(a, b)));
+            let of_pair = course
+                .steps
+                .iter()
+                .filter(|step| step.parts == Parts::Pair(Touch::Atoms(a, b)));
             // An evaluation of exact ends at a later time than its own.
             let error = |step: &Step| (step.free_until.unwrap_or(step.time) - contact).abs();
             let digits = |step: &Step| error(step).max(0.5 * f64::EPSILON * contact.abs()).log10();
-            let all: Vec<f64> = of_pair.map(digits).filter(|digits| digits.is_finite()).collect();
-            let last = &all[all.len().saturating_sub(MOST_ERRORS)..];
+            let all: Vec<f64> = of_pair
+                .map(digits)
+                .filter(|digits| digits.is_finite())
+                .collect();
+            let last = &all[all.len().saturating_sub(MAX_ERRORS)..];
             let points: Vec<(f64, f64)> = (1..).map(f64::from).zip(last.iter().copied()).collect();
             longest = longest.max(points.len());
             let range = extent(last.iter().copied());
@@ -103,10 +132,15 @@ impl Subject<'_> {
             marks.push(Mark::Points(ink, point, points));
             legend.push((Sample::Point(ink, point), course.name().to_owned()));
         }
-        let (low, high) = if low < high { (low, high) } else { (-17.0, 0.0) };
+        let (low, high) = if low < high {
+            (low, high)
+        } else {
+            (-17.0, 0.0)
+        };
         let label = "log₁₀ of the error (time)".to_owned();
         Panel {
-            title: "Error of the contact time, evaluation by evaluation of the atoms that touch".to_owned(),
+            title: "Error of the contact time, evaluation by evaluation of the atoms that touch"
+                .to_owned(),
             x: Axis::new("evaluation", (0.0, longest as f64 + 1.0)),
             y: Vertical::Scale(Axis::new(label, widened((low, high), 0.06))),
             marks,
