@@ -71,11 +71,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         options: S::Options,
         progress: &mut dyn FnMut(&Growth) -> ControlFlow<()>,
     ) -> Result<Self, SceneError> {
-        Self::of(scene, fill(scene, progress)?, detection, response, options)
+        Self::from_world(scene, fill(scene, progress)?, detection, response, options)
     }
 
     /// Creates a simulation of a world that holds all bodies of the scene.
-    fn of(
+    fn from_world(
         scene: &Scene,
         (mut world, contents): (World, Contents),
         detection: D,
@@ -124,7 +124,7 @@ impl Growth {
         options: S::Options,
     ) -> Result<Simulation<D, R, S>, SceneError> {
         let scene = self.scene().clone();
-        Simulation::of(&scene, self.into_world()?, detection, response, options)
+        Simulation::from_world(&scene, self.into_world()?, detection, response, options)
     }
 }
 
@@ -138,7 +138,7 @@ fn fill(
     }
     let mut contents = Contents::new(scene)?;
     let mut growth = if scene.start.placement == Some(Placement::Grown) {
-        Growth::begin(scene, contents)?
+        Growth::from_contents(scene, contents)?
     } else {
         let relaxes = scene.start.relax.is_some_and(|collisions| collisions > 0.0);
         let mut singles = contents.singles.clone();

@@ -87,7 +87,7 @@ pub struct ThermalEnergy {
 }
 
 impl CentreOfMassFrame {
-    pub(crate) fn of(world: &World) -> Self {
+    pub(crate) fn new(world: &World) -> Self {
         let moving = || {
             world
                 .bodies
@@ -174,7 +174,7 @@ impl ThermalEnergy {
 impl View<'_> {
     /// The frame relative to which velocities are thermal.
     pub fn centre_of_mass_frame(&self) -> CentreOfMassFrame {
-        CentreOfMassFrame::of(self.world)
+        CentreOfMassFrame::new(self.world)
     }
 
     /// kT of all bodies (mass × length² / time²), relative to the centre of mass along axes with

@@ -210,7 +210,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if self.offset != 0.0 || !matches!(self.epoch, Epoch::ToBegin) {
             self.end_epoch(self.offset);
         }
-        self.simultaneous.begin();
+        self.simultaneous.start();
         self.unresolved = Unresolved::default();
         let inertia = self.world.bodies[index].kind.inertia;
         let before = kinetic_energy(&self.world.motions[index], &inertia);

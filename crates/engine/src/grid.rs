@@ -210,7 +210,7 @@ impl Grid {
         self.walls.clear();
         let reach = world.largest_moving_radius();
         for (index, (body, motion)) in world.bodies().iter().zip(world.motions()).enumerate() {
-            let Some(wall) = StandingWall::of(body, motion) else {
+            let Some(wall) = StandingWall::new(body, motion) else {
                 continue;
             };
             self.walls.resize_with(self.cells.len(), SmallVec::new);

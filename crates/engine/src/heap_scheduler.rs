@@ -145,7 +145,7 @@ impl Scheduler for HeapScheduler {
         self.grid.fill(world, self.counts);
         self.motions.clone_from(&world.motions);
         self.windings.clone_from(&world.windings);
-        self.wrapped.begin(world.bodies.len());
+        self.wrapped.start(world.bodies.len());
         self.versions.clear();
         self.versions.resize(world.bodies.len(), 0);
         let mut neighbours = self.take_scratch();

@@ -67,7 +67,7 @@ impl HeatByTag {
     }
 
     /// The energy given to the bodies of a tag (mass × length² / time²); 0 without a thermostat.
-    pub fn of(&self, tag: Tag) -> f64 {
+    pub fn heat(&self, tag: Tag) -> f64 {
         self.0
             .iter()
             .find(|given| given.tag == tag)

@@ -307,7 +307,7 @@ fn pockets(world: &World, species: &[Kind<'_>], class: &[usize]) -> Result<Pocke
     let atoms = class
         .iter()
         .flat_map(|&kind| species[kind].molecule.atoms());
-    Pockets::of(world, atoms.map(Atom::radius).fold(f64::INFINITY, f64::min))
+    Pockets::new(world, atoms.map(Atom::radius).fold(f64::INFINITY, f64::min))
 }
 
 /// The first corner of a region (length), and a periodic box of its size for a lattice: at least of
@@ -441,7 +441,7 @@ impl Lattice {
     fn new(bounds: &PeriodicBox, spacing: f64, radius: f64, random: &mut Pcg64) -> Option<Self> {
         let origin = bounds.sides() * DVec2::new(random.random(), random.random());
         let counts = Counts::new(bounds.sides(), spacing, radius)?;
-        Self::of(bounds, counts, radius, origin)
+        Self::with_counts(bounds, counts, radius, origin)
     }
 
     /// The lattice of touching sites without some columns and rows, so that about this number of
@@ -468,10 +468,10 @@ impl Lattice {
                 rows: even(shorter),
             }
         };
-        Self::of(bounds, counts, radius, origin)
+        Self::with_counts(bounds, counts, radius, origin)
     }
 
-    fn of(bounds: &PeriodicBox, counts: Counts, radius: f64, origin: DVec2) -> Option<Self> {
+    fn with_counts(bounds: &PeriodicBox, counts: Counts, radius: f64, origin: DVec2) -> Option<Self> {
         let (sides, touching) = (bounds.sides(), 2.0 * radius);
         let Counts { columns, rows } = counts;
         let step = sides / DVec2::new(columns, rows);

@@ -16,14 +16,14 @@ impl Pockets {
     ///
     /// # Errors
     /// The radius is out of range.
-    pub fn of(world: &World, radius: f64) -> Result<Self, GeometryError> {
+    pub fn new(world: &World, radius: f64) -> Result<Self, GeometryError> {
         let mut pockets = Vec::new();
         for (body, motion) in world.bodies.iter().zip(&world.motions) {
             // A pocket has three atoms or more around it.
             if body.is_wall() || body.molecule().atoms().len() < 3 {
                 continue;
             }
-            let region = ExcludedRegion::of(body.molecule(), radius)?;
+            let region = ExcludedRegion::new(body.molecule(), radius)?;
             if !region.hidden_arcs().is_empty() {
                 pockets.push((*motion, region));
             }

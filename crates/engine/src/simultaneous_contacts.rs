@@ -84,7 +84,7 @@ impl SimultaneousContacts {
     }
 
     /// Resets the counts at the start of the epoch, unless this is the same instant.
-    pub fn begin(&mut self) {
+    pub fn start(&mut self) {
         if self.time < 0.0 {
             *self = Self::default();
         }

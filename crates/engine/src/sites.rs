@@ -176,7 +176,7 @@ impl Sites {
         radius: f64,
     ) -> SmallVec<[(usize, [i32; 2]); 1]> {
         let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
-        if let Some(wall) = StandingWall::of(body, motion) {
+        if let Some(wall) = StandingWall::new(body, motion) {
             let cells = wall.cells_within(0.0, self.side);
             return cells.into_iter().map(|cell| self.cell_at(cell)).collect();
         }
@@ -231,7 +231,7 @@ impl Sites {
     pub(crate) fn nearest_to_body(&self, world: &World, index: usize) -> Option<(usize, f64)> {
         let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
         let moves = |index: usize| !world.bodies()[index].is_fixed();
-        match StandingWall::of(body, motion) {
+        match StandingWall::new(body, motion) {
             Some(wall) => self.nearest_to_wall(world, &wall, index),
             None => self.nearest_of(world, body.molecule(), motion, |index| {
                 !body.is_fixed() || moves(index)

@@ -251,7 +251,7 @@ mod tests {
             assert!((energy - expected).abs() < 1e-14, "{energies:?}");
         }
         let ledger = simulation.view().ledger();
-        assert!((simulation.view().heat().of(a) - ledger.put_in).abs() < 1e-14);
+        assert!((simulation.view().heat().heat(a) - ledger.put_in).abs() < 1e-14);
         assert!((ledger.booked() - simulation.view().energy()).abs() < 1e-14);
         let counts = simulation
             .edit(|batch| batch.thermostat_maxwell(a, target, KEY))

@@ -120,7 +120,7 @@ impl BodyView<'_> {
     /// The end points of a wall, in the image whose middle is in the box (length); `None` for other
     /// bodies.
     pub fn wall(&self) -> Option<[DVec2; 2]> {
-        StandingWall::of(self.body, &self.motion).map(|wall| wall.ends())
+        StandingWall::new(self.body, &self.motion).map(|wall| wall.ends())
     }
 
     /// Centre and radius (length) of each atom, or of the end points of a wall, in the image of the

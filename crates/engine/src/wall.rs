@@ -30,7 +30,7 @@ pub struct StandingWall {
 
 impl StandingWall {
     /// The wall that a body with this motion is; `None` if it has no face.
-    pub fn of(body: &Body, motion: &Motion) -> Option<Self> {
+    pub fn new(body: &Body, motion: &Motion) -> Option<Self> {
         let face = *body.molecule().face()?;
         let rotation = motion.orientation.cos_sin();
         let half = face.half_length() * rotation.rotate(face.along());

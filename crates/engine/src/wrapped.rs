@@ -14,7 +14,7 @@ pub(crate) struct Wrapped {
 
 impl Wrapped {
     /// Empties the journal at the start of an epoch of so many bodies.
-    pub fn begin(&mut self, bodies: usize) {
+    pub fn start(&mut self, bodies: usize) {
         self.bodies.clear();
         self.most = bodies;
         self.is_incomplete = false;

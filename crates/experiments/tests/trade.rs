@@ -35,7 +35,7 @@ const PLAN: Plan = Plan {
 fn trade(text: &str) -> SceneResult {
     let scene = Scene::from_toml(text).unwrap();
     let later = Instant::now() + Duration::from_mins(10);
-    let course = Course::begin(&scene, build(&scene, later).unwrap().unwrap()).unwrap();
+    let course = Course::new(&scene, build(&scene, later).unwrap().unwrap()).unwrap();
     let mut along = Along::settle(&scene, course, later).unwrap();
     let states = along.take(&scene, PLAN.states, PLAN.state_seconds).unwrap();
     let chaos = chaos(&scene, &states, Instant::now() + Duration::from_millis(200)).unwrap();

@@ -19,7 +19,7 @@ impl AtomRow {
     pub const LANES: usize = 4;
 
     /// The rows of the given atoms.
-    pub(crate) fn of(atoms: &[Atom]) -> impl Iterator<Item = Self> {
+    pub(crate) fn rows(atoms: &[Atom]) -> impl Iterator<Item = Self> {
         atoms.chunks(Self::LANES).map(|some| {
             let row: [&Atom; Self::LANES] =
                 std::array::from_fn(|lane| &some[lane.min(some.len() - 1)]);

@@ -96,7 +96,7 @@ impl Molecule {
             is_round: is_round(&atoms, bounding_radius),
             rectangle: rectangle(&atoms),
             rows: if is_few {
-                AtomRow::of(&atoms).collect()
+                AtomRow::rows(&atoms).collect()
             } else {
                 Vec::new()
             },

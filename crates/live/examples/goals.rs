@@ -212,7 +212,7 @@ fn main() -> Result<()> {
         median(latencies)
     )?;
     page.answered(&json!({ "play": false }))?;
-    let mut alone = InteractiveRun::begin(&scene)?;
+    let mut alone = InteractiveRun::new(&scene)?;
     let length = in_time(&mut alone, 1e-3)?;
     let (mut losses, mut frames, mut speeds) =
         ([(); 2].map(|()| Vec::new()), Vec::new(), Vec::new());

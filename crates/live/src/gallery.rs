@@ -105,7 +105,7 @@ pub fn thumbnail(name: &str) -> Result<Arc<str>> {
     if let Some(picture) = drawn().get(name) {
         return Ok(Arc::clone(picture));
     }
-    let run = InteractiveRun::begin(&scene(name)?)?;
+    let run = InteractiveRun::new(&scene(name)?)?;
     let picture: Arc<str> = picture_of(&run.view(), THUMBNAIL).into();
     drawn().insert(name.to_owned(), Arc::clone(&picture));
     Ok(picture)
@@ -121,7 +121,7 @@ mod tests {
     fn every_scene_runs_and_has_its_measure_and_a_small_picture() {
         for exhibit in EXHIBITS {
             let scene = scene(exhibit.name).unwrap();
-            let mut run = InteractiveRun::begin(&scene).unwrap();
+            let mut run = InteractiveRun::new(&scene).unwrap();
             let (kind, of) = exhibit
                 .measure
                 .split_once(':')
@@ -133,7 +133,7 @@ mod tests {
                 ..MeasureSpec::default()
             };
             let interval = scene.run.sample_interval;
-            SingleMeasure::begin(&spec, interval, &scene, &run.view()).unwrap();
+            SingleMeasure::new(&spec, interval, &scene, &run.view()).unwrap();
             run.advance(EpochTime::from(1e-3 * scene.run.until), &mut ())
                 .unwrap();
             assert!(

@@ -26,7 +26,7 @@ impl Heating {
     ///
     /// # Errors
     /// The edit is refused by the engine, or it would change the energy of no body with a tag.
-    pub fn of(
+    pub fn new(
         run: &InteractiveRun,
         stage: &StageSpec,
         hold: Option<&[ThermostatSpec]>,
@@ -57,7 +57,7 @@ impl Heating {
                 fixed,
                 at_rest,
                 moving,
-            } = Members::of(&trial.view(), tag);
+            } = Members::new(&trial.view(), tag);
             if changed == 0 && at_rest == 0 {
                 match fixed {
                     0 => bail!("no body has the tag {tag}: the energy of no body would change"),
@@ -119,7 +119,7 @@ struct Members {
 }
 
 impl Members {
-    fn of(view: &View<'_>, tag: &str) -> Self {
+    fn new(view: &View<'_>, tag: &str) -> Self {
         let mut members = Self {
             fixed: 0,
             at_rest: 0,
@@ -176,7 +176,7 @@ mod tests {
     "#;
 
     fn run() -> InteractiveRun {
-        InteractiveRun::begin(&Scene::from_toml(SCENE).unwrap()).unwrap()
+        InteractiveRun::new(&Scene::from_toml(SCENE).unwrap()).unwrap()
     }
 
     fn set(tag: &str, energy: Option<f64>, temperature: Option<f64>) -> StageSpec {
@@ -195,7 +195,7 @@ mod tests {
     /// The energies of the molecules after an edit, and its notes.
     fn heated(stage: &StageSpec, hold: Option<&[ThermostatSpec]>) -> (Vec<f64>, Vec<String>) {
         let mut run = run();
-        let Heating { stage, notes } = Heating::of(&run, stage, hold).unwrap();
+        let Heating { stage, notes } = Heating::new(&run, stage, hold).unwrap();
         run.edit(&stage, hold, &mut ()).unwrap();
         let bodies = run.view();
         let molecules = bodies.bodies().filter(|body| !body.body.is_fixed());
@@ -246,7 +246,7 @@ mod tests {
     #[test]
     fn an_edit_that_heats_no_body_is_refused_in_words() {
         let refused = |stage: &StageSpec, hold: Option<&[ThermostatSpec]>| {
-            Heating::of(&run(), stage, hold).unwrap_err().to_string()
+            Heating::new(&run(), stage, hold).unwrap_err().to_string()
         };
         let text = refused(&set("fixed", Some(1.0), None), None);
         assert_eq!(

@@ -185,7 +185,7 @@ struct Bench {
 }
 
 impl Bench {
-    fn begin(name: String, scene: &Scene, version: u32, signals: Signals) -> Result<Self> {
+    fn new(name: String, scene: &Scene, version: u32, signals: Signals) -> Result<Self> {
         let limit = CallLimit {
             signals,
             longest: MAX_CALL,
@@ -353,7 +353,7 @@ impl Bench {
             elasticity,
             ..edit.stage.clone()
         };
-        let Heating { stage, notes } = Heating::of(&self.run, &stage, hold.as_deref())?;
+        let Heating { stage, notes } = Heating::new(&self.run, &stage, hold.as_deref())?;
         let time = self.run.edit(&stage, hold.as_deref(), &mut self.watching)?;
         Ok((time, notes))
     }
@@ -440,7 +440,7 @@ impl Laboratory {
     /// # Errors
     /// It is invalid.
     pub fn open(&mut self, name: String, scene: &Scene) -> Result<()> {
-        let bench = Bench::begin(name, scene, self.version + 1, self.signals.clone())?;
+        let bench = Bench::new(name, scene, self.version + 1, self.signals.clone())?;
         self.bench = Some(bench);
         Ok(())
     }
@@ -551,7 +551,7 @@ impl Laboratory {
             }
             // A status that waits is older than the answer, and must not follow it.
             viewer.drop_status();
-            viewer.answer(&Answer::of(request.id, result));
+            viewer.answer(&Answer::new(request.id, result));
         }
         if !is_writer {
             return;
@@ -678,8 +678,8 @@ impl Laboratory {
             ..bench.run.scene().clone()
         };
         let interval = interval.unwrap_or(scene.run.sample_interval);
-        let measure = SingleMeasure::begin(spec, interval, &scene, &bench.run.view())?;
-        let tracked = Tracked::begin(measure, &bench.run.view());
+        let measure = SingleMeasure::new(spec, interval, &scene, &bench.run.view())?;
+        let tracked = Tracked::new(measure, &bench.run.view());
         let name = spec
             .of
             .as_ref()

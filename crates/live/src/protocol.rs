@@ -142,7 +142,7 @@ pub enum Answer {
 
 impl Answer {
     /// The answer to a request.
-    pub fn of(id: u64, result: Result<Value, String>) -> Self {
+    pub fn new(id: u64, result: Result<Value, String>) -> Self {
         match result {
             Ok(done) => Self::Done { answer: id, done },
             Err(refused) => Self::Refused {
@@ -250,11 +250,11 @@ mod tests {
     fn an_answer_has_the_number_of_its_request() {
         let text = |answer: Answer| serde_json::to_string(&answer).unwrap();
         assert_eq!(
-            text(Answer::of(3, Ok(Value::from(2)))),
+            text(Answer::new(3, Ok(Value::from(2)))),
             r#"{"answer":3,"done":2}"#
         );
         assert_eq!(
-            text(Answer::of(3, Err("no".to_owned()))),
+            text(Answer::new(3, Err("no".to_owned()))),
             r#"{"answer":3,"refused":"no"}"#
         );
     }

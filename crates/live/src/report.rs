@@ -102,7 +102,7 @@ impl Watch {
     /// The state of the run, with checks of energy and, from time to time, overlaps.
     pub fn status(&mut self, run: &InteractiveRun) -> Value {
         let view = run.view();
-        let (totals, ledger) = (Totals::of(&view), view.ledger());
+        let (totals, ledger) = (Totals::new(&view), view.ledger());
         let energy = totals.energy;
         let scale = ledger.initial + self.exchange.so_far(ledger);
         if scale > 0.0 {
@@ -153,7 +153,7 @@ struct Totals {
 
 impl Totals {
     /// The sums, in one pass.
-    fn of(view: &View<'_>) -> Self {
+    fn new(view: &View<'_>) -> Self {
         let names = view.tag_names();
         let mut tags: BTreeMap<Tag, OfTag> = BTreeMap::new();
         let (mut energy, mut speed, mut moving) = (0.0, 0.0, 0_usize);
@@ -318,7 +318,7 @@ mod tests {
         // Walls, so that the gas as a whole comes to rest too.
         let scene = "[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
              [[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1e-9\ncount = 100";
-        let mut run = InteractiveRun::begin(&Scene::from_toml(scene).unwrap()).unwrap();
+        let mut run = InteractiveRun::new(&Scene::from_toml(scene).unwrap()).unwrap();
         let mut watch = Watch::new(&run.view());
         let heat = HeatSpec {
             tag: "gas".to_owned(),

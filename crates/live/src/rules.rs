@@ -145,7 +145,7 @@ mod tests {
         let scene = "[elasticity]\ndefault = 0.9\npair = [{ between = [\"a\", \"b\"], coefficient = 0.5 }]\n\
              [[gas]]\ntags = [\"a\"]\nradius = 0.01\nmass = 2.0\nenergy = 1.0\ncount = 3\n\
              [[gas]]\ntags = [\"b\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 3";
-        let mut run = InteractiveRun::begin(&Scene::from_toml(scene).unwrap()).unwrap();
+        let mut run = InteractiveRun::new(&Scene::from_toml(scene).unwrap()).unwrap();
         let mut make = |edit: Edit| -> Result<()> {
             let (stage, hold) = (
                 carom::engine::StageSpec {

@@ -149,7 +149,7 @@ impl SavedRuns {
         if is_busy || automatic.saved_state == Some(state) {
             return;
         }
-        automatic.begin(run.clone(), state, Arc::clone(&self.reserve));
+        automatic.start(run.clone(), state, Arc::clone(&self.reserve));
     }
 
     /// The last automatic save, for the page; null before the first.
@@ -205,7 +205,7 @@ impl SavedRuns {
 
 impl Automatic {
     /// Begins a save.
-    fn begin(&mut self, run: InteractiveRun, state: RunState, reserve: Arc<Reserve>) {
+    fn start(&mut self, run: InteractiveRun, state: RunState, reserve: Arc<Reserve>) {
         self.count += 1;
         let path = self.folder.join(self.count.to_string());
         let save = move || {

@@ -265,7 +265,7 @@ impl Viewers {
 
 /// Sends a refusal.
 pub fn refuse(viewer: &Viewer, id: u64, reason: &str) {
-    viewer.answer(&Answer::of(id, Err(reason.to_owned())));
+    viewer.answer(&Answer::new(id, Err(reason.to_owned())));
 }
 
 #[cfg(test)]

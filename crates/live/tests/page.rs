@@ -213,7 +213,7 @@ fn survives_a_lost_context(page: &mut Browser) {
 
 /// A second page watches on its own.
 fn another_page_watches(program: &str, address: &str) {
-    let mut page = Browser::begin(program);
+    let mut page = Browser::start(program);
     page.show([1280, 800], false);
     page.call("Page.navigate", &json!({ "url": address }));
     page.until(
@@ -251,7 +251,7 @@ fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
     let server = Server::bind(any, root.path(), signals.clone()).unwrap();
     let address = server.address_for_once().unwrap();
     let served = thread::spawn(move || server.serve(None));
-    let mut page = Browser::begin(program);
+    let mut page = Browser::start(program);
     page.call("Page.navigate", &json!({ "url": address }));
     page.until(
         "document.readyState === 'complete' && document.querySelectorAll('#gallery button').length > 5",
@@ -336,7 +336,7 @@ fn a_user_watches_edits_and_saves_a_gas() {
         server.serve(Some(("gas".to_owned(), Scene::from_toml(GAS).unwrap())))
     });
 
-    let mut page = Browser::begin(program);
+    let mut page = Browser::start(program);
     page.show([1300, 850], false);
     page.call("Page.navigate", &json!({ "url": address }));
     page.until(

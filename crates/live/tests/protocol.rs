@@ -62,7 +62,7 @@ struct Running {
 }
 
 impl Running {
-    fn begin(folder: &Path, scene: Option<&str>) -> Self {
+    fn start(folder: &Path, scene: Option<&str>) -> Self {
         Self::saving_every(folder, scene, SAVE_INTERVAL)
     }
 
@@ -264,7 +264,7 @@ fn whole() -> Value {
 #[test]
 fn only_the_page_of_this_server_on_this_machine_is_served() {
     let root = tempfile::tempdir().unwrap();
-    let server = Running::begin(root.path(), None);
+    let server = Running::start(root.path(), None);
     let (host, token) = server.parts();
     let of = |host: &str| format!("Host: {host}\r\n");
     let (head, page) = server.get(&format!("/{token}/"), &of(host));
@@ -386,7 +386,7 @@ fn steps_and_goes_back(page: &mut Page) {
 #[test]
 fn a_page_runs_edits_measures_and_saves_a_gas() {
     let root = tempfile::tempdir().unwrap();
-    let server = Running::begin(&root.path().join("saved"), Some(GAS));
+    let server = Running::start(&root.path().join("saved"), Some(GAS));
     let mut page = Page::open(&server);
     assert_eq!(page.hello["writer"], true);
     page.request(&json!({ "play": true })).unwrap();
@@ -546,7 +546,7 @@ fn bodies_at_rest_are_heated_and_edits_that_heat_no_body_are_refused() {
         at = [0.2, 0.2]
     "#;
     let root = tempfile::tempdir().unwrap();
-    let server = Running::begin(root.path(), Some(REST));
+    let server = Running::start(root.path(), Some(REST));
     let mut page = Page::open(&server);
     // One body, by a tag that it has during the edit.
     let own = json!([{ "body": 0, "name": "own" }]);
@@ -577,7 +577,7 @@ fn bodies_at_rest_are_heated_and_edits_that_heat_no_body_are_refused() {
 #[test]
 fn a_gallery_scene_opens_and_a_page_that_leaves_passes_its_rights_on() {
     let root = tempfile::tempdir().unwrap();
-    let server = Running::begin(root.path(), None);
+    let server = Running::start(root.path(), None);
     let (mut first, mut second) = (Page::open(&server), Page::open(&server));
     assert!(first.hello["gallery"].as_array().unwrap().len() >= 6);
     let refused = first.request(&json!({ "play": true })).unwrap_err();
@@ -674,7 +674,7 @@ fn a_folder_that_cannot_be_written_is_refused_before_the_first_frame() {
     );
     // Without a scene nothing remains.
     let folder = root.path().join("new");
-    assert!(Running::begin(&folder, None).end().saved.is_none() && !folder.exists());
+    assert!(Running::start(&folder, None).end().saved.is_none() && !folder.exists());
 }
 
 #[test]
@@ -685,7 +685,7 @@ fn laboratories_with_one_folder_take_different_numbers_and_skip_what_is_there() 
     #[cfg(not(unix))]
     fs::write(root.path().join("1"), "").unwrap();
     let servers: Vec<_> = (0..2)
-        .map(|_| Running::begin(root.path(), Some(GAS)))
+        .map(|_| Running::start(root.path(), Some(GAS)))
         .collect();
     let save = |server: &Running| {
         let mut page = Page::open(server);
@@ -711,7 +711,7 @@ fn laboratories_with_one_folder_take_different_numbers_and_skip_what_is_there() 
 #[test]
 fn connections_that_send_half_a_request_neither_keep_pages_out_nor_stop_a_save() {
     let root = tempfile::tempdir().unwrap();
-    let server = Running::begin(root.path(), Some(GAS));
+    let server = Running::start(root.path(), Some(GAS));
     let mut page = Page::open(&server);
     let (host, _) = server.parts();
     let silent: Vec<TcpStream> = (0..400)
@@ -743,7 +743,7 @@ fn a_folder_whose_name_is_not_utf_8_takes_runs() {
     use std::{ffi::OsStr, os::unix::ffi::OsStrExt as _};
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join(OsStr::from_bytes(b"sv\xff"));
-    let saved = Running::begin(&folder, Some(GAS))
+    let saved = Running::start(&folder, Some(GAS))
         .end()
         .saved
         .expect("a run was open");
@@ -773,7 +773,7 @@ fn an_engine_far_from_its_next_stop_answers_and_saves() {
         sample_interval = 1e11
     "#;
     let root = tempfile::tempdir().unwrap();
-    let server = Running::begin(root.path(), Some(PARALLEL));
+    let server = Running::start(root.path(), Some(PARALLEL));
     let mut page = Page::open(&server);
     let refused = page.request(&json!({ "step": 1 })).unwrap_err();
     assert!(refused.contains("no contact until"), "{refused}");

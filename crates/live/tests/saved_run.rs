@@ -115,7 +115,7 @@ fn free_place(run: &InteractiveRun) -> [f64; 2] {
 #[test]
 fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
     let scene = Scene::from_toml(SCENE).unwrap();
-    let mut run = InteractiveRun::begin(&scene).unwrap();
+    let mut run = InteractiveRun::new(&scene).unwrap();
     let advance = |run: &mut InteractiveRun, to: f64| {
         // In pieces, as the laboratory does.
         let from = run.view().time().to_f64();
@@ -311,7 +311,7 @@ fn a_run_without_edits_is_saved_as_the_run_of_its_scene() {
          [run]\nuntil = 2.0\nsample_interval = 0.5\nobserve = [\"energy\"]\nanimation = true\n",
     )
     .unwrap();
-    let mut run = InteractiveRun::begin(&scene).unwrap();
+    let mut run = InteractiveRun::new(&scene).unwrap();
     run.advance(EpochTime::from(0.6), &mut ()).unwrap();
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("saved");
@@ -340,7 +340,7 @@ fn a_run_ends_at_a_time_at_which_it_can_be_saved() {
          [[measure]]\nkind = \"correlation\"\nof = \"gas\"\nmax = 0.4\n",
     )
     .unwrap();
-    let mut run = InteractiveRun::begin(&scene).unwrap();
+    let mut run = InteractiveRun::new(&scene).unwrap();
     run.advance(EpochTime::from(1e30), &mut ()).unwrap();
     let refused = run
         .advance(EpochTime::from(2e30), &mut ())
@@ -355,7 +355,7 @@ fn a_run_ends_at_a_time_at_which_it_can_be_saved() {
 #[test]
 fn measures_of_bodies_that_are_gone_are_left_out_of_a_saved_run() {
     let scene = Scene::from_toml(SCENE).unwrap();
-    let mut run = InteractiveRun::begin(&scene).unwrap();
+    let mut run = InteractiveRun::new(&scene).unwrap();
     run.advance(EpochTime::from(0.7), &mut ()).unwrap();
     let removal = StageSpec {
         remove: vec!["hot".to_owned()],
@@ -384,7 +384,7 @@ fn a_thermostat_that_acts_for_ever_goes_on_in_a_stage_of_its_own() {
          thermostat = [{ tag = \"gas\", every = 1e-6, energy = 1.0 }]\n",
     )
     .unwrap();
-    let mut run = InteractiveRun::begin(&scene).unwrap();
+    let mut run = InteractiveRun::new(&scene).unwrap();
     run.advance(EpochTime::from(2.0), &mut ()).unwrap();
     assert!(!run.renew(&mut ()).unwrap() && run.stage() == 0);
     run.advance(EpochTime::from(2.6), &mut ()).unwrap();
@@ -401,7 +401,7 @@ fn an_edit_at_the_end_of_the_measured_stages_is_made_and_saved() {
          [[stage]]\nuntil = 1.0\n[[stage]]\nuntil = 2.0\nmeasure = false\n",
     )
     .unwrap();
-    let mut run = InteractiveRun::begin(&scene).unwrap();
+    let mut run = InteractiveRun::new(&scene).unwrap();
     // Less than a sample interval is left of the measured stage.
     run.advance(EpochTime::from(0.95), &mut ()).unwrap();
     let heat = HeatSpec {
@@ -465,7 +465,7 @@ fn a_call_far_from_its_end_returns_within_its_limit_and_goes_on_later() {
     let gas =
         Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 400").unwrap();
     let mut cut = InteractiveRun::begin_within(&gas, limit(Duration::ZERO)).unwrap();
-    let mut whole = InteractiveRun::begin(&gas).unwrap();
+    let mut whole = InteractiveRun::new(&gas).unwrap();
     let until = EpochTime::from(0.7);
     let mut calls = 1;
     while !cut.advance(until, &mut ()).unwrap() {
@@ -523,7 +523,7 @@ fn an_edit_after_an_action_of_a_rare_thermostat_is_made_at_once_and_replayed_to_
         energy: None,
         temperature: Some(2.0),
     };
-    let mut run = InteractiveRun::begin(&scene).unwrap();
+    let mut run = InteractiveRun::new(&scene).unwrap();
     run.advance(EpochTime::from(0.4), &mut ()).unwrap();
     run.edit(&StageSpec::default(), Some(&[rare]), &mut ())
         .unwrap();
@@ -558,7 +558,7 @@ fn an_edit_after_an_action_of_a_rare_thermostat_is_made_at_once_and_replayed_to_
 #[test]
 fn the_command_of_a_saved_run_is_quoted_for_a_shell() {
     let root = tempfile::tempdir().unwrap();
-    let run = InteractiveRun::begin(&parallel_discs(1.0)).unwrap();
+    let run = InteractiveRun::new(&parallel_discs(1.0)).unwrap();
     let folder = root.path().join("it's $(here)");
     let saved = run.save(&folder).unwrap();
     assert!(
@@ -575,7 +575,7 @@ fn the_command_of_a_saved_run_is_quoted_for_a_shell() {
 #[test]
 fn measures_begun_meanwhile_are_measured_by_the_saved_run() {
     let scene = Scene::from_toml(SCENE).unwrap();
-    let mut run = InteractiveRun::begin(&scene).unwrap();
+    let mut run = InteractiveRun::new(&scene).unwrap();
     run.advance(EpochTime::from(0.7), &mut ()).unwrap();
     let measure = |kind: &str, of: Option<&str>, interval: f64| {
         let of = of.map(str::to_owned);

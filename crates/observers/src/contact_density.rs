@@ -107,7 +107,7 @@ impl ContactDensity {
         let bare = Bin::default();
         let mut atoms = Vec::new();
         if !body.is_wall() {
-            let region = ExcludedRegion::of(molecule, radius)?;
+            let region = ExcludedRegion::new(molecule, radius)?;
             atoms.resize(molecule.atoms().len(), vec![bare; bins]);
             // A disc may have been placed in a pocket, where it touches the boundary.
             for arc in region.arcs().iter().chain(region.hidden_arcs()) {

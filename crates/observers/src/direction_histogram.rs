@@ -70,15 +70,15 @@ impl Watched {
 impl DirectionHistogram {
     /// An empty histogram for one body, with at least one bin: `bins` = 0 is taken as 1.
     pub fn new(body: BodyKey, bins: usize) -> Self {
-        Self::of(Watched::Body(body), bins)
+        Self::watching(Watched::Body(body), bins)
     }
 
     /// An empty histogram for all bodies of a group but walls, with at least one bin.
     pub fn of_group(group: Group, bins: usize) -> Self {
-        Self::of(Watched::Group(group), bins)
+        Self::watching(Watched::Group(group), bins)
     }
 
-    fn of(watched: Watched, bins: usize) -> Self {
+    fn watching(watched: Watched, bins: usize) -> Self {
         let bins = bins.max(1);
         Self {
             watched,

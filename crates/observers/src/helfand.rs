@@ -135,7 +135,7 @@ impl HelfandMoment {
     /// # Errors
     /// [`GeometryError::NotPositive`] if `spacing` or `longest` is not positive and finite.
     pub fn new(spacing: f64, longest: f64) -> Result<Self, GeometryError> {
-        Self::of(Current::Momentum, spacing, longest)
+        Self::with_current(Current::Momentum, spacing, longest)
     }
 
     /// M of the energy, with lags as in [`Self::new`].
@@ -162,10 +162,10 @@ impl HelfandMoment {
     /// # Errors
     /// [`GeometryError::NotPositive`] if `spacing` or `longest` is not positive and finite.
     pub fn of_energy(spacing: f64, longest: f64) -> Result<Self, GeometryError> {
-        Self::of(Current::Energy, spacing, longest)
+        Self::with_current(Current::Energy, spacing, longest)
     }
 
-    fn of(current: Current, spacing: f64, longest: f64) -> Result<Self, GeometryError> {
+    fn with_current(current: Current, spacing: f64, longest: f64) -> Result<Self, GeometryError> {
         let (clock, lags) = Lags::new(spacing, longest)?;
         Ok(Self {
             current,

@@ -116,7 +116,7 @@ impl Pressure {
     }
 
     /// Begins an interval with these values of N kT and K.
-    fn begin(&mut self, view: &View<'_>, now: DVec2) {
+    fn open_interval(&mut self, view: &View<'_>, now: DVec2) {
         let thermal = OpenInterval::new(view.time(), now);
         self.interval = Some(Interval {
             bounds: *view.bounds(),
@@ -134,7 +134,7 @@ impl Observer for Pressure {
             .as_mut()
             .is_some_and(|interval| interval.thermal.go_on(time, now));
         if !goes_on {
-            self.begin(view, now);
+            self.open_interval(view, now);
         }
     }
 
@@ -165,7 +165,7 @@ impl Observer for Pressure {
                 });
             }
         }
-        self.begin(view, now);
+        self.open_interval(view, now);
     }
 }
 

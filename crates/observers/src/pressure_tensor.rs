@@ -136,7 +136,7 @@ impl PressureTensor {
     }
 
     /// Begins an interval with this value of Σ m v_a v_b.
-    fn begin(&mut self, view: &View<'_>, now: DMat2) {
+    fn open_interval(&mut self, view: &View<'_>, now: DMat2) {
         let momenta = OpenInterval::new(view.time(), now);
         self.interval = Some(Interval {
             bounds: *view.bounds(),
@@ -154,7 +154,7 @@ impl Observer for PressureTensor {
             .as_mut()
             .is_some_and(|interval| interval.momenta.go_on(time, now));
         if !goes_on {
-            self.begin(view, now);
+            self.open_interval(view, now);
         }
     }
 
@@ -191,7 +191,7 @@ impl Observer for PressureTensor {
                 self.series.push(point);
             }
         }
-        self.begin(view, now);
+        self.open_interval(view, now);
     }
 }
 

@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn every_atom_and_every_arc_is_drawn() {
         let tee = Molecule::named(Shape::Tee, 0.005, 2.0).unwrap();
-        let region = ExcludedRegion::of(&tee, 0.01).unwrap();
+        let region = ExcludedRegion::new(&tee, 0.01).unwrap();
         let picture = svg(&tee, &region, 0.01);
         let drawn = |picture: &str, element: &str| {
             picture[picture.find("</style>").unwrap()..]
@@ -114,7 +114,7 @@ mod tests {
         // The probe touches every atom; a larger probe would not touch the middle atom of the stem.
         assert_eq!(drawn(&picture, "dashed"), 1);
         let small = Molecule::named(Shape::Tee, 0.0025, 2.0).unwrap();
-        let picture = svg(&small, &ExcludedRegion::of(&small, 0.01).unwrap(), 0.01);
+        let picture = svg(&small, &ExcludedRegion::new(&small, 0.01).unwrap(), 0.01);
         assert_eq!(drawn(&picture, "dashed"), 2);
     }
 }

@@ -47,7 +47,7 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
             _ => groups.push(vec![column]),
         }
     }
-    let places = Places::of(abscissa, table.spacing);
+    let places = Places::new(abscissa, table.spacing);
     let mut charts = Vec::new();
     for group in &groups {
         if table.is_polar {
@@ -82,7 +82,7 @@ pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>
             continue;
         };
         let (places, ink) = (
-            Places::of(abscissa, table.spacing),
+            Places::new(abscissa, table.spacing),
             Ink::of_curve(index, tables.len()),
         );
         let value = &table.columns[place];
@@ -231,7 +231,7 @@ fn polar(table: &Table, group: &[&Column]) -> Result<Option<String>> {
 struct Places(Vec<Option<f64>>);
 
 impl Places {
-    fn of(abscissa: &Column, spacing: Spacing) -> Self {
+    fn new(abscissa: &Column, spacing: Spacing) -> Self {
         let is_placed = |x: &f64| spacing == Spacing::Linear || *x > 0.0;
         Self(
             abscissa

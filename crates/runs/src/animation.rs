@@ -160,7 +160,7 @@ fn encoded(animation: &Animation) -> Result<String> {
 /// Records a copy of the simulation that runs ahead.
 fn recorded(simulation: &AnySimulation) -> (FlightLog, Animation) {
     let view = simulation.view();
-    let part = VisibleRegion::of(&view);
+    let part = VisibleRegion::new(&view);
     let log = match &part {
         Some(part) => FlightLog::among(CAPACITY, part.bodies.iter().copied()),
         None => FlightLog::new(CAPACITY),
@@ -186,7 +186,7 @@ fn recorded(simulation: &AnySimulation) -> (FlightLog, Animation) {
     }
     drop(twin);
     let log = watching.0;
-    let animation = Animation::of(&view, part.as_ref(), log.flights(), until);
+    let animation = Animation::new(&view, part.as_ref(), log.flights(), until);
     (log, animation)
 }
 
@@ -214,7 +214,7 @@ fn end(view: &View<'_>) -> f64 {
 }
 
 impl Animation {
-    fn of(view: &View<'_>, part: Option<&VisibleRegion>, flights: &[Flight], until: f64) -> Self {
+    fn new(view: &View<'_>, part: Option<&VisibleRegion>, flights: &[Flight], until: f64) -> Self {
         let is_shown = |body: &Body| part.is_none_or(|part| part.has(body));
         let mut shapes: Vec<Shape> = Vec::new();
         let (mut bodies, mut number_of) = (Vec::new(), BTreeMap::new());

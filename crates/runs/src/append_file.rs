@@ -152,7 +152,7 @@ struct AppendFile {
 
 impl AppendFiles {
     /// An empty set of files.
-    pub fn begin(folder: &Folder) -> Self {
+    pub fn new(folder: &Folder) -> Self {
         Self {
             folder: folder.clone(),
             files: Vec::new(),
@@ -165,7 +165,7 @@ impl AppendFiles {
     /// # Errors
     /// A file is missing or shorter than at the checkpoint.
     pub fn resume(folder: &Folder, lengths: &[Length]) -> Result<Self> {
-        let mut resumed = Self::begin(folder);
+        let mut resumed = Self::new(folder);
         for length in lengths {
             let file = cut_back(&folder.file(&length.name)?, length)?;
             let (name, out) = (length.name.clone(), resumed.appender(file, length.bytes));
@@ -379,7 +379,7 @@ mod tests {
     fn rows_written_after_the_checkpoint_are_truncated_and_written_again() {
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-        let mut files = AppendFiles::begin(&folder);
+        let mut files = AppendFiles::new(&folder);
         files.append(&SQUARES, &[]).unwrap();
         files.append(&SQUARES, &[1.0, 2.0]).unwrap();
         files
@@ -447,7 +447,7 @@ mod tests {
                 "{words}"
             );
         };
-        let mut files = AppendFiles::begin(&folder);
+        let mut files = AppendFiles::new(&folder);
         files.append_new(&SQUARES, &[1.0, 2.0]).unwrap();
         let lengths = files.lengths().unwrap();
         OpenOptions::new()
@@ -476,7 +476,7 @@ mod tests {
     fn truncated_files_are_not_written_while_the_guard_lives() {
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-        let mut files = AppendFiles::begin(&folder);
+        let mut files = AppendFiles::new(&folder);
         files.append_new(&SQUARES, &[1.0]).unwrap();
         let mut checkpoint = CheckpointLengths::new(&files);
         checkpoint.set(Some(files.lengths().unwrap()));

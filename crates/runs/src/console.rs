@@ -82,7 +82,7 @@ pub fn main<P: Program>() -> ExitCode {
     let Console { quiet, json } = program.console();
     terminal::set_quiet(quiet);
     if json {
-        json_object::begin(&name);
+        json_object::start(&name);
     }
     let shown = if quiet || !program.shows_progress() {
         None
@@ -136,7 +136,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
     let printed = error.print().and_then(|()| stdout().flush());
     let mut code = u8::try_from(error.exit_code()).unwrap_or(2);
     if code != 0 && env::args_os().any(|word| word == "--json") {
-        json_object::begin("");
+        json_object::start("");
         let words = error.to_string().trim_end().to_owned();
         if let Some(object) = json_object::end(Err(words), code) {
             write_line(&object);

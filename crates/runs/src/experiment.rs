@@ -49,7 +49,7 @@ impl Experiment {
     ///
     /// # Errors
     /// The folder is not empty, cannot be written, or is in use by another process.
-    pub fn begin(destination: &Destination, opening: &Opening<'_>) -> Result<Self> {
+    pub fn start(destination: &Destination, opening: &Opening<'_>) -> Result<Self> {
         let claimed = Folder::claim(&destination.folder(opening.folder), destination.existing())?;
         Self::begin_in(claimed, opening, |_| Ok(WorkItems::default()))
     }
@@ -103,9 +103,9 @@ impl Experiment {
             note(opening.note);
         }
         // The manifest is the first file: a folder with any other and without it cannot be resumed.
-        let manifest = Manifest::begin(&folder, opening.command, opening.scenes)?;
+        let manifest = Manifest::write_new(&folder, opening.command, opening.scenes)?;
         folder.write("config.toml", &opening.configuration)?;
-        items.begin()?;
+        items.start()?;
         Ok(Self {
             folder,
             items,
@@ -211,7 +211,7 @@ mod tests {
             configuration: configuration("cargo xtask experiment none", "seed = 1\n"),
             scenes: &[],
         };
-        let experiment = Experiment::begin(&destination, &opening).unwrap();
+        let experiment = Experiment::start(&destination, &opening).unwrap();
         assert_eq!(
             experiment.folder.read("config.toml").unwrap(),
             "command = \"cargo xtask experiment none\"\nseed = 1\n"
@@ -219,11 +219,11 @@ mod tests {
         assert!(!Manifest::is_complete(&experiment.folder));
         assert!(Manifest::is_complete(&experiment.complete().unwrap()));
         assert!(
-            Experiment::begin(&destination, &opening).is_err(),
+            Experiment::start(&destination, &opening).is_err(),
             "nothing is overwritten without --force"
         );
         assert!(
-            Experiment::begin(
+            Experiment::start(
                 &Destination {
                     force: true,
                     ..destination

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 static OBJECT: Mutex<Option<Map<String, Value>>> = Mutex::new(None);
 
 /// Begins the object of a command.
-pub(crate) fn begin(command: &str) {
+pub(crate) fn start(command: &str) {
     *object() = Some(Map::from_iter([("command".to_owned(), command.into())]));
 }
 

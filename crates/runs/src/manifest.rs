@@ -94,15 +94,15 @@ impl Manifest {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn begin(folder: &Folder, again: &str, scenes: &[&Scene]) -> Result<Self> {
-        Self::begin_from(folder, again, scenes, None)
+    pub fn write_new(folder: &Folder, again: &str, scenes: &[&Scene]) -> Result<Self> {
+        Self::write_from(folder, again, scenes, None)
     }
 
     /// Writes the manifest of a run that begins now, from the state of another run.
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn begin_from(
+    pub fn write_from(
         folder: &Folder,
         again: &str,
         scenes: &[&Scene],
@@ -143,7 +143,7 @@ impl Manifest {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn begin_part(&self, folder: &Folder, again: &str) -> Result<Self> {
+    pub fn write_part(&self, folder: &Folder, again: &str) -> Result<Self> {
         let mut manifest = Self {
             again: again.to_owned(),
             ..self.clone()
@@ -265,7 +265,7 @@ mod tests {
         let read = || -> serde_json::Value {
             serde_json::from_str(&fs::read_to_string(root.path().join(MANIFEST)).unwrap()).unwrap()
         };
-        let manifest = Manifest::begin(&folder, "carom run", &[&scene]).unwrap();
+        let manifest = Manifest::write_new(&folder, "carom run", &[&scene]).unwrap();
         assert_eq!(read()["complete"], false);
         assert!(!Manifest::is_complete(&folder));
         manifest.complete(&folder, 1.5).unwrap();

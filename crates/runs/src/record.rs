@@ -67,7 +67,7 @@ pub fn description(scene: &Scene) -> String {
 impl Record {
     /// The record of one run. Figures and predictions that are not finite, such as a mean of
     /// nothing, are left out.
-    pub fn of(scene: &Scene, mut run: RunRecord) -> Self {
+    pub fn new(scene: &Scene, mut run: RunRecord) -> Self {
         run.leave_out_undefined();
         let replica = Replica {
             seed: scene.bounds.seed,
@@ -359,7 +359,7 @@ mod tests {
         let before = run.figures.len();
         run.figures
             .push(Figure::new("a mean of nothing", f64::NAN, "1"));
-        let again = Record::of(&scene(), run);
+        let again = Record::new(&scene(), run);
         assert_eq!(again.runs.values().next().unwrap().figures.len(), before);
         assert_eq!(encode(&again).unwrap(), encode(&record).unwrap());
     }

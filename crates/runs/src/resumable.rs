@@ -473,9 +473,9 @@ impl Task<'_> {
 
 impl<O: Observer + Serialize> Resumable<O> {
     /// A run at its beginning.
-    pub fn begin(task: &Task<'_>, mut simulation: AnySimulation, observers: O) -> Self {
+    pub fn new(task: &Task<'_>, mut simulation: AnySimulation, observers: O) -> Self {
         simulation.set_tiling(&task.method.tiling(task.threads));
-        let files = AppendFiles::begin(task.folder);
+        let files = AppendFiles::new(task.folder);
         let lengths = task.share(&files, None);
         Self {
             simulation,

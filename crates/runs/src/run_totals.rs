@@ -12,7 +12,7 @@ pub struct RunTotals {
 
 impl RunTotals {
     /// Starts from the present energy.
-    pub fn begin(view: &View<'_>) -> Self {
+    pub fn new(view: &View<'_>) -> Self {
         let mut totals = Self::default();
         totals.energy.sample(view);
         totals

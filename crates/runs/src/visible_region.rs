@@ -45,7 +45,7 @@ impl VisibleRegion {
     }
 
     /// Chooses the part of a system that a page shows; `None` for the whole system.
-    pub fn of(view: &View<'_>) -> Option<Self> {
+    pub fn new(view: &View<'_>) -> Option<Self> {
         if Self::is_all(view) {
             return None;
         }
@@ -137,7 +137,7 @@ impl VisibleRegion {
 
 /// Returns an SVG picture of the system, or of a part of it that a leading comment describes.
 pub fn picture_of(view: &View<'_>, size: u32) -> String {
-    let Some(part) = VisibleRegion::of(view) else {
+    let Some(part) = VisibleRegion::new(view) else {
         return picture(view, size);
     };
     let VisibleRegion { centre, half, .. } = part;
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn a_small_system_is_shown_whole() {
         let small = simulation("[[gas]]\nradius = 0.001\nmass = 1.0\nenergy = 1.0\ncount = 10000");
-        assert!(VisibleRegion::of(&small.view()).is_none());
+        assert!(VisibleRegion::new(&small.view()).is_none());
         assert_eq!(caption_of(&picture_of(&small.view(), 100)), "");
     }
 
@@ -243,7 +243,7 @@ mod tests {
             })
             .unwrap();
             // The whole box is shown.
-            assert!(VisibleRegion::of(&simulation.view()).is_none());
+            assert!(VisibleRegion::new(&simulation.view()).is_none());
             picture_of(&simulation.view(), 720)
         };
         let (one, two) = (drawn(vec![body(0.25)]), drawn(vec![body(0.25), body(0.75)]));
@@ -272,7 +272,7 @@ mod tests {
             ..Scene::default()
         };
         let simulation = AnySimulation::new(&scene).unwrap();
-        let part = VisibleRegion::of(&simulation.view()).unwrap();
+        let part = VisibleRegion::new(&simulation.view()).unwrap();
         assert!(
             part.half > 0.0 && part.margin >= 0.0,
             "{} {}",
@@ -290,7 +290,7 @@ mod tests {
         for scene in [gas.to_owned(), format!("{tee}{gas}")] {
             let simulation = simulation(&scene);
             let view = simulation.view();
-            let part = VisibleRegion::of(&view).unwrap();
+            let part = VisibleRegion::new(&view).unwrap();
             assert!(
                 (4000..=10_000).contains(&part.bodies.len()),
                 "{}",

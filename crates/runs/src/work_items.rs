@@ -83,7 +83,7 @@ impl WorkItems {
     ///
     /// # Errors
     /// The checkpoint cannot be written.
-    pub fn begin(&self) -> Result<()> {
+    pub fn start(&self) -> Result<()> {
         let mut finished = self.lock();
         self.save(&mut finished)?;
         // Makes the first finished item write a checkpoint at once.
@@ -204,7 +204,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
         let first = items(&folder, "a run", false).unwrap();
-        first.begin().unwrap();
+        first.start().unwrap();
         let sum: f64 = 0.1 + 0.2;
         assert_eq!(
             first.finish("a", || Ok(vec![sum, -0.0])).unwrap(),
@@ -241,7 +241,7 @@ mod tests {
         );
         let forced = items(&folder, "another", false).unwrap();
         assert!(!forced.has("a"));
-        forced.begin().unwrap();
+        forced.start().unwrap();
         assert!(items(&folder, "another", true).is_ok());
     }
 }

@@ -175,7 +175,7 @@ fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> 
         second,
         panel,
     } = *choice;
-    let axis = Axis::of(&study.vary[first]);
+    let axis = Axis::new(&study.vary[first]);
     let names = second.map_or_else(
         || vec![String::new()],
         |second| setting_names(&study.vary[second]),
@@ -263,7 +263,7 @@ struct Axis {
 
 impl Axis {
     /// The first key, or the label, whose values are different numbers, or else names.
-    fn of(vary: &Vary) -> Self {
+    fn new(vary: &Vary) -> Self {
         let keys = if vary.names.is_none() {
             vary.keys.as_slice()
         } else {

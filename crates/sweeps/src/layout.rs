@@ -238,7 +238,7 @@ impl SweepFolder {
     ///
     /// # Errors
     /// It cannot be created.
-    pub fn begin(&self, work: Work) -> Result<Folder> {
+    pub fn partial_folder(&self, work: Work) -> Result<Folder> {
         self.point(work.key)?
             .unlisted(&replica_name(work.replica, PARTIAL))
     }

@@ -78,7 +78,7 @@ fn merge_sweeps(paths: &[PathBuf], destination: &Destination) -> Result<Verdict>
     target.write_study(&study)?;
     target.write_shards(&shards)?;
     let again = merge::again(paths, &path);
-    let manifest = Manifest::begin(&target.folder, &again, &[])?;
+    let manifest = Manifest::write_new(&target.folder, &again, &[])?;
     let pool = threads(None)?;
     let mut remarks = copy(&study, &sources, &target, &pool)?;
     remarks.notes.extend(in_use);

@@ -30,7 +30,7 @@ pub struct MissingOfPoint<'a> {
 
 impl Missing {
     /// What points lack. `shards` are those that were found.
-    pub fn of(study: &Study, points: &[PointResults], shards: &Shards) -> Self {
+    pub fn new(study: &Study, points: &[PointResults], shards: &Shards) -> Self {
         let mut replicas = BTreeMap::new();
         for results in points {
             let lacking = (1..=study.replicas)

@@ -19,7 +19,7 @@ use crate::hash::{fnv1a, mixed};
 pub struct Key(u64);
 
 impl Key {
-    fn of(scene: &Scene) -> Self {
+    fn new(scene: &Scene) -> Self {
         Self(fnv1a(description(scene).as_bytes()))
     }
 }
@@ -82,7 +82,7 @@ impl Point {
         (scene.run.animation, scene.run.animation_from) = (true, 0.0);
         (scene.run.snapshots, scene.run.snapshot_interval) = (None, None);
         Ok(Self {
-            key: Key::of(&scene),
+            key: Key::new(&scene),
             values,
             label,
             scene,

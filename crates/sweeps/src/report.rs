@@ -67,7 +67,7 @@ pub fn write(
     pool: &ThreadPool,
 ) -> Result<Verdict> {
     let points = results::of_points(sweep, study, (&manifest, again), pool)?;
-    let missing = Missing::of(study, &points, shards);
+    let missing = Missing::new(study, &points, shards);
     let more = remarks.failures.len().saturating_sub(MAX_FAILURES);
     remarks.failures.truncate(MAX_FAILURES);
     if more > 0 {
@@ -161,7 +161,7 @@ fn summary(study: &Study, points: &[PointResults]) -> Summary {
             .find(|note| !note.is_empty())
             .cloned()
             .unwrap_or_default(),
-        totals: Totals::of(&totals),
+        totals: Totals::sum(&totals),
         checks: [results::checks(points), results::expected(points)].concat(),
         figures: Vec::new(),
         runs: Vec::new(),

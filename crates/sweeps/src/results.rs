@@ -142,13 +142,13 @@ fn of_point(
     };
     let plural = if replicas.len() == 1 { "" } else { "s" };
     let title = format!("{label}: {} replica{plural}", replicas.len());
-    let merged = MergedRuns::of(&record, title, seconds);
+    let merged = MergedRuns::new(&record, title, seconds);
     let folder = sweep.point(key)?;
     let source = Seal::of_source(&merged.summary.title, &record)?;
     if !Seal::is_intact(&folder, source) {
         // Removed first: what is half written is never taken for current.
         Seal::remove(&folder)?;
-        let manifest = manifest.begin_part(&folder, again)?;
+        let manifest = manifest.write_part(&folder, again)?;
         merged.write(&record, &folder)?;
         manifest.complete(&folder, seconds)?;
         Seal::write(&folder, source)?;

@@ -111,7 +111,7 @@ fn run_all(studies: &[PathBuf], options: &Options) -> Result<Verdict> {
     let path = resumption.folder("out/sweeps");
     let (folder, _lock) = claim(&path, &distinct, resumption.existing())?;
     let again = sweep::command(studies, options, &path);
-    let manifest = Manifest::begin(&folder, &again, &[])?;
+    let manifest = Manifest::write_new(&folder, &again, &[])?;
     folder.write_json(STUDIES, &names)?;
     let begun = ProcessTime::now();
     let mut rows = Vec::new();

@@ -176,7 +176,7 @@ pub fn run_study(named: &Named<'_>, how: &How) -> Result<Verdict> {
         sweep.write_shards(&shards)?;
     }
     let again = (named.command)(&path);
-    let manifest = Manifest::begin(&sweep.folder, &again, &[])?;
+    let manifest = Manifest::write_new(&sweep.folder, &again, &[])?;
     let failures = execute(&sweep, study, &work, how, (&signals, &pool))?;
     let remarks = Remarks {
         failures: failures.iter().map(words).collect(),

@@ -26,7 +26,7 @@ pub enum Predicted {
 }
 
 impl Predicted {
-    fn of(figure: &Figure) -> Self {
+    fn new(figure: &Figure) -> Self {
         match figure.prediction {
             _ if figure.is_test => Self::Tested,
             Some(_) => Self::Known,
@@ -83,7 +83,7 @@ pub fn quantities(points: &[PointResults]) -> Vec<Quantity> {
             quantity.name = pattern;
         }
         quantity.has_error |= figure.standard_error.is_some();
-        quantity.predicted = quantity.predicted.max(Predicted::of(figure));
+        quantity.predicted = quantity.predicted.max(Predicted::new(figure));
         quantity.varies |= (figure.value - *first).abs() > ROUNDING * first.abs();
     }
     all.into_iter().map(|(quantity, _)| quantity).collect()

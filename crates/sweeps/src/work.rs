@@ -134,7 +134,7 @@ impl Execution<'_> {
 
     fn one(&self, work: Work, shared: &Shared<'_>) {
         let of_point = &shared.points[&work.key];
-        let done = self.replica(work, &of_point.begin());
+        let done = self.replica(work, &of_point.start());
         of_point.end();
         let Err(error) = done else {
             return shared.whole.count(1);
@@ -165,7 +165,7 @@ impl Execution<'_> {
     fn replica(&self, work: Work, progress: &Progress) -> Result<()> {
         let point = self.points[&work.key];
         let name = || format!("point {}, replica {}", point.label, work.replica);
-        let folder = self.sweep.begin(work)?;
+        let folder = self.sweep.partial_folder(work)?;
         let scene = point.replica(work.replica);
         let (checkpoint_every, signals) = (self.checkpoint_every, self.signals);
         let replica = Replica {
@@ -200,7 +200,7 @@ pub fn remove_folder(path: &Path) -> Result<()> {
 }
 
 impl PointProgress<'_> {
-    fn begin(&self) -> Arc<Progress> {
+    fn start(&self) -> Arc<Progress> {
         let mut shown = lock(&self.shown);
         let all = self.point.scene.run.until * shown.left as f64;
         let new = || Arc::new(Lines::default().add(&self.point.short_label(), all));

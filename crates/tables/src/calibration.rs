@@ -84,7 +84,7 @@ impl Calibration {
     /// let of = |error: f64| Calibration::of("x", &[row(error)]).expect("40 replicas").result;
     /// assert_eq!((of(11.0), of(5.0), of(20.0)), (Calibrated::Fine, Calibrated::Flagged, Calibrated::Flagged));
     /// ```
-    pub fn of(name: &str, rows: &[Vec<Measured>]) -> Option<Self> {
+    pub fn new(name: &str, rows: &[Vec<Measured>]) -> Option<Self> {
         let replicas = rows.iter().map(Vec::len).max()?;
         let tested = rows
             .iter()
@@ -251,7 +251,7 @@ mod tests {
                 .collect(),
         );
         rows.push(vec![(2.0, Some(0.0)); 101]);
-        let found = Calibration::of("x", &rows).unwrap();
+        let found = Calibration::new("x", &rows).unwrap();
         assert_eq!(
             (found.rows, found.rare, found.result),
             (6, 1, Calibrated::Fine)
@@ -260,17 +260,17 @@ mod tests {
         // One row with errors three times too large is found.
         rows[2] = row(2, 3.0 * scatter);
         assert_eq!(
-            Calibration::of("x", &rows).unwrap().result,
+            Calibration::new("x", &rows).unwrap().result,
             Calibrated::Flagged
         );
         assert_eq!(
-            Calibration::of("x", &[vec![(2.0, Some(0.0)); 50]])
+            Calibration::new("x", &[vec![(2.0, Some(0.0)); 50]])
                 .unwrap()
                 .result,
             Calibrated::Exact
         );
         assert_eq!(
-            Calibration::of("x", &[row(0, scatter)[..29].to_vec()]),
+            Calibration::new("x", &[row(0, scatter)[..29].to_vec()]),
             None
         );
     }

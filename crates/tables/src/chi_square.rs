@@ -11,7 +11,7 @@ pub struct ChiSquare {
 
 impl ChiSquare {
     /// Compares counts with the expected share of each bin; bins of share 0 are omitted.
-    pub fn of(counts: &[u64], shares: &[f64]) -> Self {
+    pub fn new(counts: &[u64], shares: &[f64]) -> Self {
         let total: u64 = counts.iter().sum();
         let bins = || counts.iter().zip(shares).filter(|(_, share)| **share > 0.0);
         let term = |(&count, &share): (&u64, &f64)| {
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn the_statistic_is_that_of_pearson() {
-        let found = ChiSquare::of(&[10, 20, 30, 7], &[0.25, 0.25, 0.5, 0.0]);
+        let found = ChiSquare::new(&[10, 20, 30, 7], &[0.25, 0.25, 0.5, 0.0]);
         // The total is 67; expected are 16.75, 16.75 and 33.5.
         close(
             found.value,

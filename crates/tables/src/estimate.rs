@@ -32,7 +32,7 @@ struct Deviations {
 
 impl Deviations {
     /// `None` if the sum of the weights is not positive and finite.
-    fn of(blocks: &[[f64; 2]]) -> Option<Self> {
+    fn new(blocks: &[[f64; 2]]) -> Option<Self> {
         let sum: f64 = blocks.iter().map(|block| block[0]).sum();
         let weight: f64 = blocks.iter().map(|block| block[1]).sum();
         (weight > 0.0 && weight.is_finite()).then_some(())?;
@@ -74,7 +74,7 @@ impl Estimate {
             weight,
             squares,
             ..
-        } = Deviations::of(&blocks)?;
+        } = Deviations::new(&blocks)?;
         Some(Self {
             mean: ratio,
             standard_error: (squares * count / (count - 1.0)).sqrt() / weight,
@@ -110,7 +110,7 @@ impl Estimate {
             weight,
             values,
             ..
-        } = Deviations::of(&blocks)?;
+        } = Deviations::new(&blocks)?;
         let total: f64 = blocks.iter().map(|[x, _]| x.abs()).sum();
         if values
             .iter()

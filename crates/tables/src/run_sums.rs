@@ -171,7 +171,7 @@ impl std::error::Error for MergeError {}
 
 impl MergedSums {
     /// The sums of one run.
-    pub fn of(replica: Replica, sums: RunSums) -> Self {
+    pub fn new(replica: Replica, sums: RunSums) -> Self {
         Self {
             runs: BTreeMap::from([(replica, sums)]),
         }
@@ -241,7 +241,7 @@ mod tests {
             vec![[0.6 * x, 1.1], [-x, 3.0]],
         ];
         let total = vec![[x, 2.1], [1e-16 * x, 5.0]];
-        MergedSums::of(
+        MergedSums::new(
             Replica {
                 seed: 7 - number % 3,
                 number,
@@ -346,7 +346,7 @@ mod tests {
             total: vec![[1.0, 1.0]],
             blocks: Vec::new(),
         };
-        let one = MergedSums::of(Replica { seed: 9, number: 9 }, one);
+        let one = MergedSums::new(Replica { seed: 9, number: 9 }, one);
         assert_eq!(all.merge(one), Err(MergeError::Quantities([2, 1])));
         assert_eq!(all, before);
     }

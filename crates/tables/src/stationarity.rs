@@ -73,7 +73,7 @@ impl Stationarity {
     /// assert!(!found.is_stationary && found.change < 0.0);
     /// assert!((4.0..20.0).contains(&found.settled_at.expect("it settles")));
     /// ```
-    pub fn of(runs: &[Vec<[f64; 2]>], span: [f64; 2]) -> Option<Self> {
+    pub fn new(runs: &[Vec<[f64; 2]>], span: [f64; 2]) -> Option<Self> {
         let count = runs
             .iter()
             .map(Vec::len)
@@ -192,7 +192,7 @@ mod tests {
         let mut random = Random(0x9E37_79B9_7F4A_7C15);
         let (mut changing, mut settled) = (0, 0);
         for _ in 0..400 {
-            let found = Stationarity::of(&[run(&mut random, memory, mean)], [0.0, 1.0]).unwrap();
+            let found = Stationarity::new(&[run(&mut random, memory, mean)], [0.0, 1.0]).unwrap();
             changing += u32::from(!found.is_stationary);
             settled += u32::from(found.settled_at.is_some_and(|at| (0.05..0.5).contains(&at)));
         }
@@ -216,7 +216,7 @@ mod tests {
         let mut random = Random(11);
         let of = |memory: f64, random: &mut Random| {
             let found: Vec<Stationarity> = (0..100)
-                .map(|_| Stationarity::of(&[run(random, memory, |_| 100.0)], [0.0, 64.0]).unwrap())
+                .map(|_| Stationarity::new(&[run(random, memory, |_| 100.0)], [0.0, 64.0]).unwrap())
                 .collect();
             let times = found.iter().filter_map(|one| one.correlation_time);
             let independent = found.iter().map(|one| one.independent_blocks).sum::<f64>() / 100.0;
@@ -241,20 +241,20 @@ mod tests {
             .map(|_| run(&mut random, 0.0, |t| 100.0 - 0.8 * t))
             .collect();
         assert!(
-            Stationarity::of(&runs[..1], [0.0, 1.0])
+            Stationarity::new(&runs[..1], [0.0, 1.0])
                 .unwrap()
                 .is_stationary
         );
-        let found = Stationarity::of(&runs, [0.0, 1.0]).unwrap();
+        let found = Stationarity::new(&runs, [0.0, 1.0]).unwrap();
         assert!(!found.is_stationary && found.change < 0.0);
     }
 
     #[test]
     fn few_blocks_and_constants_are_not_judged() {
         let constant = |count: usize| vec![[1.0, 1.0]; count];
-        assert_eq!(Stationarity::of(&[constant(31)], [0.0, 1.0]), None);
-        assert_eq!(Stationarity::of(&[constant(64)], [0.0, 1.0]), None);
-        assert_eq!(Stationarity::of(&[vec![[1.0, 0.0]; 64]], [0.0, 1.0]), None);
-        assert_eq!(Stationarity::of(&[], [0.0, 1.0]), None);
+        assert_eq!(Stationarity::new(&[constant(31)], [0.0, 1.0]), None);
+        assert_eq!(Stationarity::new(&[constant(64)], [0.0, 1.0]), None);
+        assert_eq!(Stationarity::new(&[vec![[1.0, 0.0]; 64]], [0.0, 1.0]), None);
+        assert_eq!(Stationarity::new(&[], [0.0, 1.0]), None);
     }
 }

@@ -205,7 +205,7 @@ pub struct Totals {
 
 impl Totals {
     /// Totals of several runs, which may differ in speed.
-    pub fn of(runs: &[Self]) -> Self {
+    pub fn sum(runs: &[Self]) -> Self {
         let seconds: f64 = runs.iter().map(Self::cpu_seconds).sum();
         let collisions: u64 = runs.iter().map(|run| run.collisions).sum();
         Self {
@@ -331,7 +331,7 @@ pub struct SummaryFile<'a> {
 
 impl<'a> SummaryFile<'a> {
     /// The file of a summary.
-    pub fn of(summary: &'a Summary) -> Self {
+    pub fn new(summary: &'a Summary) -> Self {
         Self {
             summary,
             stationary: are_stationary(&summary.figures),
@@ -452,7 +452,7 @@ mod tests {
             max_overlap: 0.0,
         };
         // 100 in 1 s and 100 in 4 s.
-        let totals = Totals::of(&[run(100, 100.0, 0), run(100, 25.0, 3)]);
+        let totals = Totals::sum(&[run(100, 100.0, 0), run(100, 25.0, 3)]);
         assert_eq!(totals.collisions_per_second, 40.0);
         assert_eq!(
             (
@@ -464,7 +464,7 @@ mod tests {
         );
         assert_eq!(totals.energy_drift, 100.0 * 1e-20);
         assert!(totals.checks().iter().any(|check| !check.passed));
-        assert_eq!(Totals::of(&[]).collisions_per_second, 0.0);
+        assert_eq!(Totals::sum(&[]).collisions_per_second, 0.0);
     }
 
     #[test]

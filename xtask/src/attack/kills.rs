@@ -106,7 +106,7 @@ impl Case {
 impl Kills {
     fn attack(&self, case: &Case) -> Result<Option<Failure>> {
         let target = target(&case.target)?;
-        let duration = self.references.of(target)?.duration;
+        let duration = self.references.reference(target)?.duration;
         let place = self.references.place(target)?;
         for (index, stroke) in case.strokes.iter().enumerate() {
             let words = if index == 0 {

@@ -130,7 +130,7 @@ impl Machines {
     fn attack(&self, case: &Case) -> Result<Option<Failure>> {
         let scenario = case.scenario;
         let (goal, words) = (scenario.target()?, scenario.words()?);
-        let duration = self.references.of(goal)?.duration;
+        let duration = self.references.reference(goal)?.duration;
         let place = self.references.place(goal)?;
         match scenario {
             Scenario::Resume => {

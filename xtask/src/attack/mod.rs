@@ -147,25 +147,25 @@ fn attack(kind: Kind, options: &Options) -> Result<Rows> {
         }
     };
     match kind {
-        Kind::Kills => of(&Kills { references }, options),
-        Kind::Files => of(&Files::new(kept), options),
+        Kind::Kills => rows_of(&Kills { references }, options),
+        Kind::Files => rows_of(&Files::new(kept), options),
         Kind::Faults | Kind::Power | Kind::Machines => match (kind, with_library(kind)) {
             (_, None) => Ok(Rows::new()),
-            (Kind::Faults, Some(library)) => of(
+            (Kind::Faults, Some(library)) => rows_of(
                 &Faults {
                     references,
                     library,
                 },
                 options,
             ),
-            (Kind::Power, Some(library)) => of(
+            (Kind::Power, Some(library)) => rows_of(
                 &Power {
                     references,
                     library,
                 },
                 options,
             ),
-            (_, Some(library)) => of(
+            (_, Some(library)) => rows_of(
                 &Machines {
                     references,
                     library,
@@ -181,7 +181,7 @@ fn kept(file: &Path) -> PathBuf {
     file.with_extension("replayed")
 }
 
-fn of<A: Attack>(attack: &A, options: &Options) -> Result<Rows> {
+fn rows_of<A: Attack>(attack: &A, options: &Options) -> Result<Rows> {
     if let Some(file) = &options.replay {
         return campaign::replay(attack, file);
     }

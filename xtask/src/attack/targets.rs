@@ -263,7 +263,7 @@ impl References {
     ///
     /// # Errors
     /// It fails, or leaves a torn file.
-    pub fn of(&self, target: &Target) -> Result<Arc<Reference>> {
+    pub fn reference(&self, target: &Target) -> Result<Arc<Reference>> {
         // Held meanwhile, so that no run is made twice.
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(reference) = known.get(target.name) {
@@ -296,7 +296,7 @@ impl References {
     /// # Errors
     /// It cannot be written, or the undisturbed run fails.
     pub fn place(&self, target: &Target) -> Result<Place> {
-        let reference = self.of(target)?;
+        let reference = self.reference(target)?;
         let place = Place::new(self.kept.as_deref())?;
         for words in target.before {
             let name = words.rsplit_once("--out ").map_or(OUT, |(_, name)| name);
@@ -340,7 +340,7 @@ impl References {
         if !target.is_repeatable {
             return Ok(None);
         }
-        let expected = &self.of(target)?.contents;
+        let expected = &self.reference(target)?.contents;
         Ok(folder::difference(&folder::contents(&out)?, expected))
     }
 }

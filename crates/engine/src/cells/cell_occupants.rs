@@ -252,7 +252,7 @@ impl<'a> OccupantBlocks<'a> {
     /// The discs of the cell in a slot, with their flights, block by block; free lanes hold the
     /// dummy.
     #[inline(always)]
-    pub fn of(self, slot: u32) -> impl Iterator<Item = (&'a Flights, &'a [u32; DISC_LANES])> {
+    pub fn blocks(self, slot: u32) -> impl Iterator<Item = (&'a Flights, &'a [u32; DISC_LANES])> {
         let mut rest = IndexOrNone::new((slot & INDEX_MASK) as usize);
         std::iter::from_fn(move || {
             let block = rest.get()?;
@@ -324,7 +324,7 @@ mod tests {
                     let mut seen = Vec::new();
                     for slot in occupants.around([column, row]) {
                         let image = image_of(slot);
-                        for (eight, discs) in occupants.blocks().of(slot) {
+                        for (eight, discs) in occupants.blocks().blocks(slot) {
                             for (lane, &disc) in discs.iter().enumerate() {
                                 let flight = eight.map(|numbers| f64::from(numbers[lane]));
                                 prop_assert_eq!(flight[0].is_nan(), disc == dummy);

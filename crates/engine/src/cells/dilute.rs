@@ -136,7 +136,7 @@ impl<F: Frame> State<F> {
         let (mut slots, mut count) = ([0; DISC_LANES], 0);
         for cell in cells {
             let filter = filter.for_image(units, (cell >> INDEX_BITS) as usize);
-            for (flights, discs) in blocks.of(cell) {
+            for (flights, discs) in blocks.blocks(cell) {
                 let mut near = kernel.near(&filter, flights) | all_lanes;
                 while near != 0 {
                     let other = discs[near.trailing_zeros() as usize % DISC_LANES];

@@ -39,7 +39,7 @@ pub(super) struct NeighbourLists<F = WholeBox> {
 
 impl<F: Frame> NeighbourLists<F> {
     /// Empty lists of a frame.
-    pub fn of(frame: F) -> Self {
+    pub fn new(frame: F) -> Self {
         Self {
             frame,
             ..Self::default()
@@ -70,7 +70,7 @@ impl<F: Frame> NeighbourLists<F> {
         if should_be_wide != self.is_wide {
             *self = Self {
                 is_wide: should_be_wide,
-                ..Self::of(self.frame.clone())
+                ..Self::new(self.frame.clone())
             };
             self.lay_out(columns, rows, dummy);
             discs.for_each(|(disc, cell)| self.enter(disc, cell));

@@ -99,7 +99,7 @@ impl<F: Frame> State<F> {
             windings: Vec::new(),
             wrapped: Wrapped::default(),
             calendar: Calendar::default(),
-            neighbour_lists: NeighbourLists::of(frame),
+            neighbour_lists: NeighbourLists::new(frame),
             occupants: CellOccupants::default(),
             molecules: Molecules::default(),
             multi_cell: MultiCellBodies::default(),
@@ -123,7 +123,7 @@ impl<F: Frame> State<F> {
                 .iter()
                 .map(|winding| winding.map(|boxes| boxes as i16)),
         );
-        self.wrapped.begin(world.bodies().len());
+        self.wrapped.start(world.bodies().len());
         self.records.clear();
         self.records.reserve_exact(world.bodies().len() + 1);
         for (body, motion) in world.bodies().iter().zip(world.motions()) {
@@ -196,7 +196,7 @@ impl<F: Frame> State<F> {
         self.windings = Vec::new();
         self.wrapped = Wrapped::default();
         self.calendar = Calendar::default();
-        self.neighbour_lists = NeighbourLists::of(self.neighbour_lists.frame().clone());
+        self.neighbour_lists = NeighbourLists::new(self.neighbour_lists.frame().clone());
     }
 
     /// Lists the bodies that live in cells, in their cells.

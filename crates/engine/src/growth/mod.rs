@@ -167,10 +167,10 @@ impl Growth {
     /// [`SceneError`], with the name of the entry, if the scene cannot be built at any density, or
     /// if the gases cover more than the box.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
-        Self::begin(scene, Contents::new(scene)?)
+        Self::from_contents(scene, Contents::new(scene)?)
     }
 
-    pub(crate) fn begin(scene: &Scene, contents: Contents) -> Result<Self, SceneError> {
+    pub(crate) fn from_contents(scene: &Scene, contents: Contents) -> Result<Self, SceneError> {
         dilute::refuse_impossible(&contents)?;
         let held = held(&contents.singles.world);
         let (scale, motions) = dilute::place(scene, &held, &contents.species)?;
@@ -194,7 +194,7 @@ impl Growth {
         full: SceneError,
     ) -> Result<Self, SceneError> {
         if dilute::may_fit(&contents) {
-            Self::begin(scene, contents)
+            Self::from_contents(scene, contents)
         } else {
             Err(full)
         }

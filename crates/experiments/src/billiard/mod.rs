@@ -136,7 +136,7 @@ impl Options {
         );
         let named = self.molecule.read(ATOM_MASS)?;
         let region =
-            ExcludedRegion::of(&named.molecule, self.gas_radius).context("--gas-radius")?;
+            ExcludedRegion::new(&named.molecule, self.gas_radius).context("--gas-radius")?;
         let reach = named.molecule.bounding_radius() + self.gas_radius;
         let obstacles = Obstacles::new(self.layout, self.obstacles, self.side, reach)?;
         let turns = self.moves == Mover::Molecule && !named.molecule.is_round();

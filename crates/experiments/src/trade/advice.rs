@@ -202,9 +202,9 @@ mod tests {
             ..Tally::default()
         };
         let found = |knob: Knob, rounds: &[f64]| KnobResult {
-            time: TimeRatio::of(rounds.to_vec()),
+            time: TimeRatio::new(rounds.to_vec()),
             tally,
-            ..KnobResult::of(knob)
+            ..KnobResult::new(knob)
         };
         let portable_knob = Knob {
             name: "portable".to_owned(),

@@ -6,7 +6,7 @@ use anyhow::Result;
 use carom::{Scene, View};
 use carom_runs::price::{Setting, State};
 
-use crate::time_reversal::{MAX_MAGNITUDE, line, loschmidt_echo};
+use crate::time_reversal::{MAX_DISTANCE, line, loschmidt_echo};
 
 /// Why no run of a scene can be reversed; `None` if all can. `view` is that of its bodies.
 pub fn irreversible(scene: &Scene, view: &View<'_>) -> Option<String> {
@@ -89,7 +89,7 @@ pub fn returns(setting: &Setting, states: &[State], deadline: Instant) -> Result
             starts += 1.0;
         }
         let (collisions, log) = (collisions / starts, log / starts);
-        if log >= MAX_MAGNITUDE.ln() {
+        if log >= MAX_DISTANCE.ln() {
             found.lost = found.points.is_empty().then_some(log);
             break;
         }

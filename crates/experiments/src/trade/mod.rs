@@ -64,7 +64,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let scene = options.file.read(None)?;
     options.destination.check(&options.folder())?;
     let signals = OnlyAtEnd::watch()?;
-    let prepared = begin(options, &scene, begun, seconds)?;
+    let prepared = start(options, &scene, begun, seconds)?;
     let experiment = Experiment::reserve(
         &options.destination,
         &Opening {
@@ -112,7 +112,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
 }
 
 /// Places the scene, runs to its first state, and plans the rest of the time.
-fn begin<'a>(
+fn start<'a>(
     options: &Options,
     scene: &'a Scene,
     begun: Instant,
@@ -127,7 +127,7 @@ fn begin<'a>(
             options.minutes
         )
     })?;
-    let course = Course::begin(scene, simulation)?;
+    let course = Course::new(scene, simulation)?;
     let left = || (1.0 - RESERVE) * seconds - begun.elapsed().as_secs_f64();
     let mut along = Along::settle(scene, course, plan::from_now(SETTLED * left()))?;
     let view = along.course.simulation().view();

@@ -126,7 +126,7 @@ pub fn measure(
     deadline: Instant,
 ) -> Result<Physics> {
     let mut course = Course::resume(suited, setting, state)?;
-    let mut measures = Measures::begin(suited, &course.simulation().view())?;
+    let mut measures = Measures::new(suited, &course.simulation().view())?;
     measures.start(&course.simulation().view());
     measures.sample(&course.simulation().view());
     let begin = state.time();

@@ -69,7 +69,7 @@ impl SceneResult {
 
 impl KnobResult {
     /// Results without a measurement yet.
-    pub fn of(knob: Knob) -> Self {
+    pub fn new(knob: Knob) -> Self {
         Self {
             knob,
             time: None,

@@ -80,7 +80,7 @@ pub fn of_scene(given: Prepared<'_>, plan: &Plan, progress: &Progress) -> Result
         .bodies()
         .filter(|body| !body.body.is_fixed())
         .count();
-    let mut found: Vec<KnobResult> = knobs.into_iter().map(KnobResult::of).collect();
+    let mut found: Vec<KnobResult> = knobs.into_iter().map(KnobResult::new).collect();
     let (nanoseconds, turn) = times(&given, plan, &mut found, progress)?;
     let exact = exact_logs(&given, plan)?;
     let duration = physics_duration(&given, plan);
@@ -143,7 +143,7 @@ fn times(
     progress: &Progress,
 ) -> Result<(f64, f64)> {
     let first = &given.states[0];
-    let mut exact = TimedRun::begin(
+    let mut exact = TimedRun::new(
         given.scene,
         Setting::default(),
         first,

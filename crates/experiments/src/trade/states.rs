@@ -248,7 +248,7 @@ mod tests {
         )
         .unwrap();
         let soon = Instant::now() + Duration::from_mins(1);
-        let course = Course::begin(&scene, build(&scene, soon).unwrap().unwrap()).unwrap();
+        let course = Course::new(&scene, build(&scene, soon).unwrap().unwrap()).unwrap();
         let mut along = Along::settle(&scene, course, soon).unwrap();
         assert!((along.course.time() - 1.0).abs() < 1e-9 && along.end == 8.0);
         let mut states = along.take(&scene, 6, 60.0).unwrap();

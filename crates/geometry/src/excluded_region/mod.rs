@@ -51,7 +51,7 @@ impl ExcludedRegion {
     /// # Errors
     /// [`GeometryError::OutOfRange`] if the radius is negative, NaN, infinite or beyond 1e60;
     /// [`GeometryError::Wall`] for a wall, which is not made of discs.
-    pub fn of(molecule: &Molecule, radius: f64) -> Result<Self, GeometryError> {
+    pub fn new(molecule: &Molecule, radius: f64) -> Result<Self, GeometryError> {
         let name = "the radius of a probe";
         check_length(name, radius)?;
         if radius < 0.0 {

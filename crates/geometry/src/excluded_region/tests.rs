@@ -6,7 +6,7 @@ use super::*;
 use crate::{Atom, Shape};
 
 fn region(shape: Shape, atom_radius: f64, radius: f64) -> ExcludedRegion {
-    ExcludedRegion::of(&Molecule::named(shape, atom_radius, 2.0).unwrap(), radius).unwrap()
+    ExcludedRegion::new(&Molecule::named(shape, atom_radius, 2.0).unwrap(), radius).unwrap()
 }
 
 fn discs(discs: &[(f64, f64, f64)]) -> Result<Molecule, GeometryError> {
@@ -147,7 +147,7 @@ fn a_ring_has_a_pocket_that_nothing_reaches() {
 fn an_island_in_a_pocket_is_unreachable() {
     let mut atoms = Shape::Ring(12).atoms(0.5, 1.0).unwrap();
     atoms.push(Atom::new(DVec2::ZERO, 0.3, 1.0).unwrap());
-    let island = ExcludedRegion::of(&Molecule::new(atoms).unwrap(), 0.2).unwrap();
+    let island = ExcludedRegion::new(&Molecule::new(atoms).unwrap(), 0.2).unwrap();
     let ring = region(Shape::Ring(12), 0.5, 0.2);
     assert_eq!(island.unreachable(), [12]);
     close(island.perimeter(), ring.perimeter());
@@ -159,7 +159,7 @@ fn an_island_in_a_pocket_is_unreachable() {
 #[test]
 fn parts_that_stand_apart_are_all_reached() {
     let apart =
-        ExcludedRegion::of(&discs(&[(0.0, 0.0, 0.5), (5.0, 0.0, 1.0)]).unwrap(), 0.25).unwrap();
+        ExcludedRegion::new(&discs(&[(0.0, 0.0, 0.5), (5.0, 0.0, 1.0)]).unwrap(), 0.25).unwrap();
     close(apart.perimeter(), TAU * 2.0);
     close(apart.area(), PI * (0.75 * 0.75 + 1.25 * 1.25));
     assert!(!apart.contains(DVec2::ZERO));
@@ -168,7 +168,7 @@ fn parts_that_stand_apart_are_all_reached() {
 #[test]
 fn an_atom_inside_another_is_unreachable() {
     let region =
-        ExcludedRegion::of(&discs(&[(0.0, 0.0, 1.0), (0.3, 0.0, 0.1)]).unwrap(), 0.5).unwrap();
+        ExcludedRegion::new(&discs(&[(0.0, 0.0, 1.0), (0.3, 0.0, 0.1)]).unwrap(), 0.5).unwrap();
     assert_eq!(region.unreachable(), [1]);
 }
 
@@ -176,20 +176,20 @@ fn an_atom_inside_another_is_unreachable() {
 /// one just before 0.
 #[test]
 fn a_cover_that_goes_round_counts_at_the_beginning_too() {
-    let region = ExcludedRegion::of(
+    let region = ExcludedRegion::new(
         &discs(&[(0.0, 0.0, 1.0), (1.0, 0.0, 1.5), (0.9, 0.2, 0.2)]).unwrap(),
         0.0,
     );
-    let alone = ExcludedRegion::of(&discs(&[(0.0, 0.0, 1.0), (1.0, 0.0, 1.5)]).unwrap(), 0.0);
+    let alone = ExcludedRegion::new(&discs(&[(0.0, 0.0, 1.0), (1.0, 0.0, 1.5)]).unwrap(), 0.0);
     close(region.unwrap().perimeter(), alone.unwrap().perimeter());
 }
 
 #[test]
 fn walls_and_impossible_probes_are_refused() {
     let wall = Molecule::wall(DVec2::X, 0.1).unwrap();
-    assert_eq!(ExcludedRegion::of(&wall, 0.1), Err(GeometryError::Wall));
+    assert_eq!(ExcludedRegion::new(&wall, 0.1), Err(GeometryError::Wall));
     for radius in [-1.0, f64::NAN, f64::INFINITY] {
-        assert!(ExcludedRegion::of(&Molecule::disc(1.0, 1.0).unwrap(), radius).is_err());
+        assert!(ExcludedRegion::new(&Molecule::disc(1.0, 1.0).unwrap(), radius).is_err());
     }
 }
 
@@ -255,7 +255,7 @@ proptest! {
     /// areas.
     #[test]
     fn areas_are_those_of_counted_points(molecule in molecules(), radius in 0.0..0.6f64) {
-        let region = ExcludedRegion::of(&molecule, radius).unwrap();
+        let region = ExcludedRegion::new(&molecule, radius).unwrap();
         let (half, side) = (molecule.bounding_radius() + radius, 240);
         let step = 2.0 * half / f64::from(side);
         let (mut union, mut filled) = (0, 0);
@@ -276,7 +276,7 @@ proptest! {
     /// A probe with a radius larger by dr excludes an area larger by P dr.
     #[test]
     fn the_perimeter_is_the_derivative_of_the_area(molecule in molecules(), radius in 0.01..0.6f64) {
-        let at = |radius: f64| ExcludedRegion::of(&molecule, radius).unwrap();
+        let at = |radius: f64| ExcludedRegion::new(&molecule, radius).unwrap();
         let step = 1e-6;
         let slope = (union_area(&at(radius + step)) - union_area(&at(radius - step))) / (2.0 * step);
         let region = at(radius);
@@ -290,7 +290,7 @@ proptest! {
     /// disc.
     #[test]
     fn the_outline_is_closed_and_exposed(molecule in molecules(), radius in 0.0..0.6f64) {
-        let region = ExcludedRegion::of(&molecule, radius).unwrap();
+        let region = ExcludedRegion::new(&molecule, radius).unwrap();
         for arcs in [region.arcs(), region.hidden_arcs()] {
             let sum: DVec2 = arcs.iter().map(|arc| {
                 // ∫ n ds of an arc is its chord rotated by a quarter turn clockwise.

@@ -34,7 +34,7 @@ impl Drop for Browser {
 
 impl Browser {
     /// Opens an empty page.
-    pub fn begin(program: &str) -> Self {
+    pub fn start(program: &str) -> Self {
         let profile = tempfile::tempdir().unwrap();
         let mut process = Command::new(program)
             .args([

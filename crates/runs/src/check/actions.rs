@@ -23,7 +23,7 @@ impl Actions {
     ///
     /// # Errors
     /// An action is refused, or the run fails after it.
-    pub(super) fn of(simulation: &AnySimulation, scene: &Scene) -> Result<Option<Self>> {
+    pub(super) fn new(simulation: &AnySimulation, scene: &Scene) -> Result<Option<Self>> {
         let mut all = Self::default();
         for (stage, counts) in stages::action_counts(scene).iter().enumerate() {
             for (index, &count) in counts.iter().enumerate() {

@@ -40,7 +40,7 @@ pub(super) struct Answers {
 
 impl Answers {
     /// `speed` is the mean speed of the bodies that move (length / time).
-    pub(super) fn of(
+    pub(super) fn new(
         scene: &Scene,
         contents: &Contents,
         estimate: &Estimate,

@@ -69,7 +69,7 @@ struct Kind {
 
 impl Expected {
     /// The number of collisions until the end of the run, from the state at its start.
-    pub(super) fn of(scene: &Scene, view: &View<'_>) -> Self {
+    pub(super) fn new(scene: &Scene, view: &View<'_>) -> Self {
         let kinds = kinds(view);
         let rate = view
             .temperature()
@@ -144,7 +144,7 @@ fn kinds(view: &View<'_>) -> Vec<Kind> {
             inertia.inverse_mass.to_bits(),
             inertia.inverse_moment.to_bits(),
         ];
-        let new = || Kind::of(molecule, inertia.inverse_mass, inertia.inverse_moment);
+        let new = || Kind::new(molecule, inertia.inverse_mass, inertia.inverse_moment);
         found.entry(key).or_insert_with(new).number += 1.0;
     }
     let mut kinds: Vec<Kind> = found.into_values().collect();
@@ -163,7 +163,7 @@ fn kinds(view: &View<'_>) -> Vec<Kind> {
 }
 
 impl Kind {
-    fn of(molecule: &Molecule, inverse_mass: f64, inverse_moment: f64) -> Self {
+    fn new(molecule: &Molecule, inverse_mass: f64, inverse_moment: f64) -> Self {
         let area = molecule.area();
         if molecule.is_round() {
             let width = 2.0 * molecule.bounding_radius();
@@ -316,7 +316,7 @@ mod tests {
         let mut scene = Scene::from_toml(text).unwrap();
         scene.run.until = until;
         let mut simulation = AnySimulation::new(&scene).unwrap();
-        let expected = Expected::of(&scene, &simulation.view());
+        let expected = Expected::new(&scene, &simulation.view());
         simulation.run_until(until).unwrap();
         let found = simulation.view().counters().collisions as f64;
         let ratio = expected.number.unwrap() / found;
@@ -396,7 +396,7 @@ mod tests {
     #[test]
     fn without_thermal_motion_there_is_no_number() {
         let scene = Scene::from_toml("[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]\n").unwrap();
-        let expected = Expected::of(&scene, &AnySimulation::new(&scene).unwrap().view());
+        let expected = Expected::new(&scene, &AnySimulation::new(&scene).unwrap().view());
         assert_eq!(expected.number, None);
     }
 }

@@ -70,7 +70,7 @@ struct Equal<'a> {
 }
 
 impl Contents {
-    pub(super) fn of(scene: &Scene, view: &View<'_>) -> Self {
+    pub(super) fn new(scene: &Scene, view: &View<'_>) -> Self {
         let (mut moving, mut turning, mut area) = (0, 0, 0.0);
         let mut groups: BTreeMap<Group<'_>, HashMap<[u64; 3], Equal<'_>>> = BTreeMap::new();
         for (index, body) in view.bodies().map(|view| view.body).enumerate() {
@@ -103,11 +103,11 @@ impl Contents {
         for group in groups.into_values() {
             let all: Vec<Equal<'_>> = group.into_values().collect();
             if all.len() > MAX_KINDS {
-                bodies.push(Kind::of(view, &all));
+                bodies.push(Kind::new(view, &all));
             } else {
                 bodies.extend(
                     all.iter()
-                        .map(|one| Kind::of(view, std::slice::from_ref(one))),
+                        .map(|one| Kind::new(view, std::slice::from_ref(one))),
                 );
             }
         }
@@ -218,7 +218,7 @@ impl Contents {
 
 impl Kind {
     /// Equal bodies, or different ones of one group.
-    fn of(view: &View<'_>, all: &[Equal<'_>]) -> Self {
+    fn new(view: &View<'_>, all: &[Equal<'_>]) -> Self {
         let body = all[0].body;
         let number = all.iter().map(|one| one.number).sum();
         let area: f64 = all
@@ -290,7 +290,7 @@ mod tests {
 
     fn contents(text: &str) -> Contents {
         let scene = Scene::from_toml(text).unwrap();
-        Contents::of(&scene, &AnySimulation::new(&scene).unwrap().view())
+        Contents::new(&scene, &AnySimulation::new(&scene).unwrap().view())
     }
 
     #[test]

@@ -178,9 +178,9 @@ mod tests {
         let simulation = AnySimulation::new(&scene).unwrap();
         let (view, measures) = (
             simulation.view(),
-            Measures::begin(&scene, &simulation.view()).unwrap(),
+            Measures::new(&scene, &simulation.view()).unwrap(),
         );
-        let all = costs(&scene, &view, &measures, &Contents::of(&scene, &view));
+        let all = costs(&scene, &view, &measures, &Contents::new(&scene, &view));
         all.into_iter()
             .map(|cost| (cost.what, cost.is_paid, cost.words))
             .collect()

@@ -91,7 +91,7 @@ struct Extremes {
 }
 
 impl Extremes {
-    fn of(view: &View<'_>) -> Self {
+    fn new(view: &View<'_>) -> Self {
         let none = [f64::INFINITY, 0.0];
         let widen = |[least, most]: [f64; 2], value: f64| [least.min(value), most.max(value)];
         let mut all = Self {
@@ -138,7 +138,7 @@ impl Extremes {
 
 /// The quantities of a scene that are limited.
 pub(super) fn limits(scene: &Scene, view: &View<'_>) -> Vec<Limit> {
-    let all = Extremes::of(view);
+    let all = Extremes::new(view);
     let ([small, large], sides) = (all.radii, view.bounds().sides());
     if large == 0.0 {
         return Vec::new();

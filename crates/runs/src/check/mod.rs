@@ -82,7 +82,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let method = Method::try_from(&scene.method).context("[method]")?;
     let name = file.path.display().to_string();
     let unplaced = if parent.is_none() {
-        Unplaced::of(name, &scene, &method)?
+        Unplaced::new(name, &scene, &method)?
     } else {
         None
     };
@@ -123,20 +123,20 @@ fn report(
         notes.extend(is_stand_in.then(|| STAND_IN.to_owned()));
         (begun, 0)
     };
-    let (mut simulation, measures, _) = run::begin(begun, scene, before)?;
+    let (mut simulation, measures, _) = run::start(begun, scene, before)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     simulation.set_tiling(&method.tiling(threads));
     let tiles = format!("{}, on {threads} threads", simulation.tile_use());
     let view = simulation.view();
-    let contents = Contents::of(scene, &view);
+    let contents = Contents::new(scene, &view);
     let costs = costs::costs(scene, &view, &measures, &contents);
-    let (limits, expected) = (limits::limits(scene, &view), Expected::of(scene, &view));
+    let (limits, expected) = (limits::limits(scene, &view), Expected::new(scene, &view));
     let speed = mean_speed(&view);
-    let mut all_measured = Measures::begin(&measured(scene), &view)?;
-    let trial = Trial::of(&mut simulation, &mut all_measured, scene.run.until)?;
+    let mut all_measured = Measures::new(&measured(scene), &view)?;
+    let trial = Trial::run(&mut simulation, &mut all_measured, scene.run.until)?;
     // The measures of the trial may hold contacts that a run writes to files.
     let estimate = trial.estimate(&mut simulation, &measures, scene, &contents)?;
-    let answers = Answers::of(scene, &contents, &estimate, speed);
+    let answers = Answers::new(scene, &contents, &estimate, speed);
     Ok(Report {
         scene: file.path.display().to_string(),
         method: method.to_string(),
@@ -163,7 +163,7 @@ const STAND_IN: &str = "The run grows or relaxes its gas first, which takes long
 fn placed(scene: &Scene, method: &Method) -> Result<(AnySimulation, bool)> {
     let (signals, mut store) = (Signals::default(), |_: &_| Ok(()));
     let mut place =
-        |scene: &Scene| Placement::new(method, &signals, NEVER, &mut store).begin(scene);
+        |scene: &Scene| Placement::new(method, &signals, NEVER, &mut store).place(scene);
     let start = &scene.start;
     let is_plain = start.placement != Some(Start::Grown) && start.relax.is_none();
     if start.from.is_some() || start.placement == Some(Start::Lattice) && start.relax.is_none() {
@@ -183,7 +183,7 @@ fn placed(scene: &Scene, method: &Method) -> Result<(AnySimulation, bool)> {
 /// The number of collisions until the end of a run that theory expects, from the state at its
 /// start; `None` without thermal motion.
 pub fn expected_collisions(scene: &Scene, view: &View<'_>) -> Option<f64> {
-    Expected::of(scene, view).number
+    Expected::new(scene, view).number
 }
 
 /// The scene with all of its run measured, so that a short trial has the cost of the measures.

@@ -81,7 +81,7 @@ impl Trial {
     ///
     /// # Errors
     /// The run fails.
-    pub(super) fn of(
+    pub(super) fn run(
         simulation: &mut AnySimulation,
         measures: &mut Measures,
         until: f64,
@@ -194,7 +194,7 @@ impl Trial {
         contents: &Contents,
     ) -> Result<Estimate> {
         let collisions = self.collisions(simulation);
-        let actions = Actions::of(simulation, scene)?;
+        let actions = Actions::new(simulation, scene)?;
         let memory = simulation.heap_bytes() as u64;
         let (epoch_seconds, is_epoch_measured) = self.epoch(contents.moving);
         let (snapshots, snapshot_seconds) = snapshots(simulation, scene)?;
@@ -262,8 +262,8 @@ mod tests {
 
     fn trial(scene: &Scene, until: f64) -> Trial {
         let mut simulation = AnySimulation::new(scene).unwrap();
-        let mut measures = Measures::begin(scene, &simulation.view()).unwrap();
-        Trial::of(&mut simulation, &mut measures, until).unwrap()
+        let mut measures = Measures::new(scene, &simulation.view()).unwrap();
+        Trial::run(&mut simulation, &mut measures, until).unwrap()
     }
 
     /// The first contact of the tee makes it turn 10¹¹ times as fast as the gas moves, after which
@@ -288,8 +288,8 @@ mod tests {
             "[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 200\n",
         );
         let mut simulation = AnySimulation::new(&scene).unwrap();
-        let mut measures = Measures::begin(&scene, &simulation.view()).unwrap();
-        let short = Trial::of(&mut simulation, &mut measures, 0.5).unwrap();
+        let mut measures = Measures::new(&scene, &simulation.view()).unwrap();
+        let short = Trial::run(&mut simulation, &mut measures, 0.5).unwrap();
         let mut run = AnySimulation::new(&scene).unwrap();
         run.run_until(0.5).unwrap();
         assert!(short.is_whole);

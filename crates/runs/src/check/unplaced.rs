@@ -36,8 +36,8 @@ impl Unplaced {
     ///
     /// # Errors
     /// The box or a gas of the scene is invalid.
-    pub(super) fn of(name: String, scene: &Scene, method: &Method) -> Result<Option<Self>> {
-        let demand = Demand::of(scene).with_context(|| format!("scene {name}"))?;
+    pub(super) fn new(name: String, scene: &Scene, method: &Method) -> Result<Option<Self>> {
+        let demand = Demand::new(scene).with_context(|| format!("scene {name}"))?;
         if demand.bodies <= MAX_PLACED {
             return Ok(None);
         }
@@ -103,7 +103,7 @@ mod tests {
             let text =
                 format!("[[gas]]\nradius = 1e-5\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
             let scene = Scene::from_toml(&text).unwrap();
-            Unplaced::of("large.toml".to_owned(), &scene, &Method::default()).unwrap()
+            Unplaced::new("large.toml".to_owned(), &scene, &Method::default()).unwrap()
         };
         assert_eq!(of(MAX_PLACED), None);
         let mut large = of(100_000_000).unwrap();

@@ -96,7 +96,7 @@ pub(super) struct Writer<'a, W> {
 
 impl<'a, W: Write + Seek> Writer<'a, W> {
     /// Leaves room for the header.
-    pub(super) fn begin(out: &'a mut W) -> io::Result<Self> {
+    pub(super) fn new(out: &'a mut W) -> io::Result<Self> {
         out.write_all(&[0; HEADER as usize])?;
         Ok(Self {
             out,

@@ -34,9 +34,9 @@ pub(super) struct Trajectory<'a, W> {
 }
 
 impl<'a, W: Write + Seek> Trajectory<'a, W> {
-    pub(super) fn begin(out: &'a mut W) -> Result<Self> {
+    pub(super) fn new(out: &'a mut W) -> Result<Self> {
         Ok(Self {
-            file: Writer::begin(out)?,
+            file: Writer::new(out)?,
             step: 0,
             first: None,
         })

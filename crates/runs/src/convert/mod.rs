@@ -142,7 +142,7 @@ impl Format {
                 }
             }
             Self::Npy => {
-                let mut array = npy::Array::begin(out, &npy::ATOMS)?;
+                let mut array = npy::Array::new(out, &npy::ATOMS)?;
                 while frames.read(&mut frame)? {
                     array.frame(&frame, count)?;
                     count += 1;
@@ -151,7 +151,7 @@ impl Format {
                 array.end()?;
             }
             Self::Gsd => {
-                let mut trajectory = hoomd::Trajectory::begin(out)?;
+                let mut trajectory = hoomd::Trajectory::new(out)?;
                 while frames.read(&mut frame)? {
                     trajectory
                         .write(&frame)

@@ -53,7 +53,7 @@ impl<'a, W: Write + Seek> Array<'a, W> {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn begin(out: &'a mut W, names: &[&str]) -> Result<Self> {
+    pub(super) fn new(out: &'a mut W, names: &[&str]) -> Result<Self> {
         let names = names.iter().map(|name| (*name).to_owned()).collect();
         let array = Self {
             out,
@@ -174,7 +174,7 @@ pub(super) fn of_table(input: impl BufRead, out: &mut (impl Write + Seek)) -> Re
         (0..names.len()).all(is_good),
         "line 1: the columns must have different names"
     );
-    let mut array = Array::begin(out, &names)?;
+    let mut array = Array::new(out, &names)?;
     let mut row = Vec::with_capacity(names.len());
     for (index, line) in lines.enumerate() {
         let number = index + 2;

@@ -49,7 +49,7 @@ pub(super) struct Billiard {
 impl Billiard {
     /// `None` unless one body moves among fixed ones that are equal, one of the two is a disc, and
     /// the disc can go around each molecule.
-    pub(super) fn of(view: &View<'_>) -> Option<Self> {
+    pub(super) fn new(view: &View<'_>) -> Option<Self> {
         let fixed = || view.bodies().filter(|body| body.body.is_fixed());
         let mut moving = view.bodies().filter(|body| !body.body.is_fixed());
         let (mover, another) = (moving.next()?.body, moving.next());
@@ -87,7 +87,7 @@ impl Billiard {
     }
 
     fn region(&self) -> Option<ExcludedRegion> {
-        ExcludedRegion::of(&self.molecule, self.radius).ok()
+        ExcludedRegion::new(&self.molecule, self.radius).ok()
     }
 
     /// The number of contacts on a piece of the boundary is proportional to this.
@@ -149,7 +149,7 @@ mod tests {
     use carom_methods::AnySimulation;
 
     fn of(text: &str) -> Option<Billiard> {
-        Billiard::of(
+        Billiard::new(
             &AnySimulation::new(&Scene::from_toml(text).unwrap())
                 .unwrap()
                 .view(),
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn one_disc_around_fixed_molecules_has_exact_predictions() {
         let found = of(&format!("{}{}", molecule([0.5; 2]), gas(1))).unwrap();
-        let region = ExcludedRegion::of(&found.molecule, 0.02).unwrap();
+        let region = ExcludedRegion::new(&found.molecule, 0.02).unwrap();
         let path = found.mean_free_path().unwrap();
         assert!((path / region.mean_free_path(1.0) - 1.0).abs() < 1e-12 && found.molecule_is_fixed);
         for shares in found.direction_shares(36).unwrap() {

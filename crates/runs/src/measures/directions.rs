@@ -28,7 +28,7 @@ pub(super) const KIND: Kind = Kind {
     figures: &["share of contacts", "directions", "contacts by atom"],
     begin: |selection| {
         let group = selection.group;
-        let facts = Billiard::of(selection.view).filter(|billiard| {
+        let facts = Billiard::new(selection.view).filter(|billiard| {
             let members = selection
                 .view
                 .bodies()
@@ -76,7 +76,7 @@ impl Measured for Known<DirectionHistogram, Option<Billiard>> {
             ),
         ];
         let chi = chi.into_iter().filter_map(|(what, counts, shares)| {
-            chi_square(what, ChiSquare::of(counts, shares?), ARCS, context)
+            chi_square(what, ChiSquare::new(counts, shares?), ARCS, context)
         });
         let chi: Vec<Figure> = chi.collect();
         let predicted = parts.map(|parts| Shares {

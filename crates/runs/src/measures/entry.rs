@@ -70,7 +70,7 @@ impl Entry {
     ///
     /// # Errors
     /// No body carries a tag, or a body is not unique.
-    pub(super) fn begin(
+    pub(super) fn new(
         request: &Request,
         is_asked: bool,
         scene: &Scene,
@@ -239,7 +239,7 @@ impl Entry {
         let span = [begin, begin + block * sums.blocks.len() as f64];
         let judged = |figure: Figure| {
             let stationarity = figure.quantity.and_then(|quantity| {
-                Stationarity::of(&[block_sums::of_quantity(&sums.blocks, quantity)], span)
+                Stationarity::new(&[block_sums::of_quantity(&sums.blocks, quantity)], span)
             });
             Figure {
                 stationarity,

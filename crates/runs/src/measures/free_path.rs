@@ -27,7 +27,7 @@ pub(super) const KIND: Kind = Kind {
     ],
     figures: &["mean free path", "share of the free paths"],
     begin: |selection| {
-        let facts = Billiard::of(selection.view).filter(|_| selection.moving().next().is_some());
+        let facts = Billiard::new(selection.view).filter(|_| selection.moving().next().is_some());
         Ok(in_blocks(Known {
             observer: observer(selection)?,
             facts,

@@ -51,7 +51,7 @@ impl HardDiscs {
     ///
     /// # Errors
     /// The reason why the system is no such gas.
-    pub fn of(view: &View<'_>, elasticity: &ElasticitySpec) -> Result<Self, String> {
+    pub fn new(view: &View<'_>, elasticity: &ElasticitySpec) -> Result<Self, String> {
         let no = |reason: &str| Err(reason.to_owned());
         let mut bodies = view.bodies();
         let Some(first) = bodies.next() else {
@@ -189,7 +189,7 @@ mod tests {
 
     fn gas(text: &str) -> Result<HardDiscs, String> {
         let scene = Scene::from_toml(text).unwrap();
-        HardDiscs::of(
+        HardDiscs::new(
             &AnySimulation::new(&scene).unwrap().view(),
             &scene.elasticity,
         )

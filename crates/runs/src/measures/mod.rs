@@ -116,11 +116,11 @@ impl Measures {
     ///
     /// # Errors
     /// A measure of the scene is invalid, no body carries a tag, or a body is not unique.
-    pub fn begin(scene: &Scene, view: &View<'_>) -> Result<Self> {
+    pub fn new(scene: &Scene, view: &View<'_>) -> Result<Self> {
         let requests = requests(scene)?;
         let is_always =
             |request: &Request| ALWAYS.iter().any(|kind| kind.name == request.kind.name);
-        let entry = |request: &Request| Entry::begin(request, true, scene, view);
+        let entry = |request: &Request| Entry::new(request, true, scene, view);
         let mut list = Vec::new();
         for kind in ALWAYS {
             let mut asked = requests
@@ -128,7 +128,7 @@ impl Measures {
                 .filter(|request| request.kind.name == kind.name)
                 .peekable();
             if asked.peek().is_none() {
-                list.push(Entry::begin(&Request::plain(kind), false, scene, view)?);
+                list.push(Entry::new(&Request::plain(kind), false, scene, view)?);
             }
             for request in asked {
                 list.push(entry(request)?);
@@ -233,7 +233,7 @@ impl Measures {
             self.0.iter_mut().for_each(Entry::settle);
             return Ok(());
         }
-        let Self(fresh) = Self::begin(scene, view)?;
+        let Self(fresh) = Self::new(scene, view)?;
         for (entry, fresh) in self.0.iter_mut().zip(fresh) {
             if entry.may_begin_anew() {
                 entry.begin_anew(fresh, view);

@@ -47,7 +47,7 @@ impl SingleMeasure {
     /// # Errors
     /// The interval is out of range; the measure is unknown, has invalid parameters, or writes
     /// every contact to a file; no body carries its tag, or a body is not unique.
-    pub fn begin(
+    pub fn new(
         spec: &MeasureSpec,
         interval: f64,
         scene: &Scene,
@@ -77,7 +77,7 @@ impl SingleMeasure {
             "'{}' writes every contact to a file of a run; it has no table",
             request.kind.name
         );
-        let entry = Entry::begin(request, true, &scene, view)?;
+        let entry = Entry::new(request, true, &scene, view)?;
         Ok(Self { entry, scene })
     }
 
@@ -92,7 +92,7 @@ impl SingleMeasure {
     pub fn record(&self, rules: &Scene, view: &View<'_>, disturbed: Option<&str>) -> Record {
         let hard_discs = match disturbed {
             Some(reason) => Err(reason.to_owned()),
-            None => HardDiscs::of(view, &rules.elasticity),
+            None => HardDiscs::new(view, &rules.elasticity),
         };
         let judged = Scene {
             elasticity: rules.elasticity.clone(),
@@ -105,7 +105,7 @@ impl SingleMeasure {
             ..results.totals
         };
         let (note, figures) = (String::new(), Vec::new());
-        Record::of(
+        Record::new(
             &self.scene,
             RunRecord {
                 totals,

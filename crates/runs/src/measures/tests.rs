@@ -126,7 +126,7 @@ fn bodies_that_are_missing_or_not_unique_are_refused() {
         scene.run.observe = vec![name.to_owned()];
         format!(
             "{:#}",
-            Measures::begin(&scene, &simulation.view())
+            Measures::new(&scene, &simulation.view())
                 .err()
                 .expect("an error")
         )
@@ -142,7 +142,7 @@ fn bodies_that_are_missing_or_not_unique_are_refused() {
 fn measured(text: &str) -> (Results, Result<HardDiscs, String>) {
     let scene = Scene::from_toml(text).unwrap();
     let mut simulation = AnySimulation::new(&scene).unwrap();
-    let mut measures = Measures::begin(&scene, &simulation.view()).unwrap();
+    let mut measures = Measures::new(&scene, &simulation.view()).unwrap();
     measures.start(&simulation.view());
     measures.sample(&simulation.view());
     let samples = (scene.run.until / scene.run.sample_interval).round() as u32;
@@ -156,7 +156,7 @@ fn measured(text: &str) -> (Results, Result<HardDiscs, String>) {
         measures.sample(&simulation.view());
     }
     measures.finish(&simulation.view());
-    let gas = HardDiscs::of(&simulation.view(), &scene.elasticity);
+    let gas = HardDiscs::new(&simulation.view(), &scene.elasticity);
     (measures.results(&scene, &gas), gas)
 }
 
@@ -173,7 +173,7 @@ fn checkpoints_grow_by_the_declared_bytes_of_a_sample() {
         let scene =
             Scene::from_toml(&format!("{gas}observe = [\"{}{tag}\"]\n", kind.name)).unwrap();
         let mut simulation = AnySimulation::new(&scene).unwrap();
-        let mut measures = Measures::begin(&scene, &simulation.view()).unwrap();
+        let mut measures = Measures::new(&scene, &simulation.view()).unwrap();
         measures.start(&simulation.view());
         measures.sample(&simulation.view());
         let mut lengths = Vec::new();
@@ -600,7 +600,7 @@ fn the_heat_of_walls_is_that_of_the_ledger() {
     let text = "run.observe = [\"wall-heat\"]\n[[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 2.0\ncount = 100";
     let gas = Scene::from_toml(text).unwrap();
     let simulation = AnySimulation::new(&gas).unwrap();
-    let error = Measures::begin(&gas, &simulation.view())
+    let error = Measures::new(&gas, &simulation.view())
         .err()
         .expect("no wall");
     assert!(
@@ -640,7 +640,7 @@ fn the_pressure_on_walls_is_that_of_the_bulk() {
     ] {
         let scene = Scene::from_toml(&format!("{walls}{gas}")).unwrap();
         let simulation = AnySimulation::new(&scene).unwrap();
-        let error = Measures::begin(&scene, &simulation.view())
+        let error = Measures::new(&scene, &simulation.view())
             .err()
             .expect("no pressure");
         assert!(format!("{error:#}").contains(expected), "{error:#}");

@@ -24,7 +24,7 @@ pub struct Tracked {
 
 impl Tracked {
     /// A measure whose first sample is at the present time.
-    pub fn begin(measure: SingleMeasure, view: &View<'_>) -> Self {
+    pub fn new(measure: SingleMeasure, view: &View<'_>) -> Self {
         let begin = view.time();
         let mut tracked = Self {
             measure,

@@ -48,7 +48,7 @@ pub(super) enum Taken {
 
 impl Taken {
     /// The value, and its derivative by the mean; `None` where it has none.
-    fn of(self, mean: f64) -> Option<[f64; 2]> {
+    fn of_mean(self, mean: f64) -> Option<[f64; 2]> {
         match self {
             Self::Itself => Some([mean, 1.0]),
             Self::MinusLogarithm => (mean > 0.0).then(|| [-mean.ln(), -1.0 / mean]),
@@ -80,7 +80,7 @@ impl Curve<'_> {
         for &(place, factor) in factors {
             let mean = self.means.get(place)?;
             let (ratio, quantity) = (mean.value?, mean.quantity?);
-            let [of_ratio, slope] = self.of.of(ratio)?;
+            let [of_ratio, slope] = self.of.of_mean(ratio)?;
             value += factor * of_ratio;
             let blocks = of_quantity(self.blocks, quantity);
             let weight: f64 = blocks.iter().map(|[_, weight]| weight).sum();

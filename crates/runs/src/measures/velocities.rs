@@ -340,7 +340,7 @@ impl Velocities {
         let counts: Vec<u64> = differences(&up_to, speeds.total(), |from, to| to - from);
         let shares: Vec<f64> = starts.iter().map(|&bin| above(bin)).collect();
         let shares: Vec<f64> = differences(&shares, 0.0, |from, to| from - to);
-        let test = ChiSquare::of(&counts, &shares);
+        let test = ChiSquare::new(&counts, &shares);
         let freedom = test.freedom.checked_sub(1).filter(|freedom| *freedom > 0)? as f64;
         let name = context.named("χ² of the speeds over its degrees of freedom");
         let Some([effect, spread]) = self.design_effect(&starts, context) else {

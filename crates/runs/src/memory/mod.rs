@@ -26,7 +26,7 @@ impl Demand {
     ///
     /// # Errors
     /// The scene is invalid.
-    pub fn of(scene: &Scene) -> Result<Self> {
+    pub fn new(scene: &Scene) -> Result<Self> {
         let bodies = scene.expected_bodies()?;
         Ok(Self {
             bodies,
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn bodies_that_do_not_fit_are_refused_with_their_number() {
-        let demand = Demand::of(&gas(100_000_000)).unwrap();
+        let demand = Demand::new(&gas(100_000_000)).unwrap();
         assert_eq!((demand.bodies, demand.bytes), (100_000_000, 20_000_000_000));
         let machine = |bytes: u64| {
             Some(Available {
@@ -135,7 +135,7 @@ mod tests {
         let mut simulation = AnySimulation::new(&scene).unwrap();
         simulation.step(1e-6, &mut ()).unwrap();
         let (demand, heap) = (
-            Demand::of(&scene).unwrap().bytes as f64,
+            Demand::new(&scene).unwrap().bytes as f64,
             simulation.heap_bytes() as f64,
         );
         assert!((0.7..1.0).contains(&(demand / heap)), "{demand} {heap}");

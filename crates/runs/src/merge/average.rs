@@ -36,7 +36,7 @@ pub fn results(record: &Record) -> Results {
         let mut sums = MergedSums::default();
         for (&replica, part) in replicas.iter().zip(&parts) {
             // The keys are those of a map, so none is there twice.
-            let _ = sums.merge(MergedSums::of(replica, part.sums.clone()));
+            let _ = sums.merge(MergedSums::new(replica, part.sums.clone()));
         }
         let merged = Merged::new(&sums, parts.iter().collect());
         results.tables.extend(merged.tables());
@@ -164,7 +164,7 @@ impl<'a> Merged<'a> {
             return None;
         }
         let of = |part: &&MeasureRecord| block_sums::of_quantity(&part.sums.blocks, quantity);
-        Stationarity::of(
+        Stationarity::new(
             &self.parts.iter().map(of).collect::<Vec<_>>(),
             shortest.span,
         )

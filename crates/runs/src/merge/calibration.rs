@@ -31,7 +31,7 @@ fn of_measure(parts: &[MeasureRecord]) -> Vec<Calibration> {
                 .find(|(figure, _)| figure.name == name)?;
             Some((figure.value, figure.standard_error))
         };
-        Calibration::of(name, &[parts.iter().filter_map(found).collect()])
+        Calibration::new(name, &[parts.iter().filter_map(found).collect()])
     };
     let figures = first
         .figures
@@ -67,7 +67,7 @@ fn of_table(name: &str, first: &Table, parts: &[MeasureRecord]) -> Vec<Calibrati
             tables.iter().filter_map(measured).collect()
         };
         let rows: Vec<Vec<Measured>> = (0..value.values.len()).map(row).collect();
-        Calibration::of(&format!("{name}: {}", value.label), &rows)
+        Calibration::new(&format!("{name}: {}", value.label), &rows)
     };
     (0..first.columns.len()).filter_map(of_column).collect()
 }

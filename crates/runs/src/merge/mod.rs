@@ -62,10 +62,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
         left_out,
     } = parts::read(&options.folders)?;
     let (folder, _lock) = Folder::claim(&path, options.destination.existing())?;
-    let manifest = Manifest::begin(&folder, &again(&options.folders, &path), &[])?;
+    let manifest = Manifest::write_new(&folder, &again(&options.folders, &path), &[])?;
     let seconds = kept.into_iter().map(seconds_of).sum();
     record.write(&folder)?;
-    let mut merged = MergedRuns::of(
+    let mut merged = MergedRuns::new(
         &record,
         format!("{} merged runs", record.runs.len()),
         seconds,
@@ -125,10 +125,10 @@ struct MergedFile<'a> {
 
 impl MergedRuns {
     /// The results of the runs of a record, which took `seconds` of processor time.
-    pub fn of(record: &Record, title: String, seconds: f64) -> Self {
+    pub fn new(record: &Record, title: String, seconds: f64) -> Self {
         let results = average::results(record);
         let totals: Vec<Totals> = record.runs.values().map(|run| run.totals).collect();
-        let totals = Totals::of(&totals);
+        let totals = Totals::sum(&totals);
         let totals = Totals {
             collisions_per_second: totals.collisions as f64 / seconds.max(1e-9),
             ..totals
@@ -173,7 +173,7 @@ impl MergedRuns {
         let Self {
             summary, left_out, ..
         } = self;
-        let summary = SummaryFile::of(summary);
+        let summary = SummaryFile::new(summary);
         folder.write_json("summary.json", &MergedFile { summary, left_out })?;
         folder.write("config.toml", &record.what)?;
         report::write(folder, State::Ended)

@@ -64,7 +64,7 @@ struct Rest {
 
 impl Rest {
     /// The edits and actions after time 0.
-    fn of(scene: &Scene, actions: u64) -> Self {
+    fn new(scene: &Scene, actions: u64) -> Self {
         let mut run = scene.run.clone();
         // Samples and snapshots change nothing.
         run.sample_interval = run.until;
@@ -109,12 +109,12 @@ impl<'a> Course<'a> {
     ///
     /// # Errors
     /// An edit of a stage is refused.
-    pub fn begin(scene: &'a Scene, mut simulation: AnySimulation) -> Result<Self> {
+    pub fn new(scene: &'a Scene, mut simulation: AnySimulation) -> Result<Self> {
         let actions = stage_edits::prepare(&mut simulation, scene, 0)?;
         Ok(Self {
             scene,
             simulation,
-            rest: Rest::of(scene, actions),
+            rest: Rest::new(scene, actions),
         })
     }
 

@@ -122,7 +122,7 @@ pub fn of_run(
         turn: (TURN_SHARE * seconds).clamp(TURN[0], TURN[1]),
         deadline: Instant::now() + Duration::from_secs_f64(MAX_SECONDS),
     };
-    let timed = TimedRun::begin(scene, exact, &first, f64::MAX, &limits)
+    let timed = TimedRun::new(scene, exact, &first, f64::MAX, &limits)
         .and_then(|mut exact| time(&mut exact, setting, &limits));
     price.time = timed.unwrap_or(None);
     Ok(Some(price))

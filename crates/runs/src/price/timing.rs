@@ -47,7 +47,7 @@ pub struct TimeRatio {
 
 impl TimeRatio {
     /// From the ratios of the rounds; `None` without a round.
-    pub fn of(mut ratios: Vec<f64>) -> Option<Self> {
+    pub fn new(mut ratios: Vec<f64>) -> Option<Self> {
         ratios.retain(|ratio| ratio.is_finite() && *ratio > 0.0);
         ratios.sort_by(f64::total_cmp);
         let median = *ratios.get(ratios.len() / 2)?;
@@ -132,7 +132,7 @@ impl<'a> TimedRun<'a> {
     ///
     /// # Errors
     /// The bodies do not suit the setting, or the run fails.
-    pub fn begin(
+    pub fn new(
         scene: &'a Scene,
         setting: Setting,
         state: &'a State,
@@ -233,7 +233,7 @@ pub fn time(
     setting: Setting,
     limits: &TimingLimits,
 ) -> Result<Option<TimeRatio>> {
-    let mut other = TimedRun::begin(exact.scene, setting, exact.state, exact.end, limits)?;
+    let mut other = TimedRun::new(exact.scene, setting, exact.state, exact.end, limits)?;
     let mut ratios = Vec::new();
     for round in 0..limits.rounds {
         // The order alternates, so that a drift of the processor's speed cancels.
@@ -262,7 +262,7 @@ pub fn time(
             break;
         }
     }
-    Ok(TimeRatio::of(ratios))
+    Ok(TimeRatio::new(ratios))
 }
 
 #[cfg(test)]
@@ -273,12 +273,12 @@ mod tests {
 
     #[test]
     fn the_median_of_the_rounds_is_found_and_a_failed_round_is_left_out() {
-        let ratio = TimeRatio::of(vec![3.0, 1.0, f64::NAN, 2.0]).unwrap();
+        let ratio = TimeRatio::new(vec![3.0, 1.0, f64::NAN, 2.0]).unwrap();
         assert_eq!(
             (ratio.median, ratio.least, ratio.most, ratio.rounds),
             (2.0, 1.0, 3.0, 3)
         );
-        assert_eq!(TimeRatio::of(vec![f64::INFINITY]), None);
+        assert_eq!(TimeRatio::new(vec![f64::INFINITY]), None);
     }
 
     #[test]
@@ -289,7 +289,7 @@ mod tests {
                 .map(|_| {
                     // Nearly normal: a sum of twelve uniform numbers.
                     let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
-                    TimeRatio::of((0..rounds).map(|_| 1.0 + 0.05 * normal()).collect()).unwrap()
+                    TimeRatio::new((0..rounds).map(|_| 1.0 + 0.05 * normal()).collect()).unwrap()
                 })
                 .collect();
             let mean = |of: &dyn Fn(&TimeRatio) -> f64| {
@@ -302,7 +302,7 @@ mod tests {
                 "{rounds} rounds: {error} for {scatter}"
             );
         }
-        assert_eq!(TimeRatio::of(vec![1.0]).unwrap().standard_error(), None);
+        assert_eq!(TimeRatio::new(vec![1.0]).unwrap().standard_error(), None);
     }
 
     #[test]

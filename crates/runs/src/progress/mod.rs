@@ -79,32 +79,32 @@ impl Lines {
         reason = "the lines of one experiment belong together"
     )]
     pub fn add(&self, name: &str, until: f64) -> Progress {
-        Progress::of(name, Unit::Time(until))
+        Progress::with_unit(name, Unit::Time(until))
     }
 }
 
 impl Progress {
     /// Progress of work on many things under a name of its own, see [`Self::items`].
     pub fn of_items(name: &str, plural: &'static str, number: u64) -> Self {
-        let progress = Self::of(name, Unit::Items(plural, Some(number)));
+        let progress = Self::with_unit(name, Unit::Items(plural, Some(number)));
         progress.skip(0.0);
         progress
     }
 
     /// Progress of a single run that ends at `until` (simulated time).
     pub fn new(until: f64) -> Self {
-        Self::of("", Unit::Time(until))
+        Self::with_unit("", Unit::Time(until))
     }
 
     /// Progress of work on many things, such as `"pairs"`: their name in the plural, and their
     /// number if it is known.
     pub fn items(plural: &'static str, number: impl Into<Option<u64>>) -> Self {
-        let progress = Self::of("", Unit::Items(plural, number.into()));
+        let progress = Self::with_unit("", Unit::Items(plural, number.into()));
         progress.skip(0.0);
         progress
     }
 
-    fn of(name: &str, unit: Unit) -> Self {
+    fn with_unit(name: &str, unit: Unit) -> Self {
         let task = Arc::new(Task {
             name: name.to_owned(),
             unit,

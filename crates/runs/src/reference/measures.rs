@@ -178,7 +178,7 @@ fn measure(kind: &Kind) -> Result<Vec<String>> {
 fn run(text: &str) -> Result<Results> {
     let scene = Scene::from_toml(text)?;
     let mut simulation = AnySimulation::new(&scene)?;
-    let mut measures = Measures::begin(&scene, &simulation.view())?;
+    let mut measures = Measures::new(&scene, &simulation.view())?;
     measures.start(&simulation.view());
     measures.sample(&simulation.view());
     let samples = (scene.run.until / scene.run.sample_interval).round() as u32;
@@ -186,6 +186,6 @@ fn run(text: &str) -> Result<Results> {
         simulation.observe_until(scene.run.sample_interval * f64::from(sample), &mut measures)?;
         measures.sample(&simulation.view());
     }
-    let gas = HardDiscs::of(&simulation.view(), &scene.elasticity);
+    let gas = HardDiscs::new(&simulation.view(), &scene.elasticity);
     Ok(measures.results(&scene, &gas))
 }

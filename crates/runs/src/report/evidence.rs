@@ -23,7 +23,7 @@ impl Charts {
     ///
     /// # Errors
     /// A table cannot be drawn.
-    pub fn of(tables: &[Table], main: &str, count: usize) -> Result<Self> {
+    pub fn new(tables: &[Table], main: &str, count: usize) -> Result<Self> {
         let mut drawn: Vec<(u8, Vec<DataChart>)> = Vec::new();
         let mut undrawn = Vec::new();
         for table in tables {
@@ -124,7 +124,7 @@ mod tests {
                 .level("theory", Some(1.5), "source"),
             table("more").value("z", "length", vec![Some(0.0), Some(1.0)]),
         ];
-        let charts = Charts::of(&tables, "no figure", 2).unwrap();
+        let charts = Charts::new(&tables, "no figure", 2).unwrap();
         let files = |charts: &[DataChart]| {
             charts
                 .iter()
@@ -134,7 +134,7 @@ mod tests {
         assert_eq!(files(&charts.evidence), ["both.csv", "errors.csv"]);
         assert_eq!(files(&charts.others), ["plain.csv", "more.csv", "more.csv"]);
         assert_eq!(charts.undrawn, ["empty.csv"]);
-        let charts = Charts::of(&tables, "z, tag", 2).unwrap();
+        let charts = Charts::new(&tables, "z, tag", 2).unwrap();
         assert_eq!(files(&charts.evidence), ["more.csv", "both.csv"]);
     }
 }

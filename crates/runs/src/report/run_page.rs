@@ -109,7 +109,7 @@ fn charts(contents: &Contents) -> Result<Charts> {
         .map_or(&[][..], |summary| &summary.figures);
     let main = verdict::main_figure(figures).map_or("", |figure| &figure.name);
     let count = if contents.drawings.is_empty() { 2 } else { 3 };
-    Charts::of(&contents.tables, main, count)
+    Charts::new(&contents.tables, main, count)
 }
 
 /// The drawings of the measures, and the charts that carry the answer.

@@ -45,7 +45,7 @@ pub(super) fn refuse(scene: &Scene) -> Result<()> {
     if stage_edits::prepare(&mut simulation, &sample, 0).is_err() {
         return Ok(());
     }
-    Measures::begin(&sample, &simulation.view()).map(drop)
+    Measures::new(&sample, &simulation.view()).map(drop)
 }
 
 /// The scene with at most two molecules of each gas; `None` if their number is not known.

@@ -157,7 +157,7 @@ impl InteractiveRun {
     ///
     /// # Errors
     /// The scene is invalid, or does not fit into the memory.
-    pub fn begin(scene: &Scene) -> Result<Self> {
+    pub fn new(scene: &Scene) -> Result<Self> {
         Self::begin_within(scene, CallLimit::default())
     }
 
@@ -168,7 +168,7 @@ impl InteractiveRun {
     /// Those of [`Self::begin`]; a signal has been received.
     pub fn begin_within(scene: &Scene, limit: CallLimit) -> Result<Self> {
         scene_file::validate(scene)?;
-        Demand::of(scene)?.refuse_unless_fits(memory::available())?;
+        Demand::new(scene)?.refuse_unless_fits(memory::available())?;
         let method = Method::try_from(&scene.method).context("[method]")?;
         let mut simulation =
             AnySimulation::with_progress(scene, &method, &mut |_| match limit.signals.check() {
@@ -381,7 +381,7 @@ impl InteractiveRun {
         let shown = edited.ending_after(start)?;
         stages::check(&shown)?;
         stages::refuse_unknown_tags(&shown, tags(&shown))?;
-        edited.actions += stage_edits::begin(
+        edited.actions += stage_edits::start(
             &mut edited.simulation,
             &edited.scene,
             present,
@@ -571,11 +571,11 @@ impl InteractiveRun {
     /// Writes the files of the run of `scene` with a checkpoint of this state into a new folder.
     fn write(&self, path: &Path, scene: &Scene, state: &Checkpoint, command: &str) -> Result<()> {
         let view = self.simulation.view();
-        let mut measures = Measures::begin(scene, &view)?;
+        let mut measures = Measures::new(scene, &view)?;
         measures.start(&view);
         let done = self.done_of(scene, state.time());
         let (folder, _lock) = Folder::claim(path, Existing::Refuse)?;
-        Manifest::begin(&folder, command, &[scene])?;
+        Manifest::write_new(&folder, command, &[scene])?;
         if let Some(frame) = &scene.start.snapshot {
             folder.write_lasting(START, frame.as_bytes())?;
         }
@@ -759,7 +759,7 @@ fn leave_out_measures(scene: &mut Scene, view: &View<'_>) -> Vec<String> {
     };
     let mut left_out = Vec::new();
     let mut can_begin = |only: &Scene| {
-        let begun = Measures::begin(only, view);
+        let begun = Measures::new(only, view);
         left_out.extend(begun.as_ref().err().map(|error| format!("{error:#}")));
         begun.is_ok()
     };

@@ -94,10 +94,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let mut place = Place::new(options, &scene, parent.as_ref());
     let start = |place: &mut Place| -> Result<_> {
         if let Some(parent) = place.parent {
-            return begin(continued(parent, &scene, &method)?, &scene, parent.actions);
+            return start(continued(parent, &scene, &method)?, &scene, parent.actions);
         }
         let fits =
-            Demand::of(&scene).and_then(|demand| demand.refuse_unless_fits(memory::available()));
+            Demand::new(&scene).and_then(|demand| demand.refuse_unless_fits(memory::available()));
         fits.with_context(|| format!("scene {}", options.file.path.display()))?;
         let growth = match &place.opened {
             Some((folder, _)) => placement::stored(&what, folder.path())?,
@@ -112,11 +112,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
         );
         let simulation = match growth {
             Some(growth) => placement.resume(growth),
-            None => placement.begin(&scene),
+            None => placement.place(&scene),
         };
         let simulation =
             simulation.with_context(|| format!("scene {}", options.file.path.display()))?;
-        begin(simulation, &scene, 0)
+        start(simulation, &scene, 0)
     };
     // Built before anything is written, so that an invalid scene leaves no folder, except for a
     // growth that takes long. A run that is resumed need not place its bodies again.
@@ -196,7 +196,7 @@ fn write_ended(
 ) -> Result<()> {
     report::write_tables(&outcome.results, folder)?;
     outcome.record(scene, method).write(folder)?;
-    folder.write_json("summary.json", &SummaryFile::of(summary))?;
+    folder.write_json("summary.json", &SummaryFile::new(summary))?;
     if let Some(price) = outcome.price() {
         folder.write_json(PRICE, price)?;
     }
@@ -211,7 +211,7 @@ fn write_failed(
     summary: &Summary,
     error: &Error,
 ) -> Result<()> {
-    folder.write_json("summary.json", &SummaryFile::of(summary))?;
+    folder.write_json("summary.json", &SummaryFile::new(summary))?;
     report::write_tables(&outcome.results, folder)?;
     report::write(folder, State::Failed(format!("{error:#}")))
 }
@@ -251,9 +251,9 @@ fn describe(scene: &Scene, parent: Option<&Parent>) -> String {
 
 /// The start of a run, after the edits of the first stage. `before` is the number of draws of
 /// random numbers by thermostats before.
-pub(crate) fn begin(mut simulation: AnySimulation, scene: &Scene, before: u64) -> Result<Begun> {
+pub(crate) fn start(mut simulation: AnySimulation, scene: &Scene, before: u64) -> Result<Begun> {
     let actions = before + stage_edits::prepare(&mut simulation, scene, before)?;
-    let measures = Measures::begin(scene, &simulation.view())?;
+    let measures = Measures::new(scene, &simulation.view())?;
     memory::refuse_long_series(measures.bytes_at_end(&scene.run), memory::available())?;
     Ok((simulation, measures, actions))
 }
@@ -326,7 +326,7 @@ impl<'a> Place<'a> {
                 .parent
                 .map(|parent| serde_json::to_value(&parent.origin))
                 .transpose()?;
-            self.manifest = Some(Manifest::begin_from(
+            self.manifest = Some(Manifest::write_from(
                 &folder,
                 &self.command,
                 &[self.scene],

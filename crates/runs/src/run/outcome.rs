@@ -127,7 +127,7 @@ pub fn simulate(
             }
             *going
         }
-        Start::Anew => begin(task, start()?, run)?,
+        Start::Anew => first_steps(task, start()?, run)?,
     };
     progress.skip(going.simulation.time().to_f64());
     let error = steps::go_on(&mut going, task, scene, Output::Files, &progress).err();
@@ -201,10 +201,10 @@ fn write_results(outcome: &Outcome, going: &Resumable<Measures>, task: &Task<'_>
 pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
     let clock = ThreadTime::now();
     stages::check(scene)?;
-    Demand::of(scene)?.refuse_unless_fits(memory::available())?;
+    Demand::new(scene)?.refuse_unless_fits(memory::available())?;
     let mut simulation = AnySimulation::new(scene)?;
     let actions = stage_edits::prepare(&mut simulation, scene, 0)?;
-    let mut measures = Measures::begin(scene, &simulation.view())?;
+    let mut measures = Measures::new(scene, &simulation.view())?;
     measures.start(&simulation.view());
     measures.sample(&simulation.view());
     measures.check(&simulation.view());
@@ -219,7 +219,7 @@ pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
 }
 
 /// Starts a run: initial picture, and the sample at time 0.
-fn begin(
+fn first_steps(
     task: &Task<'_>,
     (simulation, measures, actions): Begun,
     run: &RunSpec,
@@ -227,7 +227,7 @@ fn begin(
     task.folder.remove_earlier_results()?;
     task.folder
         .write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
-    let mut going = Resumable::begin(task, simulation, measures);
+    let mut going = Resumable::new(task, simulation, measures);
     going.actions = actions;
     steps::take_first(&mut going, run, Output::Files)?;
     Ok(going)
@@ -296,7 +296,7 @@ fn theory(view: &View<'_>, scene: &Scene) -> (Result<HardDiscs, String>, Scene) 
         .unwrap_or(&in_force[0]);
     let hard_discs = match stages::is_disturbed(scene) {
         Some(reason) => Err(reason.to_owned()),
-        None => HardDiscs::of(view, judged),
+        None => HardDiscs::new(view, judged),
     };
     (
         hard_discs,
@@ -453,6 +453,6 @@ impl Outcome {
             figures: self.system_figures(),
             measures: self.results.records.clone(),
         };
-        Record::of(scene, run)
+        Record::new(scene, run)
     }
 }

@@ -100,7 +100,7 @@ impl<'a> Placement<'a> {
     ///
     /// # Errors
     /// The scene is invalid, the growth cannot be stored, or a signal has been received.
-    pub fn begin(mut self, scene: &Scene) -> Result<AnySimulation> {
+    pub fn place(mut self, scene: &Scene) -> Result<AnySimulation> {
         let method = self.method;
         let placed = AnySimulation::with_progress(scene, method, &mut |growth| self.watch(growth));
         self.result(placed)

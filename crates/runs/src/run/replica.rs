@@ -11,7 +11,7 @@ use carom::{Scene, engine::Growth};
 use carom_methods::Method;
 
 use super::{
-    begin,
+    start,
     outcome::outcome_of,
     placement::{self, Placement},
     scene_file,
@@ -108,11 +108,11 @@ impl Replica<'_> {
             .and_then(|found| task.start::<Measures, ()>(found));
         let mut going = match started {
             Ok(Start::From(going)) => *going,
-            Ok(Start::Anew | Start::Ended(())) => self.begin(&task)?,
+            Ok(Start::Anew | Start::Ended(())) => self.start(&task)?,
             Err(error) => {
                 signals.check()?;
                 note(&format!("{error:#}; this replica starts anew"));
-                self.begin(&task)?
+                self.start(&task)?
             }
         };
         let begun = going.simulation.time().to_f64();
@@ -129,7 +129,7 @@ impl Replica<'_> {
     }
 
     /// Places the bodies and takes the first sample.
-    fn begin(&self, task: &Task<'_>) -> Result<Resumable<Measures>> {
+    fn start(&self, task: &Task<'_>) -> Result<Resumable<Measures>> {
         let Self { scene, folder, .. } = *self;
         let mut store = |growth: &Growth| placement::store(growth, &task.what, folder.path());
         let placement = Placement::new(
@@ -141,10 +141,10 @@ impl Replica<'_> {
         let simulation = match placement::stored(&task.what, folder.path()) {
             Ok(Some(growth)) => placement.resume(growth)?,
             // A damaged growth starts anew.
-            Ok(None) | Err(_) => placement.begin(scene)?,
+            Ok(None) | Err(_) => placement.place(scene)?,
         };
-        let (simulation, measures, actions) = begin(simulation, scene, 0)?;
-        let mut going = Resumable::begin(task, simulation, measures);
+        let (simulation, measures, actions) = start(simulation, scene, 0)?;
+        let mut going = Resumable::new(task, simulation, measures);
         going.actions = actions;
         steps::take_first(&mut going, &scene.run, Output::Nothing)?;
         going.postpone_checkpoint();

@@ -14,7 +14,7 @@ use super::schedule::What;
 ///
 /// # Errors
 /// The edit that is refused, with its entry.
-pub fn begin(
+pub fn start(
     simulation: &mut AnySimulation,
     scene: &Scene,
     stage: usize,
@@ -75,7 +75,7 @@ pub fn prepare(simulation: &mut AnySimulation, scene: &Scene, action: u64) -> Re
     if scene.stage.is_empty() {
         return Ok(0);
     }
-    let draws = begin(simulation, scene, 0, action)?;
+    let draws = start(simulation, scene, 0, action)?;
     rehearse(simulation, scene)?;
     Ok(draws)
 }
@@ -92,7 +92,7 @@ pub fn change(
     action: u64,
 ) -> Result<u64> {
     match what {
-        What::Stage(stage) => begin(simulation, scene, stage, action),
+        What::Stage(stage) => start(simulation, scene, stage, action),
         What::Thermostat { stage, index } => {
             act(simulation, scene, (stage, index), action).map(|()| 1)
         }

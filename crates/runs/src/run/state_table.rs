@@ -92,7 +92,7 @@ mod tests {
             );
             let scene = Scene::from_toml(&text).unwrap();
             let mut simulation = AnySimulation::new(&scene).unwrap();
-            let mut measures = Measures::begin(&scene, &simulation.view()).unwrap();
+            let mut measures = Measures::new(&scene, &simulation.view()).unwrap();
             measures.sample(&simulation.view());
             simulation.observe_until(1.0, &mut measures).unwrap();
             measures.sample(&simulation.view());

@@ -28,10 +28,10 @@ pub struct Needs {
 
 /// Dependencies of each layer; empty if cargo cannot list them.
 pub fn needs() -> Vec<Needs> {
-    LAYERS.into_iter().filter_map(of).collect()
+    LAYERS.into_iter().filter_map(needs_of_layer).collect()
 }
 
-fn of(layer: &'static str) -> Option<Needs> {
+fn needs_of_layer(layer: &'static str) -> Option<Needs> {
     let list = |edges: &str| -> Option<BTreeSet<String>> {
         let output = Command::new(option_env!("CARGO").unwrap_or("cargo"))
             .args([

@@ -42,13 +42,13 @@ pub struct Results {
 
 impl Results {
     /// Results for a variant.
-    pub fn of(&self, variant: Variant) -> Option<&VariantResult> {
+    pub fn variant(&self, variant: Variant) -> Option<&VariantResult> {
         self.found.iter().find(|found| found.variant == variant)
     }
 
     /// Instructions for each collision relative to the plain gas, minus 1.
     pub fn excess(&self, variant: Variant) -> Option<f64> {
-        Some(self.of(variant)?.instructions? / self.found.first()?.instructions? - 1.0)
+        Some(self.variant(variant)?.instructions? / self.found.first()?.instructions? - 1.0)
     }
 
     /// Share of the instructions of the plain gas that come from the capability's own sources.
@@ -91,7 +91,7 @@ impl Results {
                 .instructions
                 .map(|count| figure("instructions a collision", count, "1"));
             let every_run = self
-                .of(Variant::Measure("energy"))
+                .variant(Variant::Measure("energy"))
                 .and_then(|found| found.instructions);
             let price = match (variant, found.instructions, every_run) {
                 (Variant::Measure(_), Some(count), Some(every_run)) => Some(figure(

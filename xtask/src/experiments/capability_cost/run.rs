@@ -39,7 +39,7 @@ pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
 /// The folder is not empty or cannot be written, or a run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let experiment = Experiment::begin(
+    let experiment = Experiment::start(
         &options.common.destination,
         &Opening {
             folder: "out/capability-cost",

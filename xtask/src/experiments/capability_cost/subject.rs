@@ -59,18 +59,18 @@ struct Measuring {
 }
 
 impl Measuring {
-    fn begin(scene: &Scene, simulation: &AnySimulation) -> Result<Self> {
+    fn new(scene: &Scene, simulation: &AnySimulation) -> Result<Self> {
         let name = format!(
             "carom-cost-{}-{}",
             std::process::id(),
             scene.run.observe.join("-").replace(':', "-")
         );
         let folder = Folder::create(&std::env::temp_dir().join(name), Existing::Replace)?;
-        let mut measures = Measures::begin(scene, &simulation.view())?;
+        let mut measures = Measures::new(scene, &simulation.view())?;
         measures.sample(&simulation.view());
         Ok(Self {
             measures,
-            files: AppendFiles::begin(&folder),
+            files: AppendFiles::new(&folder),
             folder,
         })
     }
@@ -129,7 +129,7 @@ impl Subject {
                 simulation.untag(key, "unused")?;
                 Work::Thermostat(tag)
             }
-            Variant::Measure(_) => Work::Measures(Box::new(Measuring::begin(&scene, &simulation)?)),
+            Variant::Measure(_) => Work::Measures(Box::new(Measuring::new(&scene, &simulation)?)),
             _ => Work::None,
         };
         Ok(Self {

@@ -93,7 +93,7 @@ pub fn groups(seed: u64, plan: &Plan) -> Result<(Vec<Group>, Totals)> {
     };
     let mut groups: Vec<Group> = Class::ALL.into_iter().map(draw).collect();
     let recordings = recordings(seed, plan.cases as usize)?;
-    let totals = Totals::of(
+    let totals = Totals::sum(
         &recordings
             .iter()
             .map(|recording| recording.totals)

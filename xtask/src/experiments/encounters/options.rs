@@ -25,7 +25,7 @@ pub struct Plan {
 
 impl Plan {
     /// The amount of work that options ask for.
-    pub fn of(options: &Options) -> Self {
+    pub fn new(options: &Options) -> Self {
         options.common.select(
             Plan {
                 cases: 150,

@@ -206,7 +206,7 @@ fn record(
     };
     let mut simulation: Simulation<Recorder, Impact, HeapScheduler> =
         Simulation::with(scene, recorder.clone(), Impact, CellsPerSide::default())?;
-    let mut totals = RunTotals::begin(&simulation.view());
+    let mut totals = RunTotals::new(&simulation.view());
     let begun = ThreadTime::now();
     let mut time = WARM_UP;
     simulation.run_until(time)?;

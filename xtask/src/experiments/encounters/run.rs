@@ -44,7 +44,7 @@ struct Answers {
 /// # Errors
 /// The folder is not empty or cannot be written, or a recorded run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
-    let (plan, command) = (Plan::of(options), options.command("encounters"));
+    let (plan, command) = (Plan::new(options), options.command("encounters"));
     let note = options
         .common
         .note(": rates below about 1e-3 are not resolved. The full run is --paper.");
@@ -151,7 +151,7 @@ fn search_all(
     let of_group = |group: &Group| {
         items.finish(&format!("answers about {}", group.name), || {
             group.solve();
-            let of_setting = |setting: &Setting| Tally::of(setting.detector, &group.cases, plan);
+            let of_setting = |setting: &Setting| Tally::new(setting.detector, &group.cases, plan);
             let tallies = settings.par_iter().map(of_setting).collect();
             Ok(Answers {
                 unresolved: group.unresolved(),

@@ -61,7 +61,7 @@ pub struct Row {
 
 impl Tally {
     /// Runs a detector on the cases in order until the plan's limit on evaluations is reached.
-    pub fn of(detector: AnyDetector, cases: &[Case], plan: &Plan) -> Self {
+    pub fn new(detector: AnyDetector, cases: &[Case], plan: &Plan) -> Self {
         let mut tally = Self::default();
         for (index, case) in cases.iter().enumerate() {
             if most_evaluations(&detector, &case.encounter) > plan.most_evaluations as f64 {

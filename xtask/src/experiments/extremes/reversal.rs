@@ -10,7 +10,7 @@ use carom_testkit::extremes::{
 };
 use rayon::prelude::*;
 
-use carom_experiments::time_reversal::{MAX_MAGNITUDE, line, loschmidt_echo};
+use carom_experiments::time_reversal::{MAX_DISTANCE, line, loschmidt_echo};
 
 /// Number of discs.
 const COUNT: usize = 64;
@@ -70,7 +70,7 @@ fn reversal(engine: Engine, fraction: f64, expected: f64, starts: usize) -> Resu
     }
     let used: Vec<(f64, f64)> = points
         .iter()
-        .filter(|point| point.1 < MAX_MAGNITUDE)
+        .filter(|point| point.1 < MAX_DISTANCE)
         .map(|&(n, distance)| (n, distance.ln()))
         .collect();
     let (intercept, rate) = line(&used);

@@ -37,7 +37,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
     let drifting = scenes_of_drift();
     let scenes_of: Vec<&carom::Scene> = drifting.iter().map(|(_, scene)| scene).collect();
-    let experiment = Experiment::begin(
+    let experiment = Experiment::start(
         &options.common.destination,
         &Opening {
             folder: "out/extremes",
@@ -62,7 +62,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let summary = Summary {
         title: "Extremes: limits of the guarantees".to_owned(),
         note: options.note(),
-        totals: Totals::of(&totals),
+        totals: Totals::sum(&totals),
         checks: checks(&results, &totals),
         figures: figures(&results),
         runs: Vec::new(),

@@ -38,7 +38,7 @@ pub fn run_test(
     let folder = &experiment.folder;
     let results = measure(options.budget(), &experiment.items)?;
     let totals: Vec<Totals> = results.timings.iter().map(|timing| timing.totals).collect();
-    let totals = Totals::of(&totals);
+    let totals = Totals::sum(&totals);
     let summary = Summary {
         title: test.title.to_owned(),
         note: options.note(),

@@ -132,7 +132,7 @@ pub fn time(
     signals: &Signals,
 ) -> Result<Timing> {
     let mut simulation = AnySimulation::with(scene, method)?;
-    let mut totals = RunTotals::begin(&simulation.view());
+    let mut totals = RunTotals::new(&simulation.view());
     let mut timing = Timing {
         engine: engine.to_owned(),
         size,

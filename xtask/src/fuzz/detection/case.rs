@@ -60,7 +60,7 @@ pub struct Query {
 
 impl Body {
     /// The shape of a molecule.
-    pub fn of(molecule: &Molecule) -> Self {
+    pub fn new(molecule: &Molecule) -> Self {
         match (molecule.face(), molecule.atoms()) {
             (Some(face), [first, second]) => {
                 let span = second.offset() - first.offset();
@@ -135,7 +135,7 @@ impl Body {
 
 impl Flight {
     /// The numbers of a relative motion.
-    pub fn of(motion: &RelativeMotion) -> Self {
+    pub fn new(motion: &RelativeMotion) -> Self {
         Self {
             separation: motion.separation.to_array(),
             velocity: motion.velocity.to_array(),
@@ -191,14 +191,14 @@ impl Flight {
 
 impl Query {
     /// A query at scale 1 from an encounter.
-    pub fn of(class: &str, encounter: &Encounter) -> Self {
-        let [a, b] = encounter.molecules.each_ref().map(Body::of);
+    pub fn new(class: &str, encounter: &Encounter) -> Self {
+        let [a, b] = encounter.molecules.each_ref().map(Body::new);
         Self {
             class: class.to_owned(),
             horizon: encounter.horizon,
             length_exponent: 0,
             time_exponent: 0,
-            flight: Flight::of(&encounter.motion),
+            flight: Flight::new(&encounter.motion),
             a,
             b,
         }
@@ -313,17 +313,17 @@ mod tests {
     #[test]
     fn a_query_keeps_the_bits_of_its_encounter_in_toml() {
         for class in Class::ALL {
-            let query = Query::of(&class.to_string(), &Encounter::draw(class, 5, 1));
+            let query = Query::new(&class.to_string(), &Encounter::draw(class, 5, 1));
             let text = toml::to_string(&query).unwrap();
             assert_eq!(toml::from_str::<Query>(&text).unwrap(), query);
             let rebuilt = query.encounter().unwrap();
-            assert_eq!(Flight::of(&rebuilt.motion), query.flight, "{class}");
+            assert_eq!(Flight::new(&rebuilt.motion), query.flight, "{class}");
         }
     }
 
     #[test]
     fn simpler_queries_differ_from_the_query() {
-        let query = Query::of("generic", &Encounter::draw(Class::Generic, 5, 1));
+        let query = Query::new("generic", &Encounter::draw(Class::Generic, 5, 1));
         let simpler = query.simpler();
         assert!(!simpler.is_empty() && !simpler.contains(&query));
     }

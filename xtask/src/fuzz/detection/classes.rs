@@ -33,7 +33,7 @@ pub fn draw(seed: u64) -> Query {
         10 => ("wall", wall(draw)),
         _ => ("rods of six", rods(draw)),
     };
-    let mut query = Query::of(class, &encounter);
+    let mut query = Query::new(class, &encounter);
     if draw.happens(0.4) {
         scale(draw, &mut query);
     }

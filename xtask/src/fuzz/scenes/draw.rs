@@ -347,7 +347,7 @@ impl Sketch {
         let Some((molecule, mut spec)) = molecule(draw, class, size) else {
             return;
         };
-        let outline = Outline::of(&molecule);
+        let outline = Outline::new(&molecule);
         let turns = draw.between(-0.5, 0.5);
         let (sin, cos) = libm::sincos(turns * std::f64::consts::TAU);
         let Some(place) = self.free_position(draw, &outline, [cos, sin], close) else {

@@ -106,7 +106,7 @@ fn duration(from: EpochTime, to: EpochTime) -> DoubleDouble {
 
 impl State {
     /// The state of a motion at `time`, for which it is valid.
-    pub fn of(motion: &Motion, time: EpochTime) -> Self {
+    pub fn new(motion: &Motion, time: EpochTime) -> Self {
         Self {
             time,
             place: motion.position.to_array(),
@@ -143,7 +143,7 @@ impl State {
 
 impl Outline {
     /// Outline of a molecule or a wall.
-    pub fn of(molecule: &Molecule) -> Self {
+    pub fn new(molecule: &Molecule) -> Self {
         let atoms: Vec<(Pair, f64)> = molecule
             .atoms()
             .iter()
@@ -355,7 +355,7 @@ mod tests {
     fn gaps_agree_with_those_of_the_library() {
         let tee = Molecule::named(Shape::Tee, 0.02, 1.0).unwrap();
         let wall = Molecule::wall(DVec2::new(0.5, 0.1), 0.01).unwrap();
-        let outlines = [Outline::of(&tee), Outline::of(&wall)];
+        let outlines = [Outline::new(&tee), Outline::new(&wall)];
         for index in 0..200 {
             let t = f64::from(index);
             let (a, b) = (
@@ -374,7 +374,7 @@ mod tests {
 
     #[test]
     fn bodies_meet_through_the_border() {
-        let disc = Outline::of(&Molecule::disc(0.1, 1.0).unwrap());
+        let disc = Outline::new(&Molecule::disc(0.1, 1.0).unwrap());
         let (a, b) = (placed(0.05, 0.5, 0.0), placed(0.95, 0.5, 0.0));
         let gap = smallest_gap((&disc, &a), (&disc, &b), [1.0, 1.0]);
         assert!((gap + 0.1).abs() < 1e-15);

@@ -28,7 +28,7 @@ pub trait Parts {
     ///
     /// # Errors
     /// The scene is refused.
-    fn begin(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError>;
+    fn start(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError>;
 
     /// Resumes a simulation with this scheduler.
     ///
@@ -46,7 +46,7 @@ pub trait Parts {
 pub struct Sound;
 
 impl Parts for Sound {
-    fn begin(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError> {
+    fn start(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError> {
         AnySimulation::with(
             scene,
             &Method {

@@ -44,7 +44,7 @@ pub struct Seams<'a> {
 
 /// Runs the case; `None` if the scene is refused.
 pub fn run(case: &Case, seams: &Seams<'_>) -> Option<Outcome> {
-    let mut simulation = seams.parts.begin(&case.scene, seams.order).ok()?;
+    let mut simulation = seams.parts.start(&case.scene, seams.order).ok()?;
     let mut elasticity = case.scene.elasticity.clone();
     let mut watcher = Watcher::new(&simulation.view(), &elasticity, case.seed);
     let mut draw = Draw::new(case.seed);

@@ -82,7 +82,7 @@ where
     D: Detection + Clone + Send + 'static,
     R: Response + Clone + Send + 'static,
 {
-    fn begin(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError> {
+    fn start(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError> {
         let (detection, response) = (self.0.clone(), self.1.clone());
         Ok(match order {
             Order::Cells(options) => {

@@ -133,17 +133,17 @@ impl Watcher {
             log: Vec::new(),
             report: Report::default(),
         };
-        watcher.begin(view);
+        watcher.start_watching(view);
         watcher
     }
 
     /// Updates the state after each edit: the next may take out the energy that this has put in.
     pub fn edited(&mut self, view: &View<'_>, elasticity: &ElasticitySpec) {
         self.elasticity = elasticity.clone();
-        self.begin(view);
+        self.start_watching(view);
     }
 
-    fn begin(&mut self, view: &View<'_>) {
+    fn start_watching(&mut self, view: &View<'_>) {
         self.last = view.time();
         self.lost = 0.0;
         self.lost_before = view.ledger().lost;
@@ -162,8 +162,8 @@ impl Watcher {
             .bodies()
             .map(|body| {
                 let tracked = Tracked {
-                    outline: Outline::of(body.body.molecule()),
-                    state: State::of(&body.motion, view.time()),
+                    outline: Outline::new(body.body.molecule()),
+                    state: State::new(&body.motion, view.time()),
                     epoch: self.epochs,
                     fixed: body.body.is_fixed(),
                     tags: tags(body.body),
@@ -352,7 +352,7 @@ impl Watcher {
                 self.report.fail("bodies", "the view has an unknown body");
                 continue;
             };
-            let (found, expected) = (State::of(&body.motion, time), tracked.state);
+            let (found, expected) = (State::new(&body.motion, time), tracked.state);
             let placed = expected.at(time, self.sides);
             let error = self.error(tracked, time);
             let off = distance_in_box(found.place, placed.place, self.sides);
@@ -442,7 +442,7 @@ impl Watcher {
     ) -> (Placed, f64) {
         let placed = body.state.at(time, self.sides);
         let error = self.error(body, time);
-        let found = State::of(&side.before, time);
+        let found = State::new(&side.before, time);
         let off = distance_in_box(found.place, placed.place, self.sides);
         let id = side.body.id();
         if exceeds(off, error) {
@@ -475,10 +475,10 @@ impl Watcher {
             if let Some(tracked) = self.bodies.get_mut(&side.body.key()) {
                 let (sides, epoch) = (self.sides, self.epochs);
                 // Positions are wrapped into the box, as at the start of every epoch.
-                let placed = State::of(&side.after, contact.time).at(contact.time, sides);
+                let placed = State::new(&side.after, contact.time).at(contact.time, sides);
                 tracked.state = State {
                     place: placed.place,
-                    ..State::of(&side.after, contact.time)
+                    ..State::new(&side.after, contact.time)
                 };
                 tracked.epoch = epoch;
             }

@@ -101,7 +101,7 @@ impl State {
         tiles.clear();
         add_cells(&self.grid, multi_cell_body, &mut cells);
         if multi_cell_body.wall.is_none() {
-            Reach::of(&self.grid, multi_cell_body).add_tiles(&mut tiles);
+            Reach::new(&self.grid, multi_cell_body).add_tiles(&mut tiles);
         }
         multi_cell_body.tiles = tiles;
         self.enter_cells(index, cells);
@@ -204,7 +204,7 @@ pub(in crate::cells) fn cells_of_fixed_body(
 fn add_cells(grid: &CellGrid, multi_cell_body: &MultiCellBody, cells: &mut Vec<Listed>) {
     match &multi_cell_body.wall {
         Some(wall) => cells_of_wall(grid, wall, cells),
-        None => Reach::of(grid, multi_cell_body).add_cells(cells),
+        None => Reach::new(grid, multi_cell_body).add_cells(cells),
     }
 }
 
@@ -224,7 +224,7 @@ struct Reach {
 }
 
 impl Reach {
-    fn of(grid: &CellGrid, multi_cell_body: &MultiCellBody) -> Self {
+    fn new(grid: &CellGrid, multi_cell_body: &MultiCellBody) -> Self {
         let &MultiCellBody {
             radius,
             centre,

@@ -102,7 +102,7 @@ impl MultiCellBody {
             body: index,
             fixed: body.is_fixed(),
             is_disc_among_discs: body.kind.molecule.is_disc() && !among_molecules,
-            wall: StandingWall::of(body, motion),
+            wall: StandingWall::new(body, motion),
             radius: body.kind.molecule.bounding_radius(),
             motion: *motion,
             centre: motion.position,

@@ -279,7 +279,7 @@ impl SoonestSlot {
 
     /// The earliest contact with the discs of a list, from that with eight of them at a time.
     #[inline(always)]
-    fn of(list: &CellBlock<'_>, test: impl Fn(&[u32; DISC_LANES]) -> SoonestOfEight) -> Self {
+    fn new(list: &CellBlock<'_>, test: impl Fn(&[u32; DISC_LANES]) -> SoonestOfEight) -> Self {
         let mut soonest = Self::NONE;
         list.for_each_slots8(|slots| soonest = soonest.or(test(slots).in_slots(slots)));
         soonest
@@ -308,7 +308,7 @@ impl Portable {
         query: &NeighbourQuery<'_>,
         list: &CellBlock<'_>,
     ) -> SoonestSlot {
-        SoonestSlot::of(list, |slots| Self::eight_of::<IMAGES>(query, slots))
+        SoonestSlot::new(list, |slots| Self::eight_of::<IMAGES>(query, slots))
     }
 
     #[inline(always)]

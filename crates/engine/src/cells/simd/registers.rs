@@ -55,7 +55,7 @@ impl<M: Masks, const IMAGES: bool> CompiledWith<M> for ListSearch<'_, IMAGES> {
 
     #[inline(always)]
     fn with(self, masks: M) -> SoonestSlot {
-        SoonestSlot::of(self.1, |slots| {
+        SoonestSlot::new(self.1, |slots| {
             soonest_of_eight::<M, IMAGES>(masks, self.0, slots)
         })
     }
@@ -430,13 +430,13 @@ impl<M: Masks> Four<M> {
             let now = _mm256_set1_pd(query.now);
             let dx = _mm256_add_pd(x0, _mm256_mul_pd(vx, now));
             let dy = _mm256_add_pd(y0, _mm256_mul_pd(vy, now));
-            Self::of(masks, [x0, y0], [dx, dy], [vx, vy], sigma_squared, touching)
+            Self::from_slots(masks, [x0, y0], [dx, dy], [vx, vy], sigma_squared, touching)
         }
     }
 
     /// Four discs from their separations at the start of the epoch and now, and their velocities.
     #[inline(always)]
-    fn of(
+    fn from_slots(
         masks: M,
         [x0, y0]: [__m256d; 2],
         [dx, dy]: [__m256d; 2],

@@ -24,7 +24,7 @@ struct FlightAfter {
 }
 
 impl FlightAfter {
-    fn of(state: &State<TileFrame>, body: u32) -> Self {
+    fn new(state: &State<TileFrame>, body: u32) -> Self {
         let body = body as usize;
         Self {
             flight: state.records[body].flight,
@@ -109,7 +109,7 @@ impl MotionLog {
         pair: [u32; 2],
         bodies: [u32; 2],
     ) {
-        let after = pair.map(|body| FlightAfter::of(state, body));
+        let after = pair.map(|body| FlightAfter::new(state, body));
         self.contacts.push(PassedContact {
             time,
             bodies,
@@ -124,7 +124,7 @@ impl MotionLog {
     /// index among all.
     #[inline(never)]
     pub fn add_border(&mut self, state: &State<TileFrame>, time: f64, index: u32, body: u32) {
-        let (after, contacts_before) = (FlightAfter::of(state, index), self.contacts.len() as u32);
+        let (after, contacts_before) = (FlightAfter::new(state, index), self.contacts.len() as u32);
         self.borders.push(PassedBorder {
             time,
             body,
@@ -237,7 +237,7 @@ struct JobKind {
 }
 
 impl JobKind {
-    fn of<D, R>(job: &WindowJob<'_, D, R>) -> Self {
+    fn new<D, R>(job: &WindowJob<'_, D, R>) -> Self {
         Self {
             wants_log: job.wants_log,
             all_elastic: job.all_elastic,
@@ -291,7 +291,7 @@ impl WindowAhead {
     pub fn new<D, R>(job: &WindowJob<'_, D, R>, window: Window, tiles: usize) -> Self {
         let last_contacts = job.world.last_contacts.clone();
         Self {
-            kind: JobKind::of(job),
+            kind: JobKind::new(job),
             reached: job.from,
             start: RestartState {
                 from: job.from,
@@ -315,7 +315,7 @@ impl WindowAhead {
 
     /// Whether it can serve a job.
     pub fn fits<D, R>(&self, job: &WindowJob<'_, D, R>) -> bool {
-        JobKind::of(job) == self.kind && job.from == self.reached
+        JobKind::new(job) == self.kind && job.from == self.reached
     }
 
     /// Its start (offset in the epoch, time).

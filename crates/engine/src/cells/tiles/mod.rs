@@ -275,7 +275,7 @@ impl Tiles {
     /// first window.
     pub fn begin_epoch(&mut self, world: &World, grid: &CellGrid, limit: f64) {
         self.roll_back();
-        self.begin(world, grid, limit);
+        self.start(world, grid, limit);
         self.is_fresh = true;
         let moving = (0..world.bodies.len()).filter(|&body| !world.bodies[body].is_fixed());
         let bodies = moving.map(|body| {
@@ -302,7 +302,7 @@ impl Tiles {
         );
     }
 
-    fn begin(&mut self, world: &World, grid: &CellGrid, limit: f64) {
+    fn start(&mut self, world: &World, grid: &CellGrid, limit: f64) {
         self.epoch = EpochConstants::new(world, grid, limit);
         self.fixed = FixedBodies::new(world, grid, &self.map);
         if self.contact_rate == 0.0 {
@@ -328,7 +328,7 @@ impl Tiles {
 
     /// Takes over from the global order, in the middle of an epoch.
     pub fn take_over(&mut self, world: &World, state: &State) {
-        self.begin(world, &state.grid, state.limit);
+        self.start(world, &state.grid, state.limit);
         self.is_fresh = false;
         let moving = (0..state.windings.len()).filter(|&body| !world.bodies[body].is_fixed());
         let bodies = moving.map(|body| {

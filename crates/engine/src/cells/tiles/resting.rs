@@ -62,7 +62,7 @@ impl RestingBody {
 
     /// A body of a workspace. The partners of the events at the start of the window are `partners`.
     #[inline]
-    pub fn of(state: &State<TileFrame>, index: u32, partners: &[u32]) -> Self {
+    pub fn from_state(state: &State<TileFrame>, index: u32, partners: &[u32]) -> Self {
         let record = &state.records[index as usize];
         let bodies = &state.bodies.0;
         let body = bodies[index as usize];

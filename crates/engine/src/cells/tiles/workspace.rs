@@ -348,7 +348,7 @@ impl Workspace {
         state.done = SchedulerCounters::default();
         state.records.clear();
         state.windings.clear();
-        state.wrapped.begin(0);
+        state.wrapped.start(0);
         state.molecules.clear();
         state.bodies.0.clear();
         self.partners.clear();
@@ -665,7 +665,7 @@ impl Workspace {
             outcome.needs_order |=
                 (is_own[0] | is_own[1]) && (resolved.is_unresolved || resolved.points > 1);
             if counts {
-                outcome.add(&task.span, past, &Impact::of(&encounter, &resolved));
+                outcome.add(&task.span, past, &Impact::new(&encounter, &resolved));
                 outcome.add_resolved(job, &encounter, &resolved);
             }
             self.state
@@ -747,7 +747,7 @@ impl Workspace {
                 let cell = self.state.records[body as usize].cell();
                 cell != NO_CELL && self.places.ring(window, cell) == 0
             })
-            .map(|body| (RestingBody::of(&self.state, body, &self.partners), body));
+            .map(|body| (RestingBody::from_state(&self.state, body, &self.partners), body));
         let rest = Rest {
             motions: &self.state.molecules.motions,
             pending: self.state.multi_cell.all_pending(),
@@ -779,7 +779,7 @@ struct Impact {
 }
 
 impl Impact {
-    fn of(encounter: &Encounter, resolved: &Resolved) -> Self {
+    fn new(encounter: &Encounter, resolved: &Resolved) -> Self {
         let ContactEvent { time, bodies, .. } = encounter.contact;
         let after = &resolved.after;
         Self {

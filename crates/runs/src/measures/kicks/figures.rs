@@ -54,7 +54,7 @@ pub(super) struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    pub(super) fn of(kicks: &Kicks, means: &'a [BlockMean]) -> Self {
+    pub(super) fn new(kicks: &Kicks, means: &'a [BlockMean]) -> Self {
         let (directions, components, places) = &kicks.from_gas.observer;
         let lengths = [
             WHOLE,
@@ -89,13 +89,13 @@ struct Theory<'a> {
 }
 
 impl<'a> Theory<'a> {
-    fn of(kicks: &'a Kicks) -> Option<Self> {
+    fn new(kicks: &'a Kicks) -> Option<Self> {
         let around = kicks.around.as_ref()?;
         let shape = &kicks.shape;
         let gas = [around.probe, around.mean[1]];
         let prediction =
             Prediction::with(&shape.molecule, [!shape.is_fixed, shape.can_turn], gas).ok()?;
-        let few = FewDiscs::of(&prediction, around, kicks.freedom());
+        let few = FewDiscs::new(&prediction, around, kicks.freedom());
         Some(Self {
             kicks,
             around,
@@ -157,7 +157,7 @@ impl<'a> Theory<'a> {
 
 /// Tables and figures.
 pub(super) fn results(kicks: &Kicks, parts: &Parts<'_>, context: &Context<'_>) -> Results {
-    let theory = Theory::of(kicks).filter(|_| context.is_equilibrium);
+    let theory = Theory::new(kicks).filter(|_| context.is_equilibrium);
     let theory = theory.as_ref();
     let mut figures = rates(parts, theory, context);
     figures.extend(motion(kicks, parts, theory, context));
@@ -178,7 +178,7 @@ pub(super) fn results(kicks: &Kicks, parts: &Parts<'_>, context: &Context<'_>) -
 fn drawing(kicks: &Kicks, context: &Context<'_>) -> Option<Drawing> {
     let Theory {
         prediction, around, ..
-    } = Theory::of(kicks)?;
+    } = Theory::new(kicks)?;
     let disc = if around.is_one_gas {
         "a gas disc"
     } else {
@@ -420,7 +420,7 @@ fn counts_of_blocks<'a>(
 /// χ² per degree of freedom of each direction against its mirror image, with errors from the
 /// scatter of the blocks, because kicks in one direction are correlated.
 fn mirror_of_directions(kicks: &Kicks, context: &Context<'_>) -> Option<Figure> {
-    let mirror = Mirror::of(&kicks.shape.molecule)?;
+    let mirror = Mirror::new(&kicks.shape.molecule)?;
     let blocks = counts_of_blocks(kicks, context);
     let count = blocks.clone().count();
     if count < MIN_BLOCKS {
@@ -481,7 +481,7 @@ fn against_arcs(kicks: &Kicks, theory: Option<&Theory<'_>>, context: &Context<'_
         return Vec::new();
     }
     let shares = theory.prediction.count_shares(sectors);
-    let by_count = ChiSquare::of(directions.counts(), &shares);
+    let by_count = ChiSquare::new(directions.counts(), &shares);
     let of_impulse = theory.prediction.impulse_shares(sectors);
     let (hits, total) = (directions.hits() as f64, directions.total_impulse());
     let term = |((impulse, of_impulse), share): ((&f64, f64), &f64)| {
@@ -500,7 +500,7 @@ fn against_arcs(kicks: &Kicks, theory: Option<&Theory<'_>>, context: &Context<'_
         value: terms.iter().sum(),
         freedom: terms.len().saturating_sub(1),
     };
-    let by_atom = ChiSquare::of(&kicks.by_atom(), &theory.prediction.atom_shares());
+    let by_atom = ChiSquare::new(&kicks.by_atom(), &theory.prediction.atom_shares());
     let all = [
         ("kicks by direction", by_count),
         ("impulse by direction", by_impulse),
@@ -546,7 +546,7 @@ fn of_atoms(
 
 /// Lengths and areas that follow from the atoms alone, without errors.
 fn of_geometry(kicks: &Kicks, context: &Context<'_>) -> Vec<Figure> {
-    let Some(theory) = Theory::of(kicks) else {
+    let Some(theory) = Theory::new(kicks) else {
         return Vec::new();
     };
     let region = &theory.prediction.boundary;

@@ -25,7 +25,7 @@ const SAME_ANGLE: f64 = 1e-9;
 impl Mirror {
     /// The axis that moves most atoms; of several the one with the smallest angle. `None` if the
     /// molecule has no mirror symmetry, or is one disc.
-    pub fn of(molecule: &Molecule) -> Option<Self> {
+    pub fn new(molecule: &Molecule) -> Option<Self> {
         let atoms = molecule.atoms();
         // An axis maps the atom farthest from the centre of mass to an atom as far away.
         let distance = |atom: &Atom| atom.offset().length();
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn the_tee_is_symmetric_about_its_stem() {
-        let mirror = Mirror::of(&named(Shape::Tee)).unwrap();
+        let mirror = Mirror::new(&named(Shape::Tee)).unwrap();
         assert_eq!(mirror.images, [2, 1, 0, 3, 4]);
         assert_eq!(mirror.sides(), [vec![0], vec![2]]);
         // One-degree sectors: 10° to 11° is the mirror image of 169° to 170°, and the sector below
@@ -150,12 +150,12 @@ mod tests {
     #[test]
     fn an_l_of_equal_arms_is_symmetric_about_its_diagonal_and_others_are_not() {
         let equal = of_atoms(&[(0.0, 2.0), (0.0, 1.0), (0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]);
-        let mirror = Mirror::of(&equal).unwrap();
+        let mirror = Mirror::new(&equal).unwrap();
         assert!((mirror.angle.to_degrees() - 45.0).abs() < 1e-9);
         assert_eq!(mirror.sides(), [vec![0, 1], vec![4, 3]]);
         assert!(mirror.sectors(360).unwrap().contains(&(0, 89)));
         assert_eq!(
-            Mirror::of(&of_atoms(&[
+            Mirror::new(&of_atoms(&[
                 (0.0, 3.0),
                 (0.0, 2.0),
                 (0.0, 1.0),
@@ -164,23 +164,23 @@ mod tests {
             ])),
             None
         );
-        assert_eq!(Mirror::of(&named(Shape::Disc)), None);
+        assert_eq!(Mirror::new(&named(Shape::Disc)), None);
     }
 
     #[test]
     fn rods_and_rings_have_the_axis_that_moves_most_atoms() {
-        let degrees = |shape| Mirror::of(&named(shape)).unwrap().angle.to_degrees();
+        let degrees = |shape| Mirror::new(&named(shape)).unwrap().angle.to_degrees();
         assert!((degrees(Shape::Rod(8)) - 90.0).abs() < 1e-9);
         // Of a hexagon, between two atoms: all six move.
         assert!((degrees(Shape::Ring(6)) - 30.0).abs() < 1e-9);
         let odd = of_atoms(&[(-1.0, 0.0), (1.0, 0.0), (0.0, 0.3)]);
-        assert!((Mirror::of(&odd).unwrap().angle.to_degrees() - 90.0).abs() < 1e-9);
+        assert!((Mirror::new(&odd).unwrap().angle.to_degrees() - 90.0).abs() < 1e-9);
         // An axis at an odd angle maps no sector of one degree to another.
         let turned = |at: (f64, f64)| {
             let at = DVec2::from_angle(0.1).rotate(DVec2::from(at));
             (at.x, at.y)
         };
-        let mirror = Mirror::of(&of_atoms(
+        let mirror = Mirror::new(&of_atoms(
             &[(-1.0, 0.0), (1.0, 0.0), (0.0, 0.3)].map(turned),
         ))
         .unwrap();

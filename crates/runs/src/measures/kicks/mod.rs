@@ -104,7 +104,7 @@ impl Kicks {
         // A mixture has no single boundary.
         let places = contact_density::observer(selection).ok();
         let molecule = body.molecule().clone();
-        let sides = Mirror::of(&molecule)
+        let sides = Mirror::new(&molecule)
             .filter(|_| !molecule.is_round())
             .map(|mirror| mirror.sides());
         let shape = Shape {
@@ -152,9 +152,9 @@ impl Observer for Kicks {
 
     fn start(&mut self, view: &View<'_>) {
         if self.around.is_none() {
-            self.around = Surroundings::of(view, self.body);
+            self.around = Surroundings::new(view, self.body);
             self.ideal_impulse = self.around.as_ref().and_then(|around| {
-                let boundary = ExcludedRegion::of(&self.shape.molecule, around.probe).ok()?;
+                let boundary = ExcludedRegion::new(&self.shape.molecule, around.probe).ok()?;
                 Some(around.density() * around.temperature * boundary.perimeter())
             });
         }
@@ -238,7 +238,7 @@ impl Measured for Kicks {
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        figures::results(self, &Parts::of(self, means), context)
+        figures::results(self, &Parts::new(self, means), context)
     }
 }
 

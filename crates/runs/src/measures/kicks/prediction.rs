@@ -33,7 +33,7 @@ impl Prediction {
         [gas_radius, gas_mass]: [f64; 2],
     ) -> Result<Self, GeometryError> {
         Ok(Self {
-            boundary: ExcludedRegion::of(molecule, gas_radius)?,
+            boundary: ExcludedRegion::new(molecule, gas_radius)?,
             gas_radius,
             gas_mass,
             inverse_mass: 1.0 / molecule.mass(),
@@ -189,7 +189,7 @@ mod tests {
         let at = [(0.0, 6.0), (0.0, 4.0), (0.0, 2.0), (0.0, 0.0), (2.0, 0.0)];
         let atom = |(x, y)| Atom::new(DVec2::new(x, y), 1.0, 1.0).unwrap();
         let ell = Molecule::new(at.map(atom)).unwrap();
-        let region = ExcludedRegion::of(&ell, 2.0).unwrap();
+        let region = ExcludedRegion::new(&ell, 2.0).unwrap();
         let (side, diagonal) = ((1.0f64 / 3.0).acos(), (2f64.sqrt() / 3.0).acos());
         let expected = [
             TAU - 2.0 * side,
@@ -209,14 +209,14 @@ mod tests {
     fn what_the_gas_cannot_touch() {
         let atom = |x: f64, radius| Atom::new(DVec2::new(x, 0.0), radius, 1.0).unwrap();
         let hidden = Molecule::new([atom(-1.0, 1.0), atom(0.0, 0.2), atom(1.0, 1.0)]).unwrap();
-        let region = ExcludedRegion::of(&hidden, 0.5).unwrap();
+        let region = ExcludedRegion::new(&hidden, 0.5).unwrap();
         assert_eq!(region.unreachable(), [1]);
         // Two circles of radius 3/2 at distance 2.
         let lost = 2.0 * (2.0f64 / 3.0).acos();
         assert!((region.perimeter() - 2.0 * 1.5 * (TAU - lost)).abs() < 1e-12);
         // Twelve atoms around a hole in which the gas disc would fit, but which it cannot enter.
         let ring = Molecule::named(Shape::Ring(12), 0.5, 1.0).unwrap();
-        let region = ExcludedRegion::of(&ring, 0.5).unwrap();
+        let region = ExcludedRegion::new(&ring, 0.5).unwrap();
         assert!(!region.hidden_arcs().is_empty() && region.pocket_area() > 0.0);
         assert!(region.unreachable().is_empty());
         // Each atom: a full turn less the angle towards its neighbours and the pocket.
@@ -233,7 +233,7 @@ mod tests {
     fn the_mean_force_and_torque_of_an_ideal_gas_are_zero() {
         for shape in [Shape::Tee, Shape::Rod(7), Shape::Ring(9), Shape::Cross] {
             let molecule = Molecule::named(shape, 0.3, 1.0).unwrap();
-            let region = ExcludedRegion::of(&molecule, 0.4).unwrap();
+            let region = ExcludedRegion::new(&molecule, 0.4).unwrap();
             let mean = |weight: &dyn Fn(&ExposedArc, f64) -> f64| region.integral(weight).abs();
             let [x, y] = [
                 mean(&|_, normal| normal.cos()),

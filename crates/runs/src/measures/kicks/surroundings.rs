@@ -41,7 +41,7 @@ pub(super) struct Surroundings {
 
 impl Surroundings {
     /// The surroundings of a body; `None` if nothing else moves, or if there is no temperature.
-    pub(super) fn of(view: &View<'_>, key: BodyKey) -> Option<Self> {
+    pub(super) fn new(view: &View<'_>, key: BodyKey) -> Option<Self> {
         let body = view.body(key)?;
         let others = || view.bodies().filter(|other| other.body.key() != key);
         let moving = || {
@@ -105,7 +105,7 @@ impl Surroundings {
 /// could never leave.
 fn has_full_pocket(view: &View<'_>, body: &BodyView<'_>, disc: &Body) -> bool {
     let (molecule, radius) = (body.body.molecule(), disc.molecule().bounding_radius());
-    let Ok(region) = ExcludedRegion::of(molecule, radius) else {
+    let Ok(region) = ExcludedRegion::new(molecule, radius) else {
         return false;
     };
     if region.hidden_arcs().is_empty() {
@@ -172,7 +172,7 @@ mod tests {
         let view = simulation.view();
         let is_tee = |body: &BodyView<'_>| body.body.molecule().atoms().len() == 5;
         let tee = view.bodies().find(is_tee).unwrap().body.key();
-        Surroundings::of(&view, tee)
+        Surroundings::new(&view, tee)
     }
 
     #[test]
@@ -202,7 +202,7 @@ mod tests {
             let simulation = AnySimulation::new(&scene).unwrap();
             let view = simulation.view();
             let body = view.bodies().next().unwrap().body.key();
-            Surroundings::of(&view, body).unwrap().is_one_gas
+            Surroundings::new(&view, body).unwrap().is_one_gas
         };
         assert_eq!(
             [of(""), of("[start]\nempty_pockets = true\n")],
