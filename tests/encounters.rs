@@ -7,7 +7,7 @@ use carom_detection::{
     Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch,
 };
 use carom_kinematics::Motion;
-use carom_runs::encounters::{self, EncounterRecord, Expected};
+use carom_runs::encounters::{self, EncounterRecord, ExpectedAnswer};
 
 fn all() -> Vec<EncounterRecord> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/encounters.csv");
@@ -51,10 +51,10 @@ fn verdict(encounter: &EncounterRecord, outcome: Outcome) -> Verdict {
         (_, Outcome::FreeUntil(_) | Outcome::Unresolved(_) | Outcome::OutOfRange) => {
             Verdict::Unresolved
         }
-        (Expected::Free, Outcome::Free) => Verdict::Right,
-        (Expected::Free, Outcome::Contact(_)) => Verdict::False,
-        (Expected::Contact { .. }, Outcome::Free) => Verdict::Missed,
-        (Expected::Contact { time, atoms }, Outcome::Contact(found)) => {
+        (ExpectedAnswer::Free, Outcome::Free) => Verdict::Right,
+        (ExpectedAnswer::Free, Outcome::Contact(_)) => Verdict::False,
+        (ExpectedAnswer::Contact { .. }, Outcome::Free) => Verdict::Missed,
+        (ExpectedAnswer::Contact { time, atoms }, Outcome::Contact(found)) => {
             let tolerance = pair(encounter).time_tolerance(atoms, time);
             if found.time > time + tolerance {
                 Verdict::Late
@@ -98,7 +98,7 @@ fn exact_finds_each_known_contact_and_no_other() {
             encounter.class,
             encounter.id
         );
-        if let (Some(Expected::Contact { time, .. }), Outcome::Contact(found)) =
+        if let (Some(ExpectedAnswer::Contact { time, .. }), Outcome::Contact(found)) =
             (encounter.expected, answer.outcome)
         {
             deviations.push((found.time - time).abs() / pair.natural_time());

@@ -1,13 +1,13 @@
 //! The extreme scenes of `cargo xtask experiment extremes`, in short runs: numerical extremes, and
 //! cases with analytic solutions.
 
-use carom_testkit::extremes::{Case, Effort, Engine, cases};
+use carom_testkit::extremes::{Effort, Engine, ExtremeCase, cases};
 
 /// Long enough for all lists, cells and epochs to be used many times.
 const EFFORT: Effort = Effort { collisions: 4000 };
 
-fn check(case: &Case) -> Vec<String> {
-    match (case.run)(Engine::Ours, EFFORT) {
+fn check(case: &ExtremeCase) -> Vec<String> {
+    match (case.run)(Engine::Default, EFFORT) {
         Err(error) => vec![format!("{} {}: {error:#}", case.id, case.name)],
         Ok(findings) => findings
             .iter()

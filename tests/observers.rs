@@ -22,7 +22,7 @@ use carom::{
     Orientation, OverlapCheck, RunningAverage, Scene, Simulation, Subscriptions,
     engine::{AtomSpec, GasSpec, MoleculeSpec},
     observers::{
-        Axis, ContactDensity, Drift, Group, ImpulseLog, PairDistribution, Pressure,
+        BodyAxis, ContactDensity, Drift, Group, ImpulseLog, PairDistribution, Pressure,
         ProjectionHistogram, TagFilter, ThermostatLedger, TimeCorrelation, VelocityDistribution,
     },
 };
@@ -122,7 +122,7 @@ fn results_for_one_body_do_not_depend_on_other_observers() {
             RunningAverage::new(tee),
             Drift::new(tee),
             ImpulseLog::new(tee, 50),
-            ProjectionHistogram::new(tee, Axis::X, 3.0, 24).unwrap(),
+            ProjectionHistogram::new(tee, BodyAxis::X, 3.0, 24).unwrap(),
             contacts.clone(),
         )
     };

@@ -5,7 +5,7 @@ use carom_detection::{
     Answer, Contact, Exact, Outcome, Touch,
     encounters::{Class, Encounter},
 };
-use carom_testkit::oracle::{Big, DoubleDouble, Number, Oracle, Reference, Verdict};
+use carom_testkit::oracle::{Big, DoubleDouble, ExclusionReference, Number, Oracle, OracleVerdict};
 
 const SEED: u64 = 20_170;
 
@@ -37,7 +37,7 @@ fn exact_satisfies_its_guarantee_on_all_classes_of_molecules() {
             judged += 1;
             let kept = matches!(
                 judgement.verdict,
-                Verdict::Right | Verdict::Graze | Verdict::FreeUntil
+                OracleVerdict::Right | OracleVerdict::Graze | OracleVerdict::FreeUntil
             );
             assert!(
                 kept,
@@ -92,7 +92,7 @@ fn exact_satisfies_its_guarantee_at_walls() {
             judged += 1;
             let kept = matches!(
                 judgement.verdict,
-                Verdict::Right | Verdict::Graze | Verdict::FreeUntil
+                OracleVerdict::Right | OracleVerdict::Graze | OracleVerdict::FreeUntil
             );
             assert!(
                 kept,
@@ -135,7 +135,7 @@ fn the_oracle_agrees_with_another_at_200_bits() {
             let one = oracle.first_contact::<DoubleDouble>(&encounter);
             let other = oracle.first_contact::<Big>(&encounter);
             match (&one, &other) {
-                (Reference::Deep(one), Reference::Deep(other)) => {
+                (ExclusionReference::Deep(one), ExclusionReference::Deep(other)) => {
                     contacts += 1;
                     assert_eq!(one.parts, other.parts, "{class} {index}");
                     // Angles in double-double arithmetic have an error of 1e-31 radians per radian.
@@ -149,9 +149,9 @@ fn the_oracle_agrees_with_another_at_200_bits() {
                         );
                     }
                 }
-                (Reference::Free, Reference::Free)
-                | (Reference::Unresolved, _)
-                | (_, Reference::Unresolved) => {}
+                (ExclusionReference::Free, ExclusionReference::Free)
+                | (ExclusionReference::Unresolved, _)
+                | (_, ExclusionReference::Unresolved) => {}
                 _ => panic!("{class} {index}: {one:?} and {other:?}"),
             }
         }
@@ -173,12 +173,12 @@ fn the_oracle_scales_with_time() {
             oracle.first_contact::<DoubleDouble>(&encounter),
             oracle.first_contact::<DoubleDouble>(&slower),
         ) {
-            (Reference::Deep(one), Reference::Deep(two)) => {
+            (ExclusionReference::Deep(one), ExclusionReference::Deep(two)) => {
                 let off =
                     one.touch.plus(&one.touch).minus(&two.touch).value() / encounter.natural_time();
                 assert!(off.abs() < 1e-25, "{index}: {off:e}");
             }
-            (Reference::Free, Reference::Free) => {}
+            (ExclusionReference::Free, ExclusionReference::Free) => {}
             other => panic!("{index}: {other:?}"),
         }
     }
@@ -211,29 +211,29 @@ fn the_oracle_distinguishes_wrong_answers_from_right_ones() {
             let pass = verdict(invented);
             assert_eq!(
                 (verdict(Outcome::Free), pass),
-                (Verdict::Right, Verdict::False),
+                (OracleVerdict::Right, OracleVerdict::False),
                 "{index}"
             );
             seen[0] += 1;
             continue;
         };
         seen[1] += 1;
-        assert_eq!(verdict(Outcome::Free), Verdict::Missed, "{index}");
-        assert_eq!(verdict(Outcome::Unresolved(0.0)), Verdict::GaveUp);
+        assert_eq!(verdict(Outcome::Free), OracleVerdict::Missed, "{index}");
+        assert_eq!(verdict(Outcome::Unresolved(0.0)), OracleVerdict::GaveUp);
         let shift = 1e-6 * encounter.natural_time();
         assert_eq!(
             verdict(Outcome::FreeUntil(contact.time - shift)),
-            Verdict::FreeUntil,
+            OracleVerdict::FreeUntil,
             "{index}"
         );
         assert_eq!(
             verdict(Outcome::FreeUntil(contact.time + shift)),
-            Verdict::Missed,
+            OracleVerdict::Missed,
             "{index}"
         );
         for (time, expected) in [
-            (contact.time - shift, Verdict::Early),
-            (contact.time + shift, Verdict::Late),
+            (contact.time - shift, OracleVerdict::Early),
+            (contact.time + shift, OracleVerdict::Late),
         ] {
             assert_eq!(
                 verdict(Outcome::Contact(Contact { time, ..contact })),
@@ -247,7 +247,7 @@ fn the_oracle_distinguishes_wrong_answers_from_right_ones() {
             let touch = Touch::Atoms(i, (j + 1) % atoms);
             assert_eq!(
                 verdict(Outcome::Contact(Contact { touch, ..contact })),
-                Verdict::Early,
+                OracleVerdict::Early,
                 "{index}"
             );
         }

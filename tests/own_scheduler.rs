@@ -6,7 +6,7 @@ use carom_detection::{Detection, Exact, Outcome};
 use carom_engine::{
     CollisionReport, GridError, Observer, Scene, Scheduler, SchedulerCounters, Simulation, World,
     rounding_bound,
-    scheduler::{ContactEvent, EventLoop, EventQueue, Parts, StoredMotions},
+    scheduler::{ContactEvent, EventLoop, EventQueue, StoredMotions, TouchingParts},
 };
 use carom_kinematics::{Motion, RelativeMotion};
 use carom_response::{ContactFrame, Impact, approach_speed};
@@ -341,7 +341,7 @@ fn ties_are_in_the_order_of_the_bodies() {
         time,
         bodies,
         image: [0; 2],
-        parts: Parts::Discs,
+        parts: TouchingParts::Discs,
     };
     assert!(at(1.0, [7, 8]).in_order(&at(2.0, [0, 1])).is_lt());
     assert!(at(1.0, [0, 8]).in_order(&at(1.0, [1, 2])).is_lt());

@@ -10,7 +10,7 @@ use carom::{
     Simulation,
     engine::{ElasticitySpec, GasSpec, Rotation},
     observers::{
-        Axis, ContactDensity, Group, PairDistribution, ThermostatLedger, TimeCorrelation,
+        BodyAxis, ContactDensity, Group, PairDistribution, ThermostatLedger, TimeCorrelation,
         VelocityDistribution,
     },
 };
@@ -51,7 +51,7 @@ fn watched<S: Scheduler>(simulation: &Run<S>) -> Watched {
         (
             DirectionHistogram::new(first.key(), 36),
             RunningAverage::new(first.key()),
-            ProjectionHistogram::new(first.key(), Axis::X, 3.0, 20).unwrap(),
+            ProjectionHistogram::new(first.key(), BodyAxis::X, 3.0, 20).unwrap(),
             ContactDensity::new(first, 0.02, 12).unwrap(),
         ),
         (

@@ -3,7 +3,7 @@
 use carom::{
     BodyKey, CollisionReport, Observer, Scene, Simulation,
     kinematics::Orientation,
-    observers::{Flight, FlightLog, ImpulseLog},
+    observers::{FlightLog, ImpulseLog, LoggedFlight},
 };
 use glam::DVec2;
 
@@ -16,7 +16,7 @@ fn simulation() -> Simulation {
 }
 
 /// Position and angle of a body on a flight.
-fn at(flight: &Flight, time: f64) -> (DVec2, f64) {
+fn at(flight: &LoggedFlight, time: f64) -> (DVec2, f64) {
     let passed = time - flight.time;
     (
         flight.position + passed * flight.velocity,

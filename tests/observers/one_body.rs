@@ -6,7 +6,7 @@ use carom::{
     CollisionReport, DirectionHistogram, Molecule, Observer, RunningAverage, Scene, Shape,
     Simulation,
     engine::{BumperSpec, MoleculeSpec, Rotation},
-    observers::{Axis, ImpulseLog, ProjectionHistogram},
+    observers::{BodyAxis, ImpulseLog, ProjectionHistogram},
 };
 use glam::DVec2;
 
@@ -51,8 +51,8 @@ fn planted_hit(atom: usize, phi: f64, tee_first: bool) {
     let watched = key(&simulation, usize::from(!tee_first));
     let mut observers = (
         DirectionHistogram::new(watched, 720),
-        ProjectionHistogram::new(watched, Axis::X, 10.0, 200).unwrap(),
-        ProjectionHistogram::new(watched, Axis::Y, 10.0, 200).unwrap(),
+        ProjectionHistogram::new(watched, BodyAxis::X, 10.0, 200).unwrap(),
+        ProjectionHistogram::new(watched, BodyAxis::Y, 10.0, 200).unwrap(),
         ImpulseLog::new(watched, 9),
     );
     observe(&mut simulation, &mut observers, 0.27, 1);
@@ -123,7 +123,7 @@ fn contacts_out_of_the_range_of_a_histogram_are_not_in_its_end_bins() {
         });
         let mut simulation = Simulation::new(&scene).unwrap();
         let mut along_x =
-            ProjectionHistogram::new(key(&simulation, 0), Axis::X, half_width, 10).unwrap();
+            ProjectionHistogram::new(key(&simulation, 0), BodyAxis::X, half_width, 10).unwrap();
         observe(&mut simulation, &mut along_x, 0.2, 1);
         let bins = along_x.components();
         assert_eq!(
@@ -218,8 +218,8 @@ fn mean_force_on_a_locked_molecule_is_its_change_of_momentum() {
     let projection = |axis| ProjectionHistogram::new(watched, axis, 20.0, 40).unwrap();
     let mut observers = (
         RunningAverage::new(watched),
-        projection(Axis::X),
-        projection(Axis::Y),
+        projection(BodyAxis::X),
+        projection(BodyAxis::Y),
         DirectionHistogram::new(watched, 0),
     );
     observe(&mut simulation, &mut observers, 5.0, 10);

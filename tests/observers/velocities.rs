@@ -6,7 +6,7 @@ use std::f64::consts::{LN_2, PI};
 use carom::{
     Observer, Scene, Simulation,
     engine::BumperSpec,
-    observers::{Distribution, Group, VelocityDistribution, VelocityPoint},
+    observers::{AdaptiveHistogram, Group, VelocityDistribution, VelocityPoint},
 };
 use glam::DVec2;
 
@@ -81,7 +81,7 @@ fn equal_speeds_relax_according_to_the_boltzmann_equation() {
 
 /// χ² of a histogram against the probability of lying below each edge, and its degrees of freedom.
 /// Bins with an expectation below 20, and values out of range, are combined.
-fn chi_squared(distribution: &Distribution, below: impl Fn(f64) -> f64) -> (f64, f64) {
+fn chi_squared(distribution: &AdaptiveHistogram, below: impl Fn(f64) -> f64) -> (f64, f64) {
     let total = distribution.total() as f64;
     let bins = distribution.bins();
     let (mut rest_found, mut rest_expected) = (total, total);
@@ -201,7 +201,7 @@ fn only_moving_bodies_with_the_tag_are_counted() {
         (2, 12.5, Some(2.0))
     );
     let [x, y] = all.components();
-    let occupied = |distribution: &Distribution| -> Vec<usize> {
+    let occupied = |distribution: &AdaptiveHistogram| -> Vec<usize> {
         let counts = distribution.counts();
         (0..counts.len()).filter(|&bin| counts[bin] == 1).collect()
     };

@@ -18,7 +18,7 @@ use crate::{
 pub struct Cli {
     /// The command.
     #[command(subcommand)]
-    pub command: Command,
+    pub command: XtaskCommand,
     /// Progress, notes and results on the terminal.
     #[command(flatten)]
     pub console: Console,
@@ -26,10 +26,10 @@ pub struct Cli {
 
 /// The commands.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub enum XtaskCommand {
     /// Run an experiment and write a page about it
     #[command(subcommand)]
-    Experiment(Experiment),
+    Experiment(XtaskExperiment),
     /// Time whole simulations
     #[command(subcommand)]
     Bench(bench::Bench),
@@ -38,7 +38,7 @@ pub enum Command {
     Fuzz(fuzz::Fuzz),
     /// Disturb the program by signals, failing files, losses of power, second processes and mutated
     /// files, and compare with undisturbed runs
-    Attack(attack::Options),
+    Attack(attack::AttackOptions),
     /// Run a command of `carom`, with the build of the repository
     #[command(name = attack::process::COMMAND)]
     Carom(carom_cli::Cli),
@@ -68,18 +68,18 @@ pub enum Command {
 
 /// The experiments.
 #[derive(Debug, Subcommand)]
-pub enum Experiment {
+pub enum XtaskExperiment {
     /// A T-shaped molecule in a dense gas: free, locked, or replaced by a disc; and in a dilute gas
     /// (Montanari 2017, chapter 3)
-    Brownian(studies::Options),
+    Brownian(studies::StudiesOptions),
     /// A disc around a fixed molecule: mean free path and directions of hits compared with integral
     /// geometry
-    Billiard(studies::Options),
+    Billiard(studies::StudiesOptions),
     /// A dilute gas of 50 to 2000 discs, with and without a grid (Montanari 2017, test 1: table 2.1
     /// and figure 2.3)
-    Spheres(thesis_tests::Options),
+    Spheres(thesis_tests::ThesisTestsOptions),
     /// Two rods of 1 to 256 atoms each (Montanari 2017, test 2: figure 2.4)
-    Pair(thesis_tests::Options),
+    Pair(thesis_tests::ThesisTestsOptions),
     /// All detectors on all kinds of encounters: cost of accuracy and errors of inaccuracy
     #[command(
         mut_arg("quick", |arg| arg.help(
@@ -91,31 +91,31 @@ pub enum Experiment {
     )]
     Encounters(encounters::Options),
     /// Extreme scenes: guarantees that must hold, and their limits
-    Extremes(extremes::Options),
+    Extremes(extremes::ExtremesOptions),
     /// Equilibrium of hard discs and of a mixture, against theory and published pressures
-    Equilibrium(studies::Options),
+    Equilibrium(studies::StudiesOptions),
     /// Boltzmann's H-theorem: how a gas of equal speeds becomes Maxwellian
-    Relaxation(studies::Options),
+    Relaxation(studies::StudiesOptions),
     /// Pressure of thin gases of molecules: their second virial coefficients
-    Virial(studies::Options),
+    Virial(studies::StudiesOptions),
     /// Velocity autocorrelation, a heavy Brownian disc, viscosity and heat conductivity
-    Diffusion(studies::Options),
+    Diffusion(studies::StudiesOptions),
     /// The force with which small discs push two big ones together
-    Depletion(studies::Options),
+    Depletion(studies::StudiesOptions),
     /// Haff's law of an inelastic gas
-    Cooling(studies::Options),
+    Cooling(studies::StudiesOptions),
     /// Haff's law of a gas whose contacts gain energy
-    Heating(studies::Options),
+    Heating(studies::StudiesOptions),
     /// The flow of heat between groups at two temperatures
-    Thermostat(studies::Options),
+    Thermostat(studies::StudiesOptions),
     /// The pressure of hard discs between liquid and hexatic
-    Freezing(studies::Options),
+    Freezing(studies::StudiesOptions),
     /// The drift of an asymmetric molecule, in equilibrium and out of it
-    Ratchet(studies::Options),
+    Ratchet(studies::StudiesOptions),
     /// Cost of each capability when it is absent, idle, or used
-    CapabilityCost(capability_cost::Options),
+    CapabilityCost(capability_cost::CapabilityCostOptions),
     /// All experiments one after another, and one table of their verdicts
-    All(all::Options),
+    All(all::AllOptions),
 }
 
 impl Program for Cli {
@@ -126,55 +126,73 @@ impl Program for Cli {
     /// Chores of the repository print what they do, and workers are parts of other commands.
     fn shows_progress(&self) -> bool {
         match &self.command {
-            Command::Experiment(_) => true,
-            Command::Carom(carom) => carom.shows_progress(),
+            XtaskCommand::Experiment(_) => true,
+            XtaskCommand::Carom(carom) => carom.shows_progress(),
             _ => false,
         }
     }
 
     fn run(&self) -> Result<Verdict> {
         match &self.command {
-            Command::Experiment(Experiment::Brownian(options)) => studies::run("brownian", options),
-            Command::Experiment(Experiment::Billiard(options)) => studies::run("billiard", options),
-            Command::Experiment(Experiment::Spheres(options)) => thesis_tests::spheres(options),
-            Command::Experiment(Experiment::Pair(options)) => thesis_tests::pair(options),
-            Command::Experiment(Experiment::Encounters(options)) => encounters::run(options),
-            Command::Experiment(Experiment::Extremes(options)) => extremes::run(options),
-            Command::Experiment(Experiment::Equilibrium(options)) => {
+            XtaskCommand::Experiment(XtaskExperiment::Brownian(options)) => {
+                studies::run("brownian", options)
+            }
+            XtaskCommand::Experiment(XtaskExperiment::Billiard(options)) => {
+                studies::run("billiard", options)
+            }
+            XtaskCommand::Experiment(XtaskExperiment::Spheres(options)) => {
+                thesis_tests::spheres(options)
+            }
+            XtaskCommand::Experiment(XtaskExperiment::Pair(options)) => thesis_tests::pair(options),
+            XtaskCommand::Experiment(XtaskExperiment::Encounters(options)) => {
+                encounters::run(options)
+            }
+            XtaskCommand::Experiment(XtaskExperiment::Extremes(options)) => extremes::run(options),
+            XtaskCommand::Experiment(XtaskExperiment::Equilibrium(options)) => {
                 studies::run("equilibrium", options)
             }
-            Command::Experiment(Experiment::Relaxation(options)) => {
+            XtaskCommand::Experiment(XtaskExperiment::Relaxation(options)) => {
                 studies::run("relaxation", options)
             }
-            Command::Experiment(Experiment::Virial(options)) => studies::run("virial", options),
-            Command::Experiment(Experiment::Diffusion(options)) => {
+            XtaskCommand::Experiment(XtaskExperiment::Virial(options)) => {
+                studies::run("virial", options)
+            }
+            XtaskCommand::Experiment(XtaskExperiment::Diffusion(options)) => {
                 studies::run("diffusion", options)
             }
-            Command::Experiment(Experiment::Depletion(options)) => {
+            XtaskCommand::Experiment(XtaskExperiment::Depletion(options)) => {
                 studies::run("depletion", options)
             }
-            Command::Experiment(Experiment::Cooling(options)) => studies::run("cooling", options),
-            Command::Experiment(Experiment::Heating(options)) => studies::run("heating", options),
-            Command::Experiment(Experiment::Thermostat(options)) => {
+            XtaskCommand::Experiment(XtaskExperiment::Cooling(options)) => {
+                studies::run("cooling", options)
+            }
+            XtaskCommand::Experiment(XtaskExperiment::Heating(options)) => {
+                studies::run("heating", options)
+            }
+            XtaskCommand::Experiment(XtaskExperiment::Thermostat(options)) => {
                 studies::run("thermostat", options)
             }
-            Command::Experiment(Experiment::Freezing(options)) => studies::run("freezing", options),
-            Command::Experiment(Experiment::Ratchet(options)) => studies::run("ratchet", options),
-            Command::Experiment(Experiment::All(options)) => all::run(options),
-            Command::Experiment(Experiment::CapabilityCost(options)) => {
+            XtaskCommand::Experiment(XtaskExperiment::Freezing(options)) => {
+                studies::run("freezing", options)
+            }
+            XtaskCommand::Experiment(XtaskExperiment::Ratchet(options)) => {
+                studies::run("ratchet", options)
+            }
+            XtaskCommand::Experiment(XtaskExperiment::All(options)) => all::run(options),
+            XtaskCommand::Experiment(XtaskExperiment::CapabilityCost(options)) => {
                 capability_cost::run(options)
             }
-            Command::Bench(bench) => bench::run(bench),
-            Command::Fuzz(fuzz) => fuzz::run(fuzz),
-            Command::Attack(options) => attack::run(options),
-            Command::Carom(carom) => carom.run(),
-            Command::FuzzWorker { name } => fuzz::work(name).map(|()| Verdict::Passed),
-            Command::ParryWorker => encounters::parry::work().map(|()| Verdict::Passed),
-            Command::CapabilityWorker { variant, intervals } => {
+            XtaskCommand::Bench(bench) => bench::run(bench),
+            XtaskCommand::Fuzz(fuzz) => fuzz::run(fuzz),
+            XtaskCommand::Attack(options) => attack::run(options),
+            XtaskCommand::Carom(carom) => carom.run(),
+            XtaskCommand::FuzzWorker { name } => fuzz::work(name).map(|()| Verdict::Passed),
+            XtaskCommand::ParryWorker => encounters::parry::work().map(|()| Verdict::Passed),
+            XtaskCommand::CapabilityWorker { variant, intervals } => {
                 capability_cost::work(variant, *intervals)
             }
-            Command::Tidy => tidy::run(),
-            Command::Ci => ci::run(),
+            XtaskCommand::Tidy => tidy::run(),
+            XtaskCommand::Ci => ci::run(),
         }
     }
 }

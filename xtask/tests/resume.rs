@@ -11,7 +11,7 @@ use std::{
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use tempfile::TempDir;
-use xtask::attack::folder::{Contents, contents, difference};
+use xtask::attack::folder::{FileContents, contents, difference};
 
 /// Discs, a rotating tee, a locked cross, a bumper, inelastic contacts by tags; the last sample is
 /// off the grid of the others.
@@ -137,7 +137,7 @@ impl Place {
 
     /// All output files except the manifests, which describe processes, and the checkpoints;
     /// without speeds.
-    fn results(&self) -> Contents {
+    fn results(&self) -> FileContents {
         contents(&self.path("out")).unwrap()
     }
 }

@@ -28,7 +28,7 @@ enum For {
 
 /// Options of `carom completions`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct CompletionsOptions {
     /// The shell, or `man` for the manual page
     #[arg(value_enum)]
     of: For,
@@ -38,7 +38,7 @@ pub struct Options {
 ///
 /// # Errors
 /// Standard output cannot be written.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &CompletionsOptions) -> Result<Verdict> {
     let mut text = Vec::new();
     let shell = match options.of {
         For::Bash => Some(Shell::Bash),

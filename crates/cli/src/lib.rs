@@ -33,38 +33,38 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Run a scene and write a folder with its series, snapshots and page
-    Run(run::Options),
+    Run(run::RunOptions),
     /// Turn every knob of detector and scheduler on a scene: time saved, and what goes wrong
-    Trade(trade::Options),
+    Trade(trade::TradeOptions),
     /// Watch, measure and edit a running scene in the browser
     #[cfg(feature = "live")]
-    Live(carom_live::Options),
+    Live(carom_live::LiveOptions),
     /// Validate a scene; print its content and estimate the duration of its run
-    Check(check::Options),
+    Check(check::CheckOptions),
     /// A molecule in a gas: directions of the impulses on it, and a verdict on every mean that
     /// equilibrium sets to zero
-    Brownian(brownian::Options),
+    Brownian(brownian::BrownianOptions),
     /// Test a molecule against integral geometry: mean free path and directions of the hits of a
     /// disc around it, or of the molecule among discs
-    Billiard(billiard::Options),
+    Billiard(billiard::BilliardOptions),
     /// Find the first contacts of pairs of molecules, or draw how each detector finds one
-    Detect(detect::Options),
+    Detect(detect::DetectOptions),
     /// Run a scene at many points of its parameters, with replicas, on all processors
-    Sweep(sweep::Options),
+    Sweep(sweep::SweepOptions),
     /// Merge the runs of several replicas of a scene, or the shards of a sweep
-    Merge(merge::Options),
+    Merge(merge::MergeOptions),
     /// Write the page of a run folder again from its data
-    Report(report::Options),
+    Report(report::ReportOptions),
     /// Write a trajectory as GSD (HOOMD) or as a LAMMPS dump
-    Convert(convert::Options),
+    Convert(convert::ConvertOptions),
     /// List the quantities that a scene can measure, with their parameters
     Measures,
     /// List scenes and studies to begin with; print one, or write it to a file
-    Example(examples::Options),
+    Example(examples::ExamplesOptions),
     /// Print completions of commands and options for a shell, or the manual page
-    Completions(completions::Options),
+    Completions(completions::CompletionsOptions),
     /// Print the JSON Schema of scene or study files, with which editors complete and check keys
-    Schema(reference::Options),
+    Schema(reference::ReferenceOptions),
 }
 
 impl Program for Cli {

@@ -5,7 +5,7 @@ use std::{fmt::Write as _, fs, path::Path, process::Command};
 
 use carom_report::{
     axis::Axis,
-    chart::{Chart, Layer, Shape},
+    chart::{Chart, Layer, LayerShape},
     ink::Ink,
     page::{Layout, Page},
 };
@@ -295,7 +295,7 @@ fn planted_faults_are_found() {
     let line = |points: &[(f64, f64)]| Layer {
         name: "measured".to_owned(),
         ink: Ink::Blue,
-        shape: Shape::Line(points.to_vec()),
+        shape: LayerShape::Line(points.to_vec()),
     };
     let chart =
         |points: &[(f64, f64)]| Chart::new("Chart", axis("x"), axis("y"), vec![line(points)]);

@@ -7,7 +7,7 @@ use glam::DVec2;
 use crate::{
     ErrorBound, Parts, Phase, Touch,
     atom_pair::AtomPair,
-    flight::{Flight, Placement},
+    flight::{Flight, Pose},
     gap_search::GapFunction,
     search::{PairOutcome, Search},
     skimming::rounding_within,
@@ -202,7 +202,7 @@ impl<'a> BlockSearch<'a> {
         across: Atoms<'_>,
         row: &Row<N>,
         along: usize,
-        at: &Placement,
+        at: &Pose,
         bounds: &mut [f64],
     ) {
         let error = self.error.at(at.time);
@@ -258,7 +258,7 @@ impl<const N: usize> Row<N> {
 
 impl Single {
     #[inline]
-    fn new(flight: &Flight<'_>, atom: &Atom, at: &Placement, body: usize) -> Self {
+    fn new(flight: &Flight<'_>, atom: &Atom, at: &Pose, body: usize) -> Self {
         let spin = flight.spin[body];
         let place = at.arm(body, atom.offset());
         Self {

@@ -5,8 +5,8 @@ use carom_kinematics::{HALF_ULP as U, Orientation};
 use glam::DVec2;
 
 use crate::{
-    ErrorBound, Phase, Window,
-    flight::{Flight, Placement},
+    ErrorBound, Phase, SearchWindow,
+    flight::{Flight, Pose},
     gap_search::{Gap, GapFunction},
     safe_step::{Curvature, safe_step},
     search::Search,
@@ -37,7 +37,7 @@ pub(crate) struct AtomPair<'a> {
 
 /// The two circles at one time.
 pub(crate) struct PairPose {
-    at: Placement,
+    at: Pose,
     /// d
     d: DVec2,
     /// Arms of both circles in their present orientation.
@@ -78,7 +78,7 @@ impl<'a> AtomPair<'a> {
     }
 
     #[inline]
-    fn pose_of(&self, at: Placement) -> PairPose {
+    fn pose_of(&self, at: Pose) -> PairPose {
         let arms = [0, 1].map(|body| at.arm(body, self.offsets[body]));
         PairPose {
             d: at.separation + (arms[1] - arms[0]),
@@ -100,7 +100,7 @@ impl<'a> AtomPair<'a> {
     /// A time up to which the circles are certified free, by one step from a placement; the time of
     /// the placement if they may touch there.
     #[inline]
-    pub(crate) fn contact_time_lower_bounds(&self, at: &Placement) -> f64 {
+    pub(crate) fn contact_time_lower_bounds(&self, at: &Pose) -> f64 {
         let now = self.gap(&self.pose_of(*at));
         let gap = now.value - now.error;
         if gap > 0.0 {
@@ -115,10 +115,10 @@ impl<'a> AtomPair<'a> {
     /// of the window. Their contents do not touch before.
     pub(crate) fn approach<R: Recorder>(
         &self,
-        window: Window,
+        window: SearchWindow,
         nearness: f64,
         search: &mut Search<R>,
-    ) -> Option<Placement> {
+    ) -> Option<Pose> {
         let mut pose = self.pose(window.begin);
         let near = nearness * self.contact_distance;
         for _ in 0..search.most_steps {
@@ -156,7 +156,7 @@ impl<'a> AtomPair<'a> {
 
     /// The step to the time at which the atom of `other` may reach the orbit of the atom of `body`.
     #[cold]
-    fn orbit_step_of(&self, at: &Placement, body: usize, other: usize) -> f64 {
+    fn orbit_step_of(&self, at: &Pose, body: usize, other: usize) -> f64 {
         let sign = if other == 1 { 1.0 } else { -1.0 };
         let arm = sign * at.arm(other, self.offsets[other]);
         let d = at.separation + arm;

@@ -8,7 +8,7 @@ use crate::{
     disc::disc_contact,
     range::{OUT_OF_RANGE, Unit, unit},
     strip::window_of_bodies,
-    trace::{Log, Recorder},
+    trace::{Recorder, SearchLog},
     walls,
 };
 
@@ -86,7 +86,7 @@ impl BoundingCircles {
         horizon: f64,
     ) -> Trace {
         let answer = self.first_contact(a, b, motion, horizon);
-        let mut log = Log::new();
+        let mut log = SearchLog::new();
         let mut recorder = &mut log;
         let is_in_range = answer.outcome != Outcome::OutOfRange;
         if let Some(window) = window_of_bodies(a, b, motion, horizon).filter(|_| is_in_range) {

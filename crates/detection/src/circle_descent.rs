@@ -5,7 +5,7 @@ use carom_geometry::{Circle, CircleTree, Node, Outline};
 use smallvec::SmallVec;
 
 use crate::{
-    Parts, Phase, Window,
+    Parts, Phase, SearchWindow,
     atom_block::{Atoms, BlockSearch},
     atom_pair::AtomPair,
     flight::bounding_circle,
@@ -27,7 +27,7 @@ const ALL: [u32; CircleTree::CROSSOVER] = {
 
 /// A body as a tree of circles, possibly of a single node.
 #[derive(Clone, Copy)]
-pub(crate) struct Body<'a> {
+pub(crate) struct DescentBody<'a> {
     outline: &'a Outline<'a>,
 }
 
@@ -38,7 +38,7 @@ enum Place<'a> {
     InTree(&'a CircleTree, &'a Node),
 }
 
-impl<'a> Body<'a> {
+impl<'a> DescentBody<'a> {
     pub(crate) fn new(outline: &'a Outline<'a>) -> Self {
         Self { outline }
     }
@@ -107,7 +107,7 @@ struct Task<'a> {
 /// split as well.
 pub(crate) fn descend<R: Recorder>(
     blocks: &BlockSearch<'_>,
-    bodies: [Body<'_>; 2],
+    bodies: [DescentBody<'_>; 2],
     begin: f64,
     search: &mut Search<R>,
 ) {
@@ -117,7 +117,7 @@ pub(crate) fn descend<R: Recorder>(
     let mut stack: SmallVec<[Task<'_>; 64]> = SmallVec::new();
     stack.push(Task {
         bound: begin,
-        places: bodies.map(Body::root),
+        places: bodies.map(DescentBody::root),
     });
     while let Some(Task { bound, places }) = stack.pop() {
         let limit = search.limit();
@@ -126,7 +126,7 @@ pub(crate) fn descend<R: Recorder>(
         }
         let parts = split(places);
         let pair = AtomPair::new(blocks.flight, places.map(Place::circle));
-        let window = Window {
+        let window = SearchWindow {
             begin: bound,
             end: limit,
         };

@@ -42,14 +42,14 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Detection, DiscLanes, Outcome, QueryBody, Trace, Window,
+    Answer, Detection, DiscLanes, Outcome, QueryBody, SearchWindow, Trace,
     flight::Flight,
     molecule_pair::{straight, turning},
     range::{OUT_OF_RANGE, Unit, faster, later, unit},
     search::Search,
     skim,
     tolerance::MAX_STEPS,
-    trace::{Log, Recorder},
+    trace::{Recorder, SearchLog},
     walls,
 };
 
@@ -157,7 +157,7 @@ impl Exact {
         motion: &RelativeMotion,
         horizon: f64,
     ) -> Trace {
-        let mut log = Log::new();
+        let mut log = SearchLog::new();
         match unit(a, b, motion, horizon) {
             Unit::Ordinary => {
                 let answer = self.search(&mut log, 0.0, a, b, motion, horizon.min(f64::MAX));
@@ -197,7 +197,7 @@ impl Exact {
         let mut search = Search::new(window.end, self.most_steps, recorder);
         let flight = Flight::new(a, b, motion);
         if flight.turns() {
-            let window = Window {
+            let window = SearchWindow {
                 begin: window.begin.max(begin),
                 ..window
             };

@@ -7,7 +7,7 @@ use glam::DVec2;
 use crate::{
     FaceErrorBound, Phase,
     atom_pair::{centripetal, swing},
-    flight::{Flight, Placement},
+    flight::{Flight, Pose},
     gap_search::{Gap, GapFunction, contact_within},
     safe_step::{Curvature, safe_step},
     search::{PairOutcome, Search},
@@ -208,7 +208,7 @@ impl GapFunction for FacePair<'_> {
     type Pose = FacePose;
 
     fn pose(&self, time: f64) -> FacePose {
-        let at: Placement = self.flight.at(time);
+        let at: Pose = self.flight.at(time);
         let arm = at.arm(self.body, self.atom.offset);
         // Negation is exact, so exchanging A and B changes no bit.
         let centre = if self.body == 1 {

@@ -4,12 +4,12 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Contact, Detection, Outcome, Parts, Phase, Trace, Window,
+    Answer, Contact, Detection, Outcome, Parts, Phase, SearchWindow, Trace,
     range::{OUT_OF_RANGE, Unit, unit},
     squared_gap::{SquaredGap, all_pairs},
     strip::{a_face_turns, window_of_bodies},
     tolerance::{FIXED_STEP, MAX_BISECTIONS, MAX_FIXED_STEPS},
-    trace::{Log, Recorder, Tally},
+    trace::{Recorder, SearchLog, SearchTally},
 };
 
 /// Tests for overlap at multiples of a step, and bisects back to the time of contact.
@@ -92,7 +92,7 @@ impl FixedStep {
         motion: &RelativeMotion,
         horizon: f64,
     ) -> Trace {
-        let mut log = Log::new();
+        let mut log = SearchLog::new();
         let answer = self.search(&mut log, a, b, motion, horizon);
         log.trace(answer, 1.0)
     }
@@ -120,7 +120,7 @@ impl FixedStep {
                     a,
                     b,
                     motion,
-                    tally: Tally::new(recorder),
+                    tally: SearchTally::new(recorder),
                 };
                 let outcome = pairs.walk(window, step, self.most_steps, horizon);
                 Answer {
@@ -140,12 +140,12 @@ struct AtomPairs<'a, R> {
     a: Outline<'a>,
     b: Outline<'a>,
     motion: &'a RelativeMotion,
-    tally: Tally<R>,
+    tally: SearchTally<R>,
 }
 
 impl<R: Recorder> AtomPairs<'_, R> {
     /// Tests the multiples of `step`, beginning with the last one before the window.
-    fn walk(&mut self, window: Window, step: f64, most_steps: u32, horizon: f64) -> Outcome {
+    fn walk(&mut self, window: SearchWindow, step: f64, most_steps: u32, horizon: f64) -> Outcome {
         let first = if step == f64::INFINITY {
             0.0
         } else {
@@ -154,7 +154,7 @@ impl<R: Recorder> AtomPairs<'_, R> {
         let mut before = first * if first == 0.0 { 0.0 } else { step };
         let mut now = before;
         for count in 1..=most_steps {
-            self.tally.recorder.segment(Window {
+            self.tally.recorder.segment(SearchWindow {
                 begin: before,
                 end: now,
             });
@@ -202,7 +202,7 @@ fn first_touch<R: Recorder>(
     gap: &SquaredGap<'_>,
     mut apart: f64,
     mut overlap: f64,
-    tally: &mut Tally<R>,
+    tally: &mut SearchTally<R>,
 ) -> f64 {
     for _ in 0..MAX_BISECTIONS {
         let middle = apart + 0.5 * (overlap - apart);

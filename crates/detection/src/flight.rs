@@ -17,7 +17,7 @@ pub(crate) struct Flight<'a> {
 
 /// The positions and orientations of the bodies of a flight at one time.
 #[derive(Clone, Copy)]
-pub(crate) struct Placement {
+pub(crate) struct Pose {
     pub(crate) time: f64,
     /// X + V t
     pub(crate) separation: DVec2,
@@ -59,7 +59,7 @@ impl<'a> Flight<'a> {
     }
 
     #[inline(always)]
-    pub(crate) fn at(&self, time: f64) -> Placement {
+    pub(crate) fn at(&self, time: f64) -> Pose {
         let rotation = |body: usize| {
             if self.spin[body] == 0.0 {
                 self.rotation_at_start[body]
@@ -67,7 +67,7 @@ impl<'a> Flight<'a> {
                 self.turning[body].cos_sin_at(time)
             }
         };
-        Placement {
+        Pose {
             time,
             separation: self.separation(time),
             rotation: [rotation(0), rotation(1)],
@@ -75,7 +75,7 @@ impl<'a> Flight<'a> {
     }
 }
 
-impl Placement {
+impl Pose {
     /// This placement with another time, for quantities that depend on the time alone.
     pub(crate) fn with_time(self, time: f64) -> Self {
         Self { time, ..self }

@@ -31,15 +31,15 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Contact, Detection, Outcome, Parts, Phase, Trace, Window,
+    Answer, Contact, Detection, Outcome, Parts, Phase, SearchWindow, Trace,
     crop::segment_length,
-    golden_section::{Sample, golden_section},
+    golden_section::{SectionSample, golden_section},
     range::{OUT_OF_RANGE, Unit, unit},
     secant::{Bracket, bracketed_secant},
     squared_gap::{SquaredGap, all_pairs},
     strip::{a_face_turns, window_of_bodies},
     tolerance::{CROP_FACTOR, MAX_ROUNDS, MAX_SEGMENTS, THESIS_TOLERANCE, WINDOW_MARGIN},
-    trace::{Log, Recorder, Tally},
+    trace::{Recorder, SearchLog, SearchTally},
 };
 
 /// The detector of the thesis: skim, crop, golden section, secant; corrected but not certified.
@@ -102,9 +102,9 @@ impl Detection for GoldenSecant {
 
 /// The window with an earlier begin, so that atoms that touch at its original begin are apart
 /// there.
-fn widened(window: Window) -> Window {
+fn widened(window: SearchWindow) -> SearchWindow {
     let end = window.end.min(f64::MAX);
-    Window {
+    SearchWindow {
         begin: (window.begin - WINDOW_MARGIN * (end - window.begin)).max(0.0),
         end,
     }
@@ -122,7 +122,7 @@ impl GoldenSecant {
         motion: &RelativeMotion,
         horizon: f64,
     ) -> Trace {
-        let mut log = Log::new();
+        let mut log = SearchLog::new();
         let answer = self.search(&mut log, a, b, motion, horizon);
         log.trace(answer, 1.0)
     }
@@ -138,7 +138,7 @@ impl GoldenSecant {
         if let Unit::OutOfRange = unit(a, b, motion, horizon) {
             return OUT_OF_RANGE;
         }
-        let mut tally = Tally::new(recorder);
+        let mut tally = SearchTally::new(recorder);
         let outcome = match window_of_bodies(a, b, motion, horizon) {
             _ if a_face_turns(a, b, motion) => Outcome::Unresolved(0.0),
             Some(window) => self.crop_and_search(a, b, motion, widened(window), &mut tally),
@@ -155,8 +155,8 @@ impl GoldenSecant {
         a: Outline<'_>,
         b: Outline<'_>,
         motion: &RelativeMotion,
-        window: Window,
-        tally: &mut Tally<R>,
+        window: SearchWindow,
+        tally: &mut SearchTally<R>,
     ) -> Outcome {
         tally.recorder.window(window);
         let length = segment_length(motion.angular_velocity, self.crop_factor.max(0.0));
@@ -165,7 +165,7 @@ impl GoldenSecant {
             if begin > window.end {
                 return Outcome::Free;
             }
-            let segment = Window {
+            let segment = SearchWindow {
                 begin,
                 end: (begin + length).min(window.end),
             };
@@ -183,11 +183,11 @@ impl GoldenSecant {
     /// The earliest contact of all atom pairs in one segment.
     fn earliest_in<R: Recorder>(
         &self,
-        segment: Window,
+        segment: SearchWindow,
         a: Outline<'_>,
         b: Outline<'_>,
         motion: &RelativeMotion,
-        tally: &mut Tally<R>,
+        tally: &mut SearchTally<R>,
     ) -> Result<Option<Contact>, RoundsUsedUp> {
         let mut earliest: Option<Contact> = None;
         for (touch, gap) in all_pairs(a, b, motion) {
@@ -206,19 +206,19 @@ impl GoldenSecant {
     fn contact_of_pair<R: Recorder>(
         &self,
         gap: &SquaredGap<'_>,
-        segment: Window,
-        tally: &mut Tally<R>,
+        segment: SearchWindow,
+        tally: &mut SearchTally<R>,
     ) -> Result<Option<f64>, RoundsUsedUp> {
         let width = self.tolerance * segment.end;
         let mut f = |phase, time| {
             tally.evaluated(phase, time);
             gap.at(time)
         };
-        let start = Sample {
+        let start = SectionSample {
             time: segment.begin,
             value: f(Phase::SegmentEnd, segment.begin),
         };
-        let end = Sample {
+        let end = SectionSample {
             time: segment.end,
             value: f(Phase::SegmentEnd, segment.end),
         };
@@ -234,12 +234,12 @@ impl GoldenSecant {
                 self.most_rounds,
             );
             let top = top.ok_or(RoundsUsedUp)?;
-            Sample {
+            SectionSample {
                 value: -top.value,
                 ..top
             }
         };
-        let rest = Window {
+        let rest = SearchWindow {
             begin: apart.time,
             end: segment.end,
         };

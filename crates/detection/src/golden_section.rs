@@ -1,18 +1,18 @@
 //! The golden-section search for the minimum of a function (Kiefer 1953).
 
-use crate::Window;
+use crate::SearchWindow;
 
 /// 1/φ, φ = (1 + √5)/2.
 const INVERSE_GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
 /// The value of a function at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Sample {
+pub(crate) struct SectionSample {
     pub(crate) time: f64,
     pub(crate) value: f64,
 }
 
-impl Sample {
+impl SectionSample {
     pub(crate) fn lower(self, other: Self) -> Self {
         if other.value < self.value {
             other
@@ -30,15 +30,15 @@ impl Sample {
 /// about √(rounding of f / f''), however small `width` is.
 pub(crate) fn golden_section(
     mut f: impl FnMut(f64) -> f64,
-    interval: Window,
+    interval: SearchWindow,
     width: f64,
     most_rounds: u32,
-) -> Option<Sample> {
-    let Window {
+) -> Option<SectionSample> {
+    let SearchWindow {
         begin: mut a,
         end: mut b,
     } = interval;
-    let mut at = |time| Sample {
+    let mut at = |time| SectionSample {
         time,
         value: f(time),
     };
@@ -71,7 +71,7 @@ mod tests {
         #[test]
         fn finds_a_planted_minimum(place in 0.0..1.0f64, curvature in 0.01..100.0f64) {
             let f = |t: f64| curvature * (t - place) * (t - place);
-            let found = golden_section(f, Window { begin: 0.0, end: 1.0 }, 1e-15, 200).unwrap();
+            let found = golden_section(f, SearchWindow { begin: 0.0, end: 1.0 }, 1e-15, 200).unwrap();
             prop_assert!((found.time - place).abs() < 1e-14);
         }
     }
@@ -80,7 +80,7 @@ mod tests {
     fn a_minimum_at_an_end_is_approached() {
         let found = golden_section(
             |t| t,
-            Window {
+            SearchWindow {
                 begin: 1.0,
                 end: 2.0,
             },
@@ -101,7 +101,7 @@ mod tests {
         assert_eq!(
             golden_section(
                 count,
-                Window {
+                SearchWindow {
                     begin: -1.0,
                     end: 2.0
                 },

@@ -106,8 +106,8 @@ pub use face_error::FaceErrorBound;
 #[doc(hidden)]
 pub use resolved_speed::resolved_speed;
 #[doc(hidden)]
-pub use skimming::{Window, skim};
-pub use trace::{MAX_RECORDED, Parts, Phase, Step, Trace};
+pub use skimming::{SearchWindow, skim};
+pub use trace::{MAX_RECORDED, Parts, Phase, SearchStep, Trace};
 
 use carom_geometry::{Atom, Outline};
 use carom_kinematics::RelativeMotion;

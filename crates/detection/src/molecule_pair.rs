@@ -3,9 +3,9 @@
 use carom_geometry::Outline;
 
 use crate::{
-    ErrorBound, Parts, Phase, Touch, Window,
+    ErrorBound, Parts, Phase, SearchWindow, Touch,
     atom_block::BlockSearch,
-    circle_descent::{Body, descend},
+    circle_descent::{DescentBody, descend},
     disc::disc_contact,
     flight::Flight,
     search::{PairOutcome, Search},
@@ -46,12 +46,12 @@ pub(crate) fn turning<R: Recorder>(
     a: Outline<'_>,
     b: Outline<'_>,
     flight: &Flight<'_>,
-    window: Window,
+    window: SearchWindow,
     search: &mut Search<R>,
 ) {
     let blocks = BlockSearch::new(flight, [a.bounding_radius, b.bounding_radius]);
-    let bodies = [Body::new(&a), Body::new(&b)];
-    match bodies.map(Body::only_block) {
+    let bodies = [DescentBody::new(&a), DescentBody::new(&b)];
+    match bodies.map(DescentBody::only_block) {
         [Some(a), Some(b)] => blocks.search(a, b, window.begin, search),
         _ => descend(&blocks, bodies, window.begin, search),
     }

@@ -1,17 +1,17 @@
 //! The bracketed secant method: the zero of a function between a positive and a negative value.
 
-use crate::golden_section::Sample;
+use crate::golden_section::SectionSample;
 
 /// Two times between which a function falls through zero.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bracket {
-    positive: Sample,
-    negative: Sample,
+    positive: SectionSample,
+    negative: SectionSample,
 }
 
 impl Bracket {
     /// Returns `None` unless the signs differ.
-    pub(crate) fn new(positive: Sample, negative: Sample) -> Option<Self> {
+    pub(crate) fn new(positive: SectionSample, negative: SectionSample) -> Option<Self> {
         (positive.value > 0.0 && negative.value < 0.0).then_some(Self { positive, negative })
     }
 
@@ -67,7 +67,7 @@ pub(crate) fn bracketed_secant(
         }
         let repeated = value.signum() == last_sign;
         last_sign = value.signum();
-        let sample = Sample { time, value };
+        let sample = SectionSample { time, value };
         if value > 0.0 {
             (bracket.positive, positive_weight) = (sample, value);
             negative_weight *= if repeated { 0.5 } else { 1.0 };
@@ -89,7 +89,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn zero_between(f: impl Fn(f64) -> f64, ends: (f64, f64), most_rounds: u32) -> Option<f64> {
-        let at = |time| Sample {
+        let at = |time| SectionSample {
             time,
             value: f(time),
         };
@@ -127,7 +127,7 @@ mod tests {
             rounds += 1;
             0.5 - t.exp_m1()
         };
-        let ends = [0.0, 1.0].map(|time| Sample {
+        let ends = [0.0, 1.0].map(|time| SectionSample {
             time,
             value: f(time),
         });
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn without_a_change_of_sign_there_is_no_bracket() {
-        let at = |value| Sample { time: 0.0, value };
+        let at = |value| SectionSample { time: 0.0, value };
         assert!(Bracket::new(at(1.0), at(1.0)).is_none());
         assert!(Bracket::new(at(-1.0), at(1.0)).is_none());
         assert!(Bracket::new(at(f64::NAN), at(-1.0)).is_none());

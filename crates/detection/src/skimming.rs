@@ -6,7 +6,7 @@ use crate::{error_bound::one_norm, tolerance::STEP_MARGIN};
 
 /// An interval of time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Window {
+pub struct SearchWindow {
     /// Its begin (time from now).
     pub begin: f64,
     /// Its end (time from now).
@@ -22,7 +22,7 @@ pub struct Window {
 /// reach² v² − (X × V)², which keeps its digits on grazes, where b² − a c loses them.
 ///
 /// If a square overflows or a number is NaN, the window is the whole time up to the horizon.
-pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window> {
+pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<SearchWindow> {
     let (x, v) = (motion.separation, motion.velocity);
     let horizon = if horizon.is_nan() {
         f64::INFINITY
@@ -33,7 +33,7 @@ pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window>
     let c = x.length_squared() - reach * reach;
     let v_squared = v.length_squared();
     if v_squared == 0.0 {
-        return (c <= 0.0).then_some(Window {
+        return (c <= 0.0).then_some(SearchWindow {
             begin: 0.0,
             end: horizon,
         });
@@ -42,7 +42,7 @@ pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window>
     let cross = x.perp_dot(v);
     let discriminant = reach * reach * v_squared - cross * cross;
     if !(c + discriminant).is_finite() {
-        return Some(Window {
+        return Some(SearchWindow {
             begin: 0.0,
             end: horizon,
         });
@@ -62,7 +62,7 @@ pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window>
         -c / (root + b)
     };
     let end = (end * (1.0 + STEP_MARGIN)).min(horizon);
-    (begin <= end).then_some(Window { begin, end })
+    (begin <= end).then_some(SearchWindow { begin, end })
 }
 
 /// A bound on the rounding of the distance of the centres while they are within `reach` (length).
@@ -97,7 +97,7 @@ mod tests {
         let near = RelativeMotion::exactly(DVec2::new(1.0, 0.0), DVec2::ZERO);
         assert_eq!(
             skim(&near, 1.5, 7.0),
-            Some(Window {
+            Some(SearchWindow {
                 begin: 0.0,
                 end: 7.0
             })

@@ -3,7 +3,7 @@
 use carom_geometry::{Face, Outline};
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
 
-use crate::{Window, error_bound::one_norm, skim, tolerance::STEP_MARGIN};
+use crate::{SearchWindow, error_bound::one_norm, skim, tolerance::STEP_MARGIN};
 
 /// A strip on either side of a line, or the half-plane behind it, and a point in uniform motion.
 #[derive(Clone, Copy)]
@@ -27,7 +27,7 @@ impl Strip {
         face: &Face,
         room: f64,
         horizon: f64,
-    ) -> Option<Window> {
+    ) -> Option<SearchWindow> {
         let wall = 1 - body;
         let along = motion.orientation[wall].cos_sin().rotate(face.along());
         let sign = if body == 1 { 1.0 } else { -1.0 };
@@ -40,7 +40,7 @@ impl Strip {
             rate_error: tilt * one_norm(velocity),
             reach: reach + (motion.separation_error + 2.0 * tilt * (one_norm(place) + reach)),
         };
-        let whole = Window {
+        let whole = SearchWindow {
             begin: 0.0,
             end: horizon,
         };
@@ -50,7 +50,7 @@ impl Strip {
     }
 
     /// The part of a window in which the point is in the strip.
-    fn within(self, window: Window, also_behind: bool) -> Option<Window> {
+    fn within(self, window: SearchWindow, also_behind: bool) -> Option<SearchWindow> {
         let mirrored = !also_behind && self.place < 0.0;
         let (place, rate) = if mirrored {
             (-self.place, -self.rate)
@@ -78,7 +78,7 @@ impl Strip {
             f64::INFINITY
         };
         let (begin, end) = (begin.max(window.begin), end.min(window.end));
-        (begin <= end).then_some(Window { begin, end })
+        (begin <= end).then_some(SearchWindow { begin, end })
     }
 }
 
@@ -89,10 +89,10 @@ pub(crate) fn window_of_bodies(
     b: Outline<'_>,
     motion: &RelativeMotion,
     horizon: f64,
-) -> Option<Window> {
+) -> Option<SearchWindow> {
     let mut window = match (a.face(), b.face()) {
         (None, None) => return skim(motion, a.bounding_radius + b.bounding_radius, horizon),
-        _ => Window {
+        _ => SearchWindow {
             begin: 0.0,
             end: horizon,
         },

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::{Answer, Touch, Window};
+use crate::{Answer, SearchWindow, Touch};
 
 /// The most steps, and the most segments, that a [`Trace`] holds: some 10⁸ bytes. Smaller: the
 /// search of a fast rotor by [`GoldenSecant`](crate::GoldenSecant) loses its beginning. Larger:
@@ -37,18 +37,18 @@ pub struct Trace {
     pub answer: Answer,
     /// The time in which the bodies are within reach of each other; `None` if they never are, or if
     /// the detector does not search.
-    pub window: Option<Window>,
+    pub window: Option<SearchWindow>,
     /// The crops of [`GoldenSecant`](crate::GoldenSecant), or the steps between the overlap tests
     /// of [`FixedStep`](crate::FixedStep), in the order of the search. The last
     /// [`MAX_RECORDED`] are kept.
-    pub segments: Vec<Window>,
+    pub segments: Vec<SearchWindow>,
     /// The evaluations in the order of the search. The last [`MAX_RECORDED`] are kept.
-    pub steps: Vec<Step>,
+    pub steps: Vec<SearchStep>,
 }
 
 /// One evaluation, or one conclusion without an evaluation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Step {
+pub struct SearchStep {
     /// The part of the method.
     pub phase: Phase,
     /// What was evaluated.
@@ -119,10 +119,10 @@ pub(crate) trait Recorder {
     fn step(&mut self, phase: Phase, time: f64, free_until: Option<f64>);
 
     /// Records the window of a search.
-    fn window(&mut self, window: Window);
+    fn window(&mut self, window: SearchWindow);
 
     /// Records a segment.
-    fn segment(&mut self, segment: Window);
+    fn segment(&mut self, segment: SearchWindow);
 }
 
 impl Recorder for () {
@@ -135,21 +135,21 @@ impl Recorder for () {
     fn step(&mut self, _: Phase, _: f64, _: Option<f64>) {}
 
     #[inline(always)]
-    fn window(&mut self, _: Window) {}
+    fn window(&mut self, _: SearchWindow) {}
 
     #[inline(always)]
-    fn segment(&mut self, _: Window) {}
+    fn segment(&mut self, _: SearchWindow) {}
 }
 
 /// The recorder of a [`Trace`].
-pub(crate) struct Log {
+pub(crate) struct SearchLog {
     parts: Parts,
-    window: Option<Window>,
-    segments: VecDeque<Window>,
-    steps: VecDeque<Step>,
+    window: Option<SearchWindow>,
+    segments: VecDeque<SearchWindow>,
+    steps: VecDeque<SearchStep>,
 }
 
-impl Log {
+impl SearchLog {
     pub(crate) fn new() -> Self {
         Self {
             parts: Parts::Circles([Vec::new(), Vec::new()]),
@@ -161,11 +161,11 @@ impl Log {
 
     /// The trace of a search with times in units of `unit`.
     pub(crate) fn trace(self, answer: Answer, unit: f64) -> Trace {
-        let scaled = |window: Window| Window {
+        let scaled = |window: SearchWindow| SearchWindow {
             begin: window.begin * unit,
             end: window.end * unit,
         };
-        let later = |step: Step| Step {
+        let later = |step: SearchStep| SearchStep {
             time: step.time * unit,
             free_until: step.free_until.map(|time| time * unit),
             ..step
@@ -179,7 +179,7 @@ impl Log {
     }
 }
 
-impl Recorder for &mut Log {
+impl Recorder for &mut SearchLog {
     const RECORDS: bool = true;
 
     fn concerns(&mut self, parts: impl FnOnce() -> Parts) {
@@ -187,7 +187,7 @@ impl Recorder for &mut Log {
     }
 
     fn step(&mut self, phase: Phase, time: f64, free_until: Option<f64>) {
-        let step = Step {
+        let step = SearchStep {
             phase,
             parts: self.parts.clone(),
             time,
@@ -196,11 +196,11 @@ impl Recorder for &mut Log {
         push(&mut self.steps, step);
     }
 
-    fn window(&mut self, window: Window) {
+    fn window(&mut self, window: SearchWindow) {
         self.window = Some(window);
     }
 
-    fn segment(&mut self, segment: Window) {
+    fn segment(&mut self, segment: SearchWindow) {
         push(&mut self.segments, segment);
     }
 }
@@ -214,12 +214,12 @@ fn push<T>(list: &mut VecDeque<T>, value: T) {
 }
 
 /// The number of evaluations of a search that certifies nothing, and their recorder.
-pub(crate) struct Tally<R> {
+pub(crate) struct SearchTally<R> {
     pub(crate) evaluations: u32,
     pub(crate) recorder: R,
 }
 
-impl<R: Recorder> Tally<R> {
+impl<R: Recorder> SearchTally<R> {
     pub(crate) fn new(recorder: R) -> Self {
         Self {
             evaluations: 0,
@@ -242,7 +242,7 @@ mod tests {
 
     #[test]
     fn only_the_last_steps_of_a_long_search_are_kept() {
-        let mut log = Log::new();
+        let mut log = SearchLog::new();
         for index in 0..=MAX_RECORDED {
             (&mut log).step(Phase::Secant, index as f64, None);
         }

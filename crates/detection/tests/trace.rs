@@ -3,7 +3,7 @@
 #![cfg(feature = "encounters")]
 
 use carom_detection::{
-    BoundingCircles, Exact, FixedStep, GoldenSecant, Outcome, Parts, Step,
+    BoundingCircles, Exact, FixedStep, GoldenSecant, Outcome, Parts, SearchStep,
     encounters::{Class, Encounter},
 };
 
@@ -91,7 +91,7 @@ fn the_last_step_of_the_touching_parts_is_the_contact() {
         }
         let golden = GoldenSecant::default().trace(a, b, &pair.motion, pair.horizon);
         if let Some(contact) = golden.answer.outcome.contact() {
-            let evaluated = |step: &Step| {
+            let evaluated = |step: &SearchStep| {
                 step.parts == Parts::Pair(contact.touch)
                     && step.time.to_bits() == contact.time.to_bits()
             };
@@ -125,7 +125,7 @@ fn the_certified_steps_cover_all_time_up_to_the_contact() {
         for i in some(a.atoms.len()) {
             for j in some(b.atoms.len()) {
                 let mut covered = window.begin;
-                let mut steps: Vec<&Step> = trace
+                let mut steps: Vec<&SearchStep> = trace
                     .steps
                     .iter()
                     .filter(|step| step.parts.contain(i, j))

@@ -126,7 +126,7 @@ impl Batch {
     /// [`EditError::NoSuchBody`].
     pub fn remove(&mut self, key: BodyKey) -> Result<(), EditError> {
         let index = self.index(key)?;
-        self.begin_to_move();
+        self.start_to_move();
         if let Some(sites) = &mut self.sites {
             sites.remove(&self.world, index);
         }
@@ -225,7 +225,7 @@ impl Batch {
         if factors.is_empty() {
             return;
         }
-        self.begin_to_move();
+        self.start_to_move();
         for &(index, factor) in factors {
             let motion = &mut self.world.motions[index];
             motion.velocity *= factor;
@@ -246,7 +246,7 @@ impl Batch {
         }
         self.edited
             .edit(&mut body.kind, KindEdit::Rotation(rotation));
-        self.begin_to_move();
+        self.start_to_move();
         if rotation == Rotation::Locked {
             self.world.motions[index].angular_velocity = 0.0;
         }
@@ -260,7 +260,7 @@ impl Batch {
     }
 
     /// Moves all bodies to the time of the edit, at which the next epoch starts.
-    pub(crate) fn begin_to_move(&mut self) {
+    pub(crate) fn start_to_move(&mut self) {
         if let Some(offset) = self.offset.take() {
             self.world.rebase(offset);
         }
@@ -299,7 +299,7 @@ impl Batch {
         entry: &str,
         add: impl FnOnce(&mut World, &mut TagNames, &str) -> Result<BodyKey, SceneError>,
     ) -> Result<BodyKey, EditError> {
-        self.begin_to_move();
+        self.start_to_move();
         let known = self.names.len();
         let added = add(&mut self.world, &mut self.names, entry).and_then(|key| {
             let refused = self.refuse_overlaps_of_last(entry);

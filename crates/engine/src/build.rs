@@ -7,7 +7,7 @@ use carom_response::{Impact, Response};
 
 use crate::{
     CellScheduler, ElasticityTable, Growth, Placement, Scene, SceneError, Scheduler, Simulation,
-    World, contents::Contents, placement, separation::refuse_unresolved, start_from,
+    World, contents::SceneContents, placement, separation::refuse_unresolved, start_from,
 };
 
 impl Simulation {
@@ -77,7 +77,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Creates a simulation of a world that holds all bodies of the scene.
     fn from_world(
         scene: &Scene,
-        (mut world, contents): (World, Contents),
+        (mut world, contents): (World, SceneContents),
         detection: D,
         response: R,
         options: S::Options,
@@ -132,11 +132,11 @@ impl Growth {
 fn fill(
     scene: &Scene,
     progress: &mut dyn FnMut(&Growth) -> ControlFlow<()>,
-) -> Result<(World, Contents), SceneError> {
+) -> Result<(World, SceneContents), SceneError> {
     if scene.start.from.is_some() || scene.start.snapshot.is_some() {
         return start_from::fill(scene);
     }
-    let mut contents = Contents::new(scene)?;
+    let mut contents = SceneContents::new(scene)?;
     let mut growth = if scene.start.placement == Some(Placement::Grown) {
         Growth::from_contents(scene, contents)?
     } else {

@@ -16,7 +16,7 @@ pub struct ContactEvent {
     /// motions.
     pub image: [i64; 2],
     /// The parts that touch.
-    pub parts: Parts,
+    pub parts: TouchingParts,
 }
 
 impl ContactEvent {
@@ -30,7 +30,7 @@ impl ContactEvent {
 
 /// The parts of two bodies that touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Parts {
+pub enum TouchingParts {
     /// Both bodies are single discs: the arms are zero, and no body turns.
     Discs,
     /// An atom of each, by index.
@@ -43,7 +43,7 @@ pub enum Parts {
     FaceOfB(Part),
 }
 
-impl Parts {
+impl TouchingParts {
     /// The distance of the centres of the two parts at contact (length); for a face, the distance
     /// from its plane.
     pub(crate) fn contact_distance(self, [a, b]: [&Molecule; 2]) -> f64 {
@@ -90,7 +90,7 @@ impl Parts {
     }
 }
 
-impl From<Touch> for Parts {
+impl From<Touch> for TouchingParts {
     fn from(touch: Touch) -> Self {
         match touch {
             Touch::Atoms(i, j) => Self::Atoms(i, j),
@@ -101,14 +101,14 @@ impl From<Touch> for Parts {
     }
 }
 
-impl From<Parts> for Touch {
-    fn from(parts: Parts) -> Self {
+impl From<TouchingParts> for Touch {
+    fn from(parts: TouchingParts) -> Self {
         match parts {
-            Parts::Discs => Self::Atoms(0, 0),
-            Parts::Atoms(i, j) => Self::Atoms(i, j),
-            Parts::BoundingCircles => Self::BoundingCircles,
-            Parts::FaceOfA(part) => Self::FaceOfA(part),
-            Parts::FaceOfB(part) => Self::FaceOfB(part),
+            TouchingParts::Discs => Self::Atoms(0, 0),
+            TouchingParts::Atoms(i, j) => Self::Atoms(i, j),
+            TouchingParts::BoundingCircles => Self::BoundingCircles,
+            TouchingParts::FaceOfA(part) => Self::FaceOfA(part),
+            TouchingParts::FaceOfB(part) => Self::FaceOfB(part),
         }
     }
 }

@@ -11,7 +11,7 @@ use glam::DVec2;
 
 use crate::{
     Body, World,
-    contact_event::{ContactEvent, Parts},
+    contact_event::{ContactEvent, TouchingParts},
     wall::{arm, contact_frame},
 };
 
@@ -30,7 +30,7 @@ pub(crate) fn contact_geometry(
     } = *contact;
     let pair = bodies.map(|body| &world.bodies[body as usize]);
     let arms = match parts {
-        Parts::Atoms(i, j) => [arm(pair[0], i, &before[0]), arm(pair[1], j, &before[1])],
+        TouchingParts::Atoms(i, j) => [arm(pair[0], i, &before[0]), arm(pair[1], j, &before[1])],
         _ => [DVec2::ZERO; 2],
     };
     let mut d = (before[1].position - before[0].position) + (arms[1] - arms[0]);

@@ -17,12 +17,12 @@ const MAX_RELAXATION: f64 = 1e9;
 
 /// Single bodies and kinds of molecules, each checked.
 #[derive(Debug, Clone)]
-pub(crate) struct Contents {
+pub(crate) struct SceneContents {
     pub singles: Singles,
     pub species: Vec<Species>,
 }
 
-impl Contents {
+impl SceneContents {
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         let bounds = PeriodicBox::new(DVec2::from(scene.bounds.sides)).map_err(geometry("box"))?;
         let singles = Singles::new(scene, bounds)?;

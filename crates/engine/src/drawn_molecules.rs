@@ -13,11 +13,11 @@ use crate::{
 /// The molecule that a gas describes, or the rule by which each of its molecules is drawn.
 pub(crate) enum Described {
     Equal(Box<Molecule>),
-    Drawn(Box<Drawing>),
+    Drawn(Box<DrawnMolecules>),
 }
 
 /// The rule by which molecules of different sizes and masses are drawn.
-pub(crate) struct Drawing {
+pub(crate) struct DrawnMolecules {
     entry: String,
     /// The atoms: for a named shape, of radius 1 and mass 1.
     atoms: Vec<Atom>,
@@ -61,7 +61,7 @@ impl Described {
         let [radius, mass, scale] = given.map(|given| given.map(Quantity::distribution));
         let (entry, density) = (entry.to_owned(), spec.density);
         let atoms = atoms.map_err(geometry(&entry))?;
-        let mut drawing = Drawing {
+        let mut drawing = DrawnMolecules {
             entry,
             atoms,
             radius,
@@ -142,7 +142,7 @@ fn atoms(
     Ok(name.parse().and_then(|shape: Shape| shape.atoms(1.0, 1.0)))
 }
 
-impl Drawing {
+impl DrawnMolecules {
     /// Expected area of a molecule (length²); for normal distributions, to 15 %.
     ///
     /// # Errors

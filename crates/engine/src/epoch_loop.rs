@@ -15,8 +15,8 @@ use crate::{
     BodyName, CollisionReport, Counters, ElasticityTable, Ledger, Observer, RunError, Side,
     StallCause, TagNames, World,
     limits::{ContactPlaces, Limits},
-    resolution::{Encounter, Resolved, ResolvedDiscs, Rules},
-    scheduler::{ContactEvent, EventLoop, EventQueue, Parts},
+    resolution::{ContactPair, Resolved, ResolvedDiscs, Rules},
+    scheduler::{ContactEvent, EventLoop, EventQueue, TouchingParts},
     simultaneous_contacts::SimultaneousContacts,
     thermal_wall,
     unresolved::Unresolved,
@@ -46,7 +46,7 @@ pub(crate) struct EpochLoop<'a, D, R> {
 }
 
 /// How the loop ended.
-pub(crate) enum Ended {
+pub(crate) enum EpochEnd {
     /// The target time has been reached.
     TargetReached,
     /// The maximum number of contacts has been reached, with a contact of these bodies.
@@ -58,7 +58,7 @@ pub(crate) enum Ended {
 }
 
 impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
-    type End = Result<Ended, RunError>;
+    type End = Result<EpochEnd, RunError>;
 
     #[inline(always)]
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
@@ -73,9 +73,9 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
             let Some(contact) = queue.next_contact(self.world, self.detection, stop) else {
                 if self.target < limit {
                     *self.now = self.target;
-                    return Ok(Ended::TargetReached);
+                    return Ok(EpochEnd::TargetReached);
                 }
-                return Ok(Ended::AtLimit(limit));
+                return Ok(EpochEnd::AtLimit(limit));
             };
             let ContactEvent { time, bodies, .. } = contact;
             *self.now = time;
@@ -83,7 +83,7 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
             if repeats {
                 self.count_repeated(bodies, time)?;
             }
-            if contact.parts == Parts::Discs && all_elastic && !repeats {
+            if contact.parts == TouchingParts::Discs && all_elastic && !repeats {
                 let inverse_masses = queue.inverse_masses(self.world, bodies);
                 let (a, b) = (queue.flight(bodies[0], time), queue.flight(bodies[1], time));
                 let resolved = self
@@ -100,7 +100,7 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                     queue.motion(bodies[1]).at(time),
                 ];
                 let last_contacts = self.last_contacts(bodies);
-                let encounter = Encounter {
+                let encounter = ContactPair {
                     contact,
                     before,
                     last_contacts,
@@ -117,10 +117,10 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
             }
             *self.contacts += 1;
             if self.limits.count_contact() {
-                return Ok(Ended::WithContact(time));
+                return Ok(EpochEnd::WithContact(time));
             }
             if *self.contacts == self.most {
-                return Ok(Ended::AtContact(bodies));
+                return Ok(EpochEnd::AtContact(bodies));
             }
         }
     }
@@ -139,7 +139,10 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     /// Resolves and records any contact in a system with thermal walls.
     #[cold]
     #[inline(never)]
-    fn resolve_with_thermal_walls(&mut self, encounter: &Encounter) -> Result<Resolved, RunError> {
+    fn resolve_with_thermal_walls(
+        &mut self,
+        encounter: &ContactPair,
+    ) -> Result<Resolved, RunError> {
         let number = self.counters.thermal_collisions;
         let Some((resolved, heat)) = thermal_wall::resolve(&self.rules(), encounter, number) else {
             let resolved = self.rules().resolve(encounter);
@@ -291,10 +294,10 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     #[inline(never)]
     pub(crate) fn record(
         &mut self,
-        encounter: &Encounter,
+        encounter: &ContactPair,
         resolved: &Resolved,
     ) -> Result<(), RunError> {
-        let Encounter {
+        let ContactPair {
             contact, before, ..
         } = encounter;
         let ContactEvent {

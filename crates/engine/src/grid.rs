@@ -59,7 +59,7 @@ pub struct Neighbour<'a> {
 
 /// A crossing of a body into the next cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Step {
+pub struct CellStep {
     /// 0 for x, 1 for y.
     pub axis: usize,
     /// +1 or −1.
@@ -271,7 +271,7 @@ impl Grid {
     }
 
     /// The three cells that became adjacent by a crossing that the body has just made.
-    pub fn ahead(&self, body: u32, step: Step) -> impl Iterator<Item = Neighbour<'_>> {
+    pub fn ahead(&self, body: u32, step: CellStep) -> impl Iterator<Item = Neighbour<'_>> {
         let mut centre = self.place(body);
         centre[step.axis] += step.direction;
         (-1..=1).map(move |sideways| {
@@ -300,7 +300,7 @@ impl Grid {
 
     /// Moves a body into the next cell, and returns the number of boxes by which it is wrapped
     /// along the axis.
-    pub fn enter(&mut self, body: u32, step: Step) -> i32 {
+    pub fn enter(&mut self, body: u32, step: CellStep) -> i32 {
         let place = &mut self.place[body as usize];
         let old = (place[1] * self.counts[0] + place[0]) as usize;
         let mut wrapped = 0;

@@ -34,9 +34,10 @@ use smallvec::SmallVec;
 
 use crate::{
     CellsPerSide, GridError, Scheduler, SchedulerCounters, World,
-    grid::{Grid, Step},
+    grid::{CellStep, Grid},
     scheduler::{
-        ContactEvent, EventLoop, EventQueue, Parts, StoredMotions, ordered, separation_error,
+        ContactEvent, EventLoop, EventQueue, StoredMotions, TouchingParts, ordered,
+        separation_error,
     },
     wrapped::Wrapped,
 };
@@ -75,10 +76,10 @@ struct Entry {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    Contact(Parts),
+    Contact(TouchingParts),
     Recheck,
     /// The first body enters the next cell; `bodies` holds it twice.
-    Crossing(Step),
+    Crossing(CellStep),
 }
 
 impl Entry {
@@ -315,7 +316,7 @@ impl HeapScheduler {
         world: &World,
         detection: &D,
         body: u32,
-        step: Step,
+        step: CellStep,
         now: f64,
     ) {
         self.done.crossings += 1;
@@ -412,7 +413,7 @@ impl HeapScheduler {
                     [body, other],
                     image.map(i64::from),
                     now + time,
-                    Kind::Contact(Parts::Discs),
+                    Kind::Contact(TouchingParts::Discs),
                 );
             }
         }
@@ -472,7 +473,7 @@ impl HeapScheduler {
         let (near, far) = (self.grid.corner(place), self.grid.far_corner(place));
         let mut soonest = (
             f64::INFINITY,
-            Step {
+            CellStep {
                 axis: 0,
                 direction: 0,
             },
@@ -490,7 +491,7 @@ impl HeapScheduler {
             };
             let time = (motion.time + (border - motion.position[axis]) / velocity).max(now);
             if time < soonest.0 {
-                soonest = (time, Step { axis, direction });
+                soonest = (time, CellStep { axis, direction });
             }
         }
         let (time, step) = soonest;

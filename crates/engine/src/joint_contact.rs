@@ -12,7 +12,7 @@ use smallvec::SmallVec;
 
 use crate::{
     Body, World,
-    contact_event::{ContactEvent, Parts},
+    contact_event::{ContactEvent, TouchingParts},
     contact_geometry::contact_geometry,
 };
 
@@ -40,11 +40,13 @@ pub(crate) struct JointContact {
 /// Whether two bodies that touch at these parts may touch at others at the same instant: one of
 /// them must consist of several atoms.
 #[inline]
-pub(crate) fn may_be_joint(pair: [&Body; 2], parts: Parts) -> bool {
+pub(crate) fn may_be_joint(pair: [&Body; 2], parts: TouchingParts) -> bool {
     let has_atoms = match parts {
-        Parts::Discs | Parts::BoundingCircles => false,
-        Parts::Atoms(..) => true,
-        Parts::FaceOfA(part) | Parts::FaceOfB(part) => matches!(part, Part::Atom(_)),
+        TouchingParts::Discs | TouchingParts::BoundingCircles => false,
+        TouchingParts::Atoms(..) => true,
+        TouchingParts::FaceOfA(part) | TouchingParts::FaceOfB(part) => {
+            matches!(part, Part::Atom(_))
+        }
     };
     has_atoms
         && pair
@@ -105,9 +107,9 @@ fn touching(
         {
             let part = Part::Atom(atom);
             let parts = if wall == 0 {
-                Parts::FaceOfA(part)
+                TouchingParts::FaceOfA(part)
             } else {
-                Parts::FaceOfB(part)
+                TouchingParts::FaceOfB(part)
             };
             let (frame, depth) =
                 contact_geometry(world, &ContactEvent { parts, ..*contact }, before);
@@ -132,7 +134,7 @@ fn touching(
             let line_of_centres = between + (b.arm - a.arm);
             let reach = a.radius + b.radius + tolerance;
             let touches = line_of_centres.length_squared() <= reach * reach;
-            if touches && contact.parts != Parts::Atoms(a.index, b.index) {
+            if touches && contact.parts != TouchingParts::Atoms(a.index, b.index) {
                 frames.push(ContactFrame {
                     line_of_centres,
                     arms: [a.arm, b.arm],
@@ -144,10 +146,12 @@ fn touching(
 }
 
 /// The atom of the other body that touches a wall, at its face or at an end.
-fn atom_at_wall(parts: Parts, wall: usize) -> Option<u32> {
+fn atom_at_wall(parts: TouchingParts, wall: usize) -> Option<u32> {
     match parts {
-        Parts::FaceOfA(Part::Atom(atom)) | Parts::FaceOfB(Part::Atom(atom)) => Some(atom),
-        Parts::Atoms(a, b) => Some(if wall == 0 { b } else { a }),
+        TouchingParts::FaceOfA(Part::Atom(atom)) | TouchingParts::FaceOfB(Part::Atom(atom)) => {
+            Some(atom)
+        }
+        TouchingParts::Atoms(a, b) => Some(if wall == 0 { b } else { a }),
         _ => None,
     }
 }

@@ -471,7 +471,12 @@ impl Lattice {
         Self::with_counts(bounds, counts, radius, origin)
     }
 
-    fn with_counts(bounds: &PeriodicBox, counts: Counts, radius: f64, origin: DVec2) -> Option<Self> {
+    fn with_counts(
+        bounds: &PeriodicBox,
+        counts: Counts,
+        radius: f64,
+        origin: DVec2,
+    ) -> Option<Self> {
         let (sides, touching) = (bounds.sides(), 2.0 * radius);
         let Counts { columns, rows } = counts;
         let step = sides / DVec2::new(columns, rows);

@@ -33,7 +33,7 @@ pub(crate) struct Rules<'a, R> {
 
 /// A contact of any two bodies, just before it takes place.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Encounter {
+pub(crate) struct ContactPair {
     pub contact: ContactEvent,
     /// The motions at the time of the contact.
     pub before: [Motion; 2],
@@ -122,8 +122,8 @@ impl<R: Response> Rules<'_, R> {
 
     /// Resolves any contact.
     #[inline(never)]
-    pub fn resolve(&self, encounter: &Encounter) -> Resolved {
-        let Encounter {
+    pub fn resolve(&self, encounter: &ContactPair) -> Resolved {
+        let ContactPair {
             contact,
             before,
             last_contacts,
@@ -219,12 +219,12 @@ impl<R: Response> Rules<'_, R> {
     /// is one, or if the response resolves them one by one.
     fn joint(
         &self,
-        encounter: &Encounter,
+        encounter: &ContactPair,
         frame: &ContactFrame,
         bodies: [(&Motion, &Inertia); 2],
         elasticity: Elasticity,
     ) -> Option<JointContact> {
-        let Encounter {
+        let ContactPair {
             contact, before, ..
         } = encounter;
         let impulses =

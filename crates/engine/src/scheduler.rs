@@ -58,10 +58,10 @@ use glam::DVec2;
 
 use crate::{Body, GridError, SchedulerCounters, TileCounters, TileUse, TileWork, Tiling, World};
 pub use crate::{
-    contact_event::{ContactEvent, Parts},
+    contact_event::{ContactEvent, TouchingParts},
     separation_error::separation_error,
     wall::StandingWall,
-    window::{RestartState, Window, WindowJob},
+    window::{RestartState, TimeWindow, WindowJob},
 };
 
 /// A pair ordered so that the body inserted first is first, with the image of the second relative
@@ -250,7 +250,7 @@ pub trait Scheduler: Sized {
     fn run_window<D: Detection, R: Response>(
         &mut self,
         _job: &WindowJob<'_, D, R>,
-    ) -> Option<Window> {
+    ) -> Option<TimeWindow> {
         None
     }
 

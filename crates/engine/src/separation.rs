@@ -40,7 +40,7 @@ use carom_response::{ContactFrame, approach_speed, reduced_mass};
 use glam::DVec2;
 
 use crate::{
-    Body, ElasticityTable, GridError, World, contact_event::Parts,
+    Body, ElasticityTable, GridError, World, contact_event::TouchingParts,
     separation_error::separation_error,
 };
 
@@ -73,14 +73,14 @@ const MAX_OUTWARDS: f64 = 4.0;
 pub(crate) fn missing_impulse(
     separation_error: f64,
     frame: &ContactFrame,
-    parts: Parts,
+    parts: TouchingParts,
     bodies: [&Body; 2],
     before: [&Motion; 2],
     after: [&Motion; 2],
 ) -> Option<DVec2> {
     let time = before[0].time;
     let mut relative = RelativeMotion::between(before[0], before[1], DVec2::ZERO, time);
-    let least = if parts == Parts::Discs {
+    let least = if parts == TouchingParts::Discs {
         // Discs fly straight: once separating they do not meet again, for any rounding of their
         // positions.
         2.0 * relative.velocity_error

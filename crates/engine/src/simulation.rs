@@ -8,7 +8,7 @@ use crate::{
     BodyName, CellScheduler, Counters, ElasticityTable, HeatByTag, Ledger, MAX_TIME, MIN_SPEED,
     Observer, RunError, Scheduler, SchedulerCounters, TagNames, TileCounters, TileUse, TileWork,
     Tiling, View, World,
-    epoch_loop::{Ended, EpochLoop},
+    epoch_loop::{EpochEnd, EpochLoop},
     limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
     scheduler::{StoredMotions, separation_error},
     simultaneous_contacts::SimultaneousContacts,
@@ -330,26 +330,26 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             None => pass.run_in_order(scheduler)?,
         };
         match ended {
-            Ended::TargetReached if in_windows || is_stored && *contacts == 0 => {
+            EpochEnd::TargetReached if in_windows || is_stored && *contacts == 0 => {
                 self.scheduler
                     .store_changes(&mut StoredMotions::new(&mut self.world), &[]);
                 return Ok(true);
             }
-            Ended::AtContact(bodies) if is_stored && *contacts == 1 => {
+            EpochEnd::AtContact(bodies) if is_stored && *contacts == 1 => {
                 self.scheduler
                     .store_changes(&mut StoredMotions::new(&mut self.world), &bodies);
                 return Ok(true);
             }
-            Ended::TargetReached | Ended::AtContact(_) => {
+            EpochEnd::TargetReached | EpochEnd::AtContact(_) => {
                 self.scheduler
                     .store(&mut StoredMotions::new(&mut self.world));
                 return Ok(true);
             }
-            Ended::WithContact(time) => {
+            EpochEnd::WithContact(time) => {
                 self.end_epoch_with_contact(time);
                 return Ok(*contacts == most);
             }
-            Ended::AtLimit(limit) => {
+            EpochEnd::AtLimit(limit) => {
                 let begun = self.world.epoch;
                 self.end_epoch(limit);
                 if self.world.epoch == begun {

@@ -27,15 +27,15 @@ const MAX_COLUMNS: usize = 256;
 
 /// One frame.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Frame {
+pub(crate) struct SnapshotFrame {
     /// Sides of the box (length), if the frame has them.
     pub sides: Option<[f64; 2]>,
-    pub atoms: Vec<AtomRow>,
+    pub atoms: Vec<SnapshotAtom>,
 }
 
 /// One atom of a frame. Quantities without a column are `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct AtomRow {
+pub(crate) struct SnapshotAtom {
     /// Number of the line in the frame, from 1.
     pub line: usize,
     pub place: DVec2,
@@ -109,7 +109,7 @@ fn number_of_atoms(line: &str) -> Result<usize, String> {
 ///
 /// # Errors
 /// The problem, with the line.
-pub(crate) fn read_frame(text: &str) -> Result<Frame, String> {
+pub(crate) fn read_frame(text: &str) -> Result<SnapshotFrame, String> {
     let mut lines = text.lines().enumerate();
     let (_, first) = lines.next().ok_or("the frame is empty")?;
     let count = number_of_atoms(first.trim()).map_err(|problem| format!("line 1: {problem}"))?;
@@ -141,7 +141,7 @@ pub(crate) fn read_frame(text: &str) -> Result<Frame, String> {
             atoms.len()
         ));
     }
-    Ok(Frame { sides, atoms })
+    Ok(SnapshotFrame { sides, atoms })
 }
 
 /// The entries `key=value` and `key="value with spaces"` of a comment line; words without `=` are
@@ -289,7 +289,7 @@ impl Columns {
         })
     }
 
-    fn read(&self, line: usize, text: &str) -> Result<AtomRow, String> {
+    fn read(&self, line: usize, text: &str) -> Result<SnapshotAtom, String> {
         let words: Vec<&str> = text.split_whitespace().take(MAX_COLUMNS + 1).collect();
         if words.len() != self.all {
             return Err(format!(
@@ -305,7 +305,7 @@ impl Columns {
                 .map(|range| number(words[range.start]))
                 .transpose()
         };
-        Ok(AtomRow {
+        Ok(SnapshotAtom {
             line,
             place: vector(&self.place)?,
             velocity: self.velocity.as_ref().map(vector).transpose()?,

@@ -10,7 +10,7 @@ use glam::DVec2;
 use crate::{
     GasSpec, Rotation, Scene, SceneError, TagNames, Tags, World,
     body_builder::{geometry, inertia, insert, tags},
-    drawn_molecules::{Described, Drawing},
+    drawn_molecules::{Described, DrawnMolecules},
     gas_spec::{MAX_MOLECULES, TWO_ENERGIES},
     limits::refuse_slow,
 };
@@ -371,7 +371,7 @@ fn expected(
     entry: &str,
     spec: &GasSpec,
     bounds: &PeriodicBox,
-    drawing: &Drawing,
+    drawing: &DrawnMolecules,
 ) -> Result<f64, SceneError> {
     match wanted(entry, spec, bounds)? {
         Wanted::Count(count) => Ok(count as f64),
@@ -396,7 +396,7 @@ fn drawn(
     entry: &str,
     spec: &GasSpec,
     bounds: &PeriodicBox,
-    mut drawing: Drawing,
+    mut drawing: DrawnMolecules,
 ) -> Result<Vec<Arc<Molecule>>, SceneError> {
     let wanted = wanted(entry, spec, bounds)?;
     let expected = expected(entry, spec, bounds, &drawing)?;

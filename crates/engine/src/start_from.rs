@@ -15,12 +15,12 @@ use rand::RngExt;
 use crate::{
     Body, RandomStream, Scene, SceneError, World,
     body_builder::geometry,
-    contents::Contents,
+    contents::SceneContents,
     error::short,
     limits::refuse_slow,
     single_bodies::{Singles, deepest_overlap},
     sites::Sites,
-    snapshot::{AtomRow, Frame, read_frame},
+    snapshot::{SnapshotAtom, SnapshotFrame, read_frame},
     velocities::ConservedMomentum,
 };
 
@@ -45,7 +45,7 @@ fn problem(problem: String) -> SceneError {
 ///
 /// # Errors
 /// [`SceneError`] with the line of the frame.
-pub(crate) fn fill(scene: &Scene) -> Result<(World, Contents), SceneError> {
+pub(crate) fn fill(scene: &Scene) -> Result<(World, SceneContents), SceneError> {
     let start = &scene.start;
     if start.placement.is_some() || start.relax.is_some() || start.empty_pockets {
         return Err(problem(
@@ -58,7 +58,7 @@ pub(crate) fn fill(scene: &Scene) -> Result<(World, Contents), SceneError> {
                 .to_owned(),
         )
     })?;
-    let mut contents = Contents::new(scene)?;
+    let mut contents = SceneContents::new(scene)?;
     let frame = read_frame(text).map_err(problem)?;
     refuse_box(&frame, contents.singles.world.bounds())?;
     let mut lines = vec![0; contents.singles.world.bodies().len()];
@@ -71,7 +71,7 @@ pub(crate) fn fill(scene: &Scene) -> Result<(World, Contents), SceneError> {
     let (seed, replica) = (scene.bounds.seed, scene.bounds.replica);
     let mut random = RandomStream::Placement.generator(seed, replica);
     let mut velocities = RandomStream::Velocities.generator(seed, replica);
-    let Contents { singles, species } = &mut contents;
+    let SceneContents { singles, species } = &mut contents;
     let bounds = *singles.world.bounds();
     for kind in species.iter() {
         let drawn = kind.velocities(&conserved, &mut velocities)?;
@@ -97,20 +97,20 @@ pub(crate) fn fill(scene: &Scene) -> Result<(World, Contents), SceneError> {
 
 /// The rows of the atoms not yet assigned.
 struct Rows<'a> {
-    rest: &'a [AtomRow],
+    rest: &'a [SnapshotAtom],
     has_fixed: bool,
 }
 
 impl<'a> Rows<'a> {
     /// The rows of the next molecule; their number has been checked.
-    fn take(&mut self, atoms: usize) -> &'a [AtomRow] {
+    fn take(&mut self, atoms: usize) -> &'a [SnapshotAtom] {
         let (first, rest) = self.rest.split_at(atoms);
         self.rest = rest;
         first
     }
 }
 
-fn refuse_box(frame: &Frame, bounds: &PeriodicBox) -> Result<(), SceneError> {
+fn refuse_box(frame: &SnapshotFrame, bounds: &PeriodicBox) -> Result<(), SceneError> {
     let Some(sides) = frame.sides else {
         return Ok(());
     };
@@ -127,7 +127,7 @@ fn refuse_box(frame: &Frame, bounds: &PeriodicBox) -> Result<(), SceneError> {
 }
 
 /// Whether the frame has the atoms of fixed bodies.
-fn has_fixed(frame: &Frame, contents: &Contents) -> Result<bool, SceneError> {
+fn has_fixed(frame: &SnapshotFrame, contents: &SceneContents) -> Result<bool, SceneError> {
     let atoms = |fixed_too: bool| -> usize {
         let of = |body: &&Body| !body.is_wall() && (fixed_too || !body.is_fixed());
         contents
@@ -203,7 +203,7 @@ fn move_singles(
 
 /// The motion of a molecule with these atoms; what they lack is taken from `drawn`.
 fn motion(
-    rows: &[AtomRow],
+    rows: &[SnapshotAtom],
     molecule: &Molecule,
     turns: bool,
     drawn: Motion,
@@ -309,13 +309,13 @@ fn fitted(places: &[DVec2], molecule: &Molecule) -> Orientation {
 /// Velocity and angular velocity of a molecule: V = Σ m v / Σ m and ω = Σ m a × v / Σ m a², unless
 /// the file has ω; those drawn if the file has no velocities.
 fn velocities(
-    rows: &[AtomRow],
+    rows: &[SnapshotAtom],
     atoms: &[Atom],
     arms: &[DVec2],
     turns: bool,
     drawn: &Motion,
 ) -> (DVec2, f64) {
-    let of = |row: &AtomRow, atom: &Atom| {
+    let of = |row: &SnapshotAtom, atom: &Atom| {
         row.velocity
             .or(row.momentum.map(|momentum| momentum / atom.mass()))
     };
@@ -341,7 +341,7 @@ fn velocities(
     (momentum / mass, angular_velocity)
 }
 
-fn refuse_overlaps(contents: &Contents, lines: &[usize]) -> Result<(), SceneError> {
+fn refuse_overlaps(contents: &SceneContents, lines: &[usize]) -> Result<(), SceneError> {
     let world = &contents.singles.world;
     let mut sites = Sites::new(world);
     let is_fixed = |&index: &usize| world.bodies[index].is_fixed();

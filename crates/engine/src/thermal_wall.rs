@@ -13,7 +13,7 @@ use crate::{
     RandomStream,
     contact_geometry::contact_geometry,
     random::{normal_pair, rayleigh},
-    resolution::{Encounter, Resolved, Rules},
+    resolution::{ContactPair, Resolved, Rules},
     separation::{missing_impulse, round_outwards},
 };
 
@@ -26,7 +26,7 @@ const NUMBERS_PER_CONTACT: u128 = 8;
 #[inline(never)]
 pub(crate) fn resolve<R>(
     rules: &Rules<'_, R>,
-    encounter: &Encounter,
+    encounter: &ContactPair,
     number: u64,
 ) -> Option<(Resolved, f64)> {
     let &Rules {
@@ -34,7 +34,7 @@ pub(crate) fn resolve<R>(
         separation_error,
         ..
     } = rules;
-    let Encounter {
+    let ContactPair {
         contact, before, ..
     } = encounter;
     let pair = contact.bodies.map(|body| &world.bodies[body as usize]);

@@ -111,7 +111,7 @@ impl Batch {
             return Ok(counts);
         }
         let before = self.energies_of(tag);
-        self.begin_to_move();
+        self.start_to_move();
         for (index, (velocity, angular_velocity)) in motions {
             let motion = &mut self.world.motions[index];
             motion.velocity = velocity;

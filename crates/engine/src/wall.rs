@@ -9,7 +9,7 @@ use glam::DVec2;
 
 use crate::{
     Body, World,
-    contact_event::{ContactEvent, Parts},
+    contact_event::{ContactEvent, TouchingParts},
     rounding_bound::rounding_bound,
 };
 
@@ -123,9 +123,11 @@ pub(crate) fn contact_frame(
     motions: &[Motion; 2],
 ) -> Option<(ContactFrame, f64)> {
     let (wall, part) = match contact.parts {
-        Parts::FaceOfA(part) => (0, part),
-        Parts::FaceOfB(part) => (1, part),
-        Parts::Discs | Parts::Atoms(..) | Parts::BoundingCircles => return None,
+        TouchingParts::FaceOfA(part) => (0, part),
+        TouchingParts::FaceOfB(part) => (1, part),
+        TouchingParts::Discs | TouchingParts::Atoms(..) | TouchingParts::BoundingCircles => {
+            return None;
+        }
     };
     let body = |side: usize| &world.bodies[contact.bodies[side] as usize];
     let face = body(wall).molecule().face()?;

@@ -10,9 +10,9 @@ use glam::DVec2;
 
 use crate::{
     TagNames, World,
-    contact_event::{ContactEvent, Parts},
+    contact_event::{ContactEvent, TouchingParts},
     limits::{ContactPlaces, Limits},
-    resolution::{Encounter, Rules},
+    resolution::{ContactPair, Rules},
 };
 
 /// A request to run all contacts of a stretch of the epoch at once.
@@ -51,7 +51,7 @@ pub struct RestartState {
 
 /// A stretch that has been run.
 #[derive(Debug, Clone)]
-pub struct Window {
+pub struct TimeWindow {
     /// Its end (offset in the epoch, time).
     pub(crate) end: f64,
     /// Number of contacts.
@@ -65,7 +65,7 @@ pub struct Window {
     /// If the contacts were wanted: those of two discs where all are elastic, in order, and all
     /// others, in order.
     pub(crate) log: Vec<LoggedContact>,
-    pub(crate) encounters: Vec<Encounter>,
+    pub(crate) encounters: Vec<ContactPair>,
     /// Number of contacts with a fixed body, unless the contacts are logged.
     pub(crate) with_fixed: u64,
     /// Effects of the contacts on the ledger and the guard; empty if `log` is wanted or if all
@@ -73,7 +73,7 @@ pub struct Window {
     pub(crate) inelastic: InelasticContacts,
 }
 
-impl Window {
+impl TimeWindow {
     /// A stretch without contacts.
     pub(crate) fn without_contacts(end: f64, limits: Limits) -> Self {
         let inelastic = InelasticContacts::default();
@@ -93,7 +93,7 @@ impl Window {
 
     pub(crate) fn heap_bytes(&self) -> usize {
         self.log.capacity() * size_of::<LoggedContact>()
-            + self.encounters.capacity() * size_of::<Encounter>()
+            + self.encounters.capacity() * size_of::<ContactPair>()
             + self.inelastic.heap_bytes()
     }
 }
@@ -187,7 +187,7 @@ impl LoggedContact {
             time,
             bodies,
             image: image.map(i64::from),
-            parts: Parts::Discs,
+            parts: TouchingParts::Discs,
         }
     }
 }

@@ -6,11 +6,11 @@ use carom_response::Response;
 
 use crate::{
     Counters, Ledger, RunError, Scheduler,
-    epoch_loop::{Ended, EpochLoop},
-    resolution::Encounter,
+    epoch_loop::{EpochEnd, EpochLoop},
+    resolution::ContactPair,
     simultaneous_contacts::SimultaneousContacts,
     unresolved::Unresolved,
-    window::{LoggedContact, RestartState, Window, WindowJob},
+    window::{LoggedContact, RestartState, TimeWindow, WindowJob},
 };
 
 impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
@@ -19,7 +19,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
     pub(crate) fn run_windows<S: Scheduler>(
         &mut self,
         scheduler: &mut S,
-    ) -> Result<Option<Ended>, RunError> {
+    ) -> Result<Option<EpochEnd>, RunError> {
         let may_use_windows = self.most == u64::MAX;
         let all_elastic = self.rules().all_elastic();
         let wants_log = self.observer.is_some();
@@ -55,22 +55,25 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
             if let Some((time, bodies)) = window.last {
                 self.simultaneous.repeats(bodies, time);
                 if window.ends_epoch {
-                    return Ok(Some(Ended::WithContact(time)));
+                    return Ok(Some(EpochEnd::WithContact(time)));
                 }
             }
             let limit = self.limits.time();
             if window.end >= limit {
-                return Ok(Some(Ended::AtLimit(limit)));
+                return Ok(Some(EpochEnd::AtLimit(limit)));
             }
             if window.end >= self.target {
-                return Ok(Some(Ended::TargetReached));
+                return Ok(Some(EpochEnd::TargetReached));
             }
         }
     }
 
     /// Runs contact by contact.
     #[inline(never)]
-    pub(crate) fn run_in_order<S: Scheduler>(self, scheduler: &mut S) -> Result<Ended, RunError> {
+    pub(crate) fn run_in_order<S: Scheduler>(
+        self,
+        scheduler: &mut S,
+    ) -> Result<EpochEnd, RunError> {
         scheduler.run(self)
     }
 
@@ -103,7 +106,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
         };
         let ended = again.run_in_order(scheduler)?;
         debug_assert!(
-            matches!(ended, Ended::TargetReached),
+            matches!(ended, EpochEnd::TargetReached),
             "the epoch goes on after these contacts"
         );
         debug_assert!(limits == *self.limits, "the limits have been recorded");
@@ -118,14 +121,14 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
     }
 
     /// Records all contacts of a window in order.
-    fn record_all(&mut self, window: &Window) -> Result<(), RunError> {
+    fn record_all(&mut self, window: &TimeWindow) -> Result<(), RunError> {
         let mut discs = window.log.iter().peekable();
         for encounter in &window.encounters {
             while let Some(logged) = discs.next_if(|logged| logged.precedes(&encounter.contact)) {
                 self.record_logged(logged)?;
             }
             let last_contacts = self.last_contacts(encounter.contact.bodies);
-            let encounter = Encounter {
+            let encounter = ContactPair {
                 last_contacts,
                 ..*encounter
             };
@@ -146,7 +149,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
     }
 
     /// Counts the contacts of a window, and enters their energies into the ledger.
-    fn count(&mut self, window: &Window) {
+    fn count(&mut self, window: &TimeWindow) {
         self.counters.collisions += window.contacts;
         self.counters.fixed_collisions += window.with_fixed;
         self.counters.guarded_collisions += window.inelastic.guarded;

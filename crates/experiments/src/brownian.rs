@@ -34,7 +34,7 @@ use crate::{
 /// Options of `carom brownian`.
 #[derive(Debug, Clone, Args)]
 #[group(skip)]
-pub struct Options {
+pub struct BrownianOptions {
     /// The molecule.
     #[command(flatten)]
     pub molecule: MoleculeArgument,
@@ -116,7 +116,7 @@ const SECTORS: i64 = 120;
 ///
 /// # Errors
 /// An option or a file is invalid; and those of [`sweep::run_study`].
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &BrownianOptions) -> Result<Verdict> {
     let (study, name) = options.study()?;
     let command = |folder: &Path| options.command(folder);
     let folder = format!("out/brownian-{name}");
@@ -131,7 +131,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     )
 }
 
-impl Options {
+impl BrownianOptions {
     /// The study, and its name.
     fn study(&self) -> Result<(Study, String)> {
         match self.molecule.study()? {
@@ -427,7 +427,7 @@ mod tests {
     use super::*;
     use std::fs;
 
-    fn options(words: &[&str]) -> Options {
+    fn options(words: &[&str]) -> BrownianOptions {
         crate::written_study::options(words)
     }
 

@@ -22,7 +22,7 @@ pub struct WrittenStudy {
     /// The keys that vary.
     pub vary: Vec<Varied>,
     /// Names of figures that are compared with their predictions.
-    pub expect: Vec<Expected>,
+    pub expect: Vec<ExpectedFigures>,
     /// The scene.
     pub scene: Table,
 }
@@ -42,7 +42,7 @@ pub struct Varied {
 
 /// A figure that is compared with its prediction.
 #[derive(Debug, Clone, Serialize)]
-pub struct Expected {
+pub struct ExpectedFigures {
     /// Its name.
     pub figure: String,
 }

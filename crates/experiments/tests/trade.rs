@@ -7,7 +7,7 @@ use carom::Scene;
 use carom_experiments::trade::{
     advice,
     page::{self, unresolved},
-    plan::Plan,
+    plan::TradePlan,
     results::{KnobResult, SceneResult},
     run::{Prepared, of_scene},
     states::{Along, chaos},
@@ -19,7 +19,7 @@ use carom_runs::{
 };
 
 /// A plan that ends within seconds on any machine that runs tests.
-const PLAN: Plan = Plan {
+const PLAN: TradePlan = TradePlan {
     rounds: 1,
     turn: 1e-3,
     timing_seconds: 1.0,

@@ -23,7 +23,7 @@ use glam::DVec2;
 use crate::{
     body_list::BodyList,
     follower::Kick,
-    protocol::{Colour, Window},
+    protocol::{Colour, VisibleWindow},
 };
 
 /// Bytes before the arrays.
@@ -31,7 +31,7 @@ pub const HEAD: usize = 48;
 
 /// The number of a frame, and what it belongs to.
 #[derive(Debug, Clone, Copy)]
-pub struct Label<'a> {
+pub struct FrameLabel<'a> {
     /// Number of the frame.
     pub number: u32,
     /// The list of the bodies.
@@ -39,8 +39,13 @@ pub struct Label<'a> {
 }
 
 /// Encodes the bodies in a window.
-pub fn encode(view: &View<'_>, label: Label<'_>, window: &Window, kicks: &[Kick]) -> Vec<u8> {
-    let Label { number, body_list } = label;
+pub fn encode(
+    view: &View<'_>,
+    label: FrameLabel<'_>,
+    window: &VisibleWindow,
+    kicks: &[Kick],
+) -> Vec<u8> {
+    let FrameLabel { number, body_list } = label;
     let sides = view.bounds().sides();
     let followed = window
         .follow
@@ -149,8 +154,8 @@ mod tests {
         f32::from_bits(word(bytes, at))
     }
 
-    fn window(centre: [f64; 2], half: f64, colour: Colour) -> Window {
-        Window {
+    fn window(centre: [f64; 2], half: f64, colour: Colour) -> VisibleWindow {
+        VisibleWindow {
             centre,
             half: [half; 2],
             colour,
@@ -176,7 +181,7 @@ mod tests {
             ),
             (5, 2, false)
         );
-        let label = Label {
+        let label = FrameLabel {
             number: 9,
             body_list: &body_list,
         };
@@ -195,7 +200,7 @@ mod tests {
         assert_eq!([36, 40].map(|at| word(&bytes, at)), [2, 4]);
         assert_eq!([16, 20].map(|at| float(&bytes, HEAD + at)), [25.0, 0.0]);
         // In the middle of the second disc.
-        let followed = Window {
+        let followed = VisibleWindow {
             follow: Some(1),
             ..window([0.0, 0.0], 1e-9, Colour::Kind)
         };

@@ -27,12 +27,15 @@ use serde_json::{Value, json};
 use crate::{
     body_list::BodyList,
     follower::Follower,
-    frame::{self, Label},
+    frame::{self, FrameLabel},
     gallery,
     heating::Heating,
     pace::{FRAME, Pace},
-    protocol::{Answer, Command, Edit, MAX_CONTACTS, MAX_EDITS, MeasureRequest, Request, Window},
-    report::{self, Measured, Watch},
+    protocol::{
+        LiveAnswer, LiveCommand, LiveEdit, LiveRequest, MAX_CONTACTS, MAX_EDITS, MeasureRequest,
+        VisibleWindow,
+    },
+    report::{self, MeasuredNow, StateWatch},
     rules,
     saved_runs::{RunState, SavedRuns},
     viewers::{Viewer, Viewers, json as text_of},
@@ -68,12 +71,12 @@ pub struct Message {
     /// Number of the page.
     pub viewer: u64,
     /// What it requests.
-    pub request: Request,
+    pub request: LiveRequest,
 }
 
 /// How the laboratory has ended.
 #[derive(Debug, Default)]
-pub struct Ended {
+pub struct LaboratoryEnd {
     /// The run as it was then; `None` if no scene was open.
     pub saved: Option<Saved>,
 }
@@ -81,7 +84,7 @@ pub struct Ended {
 /// What observes the run.
 #[derive(Default)]
 struct Watching {
-    measures: Vec<Measured>,
+    measures: Vec<MeasuredNow>,
     /// The body that each page has chosen, by the number of the page.
     followers: Vec<(u64, Follower)>,
 }
@@ -120,7 +123,7 @@ impl Watching {
 
     /// Takes the samples that are due.
     fn sample(&mut self, view: &View<'_>) {
-        for Measured { tracked, .. } in &mut self.measures {
+        for MeasuredNow { tracked, .. } in &mut self.measures {
             if tracked.is_due(view.time()) {
                 tracked.sample(view);
                 tracked.is_active = tracked.samples() < MAX_SAMPLES;
@@ -146,13 +149,13 @@ impl Observer for Watching {
 
     fn start(&mut self, view: &View<'_>) {
         self.followers().for_each(|follower| follower.start(view));
-        for Measured { tracked, .. } in &mut self.measures {
+        for MeasuredNow { tracked, .. } in &mut self.measures {
             tracked.measure.start(view);
         }
     }
 
     fn pause(&mut self, view: &View<'_>) {
-        for Measured { tracked, .. } in &mut self.measures {
+        for MeasuredNow { tracked, .. } in &mut self.measures {
             tracked.measure.pause(view);
         }
     }
@@ -160,7 +163,7 @@ impl Observer for Watching {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         self.followers()
             .for_each(|follower| follower.collision(report));
-        for Measured { tracked, .. } in &mut self.measures {
+        for MeasuredNow { tracked, .. } in &mut self.measures {
             if tracked.is_active {
                 tracked.measure.collision(report);
             }
@@ -175,7 +178,7 @@ struct Bench {
     bookmark: Option<InteractiveRun>,
     watching: Watching,
     pace: Pace,
-    watch: Watch,
+    watch: StateWatch,
     body_list: BodyList,
     /// The stage to which the list of bodies belongs.
     stage: usize,
@@ -190,10 +193,10 @@ impl Bench {
             signals,
             longest: MAX_CALL,
         };
-        let run = InteractiveRun::begin_within(scene, limit)
+        let run = InteractiveRun::new_within(scene, limit)
             .with_context(|| format!("the scene {name:?}"))?;
         let view = run.view();
-        let (pace, watch) = (Pace::new(&view, None), Watch::new(&view));
+        let (pace, watch) = (Pace::new(&view, None), StateWatch::new(&view));
         let body_list = BodyList::new(version, &name, method(scene), &view);
         let stage = run.stage();
         Ok(Self {
@@ -346,7 +349,7 @@ impl Bench {
     }
 
     /// Makes an edit; returns its time, and sentences for the user.
-    fn edit(&mut self, edit: &Edit) -> Result<(f64, Vec<String>)> {
+    fn edit(&mut self, edit: &LiveEdit) -> Result<(f64, Vec<String>)> {
         let elasticity = rules::elasticity(&self.run, edit)?;
         let hold = rules::thermostats(&self.run, edit)?;
         let stage = StageSpec {
@@ -368,7 +371,7 @@ impl Bench {
         self.watching
             .followers()
             .for_each(|follower| follower.restart(&view));
-        self.watch = Watch::new(&self.run.view());
+        self.watch = StateWatch::new(&self.run.view());
         self.error = None;
         self.has_changed();
         Ok(json!({ "time": self.now() }))
@@ -457,7 +460,7 @@ impl Laboratory {
         &mut self,
         scene: Option<(String, Scene)>,
         messages: &Receiver<Message>,
-    ) -> Result<Ended> {
+    ) -> Result<LaboratoryEnd> {
         self.guard(|laboratory| {
             let opened = scene.map_or(Ok(()), |(name, scene)| laboratory.open(name, &scene));
             if opened.is_ok() {
@@ -467,15 +470,18 @@ impl Laboratory {
             let saved = laboratory.saved_runs.end(run)?;
             // A scene whose bodies were being placed when a signal came is no invalid one.
             if laboratory.signals.check().is_ok() {
-                opened.map(|()| Ended { saved })
+                opened.map(|()| LaboratoryEnd { saved })
             } else {
-                Ok(Ended { saved })
+                Ok(LaboratoryEnd { saved })
             }
         })
     }
 
     /// Executes `serve`; if it panics, saves the run.
-    fn guard(&mut self, serve: impl FnOnce(&mut Self) -> Result<Ended>) -> Result<Ended> {
+    fn guard(
+        &mut self,
+        serve: impl FnOnce(&mut Self) -> Result<LaboratoryEnd>,
+    ) -> Result<LaboratoryEnd> {
         let served = catch_unwind(AssertUnwindSafe(|| serve(self)));
         served.unwrap_or_else(|_| {
             let rescued = catch_unwind(AssertUnwindSafe(|| {
@@ -541,7 +547,7 @@ impl Laboratory {
     fn obey(&mut self, Message { viewer, request }: Message) {
         // A reader chooses a body; what all pages show remains.
         let is_writer = self.viewers.is_writer(viewer);
-        let is_choice = matches!(request.command, Command::Choose(_));
+        let is_choice = matches!(request.command, LiveCommand::Choose(_));
         let result = self
             .execute(viewer, request.command)
             .map_err(|error| format!("{error:#}"));
@@ -551,7 +557,7 @@ impl Laboratory {
             }
             // A status that waits is older than the answer, and must not follow it.
             viewer.drop_status();
-            viewer.answer(&Answer::new(request.id, result));
+            viewer.answer(&LiveAnswer::new(request.id, result));
         }
         if !is_writer {
             return;
@@ -569,11 +575,11 @@ impl Laboratory {
     }
 
     /// Executes a command; returns what the page needs to know.
-    fn execute(&mut self, viewer: u64, command: Command) -> Result<Value> {
+    fn execute(&mut self, viewer: u64, command: LiveCommand) -> Result<Value> {
         match command {
             // The server answers these.
-            Command::View(_) | Command::Seen(_) => Ok(Value::Null),
-            Command::Open(name) => {
+            LiveCommand::View(_) | LiveCommand::Seen(_) => Ok(Value::Null),
+            LiveCommand::Open(name) => {
                 let scene = gallery::scene(&name)?;
                 self.open(name, &scene)?;
                 let bench = self.bench()?;
@@ -581,7 +587,7 @@ impl Laboratory {
                 bench.pace.start(0.0);
                 Ok(Value::Null)
             }
-            Command::Play(play) => {
+            LiveCommand::Play(play) => {
                 let bench = self.bench()?;
                 let now = bench.now();
                 bench.pace.start(now);
@@ -589,7 +595,7 @@ impl Laboratory {
                 bench.error = bench.error.take().filter(|_| !play);
                 Ok(Value::Null)
             }
-            Command::Speed(speed) => {
+            LiveCommand::Speed(speed) => {
                 let is_valid = speed.is_none_or(|speed| speed.is_finite() && speed > 0.0);
                 ensure!(
                     is_valid,
@@ -600,20 +606,20 @@ impl Laboratory {
                 bench.pace.set_speed(speed, now);
                 Ok(Value::Null)
             }
-            Command::Step(contacts) => {
+            LiveCommand::Step(contacts) => {
                 let signals = self.signals.clone();
                 self.bench()?.pass_contacts(contacts, &signals)
             }
-            Command::Edit(edits) => self.edit(&edits),
-            Command::Choose(id) => self.bench()?.choose(viewer, id),
-            Command::Bookmark(_) => {
+            LiveCommand::Edit(edits) => self.edit(&edits),
+            LiveCommand::Choose(id) => self.bench()?.choose(viewer, id),
+            LiveCommand::Bookmark(_) => {
                 let bench = self.bench()?;
                 bench.bookmark = Some(bench.run.clone());
                 Ok(json!({ "time": bench.now() }))
             }
-            Command::Back(_) => self.bench()?.go_back(),
-            Command::Measure(request) => self.measure(&request),
-            Command::EndMeasure(id) => {
+            LiveCommand::Back(_) => self.bench()?.go_back(),
+            LiveCommand::Measure(request) => self.measure(&request),
+            LiveCommand::EndMeasure(id) => {
                 let bench = self.bench()?;
                 let before = bench.watching.measures.len();
                 bench.watching.measures.retain(|measured| measured.id != id);
@@ -625,7 +631,7 @@ impl Laboratory {
                 self.next_measures = Instant::now();
                 Ok(Value::Null)
             }
-            Command::Save(_) => {
+            LiveCommand::Save(_) => {
                 let bench = self.bench.as_ref().context("no scene is open")?;
                 let Saved {
                     time,
@@ -637,7 +643,7 @@ impl Laboratory {
         }
     }
 
-    fn edit(&mut self, edits: &[Edit]) -> Result<Value> {
+    fn edit(&mut self, edits: &[LiveEdit]) -> Result<Value> {
         ensure!(
             (1..=MAX_EDITS).contains(&edits.len()),
             "a request has from 1 to {MAX_EDITS} edits, not {}",
@@ -684,7 +690,7 @@ impl Laboratory {
             .of
             .as_ref()
             .map_or_else(|| spec.kind.clone(), |of| format!("{}:{of}", spec.kind));
-        bench.watching.measures.push(Measured {
+        bench.watching.measures.push(MeasuredNow {
             id,
             name: name.clone(),
             spec: spec.clone(),
@@ -815,10 +821,10 @@ fn send_frame(bench: &Bench, viewer: &Viewer, sent: &mut Sent) -> bool {
         return false;
     };
     let kicks = follower.map_or_else(Vec::new, |follower| follower.kicks(view.time()));
-    let window: &Window = &window;
+    let window: &VisibleWindow = &window;
     viewer.send_frame(frame::encode(
         &view,
-        Label {
+        FrameLabel {
             number,
             body_list: &bench.body_list,
         },
@@ -876,7 +882,7 @@ mod tests {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .build()
             .unwrap();
-        let window = Window {
+        let window = VisibleWindow {
             centre: [0.5; 2],
             half: [0.6; 2],
             colour: Colour::Speed,

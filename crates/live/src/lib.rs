@@ -20,7 +20,7 @@ mod saved_runs;
 mod server;
 mod viewers;
 
-pub use laboratory::Ended;
+pub use laboratory::LaboratoryEnd;
 pub use server::{SAVE_INTERVAL, Server};
 
 use std::{
@@ -47,7 +47,7 @@ use clap::Args;
 
 /// Options of `carom live`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct LiveOptions {
     /// The scene file; without one the page offers a gallery
     #[arg(value_name = "SCENE.toml")]
     pub path: Option<PathBuf>,
@@ -79,7 +79,7 @@ pub struct Options {
 ///
 /// # Errors
 /// The scene is invalid, the address cannot be used, or the run cannot be saved.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &LiveOptions) -> Result<Verdict> {
     let folder = folder(options);
     let interval = Duration::try_from_secs_f64(options.save_every).with_context(|| {
         format!(
@@ -147,7 +147,7 @@ fn print_error_line(text: &str) {
 }
 
 /// The scene of the command line, with its name.
-fn read(path: &Path, options: &Options) -> Result<(String, Scene)> {
+fn read(path: &Path, options: &LiveOptions) -> Result<(String, Scene)> {
     let file = SceneFile {
         path: path.to_owned(),
         until: None,
@@ -163,7 +163,7 @@ fn read(path: &Path, options: &Options) -> Result<(String, Scene)> {
     Ok((name, file.read(None)?))
 }
 
-fn folder(options: &Options) -> PathBuf {
+fn folder(options: &LiveOptions) -> PathBuf {
     let name = options
         .path
         .as_deref()

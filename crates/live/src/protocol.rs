@@ -14,20 +14,20 @@ pub const MAX_EDITS: usize = 16;
 /// A request of a page. The answer has the same number.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Request {
+pub struct LiveRequest {
     /// Number chosen by the page.
     pub id: u64,
     /// What is requested.
     #[serde(rename = "do")]
-    pub command: Command,
+    pub command: LiveCommand,
 }
 
-/// A command. Readers may send [`Command::View`], [`Command::Seen`] and [`Command::Choose`] only.
+/// A command. Readers may send [`LiveCommand::View`], [`LiveCommand::Seen`] and [`LiveCommand::Choose`] only.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Command {
+pub enum LiveCommand {
     /// The part of the box that this page shows.
-    View(Window),
+    View(VisibleWindow),
     /// This page has drawn the frame of this number.
     Seen(u32),
     /// Begins a scene of the gallery.
@@ -39,7 +39,7 @@ pub enum Command {
     /// Runs through so many contacts and pauses.
     Step(u32),
     /// Edits, one after another up to the first that is refused.
-    Edit(Vec<Edit>),
+    Edit(Vec<LiveEdit>),
     /// Records the impulses on the body of this number for this page; `null` for none.
     Choose(Option<u64>),
     /// Keeps the present state in memory.
@@ -60,7 +60,7 @@ pub enum Command {
 /// page whose report of the state is old removes nothing.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Edit {
+pub struct LiveEdit {
     /// The changes, without `until`, `measure` and `thermostat`.
     pub stage: StageSpec,
     /// The thermostats from now on; those in force go on without it.
@@ -92,7 +92,7 @@ pub struct MeasureRequest {
 /// The part of the box that a page shows, and what it shows of each body.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Window {
+pub struct VisibleWindow {
     /// The middle (length).
     pub centre: [f64; 2],
     /// From the middle to the right and to the upper border (length).
@@ -123,7 +123,7 @@ pub enum Colour {
 /// The answer to a request: what was done, or why it was refused.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Answer {
+pub enum LiveAnswer {
     /// It was done.
     Done {
         /// Number of the request.
@@ -140,7 +140,7 @@ pub enum Answer {
     },
 }
 
-impl Answer {
+impl LiveAnswer {
     /// The answer to a request.
     pub fn new(id: u64, result: Result<Value, String>) -> Self {
         match result {
@@ -157,14 +157,14 @@ impl Answer {
 ///
 /// # Errors
 /// The answer that names the fault.
-pub fn read(text: &str) -> Result<Request, Answer> {
-    serde_json::from_str(text).map_err(|error| Answer::Refused {
+pub fn read(text: &str) -> Result<LiveRequest, LiveAnswer> {
+    serde_json::from_str(text).map_err(|error| LiveAnswer::Refused {
         answer: None,
         refused: error.to_string(),
     })
 }
 
-impl Window {
+impl VisibleWindow {
     /// Whether all numbers are finite and the window has an area.
     pub fn is_valid(&self) -> bool {
         let finite = self
@@ -182,7 +182,7 @@ mod tests {
 
     fn refusal(text: &str) -> String {
         match read(text) {
-            Err(Answer::Refused { refused, .. }) => refused,
+            Err(LiveAnswer::Refused { refused, .. }) => refused,
             other => panic!("{text}: {other:?}"),
         }
     }
@@ -192,22 +192,22 @@ mod tests {
         let play = read(r#"{ "id": 7, "do": { "play": true } }"#).unwrap();
         assert_eq!(
             play,
-            Request {
+            LiveRequest {
                 id: 7,
-                command: Command::Play(true)
+                command: LiveCommand::Play(true)
             }
         );
         let edit = read(
             r#"{ "id": 8, "do": { "edit": [{ "stage": { "elasticity": { "default": 0.5 } },
                 "hold": [{ "tag": "hot", "every": 0.1, "energy": 2.0 }] }] } }"#,
         );
-        let Command::Edit(edits) = edit.unwrap().command else {
+        let LiveCommand::Edit(edits) = edit.unwrap().command else {
             panic!()
         };
         assert_eq!(edits[0].stage.elasticity.as_ref().unwrap().default, 0.5);
         assert_eq!(edits[0].hold.as_ref().unwrap()[0].tag, "hot");
         let view = r#"{ "id": 9, "do": { "view": { "centre": [0.5, 0.5], "half": [1, 1], "colour": "order" } } }"#;
-        let Command::View(window) = read(view).unwrap().command else {
+        let LiveCommand::View(window) = read(view).unwrap().command else {
             panic!()
         };
         assert_eq!(
@@ -215,7 +215,7 @@ mod tests {
             (Colour::Order, None, true)
         );
         assert!(
-            !Window {
+            !VisibleWindow {
                 half: [0.0, 1.0],
                 ..window
             }
@@ -248,13 +248,13 @@ mod tests {
 
     #[test]
     fn an_answer_has_the_number_of_its_request() {
-        let text = |answer: Answer| serde_json::to_string(&answer).unwrap();
+        let text = |answer: LiveAnswer| serde_json::to_string(&answer).unwrap();
         assert_eq!(
-            text(Answer::new(3, Ok(Value::from(2)))),
+            text(LiveAnswer::new(3, Ok(Value::from(2)))),
             r#"{"answer":3,"done":2}"#
         );
         assert_eq!(
-            text(Answer::new(3, Err("no".to_owned()))),
+            text(LiveAnswer::new(3, Err("no".to_owned()))),
             r#"{"answer":3,"refused":"no"}"#
         );
     }

@@ -26,7 +26,7 @@ const CHECK: Duration = Duration::from_secs(1);
 
 /// What was seen so far of overlaps and energy.
 #[derive(Debug)]
-pub struct Watch {
+pub struct StateWatch {
     overlapping_pairs: usize,
     deepest: f64,
     drift: f64,
@@ -78,7 +78,7 @@ struct OfTag {
     locked: usize,
 }
 
-impl Watch {
+impl StateWatch {
     /// Nothing has been seen.
     pub fn new(view: &View<'_>) -> Self {
         Self {
@@ -198,7 +198,7 @@ impl Totals {
 }
 
 /// A measure with its number and name.
-pub struct Measured {
+pub struct MeasuredNow {
     /// Its number.
     pub id: u64,
     /// Its name.
@@ -210,15 +210,15 @@ pub struct Measured {
 }
 
 /// The results of the measures so far. `rules` has the elasticity in force.
-pub fn results(measures: &[Measured], run: &InteractiveRun) -> Value {
+pub fn results(measures: &[MeasuredNow], run: &InteractiveRun) -> Value {
     let rules = Scene {
         elasticity: run.elasticity().clone(),
         ..run.scene().clone()
     };
     let view = &run.view();
-    let of = |Measured {
+    let of = |MeasuredNow {
                   id, name, tracked, ..
-              }: &Measured| {
+              }: &MeasuredNow| {
         let edited = "the system has been edited since the measure began";
         let disturbed = if tracked.is_disturbed {
             Some(edited)
@@ -319,7 +319,7 @@ mod tests {
         let scene = "[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
              [[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1e-9\ncount = 100";
         let mut run = InteractiveRun::new(&Scene::from_toml(scene).unwrap()).unwrap();
-        let mut watch = Watch::new(&run.view());
+        let mut watch = StateWatch::new(&run.view());
         let heat = HeatSpec {
             tag: "gas".to_owned(),
             kind: ThermostatKind::Maxwell,

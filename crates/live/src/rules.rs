@@ -7,7 +7,7 @@ use carom::{
 };
 use carom_runs::run::interactive::InteractiveRun;
 
-use crate::protocol::Edit;
+use crate::protocol::LiveEdit;
 
 /// A thermostat without an interval acts after this share of the time in which a body crosses the
 /// box.
@@ -17,8 +17,8 @@ const SHARE_OF_CROSSING: f64 = 0.1;
 ///
 /// # Errors
 /// There is no rule between the tags of one that should end.
-pub fn elasticity(run: &InteractiveRun, edit: &Edit) -> Result<Option<ElasticitySpec>> {
-    let Edit {
+pub fn elasticity(run: &InteractiveRun, edit: &LiveEdit) -> Result<Option<ElasticitySpec>> {
+    let LiveEdit {
         stage,
         elasticity,
         set_rule,
@@ -65,8 +65,8 @@ fn is_same(one: &[String], other: &[String]) -> bool {
 ///
 /// # Errors
 /// A tag whose thermostat should end has none, or a target is out of range.
-pub fn thermostats(run: &InteractiveRun, edit: &Edit) -> Result<Option<Vec<ThermostatSpec>>> {
-    let Edit {
+pub fn thermostats(run: &InteractiveRun, edit: &LiveEdit) -> Result<Option<Vec<ThermostatSpec>>> {
+    let LiveEdit {
         hold,
         begin_hold,
         end_hold,
@@ -146,7 +146,7 @@ mod tests {
              [[gas]]\ntags = [\"a\"]\nradius = 0.01\nmass = 2.0\nenergy = 1.0\ncount = 3\n\
              [[gas]]\ntags = [\"b\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 3";
         let mut run = InteractiveRun::new(&Scene::from_toml(scene).unwrap()).unwrap();
-        let mut make = |edit: Edit| -> Result<()> {
+        let mut make = |edit: LiveEdit| -> Result<()> {
             let (stage, hold) = (
                 carom::engine::StageSpec {
                     elasticity: elasticity(&run, &edit)?,
@@ -156,45 +156,45 @@ mod tests {
             );
             run.edit(&stage, hold.as_deref(), &mut ()).map(|_| ())
         };
-        make(Edit {
+        make(LiveEdit {
             set_rule: vec![rule(&["a"], 0.7)],
-            ..Edit::default()
+            ..LiveEdit::default()
         })
         .unwrap();
-        make(Edit {
+        make(LiveEdit {
             elasticity: Some(0.8),
-            ..Edit::default()
+            ..LiveEdit::default()
         })
         .unwrap();
-        make(Edit {
+        make(LiveEdit {
             set_rule: vec![rule(&["b", "a"], 0.6)],
-            ..Edit::default()
+            ..LiveEdit::default()
         })
         .unwrap();
-        make(Edit {
+        make(LiveEdit {
             begin_hold: vec![held("a", 1.0)],
-            ..Edit::default()
+            ..LiveEdit::default()
         })
         .unwrap();
-        make(Edit {
+        make(LiveEdit {
             begin_hold: vec![held("b", 2.0)],
-            ..Edit::default()
+            ..LiveEdit::default()
         })
         .unwrap();
-        make(Edit {
+        make(LiveEdit {
             begin_hold: vec![held("a", 4.0)],
-            ..Edit::default()
+            ..LiveEdit::default()
         })
         .unwrap();
-        let refused = make(Edit {
+        let refused = make(LiveEdit {
             drop_rule: vec![names(&["b"])],
-            ..Edit::default()
+            ..LiveEdit::default()
         })
         .unwrap_err();
         assert!(refused.to_string().contains("no rule between b"));
-        let refused = make(Edit {
+        let refused = make(LiveEdit {
             end_hold: names(&["c"]),
-            ..Edit::default()
+            ..LiveEdit::default()
         })
         .unwrap_err();
         assert!(refused.to_string().contains("on c"));

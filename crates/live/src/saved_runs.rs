@@ -87,7 +87,7 @@ impl SavedRuns {
             "too few files can be open to save the run later: raise the limit with `ulimit -n 1024`",
         )?;
         let is_new = !folder.exists();
-        let session = begin_session(folder).with_context(|| {
+        let session = start_session(folder).with_context(|| {
             format!(
                 "runs cannot be saved in {}: make it writable, free space there, or choose another with --out",
                 folder.display()
@@ -275,7 +275,7 @@ impl Automatic {
 }
 
 /// Creates the folder of the automatic saves of a session, and tries to write into it.
-fn begin_session(folder: &Path) -> Result<PathBuf> {
+fn start_session(folder: &Path) -> Result<PathBuf> {
     fs::create_dir_all(folder).context("the folder cannot be created")?;
     let (_, session) = take_number(folder, "auto-", 1)?;
     let trial = session.join("trial");

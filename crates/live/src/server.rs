@@ -37,8 +37,8 @@ use tokio::sync::Notify;
 use crate::{
     connections,
     gallery::{self, EXHIBITS},
-    laboratory::{Ended, Laboratory, Message, panicked},
-    protocol::{self, Command, Request},
+    laboratory::{Laboratory, LaboratoryEnd, Message, panicked},
+    protocol::{self, LiveCommand, LiveRequest},
     random_word,
     saved_runs::SavedRuns,
     viewers::{MAX_VIEWERS, Outgoing, Viewer, Viewers, refuse},
@@ -272,7 +272,7 @@ impl Server {
     /// # Errors
     /// The scene is invalid, the server fails, or the run cannot be saved. A panic of the engine is
     /// an error too; it names the saved run.
-    pub fn serve(self, scene: Option<(String, Scene)>) -> Result<Ended> {
+    pub fn serve(self, scene: Option<(String, Scene)>) -> Result<LaboratoryEnd> {
         let viewers = Arc::new(Viewers::default());
         let (messages, received) = sync_channel(MAX_WAITING);
         let shared = Arc::new(Shared {
@@ -481,15 +481,16 @@ fn receive(text: &str, viewer: &Arc<Viewer>, shared: &Shared) {
     };
     let id = request.id;
     match request.command {
-        Command::View(window) if window.is_valid() => viewer.set_window(window),
-        Command::View(_) => refuse(
+        LiveCommand::View(window) if window.is_valid() => viewer.set_window(window),
+        LiveCommand::View(_) => refuse(
             viewer,
             id,
             "the window must have finite borders and an area",
         ),
-        Command::Seen(number) => viewer.has_seen(number),
+        LiveCommand::Seen(number) => viewer.has_seen(number),
         command
-            if !matches!(command, Command::Choose(_)) && !shared.viewers.is_writer(viewer.id) =>
+            if !matches!(command, LiveCommand::Choose(_))
+                && !shared.viewers.is_writer(viewer.id) =>
         {
             refuse(
                 viewer,
@@ -497,7 +498,7 @@ fn receive(text: &str, viewer: &Arc<Viewer>, shared: &Shared) {
                 "another page controls the run; this one can only watch",
             );
         }
-        Command::Choose(_) if !viewer.begins_to_choose() => {
+        LiveCommand::Choose(_) if !viewer.begins_to_choose() => {
             refuse(
                 viewer,
                 id,
@@ -507,7 +508,7 @@ fn receive(text: &str, viewer: &Arc<Viewer>, shared: &Shared) {
         command => {
             let message = Message {
                 viewer: viewer.id,
-                request: Request { id, command },
+                request: LiveRequest { id, command },
             };
             let Err(error) = shared.messages.try_send(message) else {
                 return;

@@ -14,7 +14,7 @@ use std::{
 use serde::Serialize;
 use tokio::sync::Notify;
 
-use crate::protocol::{Answer, Window};
+use crate::protocol::{LiveAnswer, VisibleWindow};
 
 /// Largest number of pages. More: the engine spends its time on frames.
 pub const MAX_VIEWERS: usize = 8;
@@ -61,7 +61,7 @@ pub struct Viewer {
     pub id: u64,
     outbox: Mutex<Outbox>,
     /// What the page shows, and a number that changes with it.
-    window: Mutex<(Option<Window>, u64)>,
+    window: Mutex<(Option<VisibleWindow>, u64)>,
     /// Whether the engine has yet to hear of a body that the page has chosen.
     chooses: AtomicBool,
     ready: Notify,
@@ -73,12 +73,12 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Viewer {
     /// What the page shows, if it has said so, and a number that changes with it.
-    pub fn window(&self) -> (Option<Window>, u64) {
+    pub fn window(&self) -> (Option<VisibleWindow>, u64) {
         *lock(&self.window)
     }
 
     /// Changes what the page shows.
-    pub fn set_window(&self, window: Window) {
+    pub fn set_window(&self, window: VisibleWindow) {
         let mut shown = lock(&self.window);
         *shown = (Some(window), shown.1 + 1);
     }
@@ -265,7 +265,7 @@ impl Viewers {
 
 /// Sends a refusal.
 pub fn refuse(viewer: &Viewer, id: u64, reason: &str) {
-    viewer.answer(&Answer::new(id, Err(reason.to_owned())));
+    viewer.answer(&LiveAnswer::new(id, Err(reason.to_owned())));
 }
 
 #[cfg(test)]

@@ -56,7 +56,7 @@ const HELPERS: &str = "void (window.picture = () => document.getElementById('bod
 #[derive(Debug, Parser)]
 struct Run {
     #[command(flatten)]
-    options: run::Options,
+    options: run::RunOptions,
 }
 
 /// Runs a scene file to its end and returns the bytes of its last state.

@@ -11,7 +11,7 @@ use std::{
 
 use anyhow::Result;
 use carom::Scene;
-use carom_live::{Ended, SAVE_INTERVAL, Server};
+use carom_live::{LaboratoryEnd, SAVE_INTERVAL, Server};
 use carom_runs::{
     interruption::Signals,
     resumable::{CHECKPOINT, last_state},
@@ -41,7 +41,7 @@ const GAS: &str = r#"
 #[derive(Debug, Parser)]
 struct Run {
     #[command(flatten)]
-    options: run::Options,
+    options: run::RunOptions,
 }
 
 /// A server on a free port.
@@ -58,7 +58,7 @@ struct Running {
     address: String,
     once: String,
     signals: Signals,
-    thread: JoinHandle<Result<Ended>>,
+    thread: JoinHandle<Result<LaboratoryEnd>>,
 }
 
 impl Running {
@@ -94,7 +94,7 @@ impl Running {
             .unwrap()
     }
 
-    fn end(self) -> Ended {
+    fn end(self) -> LaboratoryEnd {
         self.signals.interrupt();
         self.thread.join().unwrap().unwrap()
     }

@@ -24,7 +24,7 @@ use clap::Parser;
 #[derive(Debug, Parser)]
 struct Run {
     #[command(flatten)]
-    options: run::Options,
+    options: run::RunOptions,
 }
 
 /// Runs a scene file and returns the bytes of the state at its end.
@@ -456,7 +456,7 @@ fn a_call_far_from_its_end_returns_within_its_limit_and_goes_on_later() {
         longest,
     };
     let short = limit(Duration::from_millis(20));
-    let mut run = InteractiveRun::begin_within(&parallel_discs(1e12), short).unwrap();
+    let mut run = InteractiveRun::new_within(&parallel_discs(1e12), short).unwrap();
     assert!(!run.advance(EpochTime::from(1e12), &mut ()).unwrap());
     assert!(!run.step(1e12, &mut ()).unwrap());
     let time = run.view().time().to_f64();
@@ -464,7 +464,7 @@ fn a_call_far_from_its_end_returns_within_its_limit_and_goes_on_later() {
     // A run in such calls has the bits of a run in one.
     let gas =
         Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 400").unwrap();
-    let mut cut = InteractiveRun::begin_within(&gas, limit(Duration::ZERO)).unwrap();
+    let mut cut = InteractiveRun::new_within(&gas, limit(Duration::ZERO)).unwrap();
     let mut whole = InteractiveRun::new(&gas).unwrap();
     let until = EpochTime::from(0.7);
     let mut calls = 1;
@@ -495,7 +495,7 @@ fn a_signal_ends_a_call_and_the_run_is_saved_where_it_is() {
         signals: signals.clone(),
         longest: Duration::MAX,
     };
-    let mut run = InteractiveRun::begin_within(&parallel_discs(1e12), limit).unwrap();
+    let mut run = InteractiveRun::new_within(&parallel_discs(1e12), limit).unwrap();
     signals.interrupt();
     assert!(!run.advance(EpochTime::from(1e12), &mut ()).unwrap());
     assert!(!run.step(1e12, &mut ()).unwrap());

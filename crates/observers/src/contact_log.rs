@@ -10,7 +10,7 @@ use crate::TagFilter;
 
 /// One contact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Contact {
+pub struct LoggedContact {
     /// Time of the contact.
     pub time: f64,
     /// Numbers of the bodies, [`Body::id`]: the one inserted earlier first.
@@ -64,7 +64,7 @@ pub struct ContactLog {
     filter: TagFilter,
     /// `None` before `start`: nothing is recorded.
     bounds: Option<PeriodicBox>,
-    contacts: Vec<Contact>,
+    contacts: Vec<LoggedContact>,
 }
 
 impl ContactLog {
@@ -78,7 +78,7 @@ impl ContactLog {
     }
 
     /// Removes and returns the contacts recorded since the last call.
-    pub fn take(&mut self) -> Vec<Contact> {
+    pub fn take(&mut self) -> Vec<LoggedContact> {
         std::mem::take(&mut self.contacts)
     }
 }
@@ -108,7 +108,7 @@ impl Observer for ContactLog {
             at_point(&first.before, centre),
             at_point(&second.before, centre + report.separation(&bounds)),
         ];
-        self.contacts.push(Contact {
+        self.contacts.push(LoggedContact {
             time: report.time.to_f64(),
             bodies: bodies.map(Body::id),
             atoms: [first.atom, second.atom],

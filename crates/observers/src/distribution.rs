@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Histogram,
-    octaves::{Octaves, Shown},
+    octaves::{Octaves, ShownOctaves},
 };
 
 /// Counts of values in bins.
@@ -16,7 +16,7 @@ use crate::{
 /// them; beyond it the width doubles with each octave. Counts depend on the values alone, not on
 /// their order, and are exact, whichever bins are shown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Distribution {
+pub struct AdaptiveHistogram {
     /// Smallest number of bins of each sign that are shown.
     least: usize,
     range: Range,
@@ -38,11 +38,11 @@ struct Following {
     beyond: u64,
 }
 
-/// The bins in which a [`Distribution`] is shown.
+/// The bins in which a [`AdaptiveHistogram`] is shown.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bins {
     edges: Vec<f64>,
-    shown: Option<Shown>,
+    shown: Option<ShownOctaves>,
 }
 
 impl Bins {
@@ -66,7 +66,7 @@ impl Bins {
     }
 }
 
-impl Distribution {
+impl AdaptiveHistogram {
     /// Equal bins from `low` to `high`; `bins` = 0 is taken as 1.
     pub(crate) fn within(low: f64, high: f64, bins: usize) -> Self {
         Self {
@@ -262,12 +262,12 @@ mod tests {
     use super::*;
 
     /// Values k / 1000 × scale.
-    fn filled(mut distribution: Distribution, scale: f64) -> Distribution {
+    fn filled(mut distribution: AdaptiveHistogram, scale: f64) -> AdaptiveHistogram {
         (-999..=999).for_each(|k| distribution.add(scale * f64::from(k) / 1000.0));
         distribution
     }
 
-    fn integral(distribution: &Distribution) -> f64 {
+    fn integral(distribution: &AdaptiveHistogram) -> f64 {
         let bins = distribution.bins();
         let widths = bins.edges().windows(2).map(|bin| bin[1] - bin[0]);
         distribution
@@ -281,7 +281,7 @@ mod tests {
     #[test]
     fn a_range_that_follows_the_data_loses_no_value() {
         for scale in [1e-100, 3e-7, 1.0, 77.0, 1e100] {
-            let found = filled(Distribution::of_components(10), scale);
+            let found = filled(AdaptiveHistogram::of_components(10), scale);
             assert_eq!(
                 (found.counts().len(), found.total(), found.beyond()),
                 (20, 1999, 0)
@@ -298,8 +298,8 @@ mod tests {
 
     #[test]
     fn values_that_shrink_by_a_factor_are_still_resolved() {
-        let mut found = filled(Distribution::of_components(60), 1000.0);
-        (0..20).for_each(|_| found.absorb(&filled(Distribution::of_components(60), 1.0)));
+        let mut found = filled(AdaptiveHistogram::of_components(60), 1000.0);
+        (0..20).for_each(|_| found.absorb(&filled(AdaptiveHistogram::of_components(60), 1.0)));
         let bins = found.bins();
         assert!((integral(&found) - 1.0).abs() < 1e-14);
         assert_eq!(found.counts().iter().sum::<u64>(), 21 * 1999);
@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn a_given_range_counts_what_lies_outside() {
-        let found = filled(Distribution::within(-0.5, 0.5, 10), 1.0);
+        let found = filled(AdaptiveHistogram::within(-0.5, 0.5, 10), 1.0);
         assert_eq!((found.total(), found.beyond()), (1999, 999));
         assert!((integral(&found) - 1000.0 / 1999.0).abs() < 1e-12);
         assert!(found.has_given_range() && found.counts().len() == 10);
@@ -318,7 +318,7 @@ mod tests {
 
     #[test]
     fn values_that_are_no_magnitudes_are_counted_outside() {
-        let mut speeds = Distribution::of_magnitudes(4);
+        let mut speeds = AdaptiveHistogram::of_magnitudes(4);
         assert!(speeds.bins().edges().is_empty() && speeds.counts().is_empty());
         for value in [0.0, 1.0, -1.0, f64::NAN, f64::INFINITY] {
             speeds.add(value);

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// The begin of one free flight of a body; it lasts until the next flight of the same body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Flight {
+pub struct LoggedFlight {
     /// Begin of the flight (time).
     pub time: f64,
     /// Number of the body, [`Body::id`](carom_engine::Body::id).
@@ -49,7 +49,7 @@ pub struct FlightLog {
     capacity: usize,
     /// Numbers of the bodies, in ascending order; all bodies if absent.
     among: Option<Vec<u64>>,
-    flights: Vec<Flight>,
+    flights: Vec<LoggedFlight>,
 }
 
 impl FlightLog {
@@ -81,7 +81,7 @@ impl FlightLog {
     }
 
     /// The flights in order of their begin.
-    pub fn flights(&self) -> &[Flight] {
+    pub fn flights(&self) -> &[LoggedFlight] {
         &self.flights
     }
 
@@ -91,8 +91,8 @@ impl FlightLog {
     }
 }
 
-fn flight(time: EpochTime, body: u64, motion: &Motion) -> Flight {
-    Flight {
+fn flight(time: EpochTime, body: u64, motion: &Motion) -> LoggedFlight {
+    LoggedFlight {
         time: time.to_f64(),
         body,
         position: motion.position,

@@ -21,7 +21,7 @@ use carom_kinematics::EpochTime;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{Distribution, Group};
+use crate::{AdaptiveHistogram, Group};
 
 /// Lengths of the flights of the bodies of a group from contact to contact, with any body.
 ///
@@ -62,7 +62,7 @@ pub struct FreePaths {
     /// The flights that have begun, by the number of the body.
     open: BTreeMap<u64, OpenFlight>,
     /// Lengths of complete flights.
-    lengths: Distribution,
+    lengths: AdaptiveHistogram,
     /// Path of the flights that have ended, also those cut by the start.
     ended: f64,
     /// Path of the open flights at the last sample.
@@ -98,14 +98,14 @@ impl FreePaths {
     pub fn new(group: Group, longest: f64, bins: usize) -> Result<Self, GeometryError> {
         let longest = check_positive("the longest free path of a histogram", longest)?;
         Ok(Self {
-            lengths: Distribution::within(0.0, longest, bins),
+            lengths: AdaptiveHistogram::within(0.0, longest, bins),
             ..Self::adaptive(group, bins)
         })
     }
 
     /// Free paths in at least `bins` bins whose range follows their lengths, so that none is lost.
     pub fn adaptive(group: Group, bins: usize) -> Self {
-        let lengths = Distribution::of_magnitudes(bins);
+        let lengths = AdaptiveHistogram::of_magnitudes(bins);
         Self {
             group,
             open: BTreeMap::new(),
@@ -118,7 +118,7 @@ impl FreePaths {
     }
 
     /// Distribution of the lengths of the complete flights (length).
-    pub fn lengths(&self) -> &Distribution {
+    pub fn lengths(&self) -> &AdaptiveHistogram {
         &self.lengths
     }
 

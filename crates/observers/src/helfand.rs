@@ -36,7 +36,7 @@ use carom_kinematics::{EpochTime, Motion, kinetic_energy};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::lags::{Clock, LagSum, Lags, PairSums, Sample};
+use crate::lags::{Clock, LagSum, LaggedSample, Lags, PairSums};
 
 /// Mean squared displacement of a Helfand moment, over all bodies: that of the shear stress, or of
 /// the energy.
@@ -256,7 +256,7 @@ impl Observer for HelfandMoment {
         // Sums the flow anew, so that its rounding does not grow.
         self.start(view);
         if self.lags.is_due(&self.clock, view.time()) {
-            let now = [Sample {
+            let now = [LaggedSample {
                 id: 0,
                 state: self.moment,
             }];

@@ -45,7 +45,7 @@ pub(crate) struct Lags<S, T> {
 
 /// One body at one time.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(crate) struct Sample<S> {
+pub(crate) struct LaggedSample<S> {
     /// Number of the body.
     pub(crate) id: u64,
     /// What is sampled of it.
@@ -66,7 +66,7 @@ pub(crate) struct LagSum<T> {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Level<S, T> {
     stride: u64,
-    past: VecDeque<Vec<Sample<S>>>,
+    past: VecDeque<Vec<LaggedSample<S>>>,
     sums: Vec<LagSum<T>>,
 }
 
@@ -141,7 +141,7 @@ impl<S: Copy, T: PairSums<S>> Lags<S, T> {
     }
 
     /// Takes a sample that [is due](Self::is_due), of bodies in ascending order of number.
-    pub(crate) fn take(&mut self, clock: &mut Clock, time: EpochTime, now: &[Sample<S>]) {
+    pub(crate) fn take(&mut self, clock: &mut Clock, time: EpochTime, now: &[LaggedSample<S>]) {
         self.at_zero.add(now, now);
         for level in self
             .levels
@@ -156,7 +156,7 @@ impl<S: Copy, T: PairSums<S>> Lags<S, T> {
 }
 
 impl<S: Copy, T: PairSums<S>> Level<S, T> {
-    fn take(&mut self, now: &[Sample<S>]) {
+    fn take(&mut self, now: &[LaggedSample<S>]) {
         for (sum, past) in self.sums.iter_mut().zip(&self.past) {
             sum.add(past, now);
         }
@@ -175,7 +175,7 @@ impl<S: Copy, T: PairSums<S>> Level<S, T> {
 
 impl<T> LagSum<T> {
     /// Adds the bodies that are in both samples; each sample is in ascending order of number.
-    fn add<S>(&mut self, past: &[Sample<S>], now: &[Sample<S>])
+    fn add<S>(&mut self, past: &[LaggedSample<S>], now: &[LaggedSample<S>])
     where
         T: PairSums<S>,
     {

@@ -105,13 +105,13 @@ mod wall_pressure;
 
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
-pub use contact_log::{Contact, ContactLog};
+pub use contact_log::{ContactLog, LoggedContact};
 pub use direction_histogram::DirectionHistogram;
-pub use distribution::{Bins, Distribution};
+pub use distribution::{AdaptiveHistogram, Bins};
 pub use drift::Drift;
 pub use energy_ledger::{EnergyLedger, LedgerPoint};
 pub use extended_xyz::write_extended_xyz;
-pub use flight_log::{Flight, FlightLog};
+pub use flight_log::{FlightLog, LoggedFlight};
 pub use free_paths::FreePaths;
 pub use friction::Friction;
 pub use group::Group;
@@ -127,7 +127,7 @@ pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
 pub use picture::picture;
 pub use pressure::{Pressure, PressurePoint};
 pub use pressure_tensor::{PressureTensor, TensorPoint};
-pub use projection_histogram::{Axis, ProjectionHistogram};
+pub use projection_histogram::{BodyAxis, ProjectionHistogram};
 pub use running_average::{RunningAverage, RunningPoint};
 pub use structure_factor::{ShellsError, StructureFactor, StructurePoint};
 pub use subscriptions::{EventKind, SubscriptionKey, Subscriptions};
@@ -137,7 +137,7 @@ pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{SpeedMoments, VelocityDistribution, VelocityPoint};
 pub use wall_heat::{WallHeat, WallHeatPoint};
-pub use wall_pressure::{Layer, WallPressure, WallsError};
+pub use wall_pressure::{WallLayer, WallPressure, WallsError};
 
 pub use carom_tables::Estimate;
 // Parts that pictures and reports of runs share; no user of the library needs them.

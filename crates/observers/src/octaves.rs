@@ -35,7 +35,7 @@ pub(crate) struct Octaves {
 
 /// The exponent of the width of equal bins, and the number of bins shown for each sign.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Shown {
+pub(crate) struct ShownOctaves {
     pub exponent: i32,
     pub rows: usize,
 }
@@ -93,20 +93,20 @@ impl Octaves {
     /// The widest bins of equal width that are needed: they cover all values, or at least
     /// [`MEDIANS`] medians of the magnitudes. At least `least` bins of each sign are shown. `None`
     /// before the first value other than 0.
-    pub fn shown(&self, least: usize) -> Option<Shown> {
+    pub fn shown(&self, least: usize) -> Option<ShownOctaves> {
         let finest = self.exponent?;
         let last = self.counts.iter().map(Vec::len).max()?.checked_sub(1)?;
         let doublings = self.octave(last).min(self.doublings_of_median());
         let exponent = finest + doublings as i32;
         let rows = self.at(exponent).iter().map(Vec::len).max()?;
-        Some(Shown {
+        Some(ShownOctaves {
             exponent,
             rows: rows.max(least),
         })
     }
 
     /// Counts of both signs, from 0 outwards, in the bins shown.
-    pub fn counts_in(&self, shown: Shown) -> [Vec<u64>; 2] {
+    pub fn counts_in(&self, shown: ShownOctaves) -> [Vec<u64>; 2] {
         let mut counts = self.at(shown.exponent);
         for side in &mut counts {
             side.resize(shown.rows, 0);
@@ -115,7 +115,7 @@ impl Octaves {
     }
 
     /// The edges of the bins shown, from 0 outwards.
-    pub fn edges(&self, shown: Shown) -> Vec<f64> {
+    pub fn edges(&self, shown: ShownOctaves) -> Vec<f64> {
         let edge = |bin: usize| libm::scalbn(self.lower(bin) as f64, shown.exponent);
         (0..=shown.rows).map(edge).collect()
     }
@@ -243,7 +243,7 @@ mod tests {
     fn wider_bins_have_the_counts_of_values_counted_in_them() {
         let mut octaves = Octaves::new(4);
         (1..=40).for_each(|k| octaves.add(f64::from(k) + 0.5));
-        let shown = Shown {
+        let shown = ShownOctaves {
             exponent: 3,
             rows: 6,
         };

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Group,
-    lags::{Clock, LagSum, Lags, PairSums, Sample},
+    lags::{Clock, LagSum, LaggedSample, Lags, PairSums},
 };
 
 /// Correlations of the orientations and angular velocities of the bodies that can turn.
@@ -151,7 +151,7 @@ impl Observer for OrientationCorrelation {
             return;
         }
         let turning = |body: &BodyView<'_>| body.body.can_turn() && self.group.contains(body.body);
-        let now: Vec<Sample<State>> = view
+        let now: Vec<LaggedSample<State>> = view
             .bodies()
             .filter(turning)
             .map(|body| {
@@ -160,7 +160,7 @@ impl Observer for OrientationCorrelation {
                     direction,
                     angular_velocity: body.motion.angular_velocity,
                 };
-                Sample {
+                LaggedSample {
                     id: body.body.id(),
                     state,
                 }

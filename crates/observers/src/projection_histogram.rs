@@ -10,11 +10,11 @@ use carom_engine::{Body, BodyKey, CollisionReport, Observer};
 use carom_geometry::{GeometryError, check_positive};
 use serde::{Deserialize, Serialize};
 
-use crate::{Distribution, body_frame::in_body_frame};
+use crate::{AdaptiveHistogram, body_frame::in_body_frame};
 
 /// An axis of a body's own frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Axis {
+pub enum BodyAxis {
     /// x′.
     X,
     /// y′.
@@ -35,8 +35,8 @@ pub enum Axis {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ProjectionHistogram {
     body: BodyKey,
-    axis: Axis,
-    components: Distribution,
+    axis: BodyAxis,
+    components: AdaptiveHistogram,
     sum: f64,
     sum_of_squares: f64,
 }
@@ -49,12 +49,12 @@ impl ProjectionHistogram {
     /// [`GeometryError::NotPositive`] if the half-width is not positive and finite.
     pub fn new(
         body: BodyKey,
-        axis: Axis,
+        axis: BodyAxis,
         half_width: f64,
         bins: usize,
     ) -> Result<Self, GeometryError> {
         let half_width = check_positive("the half-width of a histogram", half_width)?;
-        let components = Distribution::within(-half_width, half_width, bins);
+        let components = AdaptiveHistogram::within(-half_width, half_width, bins);
         Ok(Self {
             components,
             ..Self::adaptive(body, axis, bins)
@@ -63,8 +63,8 @@ impl ProjectionHistogram {
 
     /// An empty histogram whose range follows the impulses, so that none is lost, with at least
     /// `bins` bins; an odd number is rounded up, and 0 is taken as 2.
-    pub fn adaptive(body: BodyKey, axis: Axis, bins: usize) -> Self {
-        let components = Distribution::of_components(bins.div_ceil(2));
+    pub fn adaptive(body: BodyKey, axis: BodyAxis, bins: usize) -> Self {
+        let components = AdaptiveHistogram::of_components(bins.div_ceil(2));
         Self {
             body,
             axis,
@@ -75,7 +75,7 @@ impl ProjectionHistogram {
     }
 
     /// The distribution of the components, one entry for each contact (mass × length / time).
-    pub fn components(&self) -> &Distribution {
+    pub fn components(&self) -> &AdaptiveHistogram {
         &self.components
     }
 
@@ -108,8 +108,8 @@ impl Observer for ProjectionHistogram {
         };
         let own = in_body_frame(impulse, side.before.orientation);
         let component = match self.axis {
-            Axis::X => own.x,
-            Axis::Y => own.y,
+            BodyAxis::X => own.x,
+            BodyAxis::Y => own.y,
         };
         self.sum += component;
         self.sum_of_squares += component * component;

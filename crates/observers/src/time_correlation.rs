@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Group,
-    lags::{Clock, LagSum, Lags, PairSums, Sample},
+    lags::{Clock, LagSum, LaggedSample, Lags, PairSums},
 };
 
 /// Mean squared displacement and velocity autocorrelation of the moving bodies.
@@ -181,11 +181,11 @@ impl Observer for TimeCorrelation {
         let moving = view
             .bodies()
             .filter(|view| !view.body.is_fixed() && group.contains(view.body));
-        let now: Vec<Sample<State>> = moving
+        let now: Vec<LaggedSample<State>> = moving
             .map(|body| {
                 let place = body.unwrapped(view.bounds()) - frame.displacement;
                 let velocity = body.motion.velocity - frame.velocity;
-                Sample {
+                LaggedSample {
                     id: body.body.id(),
                     state: State { place, velocity },
                 }

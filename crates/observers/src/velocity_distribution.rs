@@ -13,7 +13,7 @@ use carom_tables::block_sums::mean_of_series;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{Distribution, Group, Histogram};
+use crate::{AdaptiveHistogram, Group, Histogram};
 
 /// The range of the bins for H at one sample, in its thermal speeds √(⟨v²⟩/2); in a Maxwellian gas
 /// a
@@ -53,8 +53,8 @@ pub struct VelocityDistribution {
     bins: usize,
     /// The range, if it is given (length / time).
     largest: Option<f64>,
-    components: [Distribution; 2],
-    speeds: Distribution,
+    components: [AdaptiveHistogram; 2],
+    speeds: AdaptiveHistogram,
     moments: SpeedMoments,
     series: Vec<VelocityPoint>,
 }
@@ -117,11 +117,11 @@ impl VelocityDistribution {
     /// [`GeometryError::NotPositive`] if `largest` is not positive and finite.
     pub fn new(group: Group, largest: f64, bins: usize) -> Result<Self, GeometryError> {
         let largest = check_positive("the largest speed of a histogram", largest)?;
-        let component = Distribution::within(-largest, largest, 2 * bins.max(1));
+        let component = AdaptiveHistogram::within(-largest, largest, 2 * bins.max(1));
         Ok(Self {
             largest: Some(largest),
             components: [component.clone(), component],
-            speeds: Distribution::within(0.0, largest, bins),
+            speeds: AdaptiveHistogram::within(0.0, largest, bins),
             ..Self::adaptive(group, bins)
         })
     }
@@ -130,25 +130,25 @@ impl VelocityDistribution {
     /// `bins` for the speeds, and twice as many for each component.
     pub fn adaptive(group: Group, bins: usize) -> Self {
         let bins = bins.max(1);
-        let component = Distribution::of_components(bins);
+        let component = AdaptiveHistogram::of_components(bins);
         Self {
             group,
             bins,
             largest: None,
             components: [component.clone(), component],
-            speeds: Distribution::of_magnitudes(bins),
+            speeds: AdaptiveHistogram::of_magnitudes(bins),
             moments: SpeedMoments::default(),
             series: Vec::new(),
         }
     }
 
     /// Distributions of the x and y components over all samples (length / time).
-    pub fn components(&self) -> &[Distribution; 2] {
+    pub fn components(&self) -> &[AdaptiveHistogram; 2] {
         &self.components
     }
 
     /// Distribution of the speeds over all samples (length / time).
-    pub fn speeds(&self) -> &Distribution {
+    pub fn speeds(&self) -> &AdaptiveHistogram {
         &self.speeds
     }
 

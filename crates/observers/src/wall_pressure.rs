@@ -68,7 +68,7 @@ pub struct WallPressure {
 
 /// The density of centres in a layer along the walls.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Layer {
+pub struct WallLayer {
     /// Distance of its middle from the nearest wall (length).
     pub distance: f64,
     /// Centres found in it at all samples.
@@ -178,7 +178,7 @@ impl WallPressure {
     }
 
     /// The layers from the walls to the middle between them.
-    pub fn layers(&self) -> Vec<Layer> {
+    pub fn layers(&self) -> Vec<WallLayer> {
         let layer = |(bin, &count): (usize, &u64)| {
             let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * self.width);
             // The last one ends at the middle: rounding leaves nothing beyond.
@@ -190,7 +190,7 @@ impl WallPressure {
                     to
                 },
             );
-            Layer {
+            WallLayer {
                 distance: 0.5 * (from + to),
                 count,
                 area: self.samples as f64 * area,

@@ -17,12 +17,12 @@ pub struct Layer {
     /// Its colour.
     pub ink: Ink,
     /// Its shape.
-    pub shape: Shape,
+    pub shape: LayerShape,
 }
 
 /// The shape of a layer, in the units of the axes.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
+pub enum LayerShape {
     /// A line through points.
     Line(Vec<(f64, f64)>),
     /// A thin line, for what is approximate or a guide.
@@ -39,7 +39,7 @@ pub enum Shape {
     Crosses(Vec<(f64, f64)>),
 }
 
-impl Shape {
+impl LayerShape {
     /// Leaves out points below a height, which a logarithmic axis cannot show.
     pub(crate) fn leave_out_below(&mut self, least: f64) {
         match self {
@@ -234,8 +234,8 @@ impl Chart {
         };
         for layer in &self.layers {
             match &layer.shape {
-                Shape::Line(points) | Shape::Thin(points) => note(points),
-                Shape::Band(points) => {
+                LayerShape::Line(points) | LayerShape::Thin(points) => note(points),
+                LayerShape::Band(points) => {
                     note(
                         &points
                             .iter()
@@ -249,10 +249,12 @@ impl Chart {
                             .collect::<Vec<_>>(),
                     );
                 }
-                Shape::Bars(bars) => bars
+                LayerShape::Bars(bars) => bars
                     .iter()
                     .for_each(|&(x, from, to)| note(&[(x, from), (x, to)])),
-                Shape::Dots(points) | Shape::Rings(points) | Shape::Crosses(points) => {
+                LayerShape::Dots(points)
+                | LayerShape::Rings(points)
+                | LayerShape::Crosses(points) => {
                     for &point in points {
                         note(&[point, point]);
                     }
@@ -334,17 +336,19 @@ impl Chart {
 fn draw_entry(layer: &Layer, (x, y): (f64, f64), width: f64, svg: &mut Svg) {
     let middle = (x + 0.5 * SAMPLE, y);
     match &layer.shape {
-        Shape::Line(_) => svg.line([(x, y), (x + SAMPLE, y)], layer.ink, "thick"),
-        Shape::Thin(_) => svg.line([(x, y), (x + SAMPLE, y)], layer.ink, "thin"),
-        Shape::Band(_) => svg.rectangle((x, y - 5.0), (x + SAMPLE, y + 5.0), layer.ink, "area"),
-        Shape::Bars(_) => svg.line(
+        LayerShape::Line(_) => svg.line([(x, y), (x + SAMPLE, y)], layer.ink, "thick"),
+        LayerShape::Thin(_) => svg.line([(x, y), (x + SAMPLE, y)], layer.ink, "thin"),
+        LayerShape::Band(_) => {
+            svg.rectangle((x, y - 5.0), (x + SAMPLE, y + 5.0), layer.ink, "area")
+        }
+        LayerShape::Bars(_) => svg.line(
             [(middle.0, y - 6.0), (middle.0, y + 6.0)],
             layer.ink,
             "thick",
         ),
-        Shape::Dots(_) => svg.circle(middle, 3.6, layer.ink, "fill"),
-        Shape::Rings(_) => svg.circle(middle, 5.5, layer.ink, "thin"),
-        Shape::Crosses(_) => draw_cross(middle, layer.ink, svg),
+        LayerShape::Dots(_) => svg.circle(middle, 3.6, layer.ink, "fill"),
+        LayerShape::Rings(_) => svg.circle(middle, 5.5, layer.ink, "thin"),
+        LayerShape::Crosses(_) => draw_cross(middle, layer.ink, svg),
     }
     let size = fitting(&layer.name, TEXT, width);
     svg.text(
@@ -439,25 +443,27 @@ impl Plane<'_> {
     fn draw(&self, layer: &Layer, svg: &mut Svg) {
         let ink = layer.ink;
         match &layer.shape {
-            Shape::Line(points) => svg.line(points.iter().map(|&at| self.at(at)), ink, "thick"),
-            Shape::Thin(points) => svg.line(points.iter().map(|&at| self.at(at)), ink, "thin"),
-            Shape::Band(points) => {
+            LayerShape::Line(points) => {
+                svg.line(points.iter().map(|&at| self.at(at)), ink, "thick")
+            }
+            LayerShape::Thin(points) => svg.line(points.iter().map(|&at| self.at(at)), ink, "thin"),
+            LayerShape::Band(points) => {
                 let upper = points.iter().map(|&(x, _, high)| self.at((x, high)));
                 let lower = points.iter().rev().map(|&(x, low, _)| self.at((x, low)));
                 svg.area(upper.chain(lower), ink, "area");
             }
-            Shape::Bars(bars) => {
+            LayerShape::Bars(bars) => {
                 for &(x, from, to) in bars {
                     svg.line([self.at((x, from)), self.at((x, to))], ink, "thin");
                 }
             }
-            Shape::Dots(points) => points
+            LayerShape::Dots(points) => points
                 .iter()
                 .for_each(|&at| svg.circle(self.at(at), 3.6, ink, "fill")),
-            Shape::Rings(points) => points
+            LayerShape::Rings(points) => points
                 .iter()
                 .for_each(|&at| svg.circle(self.at(at), 6.0, ink, "thin")),
-            Shape::Crosses(points) => points
+            LayerShape::Crosses(points) => points
                 .iter()
                 .for_each(|&at| draw_cross(self.at(at), ink, svg)),
         }
@@ -470,7 +476,7 @@ mod tests {
 
     fn chart(points: &[(f64, f64)]) -> Chart {
         let axis = || Axis::new("t <time>", (0.0, 1.0));
-        let shape = Shape::Line(points.to_vec());
+        let shape = LayerShape::Line(points.to_vec());
         let layers = vec![Layer {
             name: "measured".to_owned(),
             ink: Ink::Blue,
@@ -557,13 +563,13 @@ mod tests {
     fn every_shape_is_drawn_with_its_entry() {
         let shapes = [
             (
-                Shape::Band(vec![(0.0, 0.1, 0.2), (1.0, 0.2, 0.4)]),
+                LayerShape::Band(vec![(0.0, 0.1, 0.2), (1.0, 0.2, 0.4)]),
                 "area",
                 2,
             ),
-            (Shape::Dots(vec![(0.5, 0.5)]), "<circle", 2),
-            (Shape::Rings(vec![(0.5, 0.5)]), "<circle", 2),
-            (Shape::Crosses(vec![(0.5, 0.5)]), "l8 8m0 -8l-8 8", 2),
+            (LayerShape::Dots(vec![(0.5, 0.5)]), "<circle", 2),
+            (LayerShape::Rings(vec![(0.5, 0.5)]), "<circle", 2),
+            (LayerShape::Crosses(vec![(0.5, 0.5)]), "l8 8m0 -8l-8 8", 2),
         ];
         for (shape, element, count) in shapes {
             let mut chart = chart(&[]);

@@ -4,14 +4,14 @@ use anyhow::{Result, ensure};
 
 use crate::{
     axis::{Axis, Scale, height, range},
-    chart::{BESIDE, Chart, Layer, Shape},
+    chart::{BESIDE, Chart, Layer, LayerShape},
     ink::Ink,
 };
 
 /// Half length of an error bar, in standard errors.
 const BAR: f64 = 2.0;
 
-/// Legend of [`Value::guide`].
+/// Legend of [`MeasuredValue::guide`].
 const GUIDES: &str = "crosses: not judged";
 
 /// Space left and right of the points, as a share of their range.
@@ -30,7 +30,7 @@ pub enum Abscissa {
 
 /// A measured value.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Value {
+pub struct MeasuredValue {
     /// The varied quantity.
     pub x: f64,
     /// The measured quantity.
@@ -45,11 +45,11 @@ pub struct Value {
 
 /// The values of one curve, in the order of x; a curve without values keeps its colour.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
+pub struct ErrorBarCurve {
     /// Its name in the legend; may be empty if there is one.
     pub name: String,
     /// Its values.
-    pub values: Vec<Value>,
+    pub values: Vec<MeasuredValue>,
 }
 
 /// A chart of points with error bars of two standard errors.
@@ -64,7 +64,7 @@ pub struct ErrorBars {
     /// Kind of the varied quantity.
     pub abscissa: Abscissa,
     /// The curves.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<ErrorBarCurve>,
 }
 
 impl ErrorBars {
@@ -73,7 +73,7 @@ impl ErrorBars {
     /// # Errors
     /// There are no values, or one is not finite or has no logarithm.
     pub fn svg(&self) -> Result<String> {
-        let sound = |value: &Value| {
+        let sound = |value: &MeasuredValue| {
             let is_placed = self.abscissa != Abscissa::Logarithmic || value.x > 0.0;
             value.x.is_finite() && value.y.is_finite() && is_placed
         };
@@ -97,7 +97,7 @@ impl ErrorBars {
         .svg()
     }
 
-    fn values(&self) -> impl Iterator<Item = &Value> {
+    fn values(&self) -> impl Iterator<Item = &MeasuredValue> {
         self.curves.iter().flat_map(|curve| &curve.values)
     }
 
@@ -130,7 +130,7 @@ impl ErrorBars {
         {
             let ink = Ink::of_curve(index, self.curves.len());
             let theory = if is_one { Ink::Vermillion } else { ink };
-            let of = |part: fn(&Value) -> Option<f64>| -> Vec<(f64, f64)> {
+            let of = |part: fn(&MeasuredValue) -> Option<f64>| -> Vec<(f64, f64)> {
                 curve
                     .values
                     .iter()
@@ -140,28 +140,36 @@ impl ErrorBars {
             let (predicted, guides) = (of(|value| value.prediction), of(|value| value.guide));
             if !predicted.is_empty() {
                 if !matches!(self.abscissa, Abscissa::Names(_)) {
-                    add("", theory, Shape::Thin(predicted.clone()));
+                    add("", theory, LayerShape::Thin(predicted.clone()));
                 }
-                add(std::mem::take(&mut rings), theory, Shape::Rings(predicted));
+                add(
+                    std::mem::take(&mut rings),
+                    theory,
+                    LayerShape::Rings(predicted),
+                );
             }
             if !guides.is_empty() {
-                add(std::mem::take(&mut crosses), theory, Shape::Crosses(guides));
+                add(
+                    std::mem::take(&mut crosses),
+                    theory,
+                    LayerShape::Crosses(guides),
+                );
             }
-            let bar = |value: &Value| {
+            let bar = |value: &MeasuredValue| {
                 let half = BAR * value.error?;
                 Some((value.x, value.y - half, value.y + half))
             };
             add(
                 "",
                 ink,
-                Shape::Bars(curve.values.iter().filter_map(bar).collect()),
+                LayerShape::Bars(curve.values.iter().filter_map(bar).collect()),
             );
             let name = if curve.name.is_empty() && is_predicted {
                 "measured"
             } else {
                 &curve.name
             };
-            add(name, ink, Shape::Dots(of(|value| Some(value.y))));
+            add(name, ink, LayerShape::Dots(of(|value| Some(value.y))));
         }
         layers
     }
@@ -207,14 +215,14 @@ mod tests {
     use super::*;
 
     fn chart(abscissa: &Abscissa, curves: usize) -> ErrorBars {
-        let value = |x: f64| Value {
+        let value = |x: f64| MeasuredValue {
             x,
             y: 2.0 * x,
             error: Some(0.1),
             prediction: Some(2.1 * x),
             guide: None,
         };
-        let curve = |index| Curve {
+        let curve = |index| ErrorBarCurve {
             name: format!("curve <{index}>"),
             values: [0.0, 1.0, 2.0]
                 .map(|x| value(x + f64::from(u8::from(*abscissa == Abscissa::Logarithmic))))

@@ -1,7 +1,7 @@
 //! The page of a run: one self-contained HTML file with a light and a dark colour scheme, which
 //! leads with its answer.
 //!
-//! A page consists of [parts](Part), which it shows in one order whatever the order of writing: the
+//! A page consists of [parts](PagePart), which it shows in one order whatever the order of writing: the
 //! verdict with what carries it, the moving picture, results, data, the command, and checks.
 
 mod inert_svg;
@@ -16,8 +16,8 @@ use carom_tables::{
 };
 use sha2::{Digest as _, Sha256};
 
-pub use parts::Part;
-use parts::Parts;
+pub use parts::PagePart;
+use parts::PageParts;
 
 /// A page under construction.
 #[derive(Debug, Clone)]
@@ -31,9 +31,9 @@ pub struct Page {
     notes: String,
     /// All checks so far.
     checks: Vec<Check>,
-    parts: Parts,
+    parts: PageParts,
     /// Where text, tables and pictures go.
-    part: Part,
+    part: PagePart,
 }
 
 /// Layout of pictures.
@@ -61,7 +61,7 @@ impl Page {
     pub fn new(title: &str, lead: &str) -> Self {
         let (title, lead) = (title.to_owned(), lead.to_owned());
         let [verdict, errors, notes] = [const { String::new() }; 3];
-        let (checks, parts) = (Vec::new(), Parts::default());
+        let (checks, parts) = (Vec::new(), PageParts::default());
         Self {
             title,
             lead,
@@ -70,7 +70,7 @@ impl Page {
             notes,
             checks,
             parts,
-            part: Part::Results,
+            part: PagePart::Results,
         }
     }
 
@@ -90,8 +90,8 @@ impl Page {
         let _ = writeln!(self.notes, "<p class=\"note\">{}</p>", escape(text));
     }
 
-    /// Continues in another part of the page. Pages begin with [`Part::Results`].
-    pub fn part(&mut self, part: Part) {
+    /// Continues in another part of the page. Pages begin with [`PagePart::Results`].
+    pub fn part(&mut self, part: PagePart) {
         self.part = part;
     }
 
@@ -113,7 +113,7 @@ impl Page {
     /// Adds the commands that run it again, to their own part of the page.
     pub fn code(&mut self, text: &str) {
         self.parts
-            .push(Part::Again, &format!("<pre>{}</pre>\n", escape(text)));
+            .push(PagePart::Again, &format!("<pre>{}</pre>\n", escape(text)));
     }
 
     /// Adds a file that opens on demand, to the part with the commands.
@@ -123,14 +123,14 @@ impl Page {
             escape(title),
             escape(text)
         );
-        self.parts.push(Part::Again, &html);
+        self.parts.push(PagePart::Again, &html);
     }
 
     /// Adds links to files, by their path relative to the page, to the part with the data.
     pub fn links<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
         let links: Vec<String> = paths.into_iter().map(link).collect();
         self.parts.push(
-            Part::Data,
+            PagePart::Data,
             &format!("<p class=\"files\">{}</p>\n", links.join(" · ")),
         );
     }
@@ -149,7 +149,7 @@ impl Page {
             );
         }
         html.push_str("</table></div>\n");
-        self.parts.push(Part::Data, &html);
+        self.parts.push(PagePart::Data, &html);
     }
 
     /// Adds SVG pictures, each with a caption.
@@ -195,7 +195,7 @@ impl Page {
              <script>\n{PLAYER}</script>\n",
             escape(caption),
         );
-        self.parts.push(Part::Motion, &html);
+        self.parts.push(PagePart::Motion, &html);
     }
 
     /// Adds a table of two columns.
@@ -265,7 +265,7 @@ impl Page {
             ("overlapping pairs", totals.overlapping_pairs.to_string()),
             ("deepest overlap (diameters)", number(totals.max_overlap)),
         ]);
-        self.parts.push(Part::Checks, &html);
+        self.parts.push(PagePart::Checks, &html);
     }
 
     /// Adds a table of the runs of a campaign.
@@ -307,7 +307,7 @@ impl Page {
             );
         }
         html.push_str("</table></div>\n");
-        self.parts.push(Part::Checks, &html);
+        self.parts.push(PagePart::Checks, &html);
         self.checks.extend_from_slice(checks);
     }
 
@@ -568,7 +568,7 @@ mod tests {
         page.animation("{}", "moving");
         page.heading("Results");
         page.paragraph("12345678 collisions");
-        page.part(Part::Answer);
+        page.part(PagePart::Answer);
         page.table(
             &["seed", "count"],
             &[vec!["12345".to_owned(), "12345".to_owned()]],

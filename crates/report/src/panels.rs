@@ -51,7 +51,7 @@ pub enum Stroke {
 
 /// The shape of a mark at one point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Point {
+pub enum MarkedPoint {
     /// A small disc.
     Disc,
     /// A diamond.
@@ -62,7 +62,7 @@ pub enum Point {
 
 /// An element of a panel, in the units of its axes. What lies outside the axes is clipped.
 #[derive(Debug, Clone)]
-pub enum Mark {
+pub enum PanelMark {
     /// A line through points.
     Line(Ink, Stroke, Vec<(f64, f64)>),
     /// A shaded part of the horizontal axis.
@@ -70,7 +70,7 @@ pub enum Mark {
     /// Vertical lines.
     Uprights(Ink, Stroke, Vec<f64>),
     /// Marks at points.
-    Points(Ink, Point, Vec<(f64, f64)>),
+    Points(Ink, MarkedPoint, Vec<(f64, f64)>),
     /// Intervals in a row, from 0 at the top.
     Bars(Ink, usize, Vec<(f64, f64)>),
     /// Single times in a row, from 0 at the top.
@@ -90,13 +90,13 @@ pub enum Vertical {
 
 /// An entry of a legend.
 #[derive(Debug, Clone)]
-pub enum Sample {
+pub enum ColumnSample {
     /// A line.
     Line(Ink, Stroke),
     /// A shaded area.
     Area(Ink),
     /// A point.
-    Point(Ink, Point),
+    Point(Ink, MarkedPoint),
 }
 
 /// One panel.
@@ -109,20 +109,20 @@ pub struct Panel {
     /// Vertical axis.
     pub y: Vertical,
     /// From back to front.
-    pub marks: Vec<Mark>,
+    pub marks: Vec<PanelMark>,
     /// The meaning of the marks.
-    pub legend: Vec<(Sample, String)>,
+    pub legend: Vec<(ColumnSample, String)>,
 }
 
 /// A picture that is written from top to bottom.
 #[derive(Debug, Default)]
-pub struct Column {
+pub struct PanelColumn {
     body: Svg,
     height: f64,
     panels: usize,
 }
 
-impl Column {
+impl PanelColumn {
     /// Writes a paragraph, wrapped at the width of the picture.
     pub fn paragraph(&mut self, ink: Ink, size: f64, text: &str) {
         for line in wrapped(text, (WIDTH - 32.0) / (CHARACTER_OF_PARAGRAPH * size)) {
@@ -191,7 +191,7 @@ impl Column {
         self.body.finish((WIDTH, self.height + 8.0), false)
     }
 
-    fn legend(&mut self, entries: &[(Sample, String)]) {
+    fn legend(&mut self, entries: &[(ColumnSample, String)]) {
         let (mut x, size) = (16.0, 0.9 * TEXT);
         self.height += if entries.is_empty() { 0.0 } else { LINE };
         for (sample, name) in entries {
@@ -202,15 +202,15 @@ impl Column {
             }
             let y = self.height - 9.0;
             match sample {
-                Sample::Line(ink, stroke) => {
+                ColumnSample::Line(ink, stroke) => {
                     self.body
                         .line([(x, y), (x + 24.0, y)], *ink, stroke.style())
                 }
-                Sample::Area(ink) => {
+                ColumnSample::Area(ink) => {
                     self.body
                         .rectangle((x, y - 6.0), (x + 24.0, y + 6.0), *ink, "area")
                 }
-                Sample::Point(ink, point) => point.draw((x + 12.0, y), *ink, &mut self.body),
+                ColumnSample::Point(ink, point) => point.draw((x + 12.0, y), *ink, &mut self.body),
             }
             self.body
                 .text((x + 30.0, y + 5.0), Anchor::Start, Ink::Quiet, size, name);
@@ -286,7 +286,7 @@ impl Stroke {
     }
 }
 
-impl Point {
+impl MarkedPoint {
     fn draw(self, (x, y): (f64, f64), ink: Ink, svg: &mut Svg) {
         match self {
             Self::Disc => svg.circle((x, y), 3.2, ink, "fill"),
@@ -321,9 +321,12 @@ fn wrapped(text: &str, most: f64) -> Vec<String> {
 mod tests {
     use super::*;
 
-    fn panel(y: Vertical, marks: Vec<Mark>) -> Panel {
+    fn panel(y: Vertical, marks: Vec<PanelMark>) -> Panel {
         let x = Axis::new("t (time)", (0.0, 1.0));
-        let legend = vec![(Sample::Line(Ink::Blue, Stroke::Thick), "a & b".to_owned())];
+        let legend = vec![(
+            ColumnSample::Line(Ink::Blue, Stroke::Thick),
+            "a & b".to_owned(),
+        )];
         Panel {
             title: "one <panel>".to_owned(),
             x,
@@ -335,14 +338,15 @@ mod tests {
 
     #[test]
     fn marks_far_outside_are_clipped_and_nothing_is_not_a_number() {
-        let line = Mark::Line(
+        let line = PanelMark::Line(
             Ink::Blue,
             Stroke::Thin,
             vec![(-1e300, 0.0), (f64::NAN, 0.5), (0.5, 1e300)],
         );
-        let points = Mark::Points(Ink::Green, Point::Disc, vec![(2.0, 0.0), (0.5, -1e9)]);
+        let points =
+            PanelMark::Points(Ink::Green, MarkedPoint::Disc, vec![(2.0, 0.0), (0.5, -1e9)]);
         let axis = Axis::new("gap (length)", (-1.0, 1.0));
-        let mut column = Column::default();
+        let mut column = PanelColumn::default();
         column.panel(&panel(Vertical::Scale(axis), vec![line, points]));
         let svg = column.svg();
         assert!(svg.contains("one &lt;panel&gt;") && svg.contains("a &amp; b"));
@@ -352,12 +356,12 @@ mod tests {
 
     #[test]
     fn marks_closer_than_a_line_are_drawn_once() {
-        let ticks = Mark::Ticks(
+        let ticks = PanelMark::Ticks(
             Ink::Text,
             0,
             (0..100_000).map(|index| f64::from(index) * 1e-5).collect(),
         );
-        let mut column = Column::default();
+        let mut column = PanelColumn::default();
         column.panel(&panel(Vertical::Rows(vec!["row".to_owned()]), vec![ticks]));
         assert!(column.svg().len() < 20_000);
     }

@@ -6,14 +6,14 @@ use anyhow::{Result, ensure};
 
 use crate::{
     axis::Axis,
-    chart::{Chart, FULL, Layer, Plane, Shape},
+    chart::{Chart, FULL, Layer, LayerShape, Plane},
     ink::Ink,
     svg::{Anchor, Svg},
 };
 
 /// One point.
 #[derive(Debug, Clone)]
-pub struct Point {
+pub struct ScatterPoint {
     /// Index of the family.
     pub family: usize,
     /// Text beside the point.
@@ -55,14 +55,14 @@ pub struct Scatter {
     /// Names of the families; each has its own colour.
     pub families: Vec<String>,
     /// The points.
-    pub points: Vec<Point>,
+    pub points: Vec<ScatterPoint>,
     /// A line through selected points, see [`pareto`]; empty for no line.
     pub front: Vec<(f64, f64)>,
 }
 
 /// Returns the points that no other point dominates on both axes (Pareto front), from left to
 /// right.
-pub fn pareto(points: &[Point]) -> Vec<(f64, f64)> {
+pub fn pareto(points: &[ScatterPoint]) -> Vec<(f64, f64)> {
     let mut places: Vec<(f64, f64)> = points.iter().map(|point| (point.x, point.y)).collect();
     places.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut lowest = f64::INFINITY;
@@ -121,7 +121,7 @@ impl Scatter {
                 shape,
             })
         };
-        add("", Ink::Quiet, Shape::Thin(self.front.clone()));
+        add("", Ink::Quiet, LayerShape::Thin(self.front.clone()));
         for (index, family) in self.families.iter().enumerate() {
             let ink = ink_of(index);
             let own = || {
@@ -138,7 +138,7 @@ impl Scatter {
             let joined = of(|mark| matches!(mark, Mark::Joined | Mark::Published | Mark::Line));
             let dots = of(|mark| matches!(mark, Mark::Measured | Mark::Joined | Mark::UpTo(_)));
             let rings = of(|mark| matches!(mark, Mark::AtMost | Mark::Published));
-            let bar = |point: &Point| match point.mark {
+            let bar = |point: &ScatterPoint| match point.mark {
                 Mark::UpTo(top) => Some((point.x, point.y, top)),
                 Mark::AtMost => Some((point.x, point.y, point.y / (top / bottom).powf(DOWNWARD))),
                 Mark::Measured | Mark::Joined | Mark::Published | Mark::Line => None,
@@ -151,16 +151,16 @@ impl Scatter {
                     ""
                 },
                 ink,
-                Shape::Thin(joined),
+                LayerShape::Thin(joined),
             );
-            add("", ink, Shape::Bars(own().filter_map(bar).collect()));
+            add("", ink, LayerShape::Bars(own().filter_map(bar).collect()));
             let named = |is_named: bool| if is_named { family.as_str() } else { "" };
             add(
                 named(dots.is_empty() && !rings.is_empty()),
                 ink,
-                Shape::Rings(rings),
+                LayerShape::Rings(rings),
             );
-            add(named(!dots.is_empty()), ink, Shape::Dots(dots));
+            add(named(!dots.is_empty()), ink, LayerShape::Dots(dots));
         }
         layers
     }
@@ -288,7 +288,7 @@ mod tests {
             x_label: "time".to_owned(),
             y_label: "error".to_owned(),
             families: vec!["Exact".to_owned()],
-            points: vec![Point {
+            points: vec![ScatterPoint {
                 family: 0,
                 label: "default".to_owned(),
                 x: 1.0,
@@ -319,7 +319,7 @@ mod tests {
 
     #[test]
     fn the_front_holds_the_points_that_no_other_dominates() {
-        let point = |x, y| Point {
+        let point = |x, y| ScatterPoint {
             family: 0,
             label: String::new(),
             x,

@@ -5,8 +5,8 @@ use carom_tables::{Column, Guide, Level, Role, Spacing, Table, named};
 
 use crate::{
     axis::{Axis, height, range},
-    chart::{Chart, Layer, Shape},
-    error_bars::{Abscissa, Curve, ErrorBars, Value},
+    chart::{Chart, Layer, LayerShape},
+    error_bars::{Abscissa, ErrorBarCurve, ErrorBars, MeasuredValue},
     ink::Ink,
     polar::Polar,
 };
@@ -94,7 +94,7 @@ pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>
             let band = |points| Layer {
                 name: String::new(),
                 ink,
-                shape: Shape::Band(points),
+                shape: LayerShape::Band(points),
             };
             bands.extend(places.band(value, errors).into_iter().map(band));
         }
@@ -131,14 +131,14 @@ pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>
 
 /// The measured quantities of a group as points over the names of the rows.
 fn points(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<String> {
-    let mut curves: Vec<Curve> = Vec::new();
+    let mut curves: Vec<ErrorBarCurve> = Vec::new();
     let cell = |column: &Column, row: usize| column.values.get(row).copied().flatten();
     for column in group {
         match (&column.role, curves.last_mut()) {
             (Role::Value | Role::Derived, _) => {
                 let value = |row: usize| {
                     let (x, y) = (row as f64, cell(column, row)?);
-                    Some(Value {
+                    Some(MeasuredValue {
                         x,
                         y,
                         error: None,
@@ -147,7 +147,7 @@ fn points(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<String>
                     })
                 };
                 let values = (0..table.names.len()).filter_map(value).collect();
-                curves.push(Curve {
+                curves.push(ErrorBarCurve {
                     name: column.label.clone(),
                     values,
                 });
@@ -394,7 +394,7 @@ fn layers(
                 let band = |points| Layer {
                     name: String::new(),
                     ink,
-                    shape: Shape::Band(points),
+                    shape: LayerShape::Band(points),
                 };
                 bands.extend(places.band(value, column).into_iter().map(band));
             }
@@ -409,7 +409,7 @@ fn layers(
         Layer {
             name: level.label.clone(),
             ink: Ink::Vermillion,
-            shape: Shape::Line(points),
+            shape: LayerShape::Line(points),
         }
     };
     predictions.extend(levels.iter().map(level));
@@ -452,7 +452,7 @@ fn guides(
         }
         .map(reaches);
         let ends = [first.max(left), last.min(right)].map(at);
-        let shape = Shape::Thin(ends.to_vec());
+        let shape = LayerShape::Thin(ends.to_vec());
         (ends[0].0 < ends[1].0).then(|| Layer {
             name: guide.label.clone(),
             ink: Ink::Quiet,
@@ -473,7 +473,7 @@ fn curve(name: &str, ink: Ink, pieces: Vec<Vec<(f64, f64)>>) -> Vec<Layer> {
         Layer {
             name,
             ink,
-            shape: Shape::Line(points),
+            shape: LayerShape::Line(points),
         }
     };
     pieces.into_iter().enumerate().map(layer).collect()

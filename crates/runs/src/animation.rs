@@ -16,7 +16,7 @@ use anyhow::{Context, Result};
 use carom::{
     CollisionReport, Observer, View,
     engine::Body,
-    observers::{Flight, FlightLog, colour, coloured_kinds, drawn_circles},
+    observers::{FlightLog, LoggedFlight, colour, coloured_kinds, drawn_circles},
 };
 use carom_methods::AnySimulation;
 use glam::DVec2;
@@ -128,7 +128,7 @@ const CROSSINGS: f64 = 4.0;
 pub fn record(simulation: &AnySimulation, folder: &Folder) -> Result<()> {
     let (log, animation) = recorded(simulation);
     let rows = log.flights().iter().map(|flight| {
-        let Flight {
+        let LoggedFlight {
             position, velocity, ..
         } = flight;
         let place = [position.x, position.y, velocity.x, velocity.y];
@@ -214,7 +214,12 @@ fn end(view: &View<'_>) -> f64 {
 }
 
 impl Animation {
-    fn new(view: &View<'_>, part: Option<&VisibleRegion>, flights: &[Flight], until: f64) -> Self {
+    fn new(
+        view: &View<'_>,
+        part: Option<&VisibleRegion>,
+        flights: &[LoggedFlight],
+        until: f64,
+    ) -> Self {
         let is_shown = |body: &Body| part.is_none_or(|part| part.has(body));
         let mut shapes: Vec<Shape> = Vec::new();
         let (mut bodies, mut number_of) = (Vec::new(), BTreeMap::new());
@@ -255,7 +260,7 @@ impl Animation {
             .bodies()
             .filter(|body| is_shown(body.body))
             .filter_map(|body| Some(wall(body.wall()?, body.body.molecule().face()?.radius())));
-        let largest = |quantity: fn(&Flight) -> f64| {
+        let largest = |quantity: fn(&LoggedFlight) -> f64| {
             flights
                 .iter()
                 .map(quantity)
@@ -288,7 +293,7 @@ impl Animation {
         animation
     }
 
-    fn pack(&mut self, flight: &Flight, number: usize, place: DVec2) {
+    fn pack(&mut self, flight: &LoggedFlight, number: usize, place: DVec2) {
         let signed = |value: f64, largest: f64| 0.5 * (value / largest + 1.0);
         let time = (flight.time - self.from) / (self.until - self.from);
         let velocity = flight

@@ -77,12 +77,12 @@ pub enum FileError {
 
 /// The values of a file, taken in the order in which they were written.
 #[derive(Debug)]
-pub struct Body {
+pub struct CheckpointBody {
     bytes: Vec<u8>,
     taken: usize,
 }
 
-impl Body {
+impl CheckpointBody {
     /// Reads a file and verifies that it is complete.
     ///
     /// # Errors
@@ -213,7 +213,7 @@ mod tests {
         let mut bytes = fs::read(&path).unwrap();
         spoil(&mut bytes);
         fs::write(&path, bytes).unwrap();
-        Body::read(&path)
+        CheckpointBody::read(&path)
             .map(|_| ())
             .map_or_else(|error| error.to_string(), |()| "sound".to_owned())
     }
@@ -228,7 +228,7 @@ mod tests {
             &[&encode(&"text").unwrap(), &encode(&numbers).unwrap()],
         )
         .unwrap();
-        let mut body = Body::read(&path).unwrap();
+        let mut body = CheckpointBody::read(&path).unwrap();
         assert_eq!(body.take::<String>().unwrap(), "text");
         assert_eq!(
             body.take::<[f64; 4]>().unwrap().map(f64::to_bits),
@@ -278,7 +278,7 @@ mod tests {
                 .contains("not a checkpoint")
         );
         assert!(
-            Body::read(Path::new("no/such/file"))
+            CheckpointBody::read(Path::new("no/such/file"))
                 .unwrap_err()
                 .to_string()
                 .contains("cannot be read")

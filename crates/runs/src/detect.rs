@@ -33,7 +33,7 @@ const MAX_QUERIES: u32 = 1000;
 
 /// Options of `carom detect`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct DetectOptions {
     /// Encounter file, one pair a line
     #[arg(value_name = "CASES.csv")]
     pub cases: PathBuf,
@@ -54,7 +54,7 @@ pub struct Options {
 ///
 /// # Errors
 /// See [`detect`] and [`explain`].
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &DetectOptions) -> Result<Verdict> {
     if let Some(case) = &options.explain {
         print_line(&explain(&options.cases, case, &options.out)?);
         return Ok(Verdict::Passed);

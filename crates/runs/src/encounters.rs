@@ -35,12 +35,12 @@ pub struct EncounterRecord {
     /// End of the search (time), if the file gives it.
     pub window_end: Option<f64>,
     /// The first contact up to the end of the window, if the file gives it.
-    pub expected: Option<Expected>,
+    pub expected: Option<ExpectedAnswer>,
 }
 
 /// First contact given in the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Expected {
+pub enum ExpectedAnswer {
     /// There is none up to the end of the window.
     Free,
     /// The molecules touch.
@@ -149,19 +149,19 @@ impl Row<'_> {
         Ok(Some(end))
     }
 
-    fn expected(&self) -> Result<Option<Expected>> {
+    fn expected(&self) -> Result<Option<ExpectedAnswer>> {
         let Some(first) = self.given("t_first") else {
             return Ok(None);
         };
         if first == "none" {
-            return Ok(Some(Expected::Free));
+            return Ok(Some(ExpectedAnswer::Free));
         }
         let atom = |name| -> Result<u32> {
             let text = self.text(name)?;
             text.parse()
                 .with_context(|| format!("column `{name}`: '{text}' is not the index of an atom"))
         };
-        Ok(Some(Expected::Contact {
+        Ok(Some(ExpectedAnswer::Contact {
             time: self.number("t_first")?,
             atoms: (atom("atomA")?, atom("atomB")?),
         }))

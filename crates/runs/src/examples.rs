@@ -61,7 +61,7 @@ pub const EXAMPLES: [Example; 13] = [
 
 /// Options of `carom example`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct ExamplesOptions {
     /// Name of the example; without it all are listed
     #[arg(value_name = "NAME")]
     pub name: Option<String>,
@@ -114,7 +114,7 @@ impl Example {
 ///
 /// # Errors
 /// There is no example of the name, or the file exists or cannot be written.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &ExamplesOptions) -> Result<Verdict> {
     let Some(name) = &options.name else {
         ensure!(options.out.is_none(), "--out needs the name of an example");
         list();

@@ -51,7 +51,7 @@ impl Experiment {
     /// The folder is not empty, cannot be written, or is in use by another process.
     pub fn start(destination: &Destination, opening: &Opening<'_>) -> Result<Self> {
         let claimed = Folder::claim(&destination.folder(opening.folder), destination.existing())?;
-        Self::begin_in(claimed, opening, |_| Ok(WorkItems::default()))
+        Self::start_in(claimed, opening, |_| Ok(WorkItems::default()))
     }
 
     /// Creates the folder for an experiment that writes all of its files at its end, also its
@@ -81,19 +81,19 @@ impl Experiment {
     /// # Errors
     /// The folder is not empty, cannot be written, or is in use by another process; the checkpoint
     /// cannot be read or belongs to another run.
-    pub fn begin_resumable(
+    pub fn start_resumable(
         resumption: &Resumption,
         what: String,
         opening: &Opening<'_>,
     ) -> Result<Self> {
         let signals = Signals::watch()?;
         let claimed = Folder::claim(&resumption.folder(opening.folder), resumption.existing())?;
-        Self::begin_in(claimed, opening, |folder| {
+        Self::start_in(claimed, opening, |folder| {
             WorkItems::find(folder, what, resumption, signals)
         })
     }
 
-    fn begin_in(
+    fn start_in(
         (folder, alone): (Folder, FolderLock),
         opening: &Opening<'_>,
         find: impl FnOnce(&Folder) -> Result<WorkItems>,
@@ -271,7 +271,7 @@ mod tests {
                 resume,
             };
             let experiment =
-                Experiment::begin_resumable(&resumption, "none".to_owned(), &opening).unwrap();
+                Experiment::start_resumable(&resumption, "none".to_owned(), &opening).unwrap();
             assert_eq!(experiment.folder.read("config.toml").unwrap(), "seed = 1\n");
         }
     }

@@ -8,7 +8,7 @@ use carom_tables::{Column, Figure, Replica, Role, RunSums, Table, Totals};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    checkpoint_file::{self, Body},
+    checkpoint_file::{self, CheckpointBody},
     finite::require_finite,
     measures::Drawing,
     other_run::refuse_other,
@@ -108,7 +108,7 @@ impl Record {
     /// It cannot be read, another version of the program wrote it, or its numbers are invalid.
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(SUMS);
-        let read = || Self::take(&mut Body::read(&path)?);
+        let read = || Self::take(&mut CheckpointBody::read(&path)?);
         read().with_context(|| format!("cannot merge {}", path.display()))
     }
 
@@ -118,7 +118,7 @@ impl Record {
     /// # Errors
     /// The value is no record, a number in it is not finite, a count is negative, or lengths
     /// differ.
-    pub fn take(body: &mut Body) -> Result<Self> {
+    pub fn take(body: &mut CheckpointBody) -> Result<Self> {
         let record: Self = body.take()?;
         record.check()?;
         Ok(record)

@@ -33,7 +33,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
     append_file::{AppendFiles, CheckpointLengths, Length},
-    checkpoint_file::{self, Body, FileError},
+    checkpoint_file::{self, CheckpointBody, FileError},
     interruption::{SharedLengths, Signals},
     other_run::refuse_other,
     output::{Folder, Resumption},
@@ -149,7 +149,7 @@ pub struct Resumable<O> {
 #[derive(Debug)]
 pub struct FoundCheckpoint {
     head: Head,
-    body: Body,
+    body: CheckpointBody,
 }
 
 impl FoundCheckpoint {
@@ -213,7 +213,7 @@ pub struct LastState {
 /// # Errors
 /// The file cannot be read or is no checkpoint of a run in time.
 pub fn last_state(path: &Path) -> Result<LastState> {
-    let mut body = Body::read(path)?;
+    let mut body = CheckpointBody::read(path)?;
     let Head {
         what,
         progress,
@@ -321,7 +321,7 @@ pub fn read_state<T: DeserializeOwned>(path: &Path) -> Result<(LastState, Option
     if !last.what.starts_with(&format!("run\n{SAVED}")) {
         return Ok((last, None));
     }
-    let mut body = Body::read(path)?;
+    let mut body = CheckpointBody::read(path)?;
     body.take::<Head>()?;
     Ok((last, Some(body.take()?)))
 }
@@ -348,7 +348,7 @@ impl Task<'_> {
             return Ok(None);
         }
         let path = self.path();
-        match Body::read(&path) {
+        match CheckpointBody::read(&path) {
             Err(FileError::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => {
                 Ok(None)
             }
@@ -358,7 +358,7 @@ impl Task<'_> {
         .with_context(|| format!("cannot resume from {}", path.display()))
     }
 
-    fn accept(&self, mut body: Body) -> Result<FoundCheckpoint> {
+    fn accept(&self, mut body: CheckpointBody) -> Result<FoundCheckpoint> {
         let head: Head = body.take()?;
         refuse_other(&head.what, &self.what)?;
         ensure!(
@@ -607,7 +607,7 @@ impl<O: Observer + Serialize> Resumable<O> {
         let mut lengths = self.lengths.lock().unwrap_or_else(PoisonError::into_inner);
         // The files are now longer than at the checkpoint and must not be truncated.
         lengths.set(None);
-        let mut body = Body::read(&task.path())?;
+        let mut body = CheckpointBody::read(&task.path())?;
         let end = End {
             state: self.simulation.end_epoch_here(),
             actions: self.actions,

@@ -1,6 +1,8 @@
 //! Tables of the series that a run samples.
 
-use carom::observers::{Contact, Impulse, LedgerPoint, PressurePoint, RatePoint, RunningPoint};
+use carom::observers::{
+    Impulse, LedgerPoint, LoggedContact, PressurePoint, RatePoint, RunningPoint,
+};
 
 use carom_tables::fifteen_digits;
 
@@ -68,7 +70,7 @@ pub const AVERAGES: SeriesFormat<RunningPoint> = SeriesFormat {
 
 /// `events.csv`: every contact, with the first body the one inserted earlier; the normal points to
 /// the second body, and the impulse acts on it.
-pub const EVENTS: SeriesFormat<Contact> = SeriesFormat {
+pub const EVENTS: SeriesFormat<LoggedContact> = SeriesFormat {
     name: "events.csv",
     header: &[
         "time",
@@ -87,7 +89,7 @@ pub const EVENTS: SeriesFormat<Contact> = SeriesFormat {
         "elasticity",
     ],
     row: |csv, contact| {
-        let Contact {
+        let LoggedContact {
             point,
             normal,
             impulse,

@@ -19,7 +19,7 @@ use anyhow::{Context, Result};
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
-    checkpoint_file::{self, Body, FileError},
+    checkpoint_file::{self, CheckpointBody, FileError},
     interruption::Signals,
     other_run::refuse_other,
     output::{Folder, Resumption},
@@ -173,7 +173,7 @@ impl WorkItems {
 }
 
 fn read(path: &Path, what: &str) -> Result<BTreeMap<String, Vec<u8>>> {
-    let mut body = match Body::read(path) {
+    let mut body = match CheckpointBody::read(path) {
         // The run was killed before its first checkpoint.
         Err(FileError::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => {
             return Ok(BTreeMap::new());

@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use carom_report::{
-    error_bars::{Abscissa, Curve, ErrorBars, Value as Point},
+    error_bars::{Abscissa, ErrorBarCurve, ErrorBars, MeasuredValue as Point},
     page::DataChart,
     table_chart,
 };
@@ -13,8 +13,8 @@ use crate::{
     point::short,
     results::PointResults,
     study::Study,
-    table::{Quantity, TABLE, figure, quantities},
-    vary::{Spacing, Vary},
+    table::{TABLE, TableQuantity, figure, quantities},
+    vary::{ValueSpacing, Vary},
 };
 
 /// Most charts on a page; the table has the figures of the others.
@@ -42,7 +42,7 @@ pub fn charts(study: &Study, points: &[PointResults]) -> Result<(Vec<DataChart>,
         [] => (None, &[][..]),
         [second, others @ ..] => (Some(*second), others),
     };
-    let mut shown: Vec<Quantity> = quantities(points)
+    let mut shown: Vec<TableQuantity> = quantities(points)
         .into_iter()
         .filter(|quantity| quantity.has_error || quantity.varies)
         .collect();
@@ -167,7 +167,7 @@ fn panels(study: &Study, others: &[usize]) -> Vec<Vec<(usize, usize)>> {
     panels
 }
 
-fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> {
+fn chart(choice: &Choice<'_>, quantity: &TableQuantity) -> Result<Option<DataChart>> {
     let Choice {
         study,
         points,
@@ -180,9 +180,9 @@ fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> 
         || vec![String::new()],
         |second| setting_names(&study.vary[second]),
     );
-    let mut curves: Vec<Curve> = names
+    let mut curves: Vec<ErrorBarCurve> = names
         .into_iter()
-        .map(|name| Curve {
+        .map(|name| ErrorBarCurve {
             name,
             values: Vec::new(),
         })
@@ -296,7 +296,7 @@ impl Axis {
             let low = places.iter().copied().fold(f64::INFINITY, f64::min);
             let high = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let is_logarithmic =
-                vary.spacing == Spacing::Logarithmic && low > 0.0 && high >= MIN_SPAN * low;
+                vary.spacing == ValueSpacing::Logarithmic && low > 0.0 && high >= MIN_SPAN * low;
             let abscissa = if is_logarithmic {
                 Abscissa::Logarithmic
             } else {
@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn the_second_key_gives_curves_and_the_third_charts() {
         let study = Study::parse(STUDY, Path::new(""), crate::Size::default()).unwrap();
-        let result = |(index, point): (usize, &crate::point::Point)| PointResults {
+        let result = |(index, point): (usize, &crate::point::StudyPoint)| PointResults {
             point: point.key,
             label: point.label.clone(),
             replicas: vec![1],

@@ -12,7 +12,7 @@ use carom::{Scene, View, engine::SceneError};
 use carom_methods::{AnySimulation, Method};
 use carom_runs::check::expected_collisions;
 
-use crate::point::Point;
+use crate::point::StudyPoint;
 
 /// Work of a collision of molecules over that of discs, for one atom and for each further one:
 /// measured with gases of dumbbells, tees and rods on one machine.
@@ -35,7 +35,7 @@ const STEPS: f64 = 8.0;
 ///
 /// # Errors
 /// The scene cannot be built.
-pub fn of_replica(point: &Point) -> Result<u64> {
+pub fn of_replica(point: &StudyPoint) -> Result<u64> {
     let scene = point.replica(1);
     let method = Method::try_from(&scene.method)?;
     let mut grown = None;

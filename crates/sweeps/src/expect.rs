@@ -110,7 +110,7 @@ enum Wanted {
 
 /// A measured quantity against what is expected of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Answer {
+pub struct ExpectationAnswer {
     /// The quantity.
     pub quantity: String,
     /// Its unit.
@@ -137,7 +137,7 @@ pub struct Answer {
     pub source: String,
 }
 
-impl Answer {
+impl ExpectationAnswer {
     /// Whether this is a failure of the study.
     pub fn has_failed(&self) -> bool {
         !self.passed && !self.show_only
@@ -268,12 +268,12 @@ impl Expect {
 
     /// Compares what was measured at a point; `number` is the place of the point among those that
     /// are tested.
-    pub fn answer(&self, number: usize, figures: &[Figure], tables: &[Table]) -> Answer {
+    pub fn answer(&self, number: usize, figures: &[Figure], tables: &[Table]) -> ExpectationAnswer {
         let compared = self.measured(figures, tables).and_then(|measured| {
             let wanted = self.wanted(number, figures)?;
             Ok(self.compare(measured, &wanted))
         });
-        compared.unwrap_or_else(|reason| Answer {
+        compared.unwrap_or_else(|reason| ExpectationAnswer {
             quantity: format!("{reason:#}"),
             unit: String::new(),
             value: f64::NAN,
@@ -317,7 +317,7 @@ impl Expect {
         )
     }
 
-    fn compare(&self, measured: Measured, wanted: &Wanted) -> Answer {
+    fn compare(&self, measured: Measured, wanted: &Wanted) -> ExpectationAnswer {
         let Measured {
             name,
             unit,
@@ -356,7 +356,7 @@ impl Expect {
             difference <= allowed
         };
         let given = self.source.clone().or_else(|| self.same_as.clone());
-        Answer {
+        ExpectationAnswer {
             quantity: name,
             unit,
             value,

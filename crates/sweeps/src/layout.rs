@@ -25,7 +25,7 @@ use carom_runs::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    point::{Key, Point},
+    point::{Key, StudyPoint},
     shard::{Shard, Work},
     stored::{self, Found},
     study::{Size, Study},
@@ -254,7 +254,7 @@ impl SweepFolder {
     ///
     /// # Errors
     /// Its file cannot be read.
-    pub fn find(&self, point: &Point, replica: u64) -> Result<Found> {
+    pub fn find(&self, point: &StudyPoint, replica: u64) -> Result<Found> {
         let work = Work {
             key: point.key,
             replica,

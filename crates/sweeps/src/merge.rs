@@ -20,7 +20,7 @@ use rayon::{ThreadPool, prelude::*};
 
 use crate::{
     layout::{Shards, SweepFolder, is_sweep, refuse_other_text},
-    point::Point,
+    point::StudyPoint,
     report::{self, Remarks},
     shard::Work,
     stored::{Found, Stored},
@@ -32,7 +32,7 @@ use crate::{
 /// # Errors
 /// Folders of sweeps and of runs are mixed, or are of different studies or scenes; a replica is
 /// there twice with different content; a file cannot be read or written.
-pub fn run(options: &merge::Options) -> Result<Verdict> {
+pub fn run(options: &merge::MergeOptions) -> Result<Verdict> {
     let sweeps = options
         .folders
         .iter()
@@ -128,7 +128,7 @@ fn copy(
 ) -> Result<Remarks> {
     let holders = pool.install(|| holders(sources))?;
     let progress = Progress::items("points", study.points.len() as u64);
-    let of_point = |point: &Point| -> Result<(usize, Vec<Damaged>)> {
+    let of_point = |point: &StudyPoint| -> Result<(usize, Vec<Damaged>)> {
         let mut found = (0, Vec::new());
         for replica in 1..=study.replicas {
             let own = holders
@@ -179,7 +179,7 @@ fn holders(sources: &[SweepFolder]) -> Result<BTreeMap<Work, Vec<usize>>> {
 /// Copies a replica from the first of the folders that have it. Counts further equal ones, and
 /// lists damaged files.
 fn copy_replica(
-    point: &Point,
+    point: &StudyPoint,
     replica: u64,
     sources: &[&SweepFolder],
     target: &SweepFolder,

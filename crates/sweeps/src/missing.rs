@@ -71,7 +71,7 @@ impl Missing {
 
     /// The replicas that are missing, by point.
     pub fn by_point<'a>(&'a self, study: &'a Study) -> Vec<MissingOfPoint<'a>> {
-        let of_point = |point: &'a crate::point::Point| {
+        let of_point = |point: &'a crate::point::StudyPoint| {
             let replicas = self.replicas.get(&point.key)?;
             Some(MissingOfPoint {
                 point: point.key,

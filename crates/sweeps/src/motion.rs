@@ -6,14 +6,14 @@ use carom_methods::{AnySimulation, Method};
 use carom_report::page::Page;
 use carom_runs::animation;
 
-use crate::point::Point;
+use crate::point::StudyPoint;
 
 /// Larger scenes have no animation: their bodies would be placed once more for it alone.
 const MAX_BODIES: usize = 10_000;
 
 /// Adds the animation of a point to a page. A scene whose gases have to be grown, or with a very
 /// large number of bodies, has none.
-pub fn show(page: &mut Page, point: &Point) {
+pub fn show(page: &mut Page, point: &StudyPoint) {
     let scene = point.replica(1);
     let is_small = scene
         .expected_bodies()

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use carom_report::page::{Page, Part, checks_in_words};
+use carom_report::page::{Page, PagePart, checks_in_words};
 use carom_runs::{
     left_out::Damaged,
     output::Folder,
@@ -14,7 +14,7 @@ use carom_tables::{Summary, named, two_digits, with_error};
 use crate::{
     charts::{charts, overlaid},
     errors,
-    expect::Answer,
+    expect::ExpectationAnswer,
     layout::{STUDY, SweepFolder},
     missing::Missing,
     motion,
@@ -28,7 +28,7 @@ const LEADING: usize = 2;
 
 /// What a page shows besides the points.
 #[derive(Debug)]
-pub struct Frame<'a> {
+pub struct PageFrame<'a> {
     /// Totals and checks.
     pub summary: &'a Summary,
     /// What has not been done.
@@ -51,7 +51,7 @@ pub fn write(
     folder: &Folder,
     study: &Study,
     points: &[PointResults],
-    frame: &Frame<'_>,
+    frame: &PageFrame<'_>,
 ) -> Result<()> {
     let mut page = Page::new(&frame.summary.title, &lead(study));
     page.verdict(&verdict(study, points, frame));
@@ -72,7 +72,7 @@ pub fn write(
     frame.notes.iter().for_each(|note| page.note(note));
     let (mut all, left_out) = charts(study, points)?;
     let others = all.split_off(LEADING.min(all.len()));
-    page.part(Part::Answer);
+    page.part(PagePart::Answer);
     failures(&mut page, points);
     page.charts(&all);
     curves(&mut page, points);
@@ -83,7 +83,7 @@ pub fn write(
     {
         motion::show(&mut page, first);
     }
-    page.part(Part::Results);
+    page.part(PagePart::Results);
     expectations(&mut page, study, points);
     page.heading("All points");
     let (header, rows) = on_page(study, points);
@@ -204,14 +204,14 @@ const EXPECTATIONS: [&str; 7] = [
     "source",
 ];
 
-fn answers(points: &[PointResults]) -> Vec<(&PointResults, &Answer)> {
+fn answers(points: &[PointResults]) -> Vec<(&PointResults, &ExpectationAnswer)> {
     points
         .iter()
         .flat_map(|point| point.answers.iter().map(move |answer| (point, answer)))
         .collect()
 }
 
-fn row(&(point, answer): &(&PointResults, &Answer)) -> Vec<String> {
+fn row(&(point, answer): &(&PointResults, &ExpectationAnswer)) -> Vec<String> {
     let result = match (answer.show_only, answer.passed) {
         (true, _) => "only shown",
         (_, true) => "as expected",
@@ -280,7 +280,7 @@ pub fn judgements(study: &Study, points: &[PointResults]) -> Vec<String> {
         .collect()
 }
 
-fn verdict(study: &Study, points: &[PointResults], frame: &Frame<'_>) -> String {
+fn verdict(study: &Study, points: &[PointResults], frame: &PageFrame<'_>) -> String {
     let totals = &frame.summary.totals;
     let done: usize = points.iter().map(|results| results.replicas.len()).sum();
     let complete = frame.missing.complete_points(points.len());

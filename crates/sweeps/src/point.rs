@@ -51,7 +51,7 @@ impl TryFrom<String> for Key {
 
 /// A point of a study.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub struct StudyPoint {
     /// Its key.
     pub key: Key,
     /// The values of all varied keys, in the order of the study.
@@ -64,7 +64,7 @@ pub struct Point {
     seed: u64,
 }
 
-impl Point {
+impl StudyPoint {
     /// Applies values to a scene.
     ///
     /// # Errors
@@ -175,11 +175,11 @@ fn plain(value: &Value) -> String {
 mod tests {
     use super::*;
 
-    fn point(keys: &[&str], values: &[f64]) -> Result<Point> {
+    fn point(keys: &[&str], values: &[f64]) -> Result<StudyPoint> {
         let base =
             "[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 10\n";
         let values = values.iter().map(|&value| Value::Float(value)).collect();
-        Point::new(&base.parse().unwrap(), keys, values, format!("of {keys:?}"))
+        StudyPoint::new(&base.parse().unwrap(), keys, values, format!("of {keys:?}"))
     }
 
     #[test]

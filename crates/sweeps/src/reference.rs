@@ -41,10 +41,10 @@ shards.
 /// Options of `carom schema`.
 #[derive(Debug, Clone, Args)]
 #[group(id = "study_schema")]
-pub struct Options {
+pub struct ReferenceOptions {
     /// Schema or page.
     #[command(flatten)]
-    pub form: reference::Options,
+    pub form: reference::ReferenceOptions,
     /// The schema or page of study files instead of that of scene files
     #[arg(long)]
     pub study: bool,
@@ -54,7 +54,7 @@ pub struct Options {
 ///
 /// # Errors
 /// Those of [`reference::run`].
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &ReferenceOptions) -> Result<Verdict> {
     if !options.study {
         return reference::run(&options.form);
     }

@@ -16,7 +16,7 @@ use crate::{
     errors,
     layout::{Shards, SweepFolder},
     missing::{Missing, MissingOfPoint},
-    page::{self, Frame},
+    page::{self, PageFrame},
     results::{self, PointResults},
     study::Study,
     table,
@@ -96,7 +96,7 @@ pub fn write(
         notes,
         damaged,
     } = &remarks;
-    let frame = Frame {
+    let frame = PageFrame {
         summary: &summary,
         missing: &missing,
         failures,

@@ -16,9 +16,9 @@ use rayon::{ThreadPool, prelude::*};
 use serde::Serialize;
 
 use crate::{
-    expect::Answer,
+    expect::ExpectationAnswer,
     layout::SweepFolder,
-    point::{Key, Point, short},
+    point::{Key, StudyPoint, short},
     seal::Seal,
     stored::Found,
     study::Study,
@@ -49,7 +49,7 @@ pub struct PointResults {
     pub checks: Vec<Check>,
     /// What was expected of it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub answers: Vec<Answer>,
+    pub answers: Vec<ExpectationAnswer>,
     /// Standard errors against the scatter of its replicas; empty with fewer than 30.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<Calibration>,
@@ -202,7 +202,7 @@ fn evidence(folder: &Folder, path: &str) -> Result<Vec<DataChart>> {
 }
 
 /// The message about a damaged file.
-pub(crate) fn damaged(point: &Point, replica: u64, reason: &str) -> String {
+pub(crate) fn damaged(point: &StudyPoint, replica: u64, reason: &str) -> String {
     format!(
         "point {}, replica {replica}: the file of its sums is left out: {reason}",
         point.label

@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail, ensure};
-use carom_report::page::{Page, Part};
+use carom_report::page::{Page, PagePart};
 use carom_runs::{
     console::put,
     folder_lock::FolderLock,
@@ -20,7 +20,7 @@ use carom_tables::Verdict;
 use cpu_time::ProcessTime;
 use serde_json::{Value, json};
 
-use crate::sweep::{self, Options};
+use crate::sweep::{self, SweepOptions};
 
 /// File with the names of the studies in the folder of all. A folder with it is continued.
 const STUDIES: &str = "studies.json";
@@ -34,7 +34,7 @@ const SUMMARY: &str = "summary.json";
 /// # Errors
 /// A study is invalid, a folder holds another study, a replica ended with an error, a file cannot
 /// be written, or a signal has been received. What has ended is kept.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &SweepOptions) -> Result<Verdict> {
     match &files(&options.studies)?[..] {
         [study] => sweep::run(study, options),
         studies => run_all(studies, options),
@@ -91,7 +91,7 @@ struct Row {
 /// # Errors
 /// A study is invalid, two have one name, a study ended with an error, a file cannot be written, or
 /// a signal has been received.
-fn run_all(studies: &[PathBuf], options: &Options) -> Result<Verdict> {
+fn run_all(studies: &[PathBuf], options: &SweepOptions) -> Result<Verdict> {
     let names: Vec<String> = studies
         .iter()
         .map(|study| sweep::name(study, options))
@@ -186,7 +186,7 @@ fn claim(
 }
 
 /// The options of one study in its folder.
-fn inside(options: &Options, folder: PathBuf) -> Options {
+fn inside(options: &SweepOptions, folder: PathBuf) -> SweepOptions {
     let mut inside = options.clone();
     inside.how.choices.resumption.destination.out = Some(folder);
     inside
@@ -246,7 +246,7 @@ fn write(folder: &Folder, rows: &[Row], again: &str) -> Result<()> {
         row.reasons()
             .for_each(|reason| page.error(&format!("{}: {reason}", row.name)));
     }
-    page.part(Part::Answer);
+    page.part(PagePart::Answer);
     let header = ["study", "verdict", "checks", "failed", "collisions"];
     let cells = |row: &Row| {
         let collisions = row.summary["collisions"].as_u64().unwrap_or(0);

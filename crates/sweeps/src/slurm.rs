@@ -37,7 +37,7 @@ const LEAD: u32 = 120;
 /// Options of the job scripts.
 #[derive(Debug, Clone, Args)]
 #[group(id = "slurm_options")]
-pub struct Options {
+pub struct SlurmOptions {
     /// Write job scripts for Slurm instead of running: an array of shards and a merge after it
     #[arg(long, conflicts_with_all = ["shard", "threads"])]
     pub slurm: bool,
@@ -62,7 +62,7 @@ pub struct Options {
     pub sbatch: Vec<SbatchOption>,
 }
 
-impl Default for Options {
+impl Default for SlurmOptions {
     /// No job scripts; the other values are those of the command line.
     fn default() -> Self {
         Self {
@@ -135,7 +135,7 @@ struct Job {
 /// # Errors
 /// The folder holds another study, a file cannot be written, or a path has a character that a
 /// script cannot quote: a double quote, a backslash, a control character, or one that is not UTF-8.
-pub fn write(study: &Study, name: &str, choices: &Choices, options: &Options) -> Result<()> {
+pub fn write(study: &Study, name: &str, choices: &Choices, options: &SlurmOptions) -> Result<()> {
     let resumption = &choices.resumption;
     let path = resumption.folder(&format!("out/slurm-{name}"));
     // Before anything is written.
@@ -180,7 +180,7 @@ pub fn write(study: &Study, name: &str, choices: &Choices, options: &Options) ->
 }
 
 impl Job {
-    fn array_script(&self, options: &Options) -> Result<String> {
+    fn array_script(&self, options: &SlurmOptions) -> Result<String> {
         let shards = [
             ("count", options.array_size.to_string()),
             ("lead", LEAD.to_string()),
@@ -196,7 +196,7 @@ impl Job {
         ))
     }
 
-    fn merge_script(&self, options: &Options) -> Result<String> {
+    fn merge_script(&self, options: &SlurmOptions) -> Result<String> {
         let all = [("all", quoted(&self.folder.join(ALL))?)];
         Ok(filled(
             include_str!("slurm/merge.sh"),
@@ -213,7 +213,7 @@ impl Job {
     }
 
     /// What the jobs have in common.
-    fn common(&self, options: &Options) -> Result<Vec<(&'static str, String)>> {
+    fn common(&self, options: &SlurmOptions) -> Result<Vec<(&'static str, String)>> {
         let is_plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
         let more: Vec<String> = options
             .sbatch
@@ -314,7 +314,7 @@ mod tests {
         };
         let partition: SbatchOption = "--partition=short".parse().unwrap();
         let time = "2:00:00".parse().unwrap();
-        let options = Options {
+        let options = SlurmOptions {
             slurm: true,
             array_size: 8,
             time,
@@ -379,10 +379,10 @@ mod tests {
             folder: "/home/@options@/@count@".into(),
             checkpoint_every: Duration::from_secs(30),
         };
-        let options = Options {
+        let options = SlurmOptions {
             slurm: true,
             array_size: 3,
-            ..Options::default()
+            ..SlurmOptions::default()
         };
         let array = job.array_script(&options).unwrap();
         assert!(

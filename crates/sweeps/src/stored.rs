@@ -7,7 +7,7 @@ use std::{io, path::Path};
 
 use anyhow::{Result, ensure};
 use carom_runs::{
-    checkpoint_file::{self, Body, FileError, encode},
+    checkpoint_file::{self, CheckpointBody, FileError, encode},
     record::Record,
 };
 use serde::{Deserialize, Serialize};
@@ -73,7 +73,7 @@ impl Stored {
 /// # Errors
 /// The file is there, but the system cannot read it.
 pub fn read(path: &Path, work: Work, what: &str) -> Result<Found> {
-    let mut body = match Body::read(path) {
+    let mut body = match CheckpointBody::read(path) {
         Ok(body) => body,
         Err(FileError::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => {
             return Ok(Found::Nothing);

@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::{
-    expect::{Answer, Expect},
+    expect::{Expect, ExpectationAnswer},
     figure_name::without_numbers,
-    point::{Key, Point},
+    point::{Key, StudyPoint},
     vary::{Vary, VarySpec},
 };
 
@@ -94,7 +94,7 @@ impl Quick {
             .iter()
             .flat_map(|vary| vary.settings[0].clone())
             .collect();
-        Point::new(&base, &keys, values, "of the short form".to_owned()).context("[quick]")?;
+        StudyPoint::new(&base, &keys, values, "of the short form".to_owned()).context("[quick]")?;
         Ok(base)
     }
 }
@@ -124,7 +124,7 @@ pub struct Study {
     /// What varies, from the slowest to the fastest.
     pub vary: Vec<Vary>,
     /// The points: all combinations of values.
-    pub points: Vec<Point>,
+    pub points: Vec<StudyPoint>,
     /// Ends the replicas of a point before `run.until`; an error is that of all replicas together.
     stop: Option<StopSpec>,
     /// What is expected of the results.
@@ -220,7 +220,7 @@ impl Study {
     }
 
     /// All combinations of values; the last entry varies fastest.
-    fn make_points(&self) -> Result<Vec<Point>> {
+    fn make_points(&self) -> Result<Vec<StudyPoint>> {
         let keys = self.keys();
         let count: usize = self.vary.iter().map(|vary| vary.settings.len()).product();
         let mut base = self.base.clone();
@@ -243,15 +243,15 @@ impl Study {
             } else {
                 words.join(", ")
             };
-            let point = Point::new(&base, &keys, values, label)?;
+            let point = StudyPoint::new(&base, &keys, values, label)?;
             point.check()?;
             Ok(point)
         };
-        let points: Vec<Point> = (0..count)
+        let points: Vec<StudyPoint> = (0..count)
             .into_par_iter()
             .map(point)
             .collect::<Result<_>>()?;
-        let mut by_key: BTreeMap<Key, &Point> = BTreeMap::new();
+        let mut by_key: BTreeMap<Key, &StudyPoint> = BTreeMap::new();
         for point in &points {
             if let Some(same) = by_key.insert(point.key, point) {
                 bail!(
@@ -336,7 +336,7 @@ impl Study {
         point: usize,
         figures: &[Figure],
         tables: &[carom_tables::Table],
-    ) -> Vec<Answer> {
+    ) -> Vec<ExpectationAnswer> {
         let of_entry = |(expect, tested): (&Expect, &Vec<usize>)| {
             let number = tested.binary_search(&point).ok()?;
             Some(expect.answer(number, figures, tables))

@@ -31,12 +31,12 @@ use crate::{
     slurm,
     stored::Found,
     study::{Size, Study},
-    work::{Execution, Failure, remove_folder},
+    work::{Execution, ReplicaFailure, remove_folder},
 };
 
 /// Options of `carom sweep`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct SweepOptions {
     /// The study: a scene, the keys of it that vary, and the number of replicas. Of several
     /// studies, or of a folder of them, each has a folder inside, and one page has all verdicts
     #[arg(value_name = "STUDY.toml", required = true)]
@@ -66,7 +66,7 @@ pub struct How {
     pub shard: Option<Shard>,
     /// Job scripts instead of a run
     #[command(flatten)]
-    pub slurm: slurm::Options,
+    pub slurm: slurm::SlurmOptions,
 }
 
 impl How {
@@ -103,7 +103,7 @@ pub struct Named<'a> {
     pub command: &'a dyn Fn(&Path) -> String,
 }
 
-impl Options {
+impl SweepOptions {
     /// Reads a study in the requested size.
     ///
     /// # Errors
@@ -124,7 +124,7 @@ impl Options {
 /// # Errors
 /// The study is invalid, the folder holds another study, a replica ended with an error, a file
 /// cannot be written, or a signal has been received. What has ended is kept.
-pub(crate) fn run(path: &Path, options: &Options) -> Result<Verdict> {
+pub(crate) fn run(path: &Path, options: &SweepOptions) -> Result<Verdict> {
     let (study, name) = (options.read(path)?, name(path, options));
     let (folder, command) = (format!("out/sweep-{name}"), |folder: &Path| {
         command(&[path], options, folder)
@@ -196,7 +196,7 @@ pub fn run_study(named: &Named<'_>, how: &How) -> Result<Verdict> {
         Verdict::Passed
     };
     let count = failures.len();
-    let runs_only = |failure: &Failure| {
+    let runs_only = |failure: &ReplicaFailure| {
         failure
             .error
             .chain()
@@ -219,7 +219,7 @@ pub fn run_study(named: &Named<'_>, how: &How) -> Result<Verdict> {
 }
 
 /// The name of a study in folders and jobs. The short form has other runs, and so another name.
-pub(crate) fn name(study: &Path, options: &Options) -> String {
+pub(crate) fn name(study: &Path, options: &SweepOptions) -> String {
     let name = study
         .file_stem()
         .unwrap_or_else(|| "study".as_ref())
@@ -237,7 +237,11 @@ fn usual_folder(whole: &str, shard: Shard) -> String {
 }
 
 /// The command that repeats a sweep into its folder.
-pub(crate) fn command(studies: &[impl AsRef<Path>], options: &Options, folder: &Path) -> String {
+pub(crate) fn command(
+    studies: &[impl AsRef<Path>],
+    options: &SweepOptions,
+    folder: &Path,
+) -> String {
     let studies: Vec<String> = studies.iter().map(|study| quoted(study.as_ref())).collect();
     let quick = if options.quick { " --quick" } else { "" };
     let (studies, words) = (studies.join(" "), options.how.words());
@@ -268,7 +272,7 @@ fn planned(
             .as_ref()
             .is_some_and(|sweep| sweep.record(work).is_file())
     };
-    let cost = |point: &crate::point::Point| -> Result<u64> {
+    let cost = |point: &crate::point::StudyPoint| -> Result<u64> {
         let is_needed = |replica| {
             !is_done(Work {
                 key: point.key,
@@ -285,7 +289,7 @@ fn planned(
     };
     let costs: Vec<u64> =
         pool.install(|| study.points.par_iter().map(cost).collect::<Result<_>>())?;
-    let of_point = |(point, cost): (&crate::point::Point, u64)| {
+    let of_point = |(point, cost): (&crate::point::StudyPoint, u64)| {
         let key = point.key;
         (1..=study.replicas).map(move |replica| (Work { key, replica }, cost))
     };
@@ -300,7 +304,7 @@ fn execute(
     work: &[(Work, u64)],
     how: &How,
     (signals, pool): (&Signals, &ThreadPool),
-) -> Result<Vec<Failure>> {
+) -> Result<Vec<ReplicaFailure>> {
     let points: BTreeMap<_, _> = study
         .points
         .iter()
@@ -346,8 +350,8 @@ fn execute(
 }
 
 /// A failure for the page.
-fn words(failure: &Failure) -> String {
-    let Failure {
+fn words(failure: &ReplicaFailure) -> String {
+    let ReplicaFailure {
         point,
         replica,
         error,

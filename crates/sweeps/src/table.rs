@@ -37,7 +37,7 @@ impl Predicted {
 
 /// A figure that points have.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Quantity {
+pub struct TableQuantity {
     /// Its name; numbers that differ between points are left out.
     pub name: String,
     /// What the names of its figures have in common.
@@ -53,8 +53,8 @@ pub struct Quantity {
 }
 
 /// All figures that points have, in the order of the first point with each.
-pub fn quantities(points: &[PointResults]) -> Vec<Quantity> {
-    let mut all: Vec<(Quantity, f64)> = Vec::new();
+pub fn quantities(points: &[PointResults]) -> Vec<TableQuantity> {
+    let mut all: Vec<(TableQuantity, f64)> = Vec::new();
     for (results, figure) in points
         .iter()
         .flat_map(|point| point.figures.iter().map(move |f| (point, f)))
@@ -67,7 +67,7 @@ pub fn quantities(points: &[PointResults]) -> Vec<Quantity> {
             let (name, unit) = (figure.name.clone(), figure.unit.clone());
             let (has_error, predicted, varies) = (false, Predicted::Not, false);
             let pattern = pattern.clone();
-            let quantity = Quantity {
+            let quantity = TableQuantity {
                 name,
                 pattern,
                 unit,
@@ -90,7 +90,7 @@ pub fn quantities(points: &[PointResults]) -> Vec<Quantity> {
 }
 
 /// The figure of a point.
-pub fn figure<'a>(point: &'a PointResults, quantity: &Quantity) -> Option<&'a Figure> {
+pub fn figure<'a>(point: &'a PointResults, quantity: &TableQuantity) -> Option<&'a Figure> {
     point
         .figures
         .iter()
@@ -120,7 +120,7 @@ fn pattern(point: &PointResults, figure: &Figure) -> String {
 pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<()> {
     let quantities = quantities(points);
     let least = |figure: &Figure| figure.smallest_difference;
-    let is_test = |quantity: &Quantity| {
+    let is_test = |quantity: &TableQuantity| {
         points
             .iter()
             .filter_map(|of| figure(of, quantity))
@@ -177,7 +177,7 @@ fn column(name: &str) -> String {
 
 /// Header and rows of the table on the page: figures that have an error or differ between points.
 pub fn on_page(study: &Study, points: &[PointResults]) -> (Vec<String>, Vec<Vec<String>>) {
-    let shown: Vec<Quantity> = quantities(points)
+    let shown: Vec<TableQuantity> = quantities(points)
         .into_iter()
         .filter(|quantity| quantity.has_error || quantity.varies)
         .collect();

@@ -15,7 +15,7 @@ const DIGITS: usize = 12;
 /// Distances of the values of a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Spacing {
+pub enum ValueSpacing {
     /// Equal differences.
     #[default]
     Linear,
@@ -61,7 +61,7 @@ pub struct VarySpec {
     pub steps: Option<usize>,
     /// Distances of the values of a range. Default: `linear`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub spacing: Option<Spacing>,
+    pub spacing: Option<ValueSpacing>,
 }
 
 /// Keys that change together, with all their values.
@@ -76,7 +76,7 @@ pub struct Vary {
     /// The name of the quantity that changes, if it has one.
     pub label: Option<String>,
     /// Distances of the values, for charts.
-    pub spacing: Spacing,
+    pub spacing: ValueSpacing,
 }
 
 impl Vary {
@@ -139,7 +139,7 @@ impl Vary {
 
     /// The entry that gives these keys and values.
     pub fn spec(&self) -> VarySpec {
-        let spacing = (self.spacing != Spacing::default()).then_some(self.spacing);
+        let spacing = (self.spacing != ValueSpacing::default()).then_some(self.spacing);
         let (names, label) = (self.names.clone(), self.label.clone());
         if let [key] = self.keys.as_slice() {
             let values = self
@@ -331,7 +331,7 @@ fn range(spec: &VarySpec) -> Result<Vec<Value>> {
         (2..=MAX_VALUES).contains(&steps),
         "`steps` must be from 2 to {MAX_VALUES}, but is {steps}"
     );
-    let is_logarithmic = spec.spacing == Some(Spacing::Logarithmic);
+    let is_logarithmic = spec.spacing == Some(ValueSpacing::Logarithmic);
     ensure!(
         !is_logarithmic || (from > 0.0 && to > 0.0),
         "a logarithmic range needs positive ends, but has {from} and {to}"

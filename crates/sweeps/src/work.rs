@@ -16,20 +16,20 @@ use carom_runs::{
     folder_lock::Ousted,
     interruption::{Interrupted, Signals},
     progress::{Lines, Progress},
-    run::replica::Replica,
+    run::replica::ReplicaRun,
 };
 use rayon::ThreadPool;
 
 use crate::{
     layout::SweepFolder,
-    point::{Key, Point},
+    point::{Key, StudyPoint},
     shard::Work,
     stored::Stored,
 };
 
 /// A replica that ended with an error.
 #[derive(Debug)]
-pub struct Failure {
+pub struct ReplicaFailure {
     /// The point in words.
     pub point: String,
     /// The number of the replica.
@@ -44,7 +44,7 @@ pub struct Execution<'a> {
     /// Where they are kept.
     pub sweep: &'a SweepFolder,
     /// The points by key.
-    pub points: BTreeMap<Key, &'a Point>,
+    pub points: BTreeMap<Key, &'a StudyPoint>,
     /// What is left to do; the first begins first.
     pub work: Vec<Work>,
     /// Number of replicas that earlier processes have finished.
@@ -60,14 +60,14 @@ struct Shared<'a> {
     next: AtomicUsize,
     whole: Progress,
     points: BTreeMap<Key, PointProgress<'a>>,
-    failures: Mutex<Vec<Failure>>,
+    failures: Mutex<Vec<ReplicaFailure>>,
     /// An error after which nothing more can be kept.
     broken: Mutex<Option<Error>>,
 }
 
 /// The progress of one point, shown from its first replica to its last.
 struct PointProgress<'a> {
-    point: &'a Point,
+    point: &'a StudyPoint,
     shown: Mutex<Shown>,
 }
 
@@ -81,7 +81,7 @@ impl Execution<'_> {
     ///
     /// # Errors
     /// A file cannot be written, or a signal has been received. What has ended is kept.
-    pub fn run(&self, pool: &ThreadPool) -> Result<Vec<Failure>> {
+    pub fn run(&self, pool: &ThreadPool) -> Result<Vec<ReplicaFailure>> {
         let all = self.work.len() as u64 + self.finished;
         let whole = Progress::of_items("all", "replicas", all);
         whole.skip(self.finished as f64);
@@ -154,7 +154,7 @@ impl Execution<'_> {
             return;
         }
         let point = of_point.point.label.clone();
-        lock(&shared.failures).push(Failure {
+        lock(&shared.failures).push(ReplicaFailure {
             point,
             replica: work.replica,
             error,
@@ -168,7 +168,7 @@ impl Execution<'_> {
         let folder = self.sweep.partial_folder(work)?;
         let scene = point.replica(work.replica);
         let (checkpoint_every, signals) = (self.checkpoint_every, self.signals);
-        let replica = Replica {
+        let replica = ReplicaRun {
             scene: &scene,
             folder: &folder,
             checkpoint_every,

@@ -22,7 +22,7 @@ const TESTED_SHARE: f64 = 0.99;
 const ROUNDING: f64 = 1e-12;
 
 /// Value and standard error of one quantity in one replica.
-pub type Measured = (f64, Option<f64>);
+pub type MeasuredMean = (f64, Option<f64>);
 
 /// Whether standard errors agree with the scatter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -84,7 +84,7 @@ impl Calibration {
     /// let of = |error: f64| Calibration::of("x", &[row(error)]).expect("40 replicas").result;
     /// assert_eq!((of(11.0), of(5.0), of(20.0)), (Calibrated::Fine, Calibrated::Flagged, Calibrated::Flagged));
     /// ```
-    pub fn new(name: &str, rows: &[Vec<Measured>]) -> Option<Self> {
+    pub fn new(name: &str, rows: &[Vec<MeasuredMean>]) -> Option<Self> {
         let replicas = rows.iter().map(Vec::len).max()?;
         let tested = rows
             .iter()
@@ -160,7 +160,7 @@ impl Ratio {
 }
 
 /// The ratio of one row; `None` if too few replicas have an error.
-fn ratio(row: &[Measured]) -> Option<Ratio> {
+fn ratio(row: &[MeasuredMean]) -> Option<Ratio> {
     let with_error: Vec<(f64, f64)> = row
         .iter()
         .filter_map(|&(x, error)| Some((x, error?)))
@@ -239,12 +239,12 @@ mod tests {
     fn rows_are_summarised_and_rare_or_exact_ones_are_counted() {
         let value = |replica: usize, row: usize| ((replica * 7919 + row * 31) % 101) as f64;
         let scatter = 101.0 / 12f64.sqrt();
-        let row = |index: usize, error: f64| -> Vec<Measured> {
+        let row = |index: usize, error: f64| -> Vec<MeasuredMean> {
             (0..101)
                 .map(|replica| (value(replica, index), Some(error)))
                 .collect()
         };
-        let mut rows: Vec<Vec<Measured>> = (0..5).map(|index| row(index, scatter)).collect();
+        let mut rows: Vec<Vec<MeasuredMean>> = (0..5).map(|index| row(index, scatter)).collect();
         rows.push(
             (0..101)
                 .map(|replica| (value(replica, 0), (replica > 50).then_some(1.0)))

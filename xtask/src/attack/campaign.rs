@@ -47,7 +47,7 @@ pub trait Attack: Subject<Case: Send + Sync> + Sync {
 
 /// A row of the table: what was attacked, and how often it held.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Row {
+pub struct AttackRow {
     /// Disturbances tried.
     pub tried: u64,
     /// Cases that failed.
@@ -55,7 +55,7 @@ pub struct Row {
 }
 
 /// Rows by name.
-pub type Rows = BTreeMap<String, Row>;
+pub type Rows = BTreeMap<String, AttackRow>;
 
 /// Runs cases in this process.
 struct Here<'a, A>(&'a A);
@@ -179,6 +179,6 @@ pub fn replay<A: Attack>(attack: &A, file: &Path) -> Result<Rows> {
     let failed = u64::from(run_file(&mut Here(attack), file)?.failure.is_some());
     Ok(Rows::from([(
         format!("{}: {name}", A::NAME),
-        Row { tried, failed },
+        AttackRow { tried, failed },
     )]))
 }

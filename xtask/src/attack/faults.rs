@@ -12,7 +12,7 @@ use super::{
     targets::{References, Target, target},
 };
 use crate::fuzz::{
-    random::{Draw, case_seed},
+    random::{FuzzDraw, case_seed},
     subject::{Failure, Report, Subject, read_toml, write_toml},
 };
 
@@ -27,7 +27,7 @@ pub struct Faults {
 
 /// A fault of one call.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Case {
+pub struct FaultCase {
     target: String,
     /// Number of the call, from 1.
     call: u64,
@@ -72,7 +72,7 @@ pub fn calls(library: &Library, references: &References, target: &Target) -> Res
 }
 
 impl Faults {
-    fn attack(&self, case: &Case) -> Result<Option<Failure>> {
+    fn attack(&self, case: &FaultCase) -> Result<Option<Failure>> {
         let target = target(&case.target)?;
         let place = self.references.place(target)?;
         let mut command = place.command(target.start);
@@ -94,41 +94,41 @@ impl Faults {
     }
 }
 
-impl std::fmt::Display for Case {
+impl std::fmt::Display for FaultCase {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(formatter, "{} at call {}", self.fault, self.call)
     }
 }
 
 impl Subject for Faults {
-    type Case = Case;
+    type Case = FaultCase;
     const COMMAND: &'static str = "attack --kinds";
     const NAME: &'static str = "faults";
     const TIME_LIMIT: u64 = 600;
 
-    fn draw(&self, seed: u64) -> Case {
-        let draw = &mut Draw::new(seed);
+    fn draw(&self, seed: u64) -> FaultCase {
+        let draw = &mut FuzzDraw::new(seed);
         let [target, fault] = [&TARGETS[..], &FAULTS].map(|names| draw.one_of(names).to_owned());
-        Case {
+        FaultCase {
             target,
             call: draw.integer(1, 200) as u64,
             fault,
         }
     }
 
-    fn check(&self, case: &Case) -> Report {
+    fn check(&self, case: &FaultCase) -> Report {
         report(self.attack(case))
     }
 
-    fn simpler(&self, _: &Case) -> Vec<Case> {
+    fn simpler(&self, _: &FaultCase) -> Vec<FaultCase> {
         vec![]
     }
 
-    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+    fn write(&self, case: &FaultCase) -> (String, Vec<u8>) {
         write_toml(case)
     }
 
-    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<FaultCase> {
         read_toml(ending, bytes)
     }
 }
@@ -138,8 +138,8 @@ impl Attack for Faults {
 
     /// Each call of each target with each fault; of a smaller number, the same number for each
     /// target, at equal distances.
-    fn cases(&self, seed: u64, count: u64) -> Result<Vec<Case>> {
-        let draw = &mut Draw::new(case_seed(seed, 0));
+    fn cases(&self, seed: u64, count: u64) -> Result<Vec<FaultCase>> {
+        let draw = &mut FuzzDraw::new(case_seed(seed, 0));
         let mut cases = Vec::new();
         for name in TARGETS {
             let calls = calls(&self.library, &self.references, target(name)?)
@@ -153,7 +153,7 @@ impl Attack for Faults {
             let (step, offset) = (all as f64 / number as f64, draw.between(0.0, 1.0));
             for place in (0..number).map(|index| ((index as f64 + offset) * step) as u64) {
                 let fault = FAULTS[(place % FAULTS.len() as u64) as usize].to_owned();
-                cases.push(Case {
+                cases.push(FaultCase {
                     target: name.to_owned(),
                     call: 1 + place / FAULTS.len() as u64,
                     fault,
@@ -163,7 +163,7 @@ impl Attack for Faults {
         Ok(cases)
     }
 
-    fn row(&self, case: &Case) -> (String, u64) {
+    fn row(&self, case: &FaultCase) -> (String, u64) {
         (case.target.clone(), 1)
     }
 }

@@ -13,18 +13,18 @@ use std::{
 };
 
 use anyhow::{Context, Result, ensure};
-use carom_runs::checkpoint_file::{self, Body};
+use carom_runs::checkpoint_file::{self, CheckpointBody};
 use serde::{Deserialize, Serialize};
 
 use super::{
     campaign::{Attack, report},
     folder,
-    process::{Ended, LIMIT, Process},
+    process::{LIMIT, Process, ProcessEnd},
     targets::{OUT, Place},
 };
 use crate::fuzz::{
     files::mutate,
-    random::{Draw, case_seed},
+    random::{FuzzDraw, case_seed},
     subject::{Failure, Report, Subject, read_toml, write_toml},
 };
 
@@ -57,7 +57,7 @@ enum World {
 
 /// A mutated file and the command that reads it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Case {
+pub struct MutatedFile {
     world: World,
     /// The command.
     words: String,
@@ -243,7 +243,7 @@ impl World {
     }
 }
 
-impl Case {
+impl MutatedFile {
     fn content(&self) -> Result<Vec<u8>> {
         let Some(digits) = &self.bytes else {
             return Ok(self.text.clone().unwrap_or_default().into_bytes());
@@ -305,7 +305,7 @@ impl Files {
         Ok(place)
     }
 
-    fn draw_case(&self, draw: &mut Draw) -> Result<Case> {
+    fn draw_case(&self, draw: &mut FuzzDraw) -> Result<MutatedFile> {
         let (world, pattern, commands) = draw.one_of(&READERS);
         let template = self.template(world)?;
         let root = template.path("");
@@ -332,13 +332,15 @@ impl Files {
             .unwrap_or_default();
         let words = draw.one_of(commands).replace("POINT", &point);
         let path = template.path(&file);
-        let framed = Body::read(&path).ok().filter(|_| draw.happens(0.8));
+        let framed = CheckpointBody::read(&path)
+            .ok()
+            .filter(|_| draw.happens(0.8));
         let has_checksum = framed.is_some();
         let sound = match framed {
             Some(body) => body.rest().to_vec(),
             None => fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?,
         };
-        let case = Case {
+        let case = MutatedFile {
             world,
             words,
             file,
@@ -349,7 +351,7 @@ impl Files {
         Ok(case.with_content(mutated(draw, &sound)))
     }
 
-    fn attack(&self, case: &Case) -> Result<Option<Failure>> {
+    fn attack(&self, case: &MutatedFile) -> Result<Option<Failure>> {
         let template = self.template(case.world)?;
         let place = Place::new(self.kept.as_deref())?;
         folder::copy(&template.path(""), &place.path(""))?;
@@ -377,7 +379,7 @@ impl Files {
 }
 
 /// A mutated content: text by its structure, anything else by bytes and numbers.
-fn mutated(draw: &mut Draw, sound: &[u8]) -> Vec<u8> {
+fn mutated(draw: &mut FuzzDraw, sound: &[u8]) -> Vec<u8> {
     match std::str::from_utf8(sound) {
         _ if draw.happens(0.03) => vec![],
         Ok(text) if !text.is_empty() => mutate::text(draw, text),
@@ -387,7 +389,7 @@ fn mutated(draw: &mut Draw, sound: &[u8]) -> Vec<u8> {
 }
 
 /// The next ordinary number from a random place on becomes an extraordinary one.
-fn with_forged_number(draw: &mut Draw, sound: &[u8]) -> Vec<u8> {
+fn with_forged_number(draw: &mut FuzzDraw, sound: &[u8]) -> Vec<u8> {
     let mut bytes = sound.to_vec();
     let begin = draw.index(bytes.len().max(1));
     let number = |bytes: &[u8]| <[u8; 8]>::try_from(bytes).map_or(0.0, f64::from_le_bytes);
@@ -400,7 +402,7 @@ fn with_forged_number(draw: &mut Draw, sound: &[u8]) -> Vec<u8> {
 }
 
 /// Runs the command. `None` as its exit code is a hang.
-fn run(place: &Place, case: &Case) -> Result<Ended> {
+fn run(place: &Place, case: &MutatedFile) -> Result<ProcessEnd> {
     let mut process = place.start(&case.words, "said")?;
     if case.runs_scene() {
         if process.wait_for(LONG_RUN)?.is_none() {
@@ -411,7 +413,7 @@ fn run(place: &Place, case: &Case) -> Result<Ended> {
     end_within_processor_time(process)
 }
 
-fn end_within_processor_time(mut process: Process) -> Result<Ended> {
+fn end_within_processor_time(mut process: Process) -> Result<ProcessEnd> {
     let begun = Instant::now();
     while process.wait_for(Duration::from_millis(200))?.is_none() {
         let used = process.processor_time().unwrap_or_else(|| begun.elapsed());
@@ -452,7 +454,7 @@ fn has_nan(table: &[u8]) -> bool {
         .any(|field| field.parse::<f64>().is_ok_and(f64::is_nan))
 }
 
-impl std::fmt::Display for Case {
+impl std::fmt::Display for MutatedFile {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             formatter,
@@ -463,21 +465,21 @@ impl std::fmt::Display for Case {
 }
 
 impl Subject for Files {
-    type Case = Case;
+    type Case = MutatedFile;
     const COMMAND: &'static str = "attack --kinds";
     const NAME: &'static str = "files";
     const TIME_LIMIT: u64 = 600;
 
-    fn draw(&self, seed: u64) -> Case {
-        self.draw_case(&mut Draw::new(seed))
+    fn draw(&self, seed: u64) -> MutatedFile {
+        self.draw_case(&mut FuzzDraw::new(seed))
             .expect("the files are made by undisturbed commands")
     }
 
-    fn check(&self, case: &Case) -> Report {
+    fn check(&self, case: &MutatedFile) -> Report {
         report(self.attack(case))
     }
 
-    fn simpler(&self, case: &Case) -> Vec<Case> {
+    fn simpler(&self, case: &MutatedFile) -> Vec<MutatedFile> {
         let Some(text) = &case.text else {
             return vec![];
         };
@@ -487,11 +489,11 @@ impl Subject for Files {
             .collect()
     }
 
-    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+    fn write(&self, case: &MutatedFile) -> (String, Vec<u8>) {
         write_toml(case)
     }
 
-    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<MutatedFile> {
         read_toml(ending, bytes)
     }
 }
@@ -499,13 +501,13 @@ impl Subject for Files {
 impl Attack for Files {
     const FULL: u64 = 26_000;
 
-    fn cases(&self, seed: u64, count: u64) -> Result<Vec<Case>> {
+    fn cases(&self, seed: u64, count: u64) -> Result<Vec<MutatedFile>> {
         (0..count)
-            .map(|index| self.draw_case(&mut Draw::new(case_seed(seed, index))))
+            .map(|index| self.draw_case(&mut FuzzDraw::new(case_seed(seed, index))))
             .collect()
     }
 
-    fn row(&self, case: &Case) -> (String, u64) {
+    fn row(&self, case: &MutatedFile) -> (String, u64) {
         let command: Vec<&str> = case.words.split_whitespace().take(1).collect();
         (command.concat(), 1)
     }
@@ -522,7 +524,7 @@ mod tests {
             (false, &[0xff, 0x00]),
             (true, b"text"),
         ] {
-            let case = Case {
+            let case = MutatedFile {
                 world: World::Runs,
                 words: "report out".to_owned(),
                 file: "out/sums".to_owned(),
@@ -542,9 +544,12 @@ mod tests {
     #[test]
     fn a_number_among_bytes_is_forged() {
         let sound = [&[0; 5][..], &0.1f64.to_le_bytes(), &[0; 3]].concat();
-        let is_forged = |seed| with_forged_number(&mut Draw::new(seed), &sound) != sound;
+        let is_forged = |seed| with_forged_number(&mut FuzzDraw::new(seed), &sound) != sound;
         assert!((0..20).any(is_forged));
-        assert_eq!(with_forged_number(&mut Draw::new(1), &[]), Vec::<u8>::new());
+        assert_eq!(
+            with_forged_number(&mut FuzzDraw::new(1), &[]),
+            Vec::<u8>::new()
+        );
     }
 
     #[test]

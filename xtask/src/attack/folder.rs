@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use carom_runs::checkpoint_file::Body;
+use carom_runs::checkpoint_file::CheckpointBody;
 use carom_sweeps::shard::Work;
 use serde_json::Value;
 
@@ -27,7 +27,7 @@ const CLOCKS: [&str; 4] = [
 ];
 
 /// The content of each file with results in a folder and below, by path; without times.
-pub type Contents = BTreeMap<String, Vec<u8>>;
+pub type FileContents = BTreeMap<String, Vec<u8>>;
 
 /// All files in a folder and below, except those of processes.
 ///
@@ -56,8 +56,8 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
 ///
 /// # Errors
 /// A file cannot be read.
-pub fn contents(folder: &Path) -> Result<Contents> {
-    let mut contents = Contents::new();
+pub fn contents(folder: &Path) -> Result<FileContents> {
+    let mut contents = FileContents::new();
     for path in files(folder)? {
         let name = path
             .strip_prefix(folder)
@@ -74,7 +74,7 @@ pub fn contents(folder: &Path) -> Result<Contents> {
 
 fn without_times(path: &Path) -> Result<Vec<u8>> {
     if ending(path) == "record"
-        && let Ok(mut body) = Body::read(path)
+        && let Ok(mut body) = CheckpointBody::read(path)
         && body.take::<(Work, f64)>().is_ok()
     {
         return Ok(body.rest().to_vec());
@@ -90,7 +90,7 @@ fn without_times(path: &Path) -> Result<Vec<u8>> {
 }
 
 /// The first difference between two folders, in words.
-pub fn difference(found: &Contents, expected: &Contents) -> Option<String> {
+pub fn difference(found: &FileContents, expected: &FileContents) -> Option<String> {
     let missing = expected.keys().find(|name| !found.contains_key(*name));
     let added = found.keys().find(|name| !expected.contains_key(*name));
     if let Some(name) = missing {
@@ -154,8 +154,10 @@ fn fault_of(path: &Path, bytes: &[u8]) -> Option<&'static str> {
         "csv" | "extxyz" => text.is_empty() || text.ends_with('\n'),
         "svg" => text.trim_end().ends_with("</svg>"),
         "html" => text.trim_end().ends_with("</html>"),
-        "record" => Body::read(path).is_ok(),
-        _ if path.ends_with("checkpoint") || path.ends_with("sums") => Body::read(path).is_ok(),
+        "record" => CheckpointBody::read(path).is_ok(),
+        _ if path.ends_with("checkpoint") || path.ends_with("sums") => {
+            CheckpointBody::read(path).is_ok()
+        }
         _ => true,
     };
     let is_open = path.ends_with("manifest.json")

@@ -11,7 +11,7 @@ use super::{
     targets::{Place, References, Target, target},
 };
 use crate::fuzz::{
-    random::{Draw, case_seed},
+    random::{FuzzDraw, case_seed},
     subject::{Failure, Report, Subject, read_toml, write_toml},
 };
 
@@ -24,7 +24,7 @@ pub struct Kills {
 
 /// A target that is disturbed some times, and then runs to its end.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Case {
+pub struct KillCase {
     target: String,
     strokes: Vec<Stroke>,
 }
@@ -67,7 +67,7 @@ const WEIGHTS: [(&str, u32); 10] = [
 ];
 
 /// One of several values with weights.
-pub fn weighted<T: Copy>(draw: &mut Draw, choices: &[(T, u32)]) -> T {
+pub fn weighted<T: Copy>(draw: &mut FuzzDraw, choices: &[(T, u32)]) -> T {
     let sum: u32 = choices.iter().map(|(_, weight)| weight).sum();
     let mut left = draw.index(sum as usize) as u32;
     for (choice, weight) in choices {
@@ -79,10 +79,10 @@ pub fn weighted<T: Copy>(draw: &mut Draw, choices: &[(T, u32)]) -> T {
     choices[0].0
 }
 
-impl Case {
-    fn draw(draw: &mut Draw) -> Self {
+impl KillCase {
+    fn draw(draw: &mut FuzzDraw) -> Self {
         let target = weighted(draw, &WEIGHTS).to_owned();
-        let stroke = |draw: &mut Draw| {
+        let stroke = |draw: &mut FuzzDraw| {
             let moment = draw.between(0.0, 1.0);
             Stroke {
                 signals: weighted(draw, &SIGNALS)
@@ -104,7 +104,7 @@ impl Case {
 }
 
 impl Kills {
-    fn attack(&self, case: &Case) -> Result<Option<Failure>> {
+    fn attack(&self, case: &KillCase) -> Result<Option<Failure>> {
         let target = target(&case.target)?;
         let duration = self.references.reference(target)?.duration;
         let place = self.references.place(target)?;
@@ -152,20 +152,20 @@ fn strike(
 }
 
 impl Subject for Kills {
-    type Case = Case;
+    type Case = KillCase;
     const COMMAND: &'static str = "attack --kinds";
     const NAME: &'static str = "kills";
     const TIME_LIMIT: u64 = 600;
 
-    fn draw(&self, seed: u64) -> Case {
-        Case::draw(&mut Draw::new(seed))
+    fn draw(&self, seed: u64) -> KillCase {
+        KillCase::draw(&mut FuzzDraw::new(seed))
     }
 
-    fn check(&self, case: &Case) -> Report {
+    fn check(&self, case: &KillCase) -> Report {
         report(self.attack(case))
     }
 
-    fn simpler(&self, case: &Case) -> Vec<Case> {
+    fn simpler(&self, case: &KillCase) -> Vec<KillCase> {
         let without = |index: usize| {
             let mut less = case.clone();
             less.strokes.remove(index);
@@ -178,11 +178,11 @@ impl Subject for Kills {
         }
     }
 
-    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+    fn write(&self, case: &KillCase) -> (String, Vec<u8>) {
         write_toml(case)
     }
 
-    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<KillCase> {
         read_toml(ending, bytes)
     }
 }
@@ -190,8 +190,8 @@ impl Subject for Kills {
 impl Attack for Kills {
     const FULL: u64 = 630;
 
-    fn cases(&self, seed: u64, count: u64) -> Result<Vec<Case>> {
-        let mut cases: Vec<Case> = Vec::new();
+    fn cases(&self, seed: u64, count: u64) -> Result<Vec<KillCase>> {
+        let mut cases: Vec<KillCase> = Vec::new();
         let mut strokes = 0;
         for index in 0..count {
             if strokes >= count {
@@ -204,7 +204,7 @@ impl Attack for Kills {
         Ok(cases)
     }
 
-    fn row(&self, case: &Case) -> (String, u64) {
+    fn row(&self, case: &KillCase) -> (String, u64) {
         (case.target.clone(), case.strokes.len() as u64)
     }
 }

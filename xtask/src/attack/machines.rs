@@ -10,11 +10,11 @@ use super::{
     campaign::{Attack, report},
     folder,
     preload::Library,
-    process::{Ended, LIMIT, Process},
+    process::{LIMIT, Process, ProcessEnd},
     targets::{OUT, Place, References, Target, target},
 };
 use crate::fuzz::{
-    random::{Draw, case_seed},
+    random::{FuzzDraw, case_seed},
     subject::{Failure, Report, Subject, read_toml, write_toml},
 };
 
@@ -29,7 +29,7 @@ pub struct Machines {
 
 /// Two processes in one folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Case {
+pub struct MachinesCase {
     scenario: Scenario,
     locks: Locks,
     /// Time between the starts of both, as a share of the duration of an undisturbed run.
@@ -127,7 +127,7 @@ impl Scenario {
 }
 
 impl Machines {
-    fn attack(&self, case: &Case) -> Result<Option<Failure>> {
+    fn attack(&self, case: &MachinesCase) -> Result<Option<Failure>> {
         let scenario = case.scenario;
         let (goal, words) = (scenario.target()?, scenario.words()?);
         let duration = self.references.reference(goal)?.duration;
@@ -153,11 +153,11 @@ impl Machines {
     /// Runs both processes to their ends.
     fn both(
         &self,
-        case: &Case,
+        case: &MachinesCase,
         place: &Place,
         words: &[String; 2],
         duration: Duration,
-    ) -> Result<[Ended; 2]> {
+    ) -> Result<[ProcessEnd; 2]> {
         let start = |words: &str, said: &str| {
             let mut command = place.command(words);
             if case.locks != Locks::Real {
@@ -186,10 +186,10 @@ impl Machines {
     /// refused, and a folder that cannot be finished.
     fn judge(
         &self,
-        case: &Case,
+        case: &MachinesCase,
         place: &Place,
         goal: &Target,
-        ended: &[Ended; 2],
+        ended: &[ProcessEnd; 2],
     ) -> Result<Option<Failure>> {
         let failure = |kind: &str, words: String| Ok(Some(Failure::new(kind, words)));
         let ends = format!("{}; {}", ended[0], ended[1]);
@@ -248,13 +248,13 @@ impl Machines {
 }
 
 impl Subject for Machines {
-    type Case = Case;
+    type Case = MachinesCase;
     const COMMAND: &'static str = "attack --kinds";
     const NAME: &'static str = "machines";
     const TIME_LIMIT: u64 = 600;
 
-    fn draw(&self, seed: u64) -> Case {
-        let draw = &mut Draw::new(seed);
+    fn draw(&self, seed: u64) -> MachinesCase {
+        let draw = &mut FuzzDraw::new(seed);
         let scenario = draw.one_of(&Scenario::DRAWN);
         let locks = match scenario {
             // Without locks the second may well replace the first.
@@ -273,7 +273,7 @@ impl Subject for Machines {
         } else {
             draw.between(0.0, left)
         };
-        Case {
+        MachinesCase {
             scenario,
             locks,
             offset,
@@ -281,19 +281,19 @@ impl Subject for Machines {
         }
     }
 
-    fn check(&self, case: &Case) -> Report {
+    fn check(&self, case: &MachinesCase) -> Report {
         report(self.attack(case))
     }
 
-    fn simpler(&self, _: &Case) -> Vec<Case> {
+    fn simpler(&self, _: &MachinesCase) -> Vec<MachinesCase> {
         vec![]
     }
 
-    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+    fn write(&self, case: &MachinesCase) -> (String, Vec<u8>) {
         write_toml(case)
     }
 
-    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<MachinesCase> {
         read_toml(ending, bytes)
     }
 }
@@ -301,13 +301,13 @@ impl Subject for Machines {
 impl Attack for Machines {
     const FULL: u64 = 400;
 
-    fn cases(&self, seed: u64, count: u64) -> Result<Vec<Case>> {
+    fn cases(&self, seed: u64, count: u64) -> Result<Vec<MachinesCase>> {
         Ok((0..count)
             .map(|index| self.draw(case_seed(seed, index)))
             .collect())
     }
 
-    fn row(&self, case: &Case) -> (String, u64) {
+    fn row(&self, case: &MachinesCase) -> (String, u64) {
         let locks = if case.locks == Locks::Real {
             "one machine"
         } else {

@@ -47,7 +47,7 @@ use self::{
 
 /// Kinds of attacks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Kind {
+pub enum AttackKind {
     /// Signals at random moments
     Kills,
     /// Calls of the file system that fail
@@ -62,15 +62,15 @@ pub enum Kind {
 
 /// Options of the attacks.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct AttackOptions {
     /// Kinds of attacks
     #[arg(
         long,
         value_enum,
         value_delimiter = ',',
-        default_values_t = [Kind::Kills, Kind::Faults, Kind::Power, Kind::Machines, Kind::Files]
+        default_values_t = [AttackKind::Kills, AttackKind::Faults, AttackKind::Power, AttackKind::Machines, AttackKind::Files]
     )]
-    pub kinds: Vec<Kind>,
+    pub kinds: Vec<AttackKind>,
     /// Seed of the run
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -95,7 +95,7 @@ const MAX_TIMES: f64 = 1000.0;
 ///
 /// # Errors
 /// An option is out of range, an undisturbed run fails, or a file cannot be written.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &AttackOptions) -> Result<Verdict> {
     ensure!(
         options.times > 0.0 && options.times <= MAX_TIMES,
         "--times must be positive and at most {MAX_TIMES}, but is {}",
@@ -132,14 +132,14 @@ pub fn run(options: &Options) -> Result<Verdict> {
     })
 }
 
-fn attack(kind: Kind, options: &Options) -> Result<Rows> {
+fn attack(kind: AttackKind, options: &AttackOptions) -> Result<Rows> {
     let kept = options.replay.as_deref().map(kept);
     let references = References::new(kept.clone());
     if !cfg!(unix) {
         skipped(&format!("attack {kind:?}"), "signals are those of Unix");
         return Ok(Rows::new());
     }
-    let with_library = |kind: Kind| match Library::build() {
+    let with_library = |kind: AttackKind| match Library::build() {
         Ok(library) => Some(library),
         Err(error) => {
             skipped(&format!("attack {kind:?}"), format!("{error:#}"));
@@ -147,32 +147,34 @@ fn attack(kind: Kind, options: &Options) -> Result<Rows> {
         }
     };
     match kind {
-        Kind::Kills => rows_of(&Kills { references }, options),
-        Kind::Files => rows_of(&Files::new(kept), options),
-        Kind::Faults | Kind::Power | Kind::Machines => match (kind, with_library(kind)) {
-            (_, None) => Ok(Rows::new()),
-            (Kind::Faults, Some(library)) => rows_of(
-                &Faults {
-                    references,
-                    library,
-                },
-                options,
-            ),
-            (Kind::Power, Some(library)) => rows_of(
-                &Power {
-                    references,
-                    library,
-                },
-                options,
-            ),
-            (_, Some(library)) => rows_of(
-                &Machines {
-                    references,
-                    library,
-                },
-                options,
-            ),
-        },
+        AttackKind::Kills => rows_of(&Kills { references }, options),
+        AttackKind::Files => rows_of(&Files::new(kept), options),
+        AttackKind::Faults | AttackKind::Power | AttackKind::Machines => {
+            match (kind, with_library(kind)) {
+                (_, None) => Ok(Rows::new()),
+                (AttackKind::Faults, Some(library)) => rows_of(
+                    &Faults {
+                        references,
+                        library,
+                    },
+                    options,
+                ),
+                (AttackKind::Power, Some(library)) => rows_of(
+                    &Power {
+                        references,
+                        library,
+                    },
+                    options,
+                ),
+                (_, Some(library)) => rows_of(
+                    &Machines {
+                        references,
+                        library,
+                    },
+                    options,
+                ),
+            }
+        }
     }
 }
 
@@ -181,7 +183,7 @@ fn kept(file: &Path) -> PathBuf {
     file.with_extension("replayed")
 }
 
-fn rows_of<A: Attack>(attack: &A, options: &Options) -> Result<Rows> {
+fn rows_of<A: Attack>(attack: &A, options: &AttackOptions) -> Result<Rows> {
     if let Some(file) = &options.replay {
         return campaign::replay(attack, file);
     }

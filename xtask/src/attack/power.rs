@@ -13,12 +13,12 @@ use serde::{Deserialize, Serialize};
 use super::{
     campaign::{Attack, report},
     faults::calls,
-    preload::{Journal, Library, Step},
+    preload::{CallStep, Journal, Library},
     process::{LIMIT, Process},
     targets::{References, target},
 };
 use crate::fuzz::{
-    random::{Draw, case_seed},
+    random::{FuzzDraw, case_seed},
     subject::{Failure, Report, Subject, read_toml, write_toml},
 };
 
@@ -33,7 +33,7 @@ pub struct Power {
 
 /// A target that loses power some times, and then runs to its end.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Case {
+pub struct PowerCase {
     target: String,
     losses: Vec<Loss>,
 }
@@ -85,36 +85,36 @@ struct Disk {
 }
 
 impl Disk {
-    fn after(steps: &[Step]) -> Self {
+    fn after(steps: &[CallStep]) -> Self {
         let mut disk = Self::default();
         // Lengths of files at their last flush; others were on disk before.
         let mut lengths: BTreeMap<PathBuf, u64> = BTreeMap::new();
         for step in steps {
             match step {
-                Step::Open(path) => {
+                CallStep::Open(path) => {
                     lengths.insert(path.clone(), 0);
                     disk.flushed.insert(path.clone(), 0);
                 }
-                Step::Write(path) => {
+                CallStep::Write(path) => {
                     let length = lengths.get(path).copied().unwrap_or(u64::MAX);
                     // Files that the process has found were flushed long ago; see `Truncate`.
                     if length < u64::MAX {
                         disk.flushed.insert(path.clone(), length);
                     }
                 }
-                Step::Truncate(path, bytes) => {
+                CallStep::Truncate(path, bytes) => {
                     let length = lengths.get(path).map_or(*bytes, |known| *known.min(bytes));
                     lengths.insert(path.clone(), length);
                 }
-                Step::Sync(path, bytes) => {
+                CallStep::Sync(path, bytes) => {
                     lengths.insert(path.clone(), *bytes);
                     disk.flushed.remove(path);
                 }
-                Step::SyncFolder(folder) => {
+                CallStep::SyncFolder(folder) => {
                     disk.renames
                         .retain(|(_, to, _)| to.parent() != Some(folder));
                 }
-                Step::Rename { from, to, replaced } => {
+                CallStep::Rename { from, to, replaced } => {
                     disk.flushed.remove(to);
                     lengths.remove(to);
                     if let Some(length) = disk.flushed.remove(from) {
@@ -126,11 +126,11 @@ impl Disk {
                     disk.renames
                         .push((from.clone(), to.clone(), replaced.clone()));
                 }
-                Step::Remove(path) => {
+                CallStep::Remove(path) => {
                     disk.flushed.remove(path);
                     lengths.remove(path);
                 }
-                Step::MakeFolder => {}
+                CallStep::MakeFolder => {}
             }
         }
         disk
@@ -138,7 +138,7 @@ impl Disk {
 
     /// Takes away what is lost.
     fn lose(&self, loss: &Loss) -> Result<()> {
-        let draw = &mut Draw::new(loss.seed);
+        let draw = &mut FuzzDraw::new(loss.seed);
         if loss.what == Lost::Nothing {
             return Ok(());
         }
@@ -181,11 +181,11 @@ fn undo(from: &Path, to: &Path, replaced: Option<&Path>) -> Result<()> {
     Ok(())
 }
 
-impl Case {
+impl PowerCase {
     /// A case of one of several targets, each with its number of calls.
-    fn draw(draw: &mut Draw, targets: &[(&str, u64)]) -> Self {
+    fn draw(draw: &mut FuzzDraw, targets: &[(&str, u64)]) -> Self {
         let (name, calls) = draw.one_of(targets);
-        let loss = |draw: &mut Draw| Loss {
+        let loss = |draw: &mut FuzzDraw| Loss {
             // Also after the end, when pages and tables may still be in memory only.
             call: if draw.happens(0.15) {
                 calls + 1000
@@ -211,7 +211,7 @@ impl Case {
 }
 
 impl Power {
-    fn attack(&self, case: &Case) -> Result<Option<Failure>> {
+    fn attack(&self, case: &PowerCase) -> Result<Option<Failure>> {
         let target = target(&case.target)?;
         let place = self.references.place(target)?;
         let failure = |words: String| Ok(Some(Failure::new(target.name, words)));
@@ -241,20 +241,20 @@ impl Power {
 }
 
 impl Subject for Power {
-    type Case = Case;
+    type Case = PowerCase;
     const COMMAND: &'static str = "attack --kinds";
     const NAME: &'static str = "power";
     const TIME_LIMIT: u64 = 600;
 
-    fn draw(&self, seed: u64) -> Case {
-        Case::draw(&mut Draw::new(seed), &[("page", 100)])
+    fn draw(&self, seed: u64) -> PowerCase {
+        PowerCase::draw(&mut FuzzDraw::new(seed), &[("page", 100)])
     }
 
-    fn check(&self, case: &Case) -> Report {
+    fn check(&self, case: &PowerCase) -> Report {
         report(self.attack(case))
     }
 
-    fn simpler(&self, case: &Case) -> Vec<Case> {
+    fn simpler(&self, case: &PowerCase) -> Vec<PowerCase> {
         let without = |index: usize| {
             let mut less = case.clone();
             less.losses.remove(index);
@@ -267,11 +267,11 @@ impl Subject for Power {
         }
     }
 
-    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+    fn write(&self, case: &PowerCase) -> (String, Vec<u8>) {
         write_toml(case)
     }
 
-    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<PowerCase> {
         read_toml(ending, bytes)
     }
 }
@@ -279,16 +279,16 @@ impl Subject for Power {
 impl Attack for Power {
     const FULL: u64 = 1000;
 
-    fn cases(&self, seed: u64, count: u64) -> Result<Vec<Case>> {
+    fn cases(&self, seed: u64, count: u64) -> Result<Vec<PowerCase>> {
         let mut targets = Vec::new();
         for name in TARGETS {
             targets.push((name, calls(&self.library, &self.references, target(name)?)?));
         }
-        let case = |index| Case::draw(&mut Draw::new(case_seed(seed, index)), &targets);
+        let case = |index| PowerCase::draw(&mut FuzzDraw::new(case_seed(seed, index)), &targets);
         Ok((0..count).map(case).collect())
     }
 
-    fn row(&self, case: &Case) -> (String, u64) {
+    fn row(&self, case: &PowerCase) -> (String, u64) {
         (case.target.clone(), case.losses.len() as u64)
     }
 }
@@ -313,21 +313,21 @@ mod tests {
             fs::write(path(name), "0123456789").unwrap();
         }
         let steps = [
-            Step::Open(path("flushed.part")),
-            Step::Write(path("flushed.part")),
-            Step::Sync(path("flushed.part"), 10),
-            Step::Rename {
+            CallStep::Open(path("flushed.part")),
+            CallStep::Write(path("flushed.part")),
+            CallStep::Sync(path("flushed.part"), 10),
+            CallStep::Rename {
                 from: path("flushed.part"),
                 to: path("flushed"),
                 replaced: None,
             },
-            Step::Open(path("series")),
-            Step::Write(path("series")),
-            Step::Sync(path("series"), 4),
-            Step::Write(path("series")),
-            Step::Open(path("page.part")),
-            Step::Write(path("page.part")),
-            Step::Rename {
+            CallStep::Open(path("series")),
+            CallStep::Write(path("series")),
+            CallStep::Sync(path("series"), 4),
+            CallStep::Write(path("series")),
+            CallStep::Open(path("page.part")),
+            CallStep::Write(path("page.part")),
+            CallStep::Rename {
                 from: path("page.part"),
                 to: path("page"),
                 replaced: None,
@@ -350,13 +350,13 @@ mod tests {
             (read("a"), read("a.part")),
             ("old".to_owned(), "new".to_owned())
         );
-        let rename = Step::Rename {
+        let rename = CallStep::Rename {
             from: path("b.part"),
             to: path("b"),
             replaced: None,
         };
         assert_eq!(Disk::after(std::slice::from_ref(&rename)).renames.len(), 1);
-        let flush = Step::SyncFolder(root.path().to_owned());
+        let flush = CallStep::SyncFolder(root.path().to_owned());
         assert!(Disk::after(&[rename, flush]).renames.is_empty());
     }
 }

@@ -24,7 +24,7 @@ pub struct Library {
 
 /// What a process has done to the files below its folder: see `xtask/faults/src/journal.rs`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Step {
+pub enum CallStep {
     /// A file was created or emptied.
     Open(PathBuf),
     /// Bytes were written to a file.
@@ -56,7 +56,7 @@ pub struct Journal {
     /// Number of calls that could have failed.
     pub calls: u64,
     /// What they did.
-    pub steps: Vec<Step>,
+    pub steps: Vec<CallStep>,
 }
 
 impl Library {
@@ -153,27 +153,27 @@ impl Journal {
     }
 }
 
-fn step(line: &str) -> Result<(u64, Step)> {
+fn step(line: &str) -> Result<(u64, CallStep)> {
     let fields: Vec<&str> = line.split('\t').collect();
     let context = || format!("the record has the line '{line}'");
     let number = fields[0].parse().with_context(context)?;
     let length = |text: &str| text.parse().with_context(context);
     let step = match fields[1..] {
-        ["open", path] => Step::Open(path.into()),
-        ["write", path] => Step::Write(path.into()),
-        ["truncate", path, bytes] => Step::Truncate(path.into(), length(bytes)?),
-        ["sync", path, bytes] => Step::Sync(path.into(), length(bytes)?),
-        ["syncdir", path] => Step::SyncFolder(path.into()),
+        ["open", path] => CallStep::Open(path.into()),
+        ["write", path] => CallStep::Write(path.into()),
+        ["truncate", path, bytes] => CallStep::Truncate(path.into(), length(bytes)?),
+        ["sync", path, bytes] => CallStep::Sync(path.into(), length(bytes)?),
+        ["syncdir", path] => CallStep::SyncFolder(path.into()),
         ["rename", from, to, link] => {
             let replaced = (!link.is_empty()).then(|| link.into());
-            Step::Rename {
+            CallStep::Rename {
                 from: from.into(),
                 to: to.into(),
                 replaced,
             }
         }
-        ["remove", path] => Step::Remove(path.into()),
-        ["mkdir", _] => Step::MakeFolder,
+        ["remove", path] => CallStep::Remove(path.into()),
+        ["mkdir", _] => CallStep::MakeFolder,
         _ => bail!(context()),
     };
     Ok((number, step))
@@ -193,7 +193,7 @@ mod tests {
         .unwrap();
         let journal = Journal::read(folder.path()).unwrap();
         assert_eq!((journal.calls, journal.steps.len()), (4, 3));
-        let rename = Step::Rename {
+        let rename = CallStep::Rename {
             from: "/a".into(),
             to: "/b".into(),
             replaced: None,

@@ -32,7 +32,7 @@ pub struct Process {
 
 /// How a process ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Ended {
+pub struct ProcessEnd {
     /// Its exit code; 128 and the number of the signal that killed it; `None` for one that was
     /// killed because its time was over.
     pub code: Option<i32>,
@@ -40,7 +40,7 @@ pub struct Ended {
     pub said: String,
 }
 
-impl Ended {
+impl ProcessEnd {
     /// Whether a process ended as it should: with success, a failed check, an error or a signal
     /// that it was sent; not by a panic, an abort, a fault of memory, or the time limit.
     pub fn is_orderly(&self) -> bool {
@@ -49,7 +49,7 @@ impl Ended {
     }
 }
 
-impl std::fmt::Display for Ended {
+impl std::fmt::Display for ProcessEnd {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let end = self
             .code
@@ -125,14 +125,14 @@ impl Process {
     ///
     /// # Errors
     /// The system does not know the process.
-    pub fn end(mut self, limit: Duration) -> Result<Ended> {
+    pub fn end(mut self, limit: Duration) -> Result<ProcessEnd> {
         let status = self.wait_for(limit)?;
         if status.is_none() {
             let _ = self.child.kill();
             let _ = self.child.wait();
         }
         let said = fs::read(&self.said).unwrap_or_default();
-        Ok(Ended {
+        Ok(ProcessEnd {
             code: status.map(code),
             said: String::from_utf8_lossy(&said).into_owned(),
         })

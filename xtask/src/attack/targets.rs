@@ -13,8 +13,8 @@ use anyhow::{Context, Result, ensure};
 use tempfile::TempDir;
 
 use super::{
-    folder::{self, Contents},
-    process::{Ended, LIMIT, Process, carom},
+    folder::{self, FileContents},
+    process::{LIMIT, Process, ProcessEnd, carom},
 };
 
 /// The folder of results.
@@ -216,7 +216,7 @@ impl Place {
     ///
     /// # Errors
     /// It cannot be started.
-    pub fn run(&self, words: &str) -> Result<Ended> {
+    pub fn run(&self, words: &str) -> Result<ProcessEnd> {
         self.start(words, "said")?.end(LIMIT)
     }
 
@@ -237,7 +237,7 @@ pub struct Reference {
     /// Its folder, with the results of the commands before.
     template: Place,
     /// Its results.
-    pub contents: Contents,
+    pub contents: FileContents,
     /// Its wall time.
     pub duration: Duration,
 }

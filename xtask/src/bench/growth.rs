@@ -14,7 +14,7 @@ use cpu_time::ThreadTime;
 
 /// Options of `cargo xtask bench growth`.
 #[derive(Debug, Args)]
-pub struct Options {
+pub struct GrowthOptions {
     /// Run only gases whose name begins with this; default: all
     #[arg(long, default_value = "")]
     gas: String,
@@ -101,7 +101,7 @@ const GOALS: [Goal; 9] = [
 ///
 /// # Errors
 /// A gas jams, or its molecules overlap.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &GrowthOptions) -> Result<Verdict> {
     let mut verdict = Verdict::Passed;
     for goal in GOALS
         .iter()
@@ -146,7 +146,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
 }
 
 /// Number of molecules: a multiple of the number of kinds.
-fn molecules(options: &Options, goal: &Goal) -> usize {
+fn molecules(options: &GrowthOptions, goal: &Goal) -> usize {
     options.count / gases(goal).len() * gases(goal).len()
 }
 
@@ -184,7 +184,7 @@ fn gases(goal: &Goal) -> Vec<GasSpec> {
 }
 
 /// Equal numbers of molecules of each kind in a square box.
-fn scene(goal: &Goal, options: &Options, seed: u64) -> Scene {
+fn scene(goal: &Goal, options: &GrowthOptions, seed: u64) -> Scene {
     let mut gas = gases(goal);
     let each = options.count / gas.len();
     for gas in &mut gas {

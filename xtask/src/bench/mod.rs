@@ -26,18 +26,18 @@ use self::clock::gigahertz;
 #[derive(Debug, Subcommand)]
 pub enum Bench {
     /// Gases of many kinds with every engine
-    Gas(Options),
+    Gas(BenchOptions),
     /// Construction of a gas, single steps, and edits in a batch
-    Setup(setup::Options),
+    Setup(setup::SetupOptions),
     /// Growth of gases of many shapes to high densities
-    Growth(growth::Options),
+    Growth(growth::GrowthOptions),
     /// A large gas in order, in tiles and on several threads, and the scaling to many
-    Tiles(tiles::Options),
+    Tiles(tiles::TilesOptions),
 }
 
 /// Options of `cargo xtask bench gas`.
 #[derive(Debug, Args)]
-pub struct Options {
+pub struct BenchOptions {
     /// Run only scenes whose name begins with this; default: all
     #[arg(long, default_value = "")]
     scene: String,
@@ -175,7 +175,7 @@ impl Engine {
     }
 }
 
-fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Vec<Timing>> {
+fn time_scene(name: &'static str, scene: &Scene, options: &BenchOptions) -> Result<Vec<Timing>> {
     let mut engines = vec![
         Engine::new("cells", scene, Order::Cells(Instructions::Widest))?,
         Engine::new("cells-avx2", scene, Order::Cells(Instructions::Avx2))?,

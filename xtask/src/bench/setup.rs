@@ -14,7 +14,7 @@ use cpu_time::ThreadTime;
 
 /// Options of `cargo xtask bench setup`.
 #[derive(Debug, Args)]
-pub struct Options {
+pub struct SetupOptions {
     /// Numbers of discs, at area fraction 0.5
     #[arg(long, value_delimiter = ',', default_value = "1000,10000,100000")]
     count: Vec<usize>,
@@ -30,14 +30,14 @@ pub struct Options {
 ///
 /// # Errors
 /// A scene cannot be built or run.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &SetupOptions) -> Result<Verdict> {
     for &count in &options.count {
         print_line(&time(count, options)?);
     }
     Ok(Verdict::Passed)
 }
 
-fn time(count: usize, options: &Options) -> Result<String> {
+fn time(count: usize, options: &SetupOptions) -> Result<String> {
     let gas = GasSpec {
         radius: Some(((0.5 / (std::f64::consts::PI * count as f64)).sqrt()).into()),
         mass: Some(1.0.into()),

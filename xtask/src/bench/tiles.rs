@@ -30,7 +30,7 @@ const MAX_TRIAL: u32 = 30;
 
 /// Options of `cargo xtask bench tiles`.
 #[derive(Debug, Args)]
-pub struct Options {
+pub struct TilesOptions {
     /// Number of bodies that move
     #[arg(long, default_value_t = 1_000_000)]
     bodies: usize,
@@ -113,7 +113,7 @@ struct Scaling {
 ///
 /// # Errors
 /// The gas cannot be built or run, or two variants differ.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &TilesOptions) -> Result<Verdict> {
     ensure!(
         options.bodies > 0 && options.contacts > 0.0,
         "the bodies and their contacts must be positive"
@@ -148,7 +148,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
 }
 
 /// In order, in tiles on one thread, and on all.
-fn variants(options: &Options, base: &AnySimulation) -> Vec<Variant> {
+fn variants(options: &TilesOptions, base: &AnySimulation) -> Vec<Variant> {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let variant = |name: String, tiling: Tiling| {
         let mut simulation = base.clone();
@@ -160,7 +160,7 @@ fn variants(options: &Options, base: &AnySimulation) -> Vec<Variant> {
         }
     };
     let in_tiles = |threads| {
-        let Options {
+        let TilesOptions {
             side,
             window,
             margin,
@@ -186,7 +186,7 @@ fn variants(options: &Options, base: &AnySimulation) -> Vec<Variant> {
 }
 
 /// The mean time between two contacts of a body, measured on a copy (time).
-fn free_time(options: &Options, base: &AnySimulation) -> Result<f64> {
+fn free_time(options: &TilesOptions, base: &AnySimulation) -> Result<f64> {
     let bodies = options.bodies as f64;
     let mut copy = base.clone();
     // Bodies of unit speed pass their mean distance in this time.
@@ -228,7 +228,7 @@ fn same(one: &Variant, other: &Variant) -> bool {
     })
 }
 
-fn rows(options: &Options, variants: &[Variant]) -> Vec<Row> {
+fn rows(options: &TilesOptions, variants: &[Variant]) -> Vec<Row> {
     let median = |variant: &Variant, of: usize| {
         let mut turns: Vec<f64> = variant.turns.iter().map(|turn| turn[of]).collect();
         turns.sort_by(f64::total_cmp);

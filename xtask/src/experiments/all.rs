@@ -8,7 +8,7 @@ use std::{
 
 use crate::experiments::common::Common;
 use anyhow::{Context, Result};
-use carom_report::page::{Page, Part};
+use carom_report::page::{Page, PagePart};
 use carom_runs::{
     interruption::Signals,
     output::{Destination, Folder},
@@ -47,7 +47,7 @@ const SUMMARY: &str = "summary.json";
     mut_arg("quick", |arg| arg.help("The short form of each, twenty minutes together (the default)")),
     mut_arg("paper", |arg| arg.help("Each for publication, up to half an hour"))
 )]
-pub struct Options {
+pub struct AllOptions {
     /// Options of every experiment.
     #[command(flatten)]
     pub common: Common<Destination>,
@@ -71,7 +71,7 @@ struct Row {
 ///
 /// # Errors
 /// The folder cannot be written, a process cannot be started, or a signal has been received.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &AllOptions) -> Result<Verdict> {
     let common = &options.common;
     let (folder, _lock) = Folder::claim(
         &common.destination.folder("out/all"),
@@ -156,7 +156,7 @@ fn write_page(folder: &Folder, rows: &[Row], common: &Common<Destination>) -> Re
             .iter()
             .for_each(|reason| page.error(&format!("{}: {reason}", row.name)));
     }
-    page.part(Part::Answer);
+    page.part(PagePart::Answer);
     let cells = |row: &Row| {
         let seconds = format!("{:.1}", row.seconds);
         vec![

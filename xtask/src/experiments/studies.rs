@@ -19,7 +19,7 @@ use clap::Args;
     mut_arg("quick", |arg| arg.help("The short form of each study, under two minutes (the default)")),
     mut_arg("paper", |arg| arg.help("The whole studies, for publication"))
 )]
-pub struct Options {
+pub struct StudiesOptions {
     /// Options of every experiment.
     #[command(flatten)]
     pub common: Common<Choices>,
@@ -32,12 +32,12 @@ pub struct Options {
 ///
 /// # Errors
 /// Those of [`several::run`].
-pub fn run(experiment: &str, options: &Options) -> Result<Verdict> {
+pub fn run(experiment: &str, options: &StudiesOptions) -> Result<Verdict> {
     let mut choices = options.common.destination.clone();
     choices.resumption.destination.out =
         Some(choices.resumption.folder(&format!("out/{experiment}")));
-    let (threads, slurm) = (options.threads.threads, slurm::Options::default());
-    several::run(&sweep::Options {
+    let (threads, slurm) = (options.threads.threads, slurm::SlurmOptions::default());
+    several::run(&sweep::SweepOptions {
         studies: studies(experiment),
         quick: options.common.is_quick(),
         how: How {

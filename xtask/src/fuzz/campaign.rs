@@ -25,7 +25,7 @@ const MINIMISING: Duration = Duration::from_mins(1);
 
 /// Plan of a run.
 #[derive(Debug, Clone)]
-pub struct Plan {
+pub struct FuzzPlan {
     /// Seed of the run.
     pub seed: u64,
     /// Time during which cases are started.
@@ -51,7 +51,7 @@ pub struct Findings {
 ///
 /// # Errors
 /// The worker cannot be started, or a file cannot be written.
-pub fn run<S: Subject>(subject: &S, runner: &mut impl Runner, plan: &Plan) -> Result<Findings> {
+pub fn run<S: Subject>(subject: &S, runner: &mut impl Runner, plan: &FuzzPlan) -> Result<Findings> {
     let mut begun = Instant::now();
     let mut findings = Findings::default();
     print_line(&format!("fuzz {}: seed {}", S::NAME, plan.seed));
@@ -266,8 +266,8 @@ mod tests {
         }
     }
 
-    fn plan(out: &Path) -> Plan {
-        Plan {
+    fn plan(out: &Path) -> FuzzPlan {
+        FuzzPlan {
             seed: 1,
             time: Duration::from_mins(1),
             most_cases: 200,

@@ -30,13 +30,13 @@ use carom_tables::Verdict;
 use clap::{Args, Subcommand};
 
 use self::{
-    campaign::{Findings, Plan},
+    campaign::{Findings, FuzzPlan},
     detection::Queries,
     files::Mutations,
     planted::Planted,
     scenes::{Scenes, Sound},
     subject::Subject,
-    tiles::Tiles,
+    tiles::TilesFuzzer,
     worker::Worker,
 };
 
@@ -44,18 +44,18 @@ use self::{
 #[derive(Debug, Subcommand)]
 pub enum Fuzz {
     /// Random scenes with edits, checked by independent kinematics between reported events
-    Scenes(Options),
+    Scenes(FuzzOptions),
     /// Random queries to the exact detector, checked by a search in extended precision
-    Detection(Options),
+    Detection(FuzzOptions),
     /// Mutated scene files, encounter files and checkpoints
-    Files(Options),
+    Files(FuzzOptions),
     /// Random gases in tiles with narrow borders, compared with the run in order to the bit
-    Tiles(Options),
+    Tiles(FuzzOptions),
 }
 
 /// Options of a fuzzer.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct FuzzOptions {
     /// Time during which cases are started (minutes)
     #[arg(long, default_value_t = 1.0)]
     pub minutes: f64,
@@ -91,7 +91,7 @@ pub fn run(fuzz: &Fuzz) -> Result<Verdict> {
         Fuzz::Scenes(options) => run_subject(&Scenes::<Sound>::default(), options),
         Fuzz::Detection(options) => run_subject(&Queries::<Exact>::default(), options),
         Fuzz::Files(options) => run_subject(&Mutations, options),
-        Fuzz::Tiles(options) => run_subject(&Tiles, options),
+        Fuzz::Tiles(options) => run_subject(&TilesFuzzer, options),
     }
 }
 
@@ -104,13 +104,13 @@ pub fn work(name: &str) -> Result<()> {
         Scenes::<Sound>::NAME => worker::work(&Scenes::<Sound>::default()),
         Queries::<Exact>::NAME => worker::work(&Queries::<Exact>::default()),
         Mutations::NAME => worker::work(&Mutations),
-        Tiles::NAME => worker::work(&Tiles),
+        TilesFuzzer::NAME => worker::work(&TilesFuzzer),
         Planted::NAME => worker::work(&Planted),
         _ => bail!("there is no fuzzer '{name}'"),
     }
 }
 
-fn run_subject<S: Subject>(subject: &S, options: &Options) -> Result<Verdict> {
+fn run_subject<S: Subject>(subject: &S, options: &FuzzOptions) -> Result<Verdict> {
     ensure!(
         options.minutes > 0.0 && options.minutes <= MAX_MINUTES,
         "--minutes must be positive and at most {MAX_MINUTES}, but is {}",
@@ -131,7 +131,7 @@ fn run_subject<S: Subject>(subject: &S, options: &Options) -> Result<Verdict> {
     } else if let Some(seed) = only {
         campaign::run_only(subject, &mut worker, seed, &options.out)?
     } else {
-        let plan = Plan {
+        let plan = FuzzPlan {
             seed: options.seed,
             time: Duration::from_secs_f64(60.0 * options.minutes),
             most_cases: options.cases,

@@ -28,9 +28,9 @@ pub fn case_seed(run: u64, index: u64) -> u64 {
 
 /// Random numbers of one case.
 #[derive(Debug)]
-pub struct Draw(Pcg64);
+pub struct FuzzDraw(Pcg64);
 
-impl Draw {
+impl FuzzDraw {
     /// The stream of a case.
     pub fn new(seed: u64) -> Self {
         Self(Pcg64::new(u128::from(seed), 0x5eed))
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn a_stream_depends_only_on_its_seed() {
         let numbers = |seed| {
-            let mut draw = Draw::new(seed);
+            let mut draw = FuzzDraw::new(seed);
             [draw.bits(), draw.bits(), draw.normal().to_bits()]
         };
         assert_eq!(numbers(7), numbers(7));

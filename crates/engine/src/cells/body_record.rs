@@ -8,7 +8,7 @@ use super::slot::{INDEX_BITS, INDEX_MASK};
 /// Kind of a body's next event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
-pub(super) enum Kind {
+pub(super) enum RecordKind {
     /// Contact of two discs.
     Discs = 0,
     /// A disc enters the next cell along +x.
@@ -30,7 +30,7 @@ pub(super) enum Kind {
     Nothing = 8,
 }
 
-impl Kind {
+impl RecordKind {
     /// The crossing along an axis (0 or 1) in the direction with this sign bit (1 for downwards).
     #[inline]
     pub fn crossing(axis: u32, sign: u32) -> Self {
@@ -125,7 +125,7 @@ impl BodyRecord {
             flight: [f64::NAN, f64::NAN, 0.0, 0.0],
             time: f64::INFINITY,
             shared: RadiusOrContactTime(0.0),
-            event: (Kind::Nothing as u32) << INDEX_BITS,
+            event: (RecordKind::Nothing as u32) << INDEX_BITS,
             partner_version: 0,
             version: 0,
             cell: 0,
@@ -216,15 +216,15 @@ impl BodyRecord {
         self.shared = RadiusOrContactTime(time);
     }
 
-    pub fn kind(&self) -> Kind {
-        Kind::from_bits(self.event >> INDEX_BITS)
+    pub fn kind(&self) -> RecordKind {
+        RecordKind::from_bits(self.event >> INDEX_BITS)
     }
 
     pub fn partner(&self) -> u32 {
         self.event & INDEX_MASK
     }
 
-    pub fn set_event(&mut self, time: f64, kind: Kind, partner: u32, partner_version: u32) {
+    pub fn set_event(&mut self, time: f64, kind: RecordKind, partner: u32, partner_version: u32) {
         self.time = time;
         self.event = ((kind as u32) << INDEX_BITS) | partner;
         self.partner_version = partner_version;
@@ -238,12 +238,12 @@ mod tests {
     #[test]
     fn a_crossing_encodes_its_axis_and_direction() {
         for (axis, sign, kind) in [
-            (0, 0, Kind::Right),
-            (0, 1, Kind::Left),
-            (1, 0, Kind::Up),
-            (1, 1, Kind::Down),
+            (0, 0, RecordKind::Right),
+            (0, 1, RecordKind::Left),
+            (1, 0, RecordKind::Up),
+            (1, 1, RecordKind::Down),
         ] {
-            assert_eq!(Kind::crossing(axis, sign), kind);
+            assert_eq!(RecordKind::crossing(axis, sign), kind);
             assert_eq!(
                 kind.direction(),
                 (axis as usize, if sign == 0 { 1 } else { -1 })
@@ -251,16 +251,16 @@ mod tests {
             assert!(kind.is_crossing() && !kind.is_contact());
         }
         for kind in [
-            Kind::Discs,
-            Kind::MultiCell,
-            Kind::Shell,
-            Kind::Recheck,
-            Kind::Nothing,
+            RecordKind::Discs,
+            RecordKind::MultiCell,
+            RecordKind::Shell,
+            RecordKind::Recheck,
+            RecordKind::Nothing,
         ] {
             assert!(!kind.is_crossing());
             assert_eq!(
                 kind.is_contact(),
-                kind == Kind::Discs || kind == Kind::MultiCell
+                kind == RecordKind::Discs || kind == RecordKind::MultiCell
             );
         }
     }

@@ -277,7 +277,7 @@ fn is_before(records: &[BodyRecord], a: u32, b: u32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::body_record::Kind;
+    use crate::cells::body_record::RecordKind;
     use rand::{RngExt, SeedableRng};
 
     #[test]
@@ -298,7 +298,7 @@ mod tests {
             let mut calendar = Calendar::default();
             calendar.lay_out(records.len(), width, 0.0);
             for body in 0..records.len() as u32 {
-                records[body as usize].set_event(random.random::<f64>(), Kind::Nothing, 0, 0);
+                records[body as usize].set_event(random.random::<f64>(), RecordKind::Nothing, 0, 0);
                 calendar.schedule(&records, body, records[body as usize].time);
             }
             let mut now = 0.0;
@@ -316,12 +316,12 @@ mod tests {
                 // gets another event.
                 let dropped = random.random_range(0..records.len() as u32);
                 calendar.remove_if_next(dropped);
-                records[dropped as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
+                records[dropped as usize].set_event(later(&mut random), RecordKind::Nothing, 0, 0);
                 calendar.schedule(&records, dropped, records[dropped as usize].time);
                 // The body itself, and another body from any place, at an earlier or later time
                 // than before.
                 for body in [body, random.random_range(0..records.len() as u32)] {
-                    records[body as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
+                    records[body as usize].set_event(later(&mut random), RecordKind::Nothing, 0, 0);
                     calendar.schedule(&records, body, records[body as usize].time);
                 }
             }

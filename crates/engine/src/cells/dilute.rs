@@ -19,14 +19,14 @@ use std::hint::select_unpredictable as select;
 use carom_detection::{DISC_LANES, Detection};
 
 use super::{
-    body_record::Kind,
-    frame::Frame,
+    body_record::RecordKind,
+    frame::CellFrame,
     simd::{Kernel, goes_before, sooner},
     slot::{INDEX_BITS, INDEX_MASK},
-    state::State,
+    state::CellState,
 };
 
-impl<F: Frame> State<F> {
+impl<F: CellFrame> CellState<F> {
     /// Finds the earliest event of a disc whose motion has changed, or whose contact came due
     /// stale.
     #[inline(always)]
@@ -50,7 +50,7 @@ impl<F: Frame> State<F> {
         kernel: K,
         detection: &D,
         disc: u32,
-        kind: Kind,
+        kind: RecordKind,
         now: f64,
     ) -> f64 {
         self.done.crossings += 1;
@@ -98,7 +98,7 @@ impl<F: Frame> State<F> {
         } else {
             contact_time
         };
-        let kind = select(meets, Kind::Discs, crossing);
+        let kind = select(meets, RecordKind::Discs, crossing);
         let record = &mut self.records[disc as usize];
         record.set_event(time, kind, partner, version);
         record.set_kept_contact_time(contact_time);

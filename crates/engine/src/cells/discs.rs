@@ -5,18 +5,18 @@ use std::hint::select_unpredictable as select;
 use carom_detection::Detection;
 
 use super::{
-    body_record::Kind,
-    frame::Frame,
+    body_record::RecordKind,
+    frame::CellFrame,
     simd::{Kernel, NeighbourQuery, SoonestSlot, sooner},
     slot::INDEX_MASK,
-    state::State,
+    state::CellState,
 };
 use crate::{
     World,
-    scheduler::{ContactEvent, Parts},
+    scheduler::{ContactEvent, TouchingParts},
 };
 
-impl<F: Frame> State<F> {
+impl<F: CellFrame> CellState<F> {
     /// Finds the earliest contact of a small disc with its neighbours, and its crossing.
     #[inline(always)]
     pub(super) fn query_neighbours<K: Kernel>(&self, kernel: K, disc: u32, now: f64) -> DiscEvents {
@@ -124,7 +124,7 @@ impl<F: Frame> State<F> {
         } else {
             contact_time
         };
-        let kind = select(meets, Kind::Discs, crossing);
+        let kind = select(meets, RecordKind::Discs, crossing);
         let partner = select(meets, partner, 0);
         let version = self.records[partner as usize].version;
         self.records[disc as usize].set_event(time, kind, partner, version);
@@ -157,7 +157,7 @@ impl<F: Frame> State<F> {
 
     /// Moves a disc into the next cell, and wraps its position at the border of the box.
     #[inline(always)]
-    pub(super) fn cross<K: Kernel>(&mut self, kernel: K, disc: u32, kind: Kind) {
+    pub(super) fn cross<K: Kernel>(&mut self, kernel: K, disc: u32, kind: RecordKind) {
         let (axis, direction) = kind.direction();
         let record = &mut self.records[disc as usize];
         let from = record.cell();
@@ -201,12 +201,12 @@ impl<F: Frame> State<F> {
             time,
             bodies,
             image,
-            parts: Parts::Discs,
+            parts: TouchingParts::Discs,
         }
     }
 }
 
-impl<F: Frame> State<F> {
+impl<F: CellFrame> CellState<F> {
     /// [`Self::write_disc_event`] of a disc that may also touch a multi-cell body.
     #[inline(always)]
     pub(super) fn store_disc_event<D: Detection>(
@@ -240,5 +240,5 @@ pub(super) struct DiscEvents {
     /// Its cell, if a multi-cell body is listed there.
     covered: Option<u32>,
     crossing_time: f64,
-    crossing: Kind,
+    crossing: RecordKind,
 }

@@ -4,19 +4,19 @@
 macro_rules! dispatched {
     ($name:ident ( $($argument:ident : $type:ty),* )) => {
         #[inline]
-        pub(in crate::cells) fn $name<F: $crate::cells::frame::Frame, D: carom_detection::Detection>(
-            state: &mut $crate::cells::state::State<F>,
+        pub(in crate::cells) fn $name<F: $crate::cells::frame::CellFrame, D: carom_detection::Detection>(
+            state: &mut $crate::cells::state::CellState<F>,
             world: &$crate::World,
             detection: &D
             $(, $argument: $type)*
         ) {
-            struct Call<'a, F: $crate::cells::frame::Frame, D> {
-                state: &'a mut $crate::cells::state::State<F>,
+            struct Call<'a, F: $crate::cells::frame::CellFrame, D> {
+                state: &'a mut $crate::cells::state::CellState<F>,
                 world: &'a $crate::World,
                 detection: &'a D,
                 $($argument: $type,)*
             }
-            impl<F: $crate::cells::frame::Frame, D: carom_detection::Detection> $crate::cells::simd::Work
+            impl<F: $crate::cells::frame::CellFrame, D: carom_detection::Detection> $crate::cells::simd::KernelWork
                 for Call<'_, F, D>
             {
                 type Output = ();

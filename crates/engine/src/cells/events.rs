@@ -6,13 +6,13 @@ use carom_kinematics::Motion;
 use glam::DVec2;
 
 use super::{
-    body_record::Kind,
-    frame::Frame,
-    grid::Contents,
+    body_record::RecordKind,
+    frame::CellFrame,
+    grid::CellContents,
     prediction::predict_all,
     prefetch::prefetch_next,
-    simd::{Kernel, Work, dispatch},
-    state::State,
+    simd::{Kernel, KernelWork, dispatch},
+    state::CellState,
 };
 use crate::{
     World,
@@ -20,9 +20,9 @@ use crate::{
 };
 
 /// Runs a loop over the events, compiled in one piece with the chosen instruction set.
-pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
-    struct Run<'a, L>(&'a mut State, L);
-    impl<L: EventLoop> Work for Run<'_, L> {
+pub(super) fn run<L: EventLoop>(state: &mut CellState, events: L) -> L::End {
+    struct Run<'a, L>(&'a mut CellState, L);
+    impl<L: EventLoop> KernelWork for Run<'_, L> {
         type Output = L::End;
 
         #[inline(always)]
@@ -34,7 +34,7 @@ pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
 }
 
 /// The events of an epoch, computed with a kernel.
-struct Events<'a, K>(&'a mut State, K);
+struct Events<'a, K>(&'a mut CellState, K);
 
 impl<K: Kernel> EventQueue for Events<'_, K> {
     #[inline(always)]
@@ -88,7 +88,7 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
     }
 }
 
-impl State {
+impl CellState {
     /// Begins an epoch that ends at `limit` (time).
     pub(super) fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
         self.asks_detector = !detection.decides_discs_in_closed_form();
@@ -140,7 +140,7 @@ impl State {
                     } else {
                         [partner, body]
                     };
-                    return Some(if kind == Kind::Discs {
+                    return Some(if kind == RecordKind::Discs {
                         self.contact_of_discs(bodies, now)
                     } else {
                         self.contact_of_multi_cell_body(body, bodies, now)
@@ -154,9 +154,9 @@ impl State {
                     continue;
                 }
                 self.cross(kernel, body, kind);
-            } else if kind == Kind::Shell {
+            } else if kind == RecordKind::Shell {
                 self.leave_shell(world, body, now);
-            } else if kind == Kind::Recheck {
+            } else if kind == RecordKind::Recheck {
                 self.count_recheck(body);
             }
             self.predict_and_schedule(kernel, world, detection, body, now);
@@ -164,7 +164,7 @@ impl State {
     }
 }
 
-impl<F: Frame> State<F> {
+impl<F: CellFrame> CellState<F> {
     #[inline(always)]
     pub(super) fn motions_changed<D: Detection, K: Kernel>(
         &mut self,
@@ -217,7 +217,7 @@ impl<F: Frame> State<F> {
         } else {
             self.set_motion(kernel, bodies[0], places[0], velocities[0], time);
             self.set_motion(kernel, bodies[1], places[1], velocities[1], time);
-            if self.grid.contents() == Contents::Discs {
+            if self.grid.contents() == CellContents::Discs {
                 return self.predict_two_discs(kernel, world, detection, bodies, time);
             }
         }

@@ -6,7 +6,7 @@ use std::fmt::Debug;
 ///
 /// Cells keep their column and row in the box in every workspace, so that all roundings are the
 /// same; only the place of their lists differs.
-pub(super) trait Frame: Debug + Clone + Default {
+pub(super) trait CellFrame: Debug + Clone + Default {
     /// Whether it is the whole box. Large bodies that move, and cells of a dilute gas, exist only
     /// there.
     const IS_WHOLE: bool;
@@ -60,7 +60,7 @@ impl Numbering for SomeBodies {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct WholeBox;
 
-impl Frame for WholeBox {
+impl CellFrame for WholeBox {
     const IS_WHOLE: bool = true;
 
     type Bodies = AllBodies;
@@ -123,7 +123,7 @@ impl TileFrame {
     }
 }
 
-impl Frame for TileFrame {
+impl CellFrame for TileFrame {
     const IS_WHOLE: bool = false;
 
     type Bodies = SomeBodies;

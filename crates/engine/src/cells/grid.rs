@@ -17,12 +17,12 @@ pub(super) struct CellGrid {
     /// Largest bounding radius of a body in a cell (length); bodies above it, and of other kinds,
     /// are multi-cell bodies.
     largest_small: f64,
-    contents: Contents,
+    contents: CellContents,
 }
 
 /// The contents of the cells. They decide how bodies are listed and predicted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Contents {
+pub(super) enum CellContents {
     /// Discs, in cells with neighbour lists.
     Discs,
     /// Equal discs at large distances, in cells of a few discs each.
@@ -89,9 +89,9 @@ impl CellGrid {
             false => MAX_CELLS_PER_FIXED_BODY,
         };
         let contents = match (holds_molecules, is_dilute) {
-            (true, _) => Contents::Molecules,
-            (false, true) => Contents::DiluteDiscs,
-            (false, false) => Contents::Discs,
+            (true, _) => CellContents::Molecules,
+            (false, true) => CellContents::DiluteDiscs,
+            (false, false) => CellContents::Discs,
         };
         let mut grid = Self {
             counts: [0; 2],
@@ -129,18 +129,18 @@ impl CellGrid {
     }
 
     #[inline]
-    pub fn contents(&self) -> Contents {
+    pub fn contents(&self) -> CellContents {
         self.contents
     }
 
     /// Whether this is a gas of equal discs at large distances, in cells of a few discs each.
     pub fn is_dilute(&self) -> bool {
-        self.contents == Contents::DiluteDiscs
+        self.contents == CellContents::DiluteDiscs
     }
 
     /// Whether molecules live in cells.
     pub fn holds_molecules(&self) -> bool {
-        self.contents == Contents::Molecules
+        self.contents == CellContents::Molecules
     }
 
     pub fn counts(&self) -> [u32; 2] {

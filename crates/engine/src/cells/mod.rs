@@ -109,9 +109,9 @@ pub use self::simd::Instructions;
 use self::{
     events::run,
     frame::WholeBox,
-    grid::{CellGrid, Contents},
+    grid::{CellContents, CellGrid},
     simd::{Available, available},
-    state::State,
+    state::CellState,
     tiles::Tiles,
 };
 use crate::{
@@ -119,7 +119,7 @@ use crate::{
     TileUse, TileWork, Tiling, World,
     grid::Grid,
     scheduler::{EventLoop, StoredMotions},
-    window::{RestartState, Window, WindowJob},
+    window::{RestartState, TimeWindow, WindowJob},
 };
 
 /// The default scheduler: cell lists, one event a body, and a calendar queue.
@@ -141,7 +141,7 @@ enum Layout {
 /// The cells of the box, run as a whole or in tiles.
 #[derive(Debug, Clone)]
 struct Cells {
-    whole: State,
+    whole: CellState,
     /// If the box is divided into tiles.
     tiles: Option<Box<Tiles>>,
     tiling: Tiling,
@@ -161,13 +161,13 @@ impl Cells {
     fn new(instructions: Available, grid: CellGrid, world: &World) -> Self {
         let is_large = |body: &Body| !body.is_fixed() && grid.is_multi_cell(body);
         let refusal = match grid.contents() {
-            Contents::DiluteDiscs => Some(TileUse::Dilute),
+            CellContents::DiluteDiscs => Some(TileUse::Dilute),
             _ if world.has_thermal_walls => Some(TileUse::ThermalWalls),
             _ if world.bodies().iter().any(is_large) => Some(TileUse::LargeBodies),
-            Contents::Discs | Contents::Molecules => None,
+            CellContents::Discs | CellContents::Molecules => None,
         };
         Self {
-            whole: State::new(instructions, grid, WholeBox),
+            whole: CellState::new(instructions, grid, WholeBox),
             tiles: None,
             tiling: Tiling::NONE,
             in_tiles: false,
@@ -228,7 +228,7 @@ impl Cells {
     fn run_window<D: Detection, R: Response>(
         &mut self,
         job: &WindowJob<'_, D, R>,
-    ) -> Option<Window> {
+    ) -> Option<TimeWindow> {
         self.restart = None;
         let tiles = self.tiles.as_mut()?;
         if let Some(window) = tiles.serve(job) {
@@ -335,7 +335,7 @@ impl Scheduler for CellScheduler {
     fn run_window<D: Detection, R: Response>(
         &mut self,
         job: &WindowJob<'_, D, R>,
-    ) -> Option<Window> {
+    ) -> Option<TimeWindow> {
         match &mut self.0 {
             Layout::Grid(cells) => cells.run_window(job),
             Layout::Fallback(_) => None,

@@ -10,17 +10,17 @@ use carom_detection::{Detection, QueryBody};
 
 use super::{
     dispatch::dispatched,
-    frame::Frame,
+    frame::CellFrame,
     multi_cell::{EarliestEvent, Listed},
     simd::Kernel,
     slot::{INDEX_MASK, image_of},
-    state::State,
+    state::CellState,
 };
 use crate::World;
 
 dispatched!(predict_molecule(body: u32, now: f64, except: Option<u32>));
 
-impl<F: Frame> State<F> {
+impl<F: CellFrame> CellState<F> {
     /// Finds the earliest event of a molecule in a cell: a contact, a re-check, or a crossing.
     #[inline(always)]
     pub(super) fn predict_molecule<D: Detection, K: Kernel>(

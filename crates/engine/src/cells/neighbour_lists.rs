@@ -5,7 +5,7 @@ use carom_detection::DISC_LANES;
 
 use super::{
     cell_block::{AT_BORDER, COUNT, COVERED, CellBlock, LINK, LONG, Slots8},
-    frame::{Frame, WholeBox},
+    frame::{CellFrame, WholeBox},
     simd::{self, Kernel, Portable},
     slot::{INDEX_BITS, INDEX_MASK, fold, image_code, image_of},
 };
@@ -37,7 +37,7 @@ pub(super) struct NeighbourLists<F = WholeBox> {
     dummy: u32,
 }
 
-impl<F: Frame> NeighbourLists<F> {
+impl<F: CellFrame> NeighbourLists<F> {
     /// Empty lists of a frame.
     pub fn new(frame: F) -> Self {
         Self {

@@ -3,14 +3,14 @@
 use carom_detection::Detection;
 
 use super::{
-    dispatch::dispatched, frame::Frame, grid::Contents, molecule_search::predict_molecule,
-    multi_cell::predict_multi_cell, simd::Kernel, state::State,
+    dispatch::dispatched, frame::CellFrame, grid::CellContents, molecule_search::predict_molecule,
+    multi_cell::predict_multi_cell, simd::Kernel, state::CellState,
 };
 use crate::World;
 
 dispatched!(predict_all(now: f64));
 
-impl<F: Frame> State<F> {
+impl<F: CellFrame> CellState<F> {
     #[inline(always)]
     pub(super) fn predict_all<D: Detection, K: Kernel>(
         &mut self,
@@ -35,12 +35,12 @@ impl<F: Frame> State<F> {
         now: f64,
     ) -> f64 {
         match self.grid.contents() {
-            Contents::Discs if !self.multi_cell.is_multi_cell(body) => {
+            CellContents::Discs if !self.multi_cell.is_multi_cell(body) => {
                 let events = self.query_neighbours(kernel, body, now);
                 self.store_disc_event(world, detection, body, now, &events)
             }
             // All bodies of a dilute gas live in cells.
-            Contents::DiluteDiscs if F::IS_WHOLE => {
+            CellContents::DiluteDiscs if F::IS_WHOLE => {
                 self.predict_dilute(kernel, detection, body, now)
             }
             _ => self.predict_searching(world, detection, body, now, None),

@@ -9,11 +9,11 @@ use glam::DVec2;
 use wide::f64x2;
 
 use super::{
-    body_record::{BodyRecord, Kind},
+    body_record::{BodyRecord, RecordKind},
     calendar::Calendar,
     cell_occupants::CellOccupants,
     f32_filter::Units,
-    frame::{Frame, Numbering, WholeBox},
+    frame::{CellFrame, Numbering, WholeBox},
     grid::CellGrid,
     molecules::Molecules,
     multi_cell::MultiCellBodies,
@@ -56,7 +56,7 @@ impl EpochConstants {
 
 /// State of the scheduler during an epoch.
 #[derive(Debug, Clone)]
-pub(super) struct State<F: Frame = WholeBox> {
+pub(super) struct CellState<F: CellFrame = WholeBox> {
     pub(super) instructions: Available,
     pub(super) grid: CellGrid,
     /// How its bodies are numbered.
@@ -87,7 +87,7 @@ pub(super) struct State<F: Frame = WholeBox> {
     pub(super) done: SchedulerCounters,
 }
 
-impl<F: Frame> State<F> {
+impl<F: CellFrame> CellState<F> {
     /// An empty workspace for a frame in a grid.
     pub(super) fn new(instructions: Available, grid: CellGrid, frame: F) -> Self {
         Self {
@@ -376,7 +376,7 @@ impl<F: Frame> State<F> {
     /// Time and direction in which a disc leaves its cell. Infinite for a velocity of exactly 0,
     /// for which the quotient 0/0 is discarded.
     #[inline(always)]
-    pub(super) fn crossing(&self, record: &BodyRecord, now: f64) -> (f64, Kind) {
+    pub(super) fn crossing(&self, record: &BodyRecord, now: f64) -> (f64, RecordKind) {
         // Both axes in one register.
         let pair = |first: usize| f64x2::new([record.flight[first], record.flight[first + 1]]);
         let (origin, velocity) = (pair(0), pair(2));
@@ -390,7 +390,7 @@ impl<F: Frame> State<F> {
             .bitselect(f64x2::splat(f64::INFINITY), time)
             .to_array();
         let axis = u32::from(y < x);
-        let kind = Kind::crossing(axis, goes_down.to_bitmask() >> axis & 1);
+        let kind = RecordKind::crossing(axis, goes_down.to_bitmask() >> axis & 1);
         let time = if y < x { y } else { x };
         (if time > now { time } else { now }, kind)
     }

@@ -8,7 +8,7 @@ use rand::RngExt;
 use super::packing::gyration_squared;
 use crate::{
     RandomStream, Scene, SceneError, World,
-    contents::Contents,
+    contents::SceneContents,
     grid::{CellsPerSide, Grid},
     placement::{self, Budget},
     species::{Species, sample},
@@ -28,7 +28,7 @@ const TRIALS: usize = 64;
 /// Refuses gases that cannot fit at any arrangement: those that cover more than the box, equal
 /// discs above the density of the hexagonal lattice (A. Thue 1910; L. Fejes Tóth 1940), and
 /// molecules larger than the box.
-pub(super) fn refuse_impossible(contents: &Contents) -> Result<(), SceneError> {
+pub(super) fn refuse_impossible(contents: &SceneContents) -> Result<(), SceneError> {
     let species = &contents.species;
     let area = contents.singles.world.bounds().area();
     let covered = species.iter().map(Species::area).sum::<f64>() / area;
@@ -67,7 +67,7 @@ fn densest<'a>(first: &Species, mut others: impl Iterator<Item = &'a Species>) -
 }
 
 /// Whether gases that do not fit on a lattice may fit if they grow.
-pub(super) fn may_fit(contents: &Contents) -> bool {
+pub(super) fn may_fit(contents: &SceneContents) -> bool {
     refuse_impossible(contents).is_ok()
 }
 

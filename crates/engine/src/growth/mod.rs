@@ -33,13 +33,13 @@ use serde::{Deserialize, Serialize};
 use self::{
     packing::{MAX_LEAD, Packing},
     relaxation::{RELAXATION_AFTER_GROWTH, real_kind},
-    saved::Saved,
+    saved::SavedGrowth,
 };
 use crate::{
     CellScheduler, Counters, ElasticityTable, RandomStream, RunError, Scene, SceneError, Scheduler,
     Simulation, TagNames, World,
     body::BodyKind,
-    contents::Contents,
+    contents::SceneContents,
     single_bodies::{Singles, deepest_overlap},
     sites::Sites,
     species::Species,
@@ -101,11 +101,11 @@ const FIRST_COUNT: f64 = 1.0 / 1_048_576.0;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(into = "Saved", try_from = "Saved")]
+#[serde(into = "SavedGrowth", try_from = "SavedGrowth")]
 #[doc(alias = "compression")]
 pub struct Growth {
     scene: Scene,
-    contents: Contents,
+    contents: SceneContents,
     /// The single bodies, held at their places, and the gases at their present sizes.
     world: World,
     /// Scale of each molecule of the gases; 1 is the size in the scene.
@@ -167,10 +167,13 @@ impl Growth {
     /// [`SceneError`], with the name of the entry, if the scene cannot be built at any density, or
     /// if the gases cover more than the box.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
-        Self::from_contents(scene, Contents::new(scene)?)
+        Self::from_contents(scene, SceneContents::new(scene)?)
     }
 
-    pub(crate) fn from_contents(scene: &Scene, contents: Contents) -> Result<Self, SceneError> {
+    pub(crate) fn from_contents(
+        scene: &Scene,
+        contents: SceneContents,
+    ) -> Result<Self, SceneError> {
         dilute::refuse_impossible(&contents)?;
         let held = held(&contents.singles.world);
         let (scale, motions) = dilute::place(scene, &held, &contents.species)?;
@@ -190,7 +193,7 @@ impl Growth {
     /// they cannot fit at all.
     pub(crate) fn after_lattice(
         scene: &Scene,
-        contents: Contents,
+        contents: SceneContents,
         full: SceneError,
     ) -> Result<Self, SceneError> {
         if dilute::may_fit(&contents) {
@@ -203,7 +206,7 @@ impl Growth {
     /// The relaxation of gases that have been placed on a lattice with these motions.
     pub(crate) fn relaxation(
         scene: &Scene,
-        contents: Contents,
+        contents: SceneContents,
         motions: &[Motion],
     ) -> Result<Self, SceneError> {
         let state = State {
@@ -215,13 +218,13 @@ impl Growth {
             period: (0, 1.0),
         };
         let mut growth = Self::assemble(scene, contents, vec![1.0; motions.len()], motions, state)?;
-        growth.begin_relaxation(0.0);
+        growth.start_relaxation(0.0);
         Ok(growth)
     }
 
     fn assemble(
         scene: &Scene,
-        contents: Contents,
+        contents: SceneContents,
         scales: Vec<f64>,
         motions: &[Motion],
         state: State,
@@ -294,7 +297,7 @@ impl Growth {
 
     /// Takes all steps that are left and returns the world of the scene, with every molecule as in
     /// the scene, and the contents from which it is built.
-    pub(crate) fn into_world(mut self) -> Result<(World, Contents), SceneError> {
+    pub(crate) fn into_world(mut self) -> Result<(World, SceneContents), SceneError> {
         while !self.is_done() {
             self.step()?;
         }
@@ -324,7 +327,7 @@ impl Growth {
             return self.run(COLLISIONS_PER_STEP);
         }
         self.draw_velocities()?;
-        self.begin_relaxation(RELAXATION_AFTER_GROWTH);
+        self.start_relaxation(RELAXATION_AFTER_GROWTH);
         Ok(())
     }
 
@@ -497,7 +500,7 @@ fn held(world: &World) -> World {
 }
 
 /// Refuses overlaps of the molecules of the gases, which are the bodies from `first` on.
-fn refuse_overlaps(contents: &Contents, first: usize) -> Result<(), SceneError> {
+fn refuse_overlaps(contents: &SceneContents, first: usize) -> Result<(), SceneError> {
     let world = &contents.singles.world;
     let mut sites = Sites::new(world);
     (0..first).for_each(|index| sites.add(world, index));

@@ -53,7 +53,7 @@ impl Growth {
     }
 
     /// Begins the relaxation, of this length unless the scene has another.
-    pub(super) fn begin_relaxation(&mut self, default: f64) {
+    pub(super) fn start_relaxation(&mut self, default: f64) {
         let all = self.scene.start.relax.unwrap_or(default);
         let (energy, momentum, _) = self.totals();
         self.state.stage = if all > 0.0 && energy > 0.0 {

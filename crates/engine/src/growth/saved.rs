@@ -5,12 +5,12 @@ use carom_kinematics::Motion;
 use serde::{Deserialize, Serialize};
 
 use super::{Growth, Stage, State, packing::MAX_LEAD};
-use crate::{Scene, SceneError, contents::Contents};
+use crate::{Scene, SceneError, contents::SceneContents};
 
 /// The state on which a growth depends between two steps. All bits survive in any format that keeps
 /// those of an `f64`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Saved {
+pub(super) struct SavedGrowth {
     /// As the text of a scene file, since formats that do not name fields cannot leave any out.
     scene: String,
     motions: Vec<Motion>,
@@ -18,7 +18,7 @@ pub(super) struct Saved {
     state: State,
 }
 
-impl From<Growth> for Saved {
+impl From<Growth> for SavedGrowth {
     fn from(growth: Growth) -> Self {
         let first = growth.contents.singles.world.bodies.len();
         Self {
@@ -30,18 +30,18 @@ impl From<Growth> for Saved {
     }
 }
 
-impl TryFrom<Saved> for Growth {
+impl TryFrom<SavedGrowth> for Growth {
     type Error = SceneError;
 
-    fn try_from(saved: Saved) -> Result<Self, SceneError> {
-        let Saved {
+    fn try_from(saved: SavedGrowth) -> Result<Self, SceneError> {
+        let SavedGrowth {
             scene,
             motions,
             scales,
             state,
         } = saved;
         let scene = Scene::from_toml(&scene)?;
-        let contents = Contents::new(&scene)?;
+        let contents = SceneContents::new(&scene)?;
         let molecules: usize = contents.species.iter().map(|kind| kind.count).sum();
         if motions.len() != molecules || scales.len() != molecules {
             return Err(SceneError::GrowthState(

@@ -8,7 +8,7 @@ use rand::{Rng, RngExt as _};
 
 /// Arrangement of the fixed obstacles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub enum Layout {
+pub enum ObstacleLayout {
     /// One obstacle in a square box: a square lattice
     #[default]
     Square,
@@ -43,7 +43,7 @@ pub fn name_of(choice: &impl ValueEnum) -> String {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Obstacles {
     /// Their arrangement.
-    pub layout: Layout,
+    pub layout: ObstacleLayout,
     /// Their number.
     pub count: u16,
     /// Shorter side of the box (length); on a lattice the distance of neighbours.
@@ -56,11 +56,16 @@ impl Obstacles {
     ///
     /// # Errors
     /// The number does not fit the layout, or the box is too small.
-    pub fn new(layout: Layout, count: Option<u16>, side: Option<f64>, reach: f64) -> Result<Self> {
+    pub fn new(
+        layout: ObstacleLayout,
+        count: Option<u16>,
+        side: Option<f64>,
+        reach: f64,
+    ) -> Result<Self> {
         let (usual, ready) = match layout {
-            Layout::Square => (1, 4.0 * reach),
-            Layout::Triangular => (2, 4.0 * reach),
-            Layout::Random => {
+            ObstacleLayout::Square => (1, 4.0 * reach),
+            ObstacleLayout::Triangular => (2, 4.0 * reach),
+            ObstacleLayout::Random => {
                 let usual = count.unwrap_or(16);
                 (usual, 4.0 * reach * f64::from(usual).sqrt())
             }
@@ -94,7 +99,7 @@ impl Obstacles {
 
     /// Sides of the box (length).
     pub fn sides(&self) -> DVec2 {
-        let height = if self.layout == Layout::Triangular {
+        let height = if self.layout == ObstacleLayout::Triangular {
             3f64.sqrt()
         } else {
             1.0
@@ -114,9 +119,9 @@ impl Obstacles {
     pub fn places(&self, reach: f64, random: &mut impl Rng) -> Result<Vec<DVec2>> {
         let at = |share: f64| share * self.sides();
         match self.layout {
-            Layout::Square => Ok(vec![at(0.5)]),
-            Layout::Triangular => Ok(vec![at(0.25), at(0.75)]),
-            Layout::Random => {
+            ObstacleLayout::Square => Ok(vec![at(0.5)]),
+            ObstacleLayout::Triangular => Ok(vec![at(0.25), at(0.75)]),
+            ObstacleLayout::Random => {
                 let mut places: Vec<DVec2> = Vec::new();
                 for _ in 0..self.count {
                     let is_free = |place: &DVec2| {

@@ -24,17 +24,17 @@ use carom_tables::Verdict;
 use clap::{Args, ValueEnum};
 use toml::Value;
 
-pub use self::layout::Layout;
+pub use self::layout::ObstacleLayout;
 use self::layout::{Obstacles, name_of};
 use crate::{
     molecule_argument::{MoleculeArgument, NamedMolecule},
-    written_study::{Expected, Varied, WrittenStudy, measure, table_of},
+    written_study::{ExpectedFigures, Varied, WrittenStudy, measure, table_of},
 };
 
 /// Options of `carom billiard`.
 #[derive(Debug, Clone, Args)]
 #[group(skip)]
-pub struct Options {
+pub struct BilliardOptions {
     /// The molecule.
     #[command(flatten)]
     pub molecule: MoleculeArgument,
@@ -46,7 +46,7 @@ pub struct Options {
     pub moves: Mover,
     /// Arrangement of the fixed obstacles
     #[arg(long, value_enum, default_value_t)]
-    pub layout: Layout,
+    pub layout: ObstacleLayout,
     /// Number of obstacles of a random layout; default: 16
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub obstacles: Option<u16>,
@@ -108,7 +108,7 @@ const DISC: &str = "disc";
 ///
 /// # Errors
 /// An option or a file is invalid; and those of [`sweep::run_study`].
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &BilliardOptions) -> Result<Verdict> {
     let (study, name) = options.study()?;
     let command = |folder: &Path| options.command(folder);
     let folder = format!("out/billiard-{name}");
@@ -123,7 +123,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     )
 }
 
-impl Options {
+impl BilliardOptions {
     /// The study, and its name.
     ///
     /// # Errors
@@ -148,7 +148,7 @@ impl Options {
         let flights = (self.hits as f64 / of_flight).ceil().max(2.0);
         // At speed 1.
         let until = self.hits as f64 * region.mean_free_path(obstacles.area_of_one()) / flights;
-        let layouts = if self.layout == Layout::Random {
+        let layouts = if self.layout == ObstacleLayout::Random {
             LAYOUTS
         } else {
             1
@@ -205,7 +205,7 @@ impl Options {
             vary,
             expect: expected
                 .into_iter()
-                .map(|figure| Expected { figure })
+                .map(|figure| ExpectedFigures { figure })
                 .collect(),
             scene,
         };
@@ -349,7 +349,7 @@ mod tests {
     use carom_runs::{interruption::Signals, run::record};
     use std::fs;
 
-    fn options(words: &[&str]) -> Options {
+    fn options(words: &[&str]) -> BilliardOptions {
         crate::written_study::options(words)
     }
 

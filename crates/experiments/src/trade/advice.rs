@@ -189,17 +189,17 @@ fn price(found: &KnobResult, exact: &KnobResult) -> String {
 
 #[cfg(test)]
 mod tests {
-    use carom_runs::price::{Tally, TimeRatio};
+    use carom_runs::price::{ReplayTally, TimeRatio};
 
     use super::*;
     use crate::trade::knobs::{self, Knob};
 
     /// The exact run and the portable instructions, with the times of their rounds.
     fn result(exact: &[f64], portable: &[f64]) -> SceneResult {
-        let tally = Tally {
+        let tally = ReplayTally {
             intervals: 10,
             judged: 1000,
-            ..Tally::default()
+            ..ReplayTally::default()
         };
         let found = |knob: Knob, rounds: &[f64]| KnobResult {
             time: TimeRatio::new(rounds.to_vec()),

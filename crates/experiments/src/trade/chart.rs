@@ -2,7 +2,7 @@
 //! dominates on both.
 
 use anyhow::Result;
-use carom_report::scatter::{Mark, Point, Scatter, pareto};
+use carom_report::scatter::{Mark, Scatter, ScatterPoint, pareto};
 
 use super::{
     knobs::FAMILIES,
@@ -84,7 +84,7 @@ pub fn draw(result: &SceneResult) -> Result<Vec<(String, String)>> {
         let point = |found: &KnobResult| {
             let (y, mark) = price(found, exact)?;
             let label = found.knob.name.clone();
-            Some(Point {
+            Some(ScatterPoint {
                 family: found.knob.family,
                 label,
                 x: found.time?.median,
@@ -92,7 +92,7 @@ pub fn draw(result: &SceneResult) -> Result<Vec<(String, String)>> {
                 mark,
             })
         };
-        let points: Vec<Point> = result.found.iter().filter_map(point).collect();
+        let points: Vec<ScatterPoint> = result.found.iter().filter_map(point).collect();
         if points.is_empty() {
             continue;
         }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// A measured curve with its standard errors.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
+pub struct TradeCurve {
     /// Title of its table and name of the quantity.
     pub name: String,
     /// Abscissa, value, and standard error of each point that has all three.
@@ -25,7 +25,7 @@ pub struct Deviation {
 }
 
 /// The curves of a table that have errors.
-pub fn of_table(table: &Table) -> Vec<Curve> {
+pub fn of_table(table: &Table) -> Vec<TradeCurve> {
     let Some(abscissa) = table
         .columns
         .iter()
@@ -43,7 +43,7 @@ pub fn of_table(table: &Table) -> Vec<Curve> {
             .zip(&pair[0].values)
             .zip(&pair[1].values);
         let points = rows.filter_map(|((x, value), error)| Some([(*x)?, (*value)?, (*error)?]));
-        Curve {
+        TradeCurve {
             name: format!("{}: {}", table.title, pair[0].label),
             points: points.collect(),
         }
@@ -55,8 +55,8 @@ pub fn of_table(table: &Table) -> Vec<Curve> {
 }
 
 /// The deviations of curves from those of the exact run.
-pub fn deviations(own: &[Curve], exact: &[Curve]) -> Vec<Deviation> {
-    let deviation = |reference: &Curve| {
+pub fn deviations(own: &[TradeCurve], exact: &[TradeCurve]) -> Vec<Deviation> {
+    let deviation = |reference: &TradeCurve| {
         let own = own.iter().find(|curve| curve.name == reference.name)?;
         let pairs = own
             .points

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use carom::{Scene, View};
-use carom_runs::price::{Setting, State};
+use carom_runs::price::{CourseState, Setting};
 
 use crate::time_reversal::{MAX_DISTANCE, line, loschmidt_echo};
 
@@ -72,7 +72,7 @@ pub struct EffectiveError {
 ///
 /// # Errors
 /// A run fails.
-pub fn returns(setting: &Setting, states: &[State], deadline: Instant) -> Result<Return> {
+pub fn returns(setting: &Setting, states: &[CourseState], deadline: Instant) -> Result<Return> {
     let mut found = Return::default();
     for doubling in 0..=DOUBLINGS {
         let (mut collisions, mut log, mut starts) = (0.0, 0.0, 0.0);

@@ -40,7 +40,7 @@ pub const MODEL: usize = 3;
 const ORDER: usize = 4;
 
 /// A knob that does not apply to a scene, and the reason.
-pub type LeftOut = (String, String);
+pub type LeftOutKnob = (String, String);
 
 /// The exact run, the reference of all settings.
 pub fn exact() -> Knob {
@@ -94,7 +94,7 @@ fn grid(name: String, cells: u32) -> Knob {
 const MIN_STEP: i32 = 4;
 
 /// The knobs that apply to the bodies of a view, and those that do not.
-pub fn knobs(view: &View<'_>) -> (Vec<Knob>, Vec<LeftOut>) {
+pub fn knobs(view: &View<'_>) -> (Vec<Knob>, Vec<LeftOutKnob>) {
     let mut moving = view
         .bodies()
         .filter(|body| !body.body.is_fixed())
@@ -224,7 +224,7 @@ fn detectors(has_shapes: bool, knobs: &mut Vec<Knob>) {
 }
 
 /// Schedulers, instructions, epochs, samples, and grids.
-fn orders(view: &View<'_>, knobs: &mut Vec<Knob>, left_out: &mut Vec<LeftOut>) {
+fn orders(view: &View<'_>, knobs: &mut Vec<Knob>, left_out: &mut Vec<LeftOutKnob>) {
     let mut add = |name: String, setting: Setting| {
         knobs.push(Knob {
             family: ORDER,

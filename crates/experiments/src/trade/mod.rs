@@ -34,9 +34,9 @@ use carom_runs::{
 };
 use carom_tables::Verdict;
 
-pub use self::options::Options;
+pub use self::options::TradeOptions;
 use self::{
-    plan::{Cost, Plan},
+    plan::{KnobCost, TradePlan},
     results::SceneResult,
     run::{Prepared, of_scene, resume_seconds},
     states::{Along, chaos},
@@ -58,7 +58,7 @@ const RESERVE: f64 = 0.06;
 ///
 /// # Errors
 /// The scene or an option is invalid, the folder is not empty, or the exact run fails.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &TradeOptions) -> Result<Verdict> {
     let begun = Instant::now();
     let seconds = options.seconds()?;
     let scene = options.file.read(None)?;
@@ -113,11 +113,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
 
 /// Places the scene, runs to its first state, and plans the rest of the time.
 fn start<'a>(
-    options: &Options,
+    options: &TradeOptions,
     scene: &'a Scene,
     begun: Instant,
     seconds: f64,
-) -> Result<(Prepared<'a>, Plan)> {
+) -> Result<(Prepared<'a>, TradePlan)> {
     let at = |share: f64| begun + Duration::from_secs_f64(share * seconds);
     let name = options.file.path.display();
     let simulation = build(scene, at(PLACED)).with_context(|| format!("scene {name}"))?;
@@ -150,7 +150,7 @@ fn start<'a>(
         chaos,
         notes: Vec::new(),
     };
-    let cost = Cost {
+    let cost = KnobCost {
         tau: along.seconds * 0.5 * moving as f64,
         resume,
         bodies,
@@ -158,7 +158,7 @@ fn start<'a>(
         stretch: prepared.chaos.stretch,
         threads: rayon::current_num_threads(),
     };
-    let plan = Plan::within(left(), &cost);
+    let plan = TradePlan::within(left(), &cost);
     if plan.stretch < prepared.chaos.stretch {
         along.notes.push(format!(
             "replays last {:.2} τ: longer ones do not end in the time allowed",

@@ -9,7 +9,7 @@ const MINUTES: [f64; 2] = [0.01, 1e4];
 
 /// Options of `carom trade`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct TradeOptions {
     /// The scene file and changes to it
     #[command(flatten)]
     pub file: SceneFile,
@@ -21,7 +21,7 @@ pub struct Options {
     pub minutes: f64,
 }
 
-impl Options {
+impl TradeOptions {
     /// The time allowed (seconds).
     ///
     /// # Errors

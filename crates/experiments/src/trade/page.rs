@@ -1,15 +1,15 @@
 //! The page: first the advice, one table and one picture over all knobs, then everything else.
 
 use anyhow::Result;
-use carom_report::page::{Layout, Page, Part};
+use carom_report::page::{Layout, Page, PagePart};
 use carom_runs::{output::Folder, price::TOLERANCE};
 use carom_tables::{Check, Figure, Summary, Totals, with_error};
 use serde::Serialize;
 
 use super::{
     advice, chart,
-    knobs::LeftOut,
-    results::{Row, SceneResult, rows},
+    knobs::LeftOutKnob,
+    results::{SceneResult, TradeRow, rows},
     table,
 };
 
@@ -25,9 +25,9 @@ struct File<'a> {
     /// The advice on the scene.
     advice: String,
     /// The settings.
-    settings: Vec<Row>,
+    settings: Vec<TradeRow>,
     /// Knobs that do not apply, with the reason.
-    left_out: &'a [LeftOut],
+    left_out: &'a [LeftOutKnob],
     /// What could not be measured in the time allowed.
     unresolved: Vec<String>,
 }
@@ -117,7 +117,7 @@ fn figures(result: &SceneResult) -> Vec<Figure> {
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write(folder: &Folder, result: &SceneResult, summary: &Summary) -> Result<Charts> {
+pub fn write(folder: &Folder, result: &SceneResult, summary: &Summary) -> Result<TradeCharts> {
     let charts = chart::draw(result)?;
     for (name, svg) in &charts {
         folder.write(name, svg)?;
@@ -136,7 +136,7 @@ pub fn write(folder: &Folder, result: &SceneResult, summary: &Summary) -> Result
 }
 
 /// File names and SVG of the charts.
-pub type Charts = Vec<(String, String)>;
+pub type TradeCharts = Vec<(String, String)>;
 
 /// What could not be measured, setting by setting.
 pub fn unresolved(result: &SceneResult) -> Vec<String> {
@@ -163,18 +163,18 @@ pub fn unresolved(result: &SceneResult) -> Vec<String> {
 }
 
 /// Adds picture and table of all settings, then the details.
-pub fn show(page: &mut Page, result: &SceneResult, charts: &Charts) {
-    page.part(Part::Answer);
+pub fn show(page: &mut Page, result: &SceneResult, charts: &TradeCharts) {
+    page.part(PagePart::Answer);
     if let Some((_, svg)) = charts.first() {
         page.pictures(Layout::Full, &[(svg, chart::CAPTION)]);
     }
     page.table(&table::SHORT, &table::short(result));
-    page.part(Part::Results);
+    page.part(PagePart::Results);
     details(page, result, charts);
     methods(page);
 }
 
-fn details(page: &mut Page, result: &SceneResult, charts: &Charts) {
+fn details(page: &mut Page, result: &SceneResult, charts: &TradeCharts) {
     page.heading(&format!("{}: details", result.name));
     page.paragraph(&format!(
         "{} bodies move. The exact run takes {:.0} ns of processor time for each collision. Errors grow by {:.2} \
@@ -283,7 +283,7 @@ fn methods(page: &mut Page) {
 }
 
 /// Data files of the results.
-pub fn files(charts: &Charts) -> Vec<&str> {
+pub fn files(charts: &TradeCharts) -> Vec<&str> {
     let fixed = [
         SETTINGS,
         MEASURES,

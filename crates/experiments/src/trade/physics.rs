@@ -6,12 +6,12 @@ use anyhow::Result;
 use carom::{Observer, Scene};
 use carom_runs::{
     measures::{KINDS, Measures, Span, requests},
-    price::{Course, Reached, Setting, State},
+    price::{Course, CourseState, Reached, Setting},
 };
 use carom_tables::Figure;
 
 use super::{
-    curves::{self, Curve, Deviation, deviations},
+    curves::{self, Deviation, TradeCurve, deviations},
     difference::Difference,
 };
 
@@ -30,7 +30,7 @@ pub struct Physics {
     /// Figures of the measures.
     pub figures: Vec<Figure>,
     /// Curves of the measures, with errors.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<TradeCurve>,
     /// Largest number of overlapping pairs at a check.
     pub overlapping: usize,
     /// Deepest overlap at a check, in units of the smaller diameter.
@@ -121,7 +121,7 @@ const PRESSURE: &str = "pressure";
 pub fn measure(
     suited: &Scene,
     setting: &Setting,
-    state: &State,
+    state: &CourseState,
     duration: f64,
     deadline: Instant,
 ) -> Result<Physics> {

@@ -28,7 +28,7 @@ const TURN: [f64; 2] = [2e-4, 0.2];
 
 /// Amount of work.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plan {
+pub struct TradePlan {
     /// Rounds of time measurements; the median is reported.
     pub rounds: u32,
     /// Processor time of one turn in a round (seconds).
@@ -53,7 +53,7 @@ pub struct Plan {
 
 /// What a scene costs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cost {
+pub struct KnobCost {
     /// Time of the exact run for each mean time between two collisions of a body (seconds).
     pub tau: f64,
     /// Time to resume from a state and to predict all bodies (seconds).
@@ -68,9 +68,9 @@ pub struct Cost {
     pub threads: usize,
 }
 
-impl Plan {
+impl TradePlan {
     /// The work that fits into a time (seconds), estimated from the costs of the exact run.
-    pub fn within(seconds: f64, cost: &Cost) -> Self {
+    pub fn within(seconds: f64, cost: &KnobCost) -> Self {
         let settings = cost.settings as f64;
         let each = |share: f64| share * seconds / settings;
         let parallel = |share: f64| each(share) * cost.threads as f64;
@@ -133,7 +133,7 @@ mod tests {
             (0.1, 0.2, 100_000),
             (2.0, 3.0, 1_000_000),
         ] {
-            let cost = Cost {
+            let cost = KnobCost {
                 tau,
                 resume,
                 bodies,
@@ -141,7 +141,7 @@ mod tests {
                 stretch: 2.0,
                 threads: 2,
             };
-            let plan = Plan::within(100.0, &cost);
+            let plan = TradePlan::within(100.0, &cost);
             let settings = 25.0;
             let timing = settings * 2.0 * (f64::from(plan.rounds) * plan.turn + resume);
             let replays = settings * plan.states as f64 * (resume + 2.0 * tau) / 2.0;

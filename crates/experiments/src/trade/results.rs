@@ -1,13 +1,13 @@
 //! The price of each setting in a scene.
 
-use carom_runs::price::{Tally, TimeRatio};
+use carom_runs::price::{ReplayTally, TimeRatio};
 use serde::Serialize;
 
 use super::{
     curves::Deviation,
     difference::Difference,
     effective_error::EffectiveError,
-    knobs::{FAMILIES, Knob, LeftOut},
+    knobs::{FAMILIES, Knob, LeftOutKnob},
     physics::Physics,
 };
 
@@ -19,7 +19,7 @@ pub struct KnobResult {
     /// Processor time of a collision over that of the exact run; `None` if it was not measured.
     pub time: Option<TimeRatio>,
     /// Counts of wrong contacts.
-    pub tally: Tally,
+    pub tally: ReplayTally,
     /// Effective error by reversal; `None` for another model, for a scene that cannot be reversed,
     /// or if the run fails.
     pub effective: Option<EffectiveError>,
@@ -53,7 +53,7 @@ pub struct SceneResult {
     /// Why no run can be reversed, if that is so.
     pub irreversible: Option<String>,
     /// Knobs that do not apply, with the reason.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<LeftOutKnob>,
     /// What could not be measured in the time allowed.
     pub notes: Vec<String>,
     /// The settings; the exact run is the first.
@@ -73,7 +73,7 @@ impl KnobResult {
         Self {
             knob,
             time: None,
-            tally: Tally::default(),
+            tally: ReplayTally::default(),
             effective: None,
             physics: Physics::default(),
             is_skipped: false,
@@ -107,14 +107,14 @@ pub struct Bound {
 
 /// A setting in `summary.json`.
 #[derive(Debug, Clone, Serialize)]
-pub struct Row {
+pub struct TradeRow {
     scene: String,
     family: &'static str,
     setting: String,
     how: String,
     is_exact: bool,
     time_over_exact: Option<TimeRatio>,
-    contacts: Tally,
+    contacts: ReplayTally,
     effective_error_sides: Option<f64>,
     effective_error_is_lower_bound: bool,
     measured_from: f64,
@@ -125,8 +125,8 @@ pub struct Row {
 }
 
 /// The rows of all settings of a scene.
-pub fn rows(result: &SceneResult) -> Vec<Row> {
-    let row = |found: &KnobResult| Row {
+pub fn rows(result: &SceneResult) -> Vec<TradeRow> {
+    let row = |found: &KnobResult| TradeRow {
         scene: result.name.clone(),
         family: FAMILIES[found.knob.family],
         setting: found.knob.name.clone(),

@@ -6,16 +6,18 @@ use anyhow::{Context, Result};
 use carom::Scene;
 use carom_methods::Method;
 use carom_runs::{
-    price::{Log, Setting, State, Tally, TimedRun, add, contacts, interval, time},
+    price::{
+        CourseState, ReplayLog, ReplayTally, Setting, TimedRun, add, contacts, interval, time,
+    },
     progress::Progress,
 };
 use rayon::prelude::*;
 
 use super::{
     effective_error,
-    knobs::{self, Knob, LeftOut},
+    knobs::{self, Knob, LeftOutKnob},
     physics::{self, Physics},
-    plan::{Plan, from_now},
+    plan::{TradePlan, from_now},
     results::{KnobResult, SceneResult},
     states::Chaos,
 };
@@ -38,7 +40,7 @@ pub struct Prepared<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// States of the exact run.
-    pub states: Vec<State>,
+    pub states: Vec<CourseState>,
     /// End of the run (time), or infinite.
     pub end: f64,
     /// When the time allowed has passed: what has not begun then is left out.
@@ -54,7 +56,7 @@ impl Prepared<'_> {
     ///
     /// # Errors
     /// The first state cannot be resumed.
-    pub fn knobs(&self) -> Result<(Vec<Knob>, Vec<LeftOut>)> {
+    pub fn knobs(&self) -> Result<(Vec<Knob>, Vec<LeftOutKnob>)> {
         let first = self
             .states
             .first()
@@ -71,7 +73,7 @@ impl Prepared<'_> {
 ///
 /// # Errors
 /// The exact run fails.
-pub fn of_scene(given: Prepared<'_>, plan: &Plan, progress: &Progress) -> Result<SceneResult> {
+pub fn of_scene(given: Prepared<'_>, plan: &TradePlan, progress: &Progress) -> Result<SceneResult> {
     let (knobs, left_out) = given.knobs()?;
     let first = &given.states[0];
     let simulation = Setting::default().resume(first.checkpoint())?;
@@ -114,7 +116,7 @@ pub fn of_scene(given: Prepared<'_>, plan: &Plan, progress: &Progress) -> Result
             "{judged} of {states} states were replayed in the time allowed"
         ));
     }
-    let times = given.states.iter().map(State::time);
+    let times = given.states.iter().map(CourseState::time);
     let span = times.fold([f64::INFINITY, 0.0], |[low, high], time| {
         [time.min(low), time.max(high)]
     });
@@ -138,7 +140,7 @@ pub fn of_scene(given: Prepared<'_>, plan: &Plan, progress: &Progress) -> Result
 /// collisions (nanoseconds), and the length of its turns (τ).
 fn times(
     given: &Prepared<'_>,
-    plan: &Plan,
+    plan: &TradePlan,
     found: &mut [KnobResult],
     progress: &Progress,
 ) -> Result<(f64, f64)> {
@@ -185,9 +187,9 @@ fn times(
 }
 
 /// The exact contacts from all states, as far as the time reaches.
-fn exact_logs(given: &Prepared<'_>, plan: &Plan) -> Result<Vec<Option<Log>>> {
+fn exact_logs(given: &Prepared<'_>, plan: &TradePlan) -> Result<Vec<Option<ReplayLog>>> {
     let deadline = from_now(2.0 * plan.replay_seconds);
-    let log = |(index, state): (usize, &State)| {
+    let log = |(index, state): (usize, &CourseState)| {
         if index > 0 && Instant::now() >= deadline {
             return Ok(None);
         }
@@ -209,7 +211,7 @@ fn exact_logs(given: &Prepared<'_>, plan: &Plan) -> Result<Vec<Option<Log>>> {
 }
 
 /// Length of a replay (time), which ends with the run.
-fn replay_length(given: &Prepared<'_>, state: &State) -> f64 {
+fn replay_length(given: &Prepared<'_>, state: &CourseState) -> f64 {
     (given.chaos.stretch * state.tau)
         .min(given.end - state.time())
         .max(0.0)
@@ -217,9 +219,14 @@ fn replay_length(given: &Prepared<'_>, state: &State) -> f64 {
 
 /// Replays a setting from all states, or from as many as fit into its time. A replay that fails is
 /// not counted.
-fn replays(given: &Prepared<'_>, exact: &[Option<Log>], plan: &Plan, found: &mut KnobResult) {
+fn replays(
+    given: &Prepared<'_>,
+    exact: &[Option<ReplayLog>],
+    plan: &TradePlan,
+    found: &mut KnobResult,
+) {
     let deadline = from_now(plan.replay_seconds);
-    let mut tally = Tally::default();
+    let mut tally = ReplayTally::default();
     let mut failed = 0;
     for (state, exact) in given.states.iter().zip(exact) {
         let Some(exact) = exact else { continue };
@@ -257,7 +264,7 @@ fn replays(given: &Prepared<'_>, exact: &[Option<Log>], plan: &Plan, found: &mut
 }
 
 /// The effective error, where runs can be reversed and the setting is not another model.
-fn reversals(given: &Prepared<'_>, plan: &Plan, found: &mut KnobResult) {
+fn reversals(given: &Prepared<'_>, plan: &TradePlan, found: &mut KnobResult) {
     if given.chaos.irreversible.is_some() || found.knob.is_model() || found.tally.intervals == 0 {
         return;
     }
@@ -270,7 +277,7 @@ fn reversals(given: &Prepared<'_>, plan: &Plan, found: &mut KnobResult) {
 }
 
 /// Length of the measures (time), which end with the run.
-fn physics_duration(given: &Prepared<'_>, plan: &Plan) -> f64 {
+fn physics_duration(given: &Prepared<'_>, plan: &TradePlan) -> f64 {
     let first = &given.states[0];
     (plan.physics * first.tau).min(given.end - first.time())
 }
@@ -279,9 +286,9 @@ fn physics_duration(given: &Prepared<'_>, plan: &Plan) -> f64 {
 /// for a shorter time.
 fn measures(
     suited: &Scene,
-    first: &State,
+    first: &CourseState,
     duration: f64,
-    plan: &Plan,
+    plan: &TradePlan,
     found: &mut KnobResult,
 ) -> Result<Physics> {
     if found.tally.intervals == 0 {
@@ -309,7 +316,7 @@ fn measures(
 ///
 /// # Errors
 /// The state cannot be resumed.
-pub fn resume_seconds(scene: &Scene, state: &State) -> Result<f64> {
+pub fn resume_seconds(scene: &Scene, state: &CourseState) -> Result<f64> {
     let clock = Instant::now();
     let mut course = carom_runs::price::Course::resume(scene, &Setting::default(), state)?;
     course.run_to(state.time() + 1e-6 * state.tau, &mut (), from_now(60.0))?;

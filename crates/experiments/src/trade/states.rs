@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 use carom::Scene;
 use carom_runs::{
-    price::{Course, GROWTH, MAX_REPLAY, Reached, Setting, State, contacts, growth, mean_time},
+    price::{
+        Course, CourseState, GROWTH, MAX_REPLAY, Reached, Setting, contacts, growth, mean_time,
+    },
     run::measured_from,
 };
 
@@ -96,7 +98,7 @@ impl<'a> Along<'a> {
     ///
     /// # Errors
     /// The run fails.
-    pub fn take(&mut self, scene: &Scene, count: usize, seconds: f64) -> Result<Vec<State>> {
+    pub fn take(&mut self, scene: &Scene, count: usize, seconds: f64) -> Result<Vec<CourseState>> {
         let begin = self.course.time();
         let last = self.end.min(
             scene
@@ -117,7 +119,7 @@ impl<'a> Along<'a> {
     ///
     /// # Errors
     /// The run fails.
-    pub fn take_soon(&mut self, count: usize, seconds: f64) -> Result<Vec<State>> {
+    pub fn take_soon(&mut self, count: usize, seconds: f64) -> Result<Vec<CourseState>> {
         self.take_apart(count, 0.0, self.end, seconds)
     }
 
@@ -128,7 +130,7 @@ impl<'a> Along<'a> {
         apart: f64,
         last: f64,
         seconds: f64,
-    ) -> Result<Vec<State>> {
+    ) -> Result<Vec<CourseState>> {
         let deadline = Instant::now() + Duration::from_secs_f64(seconds.max(0.0));
         // Replays do not overlap.
         let apart = apart.max(MAX_REPLAY * self.tau);
@@ -196,7 +198,7 @@ pub struct Chaos {
 ///
 /// # Errors
 /// The exact run fails.
-pub fn chaos(scene: &Scene, states: &[State], deadline: Instant) -> Result<Chaos> {
+pub fn chaos(scene: &Scene, states: &[CourseState], deadline: Instant) -> Result<Chaos> {
     let Some(first) = states.first() else {
         anyhow::bail!("the run has no state to start from")
     };

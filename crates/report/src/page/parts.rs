@@ -6,7 +6,7 @@ use super::escape;
 
 /// A part of a page. Pages show them in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Part {
+pub enum PagePart {
     /// The answer: what carries the verdict, such as two charts or a summary table.
     Answer,
     /// The moving picture.
@@ -21,7 +21,7 @@ pub enum Part {
     Checks,
 }
 
-impl Part {
+impl PagePart {
     const ALL: [Self; 6] = [
         Self::Answer,
         Self::Motion,
@@ -59,14 +59,14 @@ enum Block {
 
 /// The contents of all parts.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Parts([Vec<Block>; Part::ALL.len()]);
+pub(super) struct PageParts([Vec<Block>; PagePart::ALL.len()]);
 
-impl Parts {
-    pub(super) fn heading(&mut self, part: Part, level: u8, text: &str) {
+impl PageParts {
+    pub(super) fn heading(&mut self, part: PagePart, level: u8, text: &str) {
         self.0[part as usize].push(Block::Heading(level, text.to_owned()));
     }
 
-    pub(super) fn push(&mut self, part: Part, html: &str) {
+    pub(super) fn push(&mut self, part: PagePart, html: &str) {
         match self.0[part as usize].last_mut() {
             Some(Block::Html(last)) => last.push_str(html),
             _ => self.0[part as usize].push(Block::Html(html.to_owned())),
@@ -76,7 +76,7 @@ impl Parts {
     /// The parts in their order; one without content is left out, and so is a heading without.
     pub(super) fn html(&self) -> String {
         let mut html = String::new();
-        for part in Part::ALL {
+        for part in PagePart::ALL {
             let blocks = &self.0[part as usize];
             if !blocks.iter().any(|block| matches!(block, Block::Html(_))) {
                 continue;
@@ -131,14 +131,14 @@ mod tests {
 
     #[test]
     fn parts_have_one_order_and_headings_without_content_are_left_out() {
-        let mut parts = Parts::default();
-        parts.push(Part::Checks, "<p>checks</p>");
-        parts.heading(Part::Results, 2, "Empty");
-        parts.heading(Part::Results, 2, "Outer");
-        parts.heading(Part::Results, 3, "Inner & more");
-        parts.push(Part::Results, "<p>results</p>");
-        parts.heading(Part::Results, 3, "Last");
-        parts.push(Part::Answer, "<p>answer</p>");
+        let mut parts = PageParts::default();
+        parts.push(PagePart::Checks, "<p>checks</p>");
+        parts.heading(PagePart::Results, 2, "Empty");
+        parts.heading(PagePart::Results, 2, "Outer");
+        parts.heading(PagePart::Results, 3, "Inner & more");
+        parts.push(PagePart::Results, "<p>results</p>");
+        parts.heading(PagePart::Results, 3, "Last");
+        parts.push(PagePart::Answer, "<p>answer</p>");
         let html = parts.html();
         let at = |text: &str| {
             html.find(text)

@@ -2,7 +2,7 @@
 
 use std::{collections::HashSet, fmt::Write as _};
 
-use super::{Ink, Mark, Panel, Point, ROW, Vertical};
+use super::{Ink, MarkedPoint, Panel, PanelMark, ROW, Vertical};
 use crate::svg::Svg;
 
 /// Least distance of two marks in a row that are drawn one by one (pixels).
@@ -40,9 +40,9 @@ impl Place<'_> {
         (self.panel.x.range.0..=self.panel.x.range.1).contains(&x)
     }
 
-    pub(super) fn draw(&self, mark: &Mark, svg: &mut Svg) {
+    pub(super) fn draw(&self, mark: &PanelMark, svg: &mut Svg) {
         match mark {
-            Mark::Line(ink, stroke, points) => {
+            PanelMark::Line(ink, stroke, points) => {
                 let points = points.iter().filter(|(x, y)| !x.is_nan() && !y.is_nan());
                 svg.line(
                     points.map(|&(x, y)| (self.x(x), self.y(y))),
@@ -50,17 +50,17 @@ impl Place<'_> {
                     stroke.style(),
                 );
             }
-            Mark::Span(ink, from, to) => {
+            PanelMark::Span(ink, from, to) => {
                 self.rectangle((*from, *to), (self.top, self.bottom), *ink, svg);
             }
-            Mark::Uprights(ink, stroke, times) => {
+            PanelMark::Uprights(ink, stroke, times) => {
                 let lines = self.apart(times).fold(String::new(), |mut path, x| {
                     let _ = write!(path, "M{x:.1} {:.1}V{:.1}", self.top, self.bottom);
                     path
                 });
                 svg.path(&lines, *ink, stroke.style());
             }
-            Mark::Points(ink, point, places) => {
+            PanelMark::Points(ink, point, places) => {
                 // Points that cover each other are drawn once.
                 let mut drawn = HashSet::new();
                 for (x, y) in places.iter().filter(|(x, _)| self.is_inside(*x)) {
@@ -70,13 +70,13 @@ impl Place<'_> {
                     }
                 }
             }
-            Mark::Bars(ink, row, bars) => {
+            PanelMark::Bars(ink, row, bars) => {
                 let (top, bottom) = (self.row(*row) + 5.0, self.row(*row) + ROW - 5.0);
                 for &(from, to) in bars {
                     self.rectangle((from, to), (top, bottom), *ink, svg);
                 }
             }
-            Mark::Ticks(ink, row, times) => {
+            PanelMark::Ticks(ink, row, times) => {
                 self.ticks(
                     *ink,
                     (self.row(*row) + 5.0, self.row(*row) + ROW - 5.0),
@@ -84,11 +84,11 @@ impl Place<'_> {
                     svg,
                 );
             }
-            Mark::Answer(ink, row, time) if self.is_inside(*time) => {
+            PanelMark::Answer(ink, row, time) if self.is_inside(*time) => {
                 let middle = self.row(*row) + 0.5 * ROW;
-                Point::Diamond.draw((self.x(*time), middle), *ink, svg);
+                MarkedPoint::Diamond.draw((self.x(*time), middle), *ink, svg);
             }
-            Mark::Answer(..) => {}
+            PanelMark::Answer(..) => {}
         }
     }
 

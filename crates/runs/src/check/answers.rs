@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::{
     aligned::{bytes, duration, short, table},
-    contents::Contents,
-    trial::Estimate,
+    contents::CheckedContents,
+    trial::TrialEstimate,
 };
 use crate::run::stages;
 
@@ -42,8 +42,8 @@ impl Answers {
     /// `speed` is the mean speed of the bodies that move (length / time).
     pub(super) fn new(
         scene: &Scene,
-        contents: &Contents,
-        estimate: &Estimate,
+        contents: &CheckedContents,
+        estimate: &TrialEstimate,
         speed: Option<f64>,
     ) -> Self {
         let run = &scene.run;
@@ -70,8 +70,8 @@ impl Answers {
     /// The lines for a terminal, without the head.
     pub(super) fn lines(
         &self,
-        contents: &Contents,
-        estimate: &Estimate,
+        contents: &CheckedContents,
+        estimate: &TrialEstimate,
         method: &str,
         tiles: &str,
     ) -> String {

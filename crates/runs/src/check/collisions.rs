@@ -43,7 +43,7 @@ const MIN_COLLISIONS: f64 = 10.0;
 
 /// The number of collisions in a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Expected {
+pub(super) struct ExpectedCollisions {
     /// The number; `None` without thermal motion.
     pub(super) number: Option<f64>,
     /// Whether theory predicts it, to a few per cent; else it is an estimate.
@@ -67,7 +67,7 @@ struct Kind {
     turning: [f64; 2],
 }
 
-impl Expected {
+impl ExpectedCollisions {
     /// The number of collisions until the end of the run, from the state at its start.
     pub(super) fn new(scene: &Scene, view: &View<'_>) -> Self {
         let kinds = kinds(view);
@@ -312,11 +312,11 @@ mod tests {
     use carom_methods::AnySimulation;
 
     /// Expected and found collisions of a scene.
-    fn compare(text: &str, until: f64) -> (Expected, f64) {
+    fn compare(text: &str, until: f64) -> (ExpectedCollisions, f64) {
         let mut scene = Scene::from_toml(text).unwrap();
         scene.run.until = until;
         let mut simulation = AnySimulation::new(&scene).unwrap();
-        let expected = Expected::new(&scene, &simulation.view());
+        let expected = ExpectedCollisions::new(&scene, &simulation.view());
         simulation.run_until(until).unwrap();
         let found = simulation.view().counters().collisions as f64;
         let ratio = expected.number.unwrap() / found;
@@ -396,7 +396,7 @@ mod tests {
     #[test]
     fn without_thermal_motion_there_is_no_number() {
         let scene = Scene::from_toml("[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]\n").unwrap();
-        let expected = Expected::new(&scene, &AnySimulation::new(&scene).unwrap().view());
+        let expected = ExpectedCollisions::new(&scene, &AnySimulation::new(&scene).unwrap().view());
         assert_eq!(expected.number, None);
     }
 }

@@ -20,7 +20,7 @@ const MAX_KINDS: usize = 8;
 
 /// What is in a scene at its start.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Contents {
+pub(super) struct CheckedContents {
     /// Sides of the box (length).
     sides: [f64; 2],
     seed: u64,
@@ -69,7 +69,7 @@ struct Equal<'a> {
     body: &'a Body,
 }
 
-impl Contents {
+impl CheckedContents {
     pub(super) fn new(scene: &Scene, view: &View<'_>) -> Self {
         let (mut moving, mut turning, mut area) = (0, 0, 0.0);
         let mut groups: BTreeMap<Group<'_>, HashMap<[u64; 3], Equal<'_>>> = BTreeMap::new();
@@ -288,9 +288,9 @@ mod tests {
     use super::*;
     use carom_methods::AnySimulation;
 
-    fn contents(text: &str) -> Contents {
+    fn contents(text: &str) -> CheckedContents {
         let scene = Scene::from_toml(text).unwrap();
-        Contents::new(&scene, &AnySimulation::new(&scene).unwrap().view())
+        CheckedContents::new(&scene, &AnySimulation::new(&scene).unwrap().view())
     }
 
     #[test]

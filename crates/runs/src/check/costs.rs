@@ -4,7 +4,7 @@ use carom::{Scene, View, engine::Body};
 use carom_methods::Method;
 use serde::Serialize;
 
-use super::contents::Contents;
+use super::contents::CheckedContents;
 use crate::{
     measures::Measures,
     run::stages,
@@ -25,7 +25,7 @@ pub(super) fn costs(
     scene: &Scene,
     view: &View<'_>,
     measures: &Measures,
-    contents: &Contents,
+    contents: &CheckedContents,
 ) -> Vec<Cost> {
     vec![
         molecules(view, contents),
@@ -52,7 +52,7 @@ fn cost(what: &'static str, paid: Option<String>, free: &str) -> Cost {
     }
 }
 
-fn molecules(view: &View<'_>, contents: &Contents) -> Cost {
+fn molecules(view: &View<'_>, contents: &CheckedContents) -> Cost {
     let bodies = || {
         view.bodies()
             .map(|view| view.body)
@@ -180,7 +180,12 @@ mod tests {
             simulation.view(),
             Measures::new(&scene, &simulation.view()).unwrap(),
         );
-        let all = costs(&scene, &view, &measures, &Contents::new(&scene, &view));
+        let all = costs(
+            &scene,
+            &view,
+            &measures,
+            &CheckedContents::new(&scene, &view),
+        );
         all.into_iter()
             .map(|cost| (cost.what, cost.is_paid, cost.words))
             .collect()

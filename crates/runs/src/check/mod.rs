@@ -23,11 +23,11 @@ use serde::Serialize;
 use self::{
     aligned::{bytes, duration, short, table},
     answers::{Answers, mean_speed},
-    collisions::Expected,
-    contents::Contents,
+    collisions::ExpectedCollisions,
+    contents::CheckedContents,
     costs::Cost,
     limits::Limit,
-    trial::{Estimate, Trial},
+    trial::{Trial, TrialEstimate},
     unplaced::Unplaced,
 };
 use crate::{
@@ -36,12 +36,12 @@ use crate::{
     measures::Measures,
     print_line,
     remarks::remarks,
-    run::{self, SceneFile, continued, parent::Parent, placement::Placement},
+    run::{self, SceneFile, continued, parent::Parent, placement::BodyPlacement},
 };
 
 /// Options of `carom check`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct CheckOptions {
     /// The scene file and changes to it
     #[command(flatten)]
     pub file: SceneFile,
@@ -60,13 +60,13 @@ struct Report {
     price: Option<&'static str>,
     /// What is most likely not meant.
     remarks: Vec<String>,
-    contents: Contents,
+    contents: CheckedContents,
     costs: Vec<Cost>,
     limits: Vec<Limit>,
     /// Tiles that several threads can run, or the reason why there are none.
     tiles: String,
-    expected: Expected,
-    estimate: Estimate,
+    expected: ExpectedCollisions,
+    estimate: TrialEstimate,
     answers: Answers,
 }
 
@@ -75,7 +75,7 @@ struct Report {
 ///
 /// # Errors
 /// The scene is invalid or cannot run, with the words of `carom run`.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &CheckOptions) -> Result<Verdict> {
     let file = &options.file;
     let parent = Parent::find(file.from.as_deref(), Path::new(""), false)?;
     let scene = file.read(parent.as_ref())?;
@@ -128,9 +128,12 @@ fn report(
     simulation.set_tiling(&method.tiling(threads));
     let tiles = format!("{}, on {threads} threads", simulation.tile_use());
     let view = simulation.view();
-    let contents = Contents::new(scene, &view);
+    let contents = CheckedContents::new(scene, &view);
     let costs = costs::costs(scene, &view, &measures, &contents);
-    let (limits, expected) = (limits::limits(scene, &view), Expected::new(scene, &view));
+    let (limits, expected) = (
+        limits::limits(scene, &view),
+        ExpectedCollisions::new(scene, &view),
+    );
     let speed = mean_speed(&view);
     let mut all_measured = Measures::new(&measured(scene), &view)?;
     let trial = Trial::run(&mut simulation, &mut all_measured, scene.run.until)?;
@@ -163,7 +166,7 @@ const STAND_IN: &str = "The run grows or relaxes its gas first, which takes long
 fn placed(scene: &Scene, method: &Method) -> Result<(AnySimulation, bool)> {
     let (signals, mut store) = (Signals::default(), |_: &_| Ok(()));
     let mut place =
-        |scene: &Scene| Placement::new(method, &signals, NEVER, &mut store).place(scene);
+        |scene: &Scene| BodyPlacement::new(method, &signals, NEVER, &mut store).place(scene);
     let start = &scene.start;
     let is_plain = start.placement != Some(Start::Grown) && start.relax.is_none();
     if start.from.is_some() || start.placement == Some(Start::Lattice) && start.relax.is_none() {
@@ -183,7 +186,7 @@ fn placed(scene: &Scene, method: &Method) -> Result<(AnySimulation, bool)> {
 /// The number of collisions until the end of a run that theory expects, from the state at its
 /// start; `None` without thermal motion.
 pub fn expected_collisions(scene: &Scene, view: &View<'_>) -> Option<f64> {
-    Expected::new(scene, view).number
+    ExpectedCollisions::new(scene, view).number
 }
 
 /// The scene with all of its run measured, so that a short trial has the cost of the measures.

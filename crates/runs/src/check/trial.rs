@@ -6,7 +6,7 @@ use carom_methods::AnySimulation;
 use cpu_time::ProcessTime;
 use serde::Serialize;
 
-use super::{actions::Actions, contents::Contents};
+use super::{actions::Actions, contents::CheckedContents};
 use crate::{checkpoint_file::encode, measures::Measures, sampling_times::sampling_count};
 
 /// Processor time of the trial (seconds).
@@ -46,7 +46,7 @@ pub(super) struct Trial {
 
 /// What the run will take.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Estimate {
+pub(super) struct TrialEstimate {
     /// Contacts in the trial, and the simulated time that they took.
     pub(super) trial_collisions: u64,
     pub(super) trial_time: f64,
@@ -191,8 +191,8 @@ impl Trial {
         simulation: &mut AnySimulation,
         measures: &Measures,
         scene: &Scene,
-        contents: &Contents,
-    ) -> Result<Estimate> {
+        contents: &CheckedContents,
+    ) -> Result<TrialEstimate> {
         let collisions = self.collisions(simulation);
         let actions = Actions::new(simulation, scene)?;
         let memory = simulation.heap_bytes() as u64;
@@ -214,7 +214,7 @@ impl Trial {
             })
         };
         let state = encode(&simulation.end_epoch_here())?.len() + encode(measures)?.len();
-        Ok(Estimate {
+        Ok(TrialEstimate {
             trial_collisions: self.contacts,
             trial_time: self.simulated,
             is_whole_run: self.is_whole,

@@ -27,7 +27,7 @@ type Places = [Option<usize>; COLUMNS.len()];
 
 /// One frame.
 #[derive(Debug, Default)]
-pub(super) struct Frame {
+pub(super) struct TrajectoryFrame {
     /// Time of the snapshot.
     pub(super) time: f64,
     /// Sides of the box along x and y (length).
@@ -84,7 +84,7 @@ impl<R: BufRead> Frames<R> {
     ///
     /// # Errors
     /// The file cannot be read or is not such a trajectory; the message names the line.
-    pub(super) fn read(&mut self, frame: &mut Frame) -> Result<bool> {
+    pub(super) fn read(&mut self, frame: &mut TrajectoryFrame) -> Result<bool> {
         if !self.next_line()? {
             return Ok(false);
         }
@@ -136,7 +136,7 @@ impl<R: BufRead> Frames<R> {
     }
 
     /// Parses the comment line and returns the places of the columns.
-    fn comment(&self, frame: &mut Frame) -> Result<Places> {
+    fn comment(&self, frame: &mut TrajectoryFrame) -> Result<Places> {
         let entries = entries(&self.line)?;
         let entry = |name: &str| {
             entries

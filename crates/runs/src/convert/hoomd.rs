@@ -12,7 +12,7 @@ use std::io::{Seek, Write};
 use anyhow::{Context, Result, ensure};
 
 use super::{
-    frames::{AtomLine, Frame},
+    frames::{AtomLine, TrajectoryFrame},
     gsd::{Data, Writer},
 };
 
@@ -46,7 +46,7 @@ impl<'a, W: Write + Seek> Trajectory<'a, W> {
     ///
     /// # Errors
     /// A number is too large or too small for single precision, or the file cannot be written.
-    pub(super) fn write(&mut self, frame: &Frame) -> Result<()> {
+    pub(super) fn write(&mut self, frame: &TrajectoryFrame) -> Result<()> {
         let constant = constant(frame)?;
         self.file
             .chunk("configuration/step", &Data::U64(vec![self.step]), 1)?;
@@ -76,7 +76,7 @@ impl<'a, W: Write + Seek> Trajectory<'a, W> {
 }
 
 /// The chunks that mostly do not change from frame to frame.
-fn constant(frame: &Frame) -> Result<Vec<Chunk>> {
+fn constant(frame: &TrajectoryFrame) -> Result<Vec<Chunk>> {
     let [x, y] = [single(frame.sides[0])?, single(frame.sides[1])?];
     ensure!(
         x > 0.0 && y > 0.0,
@@ -169,7 +169,7 @@ fn shapes(atoms: &[AtomLine], kinds: u32) -> Vec<String> {
 }
 
 /// The chunks of every frame.
-fn changing(frame: &Frame) -> Result<Vec<Chunk>> {
+fn changing(frame: &TrajectoryFrame) -> Result<Vec<Chunk>> {
     let (mut positions, mut images) = (Vec::new(), Vec::new());
     let (mut velocities, mut orientations) = (Vec::new(), Vec::new());
     for atom in &frame.atoms {

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::frames::Frame;
+use super::frames::TrajectoryFrame;
 
 /// Writes a frame with its number, from 0, as the time step.
 ///
@@ -14,7 +14,7 @@ use super::frames::Frame;
 ///
 /// The head of a frame has the nine lines that all readers know. MDAnalysis counts them, so that
 /// the optional section `ITEM: TIME` of LAMMPS would shift its frames.
-pub(super) fn write(frame: &Frame, step: u64, out: &mut impl Write) -> io::Result<()> {
+pub(super) fn write(frame: &TrajectoryFrame, step: u64, out: &mut impl Write) -> io::Result<()> {
     let [x, y] = frame.sides;
     let half = 0.5 * frame.thickness;
     writeln!(out, "ITEM: TIMESTEP\n{step}")?;

@@ -22,11 +22,11 @@ use carom_tables::Verdict;
 use clap::Args;
 
 use crate::{console::put, output::write_streamed, print_line, progress::Progress};
-use frames::{Frame, Frames};
+use frames::{Frames, TrajectoryFrame};
 
 /// Options of `carom convert`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct ConvertOptions {
     /// Trajectory of a run, extended XYZ; or a table of numbers, .csv, for an array
     #[arg(value_name = "IN")]
     pub input: PathBuf,
@@ -40,7 +40,7 @@ pub struct Options {
 ///
 /// # Errors
 /// See [`convert`].
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &ConvertOptions) -> Result<Verdict> {
     let frames = convert(&options.input, &options.output)?;
     put("frames", &frames);
     put("output", &options.output);
@@ -130,7 +130,7 @@ enum Format {
 impl Format {
     /// Writes all frames and returns their number.
     fn write(self, frames: &mut Frames<BufReader<File>>, out: &mut BufWriter<File>) -> Result<u64> {
-        let mut frame = Frame::default();
+        let mut frame = TrajectoryFrame::default();
         let mut count = 0;
         let progress = Progress::items("frames", None);
         match self {

@@ -8,7 +8,7 @@ use std::io::{BufRead, Seek, SeekFrom, Write};
 
 use anyhow::{Context as _, Result, ensure};
 
-use super::frames::Frame;
+use super::frames::TrajectoryFrame;
 
 /// Digits that are left for the number of rows: any that fits into 64 bits.
 const DIGITS: usize = 20;
@@ -87,7 +87,7 @@ impl<'a, W: Write + Seek> Array<'a, W> {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn frame(&mut self, frame: &Frame, number: u64) -> Result<()> {
+    pub(super) fn frame(&mut self, frame: &TrajectoryFrame, number: u64) -> Result<()> {
         for atom in &frame.atoms {
             let [x, y] = atom.position;
             let [image_x, image_y] = atom.image.map(f64::from);

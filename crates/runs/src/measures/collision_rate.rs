@@ -6,12 +6,12 @@ use carom_tables::{BlockMean, Sums, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, HardDiscs, Kind, Label, Measured, Of, Results, Span, hard_discs::ENSKOG, in_blocks,
-    intervals::IntervalSums, point_bytes, resumed,
+    Context, HardDiscs, Label, MeasureKind, Measured, Of, Results, Span, hard_discs::ENSKOG,
+    in_blocks, intervals::IntervalSums, point_bytes, resumed,
 };
 use crate::{append_file::AppendFiles, series::RATES};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "collision-rate",
     summary: "collisions per body in each interval between samples",
     of: Of::System,

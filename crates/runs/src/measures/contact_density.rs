@@ -5,10 +5,11 @@ use carom::{ContactDensity, engine::BodyView, observers::ContactPoint};
 use carom_tables::{BlockMean, Table};
 
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, resumed,
+    Context, Default, MeasureKind, Measured, Of, Parameter, Results, Selection, Span, in_blocks,
+    resumed,
 };
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "contact-density",
     summary: "contacts of the discs of a gas along the boundary of the only body with the tag",
     of: Of::OneBody,

@@ -4,11 +4,11 @@ use carom::TimeCorrelation;
 use carom_tables::{BlockMean, Figure, Table};
 
 use super::{
-    Context, Kind, MAX_LAG, Measured, Of, Results, Span,
+    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span,
     hard_discs::SONINE,
     in_blocks, resumed,
     slope::Slope,
-    transport::{Curve, MIN_PAIRS, Plateau, Taken, Value},
+    transport::{MIN_PAIRS, Plateau, Taken, TransportCurve, TransportValue},
 };
 
 /// The autocorrelation is compared with its exponential up to this many mean free times; later the
@@ -23,7 +23,7 @@ const SLOPE_TO: f64 = 40.0;
 /// Source of the fourth moment: at short lags the displacements are not Gaussian.
 const DIFFUSION: &str = "approximation, long lags: diffusion equation";
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "correlation",
     summary: "mean squared displacement and velocity autocorrelation against the lag",
     of: Of::Group,
@@ -87,7 +87,7 @@ impl Measured for TimeCorrelation {
             "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",
         ));
         let mut figures: Vec<Figure> = diffusion(&lags, &squares, context).into_iter().collect();
-        let curve = |means| Curve {
+        let curve = |means| TransportCurve {
             lags: &lags,
             means,
             blocks: context.blocks,
@@ -115,7 +115,7 @@ impl Measured for TimeCorrelation {
 /// proportion to the lag; in two dimensions it grows slowly with the lag and with the box.
 fn at_long_lags(plateau: &Plateau, context: &Context<'_>) -> Figure {
     let Plateau {
-        slope: Value {
+        slope: TransportValue {
             value,
             standard_error,
         },
@@ -129,7 +129,7 @@ fn at_long_lags(plateau: &Plateau, context: &Context<'_>) -> Figure {
 }
 
 /// The diffusion coefficient as half the integral of the velocity autocorrelation.
-fn of_velocities((integral, until): (Value, f64), context: &Context<'_>) -> Figure {
+fn of_velocities((integral, until): (TransportValue, f64), context: &Context<'_>) -> Figure {
     let name = context.named(&format!(
         "diffusion coefficient from velocities, up to lag {until:.3}"
     ));

@@ -5,7 +5,7 @@ use carom_report::molecule_picture::name;
 use carom_tables::{BlockMean, Figure, Table, chi_square::ChiSquare};
 
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Span,
+    Context, Default, MeasureKind, Measured, Of, Parameter, Results, Span,
     billiard::{ARCS, Billiard},
     in_blocks,
     known::Known,
@@ -15,7 +15,7 @@ use super::{
 /// Most atoms whose shares are figures of their own.
 const MAX_ATOMS: usize = 16;
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "directions",
     summary: "directions of the impulses on the bodies of a group, each in its own frame",
     of: Of::Group,

@@ -3,9 +3,9 @@
 use carom::observers::Drift;
 use carom_tables::{BlockMean, Figure};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, known::Known, resumed};
+use super::{Context, MeasureKind, Measured, Of, Results, Span, in_blocks, known::Known, resumed};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "drift",
     summary: "mean force, torque, velocity and spin of the only body with the tag, in its own frame",
     of: Of::OneBody,

@@ -4,10 +4,12 @@ use anyhow::Result;
 use carom::{EnergyLedger, observers::LedgerPoint};
 use carom_tables::{BlockMean, Table, Totals};
 
-use super::{Context, Kind, Label, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
+use super::{
+    Context, Label, MeasureKind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed,
+};
 use crate::{append_file::AppendFiles, series::ENERGY};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "energy",
     summary: "energy, ledger and momentum at each sample; always checked",
     of: Of::System,

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use crate::{record::MeasureRecord, run::stages, sampling_times::sampling_count};
 
 use super::{
-    Context, HardDiscs, Kind, Label, Measure, Request, Results, Selection, Span, correlation,
-    heat_conductivity, overlap, request::find, viscosity,
+    Context, HardDiscs, Label, Measure, MeasureKind, Request, Results, Selection, Span,
+    correlation, heat_conductivity, overlap, request::find, viscosity,
 };
 
 /// Samples of the run after which it is judged for the first time whether it has settled. Fewer:
@@ -29,7 +29,7 @@ const JOINED: [usize; 2] = [2, 4];
 /// A measure in progress.
 pub(super) struct Entry {
     pub(super) head: Head,
-    pub(super) kind: &'static Kind,
+    pub(super) kind: &'static MeasureKind,
     pub(super) measure: Box<dyn Measure>,
 }
 
@@ -286,7 +286,7 @@ impl Entry {
 
     /// Begins the measurement anew with the present sample, to be judged when it has twice as many
     /// samples as this one.
-    pub(super) fn begin_anew(&mut self, mut fresh: Self, view: &View<'_>) {
+    pub(super) fn start_anew(&mut self, mut fresh: Self, view: &View<'_>) {
         fresh.head.from = view.time().to_f64();
         fresh.head.judged_at = self.head.judged_at.map(|at| 2 * at);
         *self = fresh;

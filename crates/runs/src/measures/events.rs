@@ -4,10 +4,12 @@ use anyhow::Result;
 use carom::observers::{ContactLog, TagFilter};
 use carom_tables::BlockMean;
 
-use super::{Context, Kind, Label, Measured, Of, Results, Selection, Span, in_blocks, resumed};
+use super::{
+    Context, Label, MeasureKind, Measured, Of, Results, Selection, Span, in_blocks, resumed,
+};
 use crate::{append_file::AppendFiles, series::EVENTS};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "events",
     summary: "every contact: time, bodies, place, normal, impulse, relative velocity (0.2 kB each)",
     of: Of::Pair,

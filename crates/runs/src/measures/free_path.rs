@@ -1,10 +1,10 @@
 //! `free-path`: lengths of the flights of a group between contacts.
 
-use carom::observers::{Distribution, FreePaths};
+use carom::observers::{AdaptiveHistogram, FreePaths};
 use carom_tables::{BlockMean, Table};
 
 use super::{
-    Context, Default, HardDiscs, Kind, Measured, Of, Parameter, Results, Selection, Span,
+    Context, Default, HardDiscs, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
     billiard::{Billiard, SANTALO},
     hard_discs::ENSKOG,
     in_blocks,
@@ -12,7 +12,7 @@ use super::{
     range, resumed,
 };
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "free-path",
     summary: "path lengths between successive contacts: their mean and distribution",
     of: Of::Group,
@@ -53,7 +53,7 @@ impl Measured for Known<FreePaths, Option<Billiard>> {
         ]
     }
 
-    fn distributions(&self) -> Vec<Vec<&Distribution>> {
+    fn distributions(&self) -> Vec<Vec<&AdaptiveHistogram>> {
         vec![vec![self.observer.lengths()]]
     }
 

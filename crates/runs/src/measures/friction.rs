@@ -3,9 +3,11 @@
 use carom::observers::Friction;
 use carom_tables::BlockMean;
 
-use super::{Context, Kind, Measured, Of, Results, Span, hard_discs::ENSKOG, in_blocks, resumed};
+use super::{
+    Context, MeasureKind, Measured, Of, Results, Span, hard_discs::ENSKOG, in_blocks, resumed,
+};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "friction",
     summary: "impulses on a group: their mean size per time, and from their squares the short-time (Enskog) friction \
               coefficient, which is not kT/D: the flow around a body returns",

@@ -5,15 +5,15 @@ use carom_tables::{BlockMean, Figure, Sums, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, Kind, MAX_LAG, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks, resumed,
-    slope::Slope,
+    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks,
+    resumed, slope::Slope,
 };
 
 /// The conductivity is the slope of the mean square between these lags (mean free times).
 const SLOPE_FROM: f64 = 5.0;
 const SLOPE_TO: f64 = 20.0;
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "heat-conductivity",
     summary: "heat conductivity of the whole system from the Helfand moment of the energy",
     of: Of::System,

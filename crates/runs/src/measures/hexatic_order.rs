@@ -3,9 +3,9 @@
 use carom::{HexaticOrder, observers::HexaticPoint};
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
+use super::{Context, MeasureKind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "hexatic-order",
     summary: "bond-orientational order ψ6, local and global, at each sample",
     of: Of::Group,

@@ -5,14 +5,15 @@ use carom::observers::ImpulseLog;
 use carom_tables::BlockMean;
 
 use super::{
-    Context, Default, Kind, Label, Measured, Of, Parameter, Results, Span, in_blocks, resumed,
+    Context, Default, Label, MeasureKind, Measured, Of, Parameter, Results, Span, in_blocks,
+    resumed,
 };
 use crate::{append_file::AppendFiles, series::IMPULSES};
 
 /// Its name in `run.observe`.
 pub(crate) const NAME: &str = "impulses";
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: NAME,
     summary: "every impulse on the only body with the tag, as a table",
     of: Of::OneBody,

@@ -8,7 +8,7 @@ use super::{Measure, Selection};
 
 /// A measure that can be asked for by name.
 #[derive(Debug, Clone, Copy)]
-pub struct Kind {
+pub struct MeasureKind {
     /// Its name in `run.observe`, and `kind` of `[[measure]]`.
     pub name: &'static str,
     /// What it measures, in a sentence.
@@ -169,7 +169,7 @@ impl Span {
     }
 }
 
-impl Kind {
+impl MeasureKind {
     /// All parameters that an entry `[[measure]]` may have.
     pub fn all_parameters(&self) -> impl Iterator<Item = &'static Parameter> {
         self.span.parameters().iter().chain(self.parameters)

@@ -4,7 +4,7 @@ use anyhow::Result;
 use carom::{
     CollisionReport, Observer, View,
     engine::Body,
-    observers::{Bins, Distribution},
+    observers::{AdaptiveHistogram, Bins},
 };
 use carom_tables::{
     BlockMean, BlockSums, Blocking, Figure, RunSums, Sums, Table, Totals, block_sums,
@@ -40,7 +40,7 @@ pub trait Measured: Observer + Serialize + DeserializeOwned + Send + 'static {
 
     /// The distributions from the start up to now, those with common bins together; their order
     /// never changes. The density in each bin is a further quantity, after those of [`Self::sums`].
-    fn distributions(&self) -> Vec<Vec<&Distribution>> {
+    fn distributions(&self) -> Vec<Vec<&AdaptiveHistogram>> {
         Vec::new()
     }
 
@@ -285,7 +285,7 @@ struct InBlocks<M> {
     measured: M,
     blocks: BlockSums,
     /// The distributions from the start up to the end of each complete block.
-    distributions: Blocking<Vec<Distribution>>,
+    distributions: Blocking<Vec<AdaptiveHistogram>>,
     /// Whether it has received a sample.
     is_sampled: bool,
 }
@@ -395,11 +395,13 @@ impl<M: Measured> Measure for InBlocks<M> {
 
     fn run_sums(&self) -> RunSums {
         let distributions = self.measured.distributions();
-        let common =
-            |group: &Vec<&Distribution>| vec![Distribution::common_bins(group); group.len()];
+        let common = |group: &Vec<&AdaptiveHistogram>| {
+            vec![AdaptiveHistogram::common_bins(group); group.len()]
+        };
         let bins: Vec<Bins> = distributions.iter().flat_map(common).collect();
-        let at_border =
-            |(sums, copies): (&Sums, &Vec<Distribution>)| with_bins(sums.clone(), copies, &bins);
+        let at_border = |(sums, copies): (&Sums, &Vec<AdaptiveHistogram>)| {
+            with_bins(sums.clone(), copies, &bins)
+        };
         let borders: Vec<Sums> = self
             .blocks
             .borders()
@@ -422,7 +424,7 @@ impl<M: Measured> Measure for InBlocks<M> {
 /// Sums followed by those of the bins of each distribution.
 fn with_bins<'a>(
     mut sums: Sums,
-    distributions: impl IntoIterator<Item = &'a Distribution>,
+    distributions: impl IntoIterator<Item = &'a AdaptiveHistogram>,
     bins: &[Bins],
 ) -> Sums {
     for (distribution, bins) in distributions.into_iter().zip(bins) {

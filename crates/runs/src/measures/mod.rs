@@ -1,6 +1,6 @@
 //! Measures: observers by name, whose results become tables, charts and figures of the page.
 //!
-//! A measure is one file with an observer's [`Measured`] and a [`Kind`], and a line in [`KINDS`].
+//! A measure is one file with an observer's [`Measured`] and a [`MeasureKind`], and a line in [`KINDS`].
 //! Its CSV file, chart with error band and prediction, figures and JSON follow from the tables.
 
 mod billiard;
@@ -61,7 +61,7 @@ use self::kind::{Default, MAX_LAG};
 use self::measured::{Measure, in_blocks, point_bytes, resumed};
 pub use self::{
     hard_discs::{ENSKOG, HardDiscs, LIU},
-    kind::{Kind, Of, Parameter, Span},
+    kind::{MeasureKind, Of, Parameter, Span},
     measured::{Context, Drawing, Label, Measured, Results, file_name},
     request::{Request, requests},
     selection::Selection,
@@ -71,7 +71,7 @@ pub use self::{
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [Kind; 27] = [
+pub const KINDS: [MeasureKind; 27] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -102,7 +102,7 @@ pub const KINDS: [Kind; 27] = [
 ];
 
 /// Measures of every run, whose tables and files are written if the scene asks for them.
-const ALWAYS: [&Kind; 3] = [&energy::KIND, &overlap::KIND, &collision_rate::KIND];
+const ALWAYS: [&MeasureKind; 3] = [&energy::KIND, &overlap::KIND, &collision_rate::KIND];
 
 /// The error of a figure is judged when it comes from at least this number of blocks. Fewer: the
 /// error of the error exceeds 1/√(2 · 32) = 1/8, and runs end where it is small by chance.
@@ -215,7 +215,7 @@ impl Measures {
     ///
     /// # Errors
     /// A measure cannot be begun.
-    pub(crate) fn begin_anew_unless_settled(
+    pub(crate) fn start_anew_unless_settled(
         &mut self,
         scene: &Scene,
         view: &View<'_>,
@@ -236,7 +236,7 @@ impl Measures {
         let Self(fresh) = Self::new(scene, view)?;
         for (entry, fresh) in self.0.iter_mut().zip(fresh) {
             if entry.may_begin_anew() {
-                entry.begin_anew(fresh, view);
+                entry.start_anew(fresh, view);
             }
         }
         Ok(())

@@ -8,11 +8,11 @@ use carom_tables::{BlockMean, Figure, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, Kind, MAX_LAG, Measured, Of, Results, Span, in_blocks, resumed,
-    transport::{Curve, MIN_PAIRS, Plateau, Taken, Value},
+    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span, in_blocks, resumed,
+    transport::{MIN_PAIRS, Plateau, Taken, TransportCurve, TransportValue},
 };
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "orientation",
     summary: "orientational correlations and angular velocity autocorrelation against the lag, and mean orientation",
     of: Of::Group,
@@ -185,13 +185,13 @@ fn rotational_diffusion(
             ..*mean
         })
         .collect();
-    let of_cosines = Curve {
+    let of_cosines = TransportCurve {
         lags,
         means: &cosines,
         blocks: context.blocks,
         of: Taken::MinusLogarithm,
     };
-    let of_products = Curve {
+    let of_products = TransportCurve {
         lags,
         means: products,
         blocks: context.blocks,
@@ -199,10 +199,11 @@ fn rotational_diffusion(
     };
     let decay = of_cosines.plateau(products).map(|plateau| {
         let Plateau {
-            slope: Value {
-                value,
-                standard_error,
-            },
+            slope:
+                TransportValue {
+                    value,
+                    standard_error,
+                },
             between: [begin, end],
             is_constant,
         } = plateau;

@@ -3,9 +3,9 @@
 use carom::OverlapCheck;
 use carom_tables::{BlockMean, Totals};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
+use super::{Context, MeasureKind, Measured, Of, Results, Span, in_blocks, resumed};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "overlap",
     summary: "overlapping pairs at each sample; always checked",
     of: Of::System,

@@ -4,8 +4,8 @@ use carom::PairDistribution;
 use carom_tables::{BlockMean, Figure, Table};
 
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, hard_discs::LIU,
-    in_blocks, resumed,
+    Context, Default, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
+    hard_discs::LIU, in_blocks, resumed,
 };
 
 /// Cutoff of distances in diameters of the largest body of the group, and bins for each diameter.
@@ -19,7 +19,7 @@ const MAX_BINS: f64 = 1e5;
 /// the curvature of ln g.
 const CONTACT_BINS: usize = 5;
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "pair-distribution",
     summary: "pair distribution function g(r) of the centres of mass",
     of: Of::Group,

@@ -10,12 +10,12 @@ use carom_tables::{BlockMean, Sums, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, HardDiscs, Kind, Label, Measured, Of, Results, Span, hard_discs::LIU, in_blocks,
-    intervals::IntervalSums, point_bytes, resumed,
+    Context, HardDiscs, Label, MeasureKind, Measured, Of, Results, Span, hard_discs::LIU,
+    in_blocks, intervals::IntervalSums, point_bytes, resumed,
 };
 use crate::{append_file::AppendFiles, series::PRESSURE};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "pressure",
     summary: "pressure from the virial of the contacts in each interval",
     of: Of::System,

@@ -4,10 +4,11 @@ use carom::PressureTensor;
 use carom_tables::{BlockMean, Table};
 
 use super::{
-    Context, Kind, Measured, Of, Results, Span, hard_discs::LIU, in_blocks, point_bytes, resumed,
+    Context, MeasureKind, Measured, Of, Results, Span, hard_discs::LIU, in_blocks, point_bytes,
+    resumed,
 };
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "pressure-tensor",
     summary: "pressure tensor of the whole system in each interval between samples",
     of: Of::System,

@@ -3,17 +3,17 @@
 use carom::{
     CollisionReport, Observer, ProjectionHistogram,
     engine::Body,
-    observers::{Axis, Distribution},
+    observers::{AdaptiveHistogram, BodyAxis},
 };
 use carom_tables::{BlockMean, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, range,
-    resumed,
+    Context, Default, MeasureKind, Measured, Of, Parameter, Results, Selection, Span, in_blocks,
+    range, resumed,
 };
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "projections",
     summary: "components of the impulses on the only body with the tag, along its own axes",
     of: Of::OneBody,
@@ -44,7 +44,7 @@ impl Projections {
             Some(half_width) => ProjectionHistogram::new(body, axis, half_width, bins),
             None => Ok(ProjectionHistogram::adaptive(body, axis, bins)),
         };
-        Ok(Self([along(Axis::X)?, along(Axis::Y)?]))
+        Ok(Self([along(BodyAxis::X)?, along(BodyAxis::Y)?]))
     }
 }
 
@@ -71,7 +71,7 @@ impl Observer for Projections {
 }
 
 impl Projections {
-    fn components(&self) -> [&Distribution; 2] {
+    fn components(&self) -> [&AdaptiveHistogram; 2] {
         self.0.each_ref().map(ProjectionHistogram::components)
     }
 
@@ -84,7 +84,7 @@ impl Projections {
         variance: Option<f64>,
     ) -> Table {
         let components = self.components();
-        let bins = Distribution::common_bins(&components);
+        let bins = AdaptiveHistogram::common_bins(&components);
         let edges = bins.edges();
         let mut table = Table::new(
             context.table("projections"),
@@ -116,7 +116,7 @@ impl Measured for Projections {
     }
 
     /// Along x′ and along y′.
-    fn distributions(&self) -> Vec<Vec<&Distribution>> {
+    fn distributions(&self) -> Vec<Vec<&AdaptiveHistogram>> {
         vec![self.components().to_vec()]
     }
 

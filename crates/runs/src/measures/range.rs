@@ -1,7 +1,7 @@
 //! Distributions in a range that is given or follows the data: the key, what lies outside, and the
 //! words for the page.
 
-use carom::observers::Distribution;
+use carom::observers::AdaptiveHistogram;
 use carom_tables::{BlockMean, Figure};
 
 use super::{Context, Default};
@@ -13,14 +13,14 @@ pub(super) const MAX: &str = "max";
 pub(super) const FOLLOWS: Default = Default::FromScene("follows the data");
 
 /// [Σx, Σw] of the share of the values outside the range.
-pub(super) fn outside(distribution: &Distribution) -> [f64; 2] {
+pub(super) fn outside(distribution: &AdaptiveHistogram) -> [f64; 2] {
     [distribution.beyond() as f64, distribution.total() as f64]
 }
 
 /// The share of `what` outside a given range, with its error; `None` if the range follows the data,
 /// so that none is outside.
 pub(super) fn share_outside(
-    distribution: &Distribution,
+    distribution: &AdaptiveHistogram,
     what: &str,
     mean: Option<&BlockMean>,
     context: &Context<'_>,
@@ -30,7 +30,7 @@ pub(super) fn share_outside(
 }
 
 /// How the densities of a table are normalised and what their bins are.
-pub(super) fn caption(distributions: &[&Distribution]) -> String {
+pub(super) fn caption(distributions: &[&AdaptiveHistogram]) -> String {
     if !distributions
         .iter()
         .any(|distribution| distribution.has_given_range())
@@ -39,13 +39,16 @@ pub(super) fn caption(distributions: &[&Distribution]) -> String {
                 or, beyond the bulk of the values, widths that double with each octave."
             .to_owned();
     }
-    let sum = |of: fn(&Distribution) -> u64| {
+    let sum = |of: fn(&AdaptiveHistogram) -> u64| {
         distributions
             .iter()
             .map(|distribution| of(distribution))
             .sum()
     };
-    let (outside, all): (u64, u64) = (sum(Distribution::beyond), sum(Distribution::total));
+    let (outside, all): (u64, u64) = (
+        sum(AdaptiveHistogram::beyond),
+        sum(AdaptiveHistogram::total),
+    );
     let share = outside as f64 / all.max(1) as f64;
     format!(
         "Normalised to 1 over all values, of which a share of {share:.3e} ({outside} of {all}) is \

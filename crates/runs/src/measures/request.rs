@@ -7,7 +7,7 @@ use carom::Scene;
 use carom::engine::{MeasureParameter, MeasureSpec, did_you_mean};
 
 use super::{
-    KINDS, Kind,
+    KINDS, MeasureKind,
     kind::{EVERY, INTERVAL, check_word},
 };
 
@@ -20,7 +20,7 @@ pub struct Request {
     /// Its place in the scene, for error messages.
     pub entry: String,
     /// What is measured.
-    pub kind: &'static Kind,
+    pub kind: &'static MeasureKind,
     /// The tags of the bodies.
     pub tags: Vec<String>,
     /// Its name in files and figures, if it has one.
@@ -33,7 +33,7 @@ pub struct Request {
 
 impl Request {
     /// A measure with default parameters.
-    pub fn plain(kind: &'static Kind) -> Self {
+    pub fn plain(kind: &'static MeasureKind) -> Self {
         Self {
             entry: format!("the measure '{}'", kind.name),
             kind,
@@ -204,7 +204,7 @@ const ALIASES: [(&str, &str); 7] = [
 ];
 
 /// The kind of measure with this name.
-pub(super) fn find(kind: &str) -> Option<&'static Kind> {
+pub(super) fn find(kind: &str) -> Option<&'static MeasureKind> {
     let alias = ALIASES
         .iter()
         .find(|(alias, _)| kind.eq_ignore_ascii_case(alias));

@@ -3,9 +3,9 @@
 use carom::{RunningAverage, observers::RunningPoint};
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
+use super::{Context, MeasureKind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "running-average",
     summary: "mean force and velocity so far of the only body with the tag, in its own frame",
     of: Of::OneBody,

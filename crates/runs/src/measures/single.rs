@@ -47,12 +47,7 @@ impl SingleMeasure {
     /// # Errors
     /// The interval is out of range; the measure is unknown, has invalid parameters, or writes
     /// every contact to a file; no body carries its tag, or a body is not unique.
-    pub fn new(
-        spec: &MeasureSpec,
-        interval: f64,
-        scene: &Scene,
-        view: &View<'_>,
-    ) -> Result<Self> {
+    pub fn new(spec: &MeasureSpec, interval: f64, scene: &Scene, view: &View<'_>) -> Result<Self> {
         ensure!(
             interval.is_finite() && interval > 0.0,
             "the interval between samples must be positive and finite, but is {interval:?}"

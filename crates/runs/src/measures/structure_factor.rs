@@ -3,9 +3,11 @@
 use carom::StructureFactor;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Default, Kind, Measured, Of, Parameter, Results, Span, in_blocks, resumed};
+use super::{
+    Context, Default, MeasureKind, Measured, Of, Parameter, Results, Span, in_blocks, resumed,
+};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "structure-factor",
     summary: "structure factor S(k) in the smallest shells of wave vectors",
     of: Of::Group,

@@ -3,9 +3,9 @@
 use carom::TemperatureByTag;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
+use super::{Context, MeasureKind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "temperature",
     summary: "kT of the translation and of the rotation of a group at each sample, and its mean velocity",
     of: Of::Group,

@@ -291,7 +291,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
     }
     // The names by which a scene is refused before its bodies are placed are those of its figures.
     for figure in &results.figures {
-        let begins = |kind: &Kind| {
+        let begins = |kind: &MeasureKind| {
             kind.figures
                 .iter()
                 .any(|begin| figure.name.starts_with(begin))

@@ -4,9 +4,9 @@
 use carom::ThermostatLedger;
 use carom_tables::{BlockMean, Figure, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
+use super::{Context, MeasureKind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "thermostat",
     summary: "energy put in by edits, lost in contacts and received from walls, between samples",
     of: Of::System,

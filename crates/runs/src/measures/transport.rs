@@ -26,7 +26,7 @@ pub(super) const MIN_PAIRS: u64 = 30;
 const RESOLVED: f64 = 0.5;
 
 /// A curve over the lag.
-pub(super) struct Curve<'a> {
+pub(super) struct TransportCurve<'a> {
     /// The lags (time), from 0 on.
     pub lags: &'a [f64],
     /// Its means, without an error where blocks are too short.
@@ -58,7 +58,7 @@ impl Taken {
 
 /// A number with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Value {
+pub(super) struct TransportValue {
     pub value: f64,
     pub standard_error: f64,
 }
@@ -66,15 +66,15 @@ pub(super) struct Value {
 /// A slope, and the lags between which it was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plateau {
-    pub slope: Value,
+    pub slope: TransportValue,
     pub between: [f64; 2],
     /// Whether the slope is constant between the lags; otherwise it is that of the longest lags.
     pub is_constant: bool,
 }
 
-impl Curve<'_> {
+impl TransportCurve<'_> {
     /// The sum of some of its means by their places, each times a factor.
-    fn combination(&self, factors: &[(usize, f64)]) -> Option<Value> {
+    fn combination(&self, factors: &[(usize, f64)]) -> Option<TransportValue> {
         let mut value = 0.0;
         let mut deviations = vec![0.0; self.blocks.len()];
         for &(place, factor) in factors {
@@ -95,13 +95,13 @@ impl Curve<'_> {
             .map(|deviation| [deviation * count, 1.0])
             .collect();
         let standard_error = Estimate::of_runs(&[blocks])?.standard_error;
-        (value.is_finite() && standard_error > 0.0).then_some(Value {
+        (value.is_finite() && standard_error > 0.0).then_some(TransportValue {
             value,
             standard_error,
         })
     }
 
-    fn slope(&self, from: usize, to: usize) -> Option<Value> {
+    fn slope(&self, from: usize, to: usize) -> Option<TransportValue> {
         let per_time = 1.0 / (self.lags[to] - self.lags[from]);
         self.combination(&[(to, per_time), (from, -per_time)])
     }
@@ -127,7 +127,7 @@ impl Curve<'_> {
     /// `None` if the curve has fewer than two pieces.
     pub(super) fn plateau(&self, memory: &[BlockMean]) -> Option<Plateau> {
         let ends = self.ends();
-        let pieces: Vec<Value> = ends
+        let pieces: Vec<TransportValue> = ends
             .windows(2)
             .map(|ends| self.slope(ends[0], ends[1]))
             .collect::<Option<_>>()?;
@@ -153,8 +153,9 @@ impl Curve<'_> {
             let Some(whole) = self.slope(ends[from], last) else {
                 return false;
             };
-            let agrees =
-                |piece: &Value| (piece.value - whole.value).abs() <= AGREES * piece.standard_error;
+            let agrees = |piece: &TransportValue| {
+                (piece.value - whole.value).abs() <= AGREES * piece.standard_error
+            };
             pieces[from..].iter().all(agrees)
         };
         let pieces_left = pieces.len().checked_sub(MIN_PIECES)?;
@@ -166,7 +167,7 @@ impl Curve<'_> {
 
     /// The integral of the curve from lag 0 to the longest lag with an error, and that lag, by the
     /// trapezoidal rule. `None` if the samples do not resolve it.
-    pub(super) fn integral(&self) -> Option<(Value, f64)> {
+    pub(super) fn integral(&self) -> Option<(TransportValue, f64)> {
         let value = |place: usize| self.means.get(place)?.value;
         let is_resolved = value(1)? >= RESOLVED * value(0)?;
         let last = self
@@ -244,7 +245,7 @@ mod tests {
         let lags = lags();
         let (memory, _) = measured(&lags, |t| (-t / 2.0).exp(), 1e-3);
         let (means, blocks) = measured(&lags, square, 1e-3);
-        let curve = Curve {
+        let curve = TransportCurve {
             lags: &lags,
             means: &means,
             blocks: &blocks,
@@ -255,7 +256,7 @@ mod tests {
             found.is_constant && found.between[0] >= 5.0 && found.between[1] == 90.0,
             "{found:?}"
         );
-        let Value {
+        let TransportValue {
             value,
             standard_error,
         } = found.slope;
@@ -267,7 +268,7 @@ mod tests {
         let [(short, of_short), (noisy, of_noisy)] =
             [1e-3, 0.3].map(|scatter| measured(&lags[..5], square, scatter));
         for (means, blocks) in [(&short, &of_short), (&noisy, &of_noisy)] {
-            let curve = Curve {
+            let curve = TransportCurve {
                 lags: &lags[..5],
                 means,
                 blocks,
@@ -278,14 +279,14 @@ mod tests {
         // Nor has a ballistic one, whatever the memory of the velocities.
         let (means, blocks) = measured(&lags, |t| t * t, 1e-3);
         let (lost, _) = measured(&lags, |t| if t > 0.0 { 0.0 } else { 1.0 }, 1e-3);
-        let curve = Curve {
+        let curve = TransportCurve {
             lags: &lags,
             means: &means,
             blocks: &blocks,
             of: Taken::Itself,
         };
         assert!(!curve.plateau(&lost).unwrap().is_constant);
-        let curve = Curve {
+        let curve = TransportCurve {
             lags: &lags[..2],
             means: &means[..2],
             blocks: &blocks,
@@ -300,7 +301,7 @@ mod tests {
         let lags = lags();
         let (memory, _) = measured(&lags, |t| (-t / 2.0).exp(), 1e-3);
         let (means, blocks) = measured(&lags, |t| (-0.02 * t).exp(), 1e-3);
-        let curve = Curve {
+        let curve = TransportCurve {
             lags: &lags,
             means: &means,
             blocks: &blocks,
@@ -318,7 +319,7 @@ mod tests {
             "{slope:?}"
         );
         let (negative, blocks) = measured(&lags, |t| 0.5 - t, 1e-3);
-        let curve = Curve {
+        let curve = TransportCurve {
             lags: &lags,
             means: &negative,
             blocks: &blocks,
@@ -332,7 +333,7 @@ mod tests {
         let lags = lags();
         let of = |time: f64| {
             let (means, blocks) = measured(&lags, |t| (-t / time).exp(), 1e-3);
-            Curve {
+            TransportCurve {
                 lags: &lags,
                 means: &means,
                 blocks: &blocks,

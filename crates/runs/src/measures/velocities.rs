@@ -2,13 +2,13 @@
 
 use carom::{
     Observer, VelocityDistribution, View,
-    observers::{Bins, Distribution, VelocityPoint},
+    observers::{AdaptiveHistogram, Bins, VelocityPoint},
 };
 use carom_tables::{BlockMean, Estimate, Figure, Table, chi_square::ChiSquare};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks,
+    Context, Default, MeasureKind, Measured, Of, Parameter, Results, Selection, Span, in_blocks,
     point_bytes, range, resumed,
 };
 
@@ -17,7 +17,7 @@ const MAXWELL: &str = "Maxwell's distribution";
 /// Bins in which fewer speeds are expected are joined: χ² holds for many counts in each bin.
 const MIN_EXPECTED: f64 = 10.0;
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "velocities",
     summary: "distributions of velocity components and speeds, kurtosis and Boltzmann's H",
     of: Of::Group,
@@ -133,7 +133,7 @@ impl Measured for Velocities {
     }
 
     /// The components along x and y, then the speeds.
-    fn distributions(&self) -> Vec<Vec<&Distribution>> {
+    fn distributions(&self) -> Vec<Vec<&AdaptiveHistogram>> {
         vec![
             self.distribution.components().iter().collect(),
             vec![self.distribution.speeds()],
@@ -150,7 +150,7 @@ impl Measured for Velocities {
         let mut tables = vec![series(&self.distribution, reason, context)];
         let [x, y] = self.distribution.components();
         let (components, speeds) = (
-            Distribution::common_bins(&[x, y]),
+            AdaptiveHistogram::common_bins(&[x, y]),
             self.distribution.speeds().bins(),
         );
         if densities.len() == 2 * components.count() + speeds.count() {
@@ -355,7 +355,7 @@ impl Velocities {
     /// relative variance.
     fn design_effect(&self, starts: &[usize], context: &Context<'_>) -> Option<[f64; 2]> {
         let [along_x, along_y] = self.distribution.components();
-        let components = Distribution::common_bins(&[along_x, along_y]).count();
+        let components = AdaptiveHistogram::common_bins(&[along_x, along_y]).count();
         let bins = self.distribution.speeds().bins();
         let first = SPEEDS_OUTSIDE + 1 + 2 * components;
         let widths: Vec<f64> = bins.edges().windows(2).map(|bin| bin[1] - bin[0]).collect();

@@ -4,9 +4,9 @@ use anyhow::ensure;
 use carom::observers::WallHeat;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
+use super::{Context, MeasureKind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "wall-heat",
     summary: "heat received from walls that have a temperature, all or those with the tag",
     of: Of::Group,

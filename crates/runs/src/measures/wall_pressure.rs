@@ -6,7 +6,7 @@ use carom_tables::{BlockMean, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, Default, HardDiscs, Kind, Measured, Of, Parameter, Results, Selection, Span,
+    Context, Default, HardDiscs, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
     hard_discs::LIU_BULK, in_blocks, resumed,
 };
 
@@ -16,7 +16,7 @@ use super::{
 const LAYERS: f64 = 100.0;
 const FAR: f64 = 10.0;
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "wall-pressure",
     summary: "pressure on parallel walls across the box by momentum, and the density over the distance from them",
     of: Of::Group,

@@ -2,7 +2,7 @@
 
 use carom_tables::{
     Role, Table,
-    calibration::{Calibration, MIN_REPLICAS, Measured},
+    calibration::{Calibration, MIN_REPLICAS, MeasuredMean},
 };
 
 use super::average::measures;
@@ -24,7 +24,7 @@ fn of_measure(parts: &[MeasureRecord]) -> Vec<Calibration> {
         return Vec::new();
     };
     let of_figure = |name: &str| -> Option<Calibration> {
-        let found = |part: &MeasureRecord| -> Option<Measured> {
+        let found = |part: &MeasureRecord| -> Option<MeasuredMean> {
             let (figure, _) = part
                 .figures
                 .iter()
@@ -61,12 +61,12 @@ fn of_table(name: &str, first: &Table, parts: &[MeasureRecord]) -> Vec<Calibrati
                 .get(column)
                 .and_then(|column| column.values.get(row).copied().flatten())
         };
-        let row = |row: usize| -> Vec<Measured> {
+        let row = |row: usize| -> Vec<MeasuredMean> {
             let measured =
                 |table: &&Table| Some((cell(table, index, row)?, cell(table, index + 1, row)));
             tables.iter().filter_map(measured).collect()
         };
-        let rows: Vec<Vec<Measured>> = (0..value.values.len()).map(row).collect();
+        let rows: Vec<Vec<MeasuredMean>> = (0..value.values.len()).map(row).collect();
         Calibration::new(&format!("{name}: {}", value.label), &rows)
     };
     (0..first.columns.len()).filter_map(of_column).collect()

@@ -15,7 +15,7 @@ pub use average::results as merged;
 pub use calibration::calibrations;
 use carom_tables::{Figure, Replica, Summary, SummaryFile, Table, Totals, Verdict};
 use clap::Args;
-use parts::Parts;
+use parts::MergedParts;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -26,12 +26,12 @@ use crate::{
     measures::Results,
     output::{Destination, Folder, is_same_folder},
     record::{Record, RunRecord},
-    report::{self, RUNS, State},
+    report::{self, FolderState, RUNS},
 };
 
 /// Options of `carom merge`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct MergeOptions {
     /// Folders of runs of one scene with different seeds or replicas, or of merged runs
     #[arg(value_name = "DIR", required = true)]
     pub folders: Vec<PathBuf>,
@@ -47,7 +47,7 @@ pub struct Options {
 /// # Errors
 /// A folder holds no run or is the output folder, no run is left, the scenes differ, a run is there
 /// twice, another process writes into a folder, or a file cannot be written.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &MergeOptions) -> Result<Verdict> {
     let path = options.destination.folder("out/merge");
     for source in &options.folders {
         ensure!(
@@ -56,7 +56,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
             path.display()
         );
     }
-    let Parts {
+    let MergedParts {
         record,
         folders: kept,
         left_out,
@@ -176,7 +176,7 @@ impl MergedRuns {
         let summary = SummaryFile::new(summary);
         folder.write_json("summary.json", &MergedFile { summary, left_out })?;
         folder.write("config.toml", &record.what)?;
-        report::write(folder, State::Ended)
+        report::write(folder, FolderState::Ended)
     }
 }
 

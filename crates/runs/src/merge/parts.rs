@@ -18,7 +18,7 @@ use crate::{
 
 /// What the folders of a merge hold.
 #[derive(Debug)]
-pub(super) struct Parts<'a> {
+pub(super) struct MergedParts<'a> {
     /// All runs.
     pub record: Record,
     /// The folders from which they come.
@@ -34,7 +34,7 @@ pub(super) struct Parts<'a> {
 /// Another process writes into a folder; a folder is no folder of a run, or the system cannot read
 /// its file; the scenes differ; a run is
 /// there twice; no run is left.
-pub(super) fn read(folders: &[PathBuf]) -> Result<Parts<'_>> {
+pub(super) fn read(folders: &[PathBuf]) -> Result<MergedParts<'_>> {
     let mut record: Option<Record> = None;
     let (mut kept, mut left_out) = (Vec::new(), LeftOut::default());
     let progress = Progress::items("runs", folders.len() as u64);
@@ -61,7 +61,7 @@ pub(super) fn read(folders: &[PathBuf]) -> Result<Parts<'_>> {
         progress.count(1);
     }
     match record {
-        Some(record) => Ok(Parts {
+        Some(record) => Ok(MergedParts {
             record,
             folders: kept,
             left_out,

@@ -10,7 +10,7 @@ use carom_methods::{AnySimulation, Method};
 use super::Setting;
 use crate::run::{
     pieces::Pieces,
-    schedule::{Schedule, Step, What},
+    schedule::{Schedule, ScheduledStep, What},
     stage_edits,
 };
 
@@ -24,14 +24,14 @@ const FIRST_PIECE: f64 = 1.0 / 1024.0;
 
 /// A state of the run of a scene, from which any setting can start.
 #[derive(Debug, Clone)]
-pub struct State {
+pub struct CourseState {
     checkpoint: Checkpoint,
     rest: Rest,
     /// Mean time between two collisions of a body from here on (time).
     pub tau: f64,
 }
 
-impl State {
+impl CourseState {
     /// A state of a system that no stage edits later; `tau` is its mean time between two collisions
     /// of a body (time).
     pub fn undisturbed(checkpoint: Checkpoint, tau: f64) -> Self {
@@ -56,7 +56,7 @@ impl State {
 /// What the schedule of a scene still holds.
 #[derive(Debug, Clone, Default)]
 struct Rest {
-    next: Option<Step>,
+    next: Option<ScheduledStep>,
     later: Option<Schedule>,
     /// Number of draws of random numbers by thermostats so far.
     actions: u64,
@@ -82,7 +82,8 @@ impl Rest {
     }
 
     fn advance(&mut self) {
-        let is_edit = |step: &Step| matches!(step.what, What::Stage(_) | What::Thermostat { .. });
+        let is_edit =
+            |step: &ScheduledStep| matches!(step.what, What::Stage(_) | What::Thermostat { .. });
         self.next = self.later.as_mut().and_then(|later| later.find(is_edit));
     }
 }
@@ -122,7 +123,7 @@ impl<'a> Course<'a> {
     ///
     /// # Errors
     /// The bodies do not suit the setting.
-    pub fn resume(scene: &'a Scene, setting: &Setting, state: &State) -> Result<Self> {
+    pub fn resume(scene: &'a Scene, setting: &Setting, state: &CourseState) -> Result<Self> {
         let simulation = setting.resume(&state.checkpoint)?;
         Ok(Self {
             scene,
@@ -157,7 +158,7 @@ impl<'a> Course<'a> {
             if self.fly(target, observer, deadline)? == Reached::Deadline {
                 return Ok(Reached::Deadline);
             }
-            let Some(Step { what, .. }) = next else {
+            let Some(ScheduledStep { what, .. }) = next else {
                 return Ok(Reached::Target);
             };
             observer.pause(&self.simulation.view());
@@ -193,8 +194,8 @@ impl<'a> Course<'a> {
     }
 
     /// The present state. Ends the epoch: later bits differ, the run remains exact.
-    pub fn state(&mut self, tau: f64) -> State {
-        State {
+    pub fn state(&mut self, tau: f64) -> CourseState {
+        CourseState {
             checkpoint: self.simulation.end_epoch_here(),
             rest: self.rest.clone(),
             tau,

@@ -9,10 +9,10 @@ mod setting;
 mod timing;
 
 pub use self::{
-    course::{Course, Reached, State, build, contacts, mean_time},
+    course::{Course, CourseState, Reached, build, contacts, mean_time},
     growth::growth,
     of_run::{GROWTH, MAX_REPLAY, PRICE, Price, of_run},
-    replay::{Contact, Log, TOLERANCE, Tally, add, interval},
+    replay::{ReplayLog, ReplayTally, ReplayedContact, TOLERANCE, add, interval},
     setting::Setting,
     timing::{TimeRatio, TimedRun, TimingLimits, Turn, time},
 };

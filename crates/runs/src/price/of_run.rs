@@ -11,7 +11,7 @@ use carom_tables::{Figure, with_error};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Course, Reached, Setting, State, Tally, TimeRatio, TimedRun, TimingLimits,
+    Course, CourseState, Reached, ReplayTally, Setting, TimeRatio, TimedRun, TimingLimits,
     course::{contacts, mean_time},
     growth, replay, time,
 };
@@ -53,7 +53,7 @@ pub struct Price {
     /// Processor time of a collision over that of the exact run; `None` if a run fails.
     pub time: Option<TimeRatio>,
     /// Counts of wrong contacts.
-    pub tally: Tally,
+    pub tally: ReplayTally,
     /// Replays with the method that failed.
     pub failed: u64,
 }
@@ -89,11 +89,11 @@ pub fn of_run(
     let states = ((wanted / (stretch * of_tau)).ceil() as u32).clamp(1, MAX_STATES);
     let states = states.min((wanted / moving.max(1.0)).ceil() as u32 + 1);
     let checkpoint = simulation.clone().end_epoch_here();
-    let first = State::undisturbed(checkpoint, tau);
+    let first = CourseState::undisturbed(checkpoint, tau);
     let mut price = Price {
         method: method.to_string(),
         time: None,
-        tally: Tally::default(),
+        tally: ReplayTally::default(),
         failed: 0,
     };
     let setting = Setting::from(*method);
@@ -131,7 +131,7 @@ pub fn of_run(
 impl Price {
     /// Figures of the summary.
     pub fn figures(&self) -> Vec<Figure> {
-        let Tally {
+        let ReplayTally {
             judged,
             missed,
             off,
@@ -172,7 +172,7 @@ impl Price {
             "invented per 1e6",
             "deepest overlap [diameters]",
         ];
-        let Tally {
+        let ReplayTally {
             judged,
             missed,
             off,

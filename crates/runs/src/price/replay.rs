@@ -11,7 +11,7 @@ use anyhow::Result;
 use carom::{CollisionReport, Observer, Scene, kinematics::EpochTime};
 use serde::{Deserialize, Serialize};
 
-use super::{Course, Reached, Setting, State};
+use super::{Course, CourseState, Reached, Setting};
 
 /// A contact with a larger time error is wrong (mean times between two collisions of a body).
 /// Rounding errors grow by some orders of magnitude within a replay and stay below it.
@@ -19,7 +19,7 @@ pub const TOLERANCE: f64 = 1e-7;
 
 /// A contact: its time and its bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Contact {
+pub struct ReplayedContact {
     /// Time since the start of the interval.
     pub time: f64,
     /// Numbers of the two bodies.
@@ -28,11 +28,11 @@ pub struct Contact {
 
 /// All contacts of an interval.
 #[derive(Debug, Clone)]
-pub struct Log {
+pub struct ReplayLog {
     /// Start of the interval.
     pub begin: EpochTime,
     /// In order of time.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<ReplayedContact>,
     /// The deepest overlap at its end, in units of the smaller diameter, and the number of pairs
     /// that overlap by more than rounding.
     pub deepest: f64,
@@ -40,11 +40,11 @@ pub struct Log {
     pub overlapping: usize,
 }
 
-impl Observer for Log {
+impl Observer for ReplayLog {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let [a, b] = report.sides.each_ref().map(|side| side.body.id());
         let bodies = [a.min(b), a.max(b)];
-        self.contacts.push(Contact {
+        self.contacts.push(ReplayedContact {
             time: report.time.since(self.begin),
             bodies,
         });
@@ -53,7 +53,7 @@ impl Observer for Log {
 
 /// Counts over all intervals.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Tally {
+pub struct ReplayTally {
     /// Contacts judged.
     pub judged: u64,
     /// Contacts of the exact run that are absent.
@@ -73,7 +73,7 @@ pub struct Tally {
     pub intervals: u64,
 }
 
-impl Tally {
+impl ReplayTally {
     /// Wrong contacts in a million.
     pub fn wrong(&self) -> f64 {
         self.million(self.missed + self.off + self.invented)
@@ -117,13 +117,13 @@ impl Tally {
 pub fn interval(
     scene: &Scene,
     setting: &Setting,
-    state: &State,
+    state: &CourseState,
     duration: f64,
     deadline: Instant,
-) -> Result<Option<Log>> {
+) -> Result<Option<ReplayLog>> {
     let mut course = Course::resume(scene, setting, state)?;
     let begin = state.checkpoint().time();
-    let mut log = Log {
+    let mut log = ReplayLog {
         begin,
         contacts: Vec::new(),
         deepest: 0.0,
@@ -139,8 +139,8 @@ pub fn interval(
 
 /// Compares an interval with that of the exact run, and adds the result to the counts; `tau` is the
 /// mean time between two collisions of a body (time).
-pub fn add(exact: &Log, other: &Log, duration: f64, tau: f64, tally: &mut Tally) {
-    let mut own = Tally::default();
+pub fn add(exact: &ReplayLog, other: &ReplayLog, duration: f64, tau: f64, tally: &mut ReplayTally) {
+    let mut own = ReplayTally::default();
     compare(exact, other, duration, TOLERANCE * tau, &mut own);
     tally.judged += own.judged;
     tally.missed += own.missed;
@@ -153,7 +153,13 @@ pub fn add(exact: &Log, other: &Log, duration: f64, tau: f64, tally: &mut Tally)
 }
 
 /// Compares two intervals of equal duration; times may differ by `tolerance` (time).
-fn compare(exact: &Log, other: &Log, duration: f64, tolerance: f64, tally: &mut Tally) {
+fn compare(
+    exact: &ReplayLog,
+    other: &ReplayLog,
+    duration: f64,
+    tolerance: f64,
+    tally: &mut ReplayTally,
+) {
     let all = exact.contacts.iter().chain(&other.contacts);
     let bodies = all
         .map(|contact| contact.bodies[1] as usize + 1)
@@ -195,7 +201,7 @@ fn compare(exact: &Log, other: &Log, duration: f64, tolerance: f64, tally: &mut 
                 }
                 _ => {
                     let before = [a, b].into_iter().filter_map(|body| next(&queues, body));
-                    let earlier: Vec<(Contact, bool)> = before
+                    let earlier: Vec<(ReplayedContact, bool)> = before
                         .filter(|(found, _)| found.time < contact.time)
                         .collect();
                     if earlier.is_empty() {
@@ -235,12 +241,12 @@ fn compare(exact: &Log, other: &Log, duration: f64, tolerance: f64, tally: &mut 
 mod tests {
     use super::*;
 
-    fn tally(exact: &[(f64, u64, u64)], other: &[(f64, u64, u64)]) -> Tally {
-        let log = |list: &[(f64, u64, u64)]| Log {
+    fn tally(exact: &[(f64, u64, u64)], other: &[(f64, u64, u64)]) -> ReplayTally {
+        let log = |list: &[(f64, u64, u64)]| ReplayLog {
             begin: EpochTime::ZERO,
             contacts: list
                 .iter()
-                .map(|&(time, a, b)| Contact {
+                .map(|&(time, a, b)| ReplayedContact {
                     time,
                     bodies: [a, b],
                 })
@@ -248,7 +254,7 @@ mod tests {
             deepest: 0.0,
             overlapping: 0,
         };
-        let mut tally = Tally::default();
+        let mut tally = ReplayTally::default();
         compare(&log(exact), &log(other), 10.0, 1e-6, &mut tally);
         tally
     }

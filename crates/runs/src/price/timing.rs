@@ -11,7 +11,7 @@ use carom::Scene;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
-use super::{Course, Reached, Setting, State, course::contacts};
+use super::{Course, CourseState, Reached, Setting, course::contacts};
 
 /// A turn is at most this many mean times between two collisions of a body.
 const MAX_TURN: f64 = 1e4;
@@ -85,7 +85,7 @@ pub struct TimingLimits {
 pub struct TimedRun<'a> {
     scene: &'a Scene,
     setting: Setting,
-    state: &'a State,
+    state: &'a CourseState,
     course: Course<'a>,
     /// Simulated time of a turn.
     length: f64,
@@ -135,7 +135,7 @@ impl<'a> TimedRun<'a> {
     pub fn new(
         scene: &'a Scene,
         setting: Setting,
-        state: &'a State,
+        state: &'a CourseState,
         end: f64,
         limits: &TimingLimits,
     ) -> Result<Self> {

@@ -10,7 +10,8 @@ use carom_tables::{Figure, Role};
 
 use super::table;
 use crate::measures::{
-    COLLISION_RATE as RATE, HardDiscs, KINDS, Kind, Measures, Of, Parameter, Results, file_name,
+    COLLISION_RATE as RATE, HardDiscs, KINDS, MeasureKind, Measures, Of, Parameter, Results,
+    file_name,
 };
 
 /// Head of the section.
@@ -129,7 +130,7 @@ fn parameters() -> Vec<Vec<String>> {
 }
 
 /// The row of a measure, from a short run.
-fn measure(kind: &Kind) -> Result<Vec<String>> {
+fn measure(kind: &MeasureKind) -> Result<Vec<String>> {
     let name = kind.usage();
     let (asked, text) = match kind.of {
         Of::Group if kind.name == "wall-heat" => {

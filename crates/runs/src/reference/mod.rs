@@ -34,7 +34,7 @@ of them.
 
 /// Options of `carom schema`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct ReferenceOptions {
     /// Print the reference page instead: all keys, ranges, units and measures, as Markdown
     #[arg(long)]
     pub page: bool,
@@ -44,7 +44,7 @@ pub struct Options {
 ///
 /// # Errors
 /// See [`page`].
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &ReferenceOptions) -> Result<Verdict> {
     print(&scene_schema(), options.page.then(page).transpose()?);
     Ok(Verdict::Passed)
 }

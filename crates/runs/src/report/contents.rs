@@ -25,7 +25,7 @@ use crate::{
 
 /// How a run has ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum State {
+pub enum FolderState {
     /// At its end.
     Ended,
     /// With an error.
@@ -36,7 +36,7 @@ pub enum State {
 
 /// What wrote a folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum FolderKind {
     /// `carom run`.
     Run,
     /// `carom merge`.
@@ -49,9 +49,9 @@ pub(super) enum Kind {
 
 /// The files of a folder that a page shows.
 #[derive(Debug)]
-pub(super) struct Contents {
-    pub kind: Kind,
-    pub state: State,
+pub(super) struct FolderContents {
+    pub kind: FolderKind,
+    pub state: FolderState,
     /// The command that repeats the run.
     pub again: String,
     /// `config.toml`.
@@ -82,31 +82,33 @@ pub(super) struct Contents {
 /// Table of the runs in a folder of merged runs.
 pub const RUNS: &str = "runs.csv";
 
-impl Contents {
+impl FolderContents {
     /// Reads a folder. `state` is that of a run that is about to end; otherwise it is read from the
     /// manifest.
     ///
     /// # Errors
     /// A file is there and cannot be read.
-    pub fn read(folder: &Folder, state: Option<State>) -> Result<Self> {
+    pub fn read(folder: &Folder, state: Option<FolderState>) -> Result<Self> {
         let manifest = json(folder, MANIFEST)?.unwrap_or_default();
         let again = manifest["again"].as_str().unwrap_or_default().to_owned();
         let kind = match kind_of(&again) {
             // A sweep merges the replicas of each point.
-            Kind::Sweep if folder.path().join(RUNS).is_file() => Kind::Merge,
+            FolderKind::Sweep if folder.path().join(RUNS).is_file() => FolderKind::Merge,
             kind => kind,
         };
         let configuration = text(folder, "config.toml")?.unwrap_or_default();
-        let is_scene = matches!(kind, Kind::Run | Kind::Merge);
+        let is_scene = matches!(kind, FolderKind::Run | FolderKind::Merge);
         let scene = Scene::from_toml(&configuration).ok().filter(|_| is_scene);
         let summary_file = json(folder, "summary.json")?;
         let summary = summary_file.as_ref().map(summary_of);
         // A sweep has other entries of these names.
         let left_out = summary_file
-            .filter(|_| kind == Kind::Merge)
+            .filter(|_| kind == FolderKind::Merge)
             .map(LeftOut::deserialize);
         let animation = match &scene {
-            Some(scene) if kind == Kind::Run && scene.run.animation => text(folder, ANIMATION)?,
+            Some(scene) if kind == FolderKind::Run && scene.run.animation => {
+                text(folder, ANIMATION)?
+            }
             _ => None,
         };
         let [start, end] = PICTURES.map(|name| text(folder, name));
@@ -125,7 +127,7 @@ impl Contents {
             maps: [density?, order?],
             animation,
             price: json(folder, PRICE)?
-                .filter(|_| kind == Kind::Run)
+                .filter(|_| kind == FolderKind::Run)
                 .map(serde_json::from_value)
                 .transpose()
                 .context(PRICE)?,
@@ -140,12 +142,13 @@ impl Contents {
     fn find_missing(&self) -> Vec<&'static str> {
         let has = |name: &str| self.names.iter().any(|other| other == name);
         let mut needed = vec!["config.toml", "summary.json", "tables.json"];
-        if self.kind == Kind::Run {
+        if self.kind == FolderKind::Run {
             needed.extend(PICTURES);
             // A run that fails before the animation starts has none.
             let is_shown = self.scene.as_ref().is_some_and(|scene| scene.run.animation);
-            needed
-                .extend((is_shown && !matches!(self.state, State::Failed(_))).then_some(ANIMATION));
+            needed.extend(
+                (is_shown && !matches!(self.state, FolderState::Failed(_))).then_some(ANIMATION),
+            );
         }
         needed.retain(|name| !has(name));
         needed
@@ -153,26 +156,26 @@ impl Contents {
 }
 
 /// The command in the words that repeat the run.
-fn kind_of(again: &str) -> Kind {
+fn kind_of(again: &str) -> FolderKind {
     let words: Vec<&str> = again.split(' ').collect();
     let is = |command: &str| match words.as_slice() {
         ["cargo", "xtask", name, ..] | ["carom", name, ..] => *name == command,
         _ => false,
     };
-    let sweeps = ["sweep", "brownian", "billiard"].map(|name| (name, Kind::Sweep));
-    let mut kinds = [("run", Kind::Run), ("merge", Kind::Merge)]
+    let sweeps = ["sweep", "brownian", "billiard"].map(|name| (name, FolderKind::Sweep));
+    let mut kinds = [("run", FolderKind::Run), ("merge", FolderKind::Merge)]
         .into_iter()
         .chain(sweeps);
     kinds
         .find(|(command, _)| is(command))
-        .map_or(Kind::Experiment, |(_, kind)| kind)
+        .map_or(FolderKind::Experiment, |(_, kind)| kind)
 }
 
-fn state_of(manifest: &Value) -> State {
+fn state_of(manifest: &Value) -> FolderState {
     match (manifest["complete"].as_bool(), manifest["error"].as_str()) {
-        (_, Some(error)) => State::Failed(error.to_owned()),
-        (Some(true), None) => State::Ended,
-        _ => State::Unfinished,
+        (_, Some(error)) => FolderState::Failed(error.to_owned()),
+        (Some(true), None) => FolderState::Ended,
+        _ => FolderState::Unfinished,
     }
 }
 
@@ -264,14 +267,14 @@ mod tests {
 
     #[test]
     fn the_command_tells_what_wrote_a_folder() {
-        assert_eq!(kind_of("carom run out/a/config.toml"), Kind::Run);
-        assert_eq!(kind_of("cargo xtask run x --from run"), Kind::Run);
-        assert_eq!(kind_of("carom merge run out"), Kind::Merge);
+        assert_eq!(kind_of("carom run out/a/config.toml"), FolderKind::Run);
+        assert_eq!(kind_of("cargo xtask run x --from run"), FolderKind::Run);
+        assert_eq!(kind_of("carom merge run out"), FolderKind::Merge);
         assert_eq!(
             kind_of("cargo xtask experiment brownian --out run"),
-            Kind::Experiment
+            FolderKind::Experiment
         );
-        assert_eq!(kind_of(""), Kind::Experiment);
+        assert_eq!(kind_of(""), FolderKind::Experiment);
     }
 
     #[test]

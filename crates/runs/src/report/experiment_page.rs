@@ -4,10 +4,10 @@
 use std::fs;
 
 use anyhow::{Context, Result};
-use carom_report::page::{DataChart, Page, Part, checks_in_words, relaid};
+use carom_report::page::{DataChart, Page, PagePart, checks_in_words, relaid};
 
 use super::{
-    contents::{Contents, State},
+    contents::{FolderContents, FolderState},
     files,
 };
 use crate::output::Folder;
@@ -16,7 +16,7 @@ use crate::output::Folder;
 ///
 /// # Errors
 /// A file of the folder cannot be read.
-pub(super) fn html(folder: &Folder, contents: &Contents) -> Result<String> {
+pub(super) fn html(folder: &Folder, contents: &FolderContents) -> Result<String> {
     let written = fs::read_to_string(folder.path().join(super::PAGE)).ok();
     match written.as_deref().and_then(relaid) {
         Some(page) => Ok(page),
@@ -25,13 +25,13 @@ pub(super) fn html(folder: &Folder, contents: &Contents) -> Result<String> {
 }
 
 /// What every folder has: figures, pictures, files, command and checks.
-fn plain(folder: &Folder, contents: &Contents) -> Result<String> {
+fn plain(folder: &Folder, contents: &FolderContents) -> Result<String> {
     let summary = contents.summary.as_ref();
     let mut page = Page::new(
         summary.map_or(&contents.again, |summary| &summary.title),
         "",
     );
-    if contents.state != State::Ended {
+    if contents.state != FolderState::Ended {
         page.error("This folder is incomplete: the experiment has not ended.");
     }
     if let Some(summary) = summary {
@@ -59,7 +59,7 @@ fn plain(folder: &Folder, contents: &Contents) -> Result<String> {
             file: name.clone(),
         }]);
     }
-    page.part(Part::Data);
+    page.part(PagePart::Data);
     page.files(&files::listed(&contents.names, &[]));
     page.code(&contents.again);
     Ok(page.html())

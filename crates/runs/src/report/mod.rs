@@ -22,8 +22,8 @@ use carom_report::page::DataChart;
 use carom_tables::Verdict;
 use clap::Args;
 
-use contents::{Contents, Kind};
-pub use contents::{RUNS, State};
+use contents::{FolderContents, FolderKind};
+pub use contents::{FolderState, RUNS};
 pub use stationarity_in_words::stationarity_in_words;
 pub use tables_file::write as write_tables;
 pub use tests_in_words::{NEEDED, tests_in_words};
@@ -40,7 +40,7 @@ pub const PAGE: &str = "report.html";
 
 /// Options of `carom report`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct ReportOptions {
     /// Folders of runs, merged runs, or experiments
     #[arg(value_name = "DIR", required = true)]
     pub folders: Vec<PathBuf>,
@@ -52,7 +52,7 @@ pub struct Options {
 ///
 /// # Errors
 /// A folder holds no run, or a file cannot be read or written.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &ReportOptions) -> Result<Verdict> {
     let progress = Progress::items("folders", options.folders.len() as u64);
     for path in &options.folders {
         ensure!(
@@ -72,10 +72,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
 }
 
 fn write_again(folder: &Folder) -> Result<()> {
-    let contents = Contents::read(folder, None)?;
+    let contents = FolderContents::read(folder, None)?;
     match contents.kind {
-        Kind::Run | Kind::Merge => folder.write(PAGE, run_page::html(&contents)?),
-        Kind::Sweep | Kind::Experiment => {
+        FolderKind::Run | FolderKind::Merge => folder.write(PAGE, run_page::html(&contents)?),
+        FolderKind::Sweep | FolderKind::Experiment => {
             folder.write(PAGE, experiment_page::html(folder, &contents)?)
         }
     }
@@ -85,8 +85,11 @@ fn write_again(folder: &Folder) -> Result<()> {
 ///
 /// # Errors
 /// A file cannot be read or written, or a table cannot be drawn.
-pub fn write(folder: &Folder, state: State) -> Result<()> {
-    folder.write(PAGE, run_page::html(&Contents::read(folder, Some(state))?)?)
+pub fn write(folder: &Folder, state: FolderState) -> Result<()> {
+    folder.write(
+        PAGE,
+        run_page::html(&FolderContents::read(folder, Some(state))?)?,
+    )
 }
 
 /// The pictures and charts that carry the answer of a run or of merged runs, from the files of its
@@ -95,7 +98,7 @@ pub fn write(folder: &Folder, state: State) -> Result<()> {
 /// # Errors
 /// A file cannot be read, or a table cannot be drawn.
 pub fn evidence(folder: &Folder) -> Result<Vec<DataChart>> {
-    run_page::evidence(&Contents::read(folder, Some(State::Ended))?)
+    run_page::evidence(&FolderContents::read(folder, Some(FolderState::Ended))?)
 }
 
 #[cfg(test)]

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use carom::{Scene, engine::MeasureFrom};
-use carom_report::page::{DataChart, Page, Part};
+use carom_report::page::{DataChart, Page, PagePart};
 use carom_tables::{Figure, Summary};
 
 use super::{
-    contents::{Contents, Kind, State},
+    contents::{FolderContents, FolderKind, FolderState},
     evidence::Charts,
     files,
     verdict::{self, FIXED_BODIES},
@@ -27,7 +27,7 @@ const MAX_SCENE: usize = 100_000;
 ///
 /// # Errors
 /// A table cannot be drawn.
-pub(super) fn html(contents: &Contents) -> Result<String> {
+pub(super) fn html(contents: &FolderContents) -> Result<String> {
     let title = contents
         .summary
         .as_ref()
@@ -37,7 +37,7 @@ pub(super) fn html(contents: &Contents) -> Result<String> {
     notes(contents, &mut page);
     let charts = charts(contents)?;
     let mut pictures = system(contents);
-    page.part(Part::Answer);
+    page.part(PagePart::Answer);
     let figures = contents
         .summary
         .as_ref()
@@ -56,7 +56,7 @@ pub(super) fn html(contents: &Contents) -> Result<String> {
     if let (Some(animation), Some(scene)) = (&contents.animation, &contents.scene) {
         page.animation(animation, &caption_of_animation(scene));
     }
-    page.part(Part::Results);
+    page.part(PagePart::Results);
     page.heading("Figures");
     let summary = contents.summary.as_ref();
     page.figures(&others);
@@ -102,7 +102,7 @@ fn is_of_state(figure: &Figure) -> bool {
 }
 
 /// The charts of the tables. With a drawing the answer has three of them, else two.
-fn charts(contents: &Contents) -> Result<Charts> {
+fn charts(contents: &FolderContents) -> Result<Charts> {
     let figures = contents
         .summary
         .as_ref()
@@ -113,19 +113,19 @@ fn charts(contents: &Contents) -> Result<Charts> {
 }
 
 /// The drawings of the measures, and the charts that carry the answer.
-pub(super) fn evidence(contents: &Contents) -> Result<Vec<DataChart>> {
+pub(super) fn evidence(contents: &FolderContents) -> Result<Vec<DataChart>> {
     Ok([contents.drawings.clone(), charts(contents)?.evidence].concat())
 }
 
 /// Errors, what is missing, and the note of the run, from the top.
-fn notes(contents: &Contents, page: &mut Page) {
+fn notes(contents: &FolderContents, page: &mut Page) {
     let missing = contents.missing.join(", ");
     match &contents.state {
-        State::Ended => (),
-        State::Failed(error) => page.error(&format!(
+        FolderState::Ended => (),
+        FolderState::Failed(error) => page.error(&format!(
             "The run ended with an error: {error}. The page shows what was measured until then."
         )),
-        State::Unfinished => page.error(&format!(
+        FolderState::Unfinished => page.error(&format!(
             "The run in this folder has not ended. To resume it: {} --resume",
             contents.again
         )),
@@ -148,8 +148,8 @@ fn notes(contents: &Contents, page: &mut Page) {
 }
 
 /// What was run and measured.
-fn lead(contents: &Contents) -> String {
-    if contents.kind == Kind::Merge {
+fn lead(contents: &FolderContents) -> String {
+    if contents.kind == FolderKind::Merge {
         return "Means of all runs, with errors from the blocks of all runs. What is no mean of sums is averaged \
                 over the runs, with the error of its scatter among them."
             .to_owned();
@@ -166,7 +166,7 @@ fn lead(contents: &Contents) -> String {
         .summary
         .as_ref()
         .map_or(run.until, |summary| summary.totals.simulated_time);
-    if run.stop.is_some() && contents.state == State::Ended && end < run.until {
+    if run.stop.is_some() && contents.state == FolderState::Ended && end < run.until {
         let _ = write!(lead, " It ended at t = {end}, by the rule in run.stop.");
     }
     match run.measure_from {
@@ -208,7 +208,7 @@ fn lead(contents: &Contents) -> String {
 }
 
 /// Pictures of the first and the last state, and maps of a large system.
-fn system(contents: &Contents) -> Vec<DataChart> {
+fn system(contents: &FolderContents) -> Vec<DataChart> {
     let end = contents
         .summary
         .as_ref()
@@ -254,7 +254,7 @@ fn caption_of_animation(scene: &Scene) -> String {
     caption
 }
 
-fn data(contents: &Contents, undrawn: &[String], page: &mut Page) {
+fn data(contents: &FolderContents, undrawn: &[String], page: &mut Page) {
     let mut files = files::listed(&contents.names, &contents.tables);
     for (name, content) in &mut files {
         if undrawn.contains(name) {
@@ -264,7 +264,7 @@ fn data(contents: &Contents, undrawn: &[String], page: &mut Page) {
     page.files(&files);
 }
 
-fn again(contents: &Contents, page: &mut Page) {
+fn again(contents: &FolderContents, page: &mut Page) {
     page.code(&contents.again);
     if !contents.configuration.is_empty() && contents.configuration.len() <= MAX_SCENE {
         page.folded(
@@ -274,13 +274,13 @@ fn again(contents: &Contents, page: &mut Page) {
     }
 }
 
-fn checks(contents: &Contents, summary: &Summary, page: &mut Page) {
+fn checks(contents: &FolderContents, summary: &Summary, page: &mut Page) {
     page.checks(&summary.checks);
     page.totals(&summary.totals);
     let Some(scene) = contents
         .scene
         .as_ref()
-        .filter(|_| contents.kind == Kind::Run)
+        .filter(|_| contents.kind == FolderKind::Run)
     else {
         return;
     };
@@ -288,7 +288,7 @@ fn checks(contents: &Contents, summary: &Summary, page: &mut Page) {
         .run
         .check_interval
         .unwrap_or(scene.run.sample_interval);
-    page.part(Part::Checks);
+    page.part(PagePart::Checks);
     page.paragraph(&format!(
         "Overlaps were searched at the start, every {interval} and at the end."
     ));

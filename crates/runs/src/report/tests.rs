@@ -31,13 +31,13 @@ const GAS: &str = r#"
 #[derive(Parser)]
 struct Run {
     #[command(flatten)]
-    options: run::Options,
+    options: run::RunOptions,
 }
 
 #[derive(Parser)]
 struct Merge {
     #[command(flatten)]
-    options: merge::Options,
+    options: merge::MergeOptions,
 }
 
 fn run_in(root: &Path, scene: &str, words: &[&str], out: &str) -> (Result<Verdict>, PathBuf) {
@@ -61,7 +61,7 @@ fn again(folder: &Path) -> String {
     let page = folder.join(PAGE);
     let _ = fs::remove_file(&page);
     assert_eq!(
-        run(&Options {
+        run(&ReportOptions {
             folders: vec![folder.to_owned()]
         })
         .unwrap(),
@@ -167,7 +167,7 @@ fn the_page_of_an_incomplete_folder_says_so() {
     }
     let empty = root.path().join("empty");
     fs::create_dir(&empty).unwrap();
-    let refused = run(&Options {
+    let refused = run(&ReportOptions {
         folders: vec![empty],
     })
     .unwrap_err()
@@ -196,7 +196,7 @@ fn the_page_of_an_experiment_keeps_its_content() {
     page.code("cargo xtask experiment none");
     let own = page.html();
     fs::write(folder.join(PAGE), own.replace("--ground", "--old")).unwrap();
-    run(&Options {
+    run(&ReportOptions {
         folders: vec![folder.to_owned()],
     })
     .unwrap();

@@ -7,7 +7,7 @@ use carom_report::page::checks_in_words;
 use carom_tables::{Figure, Summary, named, with_error};
 
 use super::{
-    contents::{Contents, Kind},
+    contents::{FolderContents, FolderKind},
     stationarity_in_words::stationarity_in_words,
     tests_in_words::tests_in_words,
 };
@@ -19,7 +19,7 @@ pub const NOT_EXACT: &str = "NOT EXACT";
 pub const FIXED_BODIES: &str = "fixed bodies";
 
 /// The verdict of a run or of merged runs.
-pub(super) fn sentence(contents: &Contents) -> String {
+pub(super) fn sentence(contents: &FolderContents) -> String {
     let Some(summary) = &contents.summary else {
         return "This folder is incomplete: there are no results yet.".to_owned();
     };
@@ -33,7 +33,7 @@ pub(super) fn sentence(contents: &Contents) -> String {
 }
 
 /// What was simulated, and whether the method is exact.
-fn what(contents: &Contents, summary: &Summary) -> String {
+fn what(contents: &FolderContents, summary: &Summary) -> String {
     let count = |name| {
         summary
             .figures
@@ -58,8 +58,8 @@ fn what(contents: &Contents, summary: &Summary) -> String {
     let plural = if totals.collisions == 1 { "" } else { "s" };
     let time = with_error(totals.simulated_time, None);
     let span = match contents.kind {
-        Kind::Run => format!("to t = {time}"),
-        Kind::Merge | Kind::Sweep | Kind::Experiment => {
+        FolderKind::Run => format!("to t = {time}"),
+        FolderKind::Merge | FolderKind::Sweep | FolderKind::Experiment => {
             format!(
                 "in {} runs, {time} time units together",
                 contents.runs.len().saturating_sub(1)

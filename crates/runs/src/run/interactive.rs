@@ -29,7 +29,7 @@ use super::{
     outcome::PICTURE,
     pieces::Pieces,
     scene_file::{self, MAX_SAMPLES, tags},
-    schedule::{Schedule, Step, What, spans},
+    schedule::{Schedule, ScheduledStep, What, spans},
     stage_edits,
     stages::{self, MAX_ACTIONS},
 };
@@ -158,15 +158,15 @@ impl InteractiveRun {
     /// # Errors
     /// The scene is invalid, or does not fit into the memory.
     pub fn new(scene: &Scene) -> Result<Self> {
-        Self::begin_within(scene, CallLimit::default())
+        Self::new_within(scene, CallLimit::default())
     }
 
     /// Builds the simulation of a scene and makes the edits of its first stage. The limit holds for
     /// each later call.
     ///
     /// # Errors
-    /// Those of [`Self::begin`]; a signal has been received.
-    pub fn begin_within(scene: &Scene, limit: CallLimit) -> Result<Self> {
+    /// Those of [`Self::new`]; a signal has been received.
+    pub fn new_within(scene: &Scene, limit: CallLimit) -> Result<Self> {
         scene_file::validate(scene)?;
         Demand::new(scene)?.refuse_unless_fits(memory::available())?;
         let method = Method::try_from(&scene.method).context("[method]")?;
@@ -334,7 +334,7 @@ impl InteractiveRun {
     }
 
     /// The next step of the schedule, if it is not after `until`.
-    fn due(&mut self, until: EpochTime) -> Option<Step> {
+    fn due(&mut self, until: EpochTime) -> Option<ScheduledStep> {
         self.schedule
             .peek()
             .copied()
@@ -342,7 +342,7 @@ impl InteractiveRun {
     }
 
     /// Takes a step of the schedule at the present time.
-    fn take(&mut self, step: Step, observer: &mut dyn Observer) -> Result<()> {
+    fn take(&mut self, step: ScheduledStep, observer: &mut dyn Observer) -> Result<()> {
         observer.pause(&self.simulation.view());
         let actions =
             stage_edits::change(&mut self.simulation, &self.scene, step.what, self.actions);
@@ -377,7 +377,7 @@ impl InteractiveRun {
         let start = self.settle(observer)?;
         // On a clone: a refused edit must not use up numbers of bodies.
         let mut edited = self.clone();
-        let present = edited.begin_stage(start, edit, hold);
+        let present = edited.start_stage(start, edit, hold);
         let shown = edited.ending_after(start)?;
         stages::check(&shown)?;
         stages::refuse_unknown_tags(&shown, tags(&shown))?;
@@ -478,7 +478,7 @@ impl InteractiveRun {
     }
 
     /// Puts a stage behind the present one, which ends at `start`; returns its index.
-    fn begin_stage(
+    fn start_stage(
         &mut self,
         start: f64,
         edit: &StageSpec,

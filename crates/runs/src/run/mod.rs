@@ -26,9 +26,9 @@ use carom::{Scene, engine::Growth};
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Summary, SummaryFile, Verdict};
 use clap::Args;
-use outcome::{Begun, Outcome, Pricing, simulate};
+use outcome::{Begun, Pricing, RunOutcome, simulate};
 use parent::Parent;
-use placement::Placement;
+use placement::BodyPlacement;
 pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
 
 use crate::{
@@ -43,7 +43,7 @@ use crate::{
     price::PRICE,
     record::Record,
     remarks::remarks,
-    report::{self, State},
+    report::{self, FolderState},
     resumable::{Choices, Task, without_end},
     sampling_times::sampling_times,
     terminal::note,
@@ -51,7 +51,7 @@ use crate::{
 
 /// Options of `carom run`.
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct RunOptions {
     /// The scene file and changes to it
     #[command(flatten)]
     pub file: SceneFile,
@@ -71,7 +71,7 @@ pub struct Options {
 ///
 /// # Errors
 /// The scene is invalid, the folder is not empty, or the run fails.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &RunOptions) -> Result<Verdict> {
     let from = options.file.from.as_deref();
     let parent = Parent::find(
         from,
@@ -104,7 +104,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
             None => None,
         };
         let mut store = |growth: &Growth| placement::store(growth, &what, place.describe()?.path());
-        let placement = Placement::new(
+        let placement = BodyPlacement::new(
             &method,
             &signals,
             options.choices.checkpoint_every,
@@ -189,7 +189,7 @@ fn all_processors() -> usize {
 /// Writes the results of a run that has reached its end, the page last.
 fn write_ended(
     folder: &Folder,
-    outcome: &Outcome,
+    outcome: &RunOutcome,
     summary: &Summary,
     scene: &Scene,
     method: &Method,
@@ -201,19 +201,19 @@ fn write_ended(
         folder.write_json(PRICE, price)?;
     }
     placement::remove(folder.path())?;
-    report::write(folder, State::Ended)
+    report::write(folder, FolderState::Ended)
 }
 
 /// Writes the results of a run up to an error, the page last.
 fn write_failed(
     folder: &Folder,
-    outcome: &Outcome,
+    outcome: &RunOutcome,
     summary: &Summary,
     error: &Error,
 ) -> Result<()> {
     folder.write_json("summary.json", &SummaryFile::new(summary))?;
     report::write_tables(&outcome.results, folder)?;
-    report::write(folder, State::Failed(format!("{error:#}")))
+    report::write(folder, FolderState::Failed(format!("{error:#}")))
 }
 
 /// Puts the run from which this one starts, and remarks on the scene, before the note.
@@ -292,7 +292,7 @@ struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
-    fn new(options: &Options, scene: &'a Scene, parent: Option<&'a Parent>) -> Self {
+    fn new(options: &RunOptions, scene: &'a Scene, parent: Option<&'a Parent>) -> Self {
         let path = folder_path(options);
         let command = again(&path, parent);
         let existing = options.choices.resumption.existing();
@@ -419,7 +419,7 @@ pub fn record(scene: &Scene, signals: &Signals) -> Result<Record> {
     Ok(outcome::in_memory(scene, signals)?.record(scene, &method))
 }
 
-fn folder_path(options: &Options) -> PathBuf {
+fn folder_path(options: &RunOptions) -> PathBuf {
     let name = options
         .file
         .path

@@ -47,7 +47,7 @@ const END: f64 = 1e-12;
 
 /// Results of a run.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct RunOutcome {
     /// Tables and figures of the measures.
     pub results: Results,
     totals: Totals,
@@ -85,9 +85,9 @@ pub type Begun = (AnySimulation, Measures, u64);
 
 /// The results of a run: to its end, or to the error that ended it.
 #[derive(Debug)]
-pub struct Ended {
+pub struct RunEnd {
     /// What was measured.
-    pub outcome: Outcome,
+    pub outcome: RunOutcome,
     /// The error, if the run could not go on.
     pub error: Option<Error>,
     /// Errors after that one, which it may have caused.
@@ -107,12 +107,12 @@ pub fn simulate(
     scene: &Scene,
     pricing: Pricing,
     start: impl FnOnce() -> Result<Begun>,
-) -> Result<Ended> {
+) -> Result<RunEnd> {
     let run = &scene.run;
     let progress = Progress::new(run.until);
-    let mut going = match task.start::<Measures, Outcome>(found)? {
+    let mut going = match task.start::<Measures, RunOutcome>(found)? {
         Start::Ended(outcome) => {
-            return Ok(Ended {
+            return Ok(RunEnd {
                 outcome,
                 error: None,
                 later: Vec::new(),
@@ -150,7 +150,7 @@ pub fn simulate(
             .into_iter()
             .filter_map(Result::err);
         let (later, tiles) = (later.collect(), going.simulation.tile_counters());
-        return Ok(Ended {
+        return Ok(RunEnd {
             outcome,
             error: Some(error),
             later,
@@ -172,7 +172,7 @@ pub fn simulate(
     }
     let tiles = going.simulation.tile_counters();
     going.end(task, &outcome)?;
-    Ok(Ended {
+    Ok(RunEnd {
         outcome,
         error: None,
         later: Vec::new(),
@@ -181,7 +181,7 @@ pub fn simulate(
 }
 
 /// Writes the tables of an outcome, and the last picture.
-fn write_results(outcome: &Outcome, going: &Resumable<Measures>, task: &Task<'_>) -> Result<()> {
+fn write_results(outcome: &RunOutcome, going: &Resumable<Measures>, task: &Task<'_>) -> Result<()> {
     task.folder
         .write_lasting(PICTURES[1], picture_of(&going.simulation.view(), PICTURE))?;
     for (file, map) in maps_of(&going.simulation.view()) {
@@ -198,7 +198,7 @@ fn write_results(outcome: &Outcome, going: &Resumable<Measures>, task: &Task<'_>
 /// # Errors
 /// The scene is invalid or does not fit into the memory, the run fails, or a signal has been
 /// received.
-pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
+pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<RunOutcome> {
     let clock = ThreadTime::now();
     stages::check(scene)?;
     Demand::new(scene)?.refuse_unless_fits(memory::available())?;
@@ -239,11 +239,11 @@ pub(super) fn outcome_of(
     measures: &Measures,
     seconds: f64,
     scene: &Scene,
-) -> Outcome {
+) -> RunOutcome {
     let (hard_discs, judged) = theory(view, scene);
     let results = measures.results(&judged, &hard_discs);
     let collisions = view.counters().collisions;
-    Outcome {
+    RunOutcome {
         totals: Totals {
             collisions,
             simulated_time: simulated_time(view, scene),
@@ -330,7 +330,7 @@ pub fn is_shown(figure: &Figure) -> bool {
     figure.value != 0.0 || !AT_ONCE.contains(&figure.name.as_str())
 }
 
-impl Outcome {
+impl RunOutcome {
     /// What the method saves and gets wrong, if it is not the default.
     pub fn price(&self) -> Option<&Price> {
         self.price.as_ref()

@@ -12,7 +12,7 @@ use carom_methods::{AnySimulation, Method};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    checkpoint_file::{self, Body, FileError},
+    checkpoint_file::{self, CheckpointBody, FileError},
     output::Folder,
     resumable,
 };
@@ -103,7 +103,7 @@ impl Parent {
 
     fn stored(folder: &Path) -> Result<Option<Self>> {
         let path = folder.join(START_STATE);
-        match Body::read(&path).and_then(|mut body| body.take()) {
+        match CheckpointBody::read(&path).and_then(|mut body| body.take()) {
             Ok(stored) => Ok(Some(stored)),
             Err(FileError::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => {
                 Ok(None)

@@ -16,7 +16,7 @@ use carom::{
 use carom_methods::{AnySimulation, Method};
 
 use crate::{
-    checkpoint_file::{self, Body, encode},
+    checkpoint_file::{self, CheckpointBody, encode},
     interruption::Signals,
     other_run::refuse_other,
     progress::{Lines, Progress},
@@ -39,7 +39,7 @@ pub fn stored(what: &str, folder: &Path) -> Result<Option<Growth>> {
         return Ok(None);
     }
     let read = || -> Result<Growth> {
-        let mut body = Body::read(&path)?;
+        let mut body = CheckpointBody::read(&path)?;
         refuse_other(&body.take::<String>()?, what)?;
         Ok(body.take()?)
     };
@@ -63,7 +63,7 @@ pub fn remove(folder: &Path) -> Result<()> {
 }
 
 /// Places the bodies of one run; shows and stores the progress of a growth.
-pub struct Placement<'a> {
+pub struct BodyPlacement<'a> {
     method: &'a Method,
     signals: &'a Signals,
     /// Writes the growth where it is found again.
@@ -76,7 +76,7 @@ pub struct Placement<'a> {
     error: Option<anyhow::Error>,
 }
 
-impl<'a> Placement<'a> {
+impl<'a> BodyPlacement<'a> {
     pub fn new(
         method: &'a Method,
         signals: &'a Signals,
@@ -109,7 +109,7 @@ impl<'a> Placement<'a> {
     /// Continues a growth.
     ///
     /// # Errors
-    /// Those of [`Self::begin`].
+    /// Those of [`Self::place`].
     pub fn resume(mut self, mut growth: Growth) -> Result<AnySimulation> {
         let placed = loop {
             if growth.is_done() {

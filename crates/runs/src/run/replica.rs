@@ -11,10 +11,9 @@ use carom::{Scene, engine::Growth};
 use carom_methods::Method;
 
 use super::{
-    start,
     outcome::outcome_of,
-    placement::{self, Placement},
-    scene_file,
+    placement::{self, BodyPlacement},
+    scene_file, start,
     steps::{self, Output},
 };
 use crate::{
@@ -30,7 +29,7 @@ use crate::{
 
 /// A replica to run.
 #[derive(Debug)]
-pub struct Replica<'a> {
+pub struct ReplicaRun<'a> {
     /// The scene with seed and number of the replica.
     pub scene: &'a Scene,
     /// Folder of its checkpoint alone; a checkpoint in it is continued.
@@ -70,7 +69,7 @@ pub fn check(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
-impl Replica<'_> {
+impl ReplicaRun<'_> {
     /// Runs the replica to its end, from its checkpoint if there is one.
     ///
     /// # Errors
@@ -132,7 +131,7 @@ impl Replica<'_> {
     fn start(&self, task: &Task<'_>) -> Result<Resumable<Measures>> {
         let Self { scene, folder, .. } = *self;
         let mut store = |growth: &Growth| placement::store(growth, &task.what, folder.path());
-        let placement = Placement::new(
+        let placement = BodyPlacement::new(
             &task.method,
             self.signals,
             self.checkpoint_every,

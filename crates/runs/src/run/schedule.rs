@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// One step of a run at a given time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
+pub struct ScheduledStep {
     /// Its time.
     pub time: f64,
     /// What happens.
@@ -124,10 +124,10 @@ impl Series {
     }
 
     /// Takes the next step, which it has.
-    fn step(&mut self) -> Option<Step> {
+    fn step(&mut self) -> Option<ScheduledStep> {
         let time = self.time()?;
         self.next += 1;
-        Some(Step {
+        Some(ScheduledStep {
             time,
             what: self.what,
         })
@@ -253,9 +253,9 @@ impl Schedule {
 }
 
 impl Iterator for Schedule {
-    type Item = Step;
+    type Item = ScheduledStep;
 
-    fn next(&mut self) -> Option<Step> {
+    fn next(&mut self) -> Option<ScheduledStep> {
         let change = self.next_change();
         if let Some(observation) = earliest(&self.observations) {
             let same = ROUNDING * self.shortest.min(self.stage.shortest);
@@ -263,7 +263,7 @@ impl Iterator for Schedule {
                 let step = first_until(&mut self.observations, observation + same)?.step()?;
                 // Not after the change by rounding: observations must not delay it.
                 let time = change.map_or(step.time, |change| step.time.min(change));
-                return Some(Step { time, ..step });
+                return Some(ScheduledStep { time, ..step });
             }
         }
         let same = ROUNDING * self.stage.shortest;

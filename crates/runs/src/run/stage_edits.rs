@@ -20,7 +20,7 @@ pub fn start(
     stage: usize,
     action: u64,
 ) -> Result<u64> {
-    begin_with(simulation, scene, stage, action, |result| result)
+    start_with(simulation, scene, stage, action, |result| result)
 }
 
 /// Makes the edits of all stages one after another on a copy of the system, so that most of those
@@ -32,7 +32,7 @@ pub fn start(
 fn rehearse(simulation: &AnySimulation, scene: &Scene) -> Result<()> {
     let mut copy = simulation.clone();
     for stage in 1..scene.stage.len() {
-        begin_with(&mut copy, scene, stage, 0, |result| match result {
+        start_with(&mut copy, scene, stage, 0, |result| match result {
             Err(EditError::Scene(SceneError::Overlap { .. }) | EditError::NoSuchBody(_)) => Ok(()),
             other => other,
         })?;
@@ -40,7 +40,7 @@ fn rehearse(simulation: &AnySimulation, scene: &Scene) -> Result<()> {
     Ok(())
 }
 
-fn begin_with(
+fn start_with(
     simulation: &mut AnySimulation,
     scene: &Scene,
     stage: usize,

@@ -9,7 +9,7 @@ use carom_methods::AnySimulation;
 
 use super::{
     pieces::Pieces,
-    schedule::{Schedule, Step, What},
+    schedule::{Schedule, ScheduledStep, What},
     stage_edits,
     state_table::StateTable,
     stop,
@@ -53,7 +53,7 @@ pub(super) fn go_on(
     let is_shown = output == Output::Files && run.animation && begun <= run.animation_from;
     let mut animation_from = is_shown.then_some(run.animation_from);
     let mut table = (output == Output::Files).then(|| StateTable::new(begun, run.until));
-    for Step { time, what } in Schedule::new(scene).skip(going.steps()) {
+    for ScheduledStep { time, what } in Schedule::new(scene).skip(going.steps()) {
         if let Some(from) = animation_from.take_if(|from| *from < time) {
             // A run split in two makes the same contacts, to the bit.
             if going.simulation.time().to_f64() < from {
@@ -148,7 +148,7 @@ pub(super) fn take_all(
     mut actions: u64,
     signals: &Signals,
 ) -> Result<()> {
-    for Step { time, what } in Schedule::new(scene) {
+    for ScheduledStep { time, what } in Schedule::new(scene) {
         signals.check()?;
         while !simulation.observe_epoch(EpochTime::from(time), measures)? {
             signals.check()?;
@@ -156,7 +156,7 @@ pub(super) fn take_all(
         match what {
             What::Sample => {
                 measures.sample(&simulation.view());
-                measures.begin_anew_unless_settled(scene, &simulation.view())?;
+                measures.start_anew_unless_settled(scene, &simulation.view())?;
             }
             What::Check => measures.check(&simulation.view()),
             What::Snapshot => (),
@@ -190,7 +190,7 @@ fn take(
             append_sample(going, &scene.run, output)?;
             return going
                 .observers
-                .begin_anew_unless_settled(scene, &going.simulation.view());
+                .start_anew_unless_settled(scene, &going.simulation.view());
         }
         What::Snapshot if output == Output::Files => append_frame(going)?,
         What::Snapshot => (),

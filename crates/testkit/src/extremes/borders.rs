@@ -8,39 +8,39 @@ use carom::{
 use glam::DVec2;
 
 use super::{
-    Case, Effort, Engine, Finding,
+    Effort, Engine, ExtremeCase, ExtremeFinding,
     bodies::{bumper, disc},
     engine::{gas, in_box},
     watch::{Watch, run_collisions, velocity},
 };
 
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<ExtremeCase> {
     vec![
-        Case {
+        ExtremeCase {
             id: "7.19",
             name: "an object on a border of cells, in the corner of the box, at x = L − ulp, at x = −0.0",
             must: "hit from all four sides at the closed-form time",
             run: places,
         },
-        Case {
+        ExtremeCase {
             id: "7.20",
             name: "a disc along a border of cells, one component of its velocity 0 or −0",
             must: "a bounded number of crossings, the target is hit",
             run: along,
         },
-        Case {
+        ExtremeCase {
             id: "7.21",
             name: "bodies larger than a cell; boxes of one, two, three cells a side",
             must: "the same collisions as a search of all pairs and images; too small a box is refused",
             run: few_cells,
         },
-        Case {
+        ExtremeCase {
             id: "7.22",
             name: "discs of a diameter above L/2 that meet through two images",
             must: "each hit at its closed-form time, alternating images; contact with the own image is refused",
             run: two_images,
         },
-        Case {
+        ExtremeCase {
             id: "7.23",
             name: "a bumper at the corner of the box, and in its middle",
             must: "the same first collisions; both mean free paths as predicted",
@@ -49,7 +49,7 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-fn places(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn places(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut wrong = 0;
     let last = 1.0f64.next_down();
     // Some forty further discs at rest create cells with borders at k/n for many n.
@@ -77,10 +77,13 @@ fn places(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
             }
         }
     }
-    Ok(vec![Finding::never("positions without a hit", wrong)])
+    Ok(vec![ExtremeFinding::never(
+        "positions without a hit",
+        wrong,
+    )])
 }
 
-fn along(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn along(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut wrong = 0;
     let mut crossings = 0;
     for zero in [0.0, -0.0] {
@@ -107,8 +110,8 @@ fn along(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         }
     }
     Ok(vec![
-        Finding::never("targets not hit", wrong),
-        Finding::new(
+        ExtremeFinding::never("targets not hit", wrong),
+        ExtremeFinding::new(
             "most crossings of two discs in 500 boxes",
             crossings as f64,
             2.0 * 500.0 * 64.0,
@@ -127,7 +130,7 @@ fn all_pairs(scene: &Scene, count: usize) -> Result<Vec<[u64; 2]>> {
     Ok(watch.bodies)
 }
 
-fn few_cells(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn few_cells(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut wrong = 0;
     let scene = |big: f64, small: f64, count: usize| {
         let mut scene = in_box([1.0, 1.0], vec![disc(big, 4.0, [0.3, 0.4], [0.2, 0.1])]);
@@ -173,12 +176,12 @@ fn few_cells(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
             too_small != (radius > 0.5)
         });
     Ok(vec![
-        Finding::never("scenes with other collisions than all pairs", wrong),
-        Finding::never("boxes wrongly refused or accepted", refused.count()),
+        ExtremeFinding::never("scenes with other collisions than all pairs", wrong),
+        ExtremeFinding::never("boxes wrongly refused or accepted", refused.count()),
     ])
 }
 
-fn two_images(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn two_images(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     // Two discs of diameters 0.52 and 0.4 in a row across the border: a free gap of 0.04 on either
     // side.
     let scene = in_box(
@@ -209,20 +212,20 @@ fn two_images(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         })
     );
     Ok(vec![
-        Finding::new(
+        ExtremeFinding::new(
             "number of hits minus the expected 100",
             (watch.times.len() as f64 - 100.0).abs(),
             0.0,
         ),
-        Finding::new("largest error of a time", late, 1e-12),
-        Finding::never(
+        ExtremeFinding::new("largest error of a time", late, 1e-12),
+        ExtremeFinding::never(
             "contacts with the own image that are not refused",
             usize::from(!refused),
         ),
     ])
 }
 
-fn corner_bumper(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn corner_bumper(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let sum = 0.25;
     let scene = |at: f64| {
         let place = [(at + 0.4) % 1.0, (at + 0.15) % 1.0];
@@ -241,7 +244,7 @@ fn corner_bumper(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         // The standard deviation of free paths is about their mean, and their correlation is small.
         let error = predicted / (effort.collisions as f64).sqrt();
         let off = (free - predicted).abs() / error;
-        findings.push(Finding::new(
+        findings.push(ExtremeFinding::new(
             format!("{name}: deviation of the mean free path (standard errors)"),
             off,
             5.0,
@@ -253,7 +256,7 @@ fn corner_bumper(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         .zip(&first[1])
         .map(|(a, b)| (a - b).abs())
         .fold(0.0, f64::max);
-    findings.push(Finding::new(
+    findings.push(ExtremeFinding::new(
         "largest difference of the first six times",
         differ,
         1e-8,

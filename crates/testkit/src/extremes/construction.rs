@@ -7,20 +7,20 @@ use carom::{
 };
 
 use super::{
-    Case, Effort, Engine, Finding,
+    Effort, Engine, ExtremeCase, ExtremeFinding,
     bodies::{bumper, disc, named},
     engine::in_box,
 };
 
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<ExtremeCase> {
     vec![
-        Case {
+        ExtremeCase {
             id: "7.24",
             name: "one object, none, only bumpers; a run to a time that has passed",
             must: "the run returns without events",
             run: nothing_to_do,
         },
-        Case {
+        ExtremeCase {
             id: "7.25",
             name: "NaN, infinite, negative, zero: radii, masses, places, speeds, boxes; no atoms, coincident atoms",
             must: "a typed error at construction, each time",
@@ -29,7 +29,7 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-fn nothing_to_do(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn nothing_to_do(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let one = in_box([1.0, 1.0], vec![disc(0.1, 1.0, [0.5, 0.5], [0.3, 0.1])]);
     let bumpers = Scene {
         bumper: vec![bumper(0.1, [0.2, 0.2]), bumper(0.1, [0.7, 0.2])],
@@ -58,14 +58,14 @@ fn nothing_to_do(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         }
     }
     Ok(vec![
-        Finding::new("collisions", events as f64, 0.0),
-        Finding::never("runs that end at another time than requested", moved),
-        Finding::never("times that are past or not finite, and not refused", wrong),
+        ExtremeFinding::new("collisions", events as f64, 0.0),
+        ExtremeFinding::never("runs that end at another time than requested", moved),
+        ExtremeFinding::never("times that are past or not finite, and not refused", wrong),
     ])
 }
 
 #[allow(clippy::unnecessary_wraps, reason = "all cases have one signature")]
-fn refused(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn refused(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let atom = |at: [f64; 2], radius: f64, mass: f64| AtomSpec { at, radius, mass };
     let of = |atoms: Vec<AtomSpec>| {
         in_box(
@@ -119,7 +119,7 @@ fn refused(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         built.is_ok()
     });
     Ok(vec![
-        Finding::never("invalid scenes that are accepted", accepted.count()),
-        Finding::never("too few invalid scenes", usize::from(scenes.len() < 40)),
+        ExtremeFinding::never("invalid scenes that are accepted", accepted.count()),
+        ExtremeFinding::never("too few invalid scenes", usize::from(scenes.len() < 40)),
     ])
 }

@@ -9,52 +9,52 @@ use carom::{
 use glam::DVec2;
 
 use super::{
-    Case, Effort, Engine, Finding,
+    Effort, Engine, ExtremeCase, ExtremeFinding,
     bodies::{bumper, disc, named},
     engine::{directions, in_box},
     watch::{Watch, velocity},
 };
 use carom_methods::AnySimulation;
 
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<ExtremeCase> {
     vec![
-        Case {
+        ExtremeCase {
             id: "7.12",
             name: "a disc rattles in the concave corner of a fixed T, elastic and at e = 0.5, 0.05, 0",
             must: "a bounded number of collisions at one time, no overlap",
             run: corner,
         },
-        Case {
+        ExtremeCase {
             id: "7.14",
             name: "a chain of 100 touching discs is hit at one end",
             must: "100 collisions at one time, only the last disc leaves",
             run: chain,
         },
-        Case {
+        ExtremeCase {
             id: "7.15",
             name: "four discs meet in a point; a lattice with mirrored velocities",
             must: "energy and momentum conserved, the same order in each run",
             run: meetings,
         },
-        Case {
+        ExtremeCase {
             id: "6.5 a",
             name: "a dumbbell along the line between two bumpers, e = 1",
             must: "constant period 2 gap/v, spin exactly 0",
             run: shuttle,
         },
-        Case {
+        ExtremeCase {
             id: "6.5 b",
             name: "Newton's cradle of 6 discs, gaps 1e-3 to 1e-12 σ and 0",
             must: "5 collisions from left to right, only the last leaves, energy to the ulp",
             run: cradle,
         },
-        Case {
+        ExtremeCase {
             id: "6.5 c",
             name: "break shot: a disc hits two touching ones symmetrically",
             must: "energy and momentum conserved, in each run the result of the sequential rule",
             run: break_shot,
         },
-        Case {
+        ExtremeCase {
             id: "6.5 d",
             name: "three equal discs in the plane; N in a row",
             must: "at most 4 collisions; exactly the number of inversions of their velocities",
@@ -63,7 +63,7 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-fn corner(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn corner(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let (mut overlapping, mut unnamed, mut most) = (0, 0, 0);
     for e in [1.0, 0.5, 0.05, 0.0] {
         for direction in directions().take((effort.collisions / 500).clamp(8, 64) as usize) {
@@ -92,9 +92,9 @@ fn corner(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         }
     }
     Ok(vec![
-        Finding::never("overlapping pairs", overlapping),
-        Finding::never("runs that do not reach their end", unnamed),
-        Finding::new(
+        ExtremeFinding::never("overlapping pairs", overlapping),
+        ExtremeFinding::never("runs that do not reach their end", unnamed),
+        ExtremeFinding::new(
             "largest number of collisions at one time",
             most as f64,
             100.0,
@@ -112,7 +112,7 @@ fn row(engine: Engine, count: usize, gap: f64) -> Result<(AnySimulation, Watch)>
     Ok((run, watch))
 }
 
-fn chain(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn chain(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let (run, watch) = row(engine, 100, 0.0)?;
     let late = watch
         .times
@@ -120,18 +120,18 @@ fn chain(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         .map(|time| (time - 1.0).abs())
         .fold(0.0, f64::max);
     Ok(vec![
-        Finding::new(
+        ExtremeFinding::new(
             "number of collisions minus 100",
             (watch.times.len() as f64 - 100.0).abs(),
             0.0,
         ),
-        Finding::new("largest time after the first collision", late, 1e-13),
-        Finding::new(
+        ExtremeFinding::new("largest time after the first collision", late, 1e-13),
+        ExtremeFinding::new(
             "velocity of the last disc minus 1",
             (velocity(&run, 100) - DVec2::X).length(),
             1e-13,
         ),
-        Finding::new(
+        ExtremeFinding::new(
             "energy drift, relative",
             (run.view().energy() / 0.5 - 1.0).abs(),
             1e-13,
@@ -139,7 +139,7 @@ fn chain(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn cradle(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn cradle(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let (mut order, mut error) = (0, 0.0f64);
     for gap in [1e-3, 1e-6, 1e-9, 1e-12, 0.0] {
         let (run, watch) = row(engine, 5, gap)?;
@@ -157,8 +157,8 @@ fn cradle(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         error = error.max((run.view().energy() / 0.5 - 1.0).abs());
     }
     Ok(vec![
-        Finding::never("cradles with another order of collisions", order),
-        Finding::new(
+        ExtremeFinding::never("cradles with another order of collisions", order),
+        ExtremeFinding::new(
             "largest error of a velocity, or of the energy",
             error,
             2.0 * f64::EPSILON,
@@ -166,7 +166,7 @@ fn cradle(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn shuttle(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn shuttle(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut scene = in_box(
         [16.0, 8.0],
         vec![MoleculeSpec {
@@ -192,14 +192,14 @@ fn shuttle(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         .next()
         .map_or(f64::NAN, |body| body.motion.angular_velocity.abs());
     Ok(vec![
-        Finding::new(
+        ExtremeFinding::new(
             "number of hits minus the expected one",
             (run.view().counters().collisions as f64 - hits as f64).abs(),
             0.0,
         ),
-        Finding::new("largest error of a time", late, 1e-10),
-        Finding::new("spin", body, 0.0),
-        Finding::new(
+        ExtremeFinding::new("largest error of a time", late, 1e-10),
+        ExtremeFinding::new("spin", body, 0.0),
+        ExtremeFinding::new(
             "error of the speed",
             (velocity(&run, 0).length() - 1.0).abs(),
             0.0,
@@ -207,7 +207,7 @@ fn shuttle(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn break_shot(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn break_shot(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let run = || -> Result<[DVec2; 3]> {
         let (s, c) = (0.5, 0.75f64.sqrt());
         let scene = in_box(
@@ -231,17 +231,17 @@ fn break_shot(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let sequential = (speeds[0].max(speeds[1]) - expected[0]).abs()
         + (speeds[0].min(speeds[1]) - expected[1]).abs();
     Ok(vec![
-        Finding::new("energy minus initial energy", (energy - 1.0).abs(), 1e-14),
-        Finding::new(
+        ExtremeFinding::new("energy minus initial energy", (energy - 1.0).abs(), 1e-14),
+        ExtremeFinding::new(
             "momentum minus initial momentum",
             (momentum - DVec2::X).length(),
             1e-14,
         ),
-        Finding::never(
+        ExtremeFinding::never(
             "different results on repetition",
             usize::from(first != again),
         ),
-        Finding::new(
+        ExtremeFinding::new(
             "speeds minus those of the sequential rule",
             sequential,
             1e-13,
@@ -249,7 +249,7 @@ fn break_shot(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn few_discs(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn few_discs(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let trials = (effort.collisions / 20).clamp(200, 20_000) as usize;
     let mut most = 0;
     let angles: Vec<DVec2> = directions().take(9 * trials).collect();
@@ -302,23 +302,23 @@ fn few_discs(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         wrong += usize::from(met && run.view().counters().collisions != inversions);
     }
     Ok(vec![
-        Finding::new(
+        ExtremeFinding::new(
             "largest number of collisions of three discs",
             most as f64,
             4.0,
         ),
-        Finding::never(
+        ExtremeFinding::never(
             "fewer than two collisions of any three discs",
             usize::from(most < 2),
         ),
-        Finding::never(
+        ExtremeFinding::never(
             "rows whose number of collisions differs from the inversions",
             wrong,
         ),
     ])
 }
 
-fn meetings(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn meetings(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let four = [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]]
         .map(|[x, y]| disc(0.0625, 1.0, [0.5 + 0.25 * x, 0.5 + 0.25 * y], [-x, -y]));
     let place = |k: usize| [(k % 8) as f64 / 8.0, (k / 8) as f64 / 8.0];
@@ -354,25 +354,25 @@ fn meetings(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         };
         let same = bits(&first) == bits(&again) && watch.bodies == other.bodies;
         findings.extend([
-            Finding::new(
+            ExtremeFinding::new(
                 format!("{name}: energy drift"),
                 (first.view().energy() / energy - 1.0).abs(),
                 1e-14,
             ),
-            Finding::new(
+            ExtremeFinding::new(
                 format!("{name}: momentum"),
                 first.view().momentum().length(),
                 1e-13,
             ),
-            Finding::never(
+            ExtremeFinding::never(
                 format!("{name}: different order on repetition"),
                 usize::from(!same),
             ),
-            Finding::never(
+            ExtremeFinding::never(
                 format!("{name}: overlapping pairs"),
                 first.view().overlaps().pairs,
             ),
-            Finding::never(
+            ExtremeFinding::never(
                 format!("{name}: no collision"),
                 usize::from(watch.times.is_empty()),
             ),

@@ -11,25 +11,25 @@ use glam::DVec2;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Engine {
     /// The exact detector with the fast scheduler.
-    Ours,
+    Default,
     /// The golden-section and secant search of the thesis, with a heap of all events.
-    Theses,
+    Thesis,
 }
 
 impl Engine {
     /// Name in tables.
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Ours => "Exact, CellScheduler",
-            Self::Theses => "GoldenSecant, HeapScheduler",
+            Self::Default => "Exact, CellScheduler",
+            Self::Thesis => "GoldenSecant, HeapScheduler",
         }
     }
 
     /// The detector of contacts.
     pub fn detector(self) -> AnyDetector {
         match self {
-            Self::Ours => AnyDetector::Exact(Exact::default()),
-            Self::Theses => AnyDetector::GoldenSecant(GoldenSecant::default()),
+            Self::Default => AnyDetector::Exact(Exact::default()),
+            Self::Thesis => AnyDetector::GoldenSecant(GoldenSecant::default()),
         }
     }
 
@@ -39,8 +39,8 @@ impl Engine {
     /// The scene cannot be built.
     pub fn simulate(self, scene: &Scene) -> Result<AnySimulation, SceneError> {
         let order = match self {
-            Self::Ours => Order::Cells(Instructions::Widest),
-            Self::Theses => Order::Heap(CellsPerSide::Automatic),
+            Self::Default => Order::Cells(Instructions::Widest),
+            Self::Thesis => Order::Heap(CellsPerSide::Automatic),
         };
         AnySimulation::with(
             scene,

@@ -7,7 +7,7 @@ use carom::{
 };
 
 use super::{
-    Case, Effort, Engine, Finding,
+    Effort, Engine, ExtremeCase, ExtremeFinding,
     bodies::disc,
     engine::{directions, gas, in_box},
     watch::{survey, survey_of},
@@ -15,33 +15,33 @@ use super::{
 use carom_methods::AnySimulation;
 
 /// The cases of whole gases.
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<ExtremeCase> {
     vec![
-        Case {
+        ExtremeCase {
             id: "7.5",
             name: "a gas at time 0, 1e3, 1e6, 1e9, 1e12",
             must: "the same collisions and velocities to the bit; overlaps within the bound of time 0",
             run: ages,
         },
-        Case {
+        ExtremeCase {
             id: "7.6",
             name: "mass ratios 1:1e8 and 1e8:1, radius ratio 1:1000",
             must: "energy conserved to 1e-12; no overlap",
             run: ratios,
         },
-        Case {
+        ExtremeCase {
             id: "7.6 b",
             name: "light and heavy discs, mass ratio 100, all energy in the light ones at the start",
             must: "equipartition: mean energies equal within five standard errors",
             run: equipartition,
         },
-        Case {
+        ExtremeCase {
             id: "7.17",
             name: "inelastic: three discs in line at e = 0.05, gases at e = 0.5 and e = 0",
             must: "collapse guarded and counted, energy recorded in the ledger, the end reached",
             run: inelastic,
         },
-        Case {
+        ExtremeCase {
             id: "7.18",
             name: "a gas at e = 1.01, on to the blow-up",
             must: "a named error, finite energy and no overlap",
@@ -101,7 +101,7 @@ fn velocities(view: &View<'_>) -> Vec<[f64; 2]> {
         .collect()
 }
 
-fn ages(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn ages(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut findings = Vec::new();
     let mut young = None;
     for age in [0.0, 1e3, 1e6, 1e9, 1e12] {
@@ -111,14 +111,14 @@ fn ages(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         let duration = 16.0 * (effort.collisions as f64 / 2e4).clamp(0.25, 4.0);
         run.observe_until_epoch_time(later(begun, duration), &mut ())?;
         let view = run.view();
-        findings.push(Finding::never(
+        findings.push(ExtremeFinding::never(
             format!("overlapping pairs at {age:e}"),
             view.overlaps().pairs,
         ));
         let state = (view.counters().collisions, velocities(&view));
         let first = young.get_or_insert_with(|| state.clone());
         let different = usize::from(*first != state);
-        findings.push(Finding::never(
+        findings.push(ExtremeFinding::never(
             format!("trajectories that differ from those at time 0, at {age:e}"),
             different,
         ));
@@ -131,7 +131,7 @@ pub fn later(instant: EpochTime, duration: f64) -> EpochTime {
     instant.new_epoch(0.0).after(duration)
 }
 
-fn ratios(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn ratios(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let scenes = [
         ("a heavy disc, 1e8", mixture(50, 0.03, 1.0, 0.1, 1e8)),
         ("a light disc, 1e-8", mixture(50, 0.03, 1.0, 0.1, 1e-8)),
@@ -154,7 +154,7 @@ fn ratios(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     Ok(findings)
 }
 
-fn equipartition(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn equipartition(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut scene = in_box([1.0, 1.0], Vec::new());
     scene.gas = vec![gas("disc", 0.02, 1.0, 100), gas("disc", 0.03, 100.0, 40)];
     scene.gas[1].energy = 0.0;
@@ -184,7 +184,7 @@ fn equipartition(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         .map(|share| (share - mean).powi(2))
         .sum::<f64>()
         / (n - 1.0);
-    Ok(vec![Finding::new(
+    Ok(vec![ExtremeFinding::new(
         "mean energy of heavy discs relative to light ones, minus 1 (standard errors)",
         mean.abs() / (variance / n).sqrt(),
         5.0,
@@ -196,7 +196,7 @@ fn equipartition(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
 /// as all before.
 const CONTACTS_WHILE_COOLING: u64 = 20_000;
 
-fn inelastic(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn inelastic(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut row = in_box(
         [1.0, 1.0],
         vec![
@@ -209,11 +209,11 @@ fn inelastic(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
     let mut run = engine.simulate(&row)?;
     run.run_until(100.0)?;
-    findings.push(Finding::never(
+    findings.push(ExtremeFinding::never(
         "row: overlapping pairs",
         run.view().overlaps().pairs,
     ));
-    findings.push(Finding::new(
+    findings.push(ExtremeFinding::new(
         "row: collisions",
         run.view().counters().collisions as f64,
         1e5,
@@ -230,20 +230,20 @@ fn inelastic(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
             let mut run = engine.simulate(&scene)?;
             let ended = survey_of(&mut run, effort.collisions.min(CONTACTS_WHILE_COOLING));
             let overlaps = run.view().overlaps();
-            findings.push(Finding::never(
+            findings.push(ExtremeFinding::never(
                 format!("{name}: overlapping pairs"),
                 overlaps.pairs,
             ));
             let view = run.view();
             let drift = (view.energy() - view.ledger().booked()).abs() / view.ledger().initial;
-            findings.push(Finding::new(
+            findings.push(ExtremeFinding::new(
                 format!("{name}: energy minus ledger, relative"),
                 drift,
                 1e-12,
             ));
             let ended_by_name = match ended {
                 Ok(survey) => {
-                    findings.push(Finding::never(
+                    findings.push(ExtremeFinding::never(
                         format!("{name}: steps back in time"),
                         survey.watch.backwards,
                     ));
@@ -251,13 +251,13 @@ fn inelastic(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
                 }
                 Err(error) => !guarded && error.downcast_ref::<RunError>().is_some(),
             };
-            findings.push(Finding::never(
+            findings.push(ExtremeFinding::never(
                 format!("{name}: unexpected ends"),
                 usize::from(!ended_by_name),
             ));
             if guarded && e == 0.0 {
                 let spared = view.counters().guarded_collisions;
-                findings.push(Finding::never(
+                findings.push(ExtremeFinding::never(
                     format!("{name}: guard never active"),
                     usize::from(spared == 0),
                 ));
@@ -267,7 +267,7 @@ fn inelastic(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     Ok(findings)
 }
 
-fn superelastic(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn superelastic(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut scene = in_box([1.0, 1.0], Vec::new());
     scene.gas = vec![gas("disc", 0.05, 1.0, 12), gas("dumbbell", 0.03, 0.5, 4)];
     scene.elasticity.default = 1.01;
@@ -280,8 +280,8 @@ fn superelastic(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     }
     let view = run.view();
     Ok(vec![
-        Finding::never("overlapping pairs at the end", view.overlaps().pairs),
-        Finding::new(
+        ExtremeFinding::never("overlapping pairs at the end", view.overlaps().pairs),
+        ExtremeFinding::new(
             "energy relative to the ledger, minus 1",
             (view.energy() / view.ledger().booked() - 1.0).abs(),
             1e-9,

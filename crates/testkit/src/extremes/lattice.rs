@@ -6,15 +6,15 @@ use anyhow::{Context, Result};
 use carom::{Observer, Pressure, Scene};
 
 use super::{
-    Case, Effort, Engine, Finding,
+    Effort, Engine, ExtremeCase, ExtremeFinding,
     bodies::disc,
     engine::{directions, in_box},
     watch::{Watch, run_collisions},
 };
 
 /// The cases of lattices of discs.
-pub fn cases() -> Vec<Case> {
-    vec![Case {
+pub fn cases() -> Vec<ExtremeCase> {
+    vec![ExtremeCase {
         id: "7.16",
         name: "triangular lattice at packing fractions 0.9068 and 0.90689, random velocities",
         must: "overlap below 1e-13 σ; pressure within 2 % of the free-volume law",
@@ -102,26 +102,26 @@ pub fn packed(engine: Engine, dilation: f64, collisions: u64) -> Result<Packed> 
     })
 }
 
-fn dense(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn dense(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut findings = Vec::new();
     for fraction in [0.9068, 0.906_89] {
         let dilation = PI / (2.0 * 3f64.sqrt()) / fraction - 1.0;
         let seen = packed(engine, dilation, effort.collisions.max(20_000))?;
         let name = format!("at {fraction}");
         findings.extend([
-            Finding::new(format!("{name}: deepest overlap (σ)"), seen.deepest, 1e-13),
-            Finding::never(format!("{name}: overlapping pairs"), seen.overlapping),
-            Finding::new(
+            ExtremeFinding::new(format!("{name}: deepest overlap (σ)"), seen.deepest, 1e-13),
+            ExtremeFinding::never(format!("{name}: overlapping pairs"), seen.overlapping),
+            ExtremeFinding::new(
                 format!("{name}: relative deviation of the pressure"),
                 seen.pressure,
                 0.02,
             ),
-            Finding::new(
+            ExtremeFinding::new(
                 format!("{name}: energy drift, relative"),
                 seen.energy,
                 1e-12,
             ),
-            Finding::never(
+            ExtremeFinding::never(
                 format!("{name}: collisions out of time order"),
                 seen.backwards,
             ),

@@ -28,7 +28,7 @@ pub struct Effort {
 
 /// A quantity that must not exceed a bound.
 #[derive(Debug, Clone)]
-pub struct Finding {
+pub struct ExtremeFinding {
     /// Name of the quantity.
     pub what: String,
     /// Value found; NaN exceeds every bound.
@@ -37,7 +37,7 @@ pub struct Finding {
     pub allowed: f64,
 }
 
-impl Finding {
+impl ExtremeFinding {
     /// A quantity and its bound.
     pub fn new(what: impl Into<String>, found: f64, allowed: f64) -> Self {
         Self {
@@ -60,7 +60,7 @@ impl Finding {
 
 /// One case.
 #[derive(Debug, Clone, Copy)]
-pub struct Case {
+pub struct ExtremeCase {
     /// Number after sections 6 and 7 of the list of reference cases.
     pub id: &'static str,
     /// The scene.
@@ -68,11 +68,11 @@ pub struct Case {
     /// The required outcome in words.
     pub must: &'static str,
     /// Runs it.
-    pub run: fn(Engine, Effort) -> Result<Vec<Finding>>,
+    pub run: fn(Engine, Effort) -> Result<Vec<ExtremeFinding>>,
 }
 
 /// All cases.
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<ExtremeCase> {
     [
         pairs::cases(),
         gases::cases(),

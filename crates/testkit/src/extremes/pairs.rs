@@ -10,39 +10,39 @@ use carom::{
 use glam::DVec2;
 
 use super::{
-    Case, Effort, Engine, Finding,
+    Effort, Engine, ExtremeCase, ExtremeFinding,
     bodies::{bumper, disc},
     engine::in_box,
     watch::{Watch, place, velocity},
 };
 
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<ExtremeCase> {
     vec![
-        Case {
+        ExtremeCase {
             id: "7.1",
             name: "two discs head on, speeds 1e-12 to 1e12",
             must: "time of contact to 4 ulp, scaling by powers of two to the bit",
             run: head_on,
         },
-        Case {
+        ExtremeCase {
             id: "7.2",
             name: "grazing discs, offset σ(1 ± δ) with δ from 1e-4 to 1e-16, at distance 30 σ",
             must: "hit or miss as in exact arithmetic, except within 8 ulp; no overlap above 1e-14 σ",
             run: grazing,
         },
-        Case {
+        ExtremeCase {
             id: "7.3",
             name: "discs in contact, gap 0 or ±1 ulp: approaching, parting, at relative rest",
             must: "one collision if approaching, otherwise none",
             run: touching,
         },
-        Case {
+        ExtremeCase {
             id: "7.4",
             name: "discs that overlap at the start by 1e-15, 1e-9, 1e-3 σ",
             must: "the smallest overlap is run, the others are refused by name",
             run: overlapping,
         },
-        Case {
+        ExtremeCase {
             id: "7.13",
             name: "a disc in a funnel of two bumpers with a gap of 2r(1 ± 1e-9)",
             must: "wide gap: it passes without contact; narrow gap: it does not pass, or ends in a named error if exactly centred",
@@ -51,7 +51,7 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-fn head_on(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn head_on(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let run = |speed: f64| -> Result<(f64, DVec2)> {
         let scene = in_box(
             [1.0, 1.0],
@@ -78,16 +78,16 @@ fn head_on(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         differ += usize::from(run(2f64.powi(exponent))? != base);
     }
     Ok(vec![
-        Finding::new(
+        ExtremeFinding::new(
             "time of contact, relative error in ulp",
             worst / f64::EPSILON,
             4.0,
         ),
-        Finding::never("powers of two at which the path differs", differ),
+        ExtremeFinding::never("powers of two at which the path differs", differ),
     ])
 }
 
-fn grazing(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn grazing(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let half = Molecule::disc(0.5, 1.0)?;
     let detector = engine.detector();
     let (mut wrong, mut deepest) = (0, 0.0f64);
@@ -127,9 +127,9 @@ fn grazing(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
         overlap = overlap.max(run.view().overlaps().deepest_length);
     }
     Ok(vec![
-        Finding::never("wrong hits or misses", wrong),
-        Finding::new("deepest graze missed (σ)", deepest, 1e-14),
-        Finding::new(
+        ExtremeFinding::never("wrong hits or misses", wrong),
+        ExtremeFinding::new("deepest graze missed (σ)", deepest, 1e-14),
+        ExtremeFinding::new(
             "deepest overlap at closest approach in a box of 64 σ (σ)",
             overlap,
             64.0 * 65.0 * f64::EPSILON,
@@ -137,7 +137,7 @@ fn grazing(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn touching(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn touching(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut wrong = 0;
     for x in [0.75f64.next_down(), 0.75, 0.75f64.next_up()] {
         for (speed, expected) in [(-1.0, 1), (1.0, 0), (0.0, 0)] {
@@ -153,10 +153,13 @@ fn touching(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
             wrong += usize::from(run.view().counters().collisions != expected);
         }
     }
-    Ok(vec![Finding::never("wrong numbers of collisions", wrong)])
+    Ok(vec![ExtremeFinding::never(
+        "wrong numbers of collisions",
+        wrong,
+    )])
 }
 
-fn overlapping(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn overlapping(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let scene = |depth: f64| -> Scene {
         let x = 0.75 - 0.25 * depth;
         in_box(
@@ -176,15 +179,15 @@ fn overlapping(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         )
     });
     Ok(vec![
-        Finding::never(
+        ExtremeFinding::never(
             "overlapping pairs after the tiny one",
             run.view().overlaps().pairs,
         ),
-        Finding::never("large overlaps that are not refused", refused.count()),
+        ExtremeFinding::never("large overlaps that are not refused", refused.count()),
     ])
 }
 
-fn funnel(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn funnel(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let (small, large) = (0.0625, 0.125);
     let run = |widened: f64, aside: f64| -> Result<(Option<RunError>, DVec2, f64, f64)> {
         let mut scene = in_box(
@@ -211,19 +214,19 @@ fn funnel(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     // 6e4 contacts without progress in time.
     let by_name = matches!(narrow.0, None | Some(RunError::Stalled { .. }));
     Ok(vec![
-        Finding::never(
+        ExtremeFinding::never(
             "contacts in the wide funnel",
             usize::from(wide.1 != DVec2::X || wide.2 != 1.5),
         ),
-        Finding::never(
+        ExtremeFinding::never(
             "passages of the narrow funnel",
             usize::from(narrow.2 > 1.0 || aside.2 > 1.0),
         ),
-        Finding::never(
+        ExtremeFinding::never(
             "unnamed errors in the narrow funnel",
             usize::from(!by_name || aside.0.is_some()),
         ),
-        Finding::new(
+        ExtremeFinding::new(
             "deepest overlap (length)",
             narrow.3.max(aside.3),
             64.0 * 2.2 * f64::EPSILON,

@@ -12,39 +12,39 @@ use carom::{
 use glam::DVec2;
 
 use super::{
-    Case, Effort, Engine, Finding,
+    Effort, Engine, ExtremeCase, ExtremeFinding,
     bodies::named,
     engine::{gas, in_box},
     watch::{Watch, survey},
 };
 
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<ExtremeCase> {
     vec![
-        Case {
+        ExtremeCase {
             id: "7.7",
             name: "tees with ω = 0, 1e-12, 1e6, and ω_a = ±ω_b, in a gas",
             must: "no missed hit: no overlap at any sample",
             run: spins,
         },
-        Case {
+        ExtremeCase {
             id: "7.8",
             name: "two equal dumbbells that turn alike and do not move",
             must: "out of reach: no contact in 1e4 turns; in reach: the first contact at the exact time",
             run: alike,
         },
-        Case {
+        ExtremeCase {
             id: "7.9",
             name: "a turning dumbbell sweeps a disc, depth 1e-3 to 1e-12 of its reach",
             must: "hit found at the closed-form time; no hit where it is out of reach by the same distance",
             run: sweep,
         },
-        Case {
+        ExtremeCase {
             id: "7.10",
             name: "two shallow dips in one half turn: a rod with one end shorter by a hair",
             must: "the first of the two is reported",
             run: two_dips,
         },
-        Case {
+        ExtremeCase {
             id: "7.11",
             name: "a propeller, tip speed 1e3 times that of its centre, through a dense gas",
             must: "no overlap, energy conserved",
@@ -53,7 +53,7 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-fn spins(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn spins(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let tee = |at, spin| MoleculeSpec {
         angular_velocity: spin,
         ..named("tee", 0.02, 1.0, at)
@@ -84,7 +84,7 @@ pub fn touching_angle(arm: f64, distance: f64, contact_distance: f64) -> f64 {
         .asin()
 }
 
-fn alike(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn alike(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let pair = |distance: f64| -> Scene {
         let dumbbell = |x: f64| MoleculeSpec {
             angular_velocity: 2.0,
@@ -108,12 +108,12 @@ fn alike(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         worst = worst.max((time - (0.25 * PI - psi) / 2.0).abs() / slack);
     }
     Ok(vec![
-        Finding::new(
+        ExtremeFinding::new(
             "contacts out of reach",
             out_of_reach.view().counters().collisions as f64,
             0.0,
         ),
-        Finding::new(
+        ExtremeFinding::new(
             "error of the first contact, relative to the rounding bound",
             worst,
             1.0,
@@ -130,7 +130,7 @@ fn turning(distance: f64, start: f64, spin: f64) -> RelativeMotion {
     }
 }
 
-fn sweep(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn sweep(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0)?;
     let disc = Molecule::disc(0.5, 1.0)?;
     let detector = engine.detector();
@@ -167,9 +167,9 @@ fn sweep(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         }
     }
     Ok(vec![
-        Finding::never("hits missed", missed),
-        Finding::never("hits invented", invented),
-        Finding::new(
+        ExtremeFinding::never("hits missed", missed),
+        ExtremeFinding::never("hits invented", invented),
+        ExtremeFinding::new(
             "error of the time, relative to the rounding bound",
             worst,
             1.0,
@@ -177,7 +177,7 @@ fn sweep(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn two_dips(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn two_dips(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let disc = Molecule::disc(0.5, 1.0)?;
     let detector = engine.detector();
     let mut wrong = 0;
@@ -202,13 +202,13 @@ fn two_dips(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
             }
         }
     }
-    Ok(vec![Finding::never(
+    Ok(vec![ExtremeFinding::never(
         "reports of another than the first dip",
         wrong,
     )])
 }
 
-fn propeller(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn propeller(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let rod = MoleculeSpec {
         angular_velocity: 1e4,
         velocity: [1.0, 0.3],

@@ -12,39 +12,39 @@ use carom::{
 use glam::DVec2;
 
 use super::{
-    Case, Effort, Engine, Finding,
+    Effort, Engine, ExtremeCase, ExtremeFinding,
     bodies::{bumper, disc, named},
     engine::{gas, in_box},
     watch::{Watch, run_collisions, survey, velocity},
 };
 
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<ExtremeCase> {
     vec![
-        Case {
+        ExtremeCase {
             id: "6.1",
             name: "the general impulse, in a gas of tees, locked crosses, dumbbells, discs and bumpers",
             must: "each contact multiplies the normal velocity by −e and conserves angular momentum about the contact",
             run: impulses,
         },
-        Case {
+        ExtremeCase {
             id: "6.2",
             name: "two discs of unequal mass, head on and oblique, e = 1, 0.5, 0",
             must: "velocities and time of the closed forms",
             run: oblique,
         },
-        Case {
+        ExtremeCase {
             id: "6.3",
             name: "a disc on the end of a dumbbell",
             must: "v′ = −1/11, V = 6/11, |Ω| = 8/11",
             run: on_the_end,
         },
-        Case {
+        ExtremeCase {
             id: "6.4",
             name: "a turning arm that just touches: d = a + r₁ + r₂",
             must: "a negligible impulse: approach speed below 1e-7 of the tip speed",
             run: tangent,
         },
-        Case {
+        ExtremeCase {
             id: "6.8",
             name: "Sinai billiard: one disc, one bumper",
             must: "mean free path (L² − πR²)/2R within five standard errors",
@@ -53,7 +53,7 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-fn impulses(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn impulses(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut findings = Vec::new();
     for e in [1.0, 0.9] {
         let mut scene = in_box(
@@ -81,7 +81,7 @@ fn impulses(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     Ok(findings)
 }
 
-fn oblique(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn oblique(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let (mut worst, mut late) = (0.0f64, 0.0f64);
     for (mass, target) in [(1.0, 1.0), (1.0, 3.0), (7.0, 1.0), (1.0, 1e6)] {
         for e in [1.0, 0.5, 0.0] {
@@ -117,12 +117,12 @@ fn oblique(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         }
     }
     Ok(vec![
-        Finding::new("largest error of a velocity", worst, 1e-13),
-        Finding::new("largest error of the time", late, 1e-13),
+        ExtremeFinding::new("largest error of a velocity", worst, 1e-13),
+        ExtremeFinding::new("largest error of the time", late, 1e-13),
     ])
 }
 
-fn on_the_end(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn on_the_end(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     // Unit atoms of radius 1/2 at ±1/2 along x; a unit disc approaches the right one from below.
     let atom = |x: f64| AtomSpec {
         at: [x, 0.0],
@@ -148,14 +148,14 @@ fn on_the_end(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let error = (velocity(&run, 1).y + 1.0 / 11.0).abs()
         + (velocity(&run, 0).y - 6.0 / 11.0).abs()
         + (spin.abs() - 8.0 / 11.0).abs();
-    Ok(vec![Finding::new(
+    Ok(vec![ExtremeFinding::new(
         "error of the three velocities",
         error,
         1e-14,
     )])
 }
 
-fn tangent(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn tangent(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0)?;
     let disc = Molecule::disc(0.5, 1.0)?;
     let motion = RelativeMotion {
@@ -178,14 +178,14 @@ fn tangent(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         }
         _ => 0.0,
     };
-    Ok(vec![Finding::new(
+    Ok(vec![ExtremeFinding::new(
         "approach speed relative to the tip speed",
         speed,
         1e-7,
     )])
 }
 
-fn sinai(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
+fn sinai(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let sum: f64 = 0.3;
     let mut scene = in_box([1.0, 1.0], vec![disc(0.1, 1.0, [0.05, 0.15], [0.6, 0.8])]);
     scene.bumper = vec![bumper(0.2, [0.5, 0.5])];
@@ -195,16 +195,16 @@ fn sinai(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let path = run.time().to_f64() / hits;
     let predicted = (1.0 - PI * sum * sum) / (2.0 * sum);
     Ok(vec![
-        Finding::new(
+        ExtremeFinding::new(
             "deviation of the mean free path (standard errors)",
             (path / predicted - 1.0).abs() * hits.sqrt(),
             5.0,
         ),
-        Finding::new(
+        ExtremeFinding::new(
             "speed drift, relative",
             (velocity(&run, 0).length() - 1.0).abs(),
             1e-12,
         ),
-        Finding::never("overlapping pairs", run.view().overlaps().pairs),
+        ExtremeFinding::never("overlapping pairs", run.view().overlaps().pairs),
     ])
 }

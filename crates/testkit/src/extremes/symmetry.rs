@@ -9,40 +9,40 @@ use carom::{
 use glam::DVec2;
 
 use super::{
-    Case, Effort, Engine, Finding,
+    Effort, Engine, ExtremeCase, ExtremeFinding,
     bodies::{bumper, frozen, named},
     engine::{gas, in_box},
     watch::Watch,
 };
 use carom_methods::AnySimulation;
 
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<ExtremeCase> {
     vec![
-        Case {
+        ExtremeCase {
             id: "6.6 a",
             name: "velocities times 2^k, of an inelastic gas of molecules",
             must: "times divided by it, the same trajectories to the bit",
             run: scaled,
         },
-        Case {
+        ExtremeCase {
             id: "6.6 b",
             name: "x and y exchanged, of discs and molecules that do not turn",
             must: "the mirrored trajectories to the bit",
             run: exchanged,
         },
-        Case {
+        ExtremeCase {
             id: "6.6 c",
             name: "bodies in the opposite order",
             must: "the same trajectory of each to the bit",
             run: permuted,
         },
-        Case {
+        ExtremeCase {
             id: "6.6 d",
             name: "a run cut into 97 pieces",
             must: "the same trajectories to the bit",
             run: in_pieces,
         },
-        Case {
+        ExtremeCase {
             id: "6.6 e",
             name: "moved by half a box, turned by 90°, reflected, seen from a moving frame",
             must: "the same sequence of the first hundred collisions",
@@ -94,7 +94,7 @@ fn after(engine: Engine, scene: &Scene, until: f64) -> Result<State> {
     Ok(state(&run))
 }
 
-fn scaled(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn scaled(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let mut base = reference_scene(engine, true)?;
     base.elasticity.default = 0.95;
     let one = after(engine, &base, 2.0)?;
@@ -112,13 +112,13 @@ fn scaled(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
             .collect();
         differ += usize::from(after(engine, &scene, 2.0 / factor)? != expected);
     }
-    Ok(vec![Finding::never(
+    Ok(vec![ExtremeFinding::never(
         "powers of two with different trajectories",
         differ,
     )])
 }
 
-fn exchanged(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn exchanged(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let base = reference_scene(engine, false)?;
     let mut mirrored = base.clone();
     for molecule in &mut mirrored.molecule {
@@ -145,38 +145,38 @@ fn exchanged(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
         .map(|&[x, y, u, v, turns, spin]| [y, x, v, u, turns, spin])
         .collect();
     let differ = after(engine, &mirrored, 3.0)? != expected;
-    Ok(vec![Finding::never(
+    Ok(vec![ExtremeFinding::never(
         "trajectories that differ",
         usize::from(differ),
     )])
 }
 
-fn permuted(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn permuted(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let base = reference_scene(engine, true)?;
     let mut reversed = base.clone();
     reversed.molecule.reverse();
     let mut found = after(engine, &reversed, 3.0)?;
     found.reverse();
-    Ok(vec![Finding::never(
+    Ok(vec![ExtremeFinding::never(
         "trajectories that differ",
         usize::from(found != after(engine, &base, 3.0)?),
     )])
 }
 
-fn in_pieces(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn in_pieces(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let base = reference_scene(engine, true)?;
     let mut run = engine.simulate(&base)?;
     for piece in 1..=97 {
         run.run_until(3.0 * f64::from(piece) / 97.0)?;
     }
     let differ = state(&run) != after(engine, &base, 3.0)?;
-    Ok(vec![Finding::never(
+    Ok(vec![ExtremeFinding::never(
         "trajectories that differ",
         usize::from(differ),
     )])
 }
 
-fn to_rounding(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+fn to_rounding(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let base = reference_scene(engine, true)?;
     let sequence = |scene: &Scene| -> Result<Vec<[u64; 2]>> {
         let mut run = engine.simulate(scene)?;
@@ -223,10 +223,10 @@ fn to_rounding(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     });
     let boost = usize::from(sequence(&boosted)? != sequence(&free)?);
     Ok(vec![
-        Finding::never("moved by half a box: different sequences", moved),
-        Finding::never("moved by three boxes: different sequences", shifted),
-        Finding::never("turned by 90°: different sequences", turned),
-        Finding::never("reflected: different sequences", reflected),
-        Finding::never("seen from a moving frame: different sequences", boost),
+        ExtremeFinding::never("moved by half a box: different sequences", moved),
+        ExtremeFinding::never("moved by three boxes: different sequences", shifted),
+        ExtremeFinding::never("turned by 90°: different sequences", turned),
+        ExtremeFinding::never("reflected: different sequences", reflected),
+        ExtremeFinding::never("seen from a moving frame: different sequences", boost),
     ])
 }

@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use carom_methods::AnySimulation;
 
-use super::{Engine, Finding};
+use super::{Engine, ExtremeFinding};
 
 /// Observer that checks each collision.
 #[derive(Debug, Clone)]
@@ -237,7 +237,7 @@ pub fn survey_of(run: &mut AnySimulation, collisions: u64) -> Result<Survey> {
 
 impl Survey {
     /// Conditions that hold in every run.
-    pub fn findings(&self, name: &str) -> Vec<Finding> {
+    pub fn findings(&self, name: &str) -> Vec<ExtremeFinding> {
         let named = |what: &str| {
             if name.is_empty() {
                 what.to_owned()
@@ -247,30 +247,30 @@ impl Survey {
         };
         let watch = &self.watch;
         vec![
-            Finding::never(named("overlapping pairs"), self.overlapping),
-            Finding::new(named("energy drift, relative"), self.energy, 1e-12),
-            Finding::new(
+            ExtremeFinding::never(named("overlapping pairs"), self.overlapping),
+            ExtremeFinding::new(named("energy drift, relative"), self.energy, 1e-12),
+            ExtremeFinding::new(
                 named("drift of the momentum, relative"),
                 self.momentum,
                 1e-12,
             ),
-            Finding::never(named("collisions out of time order"), watch.backwards),
-            Finding::new(
+            ExtremeFinding::never(named("collisions out of time order"), watch.backwards),
+            ExtremeFinding::new(
                 named("separation speed before a contact, relative"),
                 watch.parting,
                 1e-6,
             ),
-            Finding::new(
+            ExtremeFinding::new(
                 named("speed after a contact, relative error"),
                 watch.response_error,
                 1e-13,
             ),
-            Finding::new(
+            ExtremeFinding::new(
                 named("angular momentum about a contact, relative error"),
                 watch.angular_error,
                 1e-13,
             ),
-            Finding::never(
+            ExtremeFinding::never(
                 named("runs without collisions"),
                 usize::from(self.collisions == 0),
             ),

@@ -2,7 +2,9 @@
 
 use carom_detection::{Part, Touch, encounters::Encounter};
 
-use super::{Number, face::FacePair, flight::Pair, search_end::Found, sketch::Sketch};
+use super::{
+    Number, face::OracleFacePair, flight::FlyingPair, search_end::SearchEnd, sketch::Sketch,
+};
 
 /// Effort limit of the oracle.
 #[derive(Debug, Clone, Copy)]
@@ -21,7 +23,7 @@ impl Default for Oracle {
 
 /// Result of the oracle for an encounter.
 #[derive(Debug, Clone)]
-pub enum Reference<N> {
+pub enum ExclusionReference<N> {
     /// No overlap exceeds the rounding allowance up to the horizon.
     Free,
     /// An overlap exceeds the rounding allowance.
@@ -50,25 +52,25 @@ const MAX_STEPS: u32 = 200;
 
 impl Oracle {
     /// Searches the first deep contact of all pairs of atoms.
-    pub fn first_contact<N: Number>(self, encounter: &Encounter) -> Reference<N> {
+    pub fn first_contact<N: Number>(self, encounter: &Encounter) -> ExclusionReference<N> {
         let counts = [0, 1].map(|body| encounter.molecules[body].atoms().len());
         let mut budget = self.most_intervals;
         let mut best: Option<Deep<N>> = None;
         for i in 0..counts[0] {
             for j in 0..counts[1] {
-                let pair = Pair::new(encounter, (i, j)).allowing_for_rounding::<N>();
+                let pair = FlyingPair::new(encounter, (i, j)).allowing_for_rounding::<N>();
                 let end = best
                     .as_ref()
                     .map_or(encounter.horizon, |deep| deep.time.value().next_up());
                 match first_zero::<N>(&pair, end.min(encounter.horizon), &mut budget) {
-                    Found::Nothing => {}
-                    Found::OutOfBudget => return Reference::Unresolved,
-                    Found::Zero(time) => {
+                    SearchEnd::Nothing => {}
+                    SearchEnd::OutOfBudget => return ExclusionReference::Unresolved,
+                    SearchEnd::Zero(time) => {
                         if best
                             .as_ref()
                             .is_none_or(|deep| time.minus(&deep.time).value() < 0.0)
                         {
-                            let plain = Pair::new(encounter, (i, j));
+                            let plain = FlyingPair::new(encounter, (i, j));
                             let touch = touch_before(&plain, &time);
                             best = Some(Deep {
                                 time,
@@ -82,7 +84,7 @@ impl Oracle {
         }
         for (body, count) in counts.into_iter().enumerate() {
             for index in 0..count {
-                let Some(plain) = FacePair::new(encounter, body, index) else {
+                let Some(plain) = OracleFacePair::new(encounter, body, index) else {
                     break;
                 };
                 let pair = plain.allowing_for_rounding::<N>();
@@ -90,9 +92,9 @@ impl Oracle {
                     .as_ref()
                     .map_or(encounter.horizon, |deep| deep.time.value().next_up());
                 match pair.first_contact::<N>(end.min(encounter.horizon), &mut budget) {
-                    Found::Nothing => {}
-                    Found::OutOfBudget => return Reference::Unresolved,
-                    Found::Zero(time) => {
+                    SearchEnd::Nothing => {}
+                    SearchEnd::OutOfBudget => return ExclusionReference::Unresolved,
+                    SearchEnd::Zero(time) => {
                         if best
                             .as_ref()
                             .is_none_or(|deep| time.minus(&deep.time).value() < 0.0)
@@ -113,13 +115,13 @@ impl Oracle {
                 }
             }
         }
-        best.map_or(Reference::Free, Reference::Deep)
+        best.map_or(ExclusionReference::Free, ExclusionReference::Deep)
     }
 }
 
 /// The time window in which the atoms' orbit circles are within reach, rounded outwards; `None` if
 /// they never are.
-fn window(pair: &Pair, end: f64) -> Option<(f64, f64)> {
+fn window(pair: &FlyingPair, end: f64) -> Option<(f64, f64)> {
     let reach = (pair.arms[0] + pair.arms[1] + pair.radii[0] + pair.radii[1]) * (1.0 + 1e-9);
     let [x, y] = pair.separation;
     let [u, v] = pair.velocity;
@@ -143,15 +145,15 @@ fn window(pair: &Pair, end: f64) -> Option<(f64, f64)> {
 }
 
 /// The first zero of F up to `end`; F is positive at time 0.
-fn first_zero<N: Number>(pair: &Pair, end: f64, budget: &mut u64) -> Found<N> {
+fn first_zero<N: Number>(pair: &FlyingPair, end: f64, budget: &mut u64) -> SearchEnd<N> {
     let Some((begin, end)) = window(pair, end) else {
-        return Found::Nothing;
+        return SearchEnd::Nothing;
     };
     let shortest = MIN_INTERVAL * end;
     let mut rest = vec![(N::new(begin), end - begin)];
     while let Some((begin, width)) = rest.pop() {
         if *budget == 0 {
-            return Found::OutOfBudget;
+            return SearchEnd::OutOfBudget;
         }
         *budget -= 1;
         let half = 0.5 * width;
@@ -167,18 +169,18 @@ fn first_zero<N: Number>(pair: &Pair, end: f64, budget: &mut u64) -> Found<N> {
             Sketch::Unclear => match look(pair, &begin, &middle, width) {
                 Look::Free => false,
                 Look::Halve => true,
-                Look::Falls(end) => return Found::Zero(zero_between(pair, begin, end)),
+                Look::Falls(end) => return SearchEnd::Zero(zero_between(pair, begin, end)),
             },
         };
         if halve {
             if half <= shortest {
-                return Found::OutOfBudget;
+                return SearchEnd::OutOfBudget;
             }
             rest.push((middle, half));
             rest.push((begin, half));
         }
     }
-    Found::Nothing
+    SearchEnd::Nothing
 }
 
 /// Result of the full arithmetic for an interval before which F is positive.
@@ -189,7 +191,7 @@ enum Look<N> {
     Falls(N),
 }
 
-fn look<N: Number>(pair: &Pair, begin: &N, middle: &N, width: f64) -> Look<N> {
+fn look<N: Number>(pair: &FlyingPair, begin: &N, middle: &N, width: f64) -> Look<N> {
     let half = 0.5 * width;
     let now = pair.squared(middle);
     let (value, slope) = (now.value.value(), now.rate.value());
@@ -212,7 +214,7 @@ fn look<N: Number>(pair: &Pair, begin: &N, middle: &N, width: f64) -> Look<N> {
 
 /// The zero of F between two times, before which it is positive: Newton's method, with bisection
 /// where a step leaves the bracket.
-fn zero_between<N: Number>(pair: &Pair, mut above: N, mut below: N) -> N {
+fn zero_between<N: Number>(pair: &FlyingPair, mut above: N, mut below: N) -> N {
     let half = N::new(0.5);
     let mut time = above.plus(&below).times(&half);
     for _ in 0..MAX_STEPS {
@@ -249,7 +251,7 @@ fn zero_between<N: Number>(pair: &Pair, mut above: N, mut below: N) -> N {
 
 /// Last time before `time` at which the atoms of a pair in deep contact began to touch; 0 if they
 /// did from the start.
-fn touch_before<N: Number>(plain: &Pair, time: &N) -> N {
+fn touch_before<N: Number>(plain: &FlyingPair, time: &N) -> N {
     let speed = plain.lipschitz;
     let mut back = 2.0 * plain.error_at(time.value()) / speed;
     for _ in 0..MAX_STEPS {

@@ -9,13 +9,13 @@
 use carom_detection::{FaceErrorBound, encounters::Encounter};
 use carom_geometry::{Circle, Face};
 
-use super::{Number, flight::Pair, search_end::Found};
+use super::{Number, flight::FlyingPair, search_end::SearchEnd};
 
 /// An atom of one body and the face of the other.
 #[derive(Debug, Clone, Copy)]
-pub struct FacePair<'a> {
+pub struct OracleFacePair<'a> {
     /// The atom, and the centre of the face as a second atom.
-    pair: Pair,
+    pair: FlyingPair,
     /// From the centre of the face to its second end, in its body frame (length).
     half: [f64; 2],
     face: &'a Face,
@@ -38,7 +38,7 @@ const ROUND_UP: f64 = 1.0 + 8.0 * f64::EPSILON;
 /// Shorter intervals, as a share of the horizon, count as one time.
 const MIN_INTERVAL: f64 = 1e-26;
 
-impl<'a> FacePair<'a> {
+impl<'a> OracleFacePair<'a> {
     /// The atom `index` of body `body` (0 for A, 1 for B), without an allowance for overlap; `None`
     /// if the other body is no wall.
     pub fn new(encounter: &'a Encounter, body: usize, index: usize) -> Option<Self> {
@@ -49,7 +49,7 @@ impl<'a> FacePair<'a> {
         let atom = &encounter.molecules[body].atoms()[index];
         let bound = FaceErrorBound::new(&encounter.motion, body, &Circle::from(atom), face);
         Some(Self {
-            pair: Pair::to_middle(
+            pair: FlyingPair::to_middle(
                 encounter,
                 body,
                 index,
@@ -133,13 +133,13 @@ impl<'a> FacePair<'a> {
     }
 
     /// The first time up to `end` at which the atom is near the line and between the ends.
-    pub fn first_contact<N: Number>(&self, end: f64, budget: &mut u64) -> Found<N> {
+    pub fn first_contact<N: Number>(&self, end: f64, budget: &mut u64) -> SearchEnd<N> {
         debug_assert!(!self.face.is_solid_behind());
         let shortest = MIN_INTERVAL * end;
         let mut rest = vec![(N::new(0.0), end)];
         while let Some((begin, width)) = rest.pop() {
             if *budget == 0 {
-                return Found::OutOfBudget;
+                return SearchEnd::OutOfBudget;
             }
             *budget -= 1;
             let half = 0.5 * width;
@@ -153,12 +153,12 @@ impl<'a> FacePair<'a> {
                 continue;
             }
             if half <= shortest {
-                return Found::Zero(begin);
+                return SearchEnd::Zero(begin);
             }
             rest.push((middle, half));
             rest.push((begin, half));
         }
-        Found::Nothing
+        SearchEnd::Nothing
     }
 
     /// Last time before `time` at which an atom in deep contact began to touch; 0 if it did from

@@ -6,7 +6,7 @@ use super::Number;
 
 /// An atom of A and an atom of B.
 #[derive(Debug, Clone, Copy)]
-pub struct Pair {
+pub struct FlyingPair {
     /// From the centre of A to that of B (length).
     pub separation: [f64; 2],
     /// Velocity of B minus that of A.
@@ -58,7 +58,7 @@ fn length([x, y]: [f64; 2]) -> f64 {
     x.hypot(y) * ROUND_UP
 }
 
-impl Pair {
+impl FlyingPair {
     /// Atom `i` of A and atom `j` of B, without an allowance for overlap.
     pub fn new(encounter: &Encounter, (i, j): (usize, usize)) -> Self {
         let motion = &encounter.motion;

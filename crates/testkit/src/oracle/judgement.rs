@@ -3,11 +3,13 @@
 use carom_detection::{Answer, Contact, ErrorBound, Outcome, Part, Touch, encounters::Encounter};
 use serde::{Deserialize, Serialize};
 
-use super::{Number, Reference, exclusion::Deep, face::FacePair, flight::Pair};
+use super::{
+    ExclusionReference, Number, exclusion::Deep, face::OracleFacePair, flight::FlyingPair,
+};
 
 /// Comparison of an answer with the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Verdict {
+pub enum OracleVerdict {
     /// The first contact, or correctly none.
     Right,
     /// A contact no deeper than 2 E was reported; both reporting and omitting it are correct.
@@ -31,12 +33,12 @@ pub enum Verdict {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: OracleVerdict,
     /// |t − t*| in natural times, if a contact exists and was reported.
     pub deviation: Option<f64>,
 }
 
-impl<N: Number> Reference<N> {
+impl<N: Number> ExclusionReference<N> {
     /// Judges an answer; `None` if the oracle found no result.
     pub fn judge(&self, encounter: &Encounter, answer: &Answer) -> Option<Judgement> {
         let deep = match self {
@@ -51,28 +53,31 @@ impl<N: Number> Reference<N> {
             deviation: None,
         };
         Some(match answer.outcome {
-            Outcome::Unresolved(_) | Outcome::OutOfRange => plain(Verdict::GaveUp),
-            Outcome::FreeUntil(time) if passed(time) => plain(Verdict::Missed),
-            Outcome::FreeUntil(_) => plain(Verdict::FreeUntil),
-            Outcome::Free if deep.is_some() => plain(Verdict::Missed),
-            Outcome::Free => plain(Verdict::Right),
+            Outcome::Unresolved(_) | Outcome::OutOfRange => plain(OracleVerdict::GaveUp),
+            Outcome::FreeUntil(time) if passed(time) => plain(OracleVerdict::Missed),
+            Outcome::FreeUntil(_) => plain(OracleVerdict::FreeUntil),
+            Outcome::Free if deep.is_some() => plain(OracleVerdict::Missed),
+            Outcome::Free => plain(OracleVerdict::Right),
             Outcome::Contact(contact) => {
                 let time = N::new(contact.time);
                 let off = deep.map(|deep| time.minus(&deep.touch).value());
                 let verdict = if passed(contact.time) {
-                    Verdict::Late
+                    OracleVerdict::Late
                 } else if !touches(encounter, &time, contact.touch) {
                     if deep.is_some() {
-                        Verdict::Early
+                        OracleVerdict::Early
                     } else {
-                        Verdict::False
+                        OracleVerdict::False
                     }
                 } else if deep.is_some_and(|deep| is_of(encounter, deep, &time)) {
-                    Verdict::Right
+                    OracleVerdict::Right
                 } else {
-                    Verdict::Graze
+                    OracleVerdict::Graze
                 };
-                let counts = matches!(verdict, Verdict::Right | Verdict::Late | Verdict::Early);
+                let counts = matches!(
+                    verdict,
+                    OracleVerdict::Right | OracleVerdict::Late | OracleVerdict::Early
+                );
                 let deviation = off
                     .filter(|_| counts)
                     .map(|off| off.abs() / encounter.natural_time());
@@ -88,7 +93,7 @@ struct Approach {
     curvature: f64,
 }
 
-fn approach<N: Number>(pair: &Pair, time: &N) -> Approach {
+fn approach<N: Number>(pair: &FlyingPair, time: &N) -> Approach {
     let moment = pair.moment(time);
     let [x, y] = moment.d.map(|component| component.value());
     let [u, v] = moment.rate.map(|component| component.value());
@@ -106,7 +111,7 @@ fn approach<N: Number>(pair: &Pair, time: &N) -> Approach {
 fn touches<N: Number>(encounter: &Encounter, time: &N, touch: Touch) -> bool {
     let [a, b] = &encounter.molecules;
     let within = |i: usize, j: usize| {
-        let pair = Pair::new(encounter, (i, j));
+        let pair = FlyingPair::new(encounter, (i, j));
         let error = 2.0 * pair.error_at(time.value());
         if pair.gap(time).value() > error {
             return false;
@@ -131,7 +136,7 @@ fn touches<N: Number>(encounter: &Encounter, time: &N, touch: Touch) -> bool {
 /// does not separate faster than it would leave an overlap of that depth.
 fn touches_face<N: Number>(encounter: &Encounter, time: &N, body: usize, part: Part) -> bool {
     let within = |index: usize| {
-        FacePair::new(encounter, body, index).is_some_and(|pair| {
+        OracleFacePair::new(encounter, body, index).is_some_and(|pair| {
             let error = 2.0 * pair.error_at(time.value());
             let sight = pair.sight(time);
             let [gap, rate] = sight.across.map(|number| number.value());
@@ -150,7 +155,7 @@ fn touches_face<N: Number>(encounter: &Encounter, time: &N, body: usize, part: P
 /// the zeros of g' h + g'' h²/2 = ±2 E lie within 4 E/max(|g'|, √(4 |g''| E)) of 0.
 fn is_of<N: Number>(encounter: &Encounter, deep: &Deep<N>, time: &N) -> bool {
     let face = |body: usize, part: Part| match part {
-        Part::Atom(index) => FacePair::new(encounter, body, index as usize),
+        Part::Atom(index) => OracleFacePair::new(encounter, body, index as usize),
         Part::BoundingCircle => None,
     };
     let of_face = match deep.parts {
@@ -170,7 +175,7 @@ fn is_of<N: Number>(encounter: &Encounter, deep: &Deep<N>, time: &N) -> bool {
             )
         }
         (Touch::Atoms(i, j), None) => {
-            let pair = Pair::new(encounter, (i as usize, j as usize));
+            let pair = FlyingPair::new(encounter, (i as usize, j as usize));
             (
                 2.0 * pair.error_at(deep.touch.value()),
                 approach(&pair, &deep.touch),
@@ -190,14 +195,15 @@ fn is_of<N: Number>(encounter: &Encounter, deep: &Deep<N>, time: &N) -> bool {
 pub fn gap_over_bound<N: Number>(encounter: &Encounter, contact: &Contact) -> Option<f64> {
     let time = N::new(contact.time);
     let of_face = |body: usize, part: Part| match part {
-        Part::Atom(index) => FacePair::new(encounter, body, index as usize),
+        Part::Atom(index) => OracleFacePair::new(encounter, body, index as usize),
         Part::BoundingCircle => None,
     };
-    let of_pair =
-        |pair: FacePair<'_>| pair.sight(&time).across[0].value() / pair.error_at(contact.time);
+    let of_pair = |pair: OracleFacePair<'_>| {
+        pair.sight(&time).across[0].value() / pair.error_at(contact.time)
+    };
     match contact.touch {
         Touch::Atoms(i, j) => {
-            let pair = Pair::new(encounter, (i as usize, j as usize));
+            let pair = FlyingPair::new(encounter, (i as usize, j as usize));
             Some(pair.gap(&time).value() / pair.error_at(contact.time))
         }
         Touch::FaceOfA(part) => of_face(1, part).map(of_pair),

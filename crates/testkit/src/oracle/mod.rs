@@ -5,7 +5,7 @@
 //! error. The oracle therefore searches the *deep* contact: the first time at which two atoms
 //! overlap by more than 2 E, where E is the bound of [`ErrorBound`](carom_detection::ErrorBound).
 //! An exact detector must have reported a contact by then. A pair that overlaps at the start may
-//! overlap by that amount plus 2 E. [`judge`](Reference::judge) compares an answer with the
+//! overlap by that amount plus 2 E. [`judge`](ExclusionReference::judge) compares an answer with the
 //! reference.
 //!
 //! **Method.** Interval exclusion for F(t) = |d|² − S² of one pair of atoms, with S = s minus the
@@ -37,6 +37,6 @@ mod sketch;
 
 pub use big::Big;
 pub use double_double::DoubleDouble;
-pub use exclusion::{Deep, Oracle, Reference};
-pub use judgement::{Judgement, Verdict, gap_over_bound};
+pub use exclusion::{Deep, ExclusionReference, Oracle};
+pub use judgement::{Judgement, OracleVerdict, gap_over_bound};
 pub use number::Number;

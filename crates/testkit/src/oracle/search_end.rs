@@ -1,7 +1,7 @@
 //! How a search for the first zero of a gap can end.
 
 /// Result of the search for one pair of parts.
-pub enum Found<N> {
+pub enum SearchEnd<N> {
     /// No contact.
     Nothing,
     /// Time of the contact.

@@ -1,6 +1,6 @@
 //! Examination of an interval in double precision, with a generous allowance for rounding.
 
-use super::flight::Pair;
+use super::flight::FlyingPair;
 
 /// Result in double precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +32,7 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-impl Pair {
+impl FlyingPair {
     fn rough(&self, time: f64) -> Rough {
         let arms = [0, 1].map(|body| {
             let turned = self.spins[body] * time / std::f64::consts::TAU;

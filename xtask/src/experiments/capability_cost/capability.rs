@@ -35,7 +35,7 @@ pub enum Capability {
 
 /// Degree of use of a capability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Level {
+pub enum CapabilityLevel {
     /// Requested, with no or almost no work to do.
     Idle,
     /// Used.
@@ -48,7 +48,7 @@ pub enum Variant {
     /// The gas of equal discs with a seed; a second seed shows the statistical error.
     Plain(u64),
     /// The gas with a capability.
-    With(Capability, Level),
+    With(Capability, CapabilityLevel),
     /// The gas with a measure, by the name of its kind, sampled about every three collisions of a
     /// disc.
     Measure(&'static str),
@@ -86,34 +86,44 @@ impl Capability {
     }
 
     /// Description of the scene at this level.
-    pub fn about(self, level: Level) -> &'static str {
+    pub fn about(self, level: CapabilityLevel) -> &'static str {
         match (self, level) {
-            (Self::Turning, Level::Idle) => "one dumbbell among the discs",
-            (Self::Turning, Level::Used) => "200 dumbbells among the discs",
-            (Self::Locked, Level::Idle) => "the discs are locked, although they never rotate",
-            (Self::Locked, Level::Used) => "200 dumbbells of locked rotation among the discs",
-            (Self::Bumpers, Level::Idle) => "one bumper as large as a disc",
-            (Self::Bumpers, Level::Used) => "200 bumpers as large as the discs",
-            (Self::Walls, Level::Idle) => "one wall of a disc's length",
-            (Self::Walls, Level::Used) => "two walls across the box, which close it",
-            (Self::Tags, Level::Idle) => "three tags on each disc that nothing uses",
-            (Self::Tags, Level::Used) => {
+            (Self::Turning, CapabilityLevel::Idle) => "one dumbbell among the discs",
+            (Self::Turning, CapabilityLevel::Used) => "200 dumbbells among the discs",
+            (Self::Locked, CapabilityLevel::Idle) => {
+                "the discs are locked, although they never rotate"
+            }
+            (Self::Locked, CapabilityLevel::Used) => {
+                "200 dumbbells of locked rotation among the discs"
+            }
+            (Self::Bumpers, CapabilityLevel::Idle) => "one bumper as large as a disc",
+            (Self::Bumpers, CapabilityLevel::Used) => "200 bumpers as large as the discs",
+            (Self::Walls, CapabilityLevel::Idle) => "one wall of a disc's length",
+            (Self::Walls, CapabilityLevel::Used) => "two walls across the box, which close it",
+            (Self::Tags, CapabilityLevel::Idle) => "three tags on each disc that nothing uses",
+            (Self::Tags, CapabilityLevel::Used) => {
                 "three tags, and a subscription that filters by two of them"
             }
-            (Self::ElasticityTable, Level::Idle) => "a rule for a tag that no disc carries",
-            (Self::ElasticityTable, Level::Used) => {
+            (Self::ElasticityTable, CapabilityLevel::Idle) => {
+                "a rule for a tag that no disc carries"
+            }
+            (Self::ElasticityTable, CapabilityLevel::Used) => {
                 "a rule for all discs, e = 0.999, with its guard"
             }
-            (Self::Subscriptions, Level::Idle) => "an empty list of subscriptions",
-            (Self::Subscriptions, Level::Used) => "one subscription to every collision",
-            (Self::Snapshots, Level::Idle) => "samples, about three collisions of each disc apart",
-            (Self::Snapshots, Level::Used) => "samples with a snapshot at each",
-            (Self::Thermostat, Level::Idle) => {
+            (Self::Subscriptions, CapabilityLevel::Idle) => "an empty list of subscriptions",
+            (Self::Subscriptions, CapabilityLevel::Used) => "one subscription to every collision",
+            (Self::Snapshots, CapabilityLevel::Idle) => {
+                "samples, about three collisions of each disc apart"
+            }
+            (Self::Snapshots, CapabilityLevel::Used) => "samples with a snapshot at each",
+            (Self::Thermostat, CapabilityLevel::Idle) => {
                 "at each sample, an energy reset of a tag without bodies"
             }
-            (Self::Thermostat, Level::Used) => "at each sample, an energy reset of all discs",
-            (Self::SizeMixture, Level::Idle) => "one disc three times as wide",
-            (Self::SizeMixture, Level::Used) => "200 discs three times as wide",
+            (Self::Thermostat, CapabilityLevel::Used) => {
+                "at each sample, an energy reset of all discs"
+            }
+            (Self::SizeMixture, CapabilityLevel::Idle) => "one disc three times as wide",
+            (Self::SizeMixture, CapabilityLevel::Used) => "200 discs three times as wide",
         }
     }
 
@@ -166,7 +176,7 @@ impl Capability {
     }
 }
 
-impl fmt::Display for Level {
+impl fmt::Display for CapabilityLevel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Idle => "idle",
@@ -189,8 +199,10 @@ impl Variant {
 
     /// All variants: the plain gas first, the plain gas with another seed second.
     pub fn all() -> Vec<Self> {
-        let levels =
-            |capability| [Level::Idle, Level::Used].map(|level| Self::With(capability, level));
+        let levels = |capability| {
+            [CapabilityLevel::Idle, CapabilityLevel::Used]
+                .map(|level| Self::With(capability, level))
+        };
         [Self::Plain(1), Self::Plain(2)]
             .into_iter()
             .chain(Capability::ALL.into_iter().flat_map(levels))

@@ -12,7 +12,7 @@ mod results;
 mod run;
 mod subject;
 
-pub use options::Options;
+pub use options::CapabilityCostOptions;
 pub use run::{run, work};
 
 /// Name of the command that runs one variant under callgrind.

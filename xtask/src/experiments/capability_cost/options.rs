@@ -8,7 +8,7 @@ use crate::experiments::common::Common;
 /// Options of `cargo xtask experiment capability-cost`.
 #[derive(Debug, Clone, Args)]
 #[command(mut_arg("paper", |arg| arg.help("The run for publication: ten times as many collisions")))]
-pub struct Options {
+pub struct CapabilityCostOptions {
     /// Options of every experiment.
     #[command(flatten)]
     pub common: Common<Destination>,
@@ -16,22 +16,22 @@ pub struct Options {
 
 /// Amount of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Plan {
+pub struct CostPlan {
     /// Sample intervals between the two runs whose instruction counts are subtracted.
     pub counted: u32,
     /// Rounds of time measurements; the median is reported.
     pub rounds: u32,
 }
 
-impl Options {
+impl CapabilityCostOptions {
     /// Amount of work.
-    pub fn plan(&self) -> Plan {
+    pub fn plan(&self) -> CostPlan {
         self.common.select(
-            Plan {
+            CostPlan {
                 counted: 3,
                 rounds: 11,
             },
-            Plan {
+            CostPlan {
                 counted: 100,
                 rounds: 41,
             },

@@ -1,12 +1,12 @@
 //! Table and page of the experiment.
 
-use carom_report::page::{Page, Part};
+use carom_report::page::{Page, PagePart};
 use carom_runs::measures;
 use carom_tables::Summary;
 
 use super::{
-    capability::{Capability, Level, Variant},
-    results::{Results, VariantResult},
+    capability::{Capability, CapabilityLevel, Variant},
+    results::{CostResults, VariantResult},
 };
 
 /// Columns of the table.
@@ -41,7 +41,7 @@ fn percent(value: Option<f64>) -> String {
 }
 
 /// Rows of the table.
-pub fn rows(results: &Results) -> Vec<Vec<String>> {
+pub fn rows(results: &CostResults) -> Vec<Vec<String>> {
     let row = |found: &VariantResult| {
         vec![
             found.variant.to_string(),
@@ -59,10 +59,10 @@ pub fn rows(results: &Results) -> Vec<Vec<String>> {
 }
 
 /// A sentence on the cost of each capability.
-fn sentences(results: &Results) -> Vec<String> {
+fn sentences(results: &CostResults) -> Vec<String> {
     let sentence = |capability: Capability| {
-        let idle = results.excess(Variant::With(capability, Level::Idle))?;
-        let used = results.excess(Variant::With(capability, Level::Used))?;
+        let idle = results.excess(Variant::With(capability, CapabilityLevel::Idle))?;
+        let used = results.excess(Variant::With(capability, CapabilityLevel::Used))?;
         let absent = match results
             .absent(capability)
             .filter(|_| !capability.sources().is_empty())
@@ -74,16 +74,16 @@ fn sentences(results: &Results) -> Vec<String> {
             "{}: {absent}, {:+.1} % idle ({}), {:+.0} % used ({}).",
             capability.name(),
             100.0 * idle,
-            capability.about(Level::Idle),
+            capability.about(CapabilityLevel::Idle),
             100.0 * used,
-            capability.about(Level::Used),
+            capability.about(CapabilityLevel::Used),
         ))
     };
     Capability::ALL.into_iter().filter_map(sentence).collect()
 }
 
 /// The page.
-pub fn page(results: &Results, summary: &Summary, command: &str) -> Page {
+pub fn page(results: &CostResults, summary: &Summary, command: &str) -> Page {
     let mut page = Page::new(
         &summary.title,
         "A gas of equal discs is run with one capability at a time: what is the cost of a capability that is \
@@ -93,12 +93,12 @@ pub fn page(results: &Results, summary: &Summary, command: &str) -> Page {
         page.note(&summary.note);
     }
     page.checks(&summary.checks);
-    page.part(Part::Answer);
+    page.part(PagePart::Answer);
     page.table(&HEADER, &rows(results));
     for sentence in sentences(results) {
         page.paragraph(&sentence);
     }
-    page.part(Part::Results);
+    page.part(PagePart::Results);
     page.heading("Definitions");
     page.paragraph(
         "Absent: the plain gas. No build without the capability exists for comparison. Therefore each \

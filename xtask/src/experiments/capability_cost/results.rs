@@ -4,7 +4,7 @@ use carom_tables::{Check, Figure};
 
 use super::{
     callgrind::{self, Profile},
-    capability::{Capability, Level, Variant},
+    capability::{Capability, CapabilityLevel, Variant},
     dependencies::Needs,
 };
 
@@ -31,7 +31,7 @@ pub struct VariantResult {
 
 /// All results.
 #[derive(Debug)]
-pub struct Results {
+pub struct CostResults {
     /// The variants, the plain gas first.
     pub found: Vec<VariantResult>,
     /// Instructions of the plain gas by source.
@@ -40,7 +40,7 @@ pub struct Results {
     pub needs: Vec<Needs>,
 }
 
-impl Results {
+impl CostResults {
     /// Results for a variant.
     pub fn variant(&self, variant: Variant) -> Option<&VariantResult> {
         self.found.iter().find(|found| found.variant == variant)
@@ -71,7 +71,7 @@ impl Results {
                     ABSENT,
                 ));
             }
-            if let Some(excess) = self.excess(Variant::With(capability, Level::Idle)) {
+            if let Some(excess) = self.excess(Variant::With(capability, CapabilityLevel::Idle)) {
                 checks.push(Check::at_most(
                     &format!("{} idle", capability.name()),
                     excess,

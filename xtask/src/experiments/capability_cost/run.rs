@@ -12,14 +12,14 @@ use cpu_time::ThreadTime;
 use rayon::prelude::*;
 
 use super::{
-    Options,
+    CapabilityCostOptions,
     callgrind::{self, Counted, Profile},
     capability::Variant,
     dependencies::{self},
-    options::Plan,
+    options::CostPlan,
     report,
-    results::{Results, VariantResult},
-    subject::{Subject, WARM_UP},
+    results::{CostResults, VariantResult},
+    subject::{CostSubject, WARM_UP},
 };
 
 /// Runs one variant and prints its number of collisions; callgrind observes this process.
@@ -27,7 +27,7 @@ use super::{
 /// # Errors
 /// There is no such variant, or the run fails.
 pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
-    let mut subject = Subject::new(variant.parse()?)?;
+    let mut subject = CostSubject::new(variant.parse()?)?;
     subject.run(intervals)?;
     print_line(&subject.collisions().to_string());
     Ok(Verdict::Passed)
@@ -37,7 +37,7 @@ pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
 ///
 /// # Errors
 /// The folder is not empty or cannot be written, or a run fails.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &CapabilityCostOptions) -> Result<Verdict> {
     let plan = options.plan();
     let experiment = Experiment::start(
         &options.common.destination,
@@ -65,7 +65,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     } else {
         None
     };
-    let results = Results {
+    let results = CostResults {
         found,
         plain,
         needs: dependencies::needs(),
@@ -93,7 +93,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
 }
 
 /// Counts the instructions of all variants in parallel; returns those of the plain gas by source.
-fn count(found: &mut [VariantResult], plan: Plan, folder: &Folder) -> Result<Profile> {
+fn count(found: &mut [VariantResult], plan: CostPlan, folder: &Folder) -> Result<Profile> {
     print_line("instructions");
     let progress = Progress::new(found.len() as f64);
     let profiles: Vec<Profile> = found
@@ -112,7 +112,7 @@ fn count(found: &mut [VariantResult], plan: Plan, folder: &Folder) -> Result<Pro
 
 /// The counts of a short and a long run: their difference is the run alone, without the
 /// construction of the scene.
-fn ends(variant: Variant, plan: Plan, folder: &Folder) -> Result<[Counted; 2]> {
+fn ends(variant: Variant, plan: CostPlan, folder: &Folder) -> Result<[Counted; 2]> {
     let count = |intervals| callgrind::count(variant, intervals, folder.path());
     Ok([count(WARM_UP)?, count(WARM_UP + plan.counted)?])
 }
@@ -125,10 +125,10 @@ fn difference(short: &Profile, long: &Profile) -> Profile {
 }
 
 /// Times all variants in turn in each round.
-fn time(variants: &[Variant], plan: Plan) -> Result<(Vec<VariantResult>, Totals)> {
+fn time(variants: &[Variant], plan: CostPlan) -> Result<(Vec<VariantResult>, Totals)> {
     let mut subjects = variants
         .iter()
-        .map(|&variant| Subject::new(variant))
+        .map(|&variant| CostSubject::new(variant))
         .collect::<Result<Vec<_>>>()?;
     for subject in &mut subjects {
         subject.run(WARM_UP)?;

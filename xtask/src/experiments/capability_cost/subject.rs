@@ -12,7 +12,7 @@ use carom::{
     observers::{TagFilter, write_extended_xyz},
 };
 
-use super::capability::{Capability, Level, Variant};
+use super::capability::{Capability, CapabilityLevel, Variant};
 use carom_methods::AnySimulation;
 use carom_runs::{
     append_file::AppendFiles,
@@ -34,7 +34,7 @@ pub const INTERVAL: f64 = 0.005;
 pub const WARM_UP: u32 = 2;
 
 /// A variant during its run.
-pub struct Subject {
+pub struct CostSubject {
     simulation: AnySimulation,
     work: Work,
     intervals: u32,
@@ -83,7 +83,7 @@ impl Drop for Measuring {
     }
 }
 
-impl Subject {
+impl CostSubject {
     /// The initial state of a variant.
     ///
     /// # Errors
@@ -94,12 +94,12 @@ impl Subject {
         let work = match variant {
             Variant::With(Capability::Subscriptions, level) => {
                 let mut subscriptions = Subscriptions::default();
-                if level == Level::Used {
+                if level == CapabilityLevel::Used {
                     count(&mut subscriptions, TagFilter::Any);
                 }
                 Work::Subscriptions(subscriptions)
             }
-            Variant::With(Capability::Tags, Level::Used) => {
+            Variant::With(Capability::Tags, CapabilityLevel::Used) => {
                 let tag = |name| {
                     simulation
                         .find_tag(name)
@@ -110,14 +110,14 @@ impl Subject {
                 count(&mut subscriptions, filter);
                 Work::Subscriptions(subscriptions)
             }
-            Variant::With(Capability::Snapshots, Level::Idle) => Work::Sample,
-            Variant::With(Capability::Snapshots, Level::Used) => Work::Snapshots,
-            Variant::With(Capability::Thermostat, Level::Used) => Work::Thermostat(
+            Variant::With(Capability::Snapshots, CapabilityLevel::Idle) => Work::Sample,
+            Variant::With(Capability::Snapshots, CapabilityLevel::Used) => Work::Snapshots,
+            Variant::With(Capability::Thermostat, CapabilityLevel::Used) => Work::Thermostat(
                 simulation
                     .find_tag("gas")
                     .context("the scene has no body with this tag")?,
             ),
-            Variant::With(Capability::Thermostat, Level::Idle) => {
+            Variant::With(Capability::Thermostat, CapabilityLevel::Idle) => {
                 let key = simulation
                     .view()
                     .bodies()
@@ -252,7 +252,7 @@ pub fn scene(variant: Variant) -> Scene {
         Variant::Measure(name) => return measured(scene, name),
     };
     scene.bounds.seed = 1;
-    let used = level == Level::Used;
+    let used = level == CapabilityLevel::Used;
     let others = if used { OTHERS } else { 1 };
     let dumbbells = |count: usize, rotation: Rotation| GasSpec {
         shape: Some("dumbbell".to_owned()),
@@ -360,17 +360,17 @@ mod tests {
     #[test]
     fn every_variant_runs_and_matches_its_description() {
         for variant in Variant::all() {
-            let mut subject = Subject::new(variant).unwrap();
+            let mut subject = CostSubject::new(variant).unwrap();
             subject.run(1).unwrap();
             assert!(subject.collisions() > 1000, "{variant}");
             let view = subject.simulation.view();
             assert_eq!(view.overlaps().pairs, 0, "{variant}");
             let bodies = view.len();
             let expected = match variant {
-                Variant::With(Capability::SizeMixture, Level::Used) => DISCS - 8 * OTHERS,
-                Variant::With(Capability::SizeMixture, Level::Idle) => DISCS - 8,
-                Variant::With(Capability::Walls, Level::Idle) => DISCS + 1,
-                Variant::With(Capability::Walls, Level::Used) => DISCS + 2,
+                Variant::With(Capability::SizeMixture, CapabilityLevel::Used) => DISCS - 8 * OTHERS,
+                Variant::With(Capability::SizeMixture, CapabilityLevel::Idle) => DISCS - 8,
+                Variant::With(Capability::Walls, CapabilityLevel::Idle) => DISCS + 1,
+                Variant::With(Capability::Walls, CapabilityLevel::Used) => DISCS + 2,
                 _ => DISCS,
             };
             assert_eq!(bodies, expected, "{variant}");
@@ -380,7 +380,7 @@ mod tests {
     #[test]
     fn capabilities_that_only_observe_change_no_collision() {
         let collisions = |variant| {
-            let mut subject = Subject::new(variant).unwrap();
+            let mut subject = CostSubject::new(variant).unwrap();
             subject.run(2).unwrap();
             subject.collisions()
         };
@@ -393,13 +393,13 @@ mod tests {
             Capability::ElasticityTable,
         ] {
             assert_eq!(
-                collisions(Variant::With(capability, Level::Idle)),
+                collisions(Variant::With(capability, CapabilityLevel::Idle)),
                 plain,
                 "{capability:?}"
             );
         }
         assert_eq!(
-            collisions(Variant::With(Capability::Tags, Level::Used)),
+            collisions(Variant::With(Capability::Tags, CapabilityLevel::Used)),
             plain
         );
     }

@@ -5,27 +5,27 @@ use std::sync::OnceLock;
 use anyhow::Result;
 use carom_detection::encounters::{Class, Encounter};
 use carom_tables::Totals;
-use carom_testkit::oracle::{DoubleDouble, Oracle, Reference};
+use carom_testkit::oracle::{DoubleDouble, ExclusionReference, Oracle};
 use rayon::prelude::*;
 
 use super::{
-    options::Plan,
+    options::EncounterPlan,
     recorder::{Recording, recordings},
 };
 
 /// One encounter.
 #[derive(Debug)]
-pub struct Case {
+pub struct EncounterCase {
     /// The pair.
     pub encounter: Encounter,
     oracle: Oracle,
     /// Computed on first use: it is slow, and a resumed run needs few.
-    reference: OnceLock<Reference<DoubleDouble>>,
+    reference: OnceLock<ExclusionReference<DoubleDouble>>,
 }
 
-impl Case {
+impl EncounterCase {
     /// Reference of the oracle for the first contact.
-    pub fn reference(&self) -> &Reference<DoubleDouble> {
+    pub fn reference(&self) -> &ExclusionReference<DoubleDouble> {
         self.reference
             .get_or_init(|| self.oracle.first_contact(&self.encounter))
     }
@@ -33,18 +33,18 @@ impl Case {
 
 /// The cases of one class.
 #[derive(Debug)]
-pub struct Group {
+pub struct CaseGroup {
     /// Name of the class.
     pub name: String,
     /// Description of the class.
     pub about: String,
     /// The cases.
-    pub cases: Vec<Case>,
+    pub cases: Vec<EncounterCase>,
 }
 
-impl Group {
+impl CaseGroup {
     fn new(name: String, about: String, encounters: Vec<Encounter>, oracle: Oracle) -> Self {
-        let case = |encounter| Case {
+        let case = |encounter| EncounterCase {
             encounter,
             oracle,
             reference: OnceLock::new(),
@@ -67,7 +67,7 @@ impl Group {
     pub fn unresolved(&self) -> usize {
         self.cases
             .iter()
-            .filter(|case| matches!(case.reference(), Reference::Unresolved))
+            .filter(|case| matches!(case.reference(), ExclusionReference::Unresolved))
             .count()
     }
 }
@@ -76,7 +76,7 @@ impl Group {
 ///
 /// # Errors
 /// A run in which pairs are recorded fails.
-pub fn groups(seed: u64, plan: &Plan) -> Result<(Vec<Group>, Totals)> {
+pub fn groups(seed: u64, plan: &EncounterPlan) -> Result<(Vec<CaseGroup>, Totals)> {
     let oracle = Oracle {
         most_intervals: plan.most_intervals,
     };
@@ -84,14 +84,14 @@ pub fn groups(seed: u64, plan: &Plan) -> Result<(Vec<Group>, Totals)> {
         let encounters = (0..plan.cases)
             .into_par_iter()
             .map(|index| Encounter::draw(class, seed, index));
-        Group::new(
+        CaseGroup::new(
             class.to_string(),
             about(class),
             encounters.collect(),
             oracle,
         )
     };
-    let mut groups: Vec<Group> = Class::ALL.into_iter().map(draw).collect();
+    let mut groups: Vec<CaseGroup> = Class::ALL.into_iter().map(draw).collect();
     let recordings = recordings(seed, plan.cases as usize)?;
     let totals = Totals::sum(
         &recordings
@@ -106,7 +106,7 @@ pub fn groups(seed: u64, plan: &Plan) -> Result<(Vec<Group>, Totals)> {
         ..
     } in recordings
     {
-        groups.push(Group::new(
+        groups.push(CaseGroup::new(
             name.to_owned(),
             about.to_owned(),
             encounters,

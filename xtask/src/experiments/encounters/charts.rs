@@ -1,17 +1,17 @@
 //! Charts of time against wrong answers, and against the error of contact times.
 
 use anyhow::Result;
-use carom_report::scatter::{Mark, Point, Scatter};
-use carom_testkit::oracle::Verdict;
+use carom_report::scatter::{Mark, Scatter, ScatterPoint};
+use carom_testkit::oracle::OracleVerdict;
 
 use super::{
     overall::{FAMILIES, Overall, overall},
-    results::Results,
+    results::EncounterResults,
 };
 
 /// The two charts.
 #[derive(Debug)]
-pub struct Charts {
+pub struct EncounterCharts {
     /// Time against wrong answers.
     pub wrong: String,
     /// Time against the error of times.
@@ -21,24 +21,24 @@ pub struct Charts {
 /// Smaller errors are drawn at this value: they are below rounding (natural times).
 const MIN_DRAWN: f64 = 1e-17;
 
-impl Charts {
+impl EncounterCharts {
     /// Draws the charts.
     ///
     /// # Errors
     /// A value is not finite.
-    pub fn draw(results: &Results) -> Result<Self> {
+    pub fn draw(results: &EncounterResults) -> Result<Self> {
         let overall = overall(results);
         let x_label = "time of a query relative to Exact, geometric mean over the classes";
         let families: Vec<String> = FAMILIES.map(str::to_owned).to_vec();
         let point = |of: &Overall, y: f64, mark| {
             let undecided =
-                of.tally.count(Verdict::FreeUntil) as f64 / of.tally.judged().max(1) as f64;
+                of.tally.count(OracleVerdict::FreeUntil) as f64 / of.tally.judged().max(1) as f64;
             let label = if undecided > 0.001 {
                 format!("{}, {:.1} % undecided", of.setting, 100.0 * undecided)
             } else {
                 of.setting.clone()
             };
-            Some(Point {
+            Some(ScatterPoint {
                 family: of.family,
                 label,
                 x: of.ratio?,
@@ -63,7 +63,7 @@ impl Charts {
                 Mark::UpTo(of.tally.quantile(0.999)?.max(median)),
             )
         });
-        let chart = |title: &str, y_label: &str, points: Vec<Point>| {
+        let chart = |title: &str, y_label: &str, points: Vec<ScatterPoint>| {
             Scatter {
                 title: title.to_owned(),
                 x_label: x_label.to_owned(),

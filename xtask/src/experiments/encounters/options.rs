@@ -8,7 +8,7 @@ pub type Options = ParallelRuns<Resumption>;
 
 /// Amount of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Plan {
+pub struct EncounterPlan {
     /// Number of cases of each class.
     pub cases: u64,
     /// Largest number of intervals that the oracle examines in one case.
@@ -23,11 +23,11 @@ pub struct Plan {
     pub most_hung: usize,
 }
 
-impl Plan {
+impl EncounterPlan {
     /// The amount of work that options ask for.
     pub fn new(options: &Options) -> Self {
         options.common.select(
-            Plan {
+            EncounterPlan {
                 cases: 150,
                 most_intervals: 300_000,
                 most_evaluations: 1_000_000,
@@ -35,7 +35,7 @@ impl Plan {
                 parry_cases: 8,
                 most_hung: 60,
             },
-            Plan {
+            EncounterPlan {
                 cases: 3600,
                 most_intervals: 3_000_000,
                 most_evaluations: 100_000_000,

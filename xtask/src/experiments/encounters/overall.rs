@@ -5,7 +5,7 @@ use carom_tables::{
     averages::{geometric_mean, median},
 };
 
-use super::{results::Results, settings::BASELINE, tally::Tally};
+use super::{results::EncounterResults, settings::BASELINE, tally::EncounterTally};
 
 /// Names of the detectors, in the order of their colours.
 pub const FAMILIES: [&str; 5] = [
@@ -24,7 +24,7 @@ pub struct Overall {
     /// Description of the setting.
     pub setting: String,
     /// All its answers.
-    pub tally: Tally,
+    pub tally: EncounterTally,
     /// Mean over the classes of the share of wrong answers.
     pub wrong: f64,
     /// Time relative to Exact, geometric mean over the classes.
@@ -34,7 +34,7 @@ pub struct Overall {
 }
 
 /// All settings, and parry.
-pub fn overall(results: &Results) -> Vec<Overall> {
+pub fn overall(results: &EncounterResults) -> Vec<Overall> {
     let mut list: Vec<Overall> = results
         .settings
         .iter()
@@ -71,15 +71,15 @@ pub fn overall(results: &Results) -> Vec<Overall> {
 fn of_classes<'a>(
     family: &str,
     setting: &str,
-    tallies: impl Iterator<Item = &'a Tally> + Clone,
+    tallies: impl Iterator<Item = &'a EncounterTally> + Clone,
     ratios: impl Iterator<Item = f64>,
 ) -> Overall {
     let shares: Vec<f64> = tallies
         .clone()
         .filter(|tally| tally.judged() > 0)
-        .map(Tally::wrong)
+        .map(EncounterTally::wrong)
         .collect();
-    let tally = Tally::sum(tallies);
+    let tally = EncounterTally::sum(tallies);
     Overall {
         family: FAMILIES
             .iter()
@@ -94,7 +94,7 @@ fn of_classes<'a>(
 }
 
 /// The figures of the summary.
-pub fn figures(results: &Results) -> Vec<Figure> {
+pub fn figures(results: &EncounterResults) -> Vec<Figure> {
     let mut figures = Vec::new();
     for of in overall(results) {
         let name = format!("{}, {}", FAMILIES[of.family], of.setting);

@@ -1,15 +1,15 @@
 //! Tables and page of the experiment.
 
-use carom_report::page::{Layout, Page, Part, checks_in_words};
+use carom_report::page::{Layout, Page, PagePart, checks_in_words};
 use carom_tables::{Summary, averages::median};
-use carom_testkit::oracle::Verdict;
+use carom_testkit::oracle::OracleVerdict;
 
 use super::{
-    charts::Charts,
+    charts::EncounterCharts,
     overall::{FAMILIES, Overall, overall},
-    results::{ClassResult, Results},
+    results::{ClassResult, EncounterResults},
     settings::BASELINE,
-    tally::{FAR_OFF, Tally},
+    tally::{EncounterTally, FAR_OFF},
 };
 use carom_methods::AnyDetector;
 
@@ -35,7 +35,7 @@ fn ratio(value: Option<f64>) -> String {
 }
 
 /// A count, or its upper bound if it is zero.
-fn count(tally: &Tally, verdict: Verdict) -> String {
+fn count(tally: &EncounterTally, verdict: OracleVerdict) -> String {
     match tally.count(verdict) {
         0 if tally.judged() == 0 => "–".to_owned(),
         0 => "0".to_owned(),
@@ -61,12 +61,12 @@ const CLASS_HEADER: [&str; 15] = [
     "evaluations",
 ];
 
-fn class_cells(name: &str, tally: &Tally) -> Vec<String> {
+fn class_cells(name: &str, tally: &EncounterTally) -> Vec<String> {
     let wrong = [
-        Verdict::Missed,
-        Verdict::Late,
-        Verdict::Early,
-        Verdict::False,
+        OracleVerdict::Missed,
+        OracleVerdict::Late,
+        OracleVerdict::Early,
+        OracleVerdict::False,
     ];
     let none = wrong.iter().all(|verdict| tally.count(*verdict) == 0);
     let mut cells = vec![
@@ -81,19 +81,24 @@ fn class_cells(name: &str, tally: &Tally) -> Vec<String> {
         "–".to_owned()
     });
     cells.extend(
-        [Verdict::Graze, Verdict::FreeUntil, Verdict::GaveUp].map(|verdict| count(tally, verdict)),
+        [
+            OracleVerdict::Graze,
+            OracleVerdict::FreeUntil,
+            OracleVerdict::GaveUp,
+        ]
+        .map(|verdict| count(tally, verdict)),
     );
     cells.extend([0.5, 0.999, 1.0].map(|share| number(tally.quantile(share))));
     cells.push(format!("{:.1}", tally.evaluations_per_query()));
     cells
 }
 
-fn class_rows(results: &Results, setting: usize) -> Vec<Vec<String>> {
+fn class_rows(results: &EncounterResults, setting: usize) -> Vec<Vec<String>> {
     let rows = results
         .classes
         .iter()
         .map(|class| class_cells(&class.name, &class.tallies[setting]));
-    let all = Tally::sum(results.classes.iter().map(|class| &class.tallies[setting]));
+    let all = EncounterTally::sum(results.classes.iter().map(|class| &class.tallies[setting]));
     rows.chain([class_cells("all", &all)]).collect()
 }
 
@@ -127,12 +132,12 @@ fn overall_cells(of: &Overall) -> Vec<String> {
         wrong,
     ];
     let verdicts = [
-        Verdict::Missed,
-        Verdict::Late,
-        Verdict::Early,
-        Verdict::False,
-        Verdict::FreeUntil,
-        Verdict::GaveUp,
+        OracleVerdict::Missed,
+        OracleVerdict::Late,
+        OracleVerdict::Early,
+        OracleVerdict::False,
+        OracleVerdict::FreeUntil,
+        OracleVerdict::GaveUp,
     ];
     cells.extend(verdicts.map(|verdict| count(&of.tally, verdict)));
     cells.extend([0.5, 0.999].map(|share| number(of.tally.quantile(share))));
@@ -140,7 +145,7 @@ fn overall_cells(of: &Overall) -> Vec<String> {
 }
 
 /// Time relative to Exact, by class, for one setting of each detector.
-fn time_rows(results: &Results) -> Vec<Vec<String>> {
+fn time_rows(results: &EncounterResults) -> Vec<Vec<String>> {
     let step = |step: f64| {
         results.settings.iter().position(
             |setting| matches!(setting.detector, AnyDetector::FixedStep(fixed) if fixed.step == step),
@@ -165,7 +170,12 @@ fn time_rows(results: &Results) -> Vec<Vec<String>> {
 }
 
 /// The page.
-pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str) -> Page {
+pub fn page(
+    results: &EncounterResults,
+    summary: &Summary,
+    charts: &EncounterCharts,
+    command: &str,
+) -> Page {
     let mut page = Page::new(
         &summary.title,
         "Two molecules move and rotate: when is their first contact? Every detector searches the same pairs, \
@@ -176,9 +186,9 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
     }
     page.verdict(&verdict(results, summary));
     page.checks(&summary.checks);
-    page.part(Part::Answer);
+    page.part(PagePart::Answer);
     cost_section(&mut page, results, charts);
-    page.part(Part::Results);
+    page.part(PagePart::Results);
     class_sections(&mut page, results);
     page.heading("Method of the oracle");
     let unresolved: usize = results.classes.iter().map(|class| class.unresolved).sum();
@@ -199,14 +209,15 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
 }
 
 /// What the exact detector and that of the thesis get wrong.
-fn verdict(results: &Results, summary: &Summary) -> String {
+fn verdict(results: &EncounterResults, summary: &Summary) -> String {
     let words = |setting: usize| {
-        let tally = Tally::sum(results.classes.iter().map(|class| &class.tallies[setting]));
+        let tally =
+            EncounterTally::sum(results.classes.iter().map(|class| &class.tallies[setting]));
         let wrong = [
-            Verdict::Missed,
-            Verdict::Late,
-            Verdict::Early,
-            Verdict::False,
+            OracleVerdict::Missed,
+            OracleVerdict::Late,
+            OracleVerdict::Early,
+            OracleVerdict::False,
         ];
         let wrong: u64 = wrong.iter().map(|verdict| tally.count(*verdict)).sum();
         format!("{wrong} of {}", tally.judged())
@@ -222,7 +233,7 @@ fn verdict(results: &Results, summary: &Summary) -> String {
     )
 }
 
-fn cost_section(page: &mut Page, results: &Results, charts: &Charts) {
+fn cost_section(page: &mut Page, results: &EncounterResults, charts: &EncounterCharts) {
     page.subheading("Cost of accuracy, all classes");
     page.table(
         &OVERALL_HEADER,
@@ -259,7 +270,7 @@ fn cost_section(page: &mut Page, results: &Results, charts: &Charts) {
     ));
 }
 
-fn class_sections(page: &mut Page, results: &Results) {
+fn class_sections(page: &mut Page, results: &EncounterResults) {
     page.heading("Exact by class");
     page.paragraph(
         "A contact must be reported before the overlap exceeds 2 E, where E is the bound on rounding, and \

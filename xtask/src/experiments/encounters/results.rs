@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{settings::Setting, tally::Tally, timing::Timing};
+use super::{settings::DetectorSetting, tally::EncounterTally, timing::Timing};
 
 /// Results for one class.
 #[derive(Debug)]
@@ -14,7 +14,7 @@ pub struct ClassResult {
     /// Cases without a reference from the oracle.
     pub unresolved: usize,
     /// The answers at each setting.
-    pub tallies: Vec<Tally>,
+    pub tallies: Vec<EncounterTally>,
     /// The times at each setting.
     pub timings: Vec<Option<Timing>>,
     /// parry's answers.
@@ -25,7 +25,7 @@ pub struct ClassResult {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct ParryResult {
     /// Its answers; a call that does not return counts as unresolved.
-    pub tally: Tally,
+    pub tally: EncounterTally,
     /// Time relative to the exact detector for each call that returned.
     pub ratios: Vec<f64>,
     /// Number of calls.
@@ -37,7 +37,7 @@ pub struct ParryResult {
 impl ParryResult {
     pub fn sum<'a>(rounds: impl Iterator<Item = &'a Self> + Clone) -> Self {
         Self {
-            tally: Tally::sum(rounds.clone().map(|round| &round.tally)),
+            tally: EncounterTally::sum(rounds.clone().map(|round| &round.tally)),
             ratios: rounds
                 .clone()
                 .flat_map(|round| &round.ratios)
@@ -51,9 +51,9 @@ impl ParryResult {
 
 /// All results.
 #[derive(Debug)]
-pub struct Results {
+pub struct EncounterResults {
     /// The settings.
-    pub settings: Vec<Setting>,
+    pub settings: Vec<DetectorSetting>,
     /// The classes.
     pub classes: Vec<ClassResult>,
 }

@@ -16,15 +16,15 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Options,
-    cases::{self, Group},
-    charts::Charts,
-    options::Plan,
+    cases::{self, CaseGroup},
+    charts::EncounterCharts,
+    options::EncounterPlan,
     overall,
     parry::{Cast, Worker},
     report,
-    results::{ClassResult, ParryResult, Results},
-    settings::{Setting, settings},
-    tally::Tally,
+    results::{ClassResult, EncounterResults, ParryResult},
+    settings::{DetectorSetting, settings},
+    tally::EncounterTally,
     timing,
 };
 use carom_methods::AnyDetector;
@@ -36,7 +36,7 @@ const MAX_PRINTED: usize = 20;
 #[derive(Debug, Serialize, Deserialize)]
 struct Answers {
     unresolved: usize,
-    tallies: Vec<Tally>,
+    tallies: Vec<EncounterTally>,
 }
 
 /// Runs the experiment and writes its folder.
@@ -44,11 +44,11 @@ struct Answers {
 /// # Errors
 /// The folder is not empty or cannot be written, or a recorded run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
-    let (plan, command) = (Plan::new(options), options.command("encounters"));
+    let (plan, command) = (EncounterPlan::new(options), options.command("encounters"));
     let note = options
         .common
         .note(": rates below about 1e-3 are not resolved. The full run is --paper.");
-    let experiment = Experiment::begin_resumable(
+    let experiment = Experiment::start_resumable(
         &options.common.destination,
         command.clone(),
         &Opening {
@@ -73,12 +73,12 @@ pub fn run(options: &Options) -> Result<Verdict> {
     print_line("answers judged; measuring times");
     let parries = search_with_parry(&groups, &plan, items)?;
     let class =
-        |((group, answers), parry): ((&Group, Answers), ParryResult)| -> Result<ClassResult> {
+        |((group, answers), parry): ((&CaseGroup, Answers), ParryResult)| -> Result<ClassResult> {
             let Answers {
                 unresolved,
                 tallies,
             } = answers;
-            let detectors: Vec<(AnyDetector, &Tally)> = settings
+            let detectors: Vec<(AnyDetector, &EncounterTally)> = settings
                 .iter()
                 .map(|setting| setting.detector)
                 .zip(&tallies)
@@ -102,7 +102,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         .zip(parries)
         .map(class)
         .collect::<Result<_>>()?;
-    let results = Results { settings, classes };
+    let results = EncounterResults { settings, classes };
     write_tables(folder, &results)?;
     let broken = violations(&results, &groups);
     if !broken.is_empty() {
@@ -117,7 +117,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         figures: overall::figures(&results),
         runs: Vec::new(),
     };
-    let charts = Charts::draw(&results)?;
+    let charts = EncounterCharts::draw(&results)?;
     for (name, svg) in charts.files() {
         folder.write(name, svg)?;
     }
@@ -128,7 +128,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     )
 }
 
-fn settings_of(options: &Options, plan: &Plan) -> String {
+fn settings_of(options: &Options, plan: &EncounterPlan) -> String {
     format!(
         "seed = {}\ncases_of_each_class = {}\nmost_intervals_of_the_oracle = {}\n\
          most_evaluations_of_each_detector_in_a_class = {}\nrounds_of_times = {}\ncalls_of_parry_in_a_class = {}\n",
@@ -143,15 +143,17 @@ fn settings_of(options: &Options, plan: &Plan) -> String {
 
 /// Runs all detectors on all cases; for each group, the answers at each setting.
 fn search_all(
-    groups: &[Group],
-    settings: &[Setting],
-    plan: &Plan,
+    groups: &[CaseGroup],
+    settings: &[DetectorSetting],
+    plan: &EncounterPlan,
     items: &WorkItems,
 ) -> Result<Vec<Answers>> {
-    let of_group = |group: &Group| {
+    let of_group = |group: &CaseGroup| {
         items.finish(&format!("answers about {}", group.name), || {
             group.solve();
-            let of_setting = |setting: &Setting| Tally::new(setting.detector, &group.cases, plan);
+            let of_setting = |setting: &DetectorSetting| {
+                EncounterTally::new(setting.detector, &group.cases, plan)
+            };
             let tallies = settings.par_iter().map(of_setting).collect();
             Ok(Answers {
                 unresolved: group.unresolved(),
@@ -163,7 +165,11 @@ fn search_all(
 }
 
 /// Runs parry on the first cases of all groups in turn, until too many calls have not returned.
-fn search_with_parry(groups: &[Group], plan: &Plan, items: &WorkItems) -> Result<Vec<ParryResult>> {
+fn search_with_parry(
+    groups: &[CaseGroup],
+    plan: &EncounterPlan,
+    items: &WorkItems,
+) -> Result<Vec<ParryResult>> {
     let mut worker = None;
     let mut rounds: Vec<Vec<ParryResult>> = Vec::new();
     let mut hung = 0;
@@ -189,9 +195,9 @@ fn search_with_parry(groups: &[Group], plan: &Plan, items: &WorkItems) -> Result
 /// Runs parry on one case, unless too many calls have not returned.
 fn search_once_with_parry(
     worker: &mut Worker,
-    group: &Group,
+    group: &CaseGroup,
     index: usize,
-    plan: &Plan,
+    plan: &EncounterPlan,
     hung: &mut usize,
 ) -> Result<ParryResult> {
     let mut result = ParryResult::default();
@@ -221,7 +227,7 @@ fn search_once_with_parry(
     Ok(result)
 }
 
-fn write_tables(folder: &Folder, results: &Results) -> Result<()> {
+fn write_tables(folder: &Folder, results: &EncounterResults) -> Result<()> {
     let rows = results.classes.iter().flat_map(|class| {
         let own = results.settings.iter().zip(&class.tallies);
         own.map(|(setting, tally)| tally.row(&class.name, setting.detector.name(), &setting.name))
@@ -261,8 +267,8 @@ fn write_tables(folder: &Folder, results: &Results) -> Result<()> {
 }
 
 /// Checks of the guarantees of [`carom_detection::Exact`] over all classes.
-fn checks(results: &Results) -> Vec<Check> {
-    use carom_testkit::oracle::Verdict::{Early, False, Late, Missed};
+fn checks(results: &EncounterResults) -> Vec<Check> {
+    use carom_testkit::oracle::OracleVerdict::{Early, False, Late, Missed};
     let exact = results
         .settings
         .iter()
@@ -298,7 +304,7 @@ fn checks(results: &Results) -> Vec<Check> {
 }
 
 /// Full description of the cases that violate the guarantees of [`carom_detection::Exact`].
-fn violations(results: &Results, groups: &[Group]) -> String {
+fn violations(results: &EncounterResults, groups: &[CaseGroup]) -> String {
     let mut text = String::new();
     let mut printed = 0;
     for (class, group) in results.classes.iter().zip(groups) {

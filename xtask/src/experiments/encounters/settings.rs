@@ -9,7 +9,7 @@ use carom_methods::AnyDetector;
 
 /// A detector at one setting.
 #[derive(Debug, Clone)]
-pub struct Setting {
+pub struct DetectorSetting {
     /// The detector.
     pub detector: AnyDetector,
     /// Description of the setting.
@@ -17,14 +17,14 @@ pub struct Setting {
 }
 
 /// The settings; the first is the reference of all others.
-pub fn settings() -> Vec<Setting> {
-    let mut settings = vec![Setting {
+pub fn settings() -> Vec<DetectorSetting> {
+    let mut settings = vec![DetectorSetting {
         detector: AnyDetector::Exact(Exact::default()),
         name: format!("{MAX_STEPS} steps"),
     }];
     for most_steps in [4, 16, 64] {
         let detector = AnyDetector::Exact(Exact { most_steps });
-        settings.push(Setting {
+        settings.push(DetectorSetting {
             detector,
             name: format!("{most_steps} steps"),
         });
@@ -40,7 +40,7 @@ pub fn settings() -> Vec<Setting> {
             crop_factor,
             ..golden
         });
-        settings.push(Setting {
+        settings.push(DetectorSetting {
             detector,
             name: name.to_owned(),
         });
@@ -50,7 +50,7 @@ pub fn settings() -> Vec<Setting> {
             tolerance: 10f64.powi(-exponent),
             ..golden
         });
-        settings.push(Setting {
+        settings.push(DetectorSetting {
             detector,
             name: format!("crop ½, tol 1e-{exponent}"),
         });
@@ -62,12 +62,12 @@ pub fn settings() -> Vec<Setting> {
             step: 10f64.powi(-exponent),
             most_steps,
         });
-        settings.push(Setting {
+        settings.push(DetectorSetting {
             detector,
             name: format!("step 1e-{exponent}"),
         });
     }
-    settings.push(Setting {
+    settings.push(DetectorSetting {
         detector: AnyDetector::BoundingCircles,
         name: "circles".to_owned(),
     });

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use carom_testkit::oracle::{Judgement, Reference, Verdict};
+use carom_testkit::oracle::{ExclusionReference, Judgement, OracleVerdict};
 use serde::{Deserialize, Serialize};
 
 use super::cost::most_evaluations;
-use super::{cases::Case, options::Plan};
+use super::{cases::EncounterCase, options::EncounterPlan};
 use carom_methods::AnyDetector;
 
 /// A late or early answer with a larger error (natural times) is wrong at any tolerance. An error
@@ -16,13 +16,13 @@ pub const FAR_OFF: f64 = 1e-6;
 
 /// The answers of one detector to the cases of one class.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct Tally {
+pub struct EncounterTally {
     /// Indices of the searched cases, and the evaluations of each.
     pub searched: Vec<(usize, u32)>,
     /// Judged cases in which there is a contact deeper than 2 E.
     pub contacts: u64,
     /// Number of cases with each verdict.
-    pub verdicts: BTreeMap<Verdict, u64>,
+    pub verdicts: BTreeMap<OracleVerdict, u64>,
     /// |t − t*| in natural times, sorted.
     pub deviations: Vec<f64>,
     /// Number of late and early answers with an error above [`FAR_OFF`].
@@ -35,7 +35,7 @@ pub struct Tally {
 
 /// One row of the table of answers.
 #[derive(Debug, Clone, Serialize)]
-pub struct Row {
+pub struct TallyRow {
     class: String,
     detector: &'static str,
     setting: String,
@@ -59,9 +59,9 @@ pub struct Row {
     evaluations_per_query: f64,
 }
 
-impl Tally {
+impl EncounterTally {
     /// Runs a detector on the cases in order until the plan's limit on evaluations is reached.
-    pub fn new(detector: AnyDetector, cases: &[Case], plan: &Plan) -> Self {
+    pub fn new(detector: AnyDetector, cases: &[EncounterCase], plan: &EncounterPlan) -> Self {
         let mut tally = Self::default();
         for (index, case) in cases.iter().enumerate() {
             if most_evaluations(&detector, &case.encounter) > plan.most_evaluations as f64 {
@@ -86,17 +86,23 @@ impl Tally {
     }
 
     /// Adds a verdict; `None` if the oracle has no reference.
-    pub fn add(&mut self, index: usize, case: &Case, judgement: Option<Judgement>) {
+    pub fn add(&mut self, index: usize, case: &EncounterCase, judgement: Option<Judgement>) {
         let Some(judgement) = judgement else { return };
-        self.contacts += u64::from(matches!(case.reference(), Reference::Deep(_)));
+        self.contacts += u64::from(matches!(case.reference(), ExclusionReference::Deep(_)));
         *self.verdicts.entry(judgement.verdict).or_default() += 1;
         self.deviations.extend(judgement.deviation);
-        let beyond_rounding = matches!(judgement.verdict, Verdict::Late | Verdict::Early);
+        let beyond_rounding = matches!(
+            judgement.verdict,
+            OracleVerdict::Late | OracleVerdict::Early
+        );
         let far = judgement.deviation.is_some_and(|off| off > FAR_OFF);
         self.far_off += u64::from(beyond_rounding && far);
         if matches!(
             judgement.verdict,
-            Verdict::Missed | Verdict::Late | Verdict::Early | Verdict::False
+            OracleVerdict::Missed
+                | OracleVerdict::Late
+                | OracleVerdict::Early
+                | OracleVerdict::False
         ) {
             self.violations.push((index, judgement));
         }
@@ -121,7 +127,7 @@ impl Tally {
     }
 
     /// Number of cases with this verdict.
-    pub fn count(&self, verdict: Verdict) -> u64 {
+    pub fn count(&self, verdict: OracleVerdict) -> u64 {
         self.verdicts.get(&verdict).copied().unwrap_or(0)
     }
 
@@ -132,8 +138,12 @@ impl Tally {
 
     /// Share of wrong answers: missed, false, given up, or late or early by more than [`FAR_OFF`].
     pub fn wrong(&self) -> f64 {
-        let plain =
-            [Verdict::Missed, Verdict::False, Verdict::GaveUp].map(|verdict| self.count(verdict));
+        let plain = [
+            OracleVerdict::Missed,
+            OracleVerdict::False,
+            OracleVerdict::GaveUp,
+        ]
+        .map(|verdict| self.count(verdict));
         (plain.iter().sum::<u64>() + self.far_off) as f64 / self.judged().max(1) as f64
     }
 
@@ -155,22 +165,22 @@ impl Tally {
     }
 
     /// Row of the table of answers.
-    pub fn row(&self, class: &str, detector: &'static str, setting: &str) -> Row {
-        Row {
+    pub fn row(&self, class: &str, detector: &'static str, setting: &str) -> TallyRow {
+        TallyRow {
             class: class.to_owned(),
             detector,
             setting: setting.to_owned(),
             cases: self.searched.len(),
             judged: self.judged(),
             contacts: self.contacts,
-            right: self.count(Verdict::Right),
-            graze_within_2e: self.count(Verdict::Graze),
-            missed: self.count(Verdict::Missed),
-            late: self.count(Verdict::Late),
-            early: self.count(Verdict::Early),
-            false_contacts: self.count(Verdict::False),
-            free_until: self.count(Verdict::FreeUntil),
-            gave_up: self.count(Verdict::GaveUp),
+            right: self.count(OracleVerdict::Right),
+            graze_within_2e: self.count(OracleVerdict::Graze),
+            missed: self.count(OracleVerdict::Missed),
+            late: self.count(OracleVerdict::Late),
+            early: self.count(OracleVerdict::Early),
+            false_contacts: self.count(OracleVerdict::False),
+            free_until: self.count(OracleVerdict::FreeUntil),
+            gave_up: self.count(OracleVerdict::GaveUp),
             wrong: self.wrong(),
             wrong_upper_95: self.upper_bound_of_none().max(self.wrong()),
             deviation_median: self.quantile(0.5),

@@ -7,7 +7,7 @@ use carom_tables::averages::median;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
-use super::{cases::Case, tally::Tally};
+use super::{cases::EncounterCase, tally::EncounterTally};
 use carom_methods::AnyDetector;
 
 /// Largest number of cases timed together, and their approximate evaluations: a batch of
@@ -33,7 +33,7 @@ pub struct Timing {
 }
 
 /// The cases for the timing of one detector: the first that it searched, up to the size of a batch.
-fn batch<'a>(tally: &Tally, cases: &'a [Case]) -> Vec<&'a Encounter> {
+fn batch<'a>(tally: &EncounterTally, cases: &'a [EncounterCase]) -> Vec<&'a Encounter> {
     let mut evaluations = 0;
     let taken = tally
         .searched
@@ -52,8 +52,8 @@ fn batch<'a>(tally: &Tally, cases: &'a [Case]) -> Vec<&'a Encounter> {
 
 /// Times detectors in turn, in several rounds.
 pub fn time(
-    detectors: &[(AnyDetector, &Tally)],
-    cases: &[Case],
+    detectors: &[(AnyDetector, &EncounterTally)],
+    cases: &[EncounterCase],
     rounds: usize,
 ) -> Vec<Option<Timing>> {
     let exact = detectors[0].0;

@@ -16,7 +16,7 @@ use carom_experiments::time_reversal::line;
 
 /// Drift in one scene.
 #[derive(Debug, Clone)]
-pub struct Drift {
+pub struct EnergyDrift {
     /// The scene.
     pub name: &'static str,
     /// Number of collisions, and relative change of the energy since the start.
@@ -60,7 +60,7 @@ pub fn drift(
     scene: &Scene,
     collisions: u64,
     progress: &Progress,
-) -> Result<Drift> {
+) -> Result<EnergyDrift> {
     let begun = cpu_time::ThreadTime::now();
     let mut run = engine.simulate(scene)?;
     let mut points = vec![(0.0, 0.0)];
@@ -97,7 +97,7 @@ pub fn drift(
         .filter(|change| change.1 > 0.0)
         .map(|(n, change)| (n.ln(), change.ln()))
         .collect();
-    Ok(Drift {
+    Ok(EnergyDrift {
         name,
         points,
         changes,
@@ -122,7 +122,7 @@ fn changes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-impl Drift {
+impl EnergyDrift {
     /// Description of the law.
     pub fn law(&self) -> &'static str {
         // Short intervals show the random walk even if a bias dominates in the long run.

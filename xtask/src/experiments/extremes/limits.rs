@@ -10,7 +10,7 @@ use carom::{
 };
 use carom_runs::check::limits::tested;
 use carom_testkit::extremes::{
-    Engine, Finding,
+    Engine, ExtremeFinding,
     bodies::{disc, named},
     engine::{gas, in_box},
     gases::{aged, later, mixture},
@@ -32,12 +32,12 @@ pub struct LimitSearch {
     /// Range of the search (decades).
     decades: (f64, f64),
     engine: Engine,
-    trial: fn(Engine, f64, u64) -> Result<Vec<Finding>>,
+    trial: fn(Engine, f64, u64) -> Result<Vec<ExtremeFinding>>,
 }
 
 /// Location of the limit.
 #[derive(Debug, Clone)]
-pub struct Limit {
+pub struct FoundLimit {
     /// The largest value at which all bounds hold; NaN if there is none.
     pub holds_up_to: f64,
     /// The next value and its result; `None` if all bounds hold up to the end of the search.
@@ -46,7 +46,7 @@ pub struct Limit {
     pub rest: Vec<(f64, Ending)>,
 }
 
-impl Limit {
+impl FoundLimit {
     /// Returns a value beyond the limit with an unreported failure: a panic or a hang.
     pub fn silent(&self) -> Option<&(f64, Ending)> {
         self.rest.iter().find(|(_, ending)| !ending.is_reported())
@@ -64,7 +64,7 @@ const STEP: f64 = 2.0;
 
 impl LimitSearch {
     /// Searches the limit, and examines the values beyond it.
-    pub fn find(&self, collisions: u64, halvings: u32, patience: Duration) -> Limit {
+    pub fn find(&self, collisions: u64, halvings: u32, patience: Duration) -> FoundLimit {
         let attempt_at = |decade: f64| {
             let (engine, trial, value) = (self.engine, self.trial, 10f64.powf(decade));
             attempt(patience, move || trial(engine, value, collisions))
@@ -73,7 +73,7 @@ impl LimitSearch {
         let first = attempt_at(low);
         if !first.holds() {
             let beyond = (10f64.powf(low), first);
-            return Limit {
+            return FoundLimit {
                 holds_up_to: f64::NAN,
                 beyond: Some(beyond.clone()),
                 rest: vec![beyond],
@@ -120,7 +120,7 @@ impl LimitSearch {
             .rev()
             .map(|(decade, ending)| (10f64.powf(decade), ending))
             .collect();
-        Limit {
+        FoundLimit {
             holds_up_to: 10f64.powf(low),
             beyond: rest.first().cloned(),
             rest,
@@ -220,20 +220,20 @@ pub fn limit_searches(engine: Engine) -> Vec<LimitSearch> {
 }
 
 /// Conditions that hold in any run, and that it reaches the requested number of collisions.
-fn surveyed(engine: Engine, scene: &Scene, collisions: u64) -> Result<Vec<Finding>> {
+fn surveyed(engine: Engine, scene: &Scene, collisions: u64) -> Result<Vec<ExtremeFinding>> {
     let survey = survey(engine, scene, collisions)?;
-    let missing = Finding::never(
+    let missing = ExtremeFinding::never(
         "missing collisions",
         collisions.saturating_sub(survey.collisions) as usize,
     );
     Ok(survey.findings("").into_iter().chain([missing]).collect())
 }
 
-fn heavy(engine: Engine, ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
+fn heavy(engine: Engine, ratio: f64, collisions: u64) -> Result<Vec<ExtremeFinding>> {
     surveyed(engine, &mixture(30, 0.03, 1.0, 0.1, ratio), collisions)
 }
 
-fn fast(engine: Engine, ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
+fn fast(engine: Engine, ratio: f64, collisions: u64) -> Result<Vec<ExtremeFinding>> {
     // Of the same energy as the others.
     surveyed(
         engine,
@@ -248,7 +248,7 @@ fn oblique(
     radius: f64,
     side: f64,
     others: Vec<MoleculeSpec>,
-) -> Result<Vec<Finding>> {
+) -> Result<Vec<ExtremeFinding>> {
     let sigma = 2.0 * radius;
     let at = [0.75 * side, 0.75 * side];
     let mut list = vec![
@@ -262,18 +262,18 @@ fn oblique(
     let error = (velocity(&run, 1) - 0.8 * normal).length();
     let overlaps = run.view().overlaps();
     Ok(vec![
-        Finding::never("missed hits", usize::from(!hit)),
-        Finding::never("overlapping pairs", overlaps.pairs),
-        Finding::new(
+        ExtremeFinding::never("missed hits", usize::from(!hit)),
+        ExtremeFinding::never("overlapping pairs", overlaps.pairs),
+        ExtremeFinding::new(
             "deepest overlap in diameters",
             overlaps.deepest_length / sigma,
             1e-3,
         ),
-        Finding::new("error of the velocity", error, 1e-3),
+        ExtremeFinding::new("error of the velocity", error, 1e-3),
     ])
 }
 
-fn small(engine: Engine, ratio: f64, _: u64) -> Result<Vec<Finding>> {
+fn small(engine: Engine, ratio: f64, _: u64) -> Result<Vec<ExtremeFinding>> {
     oblique(
         engine,
         0.1 / ratio,
@@ -282,11 +282,11 @@ fn small(engine: Engine, ratio: f64, _: u64) -> Result<Vec<Finding>> {
     )
 }
 
-fn large_box(engine: Engine, ratio: f64, _: u64) -> Result<Vec<Finding>> {
+fn large_box(engine: Engine, ratio: f64, _: u64) -> Result<Vec<ExtremeFinding>> {
     oblique(engine, 0.5, ratio.max(8.0), Vec::new())
 }
 
-fn spinning(engine: Engine, turns: f64, _: u64) -> Result<Vec<Finding>> {
+fn spinning(engine: Engine, turns: f64, _: u64) -> Result<Vec<ExtremeFinding>> {
     let (radius, speed) = (0.02, 1.0);
     let spin = std::f64::consts::TAU * turns * speed / (2.0 * radius);
     // The end of a rod of 6 atoms is 6 radii from its centre; the first disc reaches it after a
@@ -309,7 +309,7 @@ fn spinning(engine: Engine, turns: f64, _: u64) -> Result<Vec<Finding>> {
     surveyed(engine, &in_box([1.0, 1.0], list), 100)
 }
 
-fn grazing(engine: Engine, inverse: f64, _: u64) -> Result<Vec<Finding>> {
+fn grazing(engine: Engine, inverse: f64, _: u64) -> Result<Vec<ExtremeFinding>> {
     let half = Molecule::disc(0.5, 1.0)?;
     let motion =
         RelativeMotion::exactly(DVec2::new(30.0, 1.0 - 1.0 / inverse), DVec2::new(-1.0, 0.0));
@@ -317,10 +317,10 @@ fn grazing(engine: Engine, inverse: f64, _: u64) -> Result<Vec<Finding>> {
         .detector()
         .first_contact(half.outline(), half.outline(), &motion, 100.0);
     let hit = matches!(answer.outcome, Outcome::Contact(_));
-    Ok(vec![Finding::never("missed", usize::from(!hit))])
+    Ok(vec![ExtremeFinding::never("missed", usize::from(!hit))])
 }
 
-fn sweeping(engine: Engine, inverse: f64, _: u64) -> Result<Vec<Finding>> {
+fn sweeping(engine: Engine, inverse: f64, _: u64) -> Result<Vec<ExtremeFinding>> {
     let ends = [1.0, -1.0].map(|x| Atom::new(DVec2::new(x, 0.0), 1.0, 1.0));
     let [left, right] = ends;
     let (dumbbell, disc) = (Molecule::new([left?, right?])?, Molecule::disc(0.5, 1.0)?);
@@ -337,10 +337,10 @@ fn sweeping(engine: Engine, inverse: f64, _: u64) -> Result<Vec<Finding>> {
                 .first_contact(dumbbell.outline(), disc.outline(), &motion, 3.0);
         missed += usize::from(!matches!(answer.outcome, Outcome::Contact(_)));
     }
-    Ok(vec![Finding::never("missed", missed)])
+    Ok(vec![ExtremeFinding::never("missed", missed)])
 }
 
-fn old(engine: Engine, age: f64, _: u64) -> Result<Vec<Finding>> {
+fn old(engine: Engine, age: f64, _: u64) -> Result<Vec<ExtremeFinding>> {
     let path = |age: f64| -> Result<(u64, Vec<DVec2>, usize)> {
         let mut run = aged(engine, age, 36)?;
         let until = later(run.time(), 2.0);
@@ -356,42 +356,42 @@ fn old(engine: Engine, age: f64, _: u64) -> Result<Vec<Finding>> {
     let (young, aged) = (path(0.0)?, path(age)?);
     ensure!(young.0 > 0, "no collisions occurred");
     Ok(vec![
-        Finding::never(
+        ExtremeFinding::never(
             "trajectories that differ from those at time 0",
             usize::from(young != aged),
         ),
-        Finding::never("overlapping pairs", aged.2),
+        ExtremeFinding::never("overlapping pairs", aged.2),
     ])
 }
 
-fn dense(engine: Engine, inverse: f64, collisions: u64) -> Result<Vec<Finding>> {
+fn dense(engine: Engine, inverse: f64, collisions: u64) -> Result<Vec<ExtremeFinding>> {
     let seen = packed(engine, 1.0 / inverse, collisions.max(10_000))?;
     Ok(vec![
-        Finding::never("overlapping pairs", seen.overlapping),
-        Finding::new("deepest overlap (σ)", seen.deepest, 1e-13),
-        Finding::new(
+        ExtremeFinding::never("overlapping pairs", seen.overlapping),
+        ExtremeFinding::new("deepest overlap (σ)", seen.deepest, 1e-13),
+        ExtremeFinding::new(
             "relative deviation from the free-volume pressure",
             seen.pressure,
             0.05,
         ),
-        Finding::new("energy drift, relative", seen.energy, 1e-12),
-        Finding::never("collisions out of time order", seen.backwards),
+        ExtremeFinding::new("energy drift, relative", seen.energy, 1e-12),
+        ExtremeFinding::never("collisions out of time order", seen.backwards),
     ])
 }
 
-fn inelastic(engine: Engine, inverse: f64, collisions: u64) -> Result<Vec<Finding>> {
+fn inelastic(engine: Engine, inverse: f64, collisions: u64) -> Result<Vec<ExtremeFinding>> {
     let mut scene = in_box([1.0, 1.0], Vec::new());
     scene.gas = vec![gas("disc", 0.02, 1.0, 200), gas("dumbbell", 0.015, 1.0, 20)];
     scene.elasticity.default = 0.0;
     scene.elasticity.contact_time = 1.0 / inverse;
     let survey = survey(engine, &scene, collisions.max(10_000))?;
     Ok(vec![
-        Finding::never("overlapping pairs", survey.overlapping),
-        Finding::never("collisions out of time order", survey.watch.backwards),
+        ExtremeFinding::never("overlapping pairs", survey.overlapping),
+        ExtremeFinding::never("collisions out of time order", survey.watch.backwards),
     ])
 }
 
-fn many_atoms(engine: Engine, count: f64, collisions: u64) -> Result<Vec<Finding>> {
+fn many_atoms(engine: Engine, count: f64, collisions: u64) -> Result<Vec<ExtremeFinding>> {
     let count = count.round();
     let radius = 0.2 * (std::f64::consts::PI / count).sin();
     let ring = MoleculeSpec {

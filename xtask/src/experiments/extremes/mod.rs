@@ -13,5 +13,5 @@ mod reversal;
 mod run;
 mod trial;
 
-pub use options::Options;
+pub use options::ExtremesOptions;
 pub use run::run;

@@ -13,7 +13,7 @@ use crate::experiments::common::{Common, Threads};
     "The run for publication: 1e6 collisions of each gas, drift over 1e9 collisions (1e8 of a few small \
      discs). Under an hour on two cores"
 )))]
-pub struct Options {
+pub struct ExtremesOptions {
     /// Run only the scenes whose number begins with this; default: everything
     #[arg(long, default_value = "")]
     pub scene: String,
@@ -27,7 +27,7 @@ pub struct Options {
 
 /// Amount of work.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plan {
+pub struct ExtremesPlan {
     /// Collisions of each gas in the scenes.
     pub collisions: u64,
     /// Collisions of each trial in the search for a limit.
@@ -44,11 +44,11 @@ pub struct Plan {
     pub limit_patience: Duration,
 }
 
-impl Options {
+impl ExtremesOptions {
     /// Amount of work.
-    pub fn plan(&self) -> Plan {
+    pub fn plan(&self) -> ExtremesPlan {
         self.common.select(
-            Plan {
+            ExtremesPlan {
                 collisions: 20_000,
                 limit_collisions: 2000,
                 halvings: 3,
@@ -59,7 +59,7 @@ impl Options {
                 patience: Duration::from_secs(6),
                 limit_patience: Duration::from_secs(10),
             },
-            Plan {
+            ExtremesPlan {
                 collisions: 1_000_000,
                 limit_collisions: 20_000,
                 halvings: 6,

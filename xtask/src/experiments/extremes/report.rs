@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use carom_report::{
     axis::Axis,
-    chart::{Chart, Layer, Shape},
+    chart::{Chart, Layer, LayerShape},
     ink::Ink,
-    page::{Layout, Page, Part, checks_in_words},
+    page::{Layout, Page, PagePart, checks_in_words},
 };
 use carom_tables::Summary;
 use carom_testkit::extremes::Engine;
 
-use super::{drift::Drift, limits::Limit, results::Results, trial::Ending};
+use super::{drift::EnergyDrift, limits::FoundLimit, results::ExtremesResults, trial::Ending};
 
 fn verdict(ending: &Ending) -> String {
     if ending.holds() {
@@ -31,7 +31,7 @@ fn number(value: f64) -> String {
 }
 
 /// "up to …, then …"
-fn sentence(found: &Limit) -> String {
+fn sentence(found: &FoundLimit) -> String {
     match &found.beyond {
         None => format!("up to {}, the end of the search", number(found.holds_up_to)),
         Some((at, ending)) => {
@@ -47,7 +47,7 @@ fn sentence(found: &Limit) -> String {
 
 /// The page.
 pub fn page(
-    results: &Results,
+    results: &ExtremesResults,
     summary: &Summary,
     charts: &[(&'static str, String)],
     command: &str,
@@ -59,13 +59,13 @@ pub fn page(
         page.note(&summary.note);
     }
     page.verdict(&verdict_of_all(results, summary));
-    page.part(Part::Answer);
+    page.part(PagePart::Answer);
     overview(&mut page, results);
     let drawn: Vec<(&str, &str)> = charts.iter().map(|(_, svg)| (svg.as_str(), "")).collect();
     if !drawn.is_empty() {
         page.pictures(Layout::Beside, &drawn);
     }
-    page.part(Part::Results);
+    page.part(PagePart::Results);
     page.code(command);
     scene_section(&mut page, results);
     limit_section(&mut page, results);
@@ -86,7 +86,7 @@ pub fn page(
 }
 
 /// Number of limits that an engine reaches up to their goals.
-fn reached(results: &Results, engine: usize) -> usize {
+fn reached(results: &ExtremesResults, engine: usize) -> usize {
     results
         .limits
         .iter()
@@ -94,7 +94,7 @@ fn reached(results: &Results, engine: usize) -> usize {
         .count()
 }
 
-fn verdict_of_all(results: &Results, summary: &Summary) -> String {
+fn verdict_of_all(results: &ExtremesResults, summary: &Summary) -> String {
     let holds = results
         .scenes
         .iter()
@@ -116,7 +116,7 @@ fn verdict_of_all(results: &Results, summary: &Summary) -> String {
 }
 
 /// One table of all scenes, limits, reversals and drifts.
-fn overview(page: &mut Page, results: &Results) {
+fn overview(page: &mut Page, results: &ExtremesResults) {
     let largest = |values: Vec<f64>| {
         let found = values.into_iter().reduce(f64::max);
         found.map_or_else(
@@ -175,17 +175,17 @@ fn overview(page: &mut Page, results: &Results) {
         row("largest energy drift (relative)", [drift, "–".to_owned()]),
     ];
     page.table(
-        &["all scenes", Engine::Ours.name(), Engine::Theses.name()],
+        &["all scenes", Engine::Default.name(), Engine::Thesis.name()],
         &rows,
     );
 }
 
-fn scene_section(page: &mut Page, results: &Results) {
+fn scene_section(page: &mut Page, results: &ExtremesResults) {
     page.heading("Scenes");
     page.paragraph(&format!(
         "Results of the two engines: {} is the default; {} is that of Montanari (2017), for comparison.",
-        Engine::Ours.name(),
-        Engine::Theses.name()
+        Engine::Default.name(),
+        Engine::Thesis.name()
     ));
     let rows: Vec<Vec<String>> = results
         .scenes
@@ -205,15 +205,15 @@ fn scene_section(page: &mut Page, results: &Results) {
         &[
             "scene",
             "requirement",
-            Engine::Ours.name(),
+            Engine::Default.name(),
             "nearest to its bound",
-            Engine::Theses.name(),
+            Engine::Thesis.name(),
         ],
         &rows,
     );
 }
 
-fn limit_section(page: &mut Page, results: &Results) {
+fn limit_section(page: &mut Page, results: &ExtremesResults) {
     page.heading("Limits");
     let rows: Vec<Vec<String>> = results
         .limits
@@ -233,9 +233,9 @@ fn limit_section(page: &mut Page, results: &Results) {
         &[
             "parameter and scene",
             "goal",
-            Engine::Ours.name(),
+            Engine::Default.name(),
             "beyond",
-            Engine::Theses.name(),
+            Engine::Thesis.name(),
         ],
         &rows,
     );
@@ -246,7 +246,7 @@ fn limit_section(page: &mut Page, results: &Results) {
     );
 }
 
-fn reversal_section(page: &mut Page, results: &Results) {
+fn reversal_section(page: &mut Page, results: &ExtremesResults) {
     page.heading("Reversal");
     page.paragraph(
         "64 discs run forward, all velocities are reversed, and the discs run back. The distance from the \
@@ -276,7 +276,7 @@ fn reversal_section(page: &mut Page, results: &Results) {
     );
 }
 
-fn drift_section(page: &mut Page, drifts: &[Drift]) {
+fn drift_section(page: &mut Page, drifts: &[EnergyDrift]) {
     page.heading("Energy drift");
     let rows: Vec<Vec<String>> = drifts
         .iter()
@@ -326,7 +326,7 @@ fn chart(title: &str, [x, y]: [&str; 2], curves: Vec<(String, Vec<(f64, f64)>)>)
     let layer = |(index, (name, points))| Layer {
         name,
         ink: Ink::of_curve(index, count),
-        shape: Shape::Line(points),
+        shape: LayerShape::Line(points),
     };
     Chart::new(
         title,
@@ -341,7 +341,7 @@ fn chart(title: &str, [x, y]: [&str; 2], curves: Vec<(String, Vec<(f64, f64)>)>)
 ///
 /// # Errors
 /// A value is not finite.
-pub fn charts(results: &Results) -> Result<Vec<(&'static str, String)>> {
+pub fn charts(results: &ExtremesResults) -> Result<Vec<(&'static str, String)>> {
     if results.drifts.is_empty() {
         return Ok(Vec::new());
     }

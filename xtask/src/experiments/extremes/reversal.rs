@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn the_distance_grows_by_the_lyapunov_law_from_a_few_roundings() {
-        let found = reversal(Engine::Ours, 0.3, 1.16, 3).unwrap();
+        let found = reversal(Engine::Default, 0.3, 1.16, 3).unwrap();
         // Agreement with the two-trajectory method within the error of three starts of up to 20
         // collisions each.
         assert!((found.rate / 1.16 - 1.0).abs() < 0.3, "{found:?}");

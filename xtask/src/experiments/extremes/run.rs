@@ -10,17 +10,17 @@ use carom_runs::{
     progress::Progress,
 };
 use carom_tables::{Check, Figure, Summary, Totals, Verdict};
-use carom_testkit::extremes::{Case, Effort, Engine, Finding, cases};
+use carom_testkit::extremes::{Effort, Engine, ExtremeCase, ExtremeFinding, cases};
 use rayon::prelude::*;
 
 use super::{
-    Options,
-    drift::{Drift, drift, scenes as scenes_of_drift},
+    ExtremesOptions,
+    drift::{EnergyDrift, drift, scenes as scenes_of_drift},
     gaps::MAX_ROUNDINGS,
     limits::{LimitSearch, limit_searches},
-    options::Plan,
+    options::ExtremesPlan,
     report,
-    results::Results,
+    results::ExtremesResults,
     reversal::reversals,
     trial::{Ending, attempt},
 };
@@ -33,7 +33,7 @@ const MAX_OF_THESIS: u64 = 20_000;
 ///
 /// # Errors
 /// The folder is not empty or cannot be written, or a run fails that must not.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &ExtremesOptions) -> Result<Verdict> {
     let plan = options.plan();
     let drifting = scenes_of_drift();
     let scenes_of: Vec<&carom::Scene> = drifting.iter().map(|(_, scene)| scene).collect();
@@ -78,7 +78,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     )
 }
 
-fn settings(plan: &Plan) -> String {
+fn settings(plan: &ExtremesPlan) -> String {
     format!(
         "collisions_of_each_gas = {}\ncollisions_of_each_trial_of_an_edge = {}\n\
          halvings_of_an_edge = {}\nstarts_of_the_reversal = {}\ncollisions_of_the_drift = {:?}\n\
@@ -94,9 +94,9 @@ fn settings(plan: &Plan) -> String {
 }
 
 /// Runs everything, or only the scenes whose number begins with `number` if it is not empty.
-fn measure(plan: &Plan, number: &str) -> Result<Results> {
+fn measure(plan: &ExtremesPlan, number: &str) -> Result<ExtremesResults> {
     print_line("scenes");
-    let attempt_case = |case: &Case, engine: Engine, collisions: u64| {
+    let attempt_case = |case: &ExtremeCase, engine: Engine, collisions: u64| {
         let run = case.run;
         attempt(plan.patience, move || run(engine, Effort { collisions }))
     };
@@ -105,14 +105,14 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
         .filter(|case| case.id.starts_with(number))
         .map(|case| {
             let endings = [
-                attempt_case(&case, Engine::Ours, plan.collisions),
-                attempt_case(&case, Engine::Theses, plan.collisions.min(MAX_OF_THESIS)),
+                attempt_case(&case, Engine::Default, plan.collisions),
+                attempt_case(&case, Engine::Thesis, plan.collisions.min(MAX_OF_THESIS)),
             ];
             (case, endings)
         })
         .collect();
     if !number.is_empty() {
-        return Ok(Results {
+        return Ok(ExtremesResults {
             scenes,
             limits: Vec::new(),
             reversals: Default::default(),
@@ -123,29 +123,31 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
     let progress = Progress::new(plan.drift.iter().sum::<u64>() as f64);
     print_line("reversal");
     let reversals = [
-        reversals(Engine::Ours, plan.reversals)?,
-        reversals(Engine::Theses, plan.reversals)?,
+        reversals(Engine::Default, plan.reversals)?,
+        reversals(Engine::Thesis, plan.reversals)?,
     ];
     print_line("drift");
-    let drifts: Result<Vec<Drift>> = drifting
+    let drifts: Result<Vec<EnergyDrift>> = drifting
         .par_iter()
         .zip(plan.drift)
-        .map(|((name, scene), collisions)| drift(Engine::Ours, name, scene, collisions, &progress))
+        .map(|((name, scene), collisions)| {
+            drift(Engine::Default, name, scene, collisions, &progress)
+        })
         .collect();
     // The limits are last, because trials that hang continue in the background.
     print_line("limits of the parameters");
     let find = |search: &LimitSearch| {
         search.find(plan.limit_collisions, plan.halvings, plan.limit_patience)
     };
-    let limits = limit_searches(Engine::Ours)
+    let limits = limit_searches(Engine::Default)
         .into_par_iter()
-        .zip(limit_searches(Engine::Theses))
+        .zip(limit_searches(Engine::Thesis))
         .map(|(ours, theses)| {
             let found = [find(&ours), find(&theses)];
             (ours, found)
         })
         .collect();
-    Ok(Results {
+    Ok(ExtremesResults {
         scenes,
         limits,
         reversals,
@@ -153,8 +155,8 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
     })
 }
 
-fn write_tables(folder: &Folder, results: &Results) -> Result<()> {
-    let engines = [Engine::Ours.name(), Engine::Theses.name()];
+fn write_tables(folder: &Folder, results: &ExtremesResults) -> Result<()> {
+    let engines = [Engine::Default.name(), Engine::Thesis.name()];
     let rows = results.scenes.iter().flat_map(|(case, endings)| {
         endings.iter().zip(engines).map(|(ending, engine)| {
             (
@@ -178,7 +180,7 @@ fn write_tables(folder: &Folder, results: &Results) -> Result<()> {
             .iter()
             .zip(engines)
             .flat_map(move |(ending, engine)| {
-                let none: &[Finding] = &[];
+                let none: &[ExtremeFinding] = &[];
                 let findings = if let Ending::Findings(findings) = ending {
                     findings
                 } else {
@@ -246,7 +248,7 @@ fn write_tables(folder: &Folder, results: &Results) -> Result<()> {
 /// starts might fail by chance. Larger: a root found only to 1e-13 would pass.
 const MAX_EFFECTIVE_ERROR: f64 = 32.0;
 
-fn checks(results: &Results, totals: &[Totals]) -> Vec<Check> {
+fn checks(results: &ExtremesResults, totals: &[Totals]) -> Vec<Check> {
     let failed = |endings: &[Ending; 2]| f64::from(u8::from(!endings[0].holds()));
     let scenes = results.scenes.iter().map(|(case, endings)| {
         Check::at_most(
@@ -294,7 +296,7 @@ fn checks(results: &Results, totals: &[Totals]) -> Vec<Check> {
         .collect()
 }
 
-fn figures(results: &Results) -> Vec<Figure> {
+fn figures(results: &ExtremesResults) -> Vec<Figure> {
     let limits = results.limits.iter().map(|(limit, [found, _])| {
         Figure::new(
             format!("holds up to: {}", limit.parameter),
@@ -335,7 +337,7 @@ fn figures(results: &Results) -> Vec<Figure> {
 }
 
 /// All violations of the exact engine.
-fn violations(results: &Results) -> String {
+fn violations(results: &ExtremesResults) -> String {
     let mut text = String::new();
     for (case, [ours, _]) in results
         .scenes

@@ -10,13 +10,13 @@ use std::{
 };
 
 use anyhow::Result;
-use carom_testkit::extremes::Finding;
+use carom_testkit::extremes::ExtremeFinding;
 
 /// Result of a trial.
 #[derive(Debug, Clone)]
 pub enum Ending {
     /// Findings.
-    Findings(Vec<Finding>),
+    Findings(Vec<ExtremeFinding>),
     /// A named error.
     Error(String),
     /// A panic.
@@ -28,17 +28,19 @@ pub enum Ending {
 impl Ending {
     /// Returns true if all bounds hold.
     pub fn holds(&self) -> bool {
-        matches!(self, Self::Findings(findings) if findings.iter().all(Finding::holds))
+        matches!(self, Self::Findings(findings) if findings.iter().all(ExtremeFinding::holds))
     }
 
     /// Summary: the first violation, or the finding nearest to its bound.
     pub fn seen(&self) -> String {
         match self {
             Self::Findings(findings) => {
-                let describe =
-                    |f: &Finding| format!("{}: {:.1e}, allowed {:.1e}", f.what, f.found, f.allowed);
+                let describe = |f: &ExtremeFinding| {
+                    format!("{}: {:.1e}, allowed {:.1e}", f.what, f.found, f.allowed)
+                };
                 let failed = findings.iter().find(|finding| !finding.holds());
-                let nearest = |a: &&Finding, b: &&Finding| share(a).total_cmp(&share(b));
+                let nearest =
+                    |a: &&ExtremeFinding, b: &&ExtremeFinding| share(a).total_cmp(&share(b));
                 failed
                     .or_else(|| findings.iter().max_by(nearest))
                     .map_or_else(String::new, describe)
@@ -68,7 +70,7 @@ impl Ending {
 }
 
 /// Ratio of a finding to its bound.
-fn share(finding: &Finding) -> f64 {
+fn share(finding: &ExtremeFinding) -> f64 {
     if finding.allowed == 0.0 {
         0.0
     } else {
@@ -89,7 +91,7 @@ const ON_THE_WALL: u32 = 30;
 /// A trial that hangs is abandoned: its thread ends with the program.
 pub fn attempt(
     patience: Duration,
-    trial: impl FnOnce() -> Result<Vec<Finding>> + Send + 'static,
+    trial: impl FnOnce() -> Result<Vec<ExtremeFinding>> + Send + 'static,
 ) -> Ending {
     let (clock_sender, clock_receiver) = channel();
     let (sender, receiver) = channel();
@@ -145,8 +147,8 @@ mod tests {
     #[test]
     fn a_trial_reports_how_it_ends() {
         let long = Duration::from_mins(1);
-        assert!(attempt(long, || Ok(vec![Finding::never("wrong", 0)])).holds());
-        assert!(!attempt(long, || Ok(vec![Finding::never("wrong", 1)])).holds());
+        assert!(attempt(long, || Ok(vec![ExtremeFinding::never("wrong", 0)])).holds());
+        assert!(!attempt(long, || Ok(vec![ExtremeFinding::never("wrong", 1)])).holds());
         assert!(
             matches!(attempt(long, || anyhow::bail!("a reason")), Ending::Error(why) if why == "a reason")
         );

@@ -13,6 +13,6 @@ mod run;
 mod spheres;
 mod timing;
 
-pub use options::Options;
+pub use options::ThesisTestsOptions;
 pub use pair::run as pair;
 pub use spheres::run as spheres;

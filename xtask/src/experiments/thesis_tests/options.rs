@@ -16,7 +16,7 @@ use crate::experiments::common::{Common, Seed};
          most ten minutes of processor time"
     ))
 )]
-pub struct Options {
+pub struct ThesisTestsOptions {
     /// Largest processor time of each case instead (seconds)
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub seconds: Option<u32>,
@@ -28,7 +28,7 @@ pub struct Options {
     pub common: Common<Resumption>,
 }
 
-impl Options {
+impl ThesisTestsOptions {
     /// Largest processor time of each case (seconds).
     pub fn budget(&self) -> f64 {
         self.seconds

@@ -19,12 +19,12 @@ use carom_runs::work_items::WorkItems;
 use carom_tables::{Figure, Verdict, power_law::PowerLaw};
 
 use super::{
-    Options,
+    ThesisTestsOptions,
     fits::{Fit, Form},
     report::{cell, number},
-    results::{Costs, Results, Test},
+    results::{Costs, Test, ThesisResults},
     run::run_test,
-    timing::{THESIS_TIME, Timing, time},
+    timing::{THESIS_TIME, ThesisTiming, time},
 };
 
 /// Atoms of each rod.
@@ -104,7 +104,7 @@ fn scene(atoms: usize, seed: u64) -> Scene {
 ///
 /// # Errors
 /// The folder is not empty, or a run fails.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &ThesisTestsOptions) -> Result<Verdict> {
     let test = Test {
         name: "pair",
         title: "Test 2: two colliding rods",
@@ -125,9 +125,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 timings.push(case(detector, atoms, options.random.seed, budget, items)?);
             }
         }
-        let each =
-            |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.per_query()?.0));
-        let times = |timing: &Timing| {
+        let each = |timing: &ThesisTiming| {
+            Some((timing.engine.clone(), timing.size, timing.per_query()?.0))
+        };
+        let times = |timing: &ThesisTiming| {
             Some((
                 timing.engine.clone(),
                 timing.size,
@@ -141,7 +142,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 figure_2_4(atoms)?,
             ))
         };
-        Ok(Results {
+        Ok(ThesisResults {
             charts: vec![
                 Costs {
                     file: "query.svg",
@@ -173,7 +174,13 @@ pub fn run(options: &Options) -> Result<Verdict> {
 }
 
 /// Rods of a number of atoms with one detector.
-fn case(detector: &str, atoms: usize, seed: u64, budget: f64, items: &WorkItems) -> Result<Timing> {
+fn case(
+    detector: &str,
+    atoms: usize,
+    seed: u64,
+    budget: f64,
+    items: &WorkItems,
+) -> Result<ThesisTiming> {
     let (scene, signals) = (scene(atoms, seed), items.signals());
     items.finish(&format!("{detector}, {atoms}"), || {
         let search = if detector == GOLDEN {
@@ -228,7 +235,7 @@ fn searched_share(scene: &Scene) -> Result<f64> {
     Ok(counting.searched.load(Relaxed) as f64 / counting.queries.load(Relaxed).max(1) as f64)
 }
 
-fn row(timing: &Timing, share: f64) -> Vec<String> {
+fn row(timing: &ThesisTiming, share: f64) -> Vec<String> {
     vec![
         timing.engine.clone(),
         timing.size.to_string(),
@@ -243,7 +250,7 @@ fn row(timing: &Timing, share: f64) -> Vec<String> {
 }
 
 /// The thesis's fit, p₂ N² + p₁ N, to the times of its own search for 100 time units.
-fn golden_fit(timings: &[Timing]) -> Option<Fit> {
+fn golden_fit(timings: &[ThesisTiming]) -> Option<Fit> {
     let of = timings.iter().filter(|timing| timing.engine == GOLDEN);
     let points: Vec<(f64, f64)> = of
         .filter_map(|timing| Some((timing.size as f64, timing.for_thesis_time()?.0)))
@@ -260,7 +267,7 @@ fn growth_of_share(shares: &BTreeMap<usize, f64>) -> Option<PowerLaw> {
     PowerLaw::through(&points)
 }
 
-fn figures(timings: &[Timing], shares: &BTreeMap<usize, f64>) -> Vec<Figure> {
+fn figures(timings: &[ThesisTiming], shares: &BTreeMap<usize, f64>) -> Vec<Figure> {
     let mut figures = Vec::new();
     let growth = growth_of_share(shares);
     figures.extend(growth.map(|law| {

@@ -2,21 +2,21 @@
 
 use anyhow::Result;
 use carom_report::{
-    page::{Layout, Page, Part},
-    scatter::{Mark, Point, Scatter},
+    page::{Layout, Page, PagePart},
+    scatter::{Mark, Scatter, ScatterPoint},
 };
 use carom_tables::{Summary, with_error};
 
 use super::{
-    results::{Costs, Results, Test},
-    timing::Measured,
+    results::{Costs, Test, ThesisResults},
+    timing::MeasuredTime,
 };
 
 /// Number of segments of a fitted curve in a chart.
 const CURVE: u32 = 100;
 
 /// A measured value in units of `unit`; a dash if there is none.
-pub fn cell(measured: Option<Measured>, unit: f64) -> String {
+pub fn cell(measured: Option<MeasuredTime>, unit: f64) -> String {
     measured.map_or_else(
         || "–".to_owned(),
         |(value, error)| with_error(value / unit, error.map(|error| error / unit)),
@@ -49,7 +49,7 @@ pub fn chart(test: &Test, costs: &Costs) -> Result<String> {
                 families.push(name.clone());
                 families.len() - 1
             });
-        points.push(Point {
+        points.push(ScatterPoint {
             family,
             label: String::new(),
             x: *size as f64,
@@ -75,7 +75,7 @@ pub fn chart(test: &Test, costs: &Costs) -> Result<String> {
         let curve = along
             .map(|x| (x, fit.value(x)))
             .filter(|&(_, y)| y >= smallest);
-        points.extend(curve.map(|(x, y)| Point {
+        points.extend(curve.map(|(x, y)| ScatterPoint {
             family,
             label: String::new(),
             x,
@@ -98,7 +98,7 @@ pub fn chart(test: &Test, costs: &Costs) -> Result<String> {
 /// The page.
 pub fn page(
     test: &Test,
-    results: &Results,
+    results: &ThesisResults,
     summary: &Summary,
     charts: &[String],
     command: &str,
@@ -108,7 +108,7 @@ pub fn page(
         page.note(&summary.note);
     }
     page.checks(&summary.checks);
-    page.part(Part::Answer);
+    page.part(PagePart::Answer);
     page.table(&results.header, &results.rows);
     for chart in charts {
         let caption = "Both axes are logarithmic: a power law is a straight line. Dots: measured here; \
@@ -116,7 +116,7 @@ pub fn page(
                        squares of the seconds.";
         page.pictures(Layout::Full, &[(chart, caption)]);
     }
-    page.part(Part::Results);
+    page.part(PagePart::Results);
     let broken = results
         .timings
         .iter()

@@ -2,7 +2,7 @@
 
 use carom_tables::Figure;
 
-use super::{fits::Fit, timing::Timing};
+use super::{fits::Fit, timing::ThesisTiming};
 
 /// Description of a test.
 #[derive(Debug, Clone, Copy)]
@@ -19,9 +19,9 @@ pub struct Test {
 
 /// Results.
 #[derive(Debug)]
-pub struct Results {
+pub struct ThesisResults {
     /// The cases.
-    pub timings: Vec<Timing>,
+    pub timings: Vec<ThesisTiming>,
     /// The charts; the most important one is the first.
     pub charts: Vec<Costs>,
     /// Exponents and counts.

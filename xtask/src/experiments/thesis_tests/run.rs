@@ -9,9 +9,9 @@ use carom_runs::{
 use carom_tables::{Summary, Totals, Verdict};
 
 use super::{
-    Options, report,
-    results::{Results, Test},
-    timing::Timing,
+    ThesisTestsOptions, report,
+    results::{Test, ThesisResults},
+    timing::ThesisTiming,
 };
 
 /// Measures with the time limit of each case (seconds) and writes the folder.
@@ -20,11 +20,11 @@ use super::{
 /// The folder is not empty or cannot be written, or a run fails.
 pub fn run_test(
     test: &Test,
-    options: &Options,
-    measure: impl FnOnce(f64, &WorkItems) -> Result<Results>,
+    options: &ThesisTestsOptions,
+    measure: impl FnOnce(f64, &WorkItems) -> Result<ThesisResults>,
 ) -> Result<Verdict> {
     let command = options.command(test.name);
-    let experiment = Experiment::begin_resumable(
+    let experiment = Experiment::start_resumable(
         &options.common.destination,
         command.clone(),
         &Opening {
@@ -65,9 +65,9 @@ pub fn run_test(
     experiment.finish(&page, &summary, Some(seconds))
 }
 
-fn write_times(folder: &Folder, timings: &[Timing]) -> Result<()> {
+fn write_times(folder: &Folder, timings: &[ThesisTiming]) -> Result<()> {
     let rows = timings.iter().map(|timing| {
-        let Timing {
+        let ThesisTiming {
             engine,
             size,
             whole,

@@ -13,12 +13,12 @@ use carom_runs::work_items::WorkItems;
 use carom_tables::{Figure, Verdict, power_law::PowerLaw};
 
 use super::{
-    Options,
+    ThesisTestsOptions,
     fits::{Fit, Form},
     report::{cell, number},
-    results::{Costs, Results, Test},
+    results::{Costs, Test, ThesisResults},
     run::run_test,
-    timing::{THESIS_TIME, Timing, time},
+    timing::{THESIS_TIME, ThesisTiming, time},
 };
 use carom_runs::measures::kicks::mean_speed;
 
@@ -80,7 +80,7 @@ fn collisions(count: usize, temperature: f64) -> f64 {
 ///
 /// # Errors
 /// The folder is not empty, or a run fails.
-pub fn run(options: &Options) -> Result<Verdict> {
+pub fn run(options: &ThesisTestsOptions) -> Result<Verdict> {
     let test = Test {
         name: "spheres",
         title: "Test 1: many colliding discs",
@@ -97,21 +97,21 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 timings.push(case(engine, count, options.random.seed, budget, items)?);
             }
         }
-        let times = |timing: &Timing| {
+        let times = |timing: &ThesisTiming| {
             Some((
                 timing.engine.clone(),
                 timing.size,
                 timing.for_thesis_time()?.0,
             ))
         };
-        let each = |timing: &Timing| {
+        let each = |timing: &ThesisTiming| {
             Some((
                 timing.engine.clone(),
                 timing.size,
                 timing.per_collision()?.0,
             ))
         };
-        Ok(Results {
+        Ok(ThesisResults {
             charts: vec![
                 Costs {
                     file: "cost.svg",
@@ -157,7 +157,13 @@ pub fn run(options: &Options) -> Result<Verdict> {
 }
 
 /// One number of discs with one engine.
-fn case(engine: &str, count: usize, seed: u64, budget: f64, items: &WorkItems) -> Result<Timing> {
+fn case(
+    engine: &str,
+    count: usize,
+    seed: u64,
+    budget: f64,
+    items: &WorkItems,
+) -> Result<ThesisTiming> {
     let (scene, signals) = (scene(count, seed), items.signals());
     // The thesis uses the integer closest to √N.
     let fine = (count as f64).sqrt().round() as u32;
@@ -188,7 +194,7 @@ fn published() -> Vec<(String, usize, f64)> {
 
 /// Fits of the thesis's functions to the times for 100 time units: p₂ N² + p₁ N without a grid,
 /// exp(k₀ + k₁ N) with one.
-fn fits(timings: &[Timing]) -> impl Iterator<Item = (&'static str, Fit)> {
+fn fits(timings: &[ThesisTiming]) -> impl Iterator<Item = (&'static str, Fit)> {
     [(NO_GRID, Form::Quadratic), (GRID, Form::Exponential)]
         .into_iter()
         .filter_map(|(engine, form)| {
@@ -204,7 +210,7 @@ fn fits(timings: &[Timing]) -> impl Iterator<Item = (&'static str, Fit)> {
 /// 5.6 s; table 2.1 has 314 s, which corresponds to 223·10⁻⁵.
 const FIGURE_2_3: [[f64; 2]; 2] = [[-0.80, 315e-5], [1.27, 223e-5]];
 
-fn row(timing: &Timing, seed: u64) -> Result<Vec<String>> {
+fn row(timing: &ThesisTiming, seed: u64) -> Result<Vec<String>> {
     let line = TABLE_2_1.iter().find(|line| line.0 == timing.size);
     let thesis = line.map_or_else(String::new, |&(_, without, with)| {
         match timing.engine.as_str() {
@@ -229,7 +235,7 @@ fn row(timing: &Timing, seed: u64) -> Result<Vec<String>> {
     ])
 }
 
-fn figures(timings: &[Timing], seed: u64) -> Result<Vec<Figure>> {
+fn figures(timings: &[ThesisTiming], seed: u64) -> Result<Vec<Figure>> {
     let mut figures = Vec::new();
     let of = |engine: &'static str| timings.iter().filter(move |timing| timing.engine == engine);
     for engine in ENGINES {

@@ -30,11 +30,11 @@ const MIN_STRETCHES: usize = 8;
 const MIN_COLLISIONS: u64 = 10;
 
 /// A value with its standard error.
-pub type Measured = (f64, Option<f64>);
+pub type MeasuredTime = (f64, Option<f64>);
 
 /// One case: size, engine, and time spent.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Timing {
+pub struct ThesisTiming {
     /// Name of the engine or the detector.
     pub engine: String,
     /// Number of discs, or of atoms of each rod.
@@ -72,21 +72,21 @@ impl Stretch {
     }
 }
 
-impl Timing {
+impl ThesisTiming {
     /// Processor time for the thesis's duration (seconds); `None` if it cannot be extrapolated.
-    pub fn for_thesis_time(&self) -> Option<Measured> {
+    pub fn for_thesis_time(&self) -> Option<MeasuredTime> {
         let is_known = self.is_whole() || self.totals.collisions >= MIN_COLLISIONS;
         let (value, error) = self.per(|stretch| stretch.time).filter(|_| is_known)?;
         Some((value * THESIS_TIME, error.map(|error| error * THESIS_TIME)))
     }
 
     /// Processor time for each collision (seconds); `None` if there was none.
-    pub fn per_collision(&self) -> Option<Measured> {
+    pub fn per_collision(&self) -> Option<MeasuredTime> {
         self.per(|stretch| stretch.collisions as f64)
     }
 
     /// Processor time for each query (seconds), including all other work; `None` if there was none.
-    pub fn per_query(&self) -> Option<Measured> {
+    pub fn per_query(&self) -> Option<MeasuredTime> {
         self.per(|stretch| stretch.queries as f64)
     }
 
@@ -97,7 +97,7 @@ impl Timing {
 
     /// Processor time for each unit of `of`, with its error from the scatter of the intervals. It
     /// is not the median: contacts are expensive, and where they are rare a median would omit them.
-    fn per(&self, of: impl Fn(&Stretch) -> f64) -> Option<Measured> {
+    fn per(&self, of: impl Fn(&Stretch) -> f64) -> Option<MeasuredTime> {
         let whole = of(&self.whole);
         if whole == 0.0 {
             return None;
@@ -111,7 +111,7 @@ impl Timing {
     }
 
     fn is_good_enough(&self) -> bool {
-        let is_good = |of: Option<Measured>| {
+        let is_good = |of: Option<MeasuredTime>| {
             of.is_some_and(|(value, error)| error.is_some_and(|error| error < GOOD_ENOUGH * value))
         };
         is_good(self.for_thesis_time()) && is_good(self.per_query().or(self.per_collision()))
@@ -130,10 +130,10 @@ pub fn time(
     method: &Method,
     budget: f64,
     signals: &Signals,
-) -> Result<Timing> {
+) -> Result<ThesisTiming> {
     let mut simulation = AnySimulation::with(scene, method)?;
     let mut totals = RunTotals::new(&simulation.view());
-    let mut timing = Timing {
+    let mut timing = ThesisTiming {
         engine: engine.to_owned(),
         size,
         whole: Stretch::default(),
@@ -200,7 +200,7 @@ mod tests {
             time: 8.0,
             ..stretch(16.0, 32)
         };
-        let timing = Timing {
+        let timing = ThesisTiming {
             engine: String::new(),
             size: 1,
             whole,

@@ -11,11 +11,11 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    case::{Body, Flight},
+    case::{CaseBody, CaseFlight},
     classes,
 };
 use crate::fuzz::{
-    random::Draw,
+    random::FuzzDraw,
     subject::{Report, exceeds},
 };
 
@@ -29,11 +29,11 @@ pub struct BadNumbers {
     /// Lower bound on the contact time, where the search begins (time).
     pub begin: f64,
     /// The relative motion.
-    pub flight: Flight,
+    pub flight: CaseFlight,
     /// The body A.
-    pub a: Body,
+    pub a: CaseBody,
     /// The body B.
-    pub b: Body,
+    pub b: CaseBody,
 }
 
 /// Largest length or speed in the documented range of detection.
@@ -70,7 +70,7 @@ pub const NASTY: [f64; 25] = [
 
 /// A random query with up to all of its numbers replaced.
 pub fn draw(seed: u64) -> BadNumbers {
-    let draw = &mut Draw::new(seed);
+    let draw = &mut FuzzDraw::new(seed);
     let query = classes::draw(draw.bits());
     let mut bad = BadNumbers {
         horizon: query.horizon,

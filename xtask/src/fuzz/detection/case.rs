@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// The shape of a body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Body {
+pub enum CaseBody {
     /// Position x, y, radius and mass of each atom.
     Atoms(Vec<[f64; 4]>),
     /// A wall: x and y of the vector from end to end, and its radius.
@@ -19,7 +19,7 @@ pub enum Body {
 
 /// A [`RelativeMotion`] as plain numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Flight {
+pub struct CaseFlight {
     /// From the centre of A to that of B (length).
     pub separation: [f64; 2],
     /// Velocity of B minus that of A (length per time).
@@ -36,7 +36,7 @@ pub struct Flight {
     pub orientation_error: [f64; 2],
 }
 
-/// Number of values in a [`Flight`].
+/// Number of values in a [`CaseFlight`].
 const NUMBERS: usize = 12;
 
 /// A query for the first contact of two bodies.
@@ -51,14 +51,14 @@ pub struct Query {
     /// The detector receives all times multiplied by two to this power.
     pub time_exponent: i32,
     /// The relative motion.
-    pub flight: Flight,
+    pub flight: CaseFlight,
     /// The body A.
-    pub a: Body,
+    pub a: CaseBody,
     /// The body B.
-    pub b: Body,
+    pub b: CaseBody,
 }
 
-impl Body {
+impl CaseBody {
     /// The shape of a molecule.
     pub fn new(molecule: &Molecule) -> Self {
         match (molecule.face(), molecule.atoms()) {
@@ -133,7 +133,7 @@ impl Body {
     }
 }
 
-impl Flight {
+impl CaseFlight {
     /// The numbers of a relative motion.
     pub fn new(motion: &RelativeMotion) -> Self {
         Self {
@@ -192,13 +192,13 @@ impl Flight {
 impl Query {
     /// A query at scale 1 from an encounter.
     pub fn new(class: &str, encounter: &Encounter) -> Self {
-        let [a, b] = encounter.molecules.each_ref().map(Body::new);
+        let [a, b] = encounter.molecules.each_ref().map(CaseBody::new);
         Self {
             class: class.to_owned(),
             horizon: encounter.horizon,
             length_exponent: 0,
             time_exponent: 0,
-            flight: Flight::new(&encounter.motion),
+            flight: CaseFlight::new(&encounter.motion),
             a,
             b,
         }
@@ -317,7 +317,7 @@ mod tests {
             let text = toml::to_string(&query).unwrap();
             assert_eq!(toml::from_str::<Query>(&text).unwrap(), query);
             let rebuilt = query.encounter().unwrap();
-            assert_eq!(Flight::new(&rebuilt.motion), query.flight, "{class}");
+            assert_eq!(CaseFlight::new(&rebuilt.motion), query.flight, "{class}");
         }
     }
 

@@ -12,7 +12,7 @@ use carom_kinematics::{HALF_ULP, Orientation, RelativeMotion};
 use glam::DVec2;
 
 use super::case::{Query, exp2};
-use crate::fuzz::random::Draw;
+use crate::fuzz::random::FuzzDraw;
 
 /// Generated numbers are inside the accepted range.
 const VALID: &str = "radii and masses are positive, and centres differ";
@@ -22,7 +22,7 @@ const MAX_SCALED: f64 = 1e59;
 
 /// A random query.
 pub fn draw(seed: u64) -> Query {
-    let draw = &mut Draw::new(seed);
+    let draw = &mut FuzzDraw::new(seed);
     let (class, encounter) = match draw.index(12) {
         0..=3 => of_class(draw),
         4 => ("bisected graze", bisected_graze(draw)),
@@ -41,7 +41,7 @@ pub fn draw(seed: u64) -> Query {
 }
 
 /// A query of one of the library's classes.
-fn of_class(draw: &mut Draw) -> (&'static str, Encounter) {
+fn of_class(draw: &mut FuzzDraw) -> (&'static str, Encounter) {
     let class = draw.one_of(&Class::ALL);
     // Up to 16 atoms: 256 atoms have too many pairs for the reference.
     let index = draw.integer(0, 1 << 40) as u64;
@@ -55,7 +55,7 @@ fn of_class(draw: &mut Draw) -> (&'static str, Encounter) {
 
 /// Multiplies lengths by 1e-48 to 1e55 and speeds by 1e-80 to 1e55, or velocities alone by factors
 /// down to 2^-330.
-fn scale(draw: &mut Draw, query: &mut Query) {
+fn scale(draw: &mut FuzzDraw, query: &mut Query) {
     let lengths: Vec<f64> = query
         .a
         .lengths()
@@ -102,7 +102,7 @@ fn scale(draw: &mut Draw, query: &mut Query) {
     }
 }
 
-fn named(draw: &mut Draw) -> Molecule {
+fn named(draw: &mut FuzzDraw) -> Molecule {
     let count = draw.integer(2, 8) as usize;
     let shapes = [
         Shape::Disc,
@@ -132,7 +132,7 @@ fn horizon(molecules: &[Molecule; 2], motion: &RelativeMotion, otherwise: f64) -
 }
 
 /// A motion at thermal speeds towards a random position within reach.
-fn flight(draw: &mut Draw, molecules: &[Molecule; 2]) -> Encounter {
+fn flight(draw: &mut FuzzDraw, molecules: &[Molecule; 2]) -> Encounter {
     let reach = molecules[0].bounding_radius() + molecules[1].bounding_radius();
     let velocity = DVec2::new(draw.normal(), draw.normal());
     let velocity = if velocity.length() < 1e-3 {
@@ -140,7 +140,7 @@ fn flight(draw: &mut Draw, molecules: &[Molecule; 2]) -> Encounter {
     } else {
         velocity
     };
-    let spin = |draw: &mut Draw, molecule: &Molecule| {
+    let spin = |draw: &mut FuzzDraw, molecule: &Molecule| {
         if molecule.is_disc() || molecule.face().is_some() {
             0.0
         } else {
@@ -172,7 +172,7 @@ fn flight(draw: &mut Draw, molecules: &[Molecule; 2]) -> Encounter {
 
 /// A graze whose position is bisected to two adjacent floats: the detector finds a contact with one
 /// and none with the other.
-fn bisected_graze(draw: &mut Draw) -> Encounter {
+fn bisected_graze(draw: &mut FuzzDraw) -> Encounter {
     let classes = [
         Class::Grazing,
         Class::Graze(6),
@@ -218,7 +218,7 @@ fn bisected_graze(draw: &mut Draw) -> Encounter {
 }
 
 /// A pair at its contact, with the velocities after an impulse of elasticity 1 to 1e-10.
-fn after_impulse(draw: &mut Draw) -> Encounter {
+fn after_impulse(draw: &mut FuzzDraw) -> Encounter {
     let class = draw.one_of(&[
         Class::Generic,
         Class::OneOmega,
@@ -330,7 +330,7 @@ fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool 
 }
 
 /// Two molecules with equal or opposite spins and a gap of 1e-3 to 1e-13 sizes.
-fn paired_spins(draw: &mut Draw) -> Encounter {
+fn paired_spins(draw: &mut FuzzDraw) -> Encounter {
     let molecules = [named(draw), named(draw)];
     let size = molecules[0].bounding_radius() + molecules[1].bounding_radius();
     let turns = [draw.between(-0.5, 0.5), draw.between(-0.5, 0.5)].map(Orientation::from_turns);
@@ -374,8 +374,8 @@ fn paired_spins(draw: &mut Draw) -> Encounter {
 }
 
 /// Atoms of radius 1e-11 to 1e-3 on arms of 1, with a constructed contact.
-fn tiny_atoms(draw: &mut Draw) -> Encounter {
-    let molecule = |draw: &mut Draw| {
+fn tiny_atoms(draw: &mut FuzzDraw) -> Encounter {
+    let molecule = |draw: &mut FuzzDraw| {
         let radius = draw.scale(1e-11, 1e-3);
         let count = draw.integer(2, 4);
         let atom = |index: i64| {
@@ -421,8 +421,8 @@ fn tiny_atoms(draw: &mut Draw) -> Encounter {
 }
 
 /// Rings, rods and clusters of up to 36 atoms, and discs inside rings.
-fn many_atoms(draw: &mut Draw) -> Encounter {
-    let molecule = |draw: &mut Draw| {
+fn many_atoms(draw: &mut FuzzDraw) -> Encounter {
+    let molecule = |draw: &mut FuzzDraw| {
         let count = draw.integer(2, 36) as usize;
         match draw.index(3) {
             0 => Molecule::named(Shape::Rod(count), 0.5, 1.0).expect(VALID),
@@ -438,7 +438,7 @@ fn many_atoms(draw: &mut Draw) -> Encounter {
 }
 
 /// Atoms at random positions with random radii; they may overlap.
-fn cluster(draw: &mut Draw, count: usize) -> Molecule {
+fn cluster(draw: &mut FuzzDraw, count: usize) -> Molecule {
     let side = (count as f64).sqrt();
     let atom = |_| {
         let place = side * DVec2::new(draw.between(-1.0, 1.0), draw.between(-1.0, 1.0));
@@ -448,7 +448,7 @@ fn cluster(draw: &mut Draw, count: usize) -> Molecule {
 }
 
 /// A small molecule inside a ring that it cannot leave.
-fn inside_a_ring(draw: &mut Draw) -> Encounter {
+fn inside_a_ring(draw: &mut FuzzDraw) -> Encounter {
     let ring = Molecule::named(Shape::Ring(draw.integer(12, 36) as usize), 0.5, 1.0).expect(VALID);
     let hole = ring.bounding_radius() - 1.0;
     let small = if draw.happens(0.5) {
@@ -474,7 +474,7 @@ fn inside_a_ring(draw: &mut Draw) -> Encounter {
 }
 
 /// A molecule and a wall, short or long, thin or thick, from either side.
-fn wall(draw: &mut Draw) -> Encounter {
+fn wall(draw: &mut FuzzDraw) -> Encounter {
     let molecule = named(draw);
     let size = molecule.bounding_radius();
     let radius = if draw.happens(0.5) {
@@ -494,11 +494,11 @@ fn wall(draw: &mut Draw) -> Encounter {
 
 /// Two rods of six atoms with positions, velocities and spins on a coarse grid, which gives many
 /// simple motions.
-fn rods(draw: &mut Draw) -> Encounter {
+fn rods(draw: &mut FuzzDraw) -> Encounter {
     let rod = Molecule::named(Shape::Rod(6), 0.5, 1.0).expect(VALID);
     let molecules = [rod.clone(), rod];
     for _ in 0..50 {
-        let coarse = |draw: &mut Draw, most: i64| draw.integer(-most, most) as f64 / 4.0;
+        let coarse = |draw: &mut FuzzDraw, most: i64| draw.integer(-most, most) as f64 / 4.0;
         let motion = RelativeMotion {
             angular_velocity: [coarse(draw, 8), coarse(draw, 8)],
             ..RelativeMotion::exactly(
@@ -551,7 +551,7 @@ mod tests {
     fn a_constructed_contact_of_tiny_atoms_is_found_at_its_time() {
         let mut found = 0;
         for seed in 0..40 {
-            let encounter = tiny_atoms(&mut Draw::new(seed));
+            let encounter = tiny_atoms(&mut FuzzDraw::new(seed));
             found += u32::from(
                 encounter
                     .first_contact(&Exact::default())

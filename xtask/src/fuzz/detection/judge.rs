@@ -6,7 +6,9 @@ use carom_detection::{
 };
 use carom_geometry::gap_between;
 use carom_kinematics::{HALF_ULP, Motion};
-use carom_testkit::oracle::{DoubleDouble, Oracle, Reference, Verdict, gap_over_bound};
+use carom_testkit::oracle::{
+    DoubleDouble, ExclusionReference, Oracle, OracleVerdict, gap_over_bound,
+};
 use glam::DVec2;
 
 use super::case::{Query, exp2};
@@ -37,7 +39,7 @@ pub fn check(detector: &impl Detection, query: &Query) -> Report {
         most_intervals: MAX_INTERVALS,
     }
     .first_contact::<DoubleDouble>(&base);
-    if matches!(reference, Reference::Unresolved) {
+    if matches!(reference, ExclusionReference::Unresolved) {
         report.count("undecided", 1);
     }
     let judge = Judge {
@@ -98,7 +100,7 @@ fn ask(detector: &impl Detection, encounter: &Encounter, begin: f64) -> Answer {
 
 struct Judge<'a> {
     base: &'a Encounter,
-    reference: &'a Reference<DoubleDouble>,
+    reference: &'a ExclusionReference<DoubleDouble>,
     /// Factor from times of the scaled query to those at scale 1.
     factor: f64,
 }
@@ -133,7 +135,7 @@ impl Judge<'_> {
             return;
         };
         let kind = match judgement.verdict {
-            Verdict::Right | Verdict::Graze | Verdict::FreeUntil => {
+            OracleVerdict::Right | OracleVerdict::Graze | OracleVerdict::FreeUntil => {
                 if let Outcome::Contact(contact) = answer.outcome
                     && let Some(gap) = gap_over_bound::<DoubleDouble>(self.base, &contact)
                 {
@@ -141,14 +143,14 @@ impl Judge<'_> {
                 }
                 return;
             }
-            Verdict::Missed => "missed",
-            Verdict::Late => "late",
-            Verdict::Early => "early",
-            Verdict::False => "false contact",
-            Verdict::GaveUp => "gave up",
+            OracleVerdict::Missed => "missed",
+            OracleVerdict::Late => "late",
+            OracleVerdict::Early => "early",
+            OracleVerdict::False => "false contact",
+            OracleVerdict::GaveUp => "gave up",
         };
         let reference = match self.reference {
-            Reference::Deep(deep) => {
+            ExclusionReference::Deep(deep) => {
                 use carom_testkit::oracle::Number as _;
                 format!(
                     "{:?} touch at {:e} and overlap by more than 2 E at {:e}",

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use self::{bad_numbers::BadNumbers, case::Query};
 use super::{
-    random::Draw,
+    random::FuzzDraw,
     subject::{Report, Subject, read_toml, write_toml},
 };
 
@@ -26,7 +26,7 @@ pub struct Queries<D = Exact> {
 /// One query.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Case {
+pub enum DetectionCase {
     /// Numbers that a detector must answer correctly.
     Query(Query),
     /// Arbitrary numbers.
@@ -37,39 +37,47 @@ pub enum Case {
 const BAD: f64 = 0.3;
 
 impl<D: Detection> Subject for Queries<D> {
-    type Case = Case;
+    type Case = DetectionCase;
     const NAME: &'static str = "detection";
     const TIME_LIMIT: u64 = 20;
 
-    fn draw(&self, seed: u64) -> Case {
-        let draw = &mut Draw::new(seed);
+    fn draw(&self, seed: u64) -> DetectionCase {
+        let draw = &mut FuzzDraw::new(seed);
         let (bad, inner) = (draw.happens(BAD), draw.bits());
         if bad {
-            Case::BadNumbers(bad_numbers::draw(inner))
+            DetectionCase::BadNumbers(bad_numbers::draw(inner))
         } else {
-            Case::Query(classes::draw(inner))
+            DetectionCase::Query(classes::draw(inner))
         }
     }
 
-    fn check(&self, case: &Case) -> Report {
+    fn check(&self, case: &DetectionCase) -> Report {
         match case {
-            Case::Query(query) => judge::check(&self.detector, query),
-            Case::BadNumbers(bad) => bad_numbers::check(&self.detector, bad),
+            DetectionCase::Query(query) => judge::check(&self.detector, query),
+            DetectionCase::BadNumbers(bad) => bad_numbers::check(&self.detector, bad),
         }
     }
 
-    fn simpler(&self, case: &Case) -> Vec<Case> {
+    fn simpler(&self, case: &DetectionCase) -> Vec<DetectionCase> {
         match case {
-            Case::Query(query) => query.simpler().into_iter().map(Case::Query).collect(),
-            Case::BadNumbers(bad) => bad.simpler().into_iter().map(Case::BadNumbers).collect(),
+            DetectionCase::Query(query) => query
+                .simpler()
+                .into_iter()
+                .map(DetectionCase::Query)
+                .collect(),
+            DetectionCase::BadNumbers(bad) => bad
+                .simpler()
+                .into_iter()
+                .map(DetectionCase::BadNumbers)
+                .collect(),
         }
     }
 
-    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+    fn write(&self, case: &DetectionCase) -> (String, Vec<u8>) {
         write_toml(case)
     }
 
-    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<DetectionCase> {
         read_toml(ending, bytes)
     }
 }

@@ -58,7 +58,7 @@ impl Detection for Faulty {
 }
 
 /// The first failure among `cases` cases.
-fn first_failure(fault: Fault, one_in: u64, cases: u64) -> Option<(Case, String)> {
+fn first_failure(fault: Fault, one_in: u64, cases: u64) -> Option<(DetectionCase, String)> {
     let subject = Queries {
         detector: Faulty { fault, one_in },
     };

@@ -6,13 +6,13 @@ use std::{env, fs, process};
 use carom::engine::{Checkpoint, Scene};
 use carom_kinematics::EpochTime;
 use carom_methods::{AnySimulation, Method};
-use carom_runs::checkpoint_file::{self, Body, decode, encode};
+use carom_runs::checkpoint_file::{self, CheckpointBody, decode, encode};
 
 use super::{mutate, scene_files};
-use crate::fuzz::{random::Draw, scenes, subject::Report};
+use crate::fuzz::{random::FuzzDraw, scenes, subject::Report};
 
 /// Encoded state of a small scene after some epochs.
-fn sound(draw: &mut Draw) -> Vec<u8> {
+fn sound(draw: &mut FuzzDraw) -> Vec<u8> {
     let mut scene = scenes::draw::draw(draw.bits()).scene;
     scene.molecule.truncate(draw.integer(1, 8) as usize);
     let fallback = || AnySimulation::new(&Scene::default()).expect("an empty box can be built");
@@ -33,7 +33,7 @@ fn sound(draw: &mut Draw) -> Vec<u8> {
 }
 
 /// A complete file with one to three changes.
-pub fn draw_file(draw: &mut Draw) -> Vec<u8> {
+pub fn draw_file(draw: &mut FuzzDraw) -> Vec<u8> {
     let path = path("draw");
     let body = sound(draw);
     let written = checkpoint_file::write(&path, &[&body])
@@ -45,12 +45,12 @@ pub fn draw_file(draw: &mut Draw) -> Vec<u8> {
 }
 
 /// The body of a file with one to three changes.
-pub fn draw_body(draw: &mut Draw) -> Vec<u8> {
+pub fn draw_body(draw: &mut FuzzDraw) -> Vec<u8> {
     let body = sound(draw);
     changed(draw, body)
 }
 
-fn changed(draw: &mut Draw, mut bytes: Vec<u8>) -> Vec<u8> {
+fn changed(draw: &mut FuzzDraw, mut bytes: Vec<u8>) -> Vec<u8> {
     for _ in 0..draw.integer(1, 3) {
         bytes = mutate::bytes(draw, &bytes);
     }
@@ -68,7 +68,7 @@ pub fn check_file(bytes: &[u8], report: &mut Report) {
         report.fail("disk", format!("cannot write {}", path.display()));
         return;
     }
-    let read = Body::read(&path);
+    let read = CheckpointBody::read(&path);
     if let Ok(body) = &read {
         // If writing it again gives the same file, nothing was changed.
         let same = checkpoint_file::write(&path, &[body.rest()]).is_ok()

@@ -8,7 +8,7 @@ use carom_geometry::Molecule;
 use carom_runs::detect::detect;
 
 use super::mutate;
-use crate::fuzz::{random::Draw, subject::Report};
+use crate::fuzz::{random::FuzzDraw, subject::Report};
 
 /// The tested detectors.
 const DETECTORS: [DetectorName; 4] = [
@@ -19,7 +19,7 @@ const DETECTORS: [DetectorName; 4] = [
 ];
 
 /// A mutated encounter file of a few lines.
-pub fn draw(draw: &mut Draw) -> Vec<u8> {
+pub fn draw(draw: &mut FuzzDraw) -> Vec<u8> {
     let columns = "class,id,xA,yA,vxA,vyA,thA,wA,atomsA,xB,yB,vxB,vyB,thB,wB,atomsB,window_end";
     let mut text = format!("{columns}\n");
     for id in 0..draw.integer(1, 4) {

@@ -9,7 +9,7 @@ pub mod scene_files;
 use anyhow::{Result, bail};
 
 use super::{
-    random::Draw,
+    random::FuzzDraw,
     subject::{Report, Subject},
 };
 
@@ -19,7 +19,7 @@ pub struct Mutations;
 
 /// Kind of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum FileKind {
     /// A scene, in TOML.
     Scene,
     /// Encounters, in CSV.
@@ -30,7 +30,7 @@ pub enum Kind {
     Body,
 }
 
-impl Kind {
+impl FileKind {
     /// File name extension.
     pub fn ending(self) -> &'static str {
         match self {
@@ -44,51 +44,51 @@ impl Kind {
 
 /// A file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Case {
+pub struct FileCase {
     /// Its kind.
-    pub kind: Kind,
+    pub kind: FileKind,
     /// Its content.
     pub bytes: Vec<u8>,
 }
 
 impl Subject for Mutations {
-    type Case = Case;
+    type Case = FileCase;
     const NAME: &'static str = "files";
     const TIME_LIMIT: u64 = 20;
 
-    fn draw(&self, seed: u64) -> Case {
-        let draw = &mut Draw::new(seed);
+    fn draw(&self, seed: u64) -> FileCase {
+        let draw = &mut FuzzDraw::new(seed);
         let kind = draw.one_of(&[
-            Kind::Scene,
-            Kind::Scene,
-            Kind::Scene,
-            Kind::Encounters,
-            Kind::Checkpoint,
-            Kind::Body,
-            Kind::Body,
+            FileKind::Scene,
+            FileKind::Scene,
+            FileKind::Scene,
+            FileKind::Encounters,
+            FileKind::Checkpoint,
+            FileKind::Body,
+            FileKind::Body,
         ]);
         let bytes = match kind {
-            Kind::Scene => scene_files::draw(draw),
-            Kind::Encounters => encounter_files::draw(draw),
-            Kind::Checkpoint => checkpoints::draw_file(draw),
-            Kind::Body => checkpoints::draw_body(draw),
+            FileKind::Scene => scene_files::draw(draw),
+            FileKind::Encounters => encounter_files::draw(draw),
+            FileKind::Checkpoint => checkpoints::draw_file(draw),
+            FileKind::Body => checkpoints::draw_body(draw),
         };
-        Case { kind, bytes }
+        FileCase { kind, bytes }
     }
 
-    fn check(&self, case: &Case) -> Report {
+    fn check(&self, case: &FileCase) -> Report {
         let mut report = Report::default();
         match case.kind {
-            Kind::Scene => scene_files::check(&case.bytes, &mut report),
-            Kind::Encounters => encounter_files::check(&case.bytes, &mut report),
-            Kind::Checkpoint => checkpoints::check_file(&case.bytes, &mut report),
-            Kind::Body => checkpoints::check_body(&case.bytes, &mut report),
+            FileKind::Scene => scene_files::check(&case.bytes, &mut report),
+            FileKind::Encounters => encounter_files::check(&case.bytes, &mut report),
+            FileKind::Checkpoint => checkpoints::check_file(&case.bytes, &mut report),
+            FileKind::Body => checkpoints::check_body(&case.bytes, &mut report),
         }
         report
     }
 
-    fn simpler(&self, case: &Case) -> Vec<Case> {
-        let text = matches!(case.kind, Kind::Scene | Kind::Encounters);
+    fn simpler(&self, case: &FileCase) -> Vec<FileCase> {
+        let text = matches!(case.kind, FileKind::Scene | FileKind::Encounters);
         let smaller = if text {
             mutate::with_less_text(&case.bytes)
         } else {
@@ -96,21 +96,26 @@ impl Subject for Mutations {
         };
         smaller
             .into_iter()
-            .map(|bytes| Case {
+            .map(|bytes| FileCase {
                 kind: case.kind,
                 bytes,
             })
             .collect()
     }
 
-    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+    fn write(&self, case: &FileCase) -> (String, Vec<u8>) {
         (case.kind.ending().to_owned(), case.bytes.clone())
     }
 
-    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
-        let kinds = [Kind::Scene, Kind::Encounters, Kind::Checkpoint, Kind::Body];
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<FileCase> {
+        let kinds = [
+            FileKind::Scene,
+            FileKind::Encounters,
+            FileKind::Checkpoint,
+            FileKind::Body,
+        ];
         match kinds.into_iter().find(|kind| kind.ending() == ending) {
-            Some(kind) => Ok(Case {
+            Some(kind) => Ok(FileCase {
                 kind,
                 bytes: bytes.to_vec(),
             }),

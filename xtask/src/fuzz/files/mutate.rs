@@ -1,6 +1,6 @@
 //! Mutations and reductions of texts and bytes.
 
-use crate::fuzz::random::Draw;
+use crate::fuzz::random::FuzzDraw;
 
 /// Boundary values for numbers in files, as text.
 const NUMBERS: [&str; 34] = [
@@ -42,7 +42,7 @@ const NUMBERS: [&str; 34] = [
 
 /// Applies one to four mutations to a text: numbers, lines and bytes are changed, removed,
 /// duplicated or swapped.
-pub fn text(draw: &mut Draw, text: &str) -> Vec<u8> {
+pub fn text(draw: &mut FuzzDraw, text: &str) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();
     for _ in 0..draw.integer(1, 4) {
         bytes = match draw.index(10) {
@@ -57,7 +57,7 @@ pub fn text(draw: &mut Draw, text: &str) -> Vec<u8> {
 
 /// Applies one change to bytes: one is flipped, replaced, removed or duplicated, or eight become a
 /// number.
-pub fn bytes(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
+pub fn bytes(draw: &mut FuzzDraw, bytes: &[u8]) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     if bytes.is_empty() {
         return vec![draw.bits() as u8];
@@ -107,7 +107,7 @@ fn replaced(bytes: &[u8], (begin, end): (usize, usize), new: &str) -> Vec<u8> {
     [&bytes[..begin], new.as_bytes(), &bytes[end..]].concat()
 }
 
-fn with_number(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
+fn with_number(draw: &mut FuzzDraw, bytes: &[u8]) -> Vec<u8> {
     let numbers = numbers(bytes);
     if numbers.is_empty() {
         return bytes.to_vec();
@@ -122,7 +122,7 @@ fn with_number(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
 }
 
 /// Multiplies a number by a factor: the result is accepted more often.
-fn with_number_nearby(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
+fn with_number_nearby(draw: &mut FuzzDraw, bytes: &[u8]) -> Vec<u8> {
     let numbers = numbers(bytes);
     if numbers.is_empty() {
         return bytes.to_vec();
@@ -138,7 +138,7 @@ fn with_number_nearby(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
     replaced(bytes, (begin, end), &(factor * number).to_string())
 }
 
-fn with_lines(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
+fn with_lines(draw: &mut FuzzDraw, bytes: &[u8]) -> Vec<u8> {
     let mut lines: Vec<&[u8]> = bytes.split_inclusive(|&byte| byte == b'\n').collect();
     if lines.is_empty() {
         return bytes.to_vec();
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn most_mutations_change_something() {
-        let draw = &mut Draw::new(1);
+        let draw = &mut FuzzDraw::new(1);
         let text = "[box]\nsides = [1.0, 2.0]\n";
         let changed = (0..100)
             .filter(|_| self::text(draw, text) != text.as_bytes())

@@ -7,7 +7,7 @@ use carom_kinematics::EpochTime;
 use carom_methods::AnySimulation;
 
 use super::mutate;
-use crate::fuzz::{random::Draw, scenes, subject::Report};
+use crate::fuzz::{random::FuzzDraw, scenes, subject::Report};
 
 /// Largest numbers of epochs and of contacts of one run.
 const MAX_EPOCHS: u32 = 300;
@@ -23,7 +23,7 @@ const MAX_ATOMS_TO_GROW: f64 = 200.0;
 const MAX_RELAXATION: f64 = 10.0;
 
 /// A mutated scene file.
-pub fn draw(draw: &mut Draw) -> Vec<u8> {
+pub fn draw(draw: &mut FuzzDraw) -> Vec<u8> {
     let mut scene = scenes::draw::draw(draw.bits()).scene;
     // Short scenes, so that mutations affect relevant places.
     scene.molecule.truncate(draw.integer(0, 8) as usize);

@@ -13,15 +13,15 @@ use crate::fuzz::{
 struct Panics;
 
 impl Subject for Panics {
-    type Case = Case;
+    type Case = FileCase;
     const NAME: &'static str = "files";
     const TIME_LIMIT: u64 = 1;
 
-    fn draw(&self, seed: u64) -> Case {
+    fn draw(&self, seed: u64) -> FileCase {
         Mutations.draw(seed)
     }
 
-    fn check(&self, case: &Case) -> Report {
+    fn check(&self, case: &FileCase) -> Report {
         let planted = b"count = -1";
         let found = case
             .bytes
@@ -31,15 +31,15 @@ impl Subject for Panics {
         Report::default()
     }
 
-    fn simpler(&self, case: &Case) -> Vec<Case> {
+    fn simpler(&self, case: &FileCase) -> Vec<FileCase> {
         Mutations.simpler(case)
     }
 
-    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+    fn write(&self, case: &FileCase) -> (String, Vec<u8>) {
         Mutations.write(case)
     }
 
-    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<FileCase> {
         Mutations.read(ending, bytes)
     }
 }
@@ -74,8 +74,8 @@ fn an_overlap_in_a_file_is_found() {
     let simulation = carom::engine::Simulation::new(&scene).unwrap();
     let body = carom_runs::checkpoint_file::encode(&simulation.checkpoint().unwrap()).unwrap();
     let report = |bytes: &[u8]| {
-        let case = Case {
-            kind: Kind::Body,
+        let case = FileCase {
+            kind: FileKind::Body,
             bytes: bytes.to_vec(),
         };
         check_and_catch(|| Mutations.check(&case))
@@ -104,7 +104,7 @@ fn cases_of_all_kinds_are_refused_and_run() {
         let (ending, bytes) = Mutations.write(&case);
         assert_eq!(Mutations.read(&ending, &bytes).unwrap(), case);
         // Scenes run in the separate process only, which can be killed.
-        if case.kind != Kind::Scene {
+        if case.kind != FileKind::Scene {
             total.add(&check_and_catch(|| Mutations.check(&case)));
         }
     }

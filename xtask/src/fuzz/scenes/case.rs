@@ -6,32 +6,32 @@ use serde::{Deserialize, Serialize};
 
 /// A case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Case {
+pub struct SceneCase {
     /// Class of the scene.
     pub class: String,
     /// Seed of the times between events at which all pairs are examined.
     pub seed: u64,
     /// The runs and the edits after them.
-    pub stretch: Vec<Stretch>,
+    pub stretch: Vec<RunStretch>,
     /// The initial scene.
     pub scene: Scene,
 }
 
 /// A run and the edits at its end.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Stretch {
+pub struct RunStretch {
     /// Duration (time).
     pub duration: f64,
     /// Edits at its end.
     #[serde(default)]
-    pub edits: Vec<Edit>,
+    pub edits: Vec<CaseEdit>,
 }
 
 /// An edit of the system. Bodies are numbered in the order of the system at that time, modulo their
 /// number.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Edit {
+pub enum CaseEdit {
     /// Adds a molecule.
     Add(Box<MoleculeSpec>),
     /// Adds a wall.
@@ -54,7 +54,7 @@ pub enum Edit {
     Untag(usize, String),
 }
 
-impl Edit {
+impl CaseEdit {
     /// Applies the edit.
     ///
     /// # Errors
@@ -97,7 +97,7 @@ impl Edit {
     }
 }
 
-impl Case {
+impl SceneCase {
     /// Cases with fewer runs, edits and bodies, or with simpler numbers.
     pub fn simpler(&self) -> Vec<Self> {
         let mut variants = Variants {
@@ -114,13 +114,13 @@ impl Case {
 
 /// Changed copies of a case.
 struct Variants<'a> {
-    original: &'a Case,
-    list: Vec<Case>,
+    original: &'a SceneCase,
+    list: Vec<SceneCase>,
 }
 
 impl Variants<'_> {
     /// Adds a changed copy, unless it equals the original.
-    fn with(&mut self, change: impl FnOnce(&mut Case)) {
+    fn with(&mut self, change: impl FnOnce(&mut SceneCase)) {
         let mut case = self.original.clone();
         change(&mut case);
         if case != *self.original {

@@ -3,7 +3,8 @@
 use carom::engine::{CollisionReport, Side};
 
 use super::kinematics::{
-    BodyPart, Outline, Pair, Placed, Touch, along, cross, dot, length, smallest_gap, touch_in_image,
+    BodyOutline, BodyPair, BodyPart, Placed, TouchedParts, along, cross, dot, length, smallest_gap,
+    touch_in_image,
 };
 use crate::fuzz::subject::{Report, exceeds};
 
@@ -12,9 +13,9 @@ const U: f64 = 0.5 * f64::EPSILON;
 
 /// A body at a contact.
 #[derive(Debug, Clone, Copy)]
-pub struct Body<'a> {
+pub struct ContactBody<'a> {
     /// Its shape.
-    pub outline: &'a Outline,
+    pub outline: &'a BodyOutline,
     /// Its placement at the time of the contact.
     pub placed: Placed,
     /// Bound on its position error, including the arms (length).
@@ -23,9 +24,9 @@ pub struct Body<'a> {
 
 /// Conditions on a contact.
 #[derive(Debug, Clone, Copy)]
-pub struct Rules {
+pub struct ContactRules {
     /// Sides of the box (length).
-    pub sides: Pair,
+    pub sides: BodyPair,
     /// Bound on the gap with exact positions (length).
     pub gap: f64,
     /// Elasticity from the rules of the scene.
@@ -36,7 +37,7 @@ pub struct Rules {
 
 /// Measured quantities of a contact.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Measured {
+pub struct MeasuredContact {
     /// Approach speed (length per time).
     pub approach: f64,
     /// Sum of the speeds of both bodies and of their rims (length per time).
@@ -50,10 +51,10 @@ pub struct Measured {
 /// Checks a reported contact.
 pub fn check(
     contact: &CollisionReport<'_>,
-    bodies: [Body<'_>; 2],
-    rules: &Rules,
+    bodies: [ContactBody<'_>; 2],
+    rules: &ContactRules,
     report: &mut Report,
-) -> Measured {
+) -> MeasuredContact {
     let sides = &contact.sides;
     let part = |side: &Side<'_>| {
         side.atom
@@ -78,7 +79,7 @@ pub fn check(
             "gap",
             format!("a contact of bodies out of reach is reported: {contact:?}"),
         );
-        return Measured::default();
+        return MeasuredContact::default();
     };
     let error = a.error + b.error;
     let bound = rules.gap + error;
@@ -109,10 +110,10 @@ pub fn check(
 /// that does not grow, and stays where the contact is elastic.
 fn check_joint(
     contact: &CollisionReport<'_>,
-    touch: &Touch,
+    touch: &TouchedParts,
     place_error: f64,
     report: &mut Report,
-) -> Measured {
+) -> MeasuredContact {
     let Sums { speed, .. } = check_momentum(contact, touch, report);
     let [before, after] = [false, true]
         .map(|after| energy(&contact.sides[0], after) + energy(&contact.sides[1], after));
@@ -136,7 +137,7 @@ fn check_joint(
         -1.0,
         rate(&contact.sides[0], touch.arms[0], false),
     );
-    Measured {
+    MeasuredContact {
         approach: -dot(relative, touch.normal),
         speed,
         distance: touch.distance,
@@ -144,7 +145,7 @@ fn check_joint(
     }
 }
 
-fn rate(side: &Side<'_>, arm: Pair, after: bool) -> Pair {
+fn rate(side: &Side<'_>, arm: BodyPair, after: bool) -> BodyPair {
     let motion = if after { &side.after } else { &side.before };
     let spin = motion.angular_velocity;
     along(motion.velocity.to_array(), spin, [-arm[1], arm[0]])
@@ -177,11 +178,11 @@ struct Sums {
 
 fn check_impulse(
     contact: &CollisionReport<'_>,
-    touch: &Touch,
-    rules: &Rules,
+    touch: &TouchedParts,
+    rules: &ContactRules,
     place_error: f64,
     report: &mut Report,
-) -> Measured {
+) -> MeasuredContact {
     let sides = &contact.sides;
     let impulse = contact.impulse.to_array();
     let size = length(impulse);
@@ -256,7 +257,7 @@ fn check_impulse(
             ),
         );
     }
-    Measured {
+    MeasuredContact {
         approach,
         speed,
         distance: touch.distance,
@@ -265,7 +266,11 @@ fn check_impulse(
 }
 
 /// Checks that the impulse changes the momentum of each body as it must.
-fn check_momentum(contact: &CollisionReport<'_>, touch: &Touch, report: &mut Report) -> Sums {
+fn check_momentum(
+    contact: &CollisionReport<'_>,
+    touch: &TouchedParts,
+    report: &mut Report,
+) -> Sums {
     let impulse = contact.impulse.to_array();
     let mut sums = Sums::default();
     for (side, (sign, arm)) in contact
@@ -302,7 +307,7 @@ fn check_momentum(contact: &CollisionReport<'_>, touch: &Touch, report: &mut Rep
 /// Checks that the impulse changes the spin of each body as it must.
 fn check_torque(
     contact: &CollisionReport<'_>,
-    touch: &Touch,
+    touch: &TouchedParts,
     place_error: f64,
     report: &mut Report,
 ) {
@@ -328,7 +333,12 @@ fn check_torque(
 }
 
 /// Checks that the impulse is along the normal and separates the bodies.
-fn check_direction(impulse: Pair, touch: &Touch, normal_error: f64, report: &mut Report) {
+fn check_direction(
+    impulse: BodyPair,
+    touch: &TouchedParts,
+    normal_error: f64,
+    report: &mut Report,
+) {
     if exceeds(
         cross(impulse, touch.normal).abs(),
         length(impulse) * normal_error,

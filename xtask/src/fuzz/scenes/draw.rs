@@ -8,10 +8,10 @@ use carom_geometry::{Atom, Molecule, Shape};
 use glam::DVec2;
 
 use super::{
-    case::{Case, Edit, Stretch},
-    kinematics::{Outline, Pair, Placed, along, smallest_gap},
+    case::{CaseEdit, RunStretch, SceneCase},
+    kinematics::{BodyOutline, BodyPair, Placed, along, smallest_gap},
 };
-use crate::fuzz::{detection::case::exp2, random::Draw};
+use crate::fuzz::{detection::case::exp2, random::FuzzDraw};
 
 /// Attempts to place one body.
 const TRIES: usize = 60;
@@ -21,20 +21,20 @@ const TAGS: [&str; 3] = ["a", "b", "c"];
 
 /// A body that has been placed.
 struct Standing {
-    outline: Outline,
+    outline: BodyOutline,
     placed: Placed,
 }
 
 /// A scene under construction, in units of the box's width.
 struct Sketch {
-    sides: Pair,
+    sides: BodyPair,
     standing: Vec<Standing>,
     scene: Scene,
 }
 
 /// Returns the case of a seed.
-pub fn draw(seed: u64) -> Case {
-    let draw = &mut Draw::new(seed);
+pub fn draw(seed: u64) -> SceneCase {
+    let draw = &mut FuzzDraw::new(seed);
     let class = draw.one_of(&[
         "mixture",
         "mixture",
@@ -86,7 +86,7 @@ pub fn draw(seed: u64) -> Case {
     }
     sketch.scene.elasticity = elasticity(draw, class);
     let stretch = stretches(draw, class, &sketch);
-    let mut case = Case {
+    let mut case = SceneCase {
         class: class.to_owned(),
         seed: draw.bits() >> 1,
         stretch,
@@ -96,7 +96,7 @@ pub fn draw(seed: u64) -> Case {
     case
 }
 
-fn tags(draw: &mut Draw) -> Vec<String> {
+fn tags(draw: &mut FuzzDraw) -> Vec<String> {
     let mut tags: Vec<String> = TAGS
         .iter()
         .filter(|_| draw.happens(0.25))
@@ -106,7 +106,7 @@ fn tags(draw: &mut Draw) -> Vec<String> {
     tags
 }
 
-fn elasticity(draw: &mut Draw, class: &str) -> ElasticitySpec {
+fn elasticity(draw: &mut FuzzDraw, class: &str) -> ElasticitySpec {
     let default = match class {
         "superelastic" => draw.scale(1.0, 1e6),
         "long run of few" => draw.one_of(&[0.0, 0.0, 1e-3, 0.5, 1.0]),
@@ -137,7 +137,7 @@ fn elasticity(draw: &mut Draw, class: &str) -> ElasticitySpec {
 }
 
 /// A random molecule of about this radius, and its scene description.
-fn molecule(draw: &mut Draw, class: &str, radius: f64) -> Option<(Molecule, MoleculeSpec)> {
+fn molecule(draw: &mut FuzzDraw, class: &str, radius: f64) -> Option<(Molecule, MoleculeSpec)> {
     let radius = radius * draw.scale(0.3, 1.5);
     // Some molecules extend over most of the box.
     let radius = if class == "mixture" && draw.happens(0.03) {
@@ -172,7 +172,7 @@ fn molecule(draw: &mut Draw, class: &str, radius: f64) -> Option<(Molecule, Mole
 }
 
 /// Atoms at random positions with random radii and masses.
-fn blob(draw: &mut Draw, radius: f64, mass: f64) -> Option<(Molecule, MoleculeSpec)> {
+fn blob(draw: &mut FuzzDraw, radius: f64, mass: f64) -> Option<(Molecule, MoleculeSpec)> {
     let count = draw.integer(2, 18);
     let atoms: Vec<AtomSpec> = (0..count)
         .map(|_| AtomSpec {
@@ -198,7 +198,7 @@ fn blob(draw: &mut Draw, radius: f64, mass: f64) -> Option<(Molecule, MoleculeSp
 }
 
 /// Velocity and spin at a temperature of about 1.
-fn move_it(draw: &mut Draw, molecule: &Molecule, spec: &mut MoleculeSpec) {
+fn move_it(draw: &mut FuzzDraw, molecule: &Molecule, spec: &mut MoleculeSpec) {
     if spec.fixed {
         return;
     }
@@ -218,7 +218,7 @@ fn move_it(draw: &mut Draw, molecule: &Molecule, spec: &mut MoleculeSpec) {
 }
 
 impl Sketch {
-    fn anywhere(&self, draw: &mut Draw) -> Pair {
+    fn anywhere(&self, draw: &mut FuzzDraw) -> BodyPair {
         [
             draw.between(0.0, self.sides[0]),
             draw.between(0.0, self.sides[1]),
@@ -226,7 +226,7 @@ impl Sketch {
     }
 
     /// A random wall: across the box, or between two points that may lie outside it; thin or thick.
-    fn wall(&mut self, draw: &mut Draw) {
+    fn wall(&mut self, draw: &mut FuzzDraw) {
         let radius = if draw.happens(0.5) {
             0.0
         } else {
@@ -271,7 +271,7 @@ impl Sketch {
         let reach = half[0].hypot(half[1]) + radius;
         self.scene.wall.push(spec);
         self.standing.push(Standing {
-            outline: Outline {
+            outline: BodyOutline {
                 atoms: ends,
                 face: Some((half, radius)),
                 reach,
@@ -285,7 +285,7 @@ impl Sketch {
     }
 
     /// Smallest gap to all placed bodies and to the body's own images.
-    fn gap(&self, outline: &Outline, placed: &Placed) -> f64 {
+    fn gap(&self, outline: &BodyOutline, placed: &Placed) -> f64 {
         let room = self.sides[0].min(self.sides[1]) - 2.0 * outline.reach;
         self.standing
             .iter()
@@ -302,12 +302,12 @@ impl Sketch {
     /// A free position for a body; next to the last body if `close` and possible.
     fn free_position(
         &self,
-        draw: &mut Draw,
-        outline: &Outline,
-        rotation: Pair,
+        draw: &mut FuzzDraw,
+        outline: &BodyOutline,
+        rotation: BodyPair,
         close: bool,
-    ) -> Option<Pair> {
-        let at = |place: Pair| Placed { place, rotation };
+    ) -> Option<BodyPair> {
+        let at = |place: BodyPair| Placed { place, rotation };
         if close && let Some(last) = self.standing.last() {
             let (origin, reach) = (last.placed.place, last.outline.reach + outline.reach);
             let direction = draw.direction().to_array();
@@ -343,11 +343,11 @@ impl Sketch {
     }
 
     /// A body at a free position; next to the last one if `close`.
-    fn body(&mut self, draw: &mut Draw, class: &str, size: f64, close: bool) {
+    fn body(&mut self, draw: &mut FuzzDraw, class: &str, size: f64, close: bool) {
         let Some((molecule, mut spec)) = molecule(draw, class, size) else {
             return;
         };
-        let outline = Outline::new(&molecule);
+        let outline = BodyOutline::new(&molecule);
         let turns = draw.between(-0.5, 0.5);
         let (sin, cos) = libm::sincos(turns * std::f64::consts::TAU);
         let Some(place) = self.free_position(draw, &outline, [cos, sin], close) else {
@@ -393,9 +393,9 @@ impl Sketch {
     }
 }
 
-fn stretches(draw: &mut Draw, class: &str, sketch: &Sketch) -> Vec<Stretch> {
+fn stretches(draw: &mut FuzzDraw, class: &str, sketch: &Sketch) -> Vec<RunStretch> {
     if class == "long run of few" {
-        return vec![Stretch {
+        return vec![RunStretch {
             duration: draw.scale(1e3, 3e4),
             edits: vec![],
         }];
@@ -406,7 +406,7 @@ fn stretches(draw: &mut Draw, class: &str, sketch: &Sketch) -> Vec<Stretch> {
         draw.integer(2, 5)
     };
     (0..count)
-        .map(|index| Stretch {
+        .map(|index| RunStretch {
             duration: draw.scale(0.05, 2.0),
             edits: if index + 1 < count {
                 (0..draw.integer(1, 2))
@@ -419,7 +419,7 @@ fn stretches(draw: &mut Draw, class: &str, sketch: &Sketch) -> Vec<Stretch> {
         .collect()
 }
 
-fn edit(draw: &mut Draw, sketch: &Sketch) -> Edit {
+fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
     let body = draw.index(64);
     match draw.index(11) {
         0 | 1 => {
@@ -429,9 +429,9 @@ fn edit(draw: &mut Draw, sketch: &Sketch) -> Edit {
                     spec.at = sketch.anywhere(draw);
                     spec.tags = tags(draw);
                     move_it(draw, &molecule, &mut spec);
-                    Edit::Add(Box::new(spec))
+                    CaseEdit::Add(Box::new(spec))
                 }
-                None => Edit::Reverse,
+                None => CaseEdit::Reverse,
             }
         }
         2 => {
@@ -440,31 +440,31 @@ fn edit(draw: &mut Draw, sketch: &Sketch) -> Edit {
                 from[0] + draw.between(-0.3, 0.3),
                 from[1] + draw.between(-0.3, 0.3),
             ];
-            Edit::AddWall(WallSpec {
+            CaseEdit::AddWall(WallSpec {
                 from: Some(from),
                 to: Some(to),
                 ..WallSpec::default()
             })
         }
-        3 => Edit::Remove(body),
-        4 => Edit::Energy(body, draw.scale(1e-3, 1e3)),
-        5 => Edit::Reverse,
-        6 => Edit::Lock(body),
-        7 => Edit::Free(body),
+        3 => CaseEdit::Remove(body),
+        4 => CaseEdit::Energy(body, draw.scale(1e-3, 1e3)),
+        5 => CaseEdit::Reverse,
+        6 => CaseEdit::Lock(body),
+        7 => CaseEdit::Free(body),
         8 => {
             let class = draw.one_of(&["mixture", "superelastic"]);
             let mut spec = elasticity(draw, class);
             spec.default = spec.default.min(2.0);
-            Edit::Elasticity(spec)
+            CaseEdit::Elasticity(spec)
         }
-        9 => Edit::Tag(body, draw.one_of(&TAGS).to_owned()),
-        _ => Edit::Untag(body, draw.one_of(&TAGS).to_owned()),
+        9 => CaseEdit::Tag(body, draw.one_of(&TAGS).to_owned()),
+        _ => CaseEdit::Untag(body, draw.one_of(&TAGS).to_owned()),
     }
 }
 
 /// Multiplies lengths, speeds and masses by powers of two: mostly 1, otherwise up to 1e±30, and
 /// sometimes to the largest lengths and smallest speeds that are accepted.
-fn scale(draw: &mut Draw, case: &mut Case) {
+fn scale(draw: &mut FuzzDraw, case: &mut SceneCase) {
     let [length, speed, mass] = if draw.happens(0.5) {
         [0, 0, 0]
     } else if draw.happens(0.06) {
@@ -484,8 +484,8 @@ fn scale(draw: &mut Draw, case: &mut Case) {
         stretch.duration *= time;
         for edit in &mut stretch.edits {
             match edit {
-                Edit::Add(spec) => scale_molecule(spec, length, speed, mass),
-                Edit::AddWall(spec) => scale_wall(spec, length),
+                CaseEdit::Add(spec) => scale_molecule(spec, length, speed, mass),
+                CaseEdit::AddWall(spec) => scale_wall(spec, length),
                 _ => {}
             }
         }
@@ -534,7 +534,7 @@ fn scale_molecule(spec: &mut MoleculeSpec, length: f64, speed: f64, mass: f64) {
 }
 
 fn scale_wall(spec: &mut WallSpec, length: f64) {
-    let scaled = |point: Option<Pair>| point.map(|point| point.map(|x| x * length));
+    let scaled = |point: Option<BodyPair>| point.map(|point| point.map(|x| x * length));
     (spec.from, spec.to) = (scaled(spec.from), scaled(spec.to));
     (spec.x, spec.y) = (spec.x.map(|x| x * length), spec.y.map(|y| y * length));
     spec.radius *= length;

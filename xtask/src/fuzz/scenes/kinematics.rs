@@ -10,17 +10,17 @@ use carom_kinematics::{EpochTime, Motion};
 use carom_testkit::oracle::{DoubleDouble, Number as _};
 
 /// Two numbers: a position, a velocity, or a cosine and sine.
-pub type Pair = [f64; 2];
+pub type BodyPair = [f64; 2];
 
 /// A body's state at some time.
 #[derive(Debug, Clone, Copy)]
-pub struct State {
+pub struct BodyState {
     /// The time.
     pub time: EpochTime,
     /// Position of the centre of mass (length).
-    pub place: Pair,
+    pub place: BodyPair,
     /// Its velocity (length per time).
-    pub velocity: Pair,
+    pub velocity: BodyPair,
     /// Orientation (turns).
     pub turns: f64,
     /// Angular velocity (radians per time).
@@ -31,18 +31,18 @@ pub struct State {
 #[derive(Debug, Clone, Copy)]
 pub struct Placed {
     /// Position of the centre of mass, in the box (length).
-    pub place: Pair,
+    pub place: BodyPair,
     /// Cosine and sine of its orientation.
-    pub rotation: Pair,
+    pub rotation: BodyPair,
 }
 
 /// The parts of a shape that determine distances.
 #[derive(Debug, Clone)]
-pub struct Outline {
+pub struct BodyOutline {
     /// Offset and radius of each atom (length).
-    pub atoms: Vec<(Pair, f64)>,
+    pub atoms: Vec<(BodyPair, f64)>,
     /// For a wall: vector from its centre to its second end, and half its thickness (length).
-    pub face: Option<(Pair, f64)>,
+    pub face: Option<(BodyPair, f64)>,
     /// Largest distance of any point of the body from its centre (length).
     pub reach: f64,
     /// Largest distance from the centre or, for a wall, from its face (length).
@@ -60,39 +60,39 @@ pub enum BodyPart {
 
 /// Relative placement of two parts.
 #[derive(Debug, Clone, Copy)]
-pub struct Touch {
+pub struct TouchedParts {
     /// Distance between their surfaces (length); negative if they overlap.
     pub gap: f64,
     /// Unit vector from the first to the second.
-    pub normal: Pair,
+    pub normal: BodyPair,
     /// Distance between the centres of two atoms, or between a centre and the face (length).
     pub distance: f64,
     /// Vectors from the centres of mass to the atoms; 0 for a wall (length).
-    pub arms: [Pair; 2],
+    pub arms: [BodyPair; 2],
 }
 
 /// Scalar product.
-pub fn dot(a: Pair, b: Pair) -> f64 {
+pub fn dot(a: BodyPair, b: BodyPair) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
 /// a_x b_y − a_y b_x.
-pub fn cross(a: Pair, b: Pair) -> f64 {
+pub fn cross(a: BodyPair, b: BodyPair) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
 /// a + f b.
-pub fn along(a: Pair, factor: f64, b: Pair) -> Pair {
+pub fn along(a: BodyPair, factor: f64, b: BodyPair) -> BodyPair {
     [a[0] + factor * b[0], a[1] + factor * b[1]]
 }
 
 /// Magnitude of a vector.
-pub fn length(a: Pair) -> f64 {
+pub fn length(a: BodyPair) -> f64 {
     a[0].hypot(a[1])
 }
 
 /// Vector rotated by the angle with the given cosine and sine.
-pub fn rotated([x, y]: Pair, [cos, sin]: Pair) -> Pair {
+pub fn rotated([x, y]: BodyPair, [cos, sin]: BodyPair) -> BodyPair {
     [x * cos - y * sin, x * sin + y * cos]
 }
 
@@ -104,7 +104,7 @@ fn duration(from: EpochTime, to: EpochTime) -> DoubleDouble {
         .plus(&part(to.offset(), from.offset()))
 }
 
-impl State {
+impl BodyState {
     /// The state of a motion at `time`, for which it is valid.
     pub fn new(motion: &Motion, time: EpochTime) -> Self {
         Self {
@@ -117,7 +117,7 @@ impl State {
     }
 
     /// Placement at another time without events in between, in a box of these sides.
-    pub fn at(&self, time: EpochTime, sides: Pair) -> Placed {
+    pub fn at(&self, time: EpochTime, sides: BodyPair) -> Placed {
         let duration = duration(self.time, time);
         let coordinate = |axis: usize| {
             let path = DoubleDouble::new(self.velocity[axis]).times(&duration);
@@ -141,10 +141,10 @@ impl State {
     }
 }
 
-impl Outline {
+impl BodyOutline {
     /// Outline of a molecule or a wall.
     pub fn new(molecule: &Molecule) -> Self {
-        let atoms: Vec<(Pair, f64)> = molecule
+        let atoms: Vec<(BodyPair, f64)> = molecule
             .atoms()
             .iter()
             .map(|atom| (atom.offset().to_array(), atom.radius()))
@@ -188,10 +188,10 @@ impl Outline {
 
 /// Relative placement of a part of A and a part of B at `separation` from A; `None` for two faces.
 fn touch(
-    (a, turn_a, part_a): (&Outline, Pair, BodyPart),
-    (b, turn_b, part_b): (&Outline, Pair, BodyPart),
-    separation: Pair,
-) -> Option<Touch> {
+    (a, turn_a, part_a): (&BodyOutline, BodyPair, BodyPart),
+    (b, turn_b, part_b): (&BodyOutline, BodyPair, BodyPart),
+    separation: BodyPair,
+) -> Option<TouchedParts> {
     match (part_a, part_b) {
         (BodyPart::Atom(i), BodyPart::Atom(j)) => {
             let ((offset_a, radius_a), (offset_b, radius_b)) = (a.atoms[i], b.atoms[j]);
@@ -199,7 +199,7 @@ fn touch(
             let d = along(along(separation, 1.0, arms[1]), -1.0, arms[0]);
             let distance = length(d);
             let normal = [d[0] / distance, d[1] / distance];
-            Some(Touch {
+            Some(TouchedParts {
                 gap: distance - (radius_a + radius_b),
                 normal,
                 distance,
@@ -210,7 +210,7 @@ fn touch(
             let ((half, thickness), (offset, radius)) = (a.face?, b.atoms[j]);
             let arm = rotated(offset, turn_b);
             let (distance, normal) = from_face(rotated(half, turn_a), along(separation, 1.0, arm));
-            Some(Touch {
+            Some(TouchedParts {
                 gap: distance - (thickness + radius),
                 normal,
                 distance,
@@ -219,13 +219,13 @@ fn touch(
         }
         (BodyPart::Atom(_), BodyPart::Face) => {
             let back = [-separation[0], -separation[1]];
-            let Touch {
+            let TouchedParts {
                 gap,
                 normal,
                 distance,
                 arms,
             } = touch((b, turn_b, part_b), (a, turn_a, part_a), back)?;
-            Some(Touch {
+            Some(TouchedParts {
                 gap,
                 normal: [-normal[0], -normal[1]],
                 distance,
@@ -238,7 +238,7 @@ fn touch(
 
 /// Distance of a point from a segment centred at the origin, and the unit vector from the segment
 /// to it.
-fn from_face(half: Pair, point: Pair) -> (f64, Pair) {
+fn from_face(half: BodyPair, point: BodyPair) -> (f64, BodyPair) {
     let size = length(half);
     let direction = [half[0] / size, half[1] / size];
     let (way, height) = (dot(direction, point), cross(direction, point));
@@ -256,14 +256,14 @@ fn from_face(half: Pair, point: Pair) -> (f64, Pair) {
 
 /// Calls `visit` with the separation of every image of B within reach of A.
 fn for_each_image(
-    (a, at_a): (&Outline, &Placed),
-    (b, at_b): (&Outline, &Placed),
-    sides: Pair,
-    mut visit: impl FnMut(Pair),
+    (a, at_a): (&BodyOutline, &Placed),
+    (b, at_b): (&BodyOutline, &Placed),
+    sides: BodyPair,
+    mut visit: impl FnMut(BodyPair),
 ) {
     let d = along(at_b.place, -1.0, at_a.place);
     // The extent of a wall along an axis is that of its half.
-    let extent = |outline: &Outline, placed: &Placed, axis: usize| match outline.face {
+    let extent = |outline: &BodyOutline, placed: &Placed, axis: usize| match outline.face {
         Some((half, thickness)) => rotated(half, placed.rotation)[axis].abs() + thickness,
         None => outline.reach,
     };
@@ -292,9 +292,9 @@ fn for_each_image(
 /// Smallest gap between two bodies in any image (length); infinite if their bounding circles do not
 /// meet.
 pub fn smallest_gap(
-    (a, at_a): (&Outline, &Placed),
-    (b, at_b): (&Outline, &Placed),
-    sides: Pair,
+    (a, at_a): (&BodyOutline, &Placed),
+    (b, at_b): (&BodyOutline, &Placed),
+    sides: BodyPair,
 ) -> f64 {
     let mut least = f64::INFINITY;
     for_each_image((a, at_a), (b, at_b), sides, |separation| {
@@ -313,12 +313,12 @@ pub fn smallest_gap(
 /// Relative placement of two given parts, in the image of B whose centre relative to A's is nearest
 /// to `towards`; `None` if no image is within reach.
 pub fn touch_in_image(
-    (a, at_a, i): (&Outline, &Placed, BodyPart),
-    (b, at_b, j): (&Outline, &Placed, BodyPart),
-    sides: Pair,
-    towards: Pair,
-) -> Option<Touch> {
-    let mut best: Option<(f64, Touch)> = None;
+    (a, at_a, i): (&BodyOutline, &Placed, BodyPart),
+    (b, at_b, j): (&BodyOutline, &Placed, BodyPart),
+    sides: BodyPair,
+    towards: BodyPair,
+) -> Option<TouchedParts> {
+    let mut best: Option<(f64, TouchedParts)> = None;
     for_each_image((a, at_a), (b, at_b), sides, |separation| {
         if let Some(found) = touch((a, at_a.rotation, i), (b, at_b.rotation, j), separation)
             && best.is_none_or(|(off, _)| length(along(separation, -1.0, towards)) < off)
@@ -330,7 +330,7 @@ pub fn touch_in_image(
 }
 
 /// Distance between two positions across the periodic borders (length).
-pub fn distance_in_box(a: Pair, b: Pair, sides: Pair) -> f64 {
+pub fn distance_in_box(a: BodyPair, b: BodyPair, sides: BodyPair) -> f64 {
     let shortest = |axis: usize| {
         let d = a[axis] - b[axis];
         d - (d / sides[axis]).round() * sides[axis]
@@ -355,7 +355,7 @@ mod tests {
     fn gaps_agree_with_those_of_the_library() {
         let tee = Molecule::named(Shape::Tee, 0.02, 1.0).unwrap();
         let wall = Molecule::wall(DVec2::new(0.5, 0.1), 0.01).unwrap();
-        let outlines = [Outline::new(&tee), Outline::new(&wall)];
+        let outlines = [BodyOutline::new(&tee), BodyOutline::new(&wall)];
         for index in 0..200 {
             let t = f64::from(index);
             let (a, b) = (
@@ -374,7 +374,7 @@ mod tests {
 
     #[test]
     fn bodies_meet_through_the_border() {
-        let disc = Outline::new(&Molecule::disc(0.1, 1.0).unwrap());
+        let disc = BodyOutline::new(&Molecule::disc(0.1, 1.0).unwrap());
         let (a, b) = (placed(0.05, 0.5, 0.0), placed(0.95, 0.5, 0.0));
         let gap = smallest_gap((&disc, &a), (&disc, &b), [1.0, 1.0]);
         assert!((gap + 0.1).abs() < 1e-15);
@@ -390,7 +390,7 @@ mod tests {
 
     #[test]
     fn a_state_is_propagated_without_loss() {
-        let state = State {
+        let state = BodyState {
             time: EpochTime::from(1e12),
             place: [0.25, 0.5],
             velocity: [1.0, -0.5],

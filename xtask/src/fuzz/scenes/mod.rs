@@ -12,7 +12,7 @@ use anyhow::Result;
 use carom::engine::{CellsPerSide, Checkpoint, CheckpointError, Instructions, Scene, SceneError};
 use carom_methods::{AnySimulation, Method, Order};
 
-use self::{case::Case, run::Seams, schedulers::Scales};
+use self::{case::SceneCase, run::Seams, schedulers::Scales};
 use super::subject::{Report, Subject, read_toml, write_toml};
 
 /// The fuzzer of the engine.
@@ -23,7 +23,7 @@ pub struct Scenes<P = Sound> {
 }
 
 /// The exchangeable parts of a simulation: tests plant faults in them.
-pub trait Parts {
+pub trait SceneParts {
     /// Builds a simulation of a scene with this scheduler.
     ///
     /// # Errors
@@ -45,7 +45,7 @@ pub trait Parts {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sound;
 
-impl Parts for Sound {
+impl SceneParts for Sound {
     fn start(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError> {
         AnySimulation::with(
             scene,
@@ -71,16 +71,16 @@ impl Parts for Sound {
     }
 }
 
-impl<P: Parts> Subject for Scenes<P> {
-    type Case = Case;
+impl<P: SceneParts> Subject for Scenes<P> {
+    type Case = SceneCase;
     const NAME: &'static str = "scenes";
     const TIME_LIMIT: u64 = 60;
 
-    fn draw(&self, seed: u64) -> Case {
+    fn draw(&self, seed: u64) -> SceneCase {
         draw::draw(seed)
     }
 
-    fn check(&self, case: &Case) -> Report {
+    fn check(&self, case: &SceneCase) -> Report {
         let instructions = [
             Instructions::Widest,
             Instructions::Avx2,
@@ -118,20 +118,20 @@ impl<P: Parts> Subject for Scenes<P> {
         report
     }
 
-    fn simpler(&self, case: &Case) -> Vec<Case> {
+    fn simpler(&self, case: &SceneCase) -> Vec<SceneCase> {
         case.simpler()
     }
 
-    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+    fn write(&self, case: &SceneCase) -> (String, Vec<u8>) {
         write_toml(case)
     }
 
-    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<SceneCase> {
         read_toml(ending, bytes)
     }
 }
 
-fn scales(scene: &Scene, case: &Case, whole: bool) -> Scales {
+fn scales(scene: &Scene, case: &SceneCase, whole: bool) -> Scales {
     let duration: f64 = case.stretch.iter().map(|stretch| stretch.duration).sum();
     let side = scene.bounds.sides[0].max(scene.bounds.sides[1]);
     let speeds = scene

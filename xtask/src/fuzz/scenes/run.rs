@@ -7,11 +7,11 @@ use carom_methods::{AnySimulation, Order};
 use carom_runs::checkpoint_file::{decode, encode};
 
 use super::{
-    Parts,
-    case::{Case, Edit},
+    SceneParts,
+    case::{CaseEdit, SceneCase},
     watcher::{Logged, Watcher},
 };
-use crate::fuzz::{random::Draw, subject::Report};
+use crate::fuzz::{random::FuzzDraw, subject::Report};
 
 /// Largest number of epochs; a longer case ends early.
 const MAX_EPOCHS: u64 = 40_000;
@@ -23,7 +23,7 @@ const MAX_CONTACTS: u64 = 6_000;
 const AHEAD: f64 = 0.1;
 
 /// Results of a run.
-pub struct Outcome {
+pub struct SceneOutcome {
     /// Findings.
     pub report: Report,
     /// All contacts.
@@ -35,7 +35,7 @@ pub struct Outcome {
 /// The simulations of a case.
 pub struct Seams<'a> {
     /// Detector and response.
-    pub parts: &'a dyn Parts,
+    pub parts: &'a dyn SceneParts,
     /// The scheduler.
     pub order: Order,
     /// The scheduler of the resumed run: another implementation that must give the same bits.
@@ -43,11 +43,11 @@ pub struct Seams<'a> {
 }
 
 /// Runs the case; `None` if the scene is refused.
-pub fn run(case: &Case, seams: &Seams<'_>) -> Option<Outcome> {
+pub fn run(case: &SceneCase, seams: &Seams<'_>) -> Option<SceneOutcome> {
     let mut simulation = seams.parts.start(&case.scene, seams.order).ok()?;
     let mut elasticity = case.scene.elasticity.clone();
     let mut watcher = Watcher::new(&simulation.view(), &elasticity, case.seed);
-    let mut draw = Draw::new(case.seed);
+    let mut draw = FuzzDraw::new(case.seed);
     let mut twin: Option<AnySimulation> = None;
     let mut whole = true;
     let mut until = EpochTime::ZERO;
@@ -98,8 +98,8 @@ pub fn run(case: &Case, seams: &Seams<'_>) -> Option<Outcome> {
     Some(outcome(watcher, whole))
 }
 
-fn outcome(mut watcher: Watcher, whole: bool) -> Outcome {
-    Outcome {
+fn outcome(mut watcher: Watcher, whole: bool) -> SceneOutcome {
+    SceneOutcome {
         report: std::mem::take(&mut watcher.report),
         log: std::mem::take(&mut watcher.log),
         whole,
@@ -118,7 +118,7 @@ fn run_stretch(
     twin: &mut Option<AnySimulation>,
     until: EpochTime,
     watcher: &mut Watcher,
-    draw: &mut Draw,
+    draw: &mut FuzzDraw,
     seams: &Seams<'_>,
 ) -> Ended {
     loop {
@@ -270,7 +270,7 @@ fn named_end(error: &RunError, elasticity: &ElasticitySpec, report: &mut Report)
 }
 
 fn apply(
-    edit: &Edit,
+    edit: &CaseEdit,
     simulation: &mut AnySimulation,
     twin: &mut Option<AnySimulation>,
     elasticity: &mut ElasticitySpec,
@@ -292,7 +292,7 @@ fn apply(
             );
         }
     }
-    if let (Ok(()), Edit::Elasticity(spec)) = (made, edit) {
+    if let (Ok(()), CaseEdit::Elasticity(spec)) = (made, edit) {
         elasticity.clone_from(spec);
     }
 }

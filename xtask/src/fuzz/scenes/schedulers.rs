@@ -4,7 +4,7 @@
 use std::slice;
 
 use super::{
-    kinematics::{Pair, distance_in_box, length},
+    kinematics::{BodyPair, distance_in_box, length},
     watcher::Logged,
 };
 use crate::fuzz::subject::{Report, exceeds};
@@ -19,7 +19,7 @@ const AHEAD: usize = 8;
 #[derive(Debug, Clone, Copy)]
 pub struct Scales {
     /// Sides of the box (length).
-    pub sides: Pair,
+    pub sides: BodyPair,
     /// A typical speed (length per time).
     pub speed: f64,
     /// Time up to which both have run (time).

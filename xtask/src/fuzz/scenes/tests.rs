@@ -8,7 +8,7 @@ use carom_kinematics::{Inertia, Motion, RelativeMotion};
 use glam::DVec2;
 
 use super::{
-    case::{Edit, Stretch},
+    case::{CaseEdit, RunStretch},
     *,
 };
 use crate::fuzz::random::case_seed;
@@ -77,7 +77,7 @@ impl Response for Wrong {
 /// A detector and a response with planted faults.
 struct Planted<D, R>(D, R);
 
-impl<D, R> Parts for Planted<D, R>
+impl<D, R> SceneParts for Planted<D, R>
 where
     D: Detection + Clone + Send + 'static,
     R: Response + Clone + Send + 'static,
@@ -114,7 +114,7 @@ where
 }
 
 /// Kind of the first failure in a case that passes without the planted fault.
-fn first_failure(faulty: &Scenes<impl Parts>, cases: u64) -> Option<String> {
+fn first_failure(faulty: &Scenes<impl SceneParts>, cases: u64) -> Option<String> {
     (0..cases).find_map(|index| {
         let case = draw::draw(case_seed(2026, index));
         // Long and superelastic runs are slow and have known bugs.
@@ -206,31 +206,31 @@ fn rounding_of_energy_that_was_taken_out_again_is_no_failure() {
     };
     for (first, second) in [(3e-3, 7e-3), (0.3, 1e-3), (1e-3, 1e-3)] {
         let edits = [
-            Edit::Add(Box::new(dumbbell.clone())),
-            Edit::Energy(0, first),
-            Edit::Energy(0, second),
-            Edit::Remove(0),
+            CaseEdit::Add(Box::new(dumbbell.clone())),
+            CaseEdit::Energy(0, first),
+            CaseEdit::Energy(0, second),
+            CaseEdit::Remove(0),
         ];
         for together in [true, false] {
-            let mut stretch: Vec<Stretch> = if together {
-                vec![Stretch {
+            let mut stretch: Vec<RunStretch> = if together {
+                vec![RunStretch {
                     duration: 0.01,
                     edits: edits.to_vec(),
                 }]
             } else {
                 edits
                     .iter()
-                    .map(|edit| Stretch {
+                    .map(|edit| RunStretch {
                         duration: 0.01,
                         edits: vec![edit.clone()],
                     })
                     .collect()
             };
-            stretch.push(Stretch {
+            stretch.push(RunStretch {
                 duration: 0.01,
                 edits: vec![],
             });
-            let case = Case {
+            let case = SceneCase {
                 class: "mixture".to_owned(),
                 seed: 1,
                 stretch,

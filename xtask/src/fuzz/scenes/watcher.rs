@@ -6,11 +6,13 @@ use carom::engine::{BodyKey, CollisionReport, ElasticitySpec, Observer, View};
 use carom_kinematics::{EpochTime, Motion};
 
 use super::{
-    contact::{self, Rules},
-    kinematics::{Outline, Pair, Placed, State, distance_in_box, dot, length, smallest_gap},
+    contact::{self, ContactRules},
+    kinematics::{
+        BodyOutline, BodyPair, BodyState, Placed, distance_in_box, dot, length, smallest_gap,
+    },
 };
 use crate::fuzz::{
-    random::Draw,
+    random::FuzzDraw,
     subject::{Report, exceeds},
 };
 
@@ -48,8 +50,8 @@ const SIDES_PER_EPOCH: f64 = 16.0;
 /// Last reported state of a body.
 #[derive(Debug, Clone)]
 struct Tracked {
-    outline: Outline,
-    state: State,
+    outline: BodyOutline,
+    state: BodyState,
     /// Epoch of the report.
     epoch: u64,
     fixed: bool,
@@ -67,9 +69,9 @@ pub struct Logged {
     /// Atoms in contact.
     pub atoms: [Option<u32>; 2],
     /// Positions before (length).
-    pub places: [Pair; 2],
+    pub places: [BodyPair; 2],
     /// Velocities after (length per time).
-    pub velocities: [Pair; 2],
+    pub velocities: [BodyPair; 2],
     /// Approach speed (length per time).
     pub approach: f64,
     /// Sum of the speeds of the bodies and of their rims (length per time).
@@ -81,13 +83,13 @@ pub struct Logged {
 /// Observer of one run.
 #[derive(Debug)]
 pub struct Watcher {
-    sides: Pair,
+    sides: BodyPair,
     bodies: BTreeMap<BodyKey, Tracked>,
     elasticity: ElasticitySpec,
     /// Time of the last event, or of the start.
     last: EpochTime,
     start: EpochTime,
-    draw: Draw,
+    draw: FuzzDraw,
     /// Number of epochs that have ended.
     pub epochs: u64,
     /// Energy lost in contacts since the last edit, summed here, and the ledger's value at that
@@ -100,7 +102,7 @@ pub struct Watcher {
     largest_entry: f64,
     /// Number of energies summed and entered into the ledger since the start.
     entries: f64,
-    momentum: Option<Pair>,
+    momentum: Option<BodyPair>,
     contacts: u64,
     /// True if the clock does not resolve the motion of very fast bodies; further checks are not
     /// possible.
@@ -120,7 +122,7 @@ impl Watcher {
             elasticity: elasticity.clone(),
             last: view.time(),
             start: view.time(),
-            draw: Draw::new(seed),
+            draw: FuzzDraw::new(seed),
             epochs: 0,
             lost: 0.0,
             lost_before: 0.0,
@@ -162,8 +164,8 @@ impl Watcher {
             .bodies()
             .map(|body| {
                 let tracked = Tracked {
-                    outline: Outline::new(body.body.molecule()),
-                    state: State::new(&body.motion, view.time()),
+                    outline: BodyOutline::new(body.body.molecule()),
+                    state: BodyState::new(&body.motion, view.time()),
                     epoch: self.epochs,
                     fixed: body.body.is_fixed(),
                     tags: tags(body.body),
@@ -220,7 +222,7 @@ impl Watcher {
             + unresolved
     }
 
-    fn gap_bound(&self, a: &Outline, b: &Outline) -> f64 {
+    fn gap_bound(&self, a: &BodyOutline, b: &BodyOutline) -> f64 {
         ROUNDINGS * f64::EPSILON * (self.longer_side() + a.thickness + b.thickness)
     }
 
@@ -251,7 +253,7 @@ impl Watcher {
             .map_or(self.elasticity.default, |rule| rule.coefficient)
     }
 
-    fn total_momentum(&self) -> Pair {
+    fn total_momentum(&self) -> BodyPair {
         let sum = |axis: usize| {
             self.bodies
                 .values()
@@ -352,7 +354,7 @@ impl Watcher {
                 self.report.fail("bodies", "the view has an unknown body");
                 continue;
             };
-            let (found, expected) = (State::new(&body.motion, time), tracked.state);
+            let (found, expected) = (BodyState::new(&body.motion, time), tracked.state);
             let placed = expected.at(time, self.sides);
             let error = self.error(tracked, time);
             let off = distance_in_box(found.place, placed.place, self.sides);
@@ -442,7 +444,7 @@ impl Watcher {
     ) -> (Placed, f64) {
         let placed = body.state.at(time, self.sides);
         let error = self.error(body, time);
-        let found = State::new(&side.before, time);
+        let found = BodyState::new(&side.before, time);
         let off = distance_in_box(found.place, placed.place, self.sides);
         let id = side.body.id();
         if exceeds(off, error) {
@@ -475,10 +477,10 @@ impl Watcher {
             if let Some(tracked) = self.bodies.get_mut(&side.body.key()) {
                 let (sides, epoch) = (self.sides, self.epochs);
                 // Positions are wrapped into the box, as at the start of every epoch.
-                let placed = State::new(&side.after, contact.time).at(contact.time, sides);
-                tracked.state = State {
+                let placed = BodyState::new(&side.after, contact.time).at(contact.time, sides);
+                tracked.state = BodyState {
                     place: placed.place,
-                    ..State::new(&side.after, contact.time)
+                    ..BodyState::new(&side.after, contact.time)
                 };
                 tracked.epoch = epoch;
             }
@@ -530,19 +532,19 @@ impl Observer for Watcher {
             self.compare_before(&b, &contact.sides[1], time),
         ];
         let elasticity = self.rule(&a, &b);
-        let rules = Rules {
+        let rules = ContactRules {
             sides: self.sides,
             gap: self.gap_bound(&a.outline, &b.outline),
             elasticity,
             guarded: self.elasticity.contact_time > 0.0,
         };
         let bodies = [
-            contact::Body {
+            contact::ContactBody {
                 outline: &a.outline,
                 placed: at_a,
                 error: error_a,
             },
-            contact::Body {
+            contact::ContactBody {
                 outline: &b.outline,
                 placed: at_b,
                 error: error_b,

@@ -3,7 +3,7 @@
 use carom::{Scene, engine::Tiling};
 use serde::{Deserialize, Serialize};
 
-use crate::fuzz::random::{Draw, case_seed};
+use crate::fuzz::random::{FuzzDraw, case_seed};
 
 /// What moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,7 +21,7 @@ pub enum Gas {
 
 /// A run in tiles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Case {
+pub struct TilesCase {
     /// What moves.
     pub gas: Gas,
     /// Number of discs of the same area.
@@ -77,10 +77,10 @@ pub enum Action {
     Reverse,
 }
 
-impl Case {
+impl TilesCase {
     /// The case of a seed.
     pub fn draw(seed: u64) -> Self {
-        let draw = &mut Draw::new(seed);
+        let draw = &mut FuzzDraw::new(seed);
         let gas = draw.one_of(&[
             Gas::Discs,
             Gas::Discs,
@@ -93,7 +93,7 @@ impl Case {
         } else {
             0.3
         };
-        let rarely = |draw: &mut Draw, number: u32| if draw.happens(0.3) { number } else { 0 };
+        let rarely = |draw: &mut FuzzDraw, number: u32| if draw.happens(0.3) { number } else { 0 };
         // Of few stops, some are closer than a window; of many, all.
         let stops = if draw.happens(0.5) {
             draw.integer(1, 5)
@@ -182,7 +182,7 @@ impl Case {
 
     /// The action after a stop.
     pub fn action(&self, stop: u32) -> Action {
-        let draw = &mut Draw::new(case_seed(self.seed, u64::from(stop)));
+        let draw = &mut FuzzDraw::new(case_seed(self.seed, u64::from(stop)));
         if !draw.happens(self.disturbed) {
             return Action::None;
         }

@@ -10,23 +10,23 @@ use carom::{
     engine::{CollisionReport, ElasticitySpec, TileCounters, Tiling},
 };
 
-use self::case::{Action, Case};
+use self::case::{Action, TilesCase};
 use super::subject::{Report, Subject, read_toml, write_toml};
 
 /// The fuzzer of tiles.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Tiles;
+pub struct TilesFuzzer;
 
-impl Subject for Tiles {
-    type Case = Case;
+impl Subject for TilesFuzzer {
+    type Case = TilesCase;
     const NAME: &'static str = "tiles";
     const TIME_LIMIT: u64 = 120;
 
-    fn draw(&self, seed: u64) -> Case {
-        Case::draw(seed)
+    fn draw(&self, seed: u64) -> TilesCase {
+        TilesCase::draw(seed)
     }
 
-    fn check(&self, case: &Case) -> Report {
+    fn check(&self, case: &TilesCase) -> Report {
         let mut report = Report::default();
         let scene = match case.scene() {
             Ok(scene) => scene,
@@ -70,15 +70,15 @@ impl Subject for Tiles {
         report
     }
 
-    fn simpler(&self, case: &Case) -> Vec<Case> {
+    fn simpler(&self, case: &TilesCase) -> Vec<TilesCase> {
         case.simpler()
     }
 
-    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+    fn write(&self, case: &TilesCase) -> (String, Vec<u8>) {
         write_toml(case)
     }
 
-    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<TilesCase> {
         read_toml(ending, bytes)
     }
 }
@@ -101,7 +101,7 @@ fn count(report: &mut Report, tiles: &TileCounters) {
 
 /// Runs a case; returns the bits of all it has computed: motions and counts at each stop, reports,
 /// energies, and the error with which it ended.
-fn run(case: &Case, simulation: &mut Simulation) -> Vec<u64> {
+fn run(case: &TilesCase, simulation: &mut Simulation) -> Vec<u64> {
     let mut bits = Bits::default();
     simulation.set_contacts_per_epoch(case.contacts_per_epoch);
     for stop in 1..=case.stops {
@@ -191,10 +191,10 @@ mod tests {
     fn cases_survive_their_file_and_some_repeat_tiles() {
         let mut total = Report::default();
         for index in 0..6 {
-            let case = Tiles.draw(case_seed(2, index));
-            let (ending, text) = Tiles.write(&case);
-            assert_eq!(Tiles.read(&ending, &text).unwrap(), case);
-            let report = Tiles.check(&case);
+            let case = TilesFuzzer.draw(case_seed(2, index));
+            let (ending, text) = TilesFuzzer.write(&case);
+            assert_eq!(TilesFuzzer.read(&ending, &text).unwrap(), case);
+            let report = TilesFuzzer.check(&case);
             assert_eq!(report.failure, None, "{case:?}");
             total.add(&report);
         }

@@ -9,10 +9,10 @@ use super::{Listed, Pending};
 use crate::{
     World,
     cells::{
-        body_record::{BodyRecord, Kind},
+        body_record::{BodyRecord, RecordKind},
         candidates::Candidate,
-        frame::Frame,
-        state::State,
+        frame::CellFrame,
+        state::CellState,
     },
     scheduler::{ContactEvent, ordered},
 };
@@ -20,14 +20,14 @@ use crate::{
 /// The earliest event found so far for a body.
 pub(in crate::cells) struct EarliestEvent {
     pub time: f64,
-    pub(super) kind: Kind,
+    pub(super) kind: RecordKind,
     partner: u32,
     pending: Pending,
 }
 
 impl EarliestEvent {
     /// No contact found yet: without one, the event at `time` is of this kind.
-    pub fn before(time: f64, kind: Kind) -> Self {
+    pub fn before(time: f64, kind: RecordKind) -> Self {
         Self {
             time,
             kind,
@@ -47,7 +47,8 @@ impl EarliestEvent {
     /// inserted earlier.
     #[inline]
     pub(super) fn is_preceded_by(&self, time: f64, partner: u32) -> bool {
-        let tie = (time == self.time) & (self.kind == Kind::MultiCell) & (partner < self.partner);
+        let tie =
+            (time == self.time) & (self.kind == RecordKind::MultiCell) & (partner < self.partner);
         (time < self.time) | tie
     }
 
@@ -56,7 +57,7 @@ impl EarliestEvent {
     pub(super) fn set_contact(&mut self, time: f64, partner: u32, pending: Pending) {
         *self = Self {
             time,
-            kind: Kind::MultiCell,
+            kind: RecordKind::MultiCell,
             partner,
             pending,
         };
@@ -64,12 +65,12 @@ impl EarliestEvent {
 
     fn offer_recheck(&mut self, time: f64) {
         if time < self.time {
-            (self.time, self.kind, self.partner) = (time, Kind::Recheck, 0);
+            (self.time, self.kind, self.partner) = (time, RecordKind::Recheck, 0);
         }
     }
 }
 
-impl<F: Frame> State<F> {
+impl<F: CellFrame> CellState<F> {
     /// Searches the first contact of a body with a candidate, up to the best event so far.
     pub(in crate::cells) fn search<D: Detection>(
         &mut self,
@@ -133,7 +134,7 @@ impl<F: Frame> State<F> {
         let record = &self.records[body as usize];
         let kind = record.kind();
         let pending = match kind {
-            Kind::MultiCell => self.multi_cell.pending[body as usize],
+            RecordKind::MultiCell => self.multi_cell.pending[body as usize],
             _ => Pending::NOTHING,
         };
         EarliestEvent {

@@ -7,14 +7,14 @@ use smallvec::SmallVec;
 use super::{EarliestEvent, Listed, MultiCellBody, Pending};
 use crate::{
     cells::{
-        frame::Frame,
+        frame::CellFrame,
         simd::{Kernel, NeighbourQuery, SoonestSlot},
-        state::State,
+        state::CellState,
     },
-    scheduler::Parts,
+    scheduler::TouchingParts,
 };
 
-impl<F: Frame> State<F> {
+impl<F: CellFrame> CellState<F> {
     /// Finds the earliest contact of a large disc with the small discs around it and, by the closed
     /// form, with other large discs. Returns the number of pairs tested.
     #[inline(always)]
@@ -95,7 +95,7 @@ impl<F: Frame> State<F> {
                 time,
                 other.index,
                 Pending {
-                    parts: Parts::Discs,
+                    parts: TouchingParts::Discs,
                     image,
                 },
             );

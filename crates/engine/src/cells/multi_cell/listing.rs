@@ -9,7 +9,7 @@ use crate::{
     cells::{
         body_record::NO_CELL,
         grid::CellGrid,
-        state::State,
+        state::CellState,
         walls::{cells_of_wall, near_wall},
     },
 };
@@ -21,7 +21,7 @@ const MIN_SHELL: f64 = 1.0 / 128.0;
 /// Factor on the distances of lists, so that no rounding makes them too short.
 const MARGIN: f64 = 1.0 + 1e-12;
 
-impl State {
+impl CellState {
     /// Lists every multi-cell body, at the start of an epoch.
     pub(in crate::cells) fn list_multi_cell_bodies(&mut self, world: &World) {
         let count = self.multi_cell.list.len();

@@ -27,7 +27,7 @@ pub(super) use self::{
     search::predict_multi_cell,
 };
 use super::candidates::Candidates;
-use crate::{Body, index_or_none::IndexOrNone, scheduler::Parts, wall::StandingWall};
+use crate::{Body, index_or_none::IndexOrNone, scheduler::TouchingParts, wall::StandingWall};
 
 /// All multi-cell bodies of the system.
 #[derive(Debug, Clone, Default)]
@@ -65,7 +65,7 @@ pub(super) struct Listed {
 /// The contact that an event of kind `MultiCell` stands for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pending {
-    parts: Parts,
+    parts: TouchingParts,
     /// Image of the second body relative to the first along their paths without periodic wraps,
     /// modulo 2¹⁶.
     image: [i16; 2],
@@ -245,7 +245,7 @@ impl Surroundings {
 
 impl Pending {
     pub const NOTHING: Self = Self {
-        parts: Parts::Discs,
+        parts: TouchingParts::Discs,
         image: [0; 2],
     };
 
@@ -257,11 +257,11 @@ impl Pending {
             Part::BoundingCircle => u32::MAX,
         };
         let (kind, parts) = match self.parts {
-            Parts::Discs => (0, 0),
-            Parts::Atoms(i, j) => (1, pair(i, j)),
-            Parts::BoundingCircles => (2, 0),
-            Parts::FaceOfA(of_b) => (3, pair(part(of_b), 0)),
-            Parts::FaceOfB(of_a) => (4, pair(part(of_a), 0)),
+            TouchingParts::Discs => (0, 0),
+            TouchingParts::Atoms(i, j) => (1, pair(i, j)),
+            TouchingParts::BoundingCircles => (2, 0),
+            TouchingParts::FaceOfA(of_b) => (3, pair(part(of_b), 0)),
+            TouchingParts::FaceOfB(of_a) => (4, pair(part(of_a), 0)),
         };
         let [x, y] = self.image.map(|boxes| u32::from(boxes as u16));
         [pair(x | y << 16, kind), parts]

@@ -13,15 +13,15 @@ use super::{EarliestEvent, Listed, MultiCellBody, Surroundings};
 use crate::{
     World,
     cells::{
-        body_record::Kind, candidates::Candidate, dispatch::dispatched, frame::Frame, simd::Kernel,
-        state::State,
+        body_record::RecordKind, candidates::Candidate, dispatch::dispatched, frame::CellFrame,
+        simd::Kernel, state::CellState,
     },
 };
 
 dispatched!(predict_multi_cell(body: u32, now: f64, except: Option<u32>));
 dispatched!(search_listed_bodies(disc: u32, cell: u32, now: f64, except: Option<u32>));
 
-impl<F: Frame> State<F> {
+impl<F: CellFrame> CellState<F> {
     /// Finds the earliest event of a multi-cell body: a contact, a re-check, or the exit from its
     /// shell.
     #[inline(always)]
@@ -38,7 +38,7 @@ impl<F: Frame> State<F> {
             return;
         };
         let multi_cell_body = &self.multi_cell.list[index];
-        let mut best = EarliestEvent::before(leaves_shell(multi_cell_body, now), Kind::Shell);
+        let mut best = EarliestEvent::before(leaves_shell(multi_cell_body, now), RecordKind::Shell);
         if multi_cell_body.is_disc_among_discs {
             let pairs = self.search_discs_around(
                 kernel,
@@ -172,7 +172,7 @@ impl<F: Frame> State<F> {
                 &mut best,
             );
         }
-        if best.kind == Kind::MultiCell {
+        if best.kind == RecordKind::MultiCell {
             self.store_event(disc, &best);
         }
         best.time
@@ -268,7 +268,7 @@ impl<F: Frame> State<F> {
                 }
             }
         }
-        if matches!(best.kind, Kind::MultiCell | Kind::Recheck) {
+        if matches!(best.kind, RecordKind::MultiCell | RecordKind::Recheck) {
             self.store_event(disc, &best);
         }
     }

@@ -564,7 +564,7 @@ pub(super) fn available(chosen: Instructions) -> Available {
 }
 
 /// A computation that is compiled for each instruction set.
-pub(super) trait Work {
+pub(super) trait KernelWork {
     type Output;
 
     /// Runs the computation with a kernel. Inlined, so that it is compiled with the kernel's
@@ -574,7 +574,7 @@ pub(super) trait Work {
 
 /// Runs a computation in the build for an instruction set.
 #[inline]
-pub(super) fn dispatch<W: Work>(instructions: Available, work: W) -> W::Output {
+pub(super) fn dispatch<W: KernelWork>(instructions: Available, work: W) -> W::Output {
     match instructions {
         #[cfg(target_arch = "x86_64")]
         Available::Avx512(set) => set.run(InRegisters(work)),
@@ -592,7 +592,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// The result with each instruction set that this processor has.
-    fn with_each_instruction_set<W: Work<Output: std::fmt::Debug + PartialEq> + Copy>(
+    fn with_each_instruction_set<W: KernelWork<Output: std::fmt::Debug + PartialEq> + Copy>(
         query: W,
     ) -> Vec<W::Output> {
         let sets = [
@@ -613,7 +613,7 @@ mod tests {
     #[derive(Clone, Copy)]
     struct SearchList<'a>(NeighbourQuery<'a>, CellBlock<'a>);
 
-    impl Work for FilterEight<'_> {
+    impl KernelWork for FilterEight<'_> {
         type Output = u32;
 
         #[inline(always)]
@@ -622,7 +622,7 @@ mod tests {
         }
     }
 
-    impl Work for SearchList<'_> {
+    impl KernelWork for SearchList<'_> {
         type Output = SoonestSlot;
 
         #[inline(always)]
@@ -690,7 +690,7 @@ mod tests {
     #[derive(Clone, Copy)]
     struct Find<'a>(&'a [u32; DISC_LANES], u32);
 
-    impl Work for Find<'_> {
+    impl KernelWork for Find<'_> {
         type Output = u32;
 
         #[inline(always)]

@@ -17,8 +17,8 @@ use carom_kinematics::HALF_ULP;
 
 use super::{
     BodyRecord, CellBlock, DISC_LANES, DiscLanes, F32Filter, Flights, INDEX_BITS, INDEX_MASK,
-    Kernel, NeighbourQuery, SoonestOfEight, SoonestSlot, Work, instruction_sets::CompiledWith,
-    masks::Masks,
+    Kernel, KernelWork, NeighbourQuery, SoonestOfEight, SoonestSlot,
+    instruction_sets::CompiledWith, masks::Masks,
 };
 
 /// Registers of 256 bits, with masks of one kind.
@@ -38,7 +38,7 @@ impl<M: Masks> Registers<M> {
 /// A computation with a kernel, run in registers of 256 bits.
 pub(super) struct InRegisters<W>(pub W);
 
-impl<M: Masks, W: Work> CompiledWith<M> for InRegisters<W> {
+impl<M: Masks, W: KernelWork> CompiledWith<M> for InRegisters<W> {
     type Output = W::Output;
 
     #[inline(always)]

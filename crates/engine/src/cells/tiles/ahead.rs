@@ -10,10 +10,10 @@ use carom_kinematics::Motion;
 use super::trim;
 use crate::{
     World,
-    cells::{body_record::BodyRecord, frame::TileFrame, state::State},
+    cells::{body_record::BodyRecord, frame::TileFrame, state::CellState},
     limits::Limits,
     scheduler::StoredMotions,
-    window::{InelasticContacts, RestartState, Window, WindowJob},
+    window::{InelasticContacts, RestartState, TimeWindow, WindowJob},
 };
 
 /// The flight of a body after a change, and the boxes that it has crossed.
@@ -24,7 +24,7 @@ struct FlightAfter {
 }
 
 impl FlightAfter {
-    fn new(state: &State<TileFrame>, body: u32) -> Self {
+    fn new(state: &CellState<TileFrame>, body: u32) -> Self {
         let body = body as usize;
         Self {
             flight: state.records[body].flight,
@@ -104,7 +104,7 @@ impl MotionLog {
     #[inline(never)]
     pub fn add_contact(
         &mut self,
-        state: &State<TileFrame>,
+        state: &CellState<TileFrame>,
         time: f64,
         pair: [u32; 2],
         bodies: [u32; 2],
@@ -123,7 +123,7 @@ impl MotionLog {
     /// Adds a body of a workspace that has crossed the border of the box at `time`; `body` is its
     /// index among all.
     #[inline(never)]
-    pub fn add_border(&mut self, state: &State<TileFrame>, time: f64, index: u32, body: u32) {
+    pub fn add_border(&mut self, state: &CellState<TileFrame>, time: f64, index: u32, body: u32) {
         let (after, contacts_before) = (FlightAfter::new(state, index), self.contacts.len() as u32);
         self.borders.push(PassedBorder {
             time,
@@ -258,7 +258,7 @@ struct Passed {
 
 impl Passed {
     /// Goes on by a part of the window.
-    fn add(&mut self, part: &Window) {
+    fn add(&mut self, part: &TimeWindow) {
         self.contacts += part.contacts;
         self.with_fixed += part.with_fixed;
         self.guarded += part.inelastic.guarded;
@@ -274,7 +274,7 @@ pub(super) struct WindowAhead {
     kind: JobKind,
     start: RestartState,
     /// The whole window.
-    window: Window,
+    window: TimeWindow,
     /// The present (offset in the epoch, time).
     reached: f64,
     /// The parts of the window and of the log of each tile that have passed.
@@ -288,7 +288,7 @@ pub(super) struct WindowAhead {
 
 impl WindowAhead {
     /// A window that has been run for this job, later than its stop.
-    pub fn new<D, R>(job: &WindowJob<'_, D, R>, window: Window, tiles: usize) -> Self {
+    pub fn new<D, R>(job: &WindowJob<'_, D, R>, window: TimeWindow, tiles: usize) -> Self {
         let last_contacts = job.world.last_contacts.clone();
         Self {
             kind: JobKind::new(job),
@@ -346,7 +346,7 @@ impl WindowAhead {
         until: f64,
         mut limits: Limits,
         log_of: impl Fn(usize) -> &'a MotionLog,
-    ) -> Option<Window> {
+    ) -> Option<TimeWindow> {
         let changes = list_all(&mut self.places, until, &log_of);
         let contacts = changes.iter().filter(|change| change.is_contact());
         let pairs = contacts.clone().map(|contact| bodies(contact, &log_of));
@@ -388,7 +388,7 @@ impl WindowAhead {
             .filter(|energy| energy.spared.is_some())
             .count() as u64;
         limits.count_contacts(count);
-        let part = Window {
+        let part = TimeWindow {
             contacts: count,
             last,
             log: part_of(&self.window.log[log..], |contact| contact.time <= until),
@@ -401,7 +401,7 @@ impl WindowAhead {
                 last_contacts,
                 guarded,
             },
-            ..Window::without_contacts(until, limits)
+            ..TimeWindow::without_contacts(until, limits)
         };
         self.reached = until;
         self.passed.add(&part);
@@ -444,7 +444,7 @@ impl WindowAhead {
     }
 
     /// The rest of the window.
-    pub fn rest(mut self) -> Window {
+    pub fn rest(mut self) -> TimeWindow {
         let Passed {
             contacts,
             with_fixed,
@@ -456,7 +456,7 @@ impl WindowAhead {
         let inelastic = &mut self.window.inelastic;
         inelastic.energies.drain(..energies);
         inelastic.guarded -= guarded;
-        Window {
+        TimeWindow {
             contacts: self.window.contacts - contacts,
             last: self.window.last.filter(|(time, _)| *time > self.reached),
             log: self.window.log.split_off(log),

@@ -8,9 +8,9 @@ use super::{
     trim,
 };
 use crate::cells::{
-    body_record::Kind,
+    body_record::RecordKind,
     frame::{Numbering, TileFrame},
-    state::State,
+    state::CellState,
 };
 
 /// Rings of cells on each side of a border whose events are compared: an event that changes a cell
@@ -97,13 +97,18 @@ impl Places {
 
 /// The change of a body by an event, as bits.
 #[derive(Debug, Clone)]
-pub(super) struct Change(SmallVec<[u64; 20]>);
+pub(super) struct BorderChange(SmallVec<[u64; 20]>);
 
-impl Change {
+impl BorderChange {
     /// The change of a body at `time` (offset in the epoch): the body and its version, its new
     /// flight and event, and all else that its later events depend on. `last_contact` is none where
     /// no outcome depends on it.
-    pub fn new(state: &State<TileFrame>, body: u32, time: f64, last_contact: Option<f64>) -> Self {
+    pub fn new(
+        state: &CellState<TileFrame>,
+        body: u32,
+        time: f64,
+        last_contact: Option<f64>,
+    ) -> Self {
         let record = &state.records[body as usize];
         let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
         let (kind, partner) = (record.kind(), record.partner());
@@ -125,7 +130,7 @@ impl Change {
         } else {
             kind as u64
         });
-        if kind == Kind::MultiCell {
+        if kind == RecordKind::MultiCell {
             words.extend(state.multi_cell.pending(body).to_words());
         }
         if let Some(motion) = state.molecules.motion(body) {
@@ -193,7 +198,7 @@ impl BorderLog {
         places: &Places,
         window: &TileFrame,
         cell: [u16; 2],
-        change: impl FnOnce() -> Change,
+        change: impl FnOnce() -> BorderChange,
     ) {
         let bands = places.bands(window, cell);
         let [across, up] = bands;

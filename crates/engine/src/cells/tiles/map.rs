@@ -181,7 +181,7 @@ impl TileMap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::frame::Frame;
+    use crate::cells::frame::CellFrame;
     use proptest::prelude::*;
 
     #[test]

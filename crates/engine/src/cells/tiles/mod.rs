@@ -100,21 +100,21 @@ use self::{
     fixed_bodies::FixedBodies,
     map::{DIRECTIONS, TileMap, opposite},
     resting::{Rest, RestingBody, TileBodies},
-    workspace::{Outcome, Span, Task, Workspace},
+    workspace::{TileOutcome, TileSpan, TileTask, Workspace},
 };
 use super::{
     body_record::BodyRecord,
     grid::CellGrid,
     simd::Available,
-    state::{EpochConstants, State},
+    state::{CellState, EpochConstants},
 };
 use crate::{
     SchedulerCounters, TileCounters, TileWork, Tiling, World,
     limits::Limits,
-    resolution::Encounter,
+    resolution::ContactPair,
     scheduler::StoredMotions,
     window::{
-        ContactEnergy, FastContact, InelasticContacts, LoggedContact, RestartState, Window,
+        ContactEnergy, FastContact, InelasticContacts, LoggedContact, RestartState, TimeWindow,
         WindowJob,
     },
 };
@@ -175,7 +175,7 @@ pub(super) struct Tiles {
     bodies: Vec<TileBodies>,
     fixed: Option<FixedBodies>,
     holds_molecules: bool,
-    outcomes: Vec<Outcome>,
+    outcomes: Vec<TileOutcome>,
     /// The window of the outcomes, if these are later than the present.
     ahead: Option<Box<WindowAhead>>,
     /// Stops in succession that cut a window, and the number after which one is run ahead.
@@ -236,7 +236,7 @@ impl Tiles {
             bodies: vec![TileBodies::default(); map.tiles()],
             fixed: None,
             holds_molecules: grid.holds_molecules(),
-            outcomes: vec![Outcome::default(); map.tiles()],
+            outcomes: vec![TileOutcome::default(); map.tiles()],
             ahead: None,
             short_stops: 0,
             patience: MIN_PATIENCE,
@@ -262,7 +262,11 @@ impl Tiles {
             .map(TileBodies::heap_bytes)
             .sum::<usize>()
             + self.fixed.as_ref().map_or(0, FixedBodies::heap_bytes)
-            + self.outcomes.iter().map(Outcome::heap_bytes).sum::<usize>()
+            + self
+                .outcomes
+                .iter()
+                .map(TileOutcome::heap_bytes)
+                .sum::<usize>()
             + self.ahead.as_ref().map_or(0, |ahead| ahead.heap_bytes())
             + self
                 .workspaces
@@ -327,7 +331,7 @@ impl Tiles {
     }
 
     /// Takes over from the global order, in the middle of an epoch.
-    pub fn take_over(&mut self, world: &World, state: &State) {
+    pub fn take_over(&mut self, world: &World, state: &CellState) {
         self.start(world, &state.grid, state.limit);
         self.is_fresh = false;
         let moving = (0..state.windings.len()).filter(|&body| !world.bodies[body].is_fixed());
@@ -345,7 +349,7 @@ impl Tiles {
     }
 
     /// Hands over to the global order, in the middle of an epoch, at `now` (offset in it, time).
-    pub fn hand_over(&self, world: &World, state: &mut State, now: f64) {
+    pub fn hand_over(&self, world: &World, state: &mut CellState, now: f64) {
         state.lay_out(world, self.epoch.limit);
         for tile in &self.bodies {
             for (place, resting) in tile.moving.list.iter().enumerate() {
@@ -453,7 +457,7 @@ impl Tiles {
 
     /// The work of each tile in the last window.
     pub fn work(&self) -> Vec<TileWork> {
-        self.outcomes.iter().map(Outcome::work).collect()
+        self.outcomes.iter().map(TileOutcome::work).collect()
     }
 
     /// Whether a stretch of this length (time) is run in windows, if the previous one was or was
@@ -504,7 +508,7 @@ impl Tiles {
     }
 
     /// Goes on in a window that has been run ahead; none if it cannot serve this job.
-    pub fn serve<D, R>(&mut self, job: &WindowJob<'_, D, R>) -> Option<Window> {
+    pub fn serve<D, R>(&mut self, job: &WindowJob<'_, D, R>) -> Option<TimeWindow> {
         let mut ahead = self
             .ahead
             .take_if(|ahead| job.may_use_windows && ahead.fits(job))?;
@@ -537,10 +541,10 @@ impl Tiles {
         &mut self,
         job: &WindowJob<'_, D, R>,
         runs_ahead: bool,
-    ) -> Option<Window> {
+    ) -> Option<TimeWindow> {
         if job.stop <= job.from && !self.is_fresh {
             // All events up to this time have been processed.
-            return Some(Window::without_contacts(job.from, job.limits));
+            return Some(TimeWindow::without_contacts(job.from, job.limits));
         }
         let stop = if runs_ahead {
             job.limits.time()
@@ -582,7 +586,7 @@ impl Tiles {
         end: f64,
         limits: Limits,
         ends_epoch: bool,
-    ) -> Option<Window> {
+    ) -> Option<TimeWindow> {
         let window = self.collect(job, end, limits, ends_epoch);
         if end <= job.stop {
             self.make_state();
@@ -612,7 +616,7 @@ impl Tiles {
             (true, true) if self.fixed.is_none() && !self.holds_molecules => {
                 size_of::<LoggedContact>()
             }
-            (true, _) => size_of::<Encounter>(),
+            (true, _) => size_of::<ContactPair>(),
             (false, false) => size_of::<ContactEnergy>(),
             (false, true) => 0,
         } + if logs_motions {
@@ -651,7 +655,7 @@ impl Tiles {
         let bodies = self.count as f64;
         let free_time = 0.5 * bodies / self.contact_rate;
         let left = job.limits.contacts_left() as f64;
-        let span = Span {
+        let span = TileSpan {
             from: job.from,
             end,
             time_per_cell: free_time / self.front,
@@ -695,12 +699,12 @@ impl Tiles {
         job: &WindowJob<'_, D, R>,
         selected: &[usize],
         (margin, border): (u32, u32),
-        span: Span,
+        span: TileSpan,
     ) {
         let (map, bodies, fixed) = (&self.map, &self.bodies, self.fixed.as_ref());
         let (epoch, is_fresh) = (&self.epoch, self.is_fresh);
         let mut wanted = selected.iter().peekable();
-        let tasks: Vec<(usize, &mut Outcome)> = self
+        let tasks: Vec<(usize, &mut TileOutcome)> = self
             .outcomes
             .iter_mut()
             .enumerate()
@@ -710,7 +714,7 @@ impl Tiles {
         let next = || tasks.lock().unwrap_or_else(PoisonError::into_inner).next();
         let work = |workspace: &mut Workspace| {
             while let Some((tile, outcome)) = next() {
-                let task = Task {
+                let task = TileTask {
                     map,
                     bodies,
                     fixed,
@@ -876,8 +880,8 @@ impl Tiles {
         end: f64,
         limits: Limits,
         ends_epoch: bool,
-    ) -> Window {
-        let sum = |of: fn(&Outcome) -> u64| self.outcomes.iter().map(of).sum::<u64>();
+    ) -> TimeWindow {
+        let sum = |of: fn(&TileOutcome) -> u64| self.outcomes.iter().map(of).sum::<u64>();
         let contacts = sum(|outcome| outcome.contacts);
         let with_fixed = sum(|outcome| outcome.with_fixed);
         let done = self.done_in_outcomes();
@@ -903,7 +907,7 @@ impl Tiles {
                 .for_each(|outcome| log.extend_from_slice(&outcome.log));
             log.sort_unstable_by(|a, b| a.time.total_cmp(&b.time).then(a.bodies.cmp(&b.bodies)));
         }
-        let mut encounters: Vec<Encounter> = Vec::new();
+        let mut encounters: Vec<ContactPair> = Vec::new();
         encounters.reserve_exact(
             self.outcomes
                 .iter()
@@ -915,7 +919,7 @@ impl Tiles {
             .for_each(|outcome| encounters.extend_from_slice(&outcome.encounters));
         encounters.sort_unstable_by(|a, b| a.contact.in_order(&b.contact));
         let inelastic = self.inelastic_contacts();
-        Window {
+        TimeWindow {
             end,
             contacts,
             last,

@@ -6,11 +6,11 @@ use carom_kinematics::Motion;
 use glam::DVec2;
 
 use crate::cells::{
-    body_record::{BodyRecord, Kind},
+    body_record::{BodyRecord, RecordKind},
     frame::TileFrame,
     multi_cell::Pending,
     slot::{INDEX_BITS, INDEX_MASK},
-    state::State,
+    state::CellState,
 };
 
 /// A body between two windows, in one cache line. It describes a disc completely; of molecules see
@@ -47,7 +47,7 @@ impl RestingBody {
             version,
             ..
         } = record;
-        let event = (Kind::Nothing as u32) << INDEX_BITS;
+        let event = (RecordKind::Nothing as u32) << INDEX_BITS;
         Self {
             flight,
             time,
@@ -62,7 +62,7 @@ impl RestingBody {
 
     /// A body of a workspace. The partners of the events at the start of the window are `partners`.
     #[inline]
-    pub fn from_state(state: &State<TileFrame>, index: u32, partners: &[u32]) -> Self {
+    pub fn from_state(state: &CellState<TileFrame>, index: u32, partners: &[u32]) -> Self {
         let record = &state.records[index as usize];
         let bodies = &state.bodies.0;
         let body = bodies[index as usize];
@@ -80,13 +80,13 @@ impl RestingBody {
         resting
     }
 
-    pub fn set_event(&mut self, kind: Kind, partner: u32) {
+    pub fn set_event(&mut self, kind: RecordKind, partner: u32) {
         self.event = ((kind as u32) << INDEX_BITS) | partner;
     }
 
     #[inline]
-    pub fn kind(&self) -> Kind {
-        Kind::from_bits(self.event >> INDEX_BITS)
+    pub fn kind(&self) -> RecordKind {
+        RecordKind::from_bits(self.event >> INDEX_BITS)
     }
 
     /// The index of the partner of a contact among all bodies.

@@ -9,7 +9,7 @@ use glam::DVec2;
 
 use super::{
     ahead::MotionLog,
-    border_log::{BorderLog, Change, Places},
+    border_log::{BorderChange, BorderLog, Places},
     fixed_bodies::FixedBodies,
     map::TileMap,
     resting::{MovingBodies, Rest, RestingBody, TileBodies},
@@ -18,16 +18,16 @@ use super::{
 use crate::{
     SchedulerCounters, TileWork, World,
     cells::{
-        body_record::{BodyRecord, Kind, NO_CELL},
+        body_record::{BodyRecord, NO_CELL, RecordKind},
         frame::{Numbering, TileFrame},
         grid::CellGrid,
         multi_cell::Listed,
-        simd::{Available, Kernel, Work, dispatch},
-        state::{EpochConstants, State},
+        simd::{Available, Kernel, KernelWork, dispatch},
+        state::{CellState, EpochConstants},
     },
     limits::{ContactPlaces, Limits},
-    resolution::{Encounter, Resolved},
-    scheduler::{ContactEvent, Parts},
+    resolution::{ContactPair, Resolved},
+    scheduler::{ContactEvent, TouchingParts},
     simultaneous_contacts::MAX_CONTACTS_AT_ONCE,
     window::{ContactEnergy, FastContact, InelasticContacts, LoggedContact, WindowJob},
 };
@@ -42,7 +42,7 @@ const MAX_EVENTS_PER_BODY: u64 = 1000;
 
 /// The window that is run.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Span {
+pub(super) struct TileSpan {
     /// Start and end (offsets in the epoch, time).
     pub from: f64,
     pub end: f64,
@@ -58,7 +58,7 @@ pub(super) struct Span {
 
 /// The result of the run of a tile. Counts are those of events in its own cells.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Outcome {
+pub(super) struct TileOutcome {
     pub bodies: TileBodies,
     pub border: BorderLog,
     pub contacts: u64,
@@ -80,7 +80,7 @@ pub(super) struct Outcome {
     pub shared: Vec<(f64, u32)>,
     /// The contacts of discs for their reports, and all other contacts.
     pub log: Vec<LoggedContact>,
-    pub encounters: Vec<Encounter>,
+    pub encounters: Vec<ContactPair>,
     pub motion_log: MotionLog,
     /// Energies, times of last contacts and number of guarded contacts, if not all are elastic.
     pub inelastic: InelasticContacts,
@@ -96,7 +96,7 @@ pub(super) struct Outcome {
     pub copied_bytes: usize,
 }
 
-impl Outcome {
+impl TileOutcome {
     /// The work of the run.
     pub fn work(&self) -> TileWork {
         TileWork {
@@ -134,7 +134,7 @@ impl Outcome {
 
     /// Adds a contact in the tile's own cells.
     #[inline(always)]
-    fn add(&mut self, span: &Span, past: &mut PastContacts, impact: &Impact) {
+    fn add(&mut self, span: &TileSpan, past: &mut PastContacts, impact: &Impact) {
         let Impact {
             time,
             bodies,
@@ -175,7 +175,7 @@ impl Outcome {
     fn add_resolved<D, R>(
         &mut self,
         job: &WindowJob<'_, D, R>,
-        encounter: &Encounter,
+        encounter: &ContactPair,
         resolved: &Resolved,
     ) {
         let ContactEvent { time, bodies, .. } = encounter.contact;
@@ -200,7 +200,7 @@ impl Outcome {
             + self.border.heap_bytes()
             + self.times.capacity() * size_of::<f64>()
             + self.log.capacity() * size_of::<LoggedContact>()
-            + self.encounters.capacity() * size_of::<Encounter>()
+            + self.encounters.capacity() * size_of::<ContactPair>()
             + self.shared.capacity() * size_of::<(f64, u32)>()
             + self.fast.capacity() * size_of::<FastContact>()
             + self.motion_log.heap_bytes()
@@ -211,7 +211,7 @@ impl Outcome {
 /// The workspace of a thread.
 #[derive(Debug, Clone)]
 pub(super) struct Workspace {
-    state: State<TileFrame>,
+    state: CellState<TileFrame>,
     /// For each body the partner of its event at the start of the window, among all bodies.
     partners: Vec<u32>,
     /// The time of the last contact of each body, where there is a guard against inelastic collapse
@@ -234,7 +234,7 @@ pub(super) struct Workspace {
 
 /// The tile that a workspace runs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Task<'a> {
+pub(super) struct TileTask<'a> {
     pub map: &'a TileMap,
     pub bodies: &'a [TileBodies],
     pub fixed: Option<&'a FixedBodies>,
@@ -246,13 +246,13 @@ pub(super) struct Task<'a> {
     pub epoch: &'a EpochConstants,
     /// Whether the bodies have no events yet.
     pub is_fresh: bool,
-    pub span: Span,
+    pub span: TileSpan,
 }
 
 impl Workspace {
     pub fn new(instructions: Available, grid: CellGrid) -> Self {
         Self {
-            state: State::new(instructions, grid, TileFrame::default()),
+            state: CellState::new(instructions, grid, TileFrame::default()),
             partners: Vec::new(),
             last_contacts: Vec::new(),
             places: Places::default(),
@@ -278,8 +278,8 @@ impl Workspace {
     pub fn run<D: Detection, R: Response>(
         &mut self,
         job: &WindowJob<'_, D, R>,
-        task: Task<'_>,
-        outcome: &mut Outcome,
+        task: TileTask<'_>,
+        outcome: &mut TileOutcome,
     ) {
         let begun = Instant::now();
         outcome.clear();
@@ -296,8 +296,8 @@ impl Workspace {
     }
 
     /// Copies the bodies of the tile and of its border.
-    fn load(&mut self, world: &World, task: &Task<'_>) {
-        let Task {
+    fn load(&mut self, world: &World, task: &TileTask<'_>) {
+        let TileTask {
             map,
             bodies,
             tile,
@@ -342,7 +342,7 @@ impl Workspace {
     }
 
     /// Copies the bodies in their order, without their events.
-    fn copy_bodies(&mut self, world: &World, task: &Task<'_>) {
+    fn copy_bodies(&mut self, world: &World, task: &TileTask<'_>) {
         let state = &mut self.state;
         state.set_constants(task.epoch);
         state.done = SchedulerCounters::default();
@@ -502,10 +502,10 @@ impl Workspace {
         &mut self,
         kernel: K,
         job: &WindowJob<'_, D, R>,
-        task: &Task<'_>,
-        outcome: &mut Outcome,
+        task: &TileTask<'_>,
+        outcome: &mut TileOutcome,
     ) {
-        let Task { span, is_fresh, .. } = *task;
+        let TileTask { span, is_fresh, .. } = *task;
         let window = *self.state.neighbour_lists.frame();
         let bodies = self.state.dummy();
         if is_fresh {
@@ -549,7 +549,7 @@ impl Workspace {
                     } else {
                         [partner, body]
                     };
-                    let contact = if kind == Kind::Discs {
+                    let contact = if kind == RecordKind::Discs {
                         self.state.contact_of_discs(pair, now)
                     } else {
                         self.state.contact_of_multi_cell_body(body, pair, now)
@@ -560,7 +560,7 @@ impl Workspace {
                 self.state.count_stale(body);
             } else if kind.is_crossing() {
                 self.state.cross(kernel, body, kind);
-            } else if kind == Kind::Recheck {
+            } else if kind == RecordKind::Recheck {
                 self.state.count_recheck(body);
             }
             outcome.at_end += u64::from(ring == 0 && now == span.end);
@@ -570,7 +570,7 @@ impl Workspace {
             outcome.is_found_late |=
                 (ring == 0) & (record.time == now) & record.kind().is_contact();
             let change = || {
-                Change::new(
+                BorderChange::new(
                     state,
                     body,
                     now,
@@ -598,8 +598,8 @@ impl Workspace {
         &mut self,
         kernel: K,
         job: &WindowJob<'_, D, R>,
-        task: &Task<'_>,
-        outcome: &mut Outcome,
+        task: &TileTask<'_>,
+        outcome: &mut TileOutcome,
         past: &mut PastContacts,
         contact: &ContactEvent,
     ) {
@@ -623,7 +623,7 @@ impl Workspace {
             // The tile that owns a body sees all of its contacts.
             outcome.needs_order |= now <= job.instant || past.repeats(indices);
         }
-        if parts == Parts::Discs && job.all_elastic {
+        if parts == TouchingParts::Discs && job.all_elastic {
             let state = &mut self.state;
             let inverse_masses = state.inverse_masses(job.world, pair);
             let flights = [state.flight(pair[0], now), state.flight(pair[1], now)];
@@ -683,7 +683,7 @@ impl Workspace {
                 }
             } else {
                 let last_contact = self.last_contacts.get(pair[n] as usize).copied();
-                let change = || Change::new(&self.state, pair[n], now, last_contact);
+                let change = || BorderChange::new(&self.state, pair[n], now, last_contact);
                 outcome.border.note(&self.places, &window, cells[n], change);
             }
         }
@@ -698,7 +698,7 @@ impl Workspace {
         contact: &ContactEvent,
         pair: [u32; 2],
         with_own: [bool; 2],
-    ) -> Encounter {
+    ) -> ContactPair {
         let before = pair.map(|body| self.state.motion(body).at(contact.time));
         let last_contacts = (!self.last_contacts.is_empty()).then(|| {
             [0, 1].map(|n| {
@@ -707,7 +707,7 @@ impl Workspace {
                 std::mem::replace(last, if is_updated { contact.time } else { *last })
             })
         });
-        Encounter {
+        ContactPair {
             contact: *contact,
             before,
             last_contacts,
@@ -717,7 +717,7 @@ impl Workspace {
 
     /// Stores the time of the last contact of each body of the tile, and of each fixed body, that
     /// had one in this window.
-    fn store_last_contacts(&self, world: &World, outcome: &mut Outcome) {
+    fn store_last_contacts(&self, world: &World, outcome: &mut TileOutcome) {
         let window = self.state.neighbour_lists.frame();
         let of_bodies = self
             .state
@@ -737,7 +737,7 @@ impl Workspace {
     }
 
     /// Copies the bodies that are in the cells of the tile.
-    fn store(&self, task: &Task<'_>, bodies: &mut TileBodies) {
+    fn store(&self, task: &TileTask<'_>, bodies: &mut TileBodies) {
         let own = task.map.own(task.tile);
         let window = self.state.neighbour_lists.frame();
         let columns = own.size[0];
@@ -747,7 +747,12 @@ impl Workspace {
                 let cell = self.state.records[body as usize].cell();
                 cell != NO_CELL && self.places.ring(window, cell) == 0
             })
-            .map(|body| (RestingBody::from_state(&self.state, body, &self.partners), body));
+            .map(|body| {
+                (
+                    RestingBody::from_state(&self.state, body, &self.partners),
+                    body,
+                )
+            });
         let rest = Rest {
             motions: &self.state.molecules.motions,
             pending: self.state.multi_cell.all_pending(),
@@ -779,7 +784,7 @@ struct Impact {
 }
 
 impl Impact {
-    fn new(encounter: &Encounter, resolved: &Resolved) -> Self {
+    fn new(encounter: &ContactPair, resolved: &Resolved) -> Self {
         let ContactEvent { time, bodies, .. } = encounter.contact;
         let after = &resolved.after;
         Self {
@@ -800,11 +805,11 @@ impl Impact {
 struct Run<'a, 'b, D, R>(
     &'a mut Workspace,
     &'a WindowJob<'b, D, R>,
-    Task<'a>,
-    &'a mut Outcome,
+    TileTask<'a>,
+    &'a mut TileOutcome,
 );
 
-impl<D: Detection, R: Response> Work for Run<'_, '_, D, R> {
+impl<D: Detection, R: Response> KernelWork for Run<'_, '_, D, R> {
     type Output = ();
 
     #[inline(always)]

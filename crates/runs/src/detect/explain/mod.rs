@@ -8,7 +8,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use carom::engine::DetectorName;
 use carom_detection::{
-    BoundingCircles, Exact, FixedStep, GoldenSecant, Outcome, Step, Trace, Window,
+    BoundingCircles, Exact, FixedStep, GoldenSecant, Outcome, SearchStep, SearchWindow, Trace,
 };
 
 use super::{Finding, search};
@@ -25,9 +25,9 @@ struct Course {
     detector: DetectorName,
     finding: Finding,
     /// The time in which the bodies are within reach.
-    window: Option<Window>,
-    segments: Vec<Window>,
-    steps: Vec<Step>,
+    window: Option<SearchWindow>,
+    segments: Vec<SearchWindow>,
+    steps: Vec<SearchStep>,
 }
 
 /// Draws the searches of all detectors for the case `case` of the encounter file `cases` and writes
@@ -124,7 +124,7 @@ impl Course {
             steps: Vec::new(),
         };
         for (start, trace) in pieces {
-            let later = |window: Window| Window {
+            let later = |window: SearchWindow| SearchWindow {
                 begin: window.begin + start,
                 end: window.end + start,
             };
@@ -134,7 +134,7 @@ impl Course {
                 .extend(trace.segments.into_iter().map(later));
             course
                 .steps
-                .extend(trace.steps.into_iter().map(|step| Step {
+                .extend(trace.steps.into_iter().map(|step| SearchStep {
                     time: step.time + start,
                     free_until: step.free_until.map(|time| time + start),
                     ..step

@@ -4,11 +4,11 @@ mod comparison;
 
 use std::fmt::Write as _;
 
-use carom_detection::{MAX_RECORDED, Parts, Phase, Step, Touch, Window};
+use carom_detection::{MAX_RECORDED, Parts, Phase, SearchStep, SearchWindow, Touch};
 use carom_geometry::Molecule;
 use carom_report::{
     axis::Axis,
-    panels::{Column, Ink, Mark, Panel, Point, Sample, Stroke, Vertical},
+    panels::{ColumnSample, Ink, MarkedPoint, Panel, PanelColumn, PanelMark, Stroke, Vertical},
     pose_picture::{self, Pose},
 };
 use carom_tables::significant;
@@ -40,7 +40,7 @@ struct Subject<'a> {
     courses: &'a [Course],
     gaps: Gaps<'a>,
     /// The time in which the bounding circles overlap.
-    window: Option<Window>,
+    window: Option<SearchWindow>,
     contact: Option<(f64, [u32; 2])>,
 }
 
@@ -59,7 +59,7 @@ pub(super) fn svg(encounter: &EncounterRecord, courses: &[Course]) -> String {
         window: exact.window,
         contact,
     };
-    let mut column = Column::default();
+    let mut column = PanelColumn::default();
     let title = format!(
         "First contact of the pair {}/{}",
         encounter.class, encounter.id
@@ -137,7 +137,7 @@ impl Subject<'_> {
     }
 
     /// The time in a window at which the atoms are closest, to the resolution of the curves.
-    fn atoms_closest(&self, window: Window) -> f64 {
+    fn atoms_closest(&self, window: SearchWindow) -> f64 {
         let curves = self.gaps.curves(window.begin, window.end, 0);
         let least = curves
             .times
@@ -160,14 +160,14 @@ impl Subject<'_> {
             .collect();
         let mut marks = Vec::new();
         let mut legend = vec![(
-            Sample::Line(Ink::Purple, Stroke::Dashed),
+            ColumnSample::Line(Ink::Purple, Stroke::Dashed),
             "gap of the bounding circles".to_owned(),
         )];
         let mut range = extent(circles.iter().map(|point| point.1));
         if let Some(window) = self.window {
-            marks.push(Mark::Span(Ink::Purple, window.begin, window.end));
+            marks.push(PanelMark::Span(Ink::Purple, window.begin, window.end));
             legend.push((
-                Sample::Area(Ink::Purple),
+                ColumnSample::Area(Ink::Purple),
                 "window: the circles overlap".to_owned(),
             ));
         }
@@ -178,11 +178,11 @@ impl Subject<'_> {
             range = (range.0.min(atoms.0), range.1.max(atoms.1));
             marks.extend(self.met(Stroke::Thick, least));
             legend.push((
-                Sample::Line(Ink::Blue, Stroke::Thick),
+                ColumnSample::Line(Ink::Blue, Stroke::Thick),
                 "least gap of the atoms".to_owned(),
             ));
         }
-        marks.push(Mark::Line(Ink::Purple, Stroke::Dashed, circles));
+        marks.push(PanelMark::Line(Ink::Purple, Stroke::Dashed, circles));
         self.finish(&mut marks, &mut legend, (0.0, end));
         Panel {
             title: "Skimming: when can the molecules touch at all?".to_owned(),
@@ -194,7 +194,7 @@ impl Subject<'_> {
     }
 
     /// The golden-section and secant evaluations.
-    fn golden_secant(&self, view: Window, curves: &Curves, pairs: &[[u32; 2]]) -> Panel {
+    fn golden_secant(&self, view: SearchWindow, curves: &Curves, pairs: &[[u32; 2]]) -> Panel {
         let course = &self.courses[1];
         let (mut marks, mut legend) = self.gap_curves(view, curves, pairs);
         let mut borders: Vec<f64> = course
@@ -203,27 +203,35 @@ impl Subject<'_> {
             .map(|segment| segment.begin)
             .collect();
         borders.extend(course.segments.last().map(|segment| segment.end));
-        marks.push(Mark::Uprights(Ink::Orange, Stroke::Thin, borders));
-        legend.push((Sample::Line(Ink::Orange, Stroke::Thin), "crop".to_owned()));
+        marks.push(PanelMark::Uprights(Ink::Orange, Stroke::Thin, borders));
+        legend.push((
+            ColumnSample::Line(Ink::Orange, Stroke::Thin),
+            "crop".to_owned(),
+        ));
         for (ink, point, name, phases) in [
             (
                 Ink::Text,
-                Point::Ring,
+                MarkedPoint::Ring,
                 "end of a crop",
                 &[Phase::SegmentEnd][..],
             ),
             (
                 Ink::Green,
-                Point::Disc,
+                MarkedPoint::Disc,
                 "golden section",
                 &[Phase::GoldenMinimum, Phase::GoldenMaximum],
             ),
-            (Ink::Purple, Point::Diamond, "secant", &[Phase::Secant]),
+            (
+                Ink::Purple,
+                MarkedPoint::Diamond,
+                "secant",
+                &[Phase::Secant],
+            ),
         ] {
             let places = self.evaluations(course, pairs, |step| phases.contains(&step.phase));
             if !places.is_empty() {
-                legend.push((Sample::Point(ink, point), name.to_owned()));
-                marks.push(Mark::Points(ink, point, places));
+                legend.push((ColumnSample::Point(ink, point), name.to_owned()));
+                marks.push(PanelMark::Points(ink, point, places));
             }
         }
         self.finish(&mut marks, &mut legend, (view.begin, view.end));
@@ -238,7 +246,7 @@ impl Subject<'_> {
 
     /// The certified steps as a staircase: from each evaluation at its height to the time up to
     /// which it certifies.
-    fn exact(&self, view: Window, pairs: &[[u32; 2]]) -> Panel {
+    fn exact(&self, view: SearchWindow, pairs: &[[u32; 2]]) -> Panel {
         let course = &self.courses[0];
         let curves = self.gaps.curves(view.begin, view.end, 0);
         let (mut marks, mut legend) = self.gap_curves(view, &curves, pairs);
@@ -252,7 +260,7 @@ impl Subject<'_> {
             (Ink::Green, Stroke::Thick, "step of one pair", Phase::Single),
             (Ink::Green, Stroke::Thick, "closed form", Phase::ClosedForm),
         ] {
-            let is_drawn = |step: &Step| step.phase == phase;
+            let is_drawn = |step: &SearchStep| step.phase == phase;
             let places = self.evaluations(course, pairs, is_drawn);
             if places.is_empty() {
                 continue;
@@ -263,10 +271,14 @@ impl Subject<'_> {
                     .free_until
                     .unwrap_or(time)
                     .min(view.end + (view.end - view.begin));
-                marks.push(Mark::Line(ink, stroke, vec![(time, gap), (until, gap)]));
+                marks.push(PanelMark::Line(
+                    ink,
+                    stroke,
+                    vec![(time, gap), (until, gap)],
+                ));
             }
-            marks.push(Mark::Points(ink, Point::Disc, places));
-            legend.push((Sample::Line(ink, stroke), name.to_owned()));
+            marks.push(PanelMark::Points(ink, MarkedPoint::Disc, places));
+            legend.push((ColumnSample::Line(ink, stroke), name.to_owned()));
         }
         self.finish(&mut marks, &mut legend, (view.begin, view.end));
         Panel {
@@ -278,7 +290,7 @@ impl Subject<'_> {
         }
     }
 
-    fn caption(&self, view: Window, window: Window) -> String {
+    fn caption(&self, view: SearchWindow, window: SearchWindow) -> String {
         let fixed = &self.courses[2];
         let mut text = String::from(
             "Numbers of atoms count from 0 in the order of the file. In a row of exact, lines are evaluations, \
@@ -320,7 +332,7 @@ impl Subject<'_> {
 
     /// The part of the time axis that the lower panels show: the window, or the crops around the
     /// contact.
-    fn view(&self, window: Window) -> Window {
+    fn view(&self, window: SearchWindow) -> SearchWindow {
         let length = window.end - window.begin;
         let crop = self.courses[1]
             .segments
@@ -335,7 +347,7 @@ impl Subject<'_> {
         let (begin, end) = widened((begin, end), MARGIN);
         // A window of length 0, where circles only touch.
         let least = 1e-9 * end.abs().max(f64::MIN_POSITIVE);
-        Window {
+        SearchWindow {
             begin: begin.max(0.0),
             end: end.max(begin + least),
         }
@@ -343,7 +355,7 @@ impl Subject<'_> {
 
     /// The part of the time axis of the exact detector: from the start for the closed form, and
     /// otherwise up to a little after the contact.
-    fn view_of_exact(&self, view: Window, window: Window) -> Window {
+    fn view_of_exact(&self, view: SearchWindow, window: SearchWindow) -> SearchWindow {
         let is_closed_form = self.courses[0]
             .steps
             .iter()
@@ -354,13 +366,13 @@ impl Subject<'_> {
             view.begin.max(window.begin)
         };
         let Some((end, _)) = self.contact.filter(|contact| contact.0 > begin) else {
-            return Window {
+            return SearchWindow {
                 begin: begin.min(view.begin),
                 ..view
             };
         };
         let length = end - begin;
-        Window {
+        SearchWindow {
             begin: (begin - 0.06 * length).max(0.0),
             end: end + 0.25 * length,
         }
@@ -382,7 +394,7 @@ impl Subject<'_> {
         &self,
         course: &Course,
         pairs: &[[u32; 2]],
-        is_drawn: impl Fn(&Step) -> bool,
+        is_drawn: impl Fn(&SearchStep) -> bool,
     ) -> Vec<(f64, f64)> {
         let steps = steps(course, pairs).filter(|(_, step)| is_drawn(step));
         steps
@@ -393,15 +405,15 @@ impl Subject<'_> {
     /// The least gap and the gaps of the pairs.
     fn gap_curves(
         &self,
-        view: Window,
+        view: SearchWindow,
         curves: &Curves,
         pairs: &[[u32; 2]],
-    ) -> (Vec<Mark>, Vec<(Sample, String)>) {
+    ) -> (Vec<PanelMark>, Vec<(ColumnSample, String)>) {
         let mut marks = Vec::new();
         if let Some(window) = self.window {
-            marks.push(Mark::Span(Ink::Purple, window.begin, window.end));
+            marks.push(PanelMark::Span(Ink::Purple, window.begin, window.end));
         }
-        marks.push(Mark::Line(
+        marks.push(PanelMark::Line(
             Ink::Text,
             Stroke::Thin,
             vec![(view.begin, 0.0), (view.end, 0.0)],
@@ -412,7 +424,7 @@ impl Subject<'_> {
                     .times
                     .iter()
                     .map(|&time| (time, self.gaps.of_pair(pair, time)));
-                marks.push(Mark::Line(Ink::Quiet, Stroke::Thin, points.collect()));
+                marks.push(PanelMark::Line(Ink::Quiet, Stroke::Thin, points.collect()));
             }
         }
         let least = curves
@@ -423,7 +435,7 @@ impl Subject<'_> {
             .collect();
         marks.extend(self.met(Stroke::Thick, least));
         let mut legend = vec![(
-            Sample::Line(Ink::Blue, Stroke::Thick),
+            ColumnSample::Line(Ink::Blue, Stroke::Thick),
             "least gap of the atoms".to_owned(),
         )];
         if pairs.len() > 1 {
@@ -433,45 +445,49 @@ impl Subject<'_> {
                 .each_ref()
                 .map(|molecule| molecule.atoms().len());
             let name = format!("{} of {} atom pairs", pairs.len(), a * b);
-            legend.push((Sample::Line(Ink::Quiet, Stroke::Thin), name));
+            legend.push((ColumnSample::Line(Ink::Quiet, Stroke::Thin), name));
         }
         (marks, legend)
     }
 
     /// A curve, and its continuation after the contact, where the molecules would overlap, dashed.
-    fn met(&self, stroke: Stroke, points: Vec<(f64, f64)>) -> Vec<Mark> {
+    fn met(&self, stroke: Stroke, points: Vec<(f64, f64)>) -> Vec<PanelMark> {
         let Some((time, _)) = self.contact else {
-            return vec![Mark::Line(Ink::Blue, stroke, points)];
+            return vec![PanelMark::Line(Ink::Blue, stroke, points)];
         };
         let (mut before, mut after): (Vec<_>, Vec<_>) =
             points.into_iter().partition(|point| point.0 < time);
         before.push((time, 0.0));
         after.insert(0, (time, 0.0));
         vec![
-            Mark::Line(Ink::Blue, Stroke::Dashed, after),
-            Mark::Line(Ink::Blue, stroke, before),
+            PanelMark::Line(Ink::Blue, Stroke::Dashed, after),
+            PanelMark::Line(Ink::Blue, stroke, before),
         ]
     }
 
     /// Marks the contact.
     fn finish(
         &self,
-        marks: &mut Vec<Mark>,
-        legend: &mut Vec<(Sample, String)>,
+        marks: &mut Vec<PanelMark>,
+        legend: &mut Vec<(ColumnSample, String)>,
         (low, high): (f64, f64),
     ) {
         if let Some((time, _)) = self
             .contact
             .filter(|contact| (low..=high).contains(&contact.0))
         {
-            marks.push(Mark::Uprights(Ink::Vermillion, Stroke::Dashed, vec![time]));
-            marks.push(Mark::Points(
+            marks.push(PanelMark::Uprights(
                 Ink::Vermillion,
-                Point::Diamond,
+                Stroke::Dashed,
+                vec![time],
+            ));
+            marks.push(PanelMark::Points(
+                Ink::Vermillion,
+                MarkedPoint::Diamond,
                 vec![(time, 0.0)],
             ));
             legend.push((
-                Sample::Point(Ink::Vermillion, Point::Diamond),
+                ColumnSample::Point(Ink::Vermillion, MarkedPoint::Diamond),
                 "contact".to_owned(),
             ));
         }
@@ -489,8 +505,8 @@ fn gap_range(curves: &Curves) -> (f64, f64) {
 fn steps<'a>(
     course: &'a Course,
     pairs: &'a [[u32; 2]],
-) -> impl Iterator<Item = ([u32; 2], &'a Step)> {
-    let pair_of = |step: &Step| match step.parts {
+) -> impl Iterator<Item = ([u32; 2], &'a SearchStep)> {
+    let pair_of = |step: &SearchStep| match step.parts {
         Parts::Pair(Touch::Atoms(a, b)) if pairs.contains(&[a, b]) => Some([a, b]),
         _ => None,
     };

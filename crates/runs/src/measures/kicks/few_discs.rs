@@ -32,7 +32,11 @@ impl FewDiscs {
     /// that the mean speed is not Maxwell's (see [`mean_speed`]).
     ///
     /// `None` if the gas is not dilute, or has not the whole box.
-    pub(super) fn new(prediction: &Prediction, around: &Surroundings, freedom: f64) -> Option<Self> {
+    pub(super) fn new(
+        prediction: &Prediction,
+        around: &Surroundings,
+        freedom: f64,
+    ) -> Option<Self> {
         let (density, area) = (around.density(), around.area);
         let bumpers = around.bumpers.as_ref().filter(|_| around.is_one_gas)?;
         let Prediction {

@@ -45,7 +45,7 @@ const TWO_SIZES: &str = "Jenkins and Mancini (1987), for hard discs of two sizes
 /// torque, velocity along x′ and y′, angular velocity, kT along x′ and y′ and of the rotation, the
 /// share of kicks on one side of a mirror axis less that on the other; the share of each atom; and
 /// those of the directions, of the places on the boundary, and of the components.
-pub(super) struct Parts<'a> {
+pub(super) struct KickParts<'a> {
     whole: &'a [BlockMean],
     atoms: &'a [BlockMean],
     directions: &'a [BlockMean],
@@ -53,7 +53,7 @@ pub(super) struct Parts<'a> {
     densities: &'a [BlockMean],
 }
 
-impl<'a> Parts<'a> {
+impl<'a> KickParts<'a> {
     pub(super) fn new(kicks: &Kicks, means: &'a [BlockMean]) -> Self {
         let (directions, components, places) = &kicks.from_gas.observer;
         let lengths = [
@@ -156,7 +156,7 @@ impl<'a> Theory<'a> {
 }
 
 /// Tables and figures.
-pub(super) fn results(kicks: &Kicks, parts: &Parts<'_>, context: &Context<'_>) -> Results {
+pub(super) fn results(kicks: &Kicks, parts: &KickParts<'_>, context: &Context<'_>) -> Results {
     let theory = Theory::new(kicks).filter(|_| context.is_equilibrium);
     let theory = theory.as_ref();
     let mut figures = rates(parts, theory, context);
@@ -197,7 +197,7 @@ fn drawing(kicks: &Kicks, context: &Context<'_>) -> Option<Drawing> {
 }
 
 /// The rate of the kicks, and the density of the gas at the boundary.
-fn rates(parts: &Parts<'_>, theory: Option<&Theory<'_>>, context: &Context<'_>) -> Vec<Figure> {
+fn rates(parts: &KickParts<'_>, theory: Option<&Theory<'_>>, context: &Context<'_>) -> Vec<Figure> {
     let [rate, rim, ..] = parts.whole else {
         return Vec::new();
     };
@@ -241,7 +241,7 @@ fn rates(parts: &Parts<'_>, theory: Option<&Theory<'_>>, context: &Context<'_>) 
 /// Force, velocities and energies of the body along its own axes.
 fn motion(
     kicks: &Kicks,
-    parts: &Parts<'_>,
+    parts: &KickParts<'_>,
     theory: Option<&Theory<'_>>,
     context: &Context<'_>,
 ) -> Vec<Figure> {
@@ -378,7 +378,7 @@ fn needed(times: Option<[f64; 2]>, context: &Context<'_>) -> Option<Figure> {
 }
 
 /// Mirror symmetry of the body, or isotropy of the kicks of a round one: both hold at any density.
-fn symmetry(kicks: &Kicks, parts: &Parts<'_>, context: &Context<'_>) -> Vec<Figure> {
+fn symmetry(kicks: &Kicks, parts: &KickParts<'_>, context: &Context<'_>) -> Vec<Figure> {
     let shape = &kicks.shape;
     if shape.molecule.is_round() {
         return isotropy(kicks, context).into_iter().collect();
@@ -521,7 +521,7 @@ fn impulse_error(sum: f64, count: f64) -> f64 {
 /// it cannot reach are predicted.
 fn of_atoms(
     kicks: &Kicks,
-    parts: &Parts<'_>,
+    parts: &KickParts<'_>,
     theory: Option<&Theory<'_>>,
     context: &Context<'_>,
 ) -> Vec<Figure> {
@@ -572,7 +572,7 @@ fn of_geometry(kicks: &Kicks, context: &Context<'_>) -> Vec<Figure> {
 /// The tables: shares by atom, directions, components, and places on the boundary.
 fn tables(
     kicks: &Kicks,
-    parts: &Parts<'_>,
+    parts: &KickParts<'_>,
     theory: Option<&Theory<'_>>,
     context: &Context<'_>,
 ) -> Vec<Table> {
@@ -615,7 +615,7 @@ fn tables(
 /// The table of the shares of the atoms.
 fn by_atom(
     kicks: &Kicks,
-    parts: &Parts<'_>,
+    parts: &KickParts<'_>,
     theory: Option<&Theory<'_>>,
     context: &Context<'_>,
 ) -> Table {

@@ -17,22 +17,22 @@ use carom::{
     BodyKey, CollisionReport, ContactDensity, DirectionHistogram, Molecule, Observer, View,
     engine::Body,
     geometry::ExcludedRegion,
-    observers::{Distribution, Drift},
+    observers::{AdaptiveHistogram, Drift},
 };
 use carom_tables::BlockMean;
 use serde::{Deserialize, Serialize};
 
 pub use self::{few_discs::DILUTE, fixed_energy::mean_speed};
 use self::{
-    figures::Parts, from_gas::FromGas, mirror::Mirror, prediction::Prediction,
+    figures::KickParts, from_gas::FromGas, mirror::Mirror, prediction::Prediction,
     surroundings::Surroundings,
 };
 use super::{
-    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, contact_density,
-    directions, in_blocks, projections::Projections, resumed,
+    Context, Default, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
+    contact_density, directions, in_blocks, projections::Projections, resumed,
 };
 
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: MeasureKind = MeasureKind {
     name: "kicks",
     summary: "kicks of the only body with the tag by bodies that move: directions, atoms, pressure along its \
               boundary, and its drift",
@@ -179,7 +179,7 @@ impl Observer for Kicks {
 }
 
 impl Measured for Kicks {
-    /// See [`Parts`].
+    /// See [`KickParts`].
     fn sums(&self) -> Vec<[f64; 2]> {
         let (drift, directions) = (&self.drift, self.directions());
         let (hits, time, samples) = (
@@ -233,12 +233,12 @@ impl Measured for Kicks {
             .collect()
     }
 
-    fn distributions(&self) -> Vec<Vec<&Distribution>> {
+    fn distributions(&self) -> Vec<Vec<&AdaptiveHistogram>> {
         self.from_gas.observer.1.distributions()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        figures::results(self, &Parts::new(self, means), context)
+        figures::results(self, &KickParts::new(self, means), context)
     }
 }
 

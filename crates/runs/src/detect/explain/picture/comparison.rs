@@ -1,10 +1,10 @@
 //! The panels that compare the detectors: where they look, and how fast their errors fall.
 
 use carom::engine::DetectorName;
-use carom_detection::{Parts, Phase, Step, Touch, Window};
+use carom_detection::{Parts, Phase, SearchStep, SearchWindow, Touch};
 use carom_report::{
     axis::Axis,
-    panels::{Ink, Mark, Panel, Point, Sample, Stroke, Vertical},
+    panels::{ColumnSample, Ink, MarkedPoint, Panel, PanelMark, Stroke, Vertical},
 };
 
 use super::{Subject, extent, time_axis, widened};
@@ -15,26 +15,30 @@ const MAX_ERRORS: usize = 150;
 impl Subject<'_> {
     /// What each detector looks at, a row a detector, and a row for each pair of atoms for the
     /// exact one.
-    pub(super) fn rows(&self, view: Window, pairs: &[[u32; 2]]) -> Panel {
+    pub(super) fn rows(&self, view: SearchWindow, pairs: &[[u32; 2]]) -> Panel {
         let (mut rows, mut marks) = (Vec::new(), Vec::new());
         let exact = &self.courses[0];
         if let Some(window) = self.window {
-            marks.push(Mark::Span(Ink::Purple, window.begin, window.end));
+            marks.push(PanelMark::Span(Ink::Purple, window.begin, window.end));
         }
         for &[a, b] in pairs {
-            let of_pair: Vec<&Step> = exact
+            let of_pair: Vec<&SearchStep> = exact
                 .steps
                 .iter()
                 .filter(|step| step.parts.contain(a, b))
                 .collect();
-            marks.push(Mark::Bars(Ink::Green, rows.len(), self.certified(&of_pair)));
-            marks.push(Mark::Ticks(
+            marks.push(PanelMark::Bars(
+                Ink::Green,
+                rows.len(),
+                self.certified(&of_pair),
+            ));
+            marks.push(PanelMark::Ticks(
                 Ink::Green,
                 rows.len(),
                 of_pair.iter().map(|step| step.time).collect(),
             ));
             if let Some((time, _)) = self.contact.filter(|contact| contact.1 == [a, b]) {
-                marks.push(Mark::Answer(Ink::Vermillion, rows.len(), time));
+                marks.push(PanelMark::Answer(Ink::Vermillion, rows.len(), time));
             }
             rows.push(format!("exact, {a} and {b}"));
         }
@@ -42,7 +46,11 @@ impl Subject<'_> {
             let row = rows.len();
             let window = course.window.map(|window| (window.begin, window.end));
             if course.detector == DetectorName::BoundingCircles {
-                marks.push(Mark::Bars(Ink::Purple, row, window.into_iter().collect()));
+                marks.push(PanelMark::Bars(
+                    Ink::Purple,
+                    row,
+                    window.into_iter().collect(),
+                ));
             }
             let times = if course.detector == DetectorName::FixedStep {
                 course.segments.iter().map(|segment| segment.end).collect()
@@ -53,21 +61,21 @@ impl Subject<'_> {
                     .filter(|step| step.phase != Phase::ClosedForm);
                 evaluated.map(|step| step.time).collect()
             };
-            marks.push(Mark::Ticks(Ink::Blue, row, times));
+            marks.push(PanelMark::Ticks(Ink::Blue, row, times));
             if let Some(contact) = course.contact() {
-                marks.push(Mark::Answer(Ink::Vermillion, row, contact.time));
+                marks.push(PanelMark::Answer(Ink::Vermillion, row, contact.time));
             }
             rows.push(course.name().to_owned());
         }
         let legend = vec![
-            (Sample::Area(Ink::Green), "certified free".to_owned()),
+            (ColumnSample::Area(Ink::Green), "certified free".to_owned()),
             (
-                Sample::Line(Ink::Blue, Stroke::Thin),
+                ColumnSample::Line(Ink::Blue, Stroke::Thin),
                 "evaluation".to_owned(),
             ),
-            (Sample::Area(Ink::Purple), "window".to_owned()),
+            (ColumnSample::Area(Ink::Purple), "window".to_owned()),
             (
-                Sample::Point(Ink::Vermillion, Point::Diamond),
+                ColumnSample::Point(Ink::Vermillion, MarkedPoint::Diamond),
                 "contact found".to_owned(),
             ),
         ];
@@ -82,7 +90,7 @@ impl Subject<'_> {
 
     /// The intervals for which a pair is certified free, in order and disjoint: before the window,
     /// and from each evaluation on.
-    fn certified(&self, steps: &[&Step]) -> Vec<(f64, f64)> {
+    fn certified(&self, steps: &[&SearchStep]) -> Vec<(f64, f64)> {
         let mut bars: Vec<(f64, f64)> = self
             .window
             .map(|window| (0.0, window.begin))
@@ -108,17 +116,18 @@ impl Subject<'_> {
         let mut longest = 2;
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for (course, ink, point) in [
-            (&self.courses[2], Ink::Orange, Point::Ring),
-            (&self.courses[1], Ink::Purple, Point::Disc),
-            (&self.courses[0], Ink::Green, Point::Diamond),
+            (&self.courses[2], Ink::Orange, MarkedPoint::Ring),
+            (&self.courses[1], Ink::Purple, MarkedPoint::Disc),
+            (&self.courses[0], Ink::Green, MarkedPoint::Diamond),
         ] {
             let of_pair = course
                 .steps
                 .iter()
                 .filter(|step| step.parts == Parts::Pair(Touch::Atoms(a, b)));
             // An evaluation of exact ends at a later time than its own.
-            let error = |step: &Step| (step.free_until.unwrap_or(step.time) - contact).abs();
-            let digits = |step: &Step| error(step).max(0.5 * f64::EPSILON * contact.abs()).log10();
+            let error = |step: &SearchStep| (step.free_until.unwrap_or(step.time) - contact).abs();
+            let digits =
+                |step: &SearchStep| error(step).max(0.5 * f64::EPSILON * contact.abs()).log10();
             let all: Vec<f64> = of_pair
                 .map(digits)
                 .filter(|digits| digits.is_finite())
@@ -128,9 +137,9 @@ impl Subject<'_> {
             longest = longest.max(points.len());
             let range = extent(last.iter().copied());
             (low, high) = (low.min(range.0), high.max(range.1));
-            marks.push(Mark::Line(ink, Stroke::Thin, points.clone()));
-            marks.push(Mark::Points(ink, point, points));
-            legend.push((Sample::Point(ink, point), course.name().to_owned()));
+            marks.push(PanelMark::Line(ink, Stroke::Thin, points.clone()));
+            marks.push(PanelMark::Points(ink, point, points));
+            legend.push((ColumnSample::Point(ink, point), course.name().to_owned()));
         }
         let (low, high) = if low < high {
             (low, high)
