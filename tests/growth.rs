@@ -136,7 +136,7 @@ fn gases_that_fit_on_no_lattice_are_grown_and_relaxed() {
     scene.start.placement = Some(Placement::Lattice);
     assert!(matches!(
         Simulation::new(&scene),
-        Err(SceneError::Full { wanted: 60, .. })
+        Err(SceneError::Full { requested: 60, .. })
     ));
 }
 
@@ -375,15 +375,15 @@ fn jammed_gases_end_with_an_error_that_names_the_density() {
     let scene = grown(vec![covering("tee", 25, 0.85)], 0.0);
     let error = Simulation::new(&scene).unwrap_err();
     let SceneError::Jammed {
-        reached, wanted, ..
+        reached, requested, ..
     } = error
     else {
         panic!("{error}")
     };
     // Jammed states of tees: 0.70 at N = 1000.
     assert!(
-        (0.62..0.76).contains(&reached) && (wanted - 0.85).abs() < 1e-12,
-        "{reached} {wanted}"
+        (0.62..0.76).contains(&reached) && (requested - 0.85).abs() < 1e-12,
+        "{reached} {requested}"
     );
     assert!(
         error.to_string().contains(&format!("{reached:.4}")),
@@ -406,7 +406,7 @@ fn jammed_gases_end_with_an_error_that_names_the_density() {
         let crowd = grown(vec![gas("disc", 0.01, count)], 0.0);
         let error = Simulation::new(&crowd).unwrap_err();
         assert!(
-            matches!(&error, SceneError::Full { entry, placed, wanted } if entry == "gas[0]" && *wanted == count && *placed < 3200),
+            matches!(&error, SceneError::Full { entry, placed, requested } if entry == "gas[0]" && *requested == count && *placed < 3200),
             "{error}"
         );
     }
@@ -545,7 +545,7 @@ fn a_box_that_a_wall_fills_is_refused() {
     }];
     let error = Simulation::new(&scene).unwrap_err();
     assert!(
-        matches!(error, SceneError::Full { wanted: 20, .. }),
+        matches!(error, SceneError::Full { requested: 20, .. }),
         "{error}"
     );
 }

@@ -108,7 +108,7 @@ fn check_notch<S: Scheduler>(options: &S::Options) {
         );
         let (log, motions, joint) = contacts::<S>(&text, options, 1);
         assert_eq!((log.points.as_slice(), joint), ([2].as_slice(), 1));
-        // Head-on: the disc of mass 3 goes on with (3 − 1)/(3 + 1) of its speed, or turns round.
+        // Head-on: the disc of mass 3 continues with (3 − 1)/(3 + 1) of its speed, or turns round.
         let ([vx, vy], _) = motions[motions.len() - 1];
         assert!(
             vx.abs() < 1e-15 && (vy - speed).abs() < 1e-14,

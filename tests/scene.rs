@@ -368,7 +368,7 @@ fn impossible_gases_are_refused_by_name() {
             ..Scene::default()
         });
         assert!(
-            matches!(&error, SceneError::Full { entry, wanted, placed } if entry == "gas[0]" && *wanted == count && *placed < 3000),
+            matches!(&error, SceneError::Full { entry, requested, placed } if entry == "gas[0]" && *requested == count && *placed < 3000),
             "{error}"
         );
     }
@@ -864,7 +864,7 @@ fn a_gas_can_be_placed_in_the_narrowest_box_that_is_accepted() {
             error,
             SceneError::Full {
                 placed: 0,
-                wanted: 30,
+                requested: 30,
                 ..
             }
         ),

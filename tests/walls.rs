@@ -270,7 +270,7 @@ struct Virial {
 }
 
 impl Virial {
-    fn go_on(&mut self, time: f64) {
+    fn proceed(&mut self, time: f64) {
         self.integral += self.squares * (time - self.time);
         self.time = time;
     }
@@ -278,7 +278,7 @@ impl Virial {
 
 impl Observer for Virial {
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        self.go_on(report.time.to_f64());
+        self.proceed(report.time.to_f64());
         for (side, impulse) in report.sides.iter().zip([-report.impulse, report.impulse]) {
             if side.body.is_wall() {
                 let span = (self.time / self.span) as usize;
@@ -319,7 +319,7 @@ fn walls_receive_the_pressure_of_the_gas() {
         ..Virial::default()
     };
     simulation.observe_until(until, &mut virial).unwrap();
-    virial.go_on(until);
+    virial.proceed(until);
     let [after, _] = moment(&simulation);
     let theorem = virial.integral + virial.contacts;
     assert!(

@@ -15,7 +15,7 @@ use super::{ByHand, gas, observe, tee};
 type Seen = (EpochTime, [BodyKey; 2]);
 
 /// A filter by hand.
-type Wanted<'a> = Box<dyn Fn(&CollisionReport<'_>) -> bool + 'a>;
+type Requested<'a> = Box<dyn Fn(&CollisionReport<'_>) -> bool + 'a>;
 
 fn seen(report: &CollisionReport<'_>) -> Seen {
     (
@@ -63,7 +63,7 @@ fn subscribers_receive_exactly_the_collisions_of_filters_by_hand() {
     let hot_and_cold = |r: &CollisionReport<'_>| {
         (has(0, hot)(r) && has(1, cold)(r)) || (has(0, cold)(r) && has(1, hot)(r))
     };
-    let moving: [(TagFilter, Wanted<'_>); 5] = [
+    let moving: [(TagFilter, Requested<'_>); 5] = [
         (TagFilter::Any, Box::new(|r| !fixed(r))),
         (
             TagFilter::One(hot),
@@ -84,24 +84,24 @@ fn subscribers_receive_exactly_the_collisions_of_filters_by_hand() {
     ];
     let mut subscriptions = Subscriptions::default();
     let mut lists = Vec::new();
-    for (filter, wanted) in moving {
+    for (filter, requested) in moving {
         let (list, f) = list();
         let key = subscriptions.subscribe_collisions(filter, f);
         assert_eq!(subscriptions.kind(key), Some(EventKind::Collision));
-        lists.push((key, list, wanted));
+        lists.push((key, list, requested));
     }
-    let with_fixed: [(TagFilter, Wanted<'_>); 2] = [
+    let with_fixed: [(TagFilter, Requested<'_>); 2] = [
         (TagFilter::Any, Box::new(fixed)),
         (
             TagFilter::One(post),
             Box::new(|r| has(0, post)(r) || has(1, post)(r)),
         ),
     ];
-    for (filter, wanted) in with_fixed {
+    for (filter, requested) in with_fixed {
         let (list, f) = list();
         let key = subscriptions.subscribe_fixed_collisions(filter, f);
         assert_eq!(subscriptions.kind(key), Some(EventKind::FixedCollision));
-        lists.push((key, list, wanted));
+        lists.push((key, list, requested));
     }
     let energies = Rc::new(RefCell::new(Vec::new()));
     let adding = Rc::clone(&energies);
@@ -117,12 +117,14 @@ fn subscribers_receive_exactly_the_collisions_of_filters_by_hand() {
 
     let all = lists
         .iter()
-        .map(|(_, _, wanted)| wanted)
+        .map(|(_, _, requested)| requested)
         .collect::<Vec<_>>();
     let by_hand = ByHand(Vec::new(), |r: &CollisionReport<'_>| {
         Some((
             seen(r),
-            all.iter().map(|wanted| wanted(r)).collect::<Vec<bool>>(),
+            all.iter()
+                .map(|requested| requested(r))
+                .collect::<Vec<bool>>(),
         ))
     });
     let mut observers = (subscriptions, by_hand);
@@ -130,7 +132,7 @@ fn subscribers_receive_exactly_the_collisions_of_filters_by_hand() {
     let expected = |reports: &[(Seen, Vec<bool>)], index: usize| -> Vec<Seen> {
         reports
             .iter()
-            .filter(|(_, wanted)| wanted[index])
+            .filter(|(_, requested)| requested[index])
             .map(|(seen, _)| *seen)
             .collect()
     };

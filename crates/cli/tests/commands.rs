@@ -125,7 +125,7 @@ fn more_bodies_than_the_memory_holds_are_refused_before_they_are_placed() {
     let refused = carom(root.path(), &["check", "more.toml"]);
     assert!(
         text(&refused.stderr).contains("gas[0]")
-            && text(&refused.stderr).contains("but 200000000 are wanted")
+            && text(&refused.stderr).contains("but 200000000 are requested")
     );
 }
 

@@ -87,7 +87,7 @@ fn end(mut child: Child) -> (Option<i32>, String) {
     (child.wait().unwrap().code(), said)
 }
 
-/// Whether `carom run` goes on from a folder.
+/// Whether `carom run` continues from a folder.
 fn resumes(folder: &Path) -> bool {
     let config = folder.join("config.toml");
     let words = [

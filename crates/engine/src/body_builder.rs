@@ -34,8 +34,8 @@ pub(crate) fn inertia(molecule: &Molecule, rotation: Rotation) -> Inertia {
     }
 }
 
-pub(crate) fn tags(names: &mut TagNames, wanted: &[String]) -> Tags {
-    let mut tags: Tags = wanted.iter().map(|name| names.intern(name)).collect();
+pub(crate) fn tags(names: &mut TagNames, requested: &[String]) -> Tags {
+    let mut tags: Tags = requested.iter().map(|name| names.intern(name)).collect();
     tags.sort_unstable();
     tags.dedup();
     tags

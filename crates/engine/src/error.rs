@@ -62,14 +62,14 @@ pub enum SceneError {
         depth: f64,
     },
     /// A gas does not fit into the box.
-    #[error("{entry}: only {placed} of {wanted} molecules can be placed without overlap; {}", room(*placed))]
+    #[error("{entry}: only {placed} of {requested} molecules can be placed without overlap; {}", room(*placed))]
     Full {
         /// The entry.
         entry: String,
         /// Number of molecules that could be placed.
         placed: usize,
         /// Number of molecules requested.
-        wanted: usize,
+        requested: usize,
     },
     /// The gases jam before they have grown to their size: at this density they cannot be placed.
     #[error(
@@ -77,19 +77,19 @@ pub enum SceneError {
          molecules, with a share of {} of the area of the gases, are still smaller than in the scene, the smallest \
          by a factor of {smallest_scale:.4}, and no longer grow; reduce their number or their size",
         short(*reached),
-        short(*wanted),
+        short(*requested),
         short(*area_share)
     )]
     Jammed {
         /// Area of the gases where they jam, as a share of the box.
         reached: f64,
         /// Area of the gases of the scene, as a share of the box.
-        wanted: f64,
+        requested: f64,
         /// Number of molecules that have not reached their size.
         smaller: usize,
         /// Number of molecules of the gases.
         molecules: usize,
-        /// Area of the molecules that have not reached their size, as a share of `wanted`, from 0
+        /// Area of the molecules that have not reached their size, as a share of `requested`, from 0
         /// to 1.
         area_share: f64,
         /// Scale of the smallest molecule, from 0 to 1, the size in the scene.

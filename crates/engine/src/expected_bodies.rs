@@ -63,7 +63,7 @@ mod tests {
             ] {
                 let said = error.unwrap_err().to_string();
                 assert!(
-                    said.contains("at most 2^27") && said.contains("but 1000000000 are wanted"),
+                    said.contains("at most 2^27") && said.contains("but 1000000000 are requested"),
                     "{said}"
                 );
             }

@@ -114,10 +114,10 @@ impl Parser<'_> {
     }
 
     /// Takes the next character, if it is this one.
-    fn take(&mut self, wanted: char) -> bool {
-        let found = self.next() == Some(wanted);
+    fn take(&mut self, requested: char) -> bool {
+        let found = self.next() == Some(requested);
         if found {
-            self.rest = &self.rest[wanted.len_utf8()..];
+            self.rest = &self.rest[requested.len_utf8()..];
         }
         found
     }

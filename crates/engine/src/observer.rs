@@ -34,7 +34,7 @@ pub trait Observer {
         true
     }
 
-    /// Filter: returns whether a report of a collision of these two bodies is wanted; `false` skips
+    /// Filter: returns whether a report of a collision of these two bodies is requested; `false` skips
     /// building the report. Composite observers must OR their members, so [`Self::collision`] may
     /// also receive collisions for which this returns `false`.
     #[inline]
@@ -49,7 +49,7 @@ pub trait Observer {
     }
 
     /// Called before an edit within a run, with the state to be edited; [`Self::start`] follows at
-    /// the same time. Observers of intervals, such as a pressure, go on after the edit only if this
+    /// the same time. Observers of intervals, such as a pressure, continue after the edit only if this
     /// was called.
     fn pause(&mut self, view: &View<'_>) {
         let _ = view;

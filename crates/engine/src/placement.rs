@@ -200,8 +200,8 @@ fn place_class(
     places: &mut [Vec<DVec2>],
     (random, budget): (&mut Pcg64, &mut Budget),
 ) -> Result<(), SceneError> {
-    let wanted: usize = class.iter().map(|&k| species[k].count).sum();
-    if wanted == 0 {
+    let requested: usize = class.iter().map(|&k| species[k].count).sum();
+    if requested == 0 {
         return Ok(());
     }
     let radius = species[class[0]].molecule.bounding_radius() * (1.0 + MIN_GAP);
@@ -215,18 +215,18 @@ fn place_class(
                 0
             }
         };
-        let (placed, wanted) = if gas.is_equal() {
-            (placed, wanted)
+        let (placed, requested) = if gas.is_equal() {
+            (placed, requested)
         } else {
             (
                 placed + (0..species.len()).map(before).sum::<usize>(),
-                wanted.max(gas.count),
+                requested.max(gas.count),
             )
         };
         SceneError::Full {
             entry: gas.entry.clone(),
             placed,
-            wanted,
+            requested,
         }
     };
     let region = species[class[0]].region().unwrap_or_default();
@@ -234,7 +234,7 @@ fn place_class(
     // More molecules than fit in any case are refused before a lattice is built.
     let reach = (region.extent(world.bounds()) + 2.0 * radius).min(world.bounds().sides());
     let densest = reach.x * reach.y / (3f64.sqrt() * 2.0 * radius * radius);
-    if wanted as f64 > 1.1 * densest + 2.0 {
+    if requested as f64 > 1.1 * densest + 2.0 {
         return Err(full(densest as usize));
     }
     let probe = Molecule::disc(radius, 1.0).map_err(geometry(&species[class[0]].gas.entry))?;
@@ -249,13 +249,13 @@ fn place_class(
     let is_part = field != *world.bounds();
     let mut most = 0;
     let (lattice, free) = 'found: {
-        for attempt in attempts(&field, wanted, radius) {
+        for attempt in attempts(&field, requested, radius) {
             let lattice = match attempt {
                 Attempt::Spacing(spacing) => Lattice::new(&field, spacing, radius, random),
                 Attempt::Sites(sites) => Lattice::thinned(&field, sites, radius, random),
             };
             let Some(lattice) = lattice else { continue };
-            if lattice.capacity() < wanted {
+            if lattice.capacity() < requested {
                 most = most.max(lattice.capacity());
                 continue;
             }
@@ -277,14 +277,14 @@ fn place_class(
                 .filter(|&place| free_at(place))
                 .collect();
             most = most.max(free.len());
-            if free.len() >= wanted {
+            if free.len() >= requested {
                 break 'found (lattice, free);
             }
         }
         return Err(full(most));
     };
     // A random choice in the order of the lattice: neighbours in space remain neighbours in memory.
-    let free = choose(free, wanted, random);
+    let free = choose(free, requested, random);
     let mut kinds: Vec<usize> = class
         .iter()
         .flat_map(|&k| std::iter::repeat_n(k, species[k].count))
@@ -324,34 +324,34 @@ fn field(
     ))
 }
 
-/// Chooses `wanted` sites at random and keeps their order, by dropping single sites.
-fn choose(mut sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2> {
-    while sites.len() > wanted {
+/// Chooses `requested` sites at random and keeps their order, by dropping single sites.
+fn choose(mut sites: Vec<DVec2>, requested: usize, random: &mut Pcg64) -> Vec<DVec2> {
+    while sites.len() > requested {
         let mut remaining = Remaining::all(sites.len());
-        while remaining.len() > wanted {
+        while remaining.len() > requested {
             remaining.take(random.random_range(0..remaining.len()));
-            if remaining.len() > 4 * wanted {
+            if remaining.len() > 4 * requested {
                 break;
             }
         }
         remaining.keep(&mut sites);
-        if sites.len() > 4 * wanted {
-            sites = thin(sites, wanted, random);
+        if sites.len() > 4 * requested {
+            sites = thin(sites, requested, random);
         }
     }
     sites
 }
 
-/// Chooses about twice the number wanted at random and keeps their order; returns all if fewer than
-/// wanted would be chosen.
-fn thin(sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2> {
-    let keep = 2.0 * wanted as f64 / sites.len() as f64;
+/// Chooses about twice the number requested at random and keeps their order; returns all if fewer than
+/// requested would be chosen.
+fn thin(sites: Vec<DVec2>, requested: usize, random: &mut Pcg64) -> Vec<DVec2> {
+    let keep = 2.0 * requested as f64 / sites.len() as f64;
     let chosen: Vec<DVec2> = sites
         .iter()
         .copied()
         .filter(|_| random.random::<f64>() < keep)
         .collect();
-    if chosen.len() >= wanted {
+    if chosen.len() >= requested {
         chosen
     } else {
         sites
@@ -369,23 +369,23 @@ enum Attempt {
 
 /// Lattices to try, from a wide spacing down to touching sites. A lattice of very many touching
 /// sites is first tried thinned out, with more and more sites.
-fn attempts(bounds: &PeriodicBox, wanted: usize, radius: f64) -> impl Iterator<Item = Attempt> {
+fn attempts(bounds: &PeriodicBox, requested: usize, radius: f64) -> impl Iterator<Item = Attempt> {
     let (sides, touching) = (bounds.sides(), 2.0 * radius);
-    let roomy = (2.0 * bounds.area() / (3f64.sqrt() * 1.1 * wanted as f64)).sqrt();
-    let most = MAX_SITES.max(8 * wanted);
+    let roomy = (2.0 * bounds.area() / (3f64.sqrt() * 1.1 * requested as f64)).sqrt();
+    let most = MAX_SITES.max(8 * requested);
     let sites = move |spacing: f64| Counts::new(sides, spacing, radius).map_or(0.0, Counts::sites);
     let all = sites(touching);
     // The last one is the whole lattice, unless that is too large.
-    let thinned = std::iter::successors(Some((FEW_SITES / 16).max(4 * wanted)), |sites| {
+    let thinned = std::iter::successors(Some((FEW_SITES / 16).max(4 * requested)), |sites| {
         Some(8 * sites)
     })
     .take_while(move |&sites| all > FEW_SITES as f64 && sites <= most && (sites as f64) < all);
     (0..64)
         .map(move |step| roomy * 0.98f64.powi(step))
         .take_while(move |&spacing| spacing > touching)
-        // Skip a lattice with far more sites than wanted: the box is so narrow that it holds one
+        // Skip a lattice with far more sites than requested: the box is so narrow that it holds one
         // row of them.
-        .filter(move |&spacing| sites(spacing) <= FEW_SITES.max(64 * wanted) as f64)
+        .filter(move |&spacing| sites(spacing) <= FEW_SITES.max(64 * requested) as f64)
         .map(Attempt::Spacing)
         .chain(thinned.map(Attempt::Sites))
         .chain((all <= most as f64).then_some(Attempt::Spacing(touching)))

@@ -36,7 +36,7 @@ use crate::two_numbers::optional_range;
 #[serde(deny_unknown_fields, default)]
 pub struct Region {
     /// First and last x (length), the last at most a side of the box beyond the first; beyond the
-    /// box the region goes on at its other side. Default: the whole side.
+    /// box the region continues at its other side. Default: the whole side.
     #[serde(
         deserialize_with = "optional_range",
         skip_serializing_if = "Option::is_none"

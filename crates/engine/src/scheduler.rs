@@ -243,7 +243,7 @@ pub trait Scheduler: Sized {
     fn run<L: EventLoop>(&mut self, events: L) -> L::End;
 
     /// Runs and resolves all contacts of a part of the epoch at once, if this scheduler can. If
-    /// not, it returns `None`, and [`Self::run`] must be able to go on from the present time, or
+    /// not, it returns `None`, and [`Self::run`] must be able to continue from the present time, or
     /// from that of [`Self::take_restart`]. The engine calls this before each call of
     /// [`Self::run`].
     #[doc(hidden)]

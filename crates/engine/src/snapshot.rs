@@ -46,7 +46,7 @@ pub(crate) struct SnapshotAtom {
     pub radius: Option<f64>,
 }
 
-/// Returns the text of one frame of a file of one or more: frame `wanted`, counted from 0, or the
+/// Returns the text of one frame of a file of one or more: frame `requested`, counted from 0, or the
 /// last.
 ///
 /// # Errors
@@ -61,7 +61,7 @@ pub(crate) struct SnapshotAtom {
 /// assert!(frame_of(text, Some(2)).is_err());
 /// # Ok::<(), String>(())
 /// ```
-pub fn frame_of(text: &str, wanted: Option<usize>) -> Result<&str, String> {
+pub fn frame_of(text: &str, requested: Option<usize>) -> Result<&str, String> {
     let (mut start, mut line, mut frames, mut last) = (0, 1, 0, None);
     // Each round consumes at least one line.
     while !text[start..].trim().is_empty() {
@@ -83,15 +83,15 @@ pub fn frame_of(text: &str, wanted: Option<usize>) -> Result<&str, String> {
                 ));
             }
         };
-        if wanted == Some(frames) {
+        if requested == Some(frames) {
             return Ok(&text[start..end]);
         }
         last = Some(start..end);
         (start, line, frames) = (end, line + atoms + 2, frames + 1);
     }
-    match (last, wanted) {
-        (_, Some(wanted)) => Err(format!(
-            "the file has {frames} frames, numbered from 0; {wanted} is out of range"
+    match (last, requested) {
+        (_, Some(requested)) => Err(format!(
+            "the file has {frames} frames, numbered from 0; {requested} is out of range"
         )),
         (None, None) => Err("the file has no frame".to_owned()),
         (Some(range), None) => Ok(&text[range]),

@@ -328,9 +328,9 @@ fn count(
     bounds: &PeriodicBox,
     molecule: &Molecule,
 ) -> Result<usize, SceneError> {
-    let count = match wanted(entry, spec, bounds)? {
-        Wanted::Count(count) => count,
-        Wanted::Area(area) => {
+    let count = match requested(entry, spec, bounds)? {
+        Requested::Count(count) => count,
+        Requested::Area(area) => {
             let count = (area / molecule.area()).round() as usize;
             if area > 0.0 && count == 0 {
                 return Err(too_small(entry, spec, bounds, molecule.area()));
@@ -373,9 +373,9 @@ fn expected(
     bounds: &PeriodicBox,
     drawing: &DrawnMolecules,
 ) -> Result<f64, SceneError> {
-    match wanted(entry, spec, bounds)? {
-        Wanted::Count(count) => Ok(count as f64),
-        Wanted::Area(area) => Ok(area / drawing.mean_area()?),
+    match requested(entry, spec, bounds)? {
+        Requested::Count(count) => Ok(count as f64),
+        Requested::Area(area) => Ok(area / drawing.mean_area()?),
     }
 }
 
@@ -391,26 +391,26 @@ fn refuse_too_many(entry: &str, spec: &GasSpec, expected: f64) -> Result<(), Sce
     }
 }
 
-/// Draws molecules, up to their number, or until their area is nearest to that wanted.
+/// Draws molecules, up to their number, or until their area is nearest to that requested.
 fn drawn(
     entry: &str,
     spec: &GasSpec,
     bounds: &PeriodicBox,
     mut drawing: DrawnMolecules,
 ) -> Result<Vec<Arc<Molecule>>, SceneError> {
-    let wanted = wanted(entry, spec, bounds)?;
+    let requested = requested(entry, spec, bounds)?;
     let expected = expected(entry, spec, bounds, &drawing)?;
     refuse_too_many(entry, spec, expected)?;
     let (mut molecules, mut covered) = (Vec::new(), 0.0);
     while molecules.len() <= MAX_MOLECULES {
-        match wanted {
-            Wanted::Count(count) if molecules.len() >= count => return Ok(molecules),
-            Wanted::Area(area) if covered >= area => return Ok(molecules),
-            Wanted::Count(_) | Wanted::Area(_) => {}
+        match requested {
+            Requested::Count(count) if molecules.len() >= count => return Ok(molecules),
+            Requested::Area(area) if covered >= area => return Ok(molecules),
+            Requested::Count(_) | Requested::Area(_) => {}
         }
         let molecule = drawing.next()?;
         let with_it = covered + molecule.area();
-        if let Wanted::Area(area) = wanted
+        if let Requested::Area(area) = requested
             && with_it - area > area - covered
         {
             // Nearer without this one.
@@ -428,7 +428,7 @@ fn drawn(
 
 /// The amount of a gas.
 #[derive(Clone, Copy)]
-enum Wanted {
+enum Requested {
     /// This number of molecules.
     Count(usize),
     /// As many as cover this area (length²).
@@ -448,7 +448,7 @@ fn is_of_equal_discs(spec: &GasSpec) -> bool {
     is_disc && !spec.has_drawn_sizes()
 }
 
-fn wanted(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Wanted, SceneError> {
+fn requested(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Requested, SceneError> {
     let problem = |problem: &str| SceneError::Entry {
         entry: entry.to_owned(),
         problem: problem.to_owned(),
@@ -457,7 +457,7 @@ fn wanted(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Wanted, S
         .map_or(Ok(()), |region| region.check(bounds))
         .map_err(|reason| problem(&reason))?;
     match (spec.area_fraction, spec.count) {
-        (None, Some(count)) => Ok(Wanted::Count(count)),
+        (None, Some(count)) => Ok(Requested::Count(count)),
         // In a region discs may cover places outside it.
         (Some(fraction), None)
             if (CLOSEST_PACKING..1.0).contains(&fraction)
@@ -468,7 +468,7 @@ fn wanted(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Wanted, S
                 "equal discs cover at most {CLOSEST_PACKING:.4} of the box, but `area_fraction` is {fraction}"
             )))
         }
-        (Some(fraction), None) if (0.0..1.0).contains(&fraction) => Ok(Wanted::Area(
+        (Some(fraction), None) if (0.0..1.0).contains(&fraction) => Ok(Requested::Area(
             fraction * spec.region.unwrap_or_default().area(bounds),
         )),
         (Some(fraction), None) => {
@@ -486,14 +486,14 @@ fn wanted(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Wanted, S
     }
 }
 
-fn too_many(entry: &str, wanted: f64) -> SceneError {
-    let number = if wanted < 1e15 {
-        format!("{wanted:.0}")
+fn too_many(entry: &str, requested: f64) -> SceneError {
+    let number = if requested < 1e15 {
+        format!("{requested:.0}")
     } else {
-        format!("{wanted:.3e}")
+        format!("{requested:.3e}")
     };
     let problem = format!(
-        "there must be at most 2^27 molecules of one kind, {MAX_MOLECULES}, but {number} are wanted"
+        "there must be at most 2^27 molecules of one kind, {MAX_MOLECULES}, but {number} are requested"
     );
     SceneError::Entry {
         entry: entry.to_owned(),

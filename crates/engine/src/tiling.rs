@@ -136,7 +136,7 @@ pub struct TileCounters {
     pub contacts: u64,
     /// Windows that were run again up to the end of the epoch.
     pub cut: u64,
-    /// Windows that were run ahead of frequent stops, and were not wanted up to their end.
+    /// Windows that were run ahead of frequent stops, and were not requested up to their end.
     pub given_up: u64,
     /// Windows that were run event by event after all, because of contacts at one instant, tiles
     /// that disagreed repeatedly, or bodies that became too fast.
@@ -203,7 +203,7 @@ impl fmt::Display for TileUse {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reason = match self {
             Self::Tiles(tiles) => return write!(f, "{tiles} tiles"),
-            Self::FewBodies(usize::MAX) => "not wanted",
+            Self::FewBodies(usize::MAX) => "not requested",
             Self::FewBodies(least) => return write!(f, "none: they pay from {least} bodies on"),
             Self::SmallBox => "too few cells",
             Self::LargeBodies => "bodies larger than a cell move",

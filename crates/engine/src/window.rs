@@ -62,13 +62,13 @@ pub struct TimeWindow {
     pub(crate) limits: Limits,
     /// Whether the epoch ends with the last contact.
     pub(crate) ends_epoch: bool,
-    /// If the contacts were wanted: those of two discs where all are elastic, in order, and all
+    /// If the contacts were requested: those of two discs where all are elastic, in order, and all
     /// others, in order.
     pub(crate) log: Vec<LoggedContact>,
     pub(crate) encounters: Vec<ContactPair>,
     /// Number of contacts with a fixed body, unless the contacts are logged.
     pub(crate) with_fixed: u64,
-    /// Effects of the contacts on the ledger and the guard; empty if `log` is wanted or if all
+    /// Effects of the contacts on the ledger and the guard; empty if `log` is requested or if all
     /// contacts are elastic.
     pub(crate) inelastic: InelasticContacts,
 }

@@ -107,7 +107,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
         let ended = again.run_in_order(scheduler)?;
         debug_assert!(
             matches!(ended, EpochEnd::TargetReached),
-            "the epoch goes on after these contacts"
+            "the epoch continues after these contacts"
         );
         debug_assert!(limits == *self.limits, "the limits have been recorded");
         Ok(())

@@ -240,8 +240,8 @@ impl World {
     }
 
     /// Starts or stops keeping the times of last contacts; new bodies have −∞.
-    pub(crate) fn keep_last_contacts(&mut self, wanted: bool) {
-        let count = if wanted { self.bodies.len() } else { 0 };
+    pub(crate) fn keep_last_contacts(&mut self, requested: bool) {
+        let count = if requested { self.bodies.len() } else { 0 };
         self.last_contacts.resize(count, f64::NEG_INFINITY);
     }
 

@@ -183,7 +183,7 @@ struct Bench {
     /// The stage to which the list of bodies belongs.
     stage: usize,
     is_playing: bool,
-    /// Why the run cannot go on.
+    /// Why the run cannot continue.
     error: Option<String>,
 }
 

@@ -117,7 +117,7 @@ pub fn run(options: &LiveOptions) -> Result<Verdict> {
     let ended = server.serve(scene)?;
     if let Some(saved) = ended.saved {
         print_line(&format!(
-            "saved at t = {}; go on with\n  {}",
+            "saved at t = {}; continue with\n  {}",
             saved.time, saved.command
         ));
         for reason in saved.left_out {
@@ -194,7 +194,7 @@ fn open_browser(address: &str) {
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null());
-    // It is not waited for: the program may go on as long as the browser does.
+    // It is not waited for: the program may continue as long as the browser does.
     if command.spawn().is_err() {
         note("No browser could be started: open the address in one.");
     }

@@ -24,7 +24,7 @@ const END_OF_PIECE: f64 = 15e-9;
 /// may be. Otherwise a piece that ends just before the time of its frame would delay it by a piece.
 const MIN_PIECE: f64 = 0.1;
 
-/// A run that is behind its clock by more than this goes on from where it is.
+/// A run that is behind its clock by more than this continues from where it is.
 const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Lengths of the pieces of a run.
@@ -155,7 +155,7 @@ mod tests {
         assert!((ends_after(&mut pace, FRAME / 4) / FRAME.as_secs_f64() - 0.25).abs() < 1e-6);
         assert!(
             ends_after(&mut pace, Duration::ZERO) > 0.0,
-            "the run goes on"
+            "the run continues"
         );
         (0..40).for_each(|_| pace.has_sent(Duration::from_millis(4), 1));
         let share = 0.004 / pace.interval().as_secs_f64();

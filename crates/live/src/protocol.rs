@@ -63,7 +63,7 @@ pub enum LiveCommand {
 pub struct LiveEdit {
     /// The changes, without `until`, `measure` and `thermostat`.
     pub stage: StageSpec,
-    /// The thermostats from now on; those in force go on without it.
+    /// The thermostats from now on; those in force continue without it.
     pub hold: Option<Vec<ThermostatSpec>>,
     /// Thermostats that begin; each ends those on the same tag. Without `every`: a tenth of the
     /// time in which one of its bodies crosses the box.

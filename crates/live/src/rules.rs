@@ -61,7 +61,7 @@ fn is_same(one: &[String], other: &[String]) -> bool {
     sorted(one) == sorted(other)
 }
 
-/// The thermostats of the stage of an edit; `None` if those in force go on.
+/// The thermostats of the stage of an edit; `None` if those in force continue.
 ///
 /// # Errors
 /// A tag whose thermostat should end has none, or a target is out of range.

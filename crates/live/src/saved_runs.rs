@@ -4,7 +4,7 @@
 //! | path | content |
 //! | --- | --- |
 //! | `1`, `2`, … | runs saved on request, and at the end of a session |
-//! | `auto-1`, `auto-2`, … | one for each session while it goes on |
+//! | `auto-1`, `auto-2`, … | one for each session while it continues |
 //! | `auto-1/1`, `auto-1/2`, … | its last save, and the next while that is written |
 //!
 //! A number is taken by creating its folder, which succeeds in one program alone. A run is written
@@ -195,7 +195,7 @@ impl SavedRuns {
         match saved {
             Ok(Saved { time, command, .. }) => {
                 let error =
-                    anyhow!("{words}; the run was saved at t = {time}; go on with\n  {command}");
+                    anyhow!("{words}; the run was saved at t = {time}; continue with\n  {command}");
                 self.automatic.named_after(error)
             }
             Err(error) => self.automatic.named_after(error.context(words)),
@@ -269,7 +269,7 @@ impl Automatic {
             return error;
         };
         anyhow!(
-            "{error:#}\nThe last automatic save, at t = {time}, is kept; go on with\n  {command}"
+            "{error:#}\nThe last automatic save, at t = {time}, is kept; continue with\n  {command}"
         )
     }
 }

@@ -516,7 +516,7 @@ fn a_page_runs_edits_measures_and_saves_a_gas() {
         "{}",
         ended.command
     );
-    // The run goes on by `carom run`.
+    // The run continues by `carom run`.
     let folder = root.path().join("saved/1");
     let text = folder.join("config.toml");
     let words = [
@@ -642,7 +642,7 @@ fn a_run_is_saved_by_itself_with_the_bits_of_a_save_on_request() {
             [&automatic, &root.path().join("1")].map(|folder| fs::read(folder.join(file)).unwrap());
         assert!(one == other, "{file}");
     }
-    // It goes on by `carom run`.
+    // It continues by `carom run`.
     let copy = root.path().join("copy");
     fs::rename(&automatic, &copy).unwrap();
     let text = copy.join("config.toml");

@@ -1,4 +1,4 @@
-//! A run that is edited while it goes on, saved, and resumed by `carom run`, against `carom run`
+//! A run that is edited while it continues, saved, and resumed by `carom run`, against `carom run`
 //! throughout: the same state to the bit.
 
 use std::{fs, path::Path, time::Duration};
@@ -284,7 +284,7 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
         resumed == throughout,
         "a resumed run and the run of its scene have the same bits"
     );
-    // The run itself goes on with the same bits.
+    // The run itself continues with the same bits.
     run.advance(EpochTime::from(3.0), &mut ()).unwrap();
     let last = last_state(&folder.join(CHECKPOINT)).unwrap().state;
     let method = carom_methods::Method::default();
@@ -300,7 +300,7 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
     assert_eq!(run.view().time(), there.view().time());
     assert!(
         bits(run.view()) == bits(there.view()),
-        "the run that was saved has gone on in the same way"
+        "the run that was saved has continued in the same way"
     );
 }
 
@@ -570,7 +570,7 @@ fn the_command_of_a_saved_run_is_quoted_for_a_shell() {
     );
 }
 
-/// Measures that are begun while the run goes on are measures of the saved run; those of the scene
+/// Measures that are begun while the run continues are measures of the saved run; those of the scene
 /// stay single.
 #[test]
 fn measures_begun_meanwhile_are_measured_by_the_saved_run() {

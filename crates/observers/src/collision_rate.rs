@@ -71,11 +71,11 @@ impl Observer for CollisionRate {
 
     fn start(&mut self, view: &View<'_>) {
         let (time, moving) = (view.time(), moving(view));
-        let goes_on = self
+        let continues = self
             .interval
             .as_mut()
-            .is_some_and(|(interval, _)| interval.go_on(time, moving));
-        if !goes_on {
+            .is_some_and(|(interval, _)| interval.proceed(time, moving));
+        if !continues {
             self.interval = Some((OpenInterval::new(time, moving), *view.counters()));
         }
     }

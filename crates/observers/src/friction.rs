@@ -147,7 +147,7 @@ impl Observer for Friction {
         if !self
             .interval
             .as_mut()
-            .is_some_and(|(interval, _)| interval.go_on(time, now))
+            .is_some_and(|(interval, _)| interval.proceed(time, now))
         {
             self.interval = Some((OpenInterval::new(time, now), Impulses::default()));
         }

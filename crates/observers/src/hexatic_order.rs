@@ -182,10 +182,10 @@ impl<'a> Grid<'a> {
     fn new(places: &'a [DVec2], bounds: &PeriodicBox) -> Self {
         let sides = bounds.sides();
         // Square cells, except in boxes so narrow that one cell is as wide as the box.
-        let wanted = (places.len() as f64 / BODIES_PER_CELL).max(1.0);
-        let shape = (wanted * sides / sides.yx()).map(f64::sqrt).floor();
+        let requested = (places.len() as f64 / BODIES_PER_CELL).max(1.0);
+        let shape = (requested * sides / sides.yx()).map(f64::sqrt).floor();
         let cells = shape
-            .clamp(DVec2::ONE, DVec2::splat(wanted.floor()))
+            .clamp(DVec2::ONE, DVec2::splat(requested.floor()))
             .to_array()
             .map(|n| n as usize);
         let mut grid = Self {

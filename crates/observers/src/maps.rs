@@ -80,9 +80,9 @@ pub fn order_map(view: &View<'_>, most: usize) -> BoxMap<DVec2> {
 impl<T: Clone> BoxMap<T> {
     fn empty(view: &View<'_>, bodies: usize, most: usize, value: T) -> Self {
         let sides = view.bounds().sides();
-        let wanted = (bodies as f64 / BODIES_PER_CELL).max(1.0);
+        let requested = (bodies as f64 / BODIES_PER_CELL).max(1.0);
         // Square cells.
-        let shorter = (wanted * sides.min_element() / sides.max_element()).sqrt();
+        let shorter = (requested * sides.min_element() / sides.max_element()).sqrt();
         let along = |side: f64| shorter * (side / sides.min_element());
         let scale = (most.max(1) as f64 / along(sides.max_element())).min(1.0);
         let counts = sides

@@ -65,11 +65,11 @@ impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> OpenInterval<T> {
 
     /// Begins the next part, after an edit. Returns false if the interval has not been paused at
     /// this time: what happened since is not known.
-    pub(crate) fn go_on(&mut self, time: EpochTime, first: T) -> bool {
-        let goes_on = self.is_paused && self.duration(time) == self.earlier;
+    pub(crate) fn proceed(&mut self, time: EpochTime, first: T) -> bool {
+        let continues = self.is_paused && self.duration(time) == self.earlier;
         self.first = first;
         self.is_paused = false;
-        goes_on
+        continues
     }
 }
 
@@ -86,17 +86,17 @@ mod tests {
         let mut interval = OpenInterval::new(at(1.0), 2.0);
         assert_eq!(interval.mean(at(3.0), 6.0), 4.0);
         interval.pause(at(2.0), 4.0);
-        assert!(interval.go_on(at(2.0), 10.0));
+        assert!(interval.proceed(at(2.0), 10.0));
         // Two edits at one time.
         interval.pause(at(2.0), 10.0);
-        assert!(interval.go_on(at(2.0), 7.0));
+        assert!(interval.proceed(at(2.0), 7.0));
         // 3 for 1, then 8 for 3.
         assert_eq!(interval.mean(at(5.0), 9.0), 0.25 * 3.0 + 0.75 * 8.0);
         assert_eq!(interval.duration(at(5.0)), 4.0);
-        // A run that goes on without a pause, or later than it.
-        assert!(!interval.go_on(at(5.0), 1.0));
+        // A run that continues without a pause, or later than it.
+        assert!(!interval.proceed(at(5.0), 1.0));
         interval.pause(at(5.0), 1.0);
-        assert!(!interval.go_on(at(6.0), 1.0));
+        assert!(!interval.proceed(at(6.0), 1.0));
     }
 
     #[test]
@@ -141,7 +141,7 @@ mod tests {
                         .edit(|batch| keys.iter().try_for_each(|&key| batch.remove(key)))
                         .unwrap();
                 }
-                // Nothing is edited: the interval goes on all the same.
+                // Nothing is edited: the interval continues all the same.
                 2 => (),
                 _ => {
                     simulation.reset_energy_of_tag(tag, 0.5).unwrap();

@@ -163,8 +163,8 @@ impl Observer for PairDistribution {
             })
             .filter(|member| member.is_in.contains(&true))
             .collect();
-        let count = |wanted: fn(&Member) -> bool| {
-            members.iter().filter(|&member| wanted(member)).count() as f64
+        let count = |requested: fn(&Member) -> bool| {
+            members.iter().filter(|&member| requested(member)).count() as f64
         };
         let [first, second] = [
             count(|member| member.is_in[0]),

@@ -129,11 +129,11 @@ impl Pressure {
 impl Observer for Pressure {
     fn start(&mut self, view: &View<'_>) {
         let (time, now) = (view.time(), thermal(view));
-        let goes_on = self
+        let continues = self
             .interval
             .as_mut()
-            .is_some_and(|interval| interval.thermal.go_on(time, now));
-        if !goes_on {
+            .is_some_and(|interval| interval.thermal.proceed(time, now));
+        if !continues {
             self.open_interval(view, now);
         }
     }

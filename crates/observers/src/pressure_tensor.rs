@@ -149,11 +149,11 @@ impl PressureTensor {
 impl Observer for PressureTensor {
     fn start(&mut self, view: &View<'_>) {
         let (time, now) = (view.time(), momenta(view));
-        let goes_on = self
+        let continues = self
             .interval
             .as_mut()
-            .is_some_and(|interval| interval.momenta.go_on(time, now));
-        if !goes_on {
+            .is_some_and(|interval| interval.momenta.proceed(time, now));
+        if !continues {
             self.open_interval(view, now);
         }
     }

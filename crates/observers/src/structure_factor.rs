@@ -171,20 +171,20 @@ impl Observer for StructureFactor {
     }
 }
 
-/// The `wanted` shells of smallest |k|. The circle of k in which they are searched doubles its area
+/// The `requested` shells of smallest |k|. The circle of k in which they are searched doubles its area
 /// until it holds them.
-fn shortest_shells(bounds: &PeriodicBox, wanted: usize) -> Vec<Shell> {
+fn shortest_shells(bounds: &PeriodicBox, requested: usize) -> Vec<Shell> {
     let unit = bounds.sides().recip() * std::f64::consts::TAU;
     let mut radius_squared = unit.min_element() * unit.min_element() * (1.0 + SAME_LENGTH);
     let mut shells = shells_within(unit, radius_squared);
     for _ in 0..MAX_DOUBLINGS {
-        if shells.len() >= wanted {
+        if shells.len() >= requested {
             break;
         }
         radius_squared *= 2.0;
         shells = shells_within(unit, radius_squared);
     }
-    shells.truncate(wanted);
+    shells.truncate(requested);
     shells
 }
 

@@ -104,7 +104,7 @@ impl Observer for WallHeat {
         self.is_wall(bodies[0]) | self.is_wall(bodies[1])
     }
 
-    /// After an edit the sums go on.
+    /// After an edit the sums continue.
     fn start(&mut self, view: &View<'_>) {
         self.start.get_or_insert(view.time());
     }

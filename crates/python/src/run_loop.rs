@@ -77,7 +77,7 @@ pub enum Ended {
     AtEnd,
     /// After a collision that was requested.
     AtCollision,
-    /// Earlier: the run goes on.
+    /// Earlier: the run continues.
     Early,
 }
 

@@ -155,13 +155,13 @@ pub fn configuration(command: &str, more: &str) -> String {
     format!("command = {}\n{more}", toml::Value::from(command))
 }
 
-/// Creates a pool of `wanted` threads, or of one for each processor.
+/// Creates a pool of `requested` threads, or of one for each processor.
 ///
 /// # Errors
 /// The system cannot create the threads.
-pub fn threads(wanted: Option<u16>) -> Result<ThreadPool> {
+pub fn threads(requested: Option<u16>) -> Result<ThreadPool> {
     ThreadPoolBuilder::new()
-        .num_threads(usize::from(wanted.unwrap_or(0)))
+        .num_threads(usize::from(requested.unwrap_or(0)))
         .build()
         .context("threads")
 }

@@ -208,14 +208,14 @@ impl<'a> Gsd<'a> {
         ))
     }
 
-    fn frame(&self, wanted: Option<usize>) -> Result<String> {
+    fn frame(&self, requested: Option<usize>) -> Result<String> {
         let frames = self
             .index
             .iter()
             .map(|chunk| chunk.frame.saturating_add(1))
             .max()
             .unwrap_or(0);
-        let frame = wanted.map_or(frames.saturating_sub(1), |wanted| wanted as u64);
+        let frame = requested.map_or(frames.saturating_sub(1), |requested| requested as u64);
         ensure!(
             frame < frames,
             "the file has {frames} frames, numbered from 0; {frame} is out of range"
@@ -263,9 +263,9 @@ fn number(bytes: &[u8], at: usize) -> Option<u64> {
 }
 
 /// A frame of a LAMMPS dump.
-fn dump(text: &str, wanted: Option<usize>) -> Result<String> {
+fn dump(text: &str, requested: Option<usize>) -> Result<String> {
     let starts: Vec<usize> = text.match_indices(DUMP).map(|(at, _)| at).collect();
-    let frame = wanted.unwrap_or(starts.len() - 1);
+    let frame = requested.unwrap_or(starts.len() - 1);
     let begin = *starts.get(frame).with_context(|| {
         format!(
             "the file has {} frames, numbered from 0; {frame} is out of range",

@@ -190,7 +190,7 @@ fn chart(choice: &Choice<'_>, quantity: &TableQuantity) -> Result<Option<DataCha
     for (index, results) in points.iter().enumerate() {
         let is_here = panel
             .iter()
-            .all(|&(axis, wanted)| study.setting(index, axis) == wanted);
+            .all(|&(axis, requested)| study.setting(index, axis) == requested);
         let Some(figure) =
             figure(results, quantity).filter(|figure| is_here && figure.value.is_finite())
         else {
@@ -234,7 +234,7 @@ fn chart(choice: &Choice<'_>, quantity: &TableQuantity) -> Result<Option<DataCha
     };
     let places = panel
         .iter()
-        .map(|&(axis, wanted)| setting_names(&study.vary[axis])[wanted].clone());
+        .map(|&(axis, requested)| setting_names(&study.vary[axis])[requested].clone());
     let title = std::iter::once(quantity.name.clone())
         .chain(places)
         .collect::<Vec<_>>()

@@ -97,7 +97,7 @@ fn is_false(value: &bool) -> bool {
 
 /// What is expected.
 #[derive(Debug, Clone, PartialEq)]
-enum Wanted {
+enum Requested {
     /// This value.
     Equal(f64),
     /// The prediction of the measure.
@@ -248,9 +248,9 @@ impl Expect {
                 bail!("`only`: give a list of values of `{key}`")
             };
             let cells = || points.iter().flatten().filter(|(name, _)| name == key);
-            for wanted in values {
-                let is_there = cells().any(|(_, value)| is_same(value, wanted));
-                ensure!(is_there, "`only`: no point has {key} = {wanted}");
+            for requested in values {
+                let is_there = cells().any(|(_, value)| is_same(value, requested));
+                ensure!(is_there, "`only`: no point has {key} = {requested}");
             }
         }
         Ok(())
@@ -259,10 +259,10 @@ impl Expect {
     /// Whether a point is tested: its cell for each varied key, or for the common path of named
     /// settings.
     pub fn applies(&self, cells: &[(String, Value)]) -> bool {
-        self.only.iter().all(|(key, wanted)| {
+        self.only.iter().all(|(key, requested)| {
             let mut of_key = cells.iter().filter(|(name, _)| name == key);
-            let wanted = wanted.as_array().map_or(&[][..], Vec::as_slice);
-            of_key.any(|(_, value)| wanted.iter().any(|wanted| is_same(value, wanted)))
+            let requested = requested.as_array().map_or(&[][..], Vec::as_slice);
+            of_key.any(|(_, value)| requested.iter().any(|requested| is_same(value, requested)))
         })
     }
 
@@ -270,8 +270,8 @@ impl Expect {
     /// are tested.
     pub fn answer(&self, number: usize, figures: &[Figure], tables: &[Table]) -> ExpectationAnswer {
         let compared = self.measured(figures, tables).and_then(|measured| {
-            let wanted = self.wanted(number, figures)?;
-            Ok(self.compare(measured, &wanted))
+            let requested = self.requested(number, figures)?;
+            Ok(self.compare(measured, &requested))
         });
         compared.unwrap_or_else(|reason| ExpectationAnswer {
             quantity: format!("{reason:#}"),
@@ -296,7 +296,7 @@ impl Expect {
     }
 
     /// What is expected at the tested point of this number.
-    fn wanted(&self, number: usize, figures: &[Figure]) -> Result<Wanted> {
+    fn requested(&self, number: usize, figures: &[Figure]) -> Result<Requested> {
         let of_point = self
             .values
             .as_ref()
@@ -308,16 +308,16 @@ impl Expect {
                 self.value.or(of_point),
                 &self.same_as,
             ) {
-                (Some(above), ..) => Wanted::Above(above),
-                (_, Some(below), ..) => Wanted::Below(below),
-                (_, _, Some(value), _) => Wanted::Equal(value),
-                (.., Some(other)) => Wanted::SameAs(of_figure(other, figures)?),
-                _ => Wanted::Predicted,
+                (Some(above), ..) => Requested::Above(above),
+                (_, Some(below), ..) => Requested::Below(below),
+                (_, _, Some(value), _) => Requested::Equal(value),
+                (.., Some(other)) => Requested::SameAs(of_figure(other, figures)?),
+                _ => Requested::Predicted,
             },
         )
     }
 
-    fn compare(&self, measured: Measured, wanted: &Wanted) -> ExpectationAnswer {
+    fn compare(&self, measured: Measured, requested: &Requested) -> ExpectationAnswer {
         let Measured {
             name,
             unit,
@@ -326,8 +326,8 @@ impl Expect {
             prediction,
             source,
         } = measured;
-        let other_error = match wanted {
-            Wanted::SameAs(other) => other.error.unwrap_or(0.0),
+        let other_error = match requested {
+            Requested::SameAs(other) => other.error.unwrap_or(0.0),
             _ => 0.0,
         };
         let error_of_both = error.unwrap_or(0.0).hypot(other_error);
@@ -340,16 +340,18 @@ impl Expect {
                 (value - expected).abs(),
             )
         };
-        let (expected, allowed, difference) = match *wanted {
-            Wanted::Equal(expected) => equal(expected),
-            Wanted::SameAs(ref other) => equal(other.value),
-            Wanted::Predicted => {
+        let (expected, allowed, difference) = match *requested {
+            Requested::Equal(expected) => equal(expected),
+            Requested::SameAs(ref other) => equal(other.value),
+            Requested::Predicted => {
                 prediction.map_or(("a prediction".to_owned(), f64::NAN, f64::NAN), equal)
             }
-            Wanted::Above(least) => (format!("> {least}"), 0.0, least + tolerance(least) - value),
-            Wanted::Below(most) => (format!("< {most}"), 0.0, value - (most - tolerance(most))),
+            Requested::Above(least) => {
+                (format!("> {least}"), 0.0, least + tolerance(least) - value)
+            }
+            Requested::Below(most) => (format!("< {most}"), 0.0, value - (most - tolerance(most))),
         };
-        let is_strict = matches!(wanted, Wanted::Above(_) | Wanted::Below(_));
+        let is_strict = matches!(requested, Requested::Above(_) | Requested::Below(_));
         let passed = if is_strict {
             difference < allowed
         } else {
@@ -365,7 +367,7 @@ impl Expect {
             allowed,
             difference,
             passed,
-            is_measured: matches!(wanted, Wanted::SameAs(_)),
+            is_measured: matches!(requested, Requested::SameAs(_)),
             show_only: self.show_only,
             source: given.or(source).unwrap_or_default(),
         }
@@ -373,7 +375,7 @@ impl Expect {
 
     /// The column of the table at the abscissa, linear between two rows.
     fn of_table(&self, tables: &[Table]) -> Result<Measured> {
-        let (name, wanted) = (
+        let (name, requested) = (
             self.table.as_deref().unwrap_or(""),
             self.column.as_deref().unwrap_or(""),
         );
@@ -386,11 +388,11 @@ impl Expect {
         let place = table
             .columns
             .iter()
-            .position(|column| column.name == wanted);
+            .position(|column| column.name == requested);
         let place = place.with_context(|| {
             format!(
-                "the table {name} has no column {wanted}{}",
-                did_you_mean(wanted, names)
+                "the table {name} has no column {requested}{}",
+                did_you_mean(requested, names)
             )
         })?;
         let (column, abscissa) = (&table.columns[place], &table.columns[0]);
@@ -406,7 +408,12 @@ impl Expect {
             .collect();
         let near = SAME_ABSCISSA * at.abs();
         let after = rows.iter().position(|&(x, _)| x >= at - near);
-        let outside = || format!("the table {name} has no {wanted} at {} {at}", abscissa.name);
+        let outside = || {
+            format!(
+                "the table {name} has no {requested} at {} {at}",
+                abscissa.name
+            )
+        };
         let after = after.with_context(outside)?;
         let (x, row) = rows[after];
         let is_at_row = (x - at).abs() <= near;
@@ -428,7 +435,7 @@ impl Expect {
             .and_then(|c| value(&c.values));
         let predicted = beside().find(|c| c.role != Role::StandardError);
         Ok(Measured {
-            name: format!("{wanted} at {} {at}, {name}", abscissa.name),
+            name: format!("{requested} at {} {at}, {name}", abscissa.name),
             unit: column.unit.clone(),
             value: value(&column.values).unwrap_or(f64::NAN),
             error,

@@ -200,7 +200,7 @@ fn several_studies_have_a_folder_each_and_one_page_with_their_verdicts() {
     assert_eq!(run("").unwrap(), Verdict::Failed);
     assert_eq!(place.records("all/good"), records, "nothing is run again");
 
-    // One that cannot go on does not keep the others from running.
+    // One that cannot continue does not keep the others from running.
     write(
         "ends.toml",
         &STUDY.replace("[10, 20, 30]", "[10, 20, 10000]"),
@@ -862,7 +862,7 @@ fn runs_that_end_at_a_wanted_error_scatter_as_wanted() {
     let variance = pressures.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (count - 1.0);
     let scatter = variance.sqrt() / mean;
     // 48 replicas give their scatter to 10 %. Runs that end where the error is small by chance make
-    // it somewhat larger than wanted.
+    // it somewhat larger than requested.
     assert!((0.006..0.014).contains(&scatter), "{scatter}");
 }
 

@@ -166,8 +166,8 @@ fn ratio(row: &[MeasuredMean]) -> Option<Ratio> {
         .filter_map(|&(x, error)| Some((x, error?)))
         .collect();
     let count = with_error.len() as f64;
-    let wanted = TESTED_SHARE * row.len() as f64;
-    if count < wanted {
+    let requested = TESTED_SHARE * row.len() as f64;
+    if count < requested {
         return None;
     }
     let mean = with_error.iter().map(|(x, _)| x).sum::<f64>() / count;
@@ -186,7 +186,7 @@ fn ratio(row: &[MeasuredMean]) -> Option<Ratio> {
         return (mean != 0.0).then_some(Ratio::Exact);
     }
     let positive = with_error.iter().filter(|(_, error)| *error > 0.0).count() as f64;
-    (positive >= wanted && variance > 0.0).then(|| Ratio::Measured((square / variance).sqrt()))
+    (positive >= requested && variance > 0.0).then(|| Ratio::Measured((square / variance).sqrt()))
 }
 
 /// The band in which the ratio of right errors lies, except with this probability: by χ², half of
@@ -198,11 +198,11 @@ pub fn band(replicas: usize, probability: f64) -> [f64; 2] {
         ChiSquare { value, freedom }.p_value()
     };
     // The probability of a larger χ² grows with the ratio: bisection of its logarithm.
-    let at = |wanted: f64| {
+    let at = |requested: f64| {
         let (mut low, mut high) = (1e-3f64.ln(), 1e3f64.ln());
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if above(middle.exp()) < wanted {
+            if above(middle.exp()) < requested {
                 low = middle
             } else {
                 high = middle

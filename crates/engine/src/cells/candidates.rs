@@ -54,13 +54,13 @@ impl<T: Copy> Candidates<T> {
     ) {
         // As many bits as an `f64` has, so that the compiler vectorises the loop in registers of
         // `f64`.
-        let mut wanted = 0;
+        let mut requested = 0;
         for (lane, &bound) in bounds.iter().enumerate() {
-            wanted |= if is_wanted(bound) { 1_u64 << lane } else { 0 };
+            requested |= if is_wanted(bound) { 1_u64 << lane } else { 0 };
         }
-        while wanted != 0 {
-            let lane = wanted.trailing_zeros() as usize % N;
-            wanted &= wanted - 1;
+        while requested != 0 {
+            let lane = requested.trailing_zeros() as usize % N;
+            requested &= requested - 1;
             if let Some(item) = item(lane) {
                 self.0.push(Candidate {
                     bound: bounds[lane],

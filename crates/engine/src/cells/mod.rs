@@ -187,8 +187,8 @@ impl Cells {
         self.tiles_before = (self.tile_counters(), self.counters());
         self.whole.done = SchedulerCounters::default();
         self.tiling = *tiling;
-        let wanted = matches!(self.tile_use(tiling), TileUse::Tiles(_));
-        let tiles = wanted
+        let requested = matches!(self.tile_use(tiling), TileUse::Tiles(_));
+        let tiles = requested
             .then(|| Tiles::new(tiling, self.whole.instructions, &self.whole.grid))
             .flatten();
         self.tiles = tiles.map(Box::new);

@@ -37,12 +37,12 @@ pub(super) fn refuse_impossible(contents: &SceneContents) -> Result<(), SceneErr
     if let Some(first) = first
         && covered > densest(first, kinds)
     {
-        let wanted: usize = species.iter().map(|kind| kind.count).sum();
-        let placed = (wanted as f64 / covered) as usize;
+        let requested: usize = species.iter().map(|kind| kind.count).sum();
+        let placed = (requested as f64 / covered) as usize;
         return Err(SceneError::Full {
             entry: first.entry.clone(),
             placed,
-            wanted,
+            requested,
         });
     }
     let (sample, counts) = sample(&contents.singles.world, species);

@@ -60,7 +60,7 @@ const PATIENCE: u64 = 200;
 /// Least rise of the smallest scale in [`PATIENCE`] steps.
 const MIN_RISE: f64 = 1e-4;
 
-/// Events of the scheduler for each collision wanted, after which a run ends with fewer collisions;
+/// Events of the scheduler for each collision requested, after which a run ends with fewer collisions;
 /// at the start of an epoch each body has one. Gases of a usual scene need fewer than ten;
 /// molecules in a long narrow box, or small ones in a large box, cross millions of cells from one
 /// collision to the next, and those that turn fast need as many epochs. Smaller: dilute gases are
@@ -374,7 +374,7 @@ impl Growth {
     }
 
     fn jam(&self) -> SceneError {
-        let wanted = self.contents.species.iter().map(Species::area).sum::<f64>();
+        let requested = self.contents.species.iter().map(Species::area).sum::<f64>();
         let molecules = self.contents.species.iter().flat_map(|kind| {
             let equal = kind.is_equal().then(|| kind.molecule(0).area());
             (0..kind.count).map(move |index| equal.unwrap_or_else(|| kind.molecule(index).area()))
@@ -386,10 +386,10 @@ impl Growth {
             smaller.fold((0, 0.0), |(count, sum), (area, _)| (count + 1, sum + area));
         SceneError::Jammed {
             reached: self.area_fraction(),
-            wanted: wanted / self.world.bounds.area(),
+            requested: requested / self.world.bounds.area(),
             smaller: count,
             molecules: self.scales.len(),
-            area_share: (area / wanted).min(1.0),
+            area_share: (area / requested).min(1.0),
             smallest_scale: self.smallest(),
         }
     }

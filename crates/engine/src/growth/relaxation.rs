@@ -126,17 +126,17 @@ impl Growth {
     fn restore_totals(&mut self, energy: f64, momentum: DVec2) {
         let (now, moving, mass) = self.totals();
         let only_conserved = |momentum| DVec2::select(self.conserved(), momentum, DVec2::ZERO);
-        let (drift, wanted) = (
+        let (drift, requested) = (
             only_conserved(moving) / mass,
             only_conserved(momentum) / mass,
         );
         let internal = |energy: f64, drift: DVec2| energy - 0.5 * mass * drift.length_squared();
-        let factor = (internal(energy, wanted) / internal(now, drift)).sqrt();
+        let factor = (internal(energy, requested) / internal(now, drift)).sqrt();
         // A gas that moves as a whole has no internal energy.
         let factor = if factor.is_finite() { factor } else { 1.0 };
         let first = self.contents.singles.world.bodies.len();
         for motion in &mut self.world.motions[first..] {
-            motion.velocity = factor * (motion.velocity - drift) + wanted;
+            motion.velocity = factor * (motion.velocity - drift) + requested;
             motion.angular_velocity *= factor;
         }
     }

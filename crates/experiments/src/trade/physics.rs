@@ -89,8 +89,8 @@ pub fn suited(scene: &Scene, duration: f64) -> Scene {
         .stage
         .iter_mut()
         .for_each(|stage| stage.measure = true);
-    let wanted = duration / SAMPLES;
-    let divisor = (scene.run.sample_interval / wanted).ceil().max(1.0);
+    let requested = duration / SAMPLES;
+    let divisor = (scene.run.sample_interval / requested).ceil().max(1.0);
     suited.run.sample_interval = scene.run.sample_interval / divisor;
     suited.run.check_interval = Some(duration / CHECKS);
     // Files of contacts are for runs.

@@ -248,17 +248,18 @@ fn replays(
     if failed > 0 {
         found.notes.push(format!("{failed} replays failed"));
     }
-    let wanted = exact.iter().flatten().count() as u64;
+    let requested = exact.iter().flatten().count() as u64;
     if tally.intervals == 0 && failed == 0 {
         let seconds = plan.replay_seconds;
         found.notes.push(format!(
             "no replay of {:.2} τ ends in {seconds:.1} s",
             given.chaos.stretch
         ));
-    } else if tally.intervals + failed < wanted {
-        found
-            .notes
-            .push(format!("{} of {wanted} states replayed", tally.intervals));
+    } else if tally.intervals + failed < requested {
+        found.notes.push(format!(
+            "{} of {requested} states replayed",
+            tally.intervals
+        ));
     }
     found.tally = tally;
 }

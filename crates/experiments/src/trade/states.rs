@@ -13,7 +13,7 @@ use carom_runs::{
 
 use super::effective_error::{self, irreversible};
 
-/// Time between two states of a run that goes on, in mean times between two collisions of a body.
+/// Time between two states of a run that continues, in mean times between two collisions of a body.
 pub const TIME_BETWEEN_STATES: f64 = 5.0;
 
 /// Time until the start is forgotten, in mean times between two collisions of a body; in a short

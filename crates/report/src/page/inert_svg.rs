@@ -55,7 +55,7 @@ pub(super) fn fault(svg: &str) -> Option<String> {
             rest = after;
         }
         if open.is_empty() {
-            return (!rest.trim().is_empty()).then(|| "it goes on after its end".to_owned());
+            return (!rest.trim().is_empty()).then(|| "it continues after its end".to_owned());
         }
     }
 }
@@ -164,7 +164,7 @@ mod tests {
             ("<![CDATA[<script>]]>", "<![CDATA[>"),
             ("<?xml-stylesheet href='a'?>", "<?xml-stylesheet>"),
             ("<iframe src=\"a\"></iframe>", "<iframe>"),
-            ("</svg></div><svg>", "goes on after its end"),
+            ("</svg></div><svg>", "continues after its end"),
             ("</p>", "was not open"),
             ("<g>", "was not open"),
         ] {

@@ -111,10 +111,10 @@ impl Trial {
         let contacts = |simulation: &AnySimulation| {
             simulation.view().counters().collisions - before.collisions
         };
-        let goes_on = |simulation: &AnySimulation| {
+        let continues = |simulation: &AnySimulation| {
             contacts(simulation) < most && clock.elapsed().as_secs_f64() < TRIAL_SECONDS
         };
-        while !is_whole && contacts(simulation) < FIRST_CONTACTS && goes_on(simulation) {
+        while !is_whole && contacts(simulation) < FIRST_CONTACTS && continues(simulation) {
             is_whole = step(simulation, measures)?;
         }
         // A stop stores the motions of all bodies, which a run does at its samples only.
@@ -124,14 +124,14 @@ impl Trial {
         // It doubles, so that a stretch takes at most about twice as long as all before it. If all
         // contacts so far are at one instant, it begins at the least number.
         let mut stretch = simulation.time().since(start).max(f64::MIN_POSITIVE);
-        while !is_whole && goes_on(simulation) {
+        while !is_whole && continues(simulation) {
             let now = clock.elapsed().as_secs_f64();
             let limit = simulation.time().after(stretch);
             let limit = if limit < end { limit } else { end };
             // Epochs become shorter when a small molecule begins to turn fast, so the clock is read
             // at the end of each.
             let mut is_there = false;
-            while !is_there && goes_on(simulation) {
+            while !is_there && continues(simulation) {
                 is_there = simulation.observe_epoch(limit, measures)?;
             }
             is_whole = is_there && limit == end;

@@ -17,7 +17,7 @@ pub(super) struct Unplaced {
     scene: String,
     method: String,
     is_exact: bool,
-    /// Number of bodies wanted.
+    /// Number of bodies requested.
     bodies: usize,
     /// Most bodies that are placed.
     most_placed: usize,

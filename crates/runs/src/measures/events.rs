@@ -1,4 +1,4 @@
-//! `events`, `events:A,B`: every contact between bodies of two tags, written while the run goes on.
+//! `events`, `events:A,B`: every contact between bodies of two tags, written while the run continues.
 
 use anyhow::Result;
 use carom::observers::{ContactLog, TagFilter};

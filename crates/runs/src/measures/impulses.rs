@@ -1,4 +1,4 @@
-//! `impulses:TAG`: every impulse on one body, written while the run goes on.
+//! `impulses:TAG`: every impulse on one body, written while the run continues.
 
 use anyhow::Result;
 use carom::observers::ImpulseLog;

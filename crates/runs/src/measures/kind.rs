@@ -48,7 +48,7 @@ pub enum Span {
     Measurement,
     /// At all samples of the run.
     WholeRun,
-    /// Every contact of the run, written to a file while the run goes on.
+    /// Every contact of the run, written to a file while the run continues.
     EveryContact,
 }
 

@@ -1,4 +1,4 @@
-//! A measure of a simulation that goes on and is edited, with the times of its samples.
+//! A measure of a simulation that continues and is edited, with the times of its samples.
 
 use carom::{EpochTime, Observer, View};
 use serde::{Deserialize, Serialize};

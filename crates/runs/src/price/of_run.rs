@@ -82,12 +82,12 @@ pub fn of_run(
         .bodies()
         .filter(|body| !body.body.is_fixed())
         .count() as f64;
-    let wanted = (SHARE * collisions as f64).clamp(CONTACTS[0], CONTACTS[1]);
+    let requested = (SHARE * collisions as f64).clamp(CONTACTS[0], CONTACTS[1]);
     let of_tau = collisions as f64 * tau / age;
     let longest = MAX_REPLAY.min(GROWTH / growth(&simulation.view(), tau));
-    let stretch = longest.min(wanted / of_tau);
-    let states = ((wanted / (stretch * of_tau)).ceil() as u32).clamp(1, MAX_STATES);
-    let states = states.min((wanted / moving.max(1.0)).ceil() as u32 + 1);
+    let stretch = longest.min(requested / of_tau);
+    let states = ((requested / (stretch * of_tau)).ceil() as u32).clamp(1, MAX_STATES);
+    let states = states.min((requested / moving.max(1.0)).ceil() as u32 + 1);
     let checkpoint = simulation.clone().end_epoch_here();
     let first = CourseState::undisturbed(checkpoint, tau);
     let mut price = Price {

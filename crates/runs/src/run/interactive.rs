@@ -1,9 +1,9 @@
-//! A run whose stages are written while it goes on: each edit begins a stage at the present time.
+//! A run whose stages are written while it continues: each edit begins a stage at the present time.
 //!
 //! The scene with the stages so far is an ordinary scene: its text is the list of the edits with
 //! their instants, to the bit, and `carom run` makes the same contacts. A saved run is the folder
 //! of a run of that scene with a checkpoint at the end of an epoch, so that `carom run
-//! DIR/config.toml --out DIR --resume` goes on from it. The measures of that run begin at the
+//! DIR/config.toml --out DIR --resume` continues from it. The measures of that run begin at the
 //! checkpoint.
 
 use std::{
@@ -45,11 +45,11 @@ use crate::{
     resumable::{self, CHECKPOINT, Done},
 };
 
-/// End of the last stage while the run goes on (time).
+/// End of the last stage while the run continues (time).
 const NO_END: f64 = MAX_MAGNITUDE;
 
 /// Latest time of a run, in units of the end that its scene names, and as a share of the largest
-/// time of all. Without it a gas that loses energy, whose time goes on exponentially, would reach
+/// time of all. Without it a gas that loses energy, whose time continues exponentially, would reach
 /// times at which no scene file can name an end, and the run could not be saved.
 const MAX_OVERRUN: f64 = 1e30;
 const MAX_TIME_SHARE: f64 = 1e-20;
@@ -67,7 +67,7 @@ const RENEWED_AFTER: f64 = 0.25;
 const MAX_MOVES: usize = 1000;
 
 /// Why a saved scene has no `run.stop`.
-const NO_STOP: &str = "run.stop: a run that is edited while it goes on does not end by it";
+const NO_STOP: &str = "run.stop: a run that is edited while it continues does not end by it";
 
 /// Why a saved run measures nothing.
 const NOTHING_MEASURED: &str =
@@ -75,7 +75,7 @@ const NOTHING_MEASURED: &str =
 
 /// Why a saved run is not the run of its scene from the beginning.
 const WITHIN_EPOCH: &str = "the bits of a run of the saved scene from its beginning: the state was saved within an \
-                            epoch, which takes too long; a resumed run goes on from it";
+                            epoch, which takes too long; a resumed run continues from it";
 
 /// Largest number of looks for the end of an epoch, each twice as far ahead: enough for any speed
 /// in range.
@@ -90,7 +90,7 @@ const MAX_SEARCH: Duration = Duration::from_secs(5);
 const PIECE: Duration = Duration::from_millis(100);
 
 /// How long one call of a method of [`InteractiveRun`] may run. A call that is cut short has run
-/// part of its way, and the next one goes on from there with the bits of an uncut call.
+/// part of its way, and the next one continues from there with the bits of an uncut call.
 #[derive(Debug, Clone)]
 pub struct CallLimit {
     /// A signal cuts the call short.
@@ -145,7 +145,7 @@ pub struct InteractiveRun {
 pub struct Saved {
     /// The time of its checkpoint.
     pub time: f64,
-    /// The command that goes on from it.
+    /// The command that continues from it.
     pub command: String,
     /// What the saved scene leaves out, with the reason, such as a measure whose bodies are no
     /// longer there.
@@ -247,7 +247,7 @@ impl InteractiveRun {
     /// whether `until` has been reached within the limit of a call.
     ///
     /// # Errors
-    /// The run cannot go on, `until` is later than a run can be saved, or an edit of the scene is
+    /// The run cannot continue, `until` is later than a run can be saved, or an edit of the scene is
     /// refused.
     pub fn advance(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool> {
         let begun = Instant::now();
@@ -358,7 +358,7 @@ impl InteractiveRun {
 
     /// Begins a stage with these edits, all or none, and returns its start: the present time, or a
     /// little later, so that the instant is a number of the scene file and no thermostat acts at
-    /// it. The stage has the thermostats `hold`, or goes on with those in force.
+    /// it. The stage has the thermostats `hold`, or continues with those in force.
     ///
     /// # Errors
     /// The edit that is refused, with its entry; then neither the system nor the scene is changed.
@@ -519,7 +519,7 @@ impl InteractiveRun {
     ///
     /// # Errors
     /// A file cannot be written, or `path` holds files; a thermostat has acted more often than a
-    /// scene file allows (see [`Self::renew`]); the run cannot go on.
+    /// scene file allows (see [`Self::renew`]); the run cannot continue.
     pub fn save(&self, path: &Path) -> Result<Saved> {
         let mut ahead = self.clone();
         let (state, mut left_out) = match ahead.run_to_end_of_epoch()? {

@@ -88,7 +88,7 @@ pub type Begun = (AnySimulation, Measures, u64);
 pub struct RunEnd {
     /// What was measured.
     pub outcome: RunOutcome,
-    /// The error, if the run could not go on.
+    /// The error, if the run could not continue.
     pub error: Option<Error>,
     /// Errors after that one, which it may have caused.
     pub later: Vec<Error>,
@@ -97,7 +97,7 @@ pub struct RunEnd {
 }
 
 /// Runs to the end, from the beginning (`start`) or from a checkpoint, and writes series and
-/// snapshots. A run that cannot go on gives what was measured until then, with the error.
+/// snapshots. A run that cannot continue gives what was measured until then, with the error.
 ///
 /// # Errors
 /// The run cannot begin, a file cannot be written, or a signal has been received.
@@ -130,7 +130,7 @@ pub fn simulate(
         Start::Anew => first_steps(task, start()?, run)?,
     };
     progress.skip(going.simulation.time().to_f64());
-    let error = steps::go_on(&mut going, task, scene, Output::Files, &progress).err();
+    let error = steps::proceed(&mut going, task, scene, Output::Files, &progress).err();
     drop(progress);
     if let Some(error) = error {
         if error

@@ -116,7 +116,7 @@ impl ReplicaRun<'_> {
         };
         let begun = going.simulation.time().to_f64();
         progress.skip(begun);
-        steps::go_on(&mut going, &task, scene, Output::Nothing, progress)?;
+        steps::proceed(&mut going, &task, scene, Output::Nothing, progress)?;
         going.observers.finish(&going.simulation.view());
         let (view, seconds) = (going.simulation.view(), going.seconds());
         progress.skip(scene.run.until - view.time().to_f64());

@@ -1,4 +1,4 @@
-//! The state of a run as lines of a table on the terminal while it goes on: time, temperature,
+//! The state of a run as lines of a table on the terminal while it continues: time, temperature,
 //! energy, collisions, and the pressure where it is measured.
 
 use std::time::{Duration, Instant};
@@ -26,7 +26,7 @@ pub(super) struct StateTable {
 }
 
 impl StateTable {
-    /// The table of a run that goes on from `now` to `until` (time).
+    /// The table of a run that continues from `now` to `until` (time).
     pub fn new(now: f64, until: f64) -> Self {
         let interval = until / MAX_LINES;
         Self {

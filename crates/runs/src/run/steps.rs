@@ -26,17 +26,17 @@ const FIRST_PIECE: f64 = 1.0 / 64.0;
 /// motions.
 const PIECE: Duration = Duration::from_secs(1);
 
-/// What a run writes besides checkpoints while it goes on.
+/// What a run writes besides checkpoints while it continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Output {
     /// Series, snapshots and the animation.
     Files,
-    /// Nothing: only its sums are wanted.
+    /// Nothing: only its sums are requested.
     Nothing,
 }
 
 /// Takes all steps of the run that remain, up to that at which it ends.
-pub(super) fn go_on(
+pub(super) fn proceed(
     going: &mut Resumable<Measures>,
     task: &Task<'_>,
     scene: &Scene,

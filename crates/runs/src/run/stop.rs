@@ -120,12 +120,12 @@ fn is_precise(stop: &StopSpec, figure: &Figure) -> bool {
     let Some(error) = figure.standard_error else {
         return false;
     };
-    let wanted = match (stop.standard_error, stop.relative_error) {
-        (Some(wanted), _) => wanted,
+    let requested = match (stop.standard_error, stop.relative_error) {
+        (Some(requested), _) => requested,
         (None, share) => share.unwrap_or(0.0) * figure.value.abs(),
     };
     // An error of exactly 0 is that of equal values: nothing is known yet.
-    error > 0.0 && error <= wanted
+    error > 0.0 && error <= requested
 }
 
 #[cfg(test)]

@@ -151,8 +151,8 @@ fn cradle(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
             .collect();
         order += usize::from(found != expected);
         for k in 0..6 {
-            let wanted = if k == 5 { DVec2::X } else { DVec2::ZERO };
-            error = error.max((velocity(&run, k) - wanted).length());
+            let requested = if k == 5 { DVec2::X } else { DVec2::ZERO };
+            error = error.max((velocity(&run, k) - requested).length());
         }
         error = error.max((run.view().energy() / 0.5 - 1.0).abs());
     }

@@ -98,9 +98,9 @@ impl Observer for Watch {
         let scale = speed(a) + speed(b);
         let [before, after] = [closing(true), closing(false)];
         self.parting = self.parting.max(-before / scale);
-        let wanted = -report.elasticity.coefficient() * before.max(0.0);
+        let requested = -report.elasticity.coefficient() * before.max(0.0);
         if before > 0.0 {
-            self.response_error = self.response_error.max((after - wanted).abs() / scale);
+            self.response_error = self.response_error.max((after - requested).abs() / scale);
         }
         for side in [a, b] {
             let (arm, impulse) = (side.arm, side.momentum_change());
@@ -174,12 +174,12 @@ pub fn run_collisions(
         let until = run.time().after(slice);
         // The intended number of collisions of a slice; its duration changes by at most a factor of
         // 4.
-        let wanted = (collisions / SAMPLES).max(1) as f64;
+        let requested = (collisions / SAMPLES).max(1) as f64;
         let so_far = |run: &AnySimulation| run.view().counters().collisions - before;
         while !run.observe_epoch(until, observer)? {
             // A molecule of extreme spin heats a cold gas suddenly: the rest of the slice would
             // have millions of contacts.
-            if so_far(run) as f64 > EARLY_END_FACTOR * wanted {
+            if so_far(run) as f64 > EARLY_END_FACTOR * requested {
                 break;
             }
         }
@@ -188,7 +188,7 @@ pub fn run_collisions(
         slice *= if new == 0 {
             4.0
         } else {
-            (wanted / new as f64).clamp(0.25, 4.0)
+            (requested / new as f64).clamp(0.25, 4.0)
         };
     }
     Ok(())

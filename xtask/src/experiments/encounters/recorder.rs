@@ -63,7 +63,7 @@ impl Recorder {
 #[derive(Debug, Default)]
 struct Notes {
     questions: u64,
-    wanted: usize,
+    requested: usize,
     encounters: Vec<Encounter>,
 }
 
@@ -85,7 +85,7 @@ impl Detection for Recorder {
 impl Notes {
     fn note(&mut self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) {
         self.questions += 1;
-        if self.encounters.len() >= self.wanted || !self.questions.is_multiple_of(STRIDE) {
+        if self.encounters.len() >= self.requested || !self.questions.is_multiple_of(STRIDE) {
             return;
         }
         let molecule = |outline: Outline<'_>| Molecule::new(outline.atoms.iter().copied());
@@ -210,7 +210,7 @@ fn record(
     let begun = ThreadTime::now();
     let mut time = WARM_UP;
     simulation.run_until(time)?;
-    recorder.notes().wanted = count;
+    recorder.notes().requested = count;
     for _ in 0..MAX_STEPS {
         if recorder.notes().encounters.len() >= count {
             break;

@@ -69,8 +69,13 @@ pub fn drift(
     let mut gaps = Gaps::new(run.view().bounds());
     for sample in 1..=SAMPLES {
         let before = run.view().counters().collisions;
-        let wanted = collisions * sample / SAMPLES;
-        run_collisions(&mut run, wanted.saturating_sub(before), &mut gaps, |_| {})?;
+        let requested = collisions * sample / SAMPLES;
+        run_collisions(
+            &mut run,
+            requested.saturating_sub(before),
+            &mut gaps,
+            |_| {},
+        )?;
         let view = run.view();
         let energy = view.energy() / view.ledger().initial - 1.0;
         points.push((view.counters().collisions as f64, energy));

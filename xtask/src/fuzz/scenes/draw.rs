@@ -313,7 +313,7 @@ impl Sketch {
             let direction = draw.direction().to_array();
             // Bisection between the position of the last body (0) and separated circles; the gap is
             // between a rounding error and 1e-9.
-            let wanted = if draw.happens(0.1) {
+            let requested = if draw.happens(0.1) {
                 0.0
             } else {
                 draw.scale(1e-17, 1e-9)
@@ -322,14 +322,14 @@ impl Sketch {
             for _ in 0..80 {
                 let middle = 0.5 * (near + far);
                 let gap = self.gap(outline, &at(along(origin, middle, direction)));
-                if gap < wanted {
+                if gap < requested {
                     near = middle
                 } else {
                     far = middle
                 }
             }
             let place = along(origin, far, direction);
-            if self.gap(outline, &at(place)) >= wanted {
+            if self.gap(outline, &at(place)) >= requested {
                 return Some(place);
             }
         }

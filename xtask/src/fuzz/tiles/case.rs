@@ -65,9 +65,9 @@ pub enum Action {
     None,
     /// One contact.
     Step,
-    /// A stretch in which reports are wanted if they are not in others, and the reverse.
+    /// A stretch in which reports are requested if they are not in others, and the reverse.
     OtherObserver,
-    /// The run goes on with a copy of itself.
+    /// The run continues with a copy of itself.
     Clone,
     /// The epoch ends.
     EndEpoch,

@@ -74,7 +74,7 @@
 //! Samples often follow one another more closely than windows should be. Then the window is run
 //! ahead (`ahead`), with all changes of motions in it, and each stop gets its part of the contacts
 //! and changes. This needs the trajectory alone, so no bit depends on it. If the rest of the window
-//! is not wanted, because of an edit, a single step or another observer, the contacts since its
+//! is not requested, because of an edit, a single step or another observer, the contacts since its
 //! start, which have been recorded already, are run once more in the global order.
 
 mod ahead;
@@ -703,12 +703,12 @@ impl Tiles {
     ) {
         let (map, bodies, fixed) = (&self.map, &self.bodies, self.fixed.as_ref());
         let (epoch, is_fresh) = (&self.epoch, self.is_fresh);
-        let mut wanted = selected.iter().peekable();
+        let mut requested = selected.iter().peekable();
         let tasks: Vec<(usize, &mut TileOutcome)> = self
             .outcomes
             .iter_mut()
             .enumerate()
-            .filter(|(tile, _)| wanted.next_if(|&&next| next == *tile).is_some())
+            .filter(|(tile, _)| requested.next_if(|&&next| next == *tile).is_some())
             .collect();
         let tasks = Mutex::new(tasks.into_iter());
         let next = || tasks.lock().unwrap_or_else(PoisonError::into_inner).next();

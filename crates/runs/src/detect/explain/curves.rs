@@ -91,14 +91,14 @@ impl<'a> Gaps<'a> {
 
     /// Times close enough for smooth curves from `from` to `to`.
     pub(super) fn times(&self, from: f64, to: f64) -> Vec<f64> {
-        let wanted = (self.turns(from, to) * TIMES_A_TURN) as usize;
+        let requested = (self.turns(from, to) * TIMES_A_TURN) as usize;
         let pairs = self
             .encounter
             .molecules
             .each_ref()
             .map(|molecule| molecule.atoms().len());
         let affordable = (MAX_EVALUATIONS / (pairs[0] * pairs[1]).max(1)).clamp(2, MAX_TIMES);
-        let count = wanted.max(MIN_TIMES).min(affordable);
+        let count = requested.max(MIN_TIMES).min(affordable);
         (0..=count)
             .map(|index| from + (to - from) * (index as f64 / count as f64))
             .collect()
