@@ -129,7 +129,7 @@ fn first_contact(criterion: &mut Criterion) {
                 case.name
             );
             group.bench_function(BenchmarkId::new(case.name, name), |bencher| {
-                bencher.iter(query)
+                bencher.iter(query);
             });
         }
     }

@@ -280,7 +280,7 @@ fn check_exchange<S: Scheduler>(options: &S::Options) {
 
 mod vector_instructions_give_the_bits_of_the_portable_path {
     crate::support::test_of_instructions!(cells_avx512, Widest, |&set| {
-        super::check_against_portable(set)
+        super::check_against_portable(set);
     });
     crate::support::test_of_instructions!(cells_avx2, Avx2, |&set| super::check_against_portable(
         set

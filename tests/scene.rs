@@ -101,6 +101,7 @@ fn the_old_name_of_the_sample_interval_is_read() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one table of refusals")]
 fn impossible_molecules_are_refused_by_name() {
     let good = || named("tee", 0.01, 1.0, [0.5, 0.5]);
     let atom = |x: f64, radius: f64, mass: f64| AtomSpec {
@@ -275,6 +276,7 @@ fn impossible_bumpers_and_boxes_are_refused_by_name() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one table of refusals")]
 fn impossible_gases_are_refused_by_name() {
     let good = || gas("disc", 0.01, 10);
     refuse_gas(

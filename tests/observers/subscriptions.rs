@@ -32,11 +32,12 @@ fn list() -> (
     let list = Rc::new(RefCell::new(Vec::new()));
     let adding = Rc::clone(&list);
     (list, move |report: &CollisionReport<'_>| {
-        adding.borrow_mut().push(seen(report))
+        adding.borrow_mut().push(seen(report));
     })
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one course with many looks")]
 fn subscribers_receive_exactly_the_collisions_of_filters_by_hand() {
     let mut scene = Scene {
         molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)],

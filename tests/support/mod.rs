@@ -141,6 +141,7 @@ pub fn reference_scene(seed: u64) -> Scene {
 
 /// Small scenes that together use all kinds of bodies, and all kinds of lists that a scheduler
 /// keeps.
+#[expect(clippy::too_many_lines, reason = "one table of scenes")]
 pub fn scenes() -> Vec<(&'static str, Scene)> {
     let with = |molecule: Vec<MoleculeSpec>, bumper: Vec<BumperSpec>, gas: Vec<GasSpec>| {
         let mut scene = Scene {

@@ -41,7 +41,7 @@ pub enum XtaskCommand {
     Attack(attack::AttackOptions),
     /// Run a command of `carom`, with the build of the repository
     #[command(name = attack::process::COMMAND)]
-    Carom(carom_cli::Cli),
+    Carom(Box<carom_cli::Cli>),
     /// Run cases from standard input: a part of `fuzz`
     #[command(hide = true, name = fuzz::worker::COMMAND)]
     FuzzWorker {

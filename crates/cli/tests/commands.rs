@@ -273,6 +273,7 @@ fn pairs_of_a_file_get_their_first_contacts() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one course with many looks")]
 fn a_run_starts_from_a_snapshot_and_its_folder_stands_alone() {
     let root = tempfile::tempdir().unwrap();
     let at = |name: &str| root.path().join(name);

@@ -10,9 +10,9 @@ use carom_kinematics::RelativeMotion;
 
 use crate::{Answer, Outcome, error_bound::one_norm};
 
-/// The largest length and speed of a query: more than [`MAX_MAGNITUDE`](carom_geometry::MAX_MAGNITUDE), which
-/// limits those of a single body, and small enough for the product of a squared length with a
-/// length.
+/// The largest length and speed of a query: more than
+/// [`MAX_MAGNITUDE`](carom_geometry::MAX_MAGNITUDE), which limits those of a single body, and
+/// small enough for the product of a squared length with a length.
 const MAX_OF_QUERY: f64 = 1e70;
 
 /// The smallest speed of a query other than 0; contact times of slower pairs would overflow.

@@ -5,8 +5,11 @@ use glam::DVec2;
 use smallvec::SmallVec;
 
 use crate::{
-    GridError, World,
-    wall::{StandingWall, folded},
+    scene::error::GridError,
+    world::{
+        World,
+        wall::{StandingWall, folded},
+    },
 };
 
 /// Number of cells along each side of the box, for [`HeapScheduler`](crate::HeapScheduler).

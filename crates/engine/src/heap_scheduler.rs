@@ -33,13 +33,13 @@ use carom_kinematics::{Motion, RelativeMotion};
 use smallvec::SmallVec;
 
 use crate::{
-    CellsPerSide, GridError, Scheduler, SchedulerCounters, World,
-    grid::{CellStep, Grid},
-    scheduler::{
-        ContactEvent, EventLoop, EventQueue, StoredMotions, TouchingParts, ordered,
+    grid::{CellStep, CellsPerSide, Grid},
+    run::scheduler::{
+        ContactEvent, EventLoop, EventQueue, Scheduler, StoredMotions, TouchingParts, ordered,
         separation_error,
     },
-    wrapped::Wrapped,
+    scene::error::GridError,
+    world::{World, counters::SchedulerCounters, wrapped::Wrapped},
 };
 
 /// The thesis's scheduler: one heap of all predicted events, and a plain grid of cells.

@@ -66,7 +66,8 @@ fn end_oldest(open: &mut VecDeque<JoinHandle<()>>) {
     }
 }
 
-/// Answers the requests of a connection. That of a page continues as a socket, without these limits.
+/// Answers the requests of a connection. That of a page continues as a socket, without these
+/// limits.
 async fn answer(stream: TcpStream, router: Router) {
     let mut server = http1::Builder::new();
     server

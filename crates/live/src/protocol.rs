@@ -22,7 +22,8 @@ pub struct LiveRequest {
     pub command: LiveCommand,
 }
 
-/// A command. Readers may send [`LiveCommand::View`], [`LiveCommand::Seen`] and [`LiveCommand::Choose`] only.
+/// A command. Readers may send [`LiveCommand::View`], [`LiveCommand::Seen`] and
+/// [`LiveCommand::Choose`] only.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum LiveCommand {

@@ -323,6 +323,7 @@ fn keeps_numbers_in_sight(page: &mut Browser, height: u32) {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one course with many looks")]
 fn a_user_watches_edits_and_saves_a_gas() {
     let Some(program) = chromium::browser("the page of carom live") else {
         return;

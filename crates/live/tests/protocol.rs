@@ -384,6 +384,7 @@ fn steps_and_goes_back(page: &mut Page) {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one course with many looks")]
 fn a_page_runs_edits_measures_and_saves_a_gas() {
     let root = tempfile::tempdir().unwrap();
     let server = Running::start(&root.path().join("saved"), Some(GAS));
@@ -692,9 +693,9 @@ fn laboratories_with_one_folder_take_different_numbers_and_skip_what_is_there() 
         (0..5).for_each(|_| drop(page.request(&json!({ "save": true })).unwrap()));
     };
     thread::scope(|scope| {
-        servers
-            .iter()
-            .for_each(|server| drop(scope.spawn(|| save(server))))
+        for server in servers {
+            scope.spawn(|| save(server));
+        }
     });
     for server in servers {
         assert!(server.end().saved.is_some());

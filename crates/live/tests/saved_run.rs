@@ -113,6 +113,7 @@ fn free_place(run: &InteractiveRun) -> [f64; 2] {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one course with many looks")]
 fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
     let scene = Scene::from_toml(SCENE).unwrap();
     let mut run = InteractiveRun::new(&scene).unwrap();
@@ -570,8 +571,8 @@ fn the_command_of_a_saved_run_is_quoted_for_a_shell() {
     );
 }
 
-/// Measures that are begun while the run continues are measures of the saved run; those of the scene
-/// stay single.
+/// Measures that are begun while the run continues are measures of the saved run; those of the
+/// scene stay single.
 #[test]
 fn measures_begun_meanwhile_are_measured_by_the_saved_run() {
     let scene = Scene::from_toml(SCENE).unwrap();

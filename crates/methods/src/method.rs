@@ -102,7 +102,7 @@ impl fmt::Display for Method {
         match self.detector {
             AnyDetector::Exact(exact) if exact == Exact::default() => write!(f, "exact detector")?,
             AnyDetector::Exact(exact) => {
-                write!(f, "exact detector, at most {} steps", exact.most_steps)?
+                write!(f, "exact detector, at most {} steps", exact.most_steps)?;
             }
             AnyDetector::GoldenSecant(golden) => write!(
                 f,
@@ -294,7 +294,7 @@ impl From<&Method> for MethodSpec {
             Order::Cells(Instructions::Widest) => {}
             Order::Cells(Instructions::Avx2) => spec.instructions = Some(InstructionsName::Avx2),
             Order::Cells(Instructions::Portable) => {
-                spec.instructions = Some(InstructionsName::Portable)
+                spec.instructions = Some(InstructionsName::Portable);
             }
             Order::Heap(cells) => {
                 spec.scheduler = SchedulerName::Heap;

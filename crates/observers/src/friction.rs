@@ -203,7 +203,7 @@ mod tests {
         simulation.observe_until(0.12, &mut both).unwrap();
         both.sample(&simulation.view());
         let close = |found: f64, expected: f64| {
-            assert!((found - expected).abs() < 1e-12, "{found} {expected}")
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         };
         // The energy relative to the centre of mass, ½ · 0.75 · 9, has two degrees of freedom.
         let heat = 0.75 * 9.0 / 2.0;

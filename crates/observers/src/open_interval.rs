@@ -100,6 +100,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::too_many_lines, reason = "one table of cases")]
     fn an_interval_with_edits_has_the_mean_of_its_parts() {
         // Inelastic, so that the pressure also falls between the edits.
         let scene = Scene::from_toml(
@@ -167,7 +168,7 @@ mod tests {
                 / 2.0
         };
         let close = |found: f64, expected: f64| {
-            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}")
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
         };
         let [point] = whole.0.series() else {
             panic!("{:?}", whole.0.series())

@@ -171,8 +171,8 @@ impl Observer for StructureFactor {
     }
 }
 
-/// The `requested` shells of smallest |k|. The circle of k in which they are searched doubles its area
-/// until it holds them.
+/// The `requested` shells of smallest |k|. The circle of k in which they are searched doubles its
+/// area until it holds them.
 fn shortest_shells(bounds: &PeriodicBox, requested: usize) -> Vec<Shell> {
     let unit = bounds.sides().recip() * std::f64::consts::TAU;
     let mut radius_squared = unit.min_element() * unit.min_element() * (1.0 + SAME_LENGTH);

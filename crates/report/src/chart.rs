@@ -339,7 +339,7 @@ fn draw_entry(layer: &Layer, (x, y): (f64, f64), width: f64, svg: &mut Svg) {
         LayerShape::Line(_) => svg.line([(x, y), (x + SAMPLE, y)], layer.ink, "thick"),
         LayerShape::Thin(_) => svg.line([(x, y), (x + SAMPLE, y)], layer.ink, "thin"),
         LayerShape::Band(_) => {
-            svg.rectangle((x, y - 5.0), (x + SAMPLE, y + 5.0), layer.ink, "area")
+            svg.rectangle((x, y - 5.0), (x + SAMPLE, y + 5.0), layer.ink, "area");
         }
         LayerShape::Bars(_) => svg.line(
             [(middle.0, y - 6.0), (middle.0, y + 6.0)],
@@ -444,7 +444,7 @@ impl Plane<'_> {
         let ink = layer.ink;
         match &layer.shape {
             LayerShape::Line(points) => {
-                svg.line(points.iter().map(|&at| self.at(at)), ink, "thick")
+                svg.line(points.iter().map(|&at| self.at(at)), ink, "thick");
             }
             LayerShape::Thin(points) => svg.line(points.iter().map(|&at| self.at(at)), ink, "thin"),
             LayerShape::Band(points) => {

@@ -111,7 +111,7 @@ impl ErrorBars {
                 name: name.to_owned(),
                 ink,
                 shape,
-            })
+            });
         };
         // One entry for all predictions, and one for all guides.
         let (mut rings, mut crosses) = (

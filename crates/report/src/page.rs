@@ -1,8 +1,9 @@
 //! The page of a run: one self-contained HTML file with a light and a dark colour scheme, which
 //! leads with its answer.
 //!
-//! A page consists of [parts](PagePart), which it shows in one order whatever the order of writing: the
-//! verdict with what carries it, the moving picture, results, data, the command, and checks.
+//! A page consists of [parts](PagePart), which it shows in one order whatever the order of
+//! writing: the verdict with what carries it, the moving picture, results, data, the command, and
+//! checks.
 
 mod inert_svg;
 mod parts;

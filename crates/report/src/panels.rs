@@ -204,11 +204,11 @@ impl PanelColumn {
             match sample {
                 ColumnSample::Line(ink, stroke) => {
                     self.body
-                        .line([(x, y), (x + 24.0, y)], *ink, stroke.style())
+                        .line([(x, y), (x + 24.0, y)], *ink, stroke.style());
                 }
                 ColumnSample::Area(ink) => {
                     self.body
-                        .rectangle((x, y - 6.0), (x + 24.0, y + 6.0), *ink, "area")
+                        .rectangle((x, y - 6.0), (x + 24.0, y + 6.0), *ink, "area");
                 }
                 ColumnSample::Point(ink, point) => point.draw((x + 12.0, y), *ink, &mut self.body),
             }

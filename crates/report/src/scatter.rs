@@ -119,7 +119,7 @@ impl Scatter {
                 name: name.to_owned(),
                 ink,
                 shape,
-            })
+            });
         };
         add("", Ink::Quiet, LayerShape::Thin(self.front.clone()));
         for (index, family) in self.families.iter().enumerate() {

@@ -119,9 +119,9 @@ pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>
         range(points.iter().map(|point| point.1).filter(|y| *y > 0.0)).map_or(1.0, |range| range.0);
     let is_logarithmic = table.decades.contains(&value.name) && low >= 0.0 && high > least;
     let up = if is_logarithmic {
-        layers
-            .iter_mut()
-            .for_each(|layer| layer.shape.leave_out_below(least));
+        for layer in &mut layers {
+            layer.shape.leave_out_below(least);
+        }
         Axis::logarithmic(label, (0.7 * least, 1.4 * high))
     } else {
         Axis::new(label, height(low, high))

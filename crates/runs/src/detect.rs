@@ -191,7 +191,7 @@ impl SearchSummary {
             Outcome::Contact(_) => self.contacts += 1,
             Outcome::Free => self.free += 1,
             Outcome::FreeUntil(_) | Outcome::Unresolved(_) | Outcome::OutOfRange => {
-                self.unresolved += 1
+                self.unresolved += 1;
             }
         }
     }

@@ -79,8 +79,8 @@ pub fn charts(study: &Study, points: &[PointResults]) -> Result<(Vec<DataChart>,
     Ok((charts, left_out))
 }
 
-/// The curves of all points in one chart for each table that has a measured curve: those that are no
-/// series in time, which each run has for itself.
+/// The curves of all points in one chart for each table that has a measured curve: those that are
+/// no series in time, which each run has for itself.
 ///
 /// # Errors
 /// A chart cannot be drawn.

@@ -203,9 +203,9 @@ pub fn band(replicas: usize, probability: f64) -> [f64; 2] {
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if above(middle.exp()) < requested {
-                low = middle
+                low = middle;
             } else {
-                high = middle
+                high = middle;
             }
         }
         low.exp()

@@ -38,8 +38,8 @@ pub unsafe extern "C" fn open64(path: *const c_char, flags: c_int, mode: mode_t)
 /// Opens a file, and counts it if it is opened for writing.
 unsafe fn open_at(folder: c_int, path: *const c_char, flags: c_int, mode: mode_t) -> c_int {
     let is_written = flags & (libc::O_WRONLY | libc::O_RDWR | libc::O_CREAT) != 0;
-    // SAFETY: the caller passes a string.
     let watched = if is_written {
+        // SAFETY: the caller passes a string.
         unsafe { watched_path(path) }
     } else {
         None

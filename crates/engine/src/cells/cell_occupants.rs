@@ -14,7 +14,7 @@ use super::{
     simd::Kernel,
     slot::{INDEX_BITS, INDEX_MASK, fold, image_code},
 };
-use crate::index_or_none::IndexOrNone;
+use crate::world::index_or_none::IndexOrNone;
 
 /// The flights of a block, aligned to cache lines.
 #[derive(Debug, Clone, Copy)]

@@ -170,7 +170,11 @@ impl<F: CellFrame> CellState<F> {
 
 #[cfg(test)]
 mod tests {
-    use crate::{CellScheduler, GasSpec, Instructions, Scene, Simulation, cells::Layout};
+    use crate::{
+        cells::{CellScheduler, Instructions, Layout},
+        run::simulation::Simulation,
+        scene::{Scene, gas_spec::GasSpec},
+    };
     use carom_detection::Exact;
     use carom_response::Impact;
 

@@ -12,8 +12,8 @@ use super::{
     state::CellState,
 };
 use crate::{
-    World,
-    scheduler::{ContactEvent, TouchingParts},
+    run::scheduler::{ContactEvent, TouchingParts},
+    world::World,
 };
 
 impl<F: CellFrame> CellState<F> {

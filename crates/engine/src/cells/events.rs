@@ -7,16 +7,16 @@ use glam::DVec2;
 
 use super::{
     body_record::RecordKind,
+    cell_grid::CellContents,
     frame::CellFrame,
-    grid::CellContents,
     prediction::predict_all,
     prefetch::prefetch_next,
     simd::{Kernel, KernelWork, dispatch},
     state::CellState,
 };
 use crate::{
-    World,
-    scheduler::{ContactEvent, EventLoop, EventQueue},
+    run::scheduler::{ContactEvent, EventLoop, EventQueue},
+    world::World,
 };
 
 /// Runs a loop over the events, compiled in one piece with the chosen instruction set.

@@ -82,6 +82,7 @@ mod body_record;
 mod calendar;
 mod candidates;
 mod cell_block;
+mod cell_grid;
 mod cell_occupants;
 mod dilute;
 mod discs;
@@ -89,7 +90,6 @@ mod dispatch;
 mod events;
 mod f32_filter;
 mod frame;
-mod grid;
 mod molecule_search;
 mod molecules;
 mod multi_cell;
@@ -107,19 +107,23 @@ use carom_response::Response;
 
 pub use self::simd::Instructions;
 use self::{
+    cell_grid::{CellContents, CellGrid},
     events::run,
     frame::WholeBox,
-    grid::{CellContents, CellGrid},
     simd::{Available, available},
     state::CellState,
     tiles::Tiles,
 };
 use crate::{
-    Body, CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, TileCounters,
-    TileUse, TileWork, Tiling, World,
-    grid::Grid,
-    scheduler::{EventLoop, StoredMotions},
-    window::{RestartState, TimeWindow, WindowJob},
+    grid::{CellsPerSide, Grid},
+    heap_scheduler::HeapScheduler,
+    run::{
+        scheduler::{EventLoop, Scheduler, StoredMotions},
+        tiling::{TileCounters, TileUse, TileWork, Tiling},
+        window::{RestartState, TimeWindow, WindowJob},
+    },
+    scene::error::GridError,
+    world::{World, body::Body, counters::SchedulerCounters},
 };
 
 /// The default scheduler: cell lists, one event a body, and a calendar queue.
@@ -439,7 +443,10 @@ impl Scheduler for CellScheduler {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{AtomSpec, MoleculeSpec, Scene, Simulation};
+    use crate::{
+        run::simulation::Simulation,
+        scene::{MoleculeSpec, Scene, atom_spec::AtomSpec},
+    };
     use carom_detection::Exact;
     use carom_response::Impact;
 

@@ -16,7 +16,7 @@ use super::{
     slot::{INDEX_MASK, image_of},
     state::CellState,
 };
-use crate::World;
+use crate::world::World;
 
 dispatched!(predict_molecule(body: u32, now: f64, except: Option<u32>));
 

@@ -307,9 +307,9 @@ impl<F: CellFrame> NeighbourLists<F> {
     #[inline(always)]
     fn push_slot_to(&mut self, list: u32, slot: u32) {
         if self.is_wide {
-            self.push_slot::<2>(list, slot)
+            self.push_slot::<2>(list, slot);
         } else {
-            self.push_slot::<1>(list, slot)
+            self.push_slot::<1>(list, slot);
         }
     }
 

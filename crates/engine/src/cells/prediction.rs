@@ -3,10 +3,11 @@
 use carom_detection::Detection;
 
 use super::{
-    dispatch::dispatched, frame::CellFrame, grid::CellContents, molecule_search::predict_molecule,
-    multi_cell::predict_multi_cell, simd::Kernel, state::CellState,
+    cell_grid::CellContents, dispatch::dispatched, frame::CellFrame,
+    molecule_search::predict_molecule, multi_cell::predict_multi_cell, simd::Kernel,
+    state::CellState,
 };
-use crate::World;
+use crate::world::World;
 
 dispatched!(predict_all(now: f64));
 

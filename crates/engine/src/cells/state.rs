@@ -11,10 +11,10 @@ use wide::f64x2;
 use super::{
     body_record::{BodyRecord, RecordKind},
     calendar::Calendar,
+    cell_grid::CellGrid,
     cell_occupants::CellOccupants,
     f32_filter::Units,
     frame::{CellFrame, Numbering, WholeBox},
-    grid::CellGrid,
     molecules::Molecules,
     multi_cell::MultiCellBodies,
     neighbour_lists::NeighbourLists,
@@ -22,9 +22,8 @@ use super::{
     simd::{Available, Kernel, NeighbourQuery, PairConstants, Portable},
 };
 use crate::{
-    SchedulerCounters, World,
-    scheduler::{StoredMotions, separation_error},
-    wrapped::Wrapped,
+    run::scheduler::{StoredMotions, separation_error},
+    world::{World, counters::SchedulerCounters, wrapped::Wrapped},
 };
 
 /// Constants of an epoch, which all workspaces of a system share.

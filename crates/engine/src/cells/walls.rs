@@ -3,10 +3,10 @@
 use glam::DVec2;
 
 use super::{
-    grid::CellGrid,
+    cell_grid::CellGrid,
     multi_cell::{Listed, MultiCellBody},
 };
-use crate::wall::{StandingWall, folded};
+use crate::world::wall::{StandingWall, folded};
 
 /// Factor on the distance within which a body is near a wall, so that no rounding leaves one out.
 const MARGIN: f64 = 1.0 + 1e-9;

@@ -44,9 +44,9 @@ pub(super) fn outline(circles: &[(DVec2, f64)]) -> (Vec<ExposedArc>, Vec<Exposed
     let (mut outer, mut hidden) = (Vec::new(), Vec::new());
     for (piece, reached) in pieces.iter().zip(reached) {
         if reached {
-            outer.push(piece.arc)
+            outer.push(piece.arc);
         } else {
-            hidden.push(piece.arc)
+            hidden.push(piece.arc);
         }
     }
     (outer, hidden)

@@ -1,4 +1,5 @@
-//! `events`, `events:A,B`: every contact between bodies of two tags, written while the run continues.
+//! `events`, `events:A,B`: every contact between bodies of two tags, written while the run
+//! continues.
 
 use anyhow::Result;
 use carom::observers::{ContactLog, TagFilter};

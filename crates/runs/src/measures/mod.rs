@@ -1,7 +1,8 @@
 //! Measures: observers by name, whose results become tables, charts and figures of the page.
 //!
-//! A measure is one file with an observer's [`Measured`] and a [`MeasureKind`], and a line in [`KINDS`].
-//! Its CSV file, chart with error band and prediction, figures and JSON follow from the tables.
+//! A measure is one file with an observer's [`Measured`] and a [`MeasureKind`], and a line in
+//! [`KINDS`]. Its CSV file, chart with error band and prediction, figures and JSON follow from the
+//! tables.
 
 mod billiard;
 mod collision_rate;

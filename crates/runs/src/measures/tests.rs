@@ -214,6 +214,7 @@ fn column<'a>(table: &'a Table, name: &str) -> &'a [Option<f64>] {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one scene with all measures")]
 fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
     let (results, gas) = measured(
         r#"

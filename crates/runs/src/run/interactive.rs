@@ -247,8 +247,8 @@ impl InteractiveRun {
     /// whether `until` has been reached within the limit of a call.
     ///
     /// # Errors
-    /// The run cannot continue, `until` is later than a run can be saved, or an edit of the scene is
-    /// refused.
+    /// The run cannot continue, `until` is later than a run can be saved, or an edit of the scene
+    /// is refused.
     pub fn advance(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool> {
         let begun = Instant::now();
         let latest = self.latest();

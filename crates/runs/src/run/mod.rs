@@ -92,32 +92,7 @@ pub fn run(options: &RunOptions) -> Result<Verdict> {
     let what = describe(&scene, parent.as_ref());
     let signals = Signals::watch()?;
     let mut place = Place::new(options, &scene, parent.as_ref());
-    let start = |place: &mut Place| -> Result<_> {
-        if let Some(parent) = place.parent {
-            return start(continued(parent, &scene, &method)?, &scene, parent.actions);
-        }
-        let fits =
-            Demand::new(&scene).and_then(|demand| demand.refuse_unless_fits(memory::available()));
-        fits.with_context(|| format!("scene {}", options.file.path.display()))?;
-        let growth = match &place.opened {
-            Some((folder, _)) => placement::stored(&what, folder.path())?,
-            None => None,
-        };
-        let mut store = |growth: &Growth| placement::store(growth, &what, place.describe()?.path());
-        let placement = BodyPlacement::new(
-            &method,
-            &signals,
-            options.choices.checkpoint_every,
-            &mut store,
-        );
-        let simulation = match growth {
-            Some(growth) => placement.resume(growth),
-            None => placement.place(&scene),
-        };
-        let simulation =
-            simulation.with_context(|| format!("scene {}", options.file.path.display()))?;
-        start(simulation, &scene, 0)
-    };
+    let start = |place: &mut Place| start_in(place, options, &method, &what, &signals);
     // Built before anything is written, so that an invalid scene leaves no folder, except for a
     // growth that takes long. A run that is resumed need not place its bodies again.
     let resumes = options.choices.resumption.resume;
@@ -158,20 +133,15 @@ pub fn run(options: &RunOptions) -> Result<Verdict> {
     place.tiles = Some(TileSummary::new(task.threads, &ended.tiles));
     let title = format!("Scene {}", options.file.path.display());
     if let Some(error) = ended.error {
-        let mut summary = ended
-            .outcome
-            .summary_of_failed(title, &task.method, scene.run.until);
+        let until = scene.run.until;
+        let mut summary = ended.outcome.summary_of_failed(title, &task.method, until);
         put_first(&mut summary, parent.as_ref(), &remarks);
         // The cause comes first: on a full disk none of this can be written.
         let recorded = place.fail(summary.totals.cpu_seconds(), &error);
         let written = write_failed(&folder, &ended.outcome, &summary, &error);
-        let later = ended
-            .later
-            .into_iter()
-            .chain(recorded.err())
-            .chain(written.err());
+        let later = [recorded.err(), written.err()].into_iter().flatten();
         crate::conclude(&folder, &summary);
-        return Err(Followed::by(error, later));
+        return Err(Followed::by(error, ended.later.into_iter().chain(later)));
     }
     let mut summary = ended.outcome.summary(title, &task.method);
     put_first(&mut summary, parent.as_ref(), &remarks);
@@ -180,6 +150,37 @@ pub fn run(options: &RunOptions) -> Result<Verdict> {
     place.complete(summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
+}
+
+/// The start of a run: from another run, from a growth that was interrupted, or from its scene.
+fn start_in(
+    place: &mut Place<'_>,
+    options: &RunOptions,
+    method: &Method,
+    what: &str,
+    signals: &Signals,
+) -> Result<Begun> {
+    let scene = place.scene;
+    if let Some(parent) = place.parent {
+        return start(continued(parent, scene, method)?, scene, parent.actions);
+    }
+    let of_scene = || format!("scene {}", options.file.path.display());
+    let demand = Demand::new(scene).with_context(of_scene)?;
+    demand
+        .refuse_unless_fits(memory::available())
+        .with_context(of_scene)?;
+    let growth = match &place.opened {
+        Some((folder, _)) => placement::stored(what, folder.path())?,
+        None => None,
+    };
+    let mut store = |growth: &Growth| placement::store(growth, what, place.describe()?.path());
+    let every = options.choices.checkpoint_every;
+    let placement = BodyPlacement::new(method, signals, every, &mut store);
+    let simulation = match growth {
+        Some(growth) => placement.resume(growth),
+        None => placement.place(scene),
+    };
+    start(simulation.with_context(of_scene)?, scene, 0)
 }
 
 fn all_processors() -> usize {

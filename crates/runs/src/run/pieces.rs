@@ -1,4 +1,4 @@
-//! Pieces of a run, so short that whoever waits for it can look at the clock between them.
+//! Pieces of a run, short enough to look at the clock between them.
 //!
 //! A run in pieces makes the same contacts as in one, to the bit; the end of a piece costs the time
 //! to store all motions.

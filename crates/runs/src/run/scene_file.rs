@@ -230,6 +230,7 @@ mod tests {
     use super::*;
 
     #[test]
+    #[expect(clippy::too_many_lines, reason = "one table of refusals")]
     fn invalid_entries_of_run_are_refused_by_name() {
         let good = RunSpec {
             observe: vec!["energy".to_owned()],

@@ -6,8 +6,8 @@
 //! starts, then thermostats act in the order of their list.
 //!
 //! Order and times of the steps that change the system in a stage depend on that stage alone, not
-//! on what is observed. So a run whose stages are written while it continues makes the same steps as
-//! the run of the scene it has written.
+//! on what is observed. So a run whose stages are written while it continues makes the same steps
+//! as the run of the scene it has written.
 
 use std::vec;
 

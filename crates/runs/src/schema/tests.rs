@@ -11,6 +11,7 @@ use carom_methods::AnySimulation;
 use super::*;
 
 /// Violations of a schema by a value; only the keywords that occur in it are checked.
+#[expect(clippy::too_many_lines, reason = "one rule for each keyword")]
 fn faults(root: &Value, schema: &Value, value: &Value, path: &str) -> Vec<String> {
     let mut faults = Vec::new();
     if let Some(target) = schema["$ref"].as_str() {
@@ -126,7 +127,7 @@ fn faults(root: &Value, schema: &Value, value: &Value, path: &str) -> Vec<String
         match schema["properties"].get(key) {
             Some(property) => faults.extend(self::faults(root, property, inner, &path)),
             None if schema["additionalProperties"] == false => {
-                faults.push(format!("{path}: unknown key"))
+                faults.push(format!("{path}: unknown key"));
             }
             None => {}
         }

@@ -84,7 +84,7 @@ fn corner(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
             match run.observe_until(50.0, &mut watch) {
                 Ok(()) => {}
                 Err(error) => {
-                    unnamed += usize::from(!matches!(error, RunError::Stalled { .. }) || e > 0.0)
+                    unnamed += usize::from(!matches!(error, RunError::Stalled { .. }) || e > 0.0);
                 }
             }
             overlapping = overlapping.max(run.view().overlaps().pairs);

@@ -219,7 +219,7 @@ fn to_rounding(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     free.molecule.retain(|molecule| !molecule.fixed);
     let mut boosted = free.clone();
     boosted.molecule.iter_mut().for_each(|molecule| {
-        molecule.velocity = [molecule.velocity[0] + 0.5, molecule.velocity[1] - 0.25]
+        molecule.velocity = [molecule.velocity[0] + 0.5, molecule.velocity[1] - 0.25];
     });
     let boost = usize::from(sequence(&boosted)? != sequence(&free)?);
     Ok(vec![

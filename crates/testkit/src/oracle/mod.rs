@@ -5,8 +5,8 @@
 //! error. The oracle therefore searches the *deep* contact: the first time at which two atoms
 //! overlap by more than 2 E, where E is the bound of [`ErrorBound`](carom_detection::ErrorBound).
 //! An exact detector must have reported a contact by then. A pair that overlaps at the start may
-//! overlap by that amount plus 2 E. [`judge`](ExclusionReference::judge) compares an answer with the
-//! reference.
+//! overlap by that amount plus 2 E. [`judge`](ExclusionReference::judge) compares an answer with
+//! the reference.
 //!
 //! **Method.** Interval exclusion for F(t) = |d|² − S² of one pair of atoms, with S = s minus the
 //! allowance.

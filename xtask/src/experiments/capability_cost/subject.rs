@@ -168,7 +168,7 @@ impl CostSubject {
                     self.simulation.run_until(at(interval))?;
                     match self.work {
                         Work::Snapshots => {
-                            write_extended_xyz(&self.simulation.view(), &mut io::sink())?
+                            write_extended_xyz(&self.simulation.view(), &mut io::sink())?;
                         }
                         Work::Thermostat(tag) => self.simulation.reset_energy_of_tag(tag, 1.0)?,
                         _ => {}
@@ -229,6 +229,7 @@ fn measured(mut scene: Scene, name: &str) -> Scene {
 }
 
 /// The scene of a variant.
+#[expect(clippy::too_many_lines, reason = "one arm for each capability")]
 pub fn scene(variant: Variant) -> Scene {
     let radius = radius();
     let discs = |count: usize, radius: f64, mass: f64| GasSpec {

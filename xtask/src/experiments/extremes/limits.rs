@@ -89,9 +89,9 @@ impl LimitSearch {
             let next = (low + STEP).min(end);
             let ending = attempt_at(next);
             if ending.holds() {
-                low = next
+                low = next;
             } else {
-                failed.push((next, ending))
+                failed.push((next, ending));
             }
         }
         if let Some(&(high, _)) = failed.first() {
@@ -110,9 +110,9 @@ impl LimitSearch {
             let middle = 0.5 * (low + high);
             let ending = attempt_at(middle);
             if ending.holds() {
-                low = middle
+                low = middle;
             } else {
-                failed.push((middle, ending))
+                failed.push((middle, ending));
             }
         }
         let rest: Vec<(f64, Ending)> = failed

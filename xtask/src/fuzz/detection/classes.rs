@@ -209,9 +209,9 @@ fn bisected_graze(draw: &mut FuzzDraw) -> Encounter {
             break;
         }
         if changed(middle) {
-            end = middle
+            end = middle;
         } else {
-            begin = middle
+            begin = middle;
         }
     }
     moved(if draw.happens(0.5) { begin } else { end })
@@ -343,9 +343,9 @@ fn paired_spins(draw: &mut FuzzDraw) -> Encounter {
     for _ in 0..100 {
         let middle = 0.5 * (near + far);
         if first_gap(&molecules, &at(middle)) < gap {
-            near = middle
+            near = middle;
         } else {
-            far = middle
+            far = middle;
         }
     }
     let spin = draw.sign() * draw.scale(0.01, 10.0);

@@ -175,7 +175,7 @@ impl Variants<'_> {
     fn simplify_rules(&mut self) {
         self.with(|case| case.scene.elasticity.pair.clear());
         self.with(|case| {
-            case.scene.elasticity.contact_time = ElasticitySpec::default().contact_time
+            case.scene.elasticity.contact_time = ElasticitySpec::default().contact_time;
         });
         self.with(|case| case.scene.elasticity.default = 1.0);
         for factor in [0.1, 0.5, 0.8, 0.95] {

@@ -323,9 +323,9 @@ impl Sketch {
                 let middle = 0.5 * (near + far);
                 let gap = self.gap(outline, &at(along(origin, middle, direction)));
                 if gap < requested {
-                    near = middle
+                    near = middle;
                 } else {
-                    far = middle
+                    far = middle;
                 }
             }
             let place = along(origin, far, direction);

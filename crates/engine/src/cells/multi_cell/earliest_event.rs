@@ -7,14 +7,14 @@ use glam::DVec2;
 
 use super::{Listed, Pending};
 use crate::{
-    World,
     cells::{
         body_record::{BodyRecord, RecordKind},
         candidates::Candidate,
         frame::CellFrame,
         state::CellState,
     },
-    scheduler::{ContactEvent, ordered},
+    run::scheduler::{ContactEvent, ordered},
+    world::World,
 };
 
 /// The earliest event found so far for a body.

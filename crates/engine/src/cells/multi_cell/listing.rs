@@ -5,13 +5,13 @@ use glam::DVec2;
 
 use super::{Listed, MultiCellBody};
 use crate::{
-    World,
     cells::{
         body_record::NO_CELL,
-        grid::CellGrid,
+        cell_grid::CellGrid,
         state::CellState,
         walls::{cells_of_wall, near_wall},
     },
+    world::World,
 };
 
 /// Least radius of a shell, as a share of the shorter side of a cell. Smaller: a body among discs

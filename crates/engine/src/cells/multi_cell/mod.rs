@@ -27,7 +27,10 @@ pub(super) use self::{
     search::predict_multi_cell,
 };
 use super::candidates::Candidates;
-use crate::{Body, index_or_none::IndexOrNone, scheduler::TouchingParts, wall::StandingWall};
+use crate::{
+    run::scheduler::TouchingParts,
+    world::{body::Body, index_or_none::IndexOrNone, wall::StandingWall},
+};
 
 /// All multi-cell bodies of the system.
 #[derive(Debug, Clone, Default)]

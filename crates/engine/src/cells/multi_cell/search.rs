@@ -11,11 +11,15 @@ use carom_detection::{DISC_LANES, Detection, QueryBody};
 
 use super::{EarliestEvent, Listed, MultiCellBody, Surroundings};
 use crate::{
-    World,
     cells::{
-        body_record::RecordKind, candidates::Candidate, dispatch::dispatched, frame::CellFrame,
-        simd::Kernel, state::CellState,
+        body_record::RecordKind,
+        candidates::{Candidate, Candidates},
+        dispatch::dispatched,
+        frame::CellFrame,
+        simd::Kernel,
+        state::CellState,
     },
+    world::World,
 };
 
 dispatched!(predict_multi_cell(body: u32, now: f64, except: Option<u32>));
@@ -113,6 +117,34 @@ impl<F: CellFrame> CellState<F> {
                 },
             );
         }
+        let tighter = |state: &Self, other: Listed| {
+            let lanes = state.lanes::<1>(body, &[other], now);
+            detection.contact_time_lower_bound(&query_body, &lanes, horizon)
+        };
+        self.search_candidates(
+            world,
+            detection,
+            (body, now),
+            candidates,
+            tighter,
+            &mut best,
+        );
+        self.multi_cell.around = around;
+        self.store_event(body, &best);
+    }
+
+    /// Searches the candidates for the earliest contact of a multi-cell body. `tighter` is a bound
+    /// on the time of a contact with a disc that takes longer to compute than those so far.
+    #[inline(always)]
+    fn search_candidates<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        (body, now): (u32, f64),
+        candidates: &mut Candidates<Listed>,
+        tighter: impl Fn(&Self, Listed) -> f64,
+        best: &mut EarliestEvent,
+    ) {
         // Lowest bound first: most candidates then need no search.
         while let Some(candidate) = candidates.take_least(|listed| listed.index) {
             let Candidate {
@@ -124,21 +156,18 @@ impl<F: CellFrame> CellState<F> {
                 break;
             }
             if !is_tight && self.molecule(world, other.index).is_disc() {
-                let lanes = self.lanes::<1>(body, &[other], now);
-                let tighter = detection.contact_time_lower_bound(&query_body, &lanes, horizon);
-                if tighter > bound {
+                let bound_of_disc = tighter(self, other);
+                if bound_of_disc > bound {
                     candidates.push(Candidate {
-                        bound: tighter,
+                        bound: bound_of_disc,
                         is_tight: true,
                         ..candidate
                     });
                     continue;
                 }
             }
-            self.search(world, detection, body, &candidate, now, &mut best);
+            self.search(world, detection, body, &candidate, now, best);
         }
-        self.multi_cell.around = around;
-        self.store_event(body, &best);
     }
 
     /// Collects the discs around a multi-cell body from the neighbour lists of its tiles.

@@ -9,11 +9,13 @@ use carom_kinematics::Motion;
 
 use super::trim;
 use crate::{
-    World,
     cells::{body_record::BodyRecord, frame::TileFrame, state::CellState},
-    limits::Limits,
-    scheduler::StoredMotions,
-    window::{InelasticContacts, RestartState, TimeWindow, WindowJob},
+    contact::limits::Limits,
+    run::{
+        scheduler::StoredMotions,
+        window::{InelasticContacts, RestartState, TimeWindow, WindowJob},
+    },
+    world::World,
 };
 
 /// The flight of a body after a change, and the boxes that it has crossed.

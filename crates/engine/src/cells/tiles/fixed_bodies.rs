@@ -3,11 +3,11 @@
 
 use super::map::TileMap;
 use crate::{
-    World,
     cells::{
-        grid::CellGrid,
+        cell_grid::CellGrid,
         multi_cell::{CoveredCells, Listed, cells_of_fixed_body},
     },
+    world::World,
 };
 
 /// The fixed bodies of the box.

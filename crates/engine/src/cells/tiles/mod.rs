@@ -104,19 +104,21 @@ use self::{
 };
 use super::{
     body_record::BodyRecord,
-    grid::CellGrid,
+    cell_grid::CellGrid,
     simd::Available,
     state::{CellState, EpochConstants},
 };
 use crate::{
-    SchedulerCounters, TileCounters, TileWork, Tiling, World,
-    limits::Limits,
-    resolution::ContactPair,
-    scheduler::StoredMotions,
-    window::{
-        ContactEnergy, FastContact, InelasticContacts, LoggedContact, RestartState, TimeWindow,
-        WindowJob,
+    contact::{limits::Limits, resolution::ContactPair},
+    run::{
+        scheduler::StoredMotions,
+        tiling::{TileCounters, TileWork, Tiling},
+        window::{
+            ContactEnergy, FastContact, InelasticContacts, LoggedContact, RestartState, TimeWindow,
+            WindowJob,
+        },
     },
+    world::{World, counters::SchedulerCounters},
 };
 
 /// Runs of a window, or of a tile in it, before the window is run event by event.

@@ -7,8 +7,19 @@ mod other_bodies;
 use glam::DVec2;
 
 use crate::{
-    AtomSpec, CollisionReport, Counters, ElasticityRule, ElasticitySpec, GasSpec, Ledger,
-    MoleculeSpec, Observer, Quantity, RunError, Scene, Simulation, TileCounters, Tiling,
+    run::{
+        observer::Observer,
+        simulation::Simulation,
+        tiling::{TileCounters, Tiling},
+    },
+    scene::{
+        ElasticityRule, ElasticitySpec, MoleculeSpec, Scene, atom_spec::AtomSpec,
+        distribution::Quantity, error::RunError, gas_spec::GasSpec,
+    },
+    world::{
+        counters::{Counters, Ledger},
+        report::CollisionReport,
+    },
 };
 
 /// The radius of the discs of a gas.

@@ -16,20 +16,25 @@ use super::{
     trim,
 };
 use crate::{
-    SchedulerCounters, TileWork, World,
     cells::{
         body_record::{BodyRecord, NO_CELL, RecordKind},
+        cell_grid::CellGrid,
         frame::{Numbering, TileFrame},
-        grid::CellGrid,
         multi_cell::Listed,
         simd::{Available, Kernel, KernelWork, dispatch},
         state::{CellState, EpochConstants},
     },
-    limits::{ContactPlaces, Limits},
-    resolution::{ContactPair, Resolved},
-    scheduler::{ContactEvent, TouchingParts},
-    simultaneous_contacts::MAX_CONTACTS_AT_ONCE,
-    window::{ContactEnergy, FastContact, InelasticContacts, LoggedContact, WindowJob},
+    contact::{
+        limits::{ContactPlaces, Limits},
+        resolution::{ContactPair, Resolved},
+        simultaneous_contacts::MAX_CONTACTS_AT_ONCE,
+    },
+    run::{
+        scheduler::{ContactEvent, TouchingParts},
+        tiling::TileWork,
+        window::{ContactEnergy, FastContact, InelasticContacts, LoggedContact, WindowJob},
+    },
+    world::{World, counters::SchedulerCounters},
 };
 
 /// Version of the dummy, which stands for partners outside the workspace: none that a body has.

@@ -245,13 +245,8 @@ fn motion(
     theory: Option<&Theory<'_>>,
     context: &Context<'_>,
 ) -> Vec<Figure> {
-    let shape = &kicks.shape;
-    let rate = parts
-        .whole
-        .first()
-        .and_then(|mean| mean.value)
-        .unwrap_or(0.0);
-    let times = theory.map(|theory| theory.relaxation_times(rate));
+    let first = parts.whole.first().and_then(|mean| mean.value);
+    let times = theory.map(|theory| theory.relaxation_times(first.unwrap_or(0.0)));
     // Blocks that are too short give no error; without theory their length is taken to be enough.
     let is_long = times.is_none_or(|times| context.block >= MIN_BLOCK * times[0].max(times[1]));
     let mean = |index: usize| {
@@ -261,105 +256,95 @@ fn motion(
             ..mean
         }
     };
-    let is_zero = context.is_equilibrium && !shape.is_fixed;
+    let times_of_motion = times.filter(|_| !kicks.shape.is_fixed);
+    let mut figures = forces_and_velocities(kicks, context, mean);
+    figures.extend(energies(kicks, theory, context, mean));
+    figures.extend(relaxation_times(times, context));
+    figures.extend(needed(times_of_motion, context));
+    figures
+}
+
+/// Means that vanish at equilibrium.
+fn forces_and_velocities(
+    kicks: &Kicks,
+    context: &Context<'_>,
+    mean: impl Fn(usize) -> BlockMean,
+) -> Vec<Figure> {
+    let shape = &kicks.shape;
+    let (moves, turns) = (!shape.is_fixed, shape.can_turn);
+    let is_zero = context.is_equilibrium && moves;
     // Without a fixed body, a locked one drifts with all others.
-    let rests = kicks.around.as_ref().is_some_and(|around| around.rests) || shape.can_turn;
+    let rests = kicks.around.as_ref().is_some_and(|around| around.rests) || turns;
+    let is_uneven = !shape.molecule.is_round();
     let (force, velocity) = ("mass·length/time²", "length/time");
     let names = [
-        (
-            5,
-            "velocity along x′",
-            velocity,
-            is_zero && rests,
-            !shape.is_fixed,
-        ),
-        (
-            6,
-            "velocity along y′",
-            velocity,
-            is_zero && rests,
-            !shape.is_fixed,
-        ),
-        (
-            7,
-            "angular velocity",
-            "radian/time",
-            is_zero,
-            shape.can_turn,
-        ),
+        (5, "velocity along x′", velocity, is_zero && rests, moves),
+        (6, "velocity along y′", velocity, is_zero && rests, moves),
+        (7, "angular velocity", "radian/time", is_zero, turns),
         (2, "force along x′", force, is_zero, true),
         (3, "force along y′", force, is_zero, true),
-        (
-            4,
-            "torque",
-            "mass·length²/time²",
-            is_zero,
-            !shape.molecule.is_round(),
-        ),
+        (4, "torque", "mass·length²/time²", is_zero, is_uneven),
     ];
-    let of_motion = names
-        .into_iter()
-        .filter(|(.., is_measured)| *is_measured)
-        .filter_map(|(index, name, unit, is_zero, _)| {
-            let figure = context.figure(name, unit, &mean(index))?;
-            let figure = figure.predicted(is_zero.then_some(0.0), EQUILIBRIUM);
-            // In a frame that does not turn the impulses sum to a change of momentum, and the
-            // torques on a body that turns to one of its angular momentum: both are bounded, also
-            // if a steady force drives the body.
-            let is_bounded = index < 4 && !shape.can_turn || index == 4 && shape.can_turn;
-            Some(if is_bounded { figure } else { figure.test() })
-        });
-    let shares = theory.map(|theory| (theory.around.thermal_shares, theory.around.temperature));
-    let energies = [
-        (
-            8,
-            "kT along x′",
-            shares.map(|(shares, kt)| [shares[0], kt]),
-            !shape.is_fixed,
-        ),
-        (
-            9,
-            "kT along y′",
-            shares.map(|(shares, kt)| [shares[1], kt]),
-            !shape.is_fixed,
-        ),
-        (
-            10,
-            "kT turning",
-            shares.map(|(_, kt)| [1.0, kt]),
-            shape.can_turn,
-        ),
+    let mut figures = Vec::new();
+    for (index, name, unit, is_zero, is_measured) in names {
+        let Some(figure) = context
+            .figure(name, unit, &mean(index))
+            .filter(|_| is_measured)
+        else {
+            continue;
+        };
+        let figure = figure.predicted(is_zero.then_some(0.0), EQUILIBRIUM);
+        // In a frame that does not turn the impulses sum to a change of momentum, and the torques
+        // on a body that turns to one of its angular momentum: both are bounded, also if a steady
+        // force drives the body.
+        let is_bounded = index < 4 && !turns || index == 4 && turns;
+        figures.push(if is_bounded { figure } else { figure.test() });
+    }
+    figures
+}
+
+/// Energies along the axes of the body, and of its rotation.
+fn energies(
+    kicks: &Kicks,
+    theory: Option<&Theory<'_>>,
+    context: &Context<'_>,
+    mean: impl Fn(usize) -> BlockMean,
+) -> Vec<Figure> {
+    let shape = &kicks.shape;
+    let around = theory.map(|theory| theory.around);
+    let share = |axis: usize| around.map(|around| around.thermal_shares[axis]);
+    let names = [
+        (8, "kT along x′", share(0), !shape.is_fixed),
+        (9, "kT along y′", share(1), !shape.is_fixed),
+        (10, "kT turning", around.map(|_| 1.0), shape.can_turn),
     ];
-    let of_energy = energies
-        .into_iter()
-        .filter(|(.., is_measured)| *is_measured)
-        .filter_map(|(index, name, predicted, _)| {
-            let source = if predicted.is_some_and(|[share, _]| share < 1.0) {
-                OF_ALL
-            } else {
-                EQUIPARTITION
-            };
-            let figure = context.figure(name, "mass·length²/time²", &mean(index))?;
-            Some(figure.predicted(predicted.map(|[share, kt]| share * kt), source))
-        });
-    let times_of_motion = times.filter(|_| !shape.is_fixed);
-    let times = times
+    let mut figures = Vec::new();
+    for (index, name, share, is_measured) in names {
+        let figure = context.figure(name, "mass·length²/time²", &mean(index));
+        let Some(figure) = figure.filter(|_| is_measured) else {
+            continue;
+        };
+        let is_part = share.is_some_and(|share| share < 1.0);
+        let source = if is_part { OF_ALL } else { EQUIPARTITION };
+        let predicted = share
+            .zip(around)
+            .map(|(share, around)| share * around.temperature);
+        figures.push(figure.predicted(predicted, source));
+    }
+    figures
+}
+
+/// The times in which velocity and rotation are forgotten.
+fn relaxation_times(times: Option<[f64; 2]>, context: &Context<'_>) -> Vec<Figure> {
+    let named = times
         .into_iter()
         .flat_map(|times| times.into_iter().zip(["velocity", "rotation"]));
-    let of_times = times
-        .filter(|(time, _)| *time > 0.0 && time.is_finite())
-        .map(|(time, what)| {
-            Figure::new(
-                context.named(&format!("relaxation time of the {what}, from the kicks")),
-                time,
-                "time",
-            )
-        });
-    of_motion
-        .chain(of_energy)
-        .chain(of_times)
-        .chain(needed(times_of_motion, context))
-        .collect()
+    let finite = named.filter(|(time, _)| *time > 0.0 && time.is_finite());
+    let figure = |(time, what): (f64, &str)| {
+        let name = format!("relaxation time of the {what}, from the kicks");
+        Figure::new(context.named(&name), time, "time")
+    };
+    finite.map(figure).collect()
 }
 
 /// The duration of a measurement that gives errors of the motion, if this one is too short.

@@ -4,7 +4,14 @@ use super::{
     Computed, Contacts, SMALL, add_motions, assert_same, at_rest, disc, gas, inelastic_gases,
     other_bodies, time_of,
 };
-use crate::{ElasticitySpec, Scene, SchedulerCounters, Simulation, TileCounters, Tiling};
+use crate::{
+    run::{
+        simulation::Simulation,
+        tiling::{TileCounters, Tiling},
+    },
+    scene::{ElasticitySpec, Scene},
+    world::counters::SchedulerCounters,
+};
 
 /// Runs a scene to `stops` equally spaced times; `between` is called before each.
 fn run(

@@ -1,10 +1,17 @@
 //! Molecules, walls and fixed bodies in tiles.
 
 use super::{Computed, SMALL, add_motions, assert_same, assert_same_reports, run};
-use crate::{Scene, Simulation, TileCounters, TileUse, Tiling};
+use crate::{
+    run::{
+        simulation::Simulation,
+        tiling::{TileCounters, TileUse, Tiling},
+    },
+    scene::Scene,
+};
 
 /// Scenes of all kinds of bodies that tiles can run, with a time in which each body has some
 /// contacts.
+#[expect(clippy::too_many_lines, reason = "one table of scenes")]
 pub(super) fn scenes() -> Vec<(&'static str, Scene, f64)> {
     let mut scenes = Vec::new();
     let mut add = |name, until, toml: &str| {

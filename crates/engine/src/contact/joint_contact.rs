@@ -1,0 +1,208 @@
+//! Contacts of two bodies at several points at one instant, such as a rod that falls flat on a
+//! wall: which points touch, and the joint impulse.
+//!
+//! Contacts of one body with several others at one instant are not joined: they are resolved one
+//! after the other, in the order of [`ContactEvent::in_order`].
+
+use carom_detection::Part;
+use carom_kinematics::{Inertia, Motion};
+use carom_response::{ContactFrame, apply_impulse};
+use glam::DVec2;
+use smallvec::SmallVec;
+
+use crate::{
+    contact::{
+        contact_event::{ContactEvent, TouchingParts},
+        contact_geometry::contact_geometry,
+    },
+    world::{World, body::Body},
+};
+
+/// Points whose gap is at most this many bounds on the rounding of a separation touch. Smaller: a
+/// flat contact is taken for a contact of one point, and the next follows at the same instant.
+/// Larger: points are joined whose contacts are farther apart than rounding.
+const TOUCHING: f64 = 2.0;
+
+/// A resultant smaller than this share of all impulses has no line of action: they cancel out.
+const CANCELLED: f64 = 1e-9;
+
+/// The outcome of a contact at several points.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct JointContact {
+    /// A frame on the line of action of the resultant, which has the same effect.
+    pub frame: ContactFrame,
+    /// The resultant on the second body (mass × length / time).
+    pub impulse: DVec2,
+    /// The motions after it.
+    pub after: [Motion; 2],
+    /// Number of points that touch.
+    pub points: u32,
+}
+
+/// Whether two bodies that touch at these parts may touch at others at the same instant: one of
+/// them must consist of several atoms.
+#[inline]
+pub(crate) fn may_be_joint(pair: [&Body; 2], parts: TouchingParts) -> bool {
+    let has_atoms = match parts {
+        TouchingParts::Discs | TouchingParts::BoundingCircles => false,
+        TouchingParts::Atoms(..) => true,
+        TouchingParts::FaceOfA(part) | TouchingParts::FaceOfB(part) => {
+            matches!(part, Part::Atom(_))
+        }
+    };
+    has_atoms
+        && pair
+            .iter()
+            .any(|body| !body.is_wall() && body.molecule().atoms().len() > 1)
+}
+
+/// The outcome of a contact whose first point is `first`; `None` if the bodies touch at one point,
+/// or if `impulses` has none for several. `bodies` are the motions just before, and the inertias;
+/// `error` is the rounding of a separation (length).
+pub(crate) fn joint_contact(
+    world: &World,
+    contact: &ContactEvent,
+    bodies: (&[Motion; 2], [&Inertia; 2]),
+    first: &ContactFrame,
+    error: f64,
+    impulses: impl FnOnce(&[ContactFrame]) -> Option<Vec<DVec2>>,
+) -> Option<JointContact> {
+    let (before, inertias) = bodies;
+    let frames = touching(world, contact, before, first, TOUCHING * error);
+    if frames.len() < 2 {
+        return None;
+    }
+    let impulses = impulses(&frames)?;
+    let mut after = *before;
+    for (frame, &impulse) in frames.iter().zip(&impulses) {
+        after = [
+            apply_impulse(&after[0], inertias[0], frame.arms[0], -impulse),
+            apply_impulse(&after[1], inertias[1], frame.arms[1], impulse),
+        ];
+    }
+    let impulse = impulses.iter().sum();
+    let frame = resultant(&frames, &impulses);
+    Some(JointContact {
+        frame,
+        impulse,
+        after,
+        points: frames.len() as u32,
+    })
+}
+
+/// The frames of all points whose gap is at most `tolerance` (length), that of the contact itself
+/// first.
+#[inline]
+fn touching(
+    world: &World,
+    contact: &ContactEvent,
+    before: &[Motion; 2],
+    first: &ContactFrame,
+    tolerance: f64,
+) -> SmallVec<[ContactFrame; 4]> {
+    let pair = contact.bodies.map(|body| &world.bodies[body as usize]);
+    let mut frames = SmallVec::from_slice(&[*first]);
+    if let Some(wall) = pair.iter().position(|body| body.is_wall()) {
+        let touched = atom_at_wall(contact.parts, wall);
+        for atom in (0..pair[1 - wall].molecule().atoms().len() as u32)
+            .filter(|atom| Some(*atom) != touched)
+        {
+            let part = Part::Atom(atom);
+            let parts = if wall == 0 {
+                TouchingParts::FaceOfA(part)
+            } else {
+                TouchingParts::FaceOfB(part)
+            };
+            let (frame, depth) =
+                contact_geometry(world, &ContactEvent { parts, ..*contact }, before);
+            if depth >= -tolerance {
+                frames.push(frame);
+            }
+        }
+        return frames;
+    }
+    let between = (before[1].position - before[0].position) + world.bounds.shift(contact.image);
+    let [of_a, of_b] = [0, 1].map(|n| {
+        let to_other = if n == 0 { between } else { -between };
+        near(
+            pair[n],
+            &before[n],
+            to_other,
+            pair[1 - n].molecule().bounding_radius() + tolerance,
+        )
+    });
+    for a in &of_a {
+        for b in &of_b {
+            let line_of_centres = between + (b.arm - a.arm);
+            let reach = a.radius + b.radius + tolerance;
+            let touches = line_of_centres.length_squared() <= reach * reach;
+            if touches && contact.parts != TouchingParts::Atoms(a.index, b.index) {
+                frames.push(ContactFrame {
+                    line_of_centres,
+                    arms: [a.arm, b.arm],
+                });
+            }
+        }
+    }
+    frames
+}
+
+/// The atom of the other body that touches a wall, at its face or at an end.
+fn atom_at_wall(parts: TouchingParts, wall: usize) -> Option<u32> {
+    match parts {
+        TouchingParts::FaceOfA(Part::Atom(atom)) | TouchingParts::FaceOfB(Part::Atom(atom)) => {
+            Some(atom)
+        }
+        TouchingParts::Atoms(a, b) => Some(if wall == 0 { b } else { a }),
+        _ => None,
+    }
+}
+
+/// An atom of a body in its present orientation.
+#[derive(Debug, Clone, Copy)]
+struct Placed {
+    index: u32,
+    /// From the centre of mass (length).
+    arm: DVec2,
+    radius: f64,
+}
+
+/// The atoms of a body within `reach` of the centre of the other (length).
+fn near(body: &Body, motion: &Motion, to_other: DVec2, reach: f64) -> SmallVec<[Placed; 8]> {
+    let rotation = motion.orientation.cos_sin();
+    let atoms = body.molecule().atoms().iter().enumerate();
+    let placed = atoms.map(|(index, atom)| Placed {
+        index: index as u32,
+        arm: rotation.rotate(atom.offset()),
+        radius: atom.radius(),
+    });
+    let is_near = |atom: &Placed| {
+        let most = reach + atom.radius;
+        (to_other - atom.arm).length_squared() <= most * most
+    };
+    placed.filter(is_near).collect()
+}
+
+/// A frame on the line of action of the resultant of these impulses on the second body. Where they
+/// cancel out, there is no such line, and the frame is that of the first point.
+fn resultant(frames: &[ContactFrame], impulses: &[DVec2]) -> ContactFrame {
+    let all: f64 = impulses.iter().map(|impulse| impulse.length()).sum();
+    let force: DVec2 = impulses.iter().sum();
+    if force.length() <= CANCELLED * all {
+        return frames[0];
+    }
+    let on_line = |n: usize| {
+        let arms = || frames.iter().map(|frame| frame.arms[n]).zip(impulses);
+        let mean = arms()
+            .map(|(arm, impulse)| impulse.length() * arm)
+            .sum::<DVec2>()
+            / all;
+        let torque: f64 = arms().map(|(arm, impulse)| arm.perp_dot(*impulse)).sum();
+        mean + (mean.perp_dot(force) - torque) / force.length_squared() * force.perp()
+    };
+    let line_of_centres = frames[0].line_of_centres.length() * force.normalize();
+    ContactFrame {
+        line_of_centres,
+        arms: [on_line(0), on_line(1)],
+    }
+}

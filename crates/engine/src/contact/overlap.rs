@@ -1,0 +1,213 @@
+//! The overlap check: all near pairs of a view, computed independently of the scheduler's lists.
+
+use carom_geometry::gap_between;
+use glam::DVec2;
+
+use crate::{
+    contact::rounding_bound::rounding_bound,
+    world::view::{BodyView, View},
+};
+
+/// The overlapping pairs at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct OverlapCensus {
+    /// Number of pairs that overlap by more than the rounding bound.
+    pub pairs: usize,
+    /// The deepest overlap of any pair, in units of the smaller diameter of the touching parts'
+    /// bodies; 0 if no bodies overlap. It may be due to rounding.
+    pub deepest: f64,
+    /// The deepest overlap of any pair (length).
+    pub deepest_length: f64,
+}
+
+impl View<'_> {
+    /// Pairs of bodies that overlap by more than rounding.
+    pub fn overlaps(&self) -> OverlapCensus {
+        census(self)
+    }
+}
+
+/// A body in the cell list of the census: all that rules out most pairs.
+#[derive(Debug, Clone, Copy)]
+struct NearBody {
+    place: DVec2,
+    bounding_radius: f64,
+    /// Its index among the bodies of the view.
+    index: u32,
+}
+
+/// Counts the overlapping pairs of a view with its own cell list.
+fn census(view: &View<'_>) -> OverlapCensus {
+    let bodies: Vec<BodyView<'_>> = view.bodies().collect();
+    let sides = view.bounds().sides();
+    let reach = view.world.largest_reach();
+    // At least one cell, and at most about √N per side for N bodies: an empty cell costs as much as
+    // a full one.
+    let count = |side: f64| ((side / reach).min(1.0 + (bodies.len() as f64).sqrt()) as i64).max(1);
+    let [columns, rows] = [count(sides.x), count(sides.y)];
+    let number = |[column, row]: [i64; 2]| (row * columns + column) as usize;
+    let cell_of = |place: DVec2| {
+        let index = |x: f64, side: f64, n: i64| ((x / side * n as f64) as i64).clamp(0, n - 1);
+        number([
+            index(place.x, sides.x, columns),
+            index(place.y, sides.y, rows),
+        ])
+    };
+    let (listed, starts) = list_by_cell(&bodies, number([0, rows]), cell_of);
+    let members = |cell: usize| &listed[starts[cell]..starts[cell + 1]];
+    let mut census = OverlapCensus::default();
+    for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+        for step in 0..9 {
+            let (to_column, boxes_across) = wrapped(column + step % 3 - 1, columns);
+            let (to_row, boxes_up) = wrapped(row + step / 3 - 1, rows);
+            let there = members(number([to_column, to_row]));
+            let shift = view.bounds().shift([boxes_across, boxes_up]);
+            for a in members(number([column, row])) {
+                for b in there.iter().filter(|b| b.index > a.index) {
+                    let bounding = a.bounding_radius + b.bounding_radius;
+                    if ((b.place - a.place) + shift).length_squared() <= bounding * bounding {
+                        let [a, b] = [a, b].map(|body| &bodies[body.index as usize]);
+                        look(a, b, shift, sides, &mut census);
+                    }
+                }
+            }
+        }
+    }
+    for wall in bodies.iter().filter(|body| body.body.is_wall()) {
+        for body in bodies.iter().filter(|body| !body.body.is_fixed()) {
+            look_at_images(body, wall, sides, &mut census);
+        }
+    }
+    census
+}
+
+/// The column or row in the box of one that is at most one beyond the first or last of `count`, and
+/// the number of boxes in between. Divisions would take most of the time of the census.
+fn wrapped(place: i64, count: i64) -> (i64, i64) {
+    if place < 0 {
+        (place + count, -1)
+    } else if place >= count {
+        (place - count, 1)
+    } else {
+        (place, 0)
+    }
+}
+
+/// The bodies that are not walls, sorted by cell, and for each cell the place of its first body in
+/// this list.
+fn list_by_cell(
+    bodies: &[BodyView<'_>],
+    cells: usize,
+    cell_of: impl Fn(DVec2) -> usize,
+) -> (Vec<NearBody>, Vec<usize>) {
+    let not_walls = bodies
+        .iter()
+        .zip(0..)
+        .filter(|(body, _)| !body.body.is_wall());
+    let mut next = vec![0; cells + 1];
+    for (body, _) in not_walls.clone() {
+        next[cell_of(body.motion.position)] += 1;
+    }
+    let mut count = 0;
+    for start in &mut next {
+        count += std::mem::replace(start, count);
+    }
+    let starts = next.clone();
+    let mut listed = vec![
+        NearBody {
+            place: DVec2::ZERO,
+            bounding_radius: 0.0,
+            index: 0
+        };
+        count
+    ];
+    for (body, index) in not_walls {
+        let (place, bounding_radius) =
+            (body.motion.position, body.body.molecule().bounding_radius());
+        let next = &mut next[cell_of(place)];
+        listed[*next] = NearBody {
+            place,
+            bounding_radius,
+            index,
+        };
+        *next += 1;
+    }
+    (listed, starts)
+}
+
+/// Checks a body against each image of a wall that comes near its bounding circle.
+fn look_at_images(
+    body: &BodyView<'_>,
+    wall: &BodyView<'_>,
+    sides: DVec2,
+    census: &mut OverlapCensus,
+) {
+    let Some([first, second]) = wall.wall() else {
+        return;
+    };
+    let reach = body.body.reach() + wall.body.reach();
+    let extent = 0.5 * (second - first).abs() + reach;
+    let separation = wall.motion.position - body.motion.position;
+    let (low, high) = (
+        (-(separation + extent) / sides).ceil(),
+        ((extent - separation) / sides).floor(),
+    );
+    for row in low.y as i64..=high.y as i64 {
+        for column in low.x as i64..=high.x as i64 {
+            look(
+                body,
+                wall,
+                DVec2::new(column as f64, row as f64) * sides,
+                sides,
+                census,
+            );
+        }
+    }
+}
+
+fn look(
+    a: &BodyView<'_>,
+    b: &BodyView<'_>,
+    shift: DVec2,
+    sides: DVec2,
+    census: &mut OverlapCensus,
+) {
+    if a.body.is_fixed() && b.body.is_fixed() {
+        return;
+    }
+    let separation = (b.motion.position - a.motion.position) + shift;
+    let bounding = a.body.molecule().bounding_radius() + b.body.molecule().bounding_radius();
+    if separation.length_squared() > bounding * bounding {
+        return;
+    }
+    let reach = a.body.reach() + b.body.reach();
+    let rotation = |body: &BodyView<'_>| body.motion.orientation.cos_sin();
+    let gap = gap_between(
+        a.body.molecule(),
+        rotation(a),
+        b.body.molecule(),
+        rotation(b),
+        separation,
+    );
+    if gap >= 0.0 {
+        return;
+    }
+    let smallest = |body: &BodyView<'_>| {
+        // A wall has no diameter of its own.
+        let atoms = if body.body.is_wall() {
+            &[]
+        } else {
+            body.body.molecule().atoms()
+        };
+        atoms
+            .iter()
+            .map(|atom| 2.0 * atom.radius())
+            .fold(f64::INFINITY, f64::min)
+    };
+    census.deepest_length = census.deepest_length.max(-gap);
+    census.deepest = census.deepest.max(-gap / smallest(a).min(smallest(b)));
+    if -gap > rounding_bound(sides, reach) {
+        census.pairs += 1;
+    }
+}

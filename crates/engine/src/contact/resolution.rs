@@ -1,0 +1,329 @@
+//! The effect of a contact on its two bodies: a pure function of their motions and of the rules.
+//!
+//! Nothing here changes state, and the result of a [`Response`] depends on its arguments alone.
+//! Contacts of different bodies can therefore be resolved in any order or in parallel. The changes
+//! are recorded afterwards, in order of time (see [`crate::epoch_loop`]).
+
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the caller"
+)]
+
+use carom_kinematics::{Inertia, Motion, kinetic_energy};
+use carom_response::{ContactFrame, Elasticity, Response, apply_impulse};
+use glam::DVec2;
+
+use crate::{
+    contact::{
+        contact_event::ContactEvent,
+        contact_geometry::contact_geometry,
+        elasticity_table::ElasticityTable,
+        guard::Partner,
+        joint_contact::{JointContact, joint_contact, may_be_joint},
+        separation::{missing_impulse, round_outwards},
+    },
+    world::World,
+};
+
+/// The rules that determine the outcome of a contact, in addition to the motions of its two bodies.
+pub(crate) struct Rules<'a, R> {
+    pub world: &'a World,
+    pub response: &'a R,
+    pub elasticity: &'a ElasticityTable,
+    /// Bound on the rounding of a separation in the epoch (length).
+    pub separation_error: f64,
+}
+
+/// A contact of any two bodies, just before it takes place.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ContactPair {
+    pub contact: ContactEvent,
+    /// The motions at the time of the contact.
+    pub before: [Motion; 2],
+    /// The times of the two bodies' last contacts (offset in the epoch); `None` without a guard.
+    pub last_contacts: Option<[f64; 2]>,
+    /// Whether another contact has happened at the same instant.
+    pub repeats: bool,
+}
+
+/// The outcome of a contact.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Resolved {
+    pub frame: ContactFrame,
+    pub elasticity: Elasticity,
+    /// On the second body (mass × length / time).
+    pub impulse: DVec2,
+    /// The motions just after the contact, at the same positions.
+    pub after: [Motion; 2],
+    /// The motions with which the run continues: `after`, with positions rounded outwards if the
+    /// bodies overlap.
+    pub onwards: [Motion; 2],
+    /// Kinetic energy that the contact would have lost in addition without the guard against
+    /// inelastic collapse; `None` if the guard changes nothing.
+    pub spared: Option<f64>,
+    /// Kinetic energy lost; `None` if the response conserves it.
+    pub lost: Option<f64>,
+    /// Whether one of the two bodies is fixed.
+    pub met_fixed: bool,
+    /// Whether rounding alone separates the surfaces, and no guard prevents more such contacts.
+    pub is_unresolved: bool,
+    /// Number of points at which the two bodies touch, if the impulse takes them all into account.
+    pub points: u32,
+}
+
+/// The outcome of a contact of two discs where all contacts are elastic.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ResolvedDiscs {
+    /// From the centre of the first disc to that of the touched image of the second (length).
+    pub line_of_centres: DVec2,
+    /// On the second body (mass × length / time).
+    pub impulse: DVec2,
+    /// The velocities after the contact.
+    pub after: [DVec2; 2],
+    /// Whether one of the two bodies is fixed.
+    pub met_fixed: bool,
+}
+
+impl<R: Response> Rules<'_, R> {
+    /// Whether every contact of two bodies of the table conserves the energy.
+    pub fn all_elastic(&self) -> bool {
+        self.elasticity.is_elastic() && self.response.conserves_energy(Elasticity::ELASTIC)
+    }
+
+    /// Resolves the contact of two discs where all contacts are elastic: only velocities change.
+    /// `flights` are the positions and velocities of the two at the time of the contact.
+    #[inline(always)]
+    pub fn resolve_discs(
+        &self,
+        image: [i64; 2],
+        [[place_a, velocity_a], [place_b, velocity_b]]: [[DVec2; 2]; 2],
+        inverse_masses: [f64; 2],
+    ) -> ResolvedDiscs {
+        let mut d = place_b - place_a;
+        if image != [0, 0] {
+            d += self.world.bounds.shift(image);
+        }
+        let velocities = [velocity_a, velocity_b];
+        let impulse =
+            self.response
+                .impulse_of_discs(d, velocities, inverse_masses, Elasticity::ELASTIC);
+        // By value: a velocity whose address is taken is copied through memory for each contact.
+        let mut after_a = velocity_a - impulse * inverse_masses[0];
+        let mut after_b = velocity_b + impulse * inverse_masses[1];
+        let met_fixed = (inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0);
+        if met_fixed {
+            after_a = self.reflected(d, velocity_a, inverse_masses[0], after_a);
+            after_b = self.reflected(-d, velocity_b, inverse_masses[1], after_b);
+        }
+        ResolvedDiscs {
+            line_of_centres: d,
+            impulse,
+            after: [after_a, after_b],
+            met_fixed,
+        }
+    }
+
+    /// Resolves any contact.
+    #[inline(never)]
+    pub fn resolve(&self, encounter: &ContactPair) -> Resolved {
+        let ContactPair {
+            contact,
+            before,
+            last_contacts,
+            repeats,
+        } = encounter;
+        let ContactEvent {
+            time,
+            bodies,
+            parts,
+            ..
+        } = *contact;
+        let pair = bodies.map(|body| &self.world.bodies[body as usize]);
+        let (mut frame, depth) = contact_geometry(self.world, contact, before);
+        let of_table = self.elasticity.between(pair[0], pair[1]);
+        let mut elasticity = of_table;
+        if let Some(last) = last_contacts
+            && of_table.coefficient() < 1.0
+        {
+            let partner = |n: usize| Partner {
+                body: pair[n],
+                motion: &before[n],
+                since: time - last[n],
+            };
+            let raised = self
+                .elasticity
+                .guard
+                .raise(of_table, &frame, [partner(0), partner(1)]);
+            elasticity = raised.unwrap_or(of_table);
+        }
+        let inertias = pair.map(|body| &body.kind.inertia);
+        let with_inertia = [(&before[0], inertias[0]), (&before[1], inertias[1])];
+        let mut impulse = self.response.impulse(&frame, with_inertia, elasticity);
+        let mut after = self.act(&frame, before, inertias, impulse, elasticity);
+        let mut spared = None;
+        if elasticity != of_table {
+            spared = self.spared(&frame, before, inertias, of_table, (impulse, &after));
+        }
+        let energy = |motions: &[Motion; 2]| {
+            kinetic_energy(&motions[0], inertias[0]) + kinetic_energy(&motions[1], inertias[1])
+        };
+        let mut points = 1;
+        if may_be_joint(pair, parts)
+            && let Some(joint) = self.joint(encounter, &frame, with_inertia, elasticity)
+        {
+            if elasticity != of_table {
+                let unguarded = self.joint(encounter, &frame, with_inertia, of_table);
+                spared = unguarded.map(|unguarded| energy(&joint.after) - energy(&unguarded.after));
+            }
+            (frame, impulse, after, points) =
+                (joint.frame, joint.impulse, joint.after, joint.points);
+        }
+        let changes_energy = *repeats || !self.response.conserves_energy(elasticity);
+        let mut is_unresolved = false;
+        if changes_energy
+            && let Some(missing) = missing_impulse(
+                self.separation_error,
+                &frame,
+                parts,
+                pair,
+                [&before[0], &before[1]],
+                [&after[0], &after[1]],
+            )
+        {
+            impulse += missing;
+            // The resultant of several points that cancel out has no frame.
+            after = if points > 1 {
+                pushed(&frame, &after, inertias, missing)
+            } else {
+                pushed(&frame, before, inertias, impulse)
+            };
+            // The guard has already acted, or there is none: nothing else ends a collapse.
+            is_unresolved = last_contacts.is_none() || elasticity == Elasticity::ELASTIC;
+        }
+        let lost = changes_energy.then(|| energy(before) - energy(&after));
+        let mut onwards = after;
+        round_outwards(self.world, depth, &frame, inertias, &mut onwards);
+        let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
+        Resolved {
+            frame,
+            elasticity,
+            impulse,
+            after,
+            onwards,
+            spared,
+            lost,
+            met_fixed,
+            is_unresolved,
+            points,
+        }
+    }
+
+    /// The outcome of a contact at several points, whose first is that of `frame`; `None` if there
+    /// is one, or if the response resolves them one by one.
+    fn joint(
+        &self,
+        encounter: &ContactPair,
+        frame: &ContactFrame,
+        bodies: [(&Motion, &Inertia); 2],
+        elasticity: Elasticity,
+    ) -> Option<JointContact> {
+        let ContactPair {
+            contact, before, ..
+        } = encounter;
+        let impulses =
+            |frames: &[ContactFrame]| self.response.joint_impulses(frames, bodies, elasticity);
+        let inertias = bodies.map(|(_, inertia)| inertia);
+        joint_contact(
+            self.world,
+            contact,
+            (before, inertias),
+            frame,
+            self.separation_error,
+            impulses,
+        )
+    }
+
+    /// The energy that the guard has saved, if the response depends on the guard: `impulse` and
+    /// motions `after` are those with the raised elasticity.
+    #[cold]
+    #[inline(never)]
+    fn spared(
+        &self,
+        frame: &ContactFrame,
+        before: &[Motion; 2],
+        inertias: [&Inertia; 2],
+        of_table: Elasticity,
+        (impulse, after): (DVec2, &[Motion; 2]),
+    ) -> Option<f64> {
+        let bodies = [(&before[0], inertias[0]), (&before[1], inertias[1])];
+        let unguarded = self.response.impulse(frame, bodies, of_table);
+        if unguarded == impulse {
+            return None;
+        }
+        // The work of an impulse is its product with the mean velocity of the surfaces. A
+        // difference of kinetic energies has a rounding error far larger than the energy saved in a
+        // slow contact.
+        let work = |impulse: DVec2, after: &[Motion; 2]| {
+            let velocities = surface_velocity(frame, before) + surface_velocity(frame, after);
+            0.5 * impulse.dot(velocities)
+        };
+        let without = self.act(frame, before, inertias, unguarded, of_table);
+        Some(work(impulse, after) - work(unguarded, &without))
+    }
+
+    /// The motions after an impulse on the second body. A body that does not turn and meets a fixed
+    /// body elastically gets the velocity of a reflection, which is rounded less, if the response
+    /// provides one.
+    fn act(
+        &self,
+        frame: &ContactFrame,
+        before: &[Motion; 2],
+        inertias: [&Inertia; 2],
+        impulse: DVec2,
+        elasticity: Elasticity,
+    ) -> [Motion; 2] {
+        let mut after = pushed(frame, before, inertias, impulse);
+        let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
+        let d = frame.line_of_centres;
+        let turns = |n: usize| inertias[n].inverse_moment > 0.0 && frame.arms[n].perp_dot(d) != 0.0;
+        if met_fixed && elasticity == Elasticity::ELASTIC && !turns(0) && !turns(1) {
+            let [a, b] = &mut after;
+            a.velocity =
+                self.reflected(d, before[0].velocity, inertias[0].inverse_mass, a.velocity);
+            b.velocity =
+                self.reflected(-d, before[1].velocity, inertias[1].inverse_mass, b.velocity);
+        }
+        after
+    }
+
+    /// The velocity of a body after an elastic contact with a fixed body: one that is rounded less
+    /// than `after`, if the response provides it; a fixed body keeps its velocity.
+    #[cold]
+    #[inline(never)]
+    fn reflected(&self, to_other: DVec2, before: DVec2, inverse_mass: f64, after: DVec2) -> DVec2 {
+        if inverse_mass == 0.0 {
+            before
+        } else {
+            self.response.reflected(to_other, before).unwrap_or(after)
+        }
+    }
+}
+
+/// The velocity of the touching point of the second body relative to that of the first
+/// (length / time).
+fn surface_velocity(frame: &ContactFrame, motions: &[Motion; 2]) -> DVec2 {
+    motions[1].velocity_of(frame.arms[1]) - motions[0].velocity_of(frame.arms[0])
+}
+
+/// The motions after an impulse on the second body and its opposite on the first.
+fn pushed(
+    frame: &ContactFrame,
+    before: &[Motion; 2],
+    inertias: [&Inertia; 2],
+    impulse: DVec2,
+) -> [Motion; 2] {
+    [
+        apply_impulse(&before[0], inertias[0], frame.arms[0], -impulse),
+        apply_impulse(&before[1], inertias[1], frame.arms[1], impulse),
+    ]
+}

@@ -1,0 +1,201 @@
+//! A least speed of separation and outward rounding of positions: they keep touching bodies from
+//! sinking into each other.
+//!
+//! A contact and its outcome are computed to rounding. Three causes could let a pair sink, contact
+//! after contact:
+//!
+//! 1. *Closing speeds of rounding size.* At elasticity 0, and where two bodies approach as slowly
+//!    as velocities are rounded, the surfaces may still close after the contact by a rounding,
+//!    which no detector can distinguish from rest. So a contact that loses energy, or that follows
+//!    another at the same instant, ends with the surfaces separating at [`MIN_SEPARATION`] times
+//!    the speed that detection resolves, E'. Elastic contacts separate as fast as they approach,
+//!    which is already faster than E'. Two discs need only separate by more than the rounding of
+//!    velocities, since separating straight flights do not meet again.
+//! 2. *Steps of a search that fall by E.* Excluded by Lemma 9 of `carom_detection`
+//!    (`gap_search.rs`), given 1.
+//! 3. *Rounding of positions.* Each contact rounds two positions to the nearest float, inwards or
+//!    outwards. A pair with 10⁵ contacts within a short time would do a random walk of 300
+//!    roundings. So the positions of bodies that overlap by more than two roundings of the side at
+//!    a contact are rounded away from each other, by at most the overlap and at most four
+//!    roundings.
+//!
+//! With these measures, the depth of a pair is at most 5/4 E plus the roundings of one contact, at
+//! any elasticity and for any number of contacts. Positions change by rounding only, after the
+//! observers have received the contact.
+//!
+//! **Energy of measure 1.** Between atoms whose radii add up to s, E' is about 2 L E/s, with the
+//! speed L = |V| + |ω_A| R_A + |ω_B| R_B of the surfaces. The least speed of separation is
+//! therefore
+//! a share 8 E/s of L, and the kinetic energy that it adds at most the square of that share, which
+//! the ledger counts: 10⁻²¹ for atoms of 0.002 of the side, 10⁻¹³ for 10⁻⁷ of the side.
+//! [`MAX_SEPARATION`] bounds the share. Where 8 E/s is larger, a scene whose contacts change
+//! energy
+//! is refused ([`refuse_unresolved`]), and other contacts separate at `MAX_SEPARATION` times L.
+
+use std::collections::BTreeMap;
+
+use carom_detection::{Touch, resolved_speed};
+use carom_kinematics::{Inertia, Motion, RelativeMotion};
+use carom_response::{ContactFrame, approach_speed, reduced_mass};
+use glam::DVec2;
+
+use crate::{
+    contact::{
+        contact_event::TouchingParts, elasticity_table::ElasticityTable,
+        separation_error::separation_error,
+    },
+    scene::error::GridError,
+    world::{World, body::Body},
+};
+
+/// Least speed of separation of surfaces, in units of the speed that detection resolves. Smaller
+/// than 2: detection may not see that a pair separates. Larger: energy is put into contacts at
+/// elasticity 0.
+const MIN_SEPARATION: f64 = 4.0;
+
+/// Largest least speed of separation, as a share of the speed L of the surfaces, apart from the
+/// rounding of velocities. Smaller: more scenes with small atoms are refused. Larger: at elasticity
+/// 0 the surfaces separate visibly.
+const MAX_SEPARATION: f64 = 1e-3;
+
+/// E of a contact in units of the rounding of separations: that itself, and 5/16 of it for the
+/// distance of the centres, since both are proportional to the sides; rounded up for arms and
+/// orientations.
+const ERROR_OF_GAP: f64 = 2.0;
+
+/// Overlaps at a contact up to this many roundings of the side are not corrected; most are not
+/// deeper.
+const TOLERATED: f64 = 2.0;
+
+/// Largest correction of the positions of two bodies, in roundings of the side.
+const MAX_OUTWARDS: f64 = 4.0;
+
+/// The additional impulse on B (mass × length / time) with which the surfaces separate fast enough
+/// to be resolved. `None` if they already do, or if the response leaves them closing at a resolved
+/// speed. `separation_error` is that of the epoch (length).
+#[cold]
+pub(crate) fn missing_impulse(
+    separation_error: f64,
+    frame: &ContactFrame,
+    parts: TouchingParts,
+    bodies: [&Body; 2],
+    before: [&Motion; 2],
+    after: [&Motion; 2],
+) -> Option<DVec2> {
+    let time = before[0].time;
+    let mut relative = RelativeMotion::between(before[0], before[1], DVec2::ZERO, time);
+    let least = if parts == TouchingParts::Discs {
+        // Discs fly straight: once separating they do not meet again, for any rounding of their
+        // positions.
+        2.0 * relative.velocity_error
+    } else {
+        // The scheduler may use another image or store positions with a larger error; this bounds
+        // all cases.
+        relative.separation_error = relative.separation_error.max(separation_error);
+        let [a, b] = bodies.map(|body| body.kind.molecule.outline());
+        let resolved = resolved_speed(a, b, &relative, Touch::from(parts));
+        let rim =
+            |n: usize| before[n].angular_velocity.abs() * bodies[n].kind.molecule.bounding_radius();
+        let speed = relative.velocity.length() + (rim(0) + rim(1));
+        let most = MAX_SEPARATION * speed + MIN_SEPARATION * relative.velocity_error;
+        (MIN_SEPARATION * resolved).min(most)
+    };
+    let approach = approach_speed(frame, after);
+    let mass = reduced_mass(frame, bodies.map(|body| &body.kind.inertia));
+    // Surfaces that still close faster do so because of the response, which is not overridden.
+    (approach.abs() < least).then(|| (least + approach) * mass * frame.normal())
+}
+
+/// Refuses bodies whose contacts change energy and whose atoms are so small that the speed which
+/// detection resolves exceeds [`MAX_SEPARATION`] of that of the surfaces. Pairs of discs separate
+/// in straight lines and need no least speed; neither do faces of walls, whose normal is known.
+///
+/// # Errors
+/// [`GridError::UnresolvedElasticity`].
+pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Result<(), GridError> {
+    if table.is_elastic() {
+        return Ok(());
+    }
+    let least = 2.0 * MIN_SEPARATION * ERROR_OF_GAP * separation_error(world) / MAX_SEPARATION;
+    let groups = smallest_of_groups(world, table);
+    for (n, (kind, smallest)) in groups.iter().enumerate() {
+        for (other_kind, other_smallest) in &groups[n..] {
+            let may_touch = kind.moves || other_kind.moves;
+            if !may_touch || (kind.is_disc && other_kind.is_disc) {
+                continue;
+            }
+            // Within one group the second smallest is another body.
+            let second = if kind == other_kind {
+                other_smallest.get(1)
+            } else {
+                other_smallest.first()
+            };
+            let (Some(&(radius, one)), Some(&(other_radius, other))) = (smallest.first(), second)
+            else {
+                continue;
+            };
+            let coefficient = table
+                .between(&world.bodies[one], &world.bodies[other])
+                .coefficient();
+            let reach = radius + other_radius;
+            if coefficient != 1.0 && reach < least {
+                let bodies = [one, other];
+                return Err(GridError::UnresolvedElasticity {
+                    reach,
+                    least,
+                    coefficient,
+                    bodies,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Properties that bodies of one group share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Group {
+    class: u32,
+    moves: bool,
+    is_disc: bool,
+}
+
+/// The two bodies with the smallest atoms of each group: radius (length) and index.
+fn smallest_of_groups(world: &World, table: &ElasticityTable) -> Vec<(Group, Vec<(f64, usize)>)> {
+    let mut groups: BTreeMap<Group, Vec<(f64, usize)>> = BTreeMap::new();
+    for (index, body) in world.bodies.iter().enumerate() {
+        let is_disc = !body.is_wall() && body.kind.molecule.is_disc();
+        let group = Group {
+            class: table.class_of(body),
+            moves: !body.is_fixed(),
+            is_disc,
+        };
+        let smallest = groups.entry(group).or_default();
+        let radius = body.smallest_atom();
+        let place = smallest.partition_point(|&(other, _)| other <= radius);
+        if place < 2 {
+            smallest.insert(place, (radius, index));
+            smallest.truncate(2);
+        }
+    }
+    groups.into_iter().collect()
+}
+
+/// Rounds the positions of two bodies that overlap by `depth` (length) away from each other, if
+/// their surfaces separate. Pairs that still close after their contact reach the limit on contacts
+/// at one instant instead.
+pub(crate) fn round_outwards(
+    world: &World,
+    depth: f64,
+    frame: &ContactFrame,
+    inertias: [&Inertia; 2],
+    motions: &mut [Motion; 2],
+) {
+    let rounding = f64::EPSILON * world.bounds.sides().max_element();
+    if depth > TOLERATED * rounding && approach_speed(frame, [&motions[0], &motions[1]]) < 0.0 {
+        let [a, b] = inertias.map(|inertia| inertia.inverse_mass);
+        let apart = depth.min(MAX_OUTWARDS * rounding) * frame.normal();
+        motions[0].position -= a / (a + b) * apart;
+        motions[1].position += b / (a + b) * apart;
+    }
+}

@@ -1,0 +1,96 @@
+//! Contacts with walls that have a temperature: bodies leave them with random velocities.
+//!
+//! The random numbers of a contact depend on the seed, the replica, and the number of such contacts
+//! before it in the whole run
+//! ([`Counters::thermal_collisions`](crate::Counters::thermal_collisions)). Contacts are resolved
+//! in order of time, so that these numbers are the same for all schedulers and after a resume.
+
+use carom_kinematics::kinetic_energy;
+use carom_response::{Elasticity, ThermalDraw, thermal_motion};
+use glam::DVec2;
+
+use crate::{
+    contact::{
+        contact_geometry::contact_geometry,
+        resolution::{ContactPair, Resolved, Rules},
+        separation::{missing_impulse, round_outwards},
+    },
+    start::random::{RandomStream, normal_pair, rayleigh},
+};
+
+/// Random numbers reserved for each contact; it needs five.
+const NUMBERS_PER_CONTACT: u128 = 8;
+
+/// The outcome of a contact with a thermal wall, and the heat that the body has received (mass ×
+/// length² / time²); `None` if no body of the contact is such a wall.
+#[cold]
+#[inline(never)]
+pub(crate) fn resolve<R>(
+    rules: &Rules<'_, R>,
+    encounter: &ContactPair,
+    number: u64,
+) -> Option<(Resolved, f64)> {
+    let &Rules {
+        world,
+        separation_error,
+        ..
+    } = rules;
+    let ContactPair {
+        contact, before, ..
+    } = encounter;
+    let pair = contact.bodies.map(|body| &world.bodies[body as usize]);
+    let wall = pair
+        .iter()
+        .position(|body| body.kind.temperature.is_some())?;
+    let (temperature, moving) = (pair[wall].kind.temperature?, 1 - wall);
+    let (frame, depth) = contact_geometry(world, contact, before);
+    let normal = frame.normal();
+    let away = if wall == 0 { normal } else { -normal };
+    let inertias = pair.map(|body| &body.kind.inertia);
+    let body = pair[moving];
+    let draw = draw(world.random_key, number);
+    let (old, inertia, arm) = (&before[moving], inertias[moving], frame.arms[moving]);
+    let mut after = *before;
+    after[moving] = thermal_motion(old, inertia, arm, away, temperature, &draw, body.can_turn());
+    let [first, second] = after;
+    // So slow a body, one among 10²⁰, gets the least speed of separation, like any other.
+    if let Some(missing) = missing_impulse(
+        separation_error,
+        &frame,
+        contact.parts,
+        pair,
+        [&before[0], &before[1]],
+        [&first, &second],
+    ) {
+        let on_body = if moving == 1 { missing } else { -missing };
+        after[moving] = carom_response::apply_impulse(&after[moving], inertia, arm, on_body);
+    }
+    let change: DVec2 = (after[moving].velocity - old.velocity) / inertia.inverse_mass;
+    let heat = kinetic_energy(&after[moving], inertia) - kinetic_energy(old, inertia);
+    let mut onwards = after;
+    round_outwards(world, depth, &frame, inertias, &mut onwards);
+    let resolved = Resolved {
+        frame,
+        elasticity: Elasticity::ELASTIC,
+        impulse: if moving == 1 { change } else { -change },
+        after,
+        onwards,
+        spared: None,
+        lost: None,
+        met_fixed: true,
+        is_unresolved: false,
+        points: 1,
+    };
+    Some((resolved, heat))
+}
+
+/// The random numbers of a contact.
+fn draw([seed, replica]: [u64; 2], number: u64) -> ThermalDraw {
+    let mut random = RandomStream::Walls.generator(seed, replica);
+    random.advance(u128::from(number) * NUMBERS_PER_CONTACT);
+    let (one, other) = (normal_pair(&mut random), normal_pair(&mut random));
+    ThermalDraw {
+        normal: [one.x, one.y, other.x],
+        rayleigh: rayleigh(&mut random),
+    }
+}

@@ -1,0 +1,230 @@
+//! Edits between events: add and remove bodies, and change tags, energy, rotation or elasticity,
+//! with effect from that time.
+
+pub(crate) mod batch;
+pub(crate) mod heat;
+pub(crate) mod thermostat;
+
+use std::sync::Arc;
+
+use carom_detection::Detection;
+use carom_kinematics::{Motion, kinetic_energy};
+use carom_response::Response;
+
+use crate::{
+    contact::unresolved::Unresolved,
+    edit::batch::{energy_factor, energy_factors},
+    run::{
+        scheduler::Scheduler,
+        simulation::{Epoch, Simulation},
+    },
+    scene::{ElasticitySpec, MoleculeSpec, WallSpec, error::EditError},
+    start::body_builder::inertia,
+    world::{
+        body::{Body, BodyKey, BodyName, Rotation},
+        tags::Tag,
+    },
+};
+
+impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
+    /// Adds a molecule, described as in a scene file; a batch of one, see [`Self::edit`].
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if the description is invalid, or the molecule overlaps a body or is
+    /// too large for the grid or the box; then nothing changes.
+    pub fn add(&mut self, spec: &MoleculeSpec) -> Result<BodyKey, EditError> {
+        self.edit(|batch| batch.add(spec))
+    }
+
+    /// Adds a wall, described as in a scene file; a batch of one, see [`Self::edit`].
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if the description is invalid or the wall overlaps a moving body; then
+    /// nothing changes.
+    pub fn add_wall(&mut self, spec: &WallSpec) -> Result<BodyKey, EditError> {
+        self.edit(|batch| batch.add_wall(spec))
+    }
+
+    /// Removes a body; a batch of one, see [`Self::edit`].
+    ///
+    /// # Errors
+    /// [`EditError::NoSuchBody`].
+    pub fn remove(&mut self, key: BodyKey) -> Result<(), EditError> {
+        self.edit(|batch| batch.remove(key))
+    }
+
+    /// Adds a tag to a body; a batch of one, see [`Self::edit`].
+    ///
+    /// # Errors
+    /// [`EditError::NoSuchBody`], or [`EditError::Scene`] if rules of elasticity would then
+    /// disagree.
+    pub fn tag(&mut self, key: BodyKey, name: &str) -> Result<Tag, EditError> {
+        self.edit(|batch| batch.tag(key, name))
+    }
+
+    /// Removes a tag from a body; a tag that it does not carry changes nothing. A batch of one, see
+    /// [`Self::edit`].
+    ///
+    /// # Errors
+    /// [`EditError::NoSuchBody`], or [`EditError::Scene`] if rules of elasticity would then
+    /// disagree.
+    pub fn untag(&mut self, key: BodyKey, name: &str) -> Result<(), EditError> {
+        self.edit(|batch| batch.untag(key, name))
+    }
+
+    /// Changes the elasticity of all later contacts; a batch of one, see [`Self::edit`].
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if a coefficient is out of range or rules disagree; then the old rules
+    /// remain.
+    pub fn set_elasticity(&mut self, spec: &ElasticitySpec) -> Result<(), EditError> {
+        self.edit(|batch| batch.set_elasticity(spec))
+    }
+
+    /// Scales velocity and angular velocity of a body so that its kinetic energy is `energy`
+    /// (mass × length² / time²). Directions and the shares of translation and rotation remain
+    /// (Montanari 2017, section 2.1.1).
+    ///
+    /// # Errors
+    /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`]
+    /// if `energy` is not positive and finite or gives a speed above 10⁶⁰ or below
+    /// [`MIN_SPEED`](crate::MIN_SPEED), [`EditError::Fixed`], [`EditError::NoSuchBody`].
+    #[doc(alias = "thermostat")]
+    pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        let factor = energy_factor(&self.world, &self.names, index, energy)?;
+        self.scale(index, factor);
+        Ok(())
+    }
+
+    /// Scales the kinetic energy of each body with this tag to `energy`. Fixed bodies, which have
+    /// no energy, are skipped. If one body is refused, none is changed.
+    ///
+    /// # Errors
+    /// Those of [`Self::reset_energy`], except for fixed bodies.
+    pub fn reset_energy_of_tag(&mut self, tag: Tag, energy: f64) -> Result<(), EditError> {
+        self.reset_energies(energy, |body| body.has_tag(tag))
+    }
+
+    /// Scales the kinetic energy of each moving body to `energy`. If one body is refused, none is
+    /// changed.
+    ///
+    /// # Errors
+    /// Those of [`Self::reset_energy`], except for fixed bodies.
+    pub fn reset_energy_of_all(&mut self, energy: f64) -> Result<(), EditError> {
+        self.reset_energies(energy, |_| true)
+    }
+
+    fn reset_energies(
+        &mut self,
+        energy: f64,
+        which: impl Fn(&Body) -> bool,
+    ) -> Result<(), EditError> {
+        let chosen = |index: usize| which(&self.world.bodies[index]);
+        let factors = energy_factors(&self.world, &self.names, energy, chosen)?;
+        for (index, factor) in factors {
+            self.scale(index, factor);
+        }
+        Ok(())
+    }
+
+    fn scale(&mut self, index: usize, factor: f64) {
+        self.change(index, |motion| {
+            motion.velocity *= factor;
+            motion.angular_velocity *= factor;
+        });
+    }
+
+    /// Reverses all velocities and angular velocities (Loschmidt's reversal). An elastic run then
+    /// returns to its start, apart from rounding errors, which chaos amplifies. The distance from
+    /// the start measures the accuracy of the run.
+    ///
+    /// ```
+    /// # use carom_engine::{Scene, Simulation};
+    /// let scene = Scene::from_toml(
+    ///     "[box]\nseed = 1\n[[gas]]\nradius = 0.05\nmass = 1.0\nenergy = 1.0\ncount = 20",
+    /// )?;
+    /// let mut simulation = Simulation::new(&scene)?;
+    /// let start = simulation.view().bodies().next().unwrap().motion.position;
+    /// simulation.run_until(0.1)?;
+    /// simulation.reverse();
+    /// simulation.run_until(0.2)?;
+    /// let end = simulation.view().bodies().next().unwrap().motion.position;
+    /// assert!((end - start).length() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[doc(alias = "time reversal")]
+    pub fn reverse(&mut self) {
+        for index in 0..self.world.bodies.len() {
+            self.change(index, |motion| {
+                motion.velocity = -motion.velocity;
+                motion.angular_velocity = -motion.angular_velocity;
+            });
+        }
+    }
+
+    /// Locks the present orientation of a body, or frees it. Locking removes its angular velocity.
+    ///
+    /// # Errors
+    /// [`EditError::Fixed`] or [`EditError::NoSuchBody`].
+    pub fn set_rotation(&mut self, key: BodyKey, rotation: Rotation) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        if self.world.bodies[index].is_fixed() {
+            return Err(EditError::Fixed(self.name(index)));
+        }
+        self.change(index, |motion| {
+            if rotation == Rotation::Locked {
+                motion.angular_velocity = 0.0;
+            }
+        });
+        // `change` has recorded the energy with the old inertia: an angular velocity of 0 has the
+        // same energy with the new one.
+        let kind = Arc::make_mut(&mut self.world.bodies[index].kind);
+        kind.inertia = inertia(&kind.molecule, rotation);
+        Ok(())
+    }
+
+    /// Changes the options of the scheduler (for [`HeapScheduler`](crate::HeapScheduler): the cells
+    /// per side of its grid).
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if the options do not fit the bodies; then the old options remain.
+    #[doc(alias = "fineness")]
+    pub fn set_scheduler_options(&mut self, options: &S::Options) -> Result<(), EditError> {
+        let scheduler = S::new(options, &self.world)
+            .map_err(|reason| reason.named(|body| self.name(body).to_string()))?;
+        self.end_epoch(self.offset);
+        self.work_before = self.counters.scheduler;
+        self.scheduler = scheduler;
+        self.scheduler_options = options.clone();
+        Ok(())
+    }
+
+    /// The tag of this name, if a body or rule has ever carried it.
+    pub fn find_tag(&self, name: &str) -> Option<Tag> {
+        self.names.find(name)
+    }
+
+    fn name(&self, index: usize) -> BodyName {
+        BodyName::new(&self.world.bodies[index], &self.names)
+    }
+
+    fn index(&self, key: BodyKey) -> Result<usize, EditError> {
+        self.world.index(key).ok_or(EditError::NoSuchBody(key))
+    }
+
+    /// Changes the motion of one body at the present time, and records the energy in the ledger.
+    fn change(&mut self, index: usize, change: impl FnOnce(&mut Motion)) {
+        // Only the first of many changes moves all bodies to the present: otherwise each of N
+        // changes would cost O(N).
+        if self.offset != 0.0 || !matches!(self.epoch, Epoch::ToBegin) {
+            self.end_epoch(self.offset);
+        }
+        self.simultaneous.start();
+        self.unresolved = Unresolved::default();
+        let inertia = self.world.bodies[index].kind.inertia;
+        let before = kinetic_energy(&self.world.motions[index], &inertia);
+        change(&mut self.world.motions[index]);
+        self.ledger.put_in += kinetic_energy(&self.world.motions[index], &inertia) - before;
+    }
+}

@@ -1,0 +1,407 @@
+//! The loop over the contacts of an epoch, until the target time or the end of the epoch: it
+//! resolves each contact and passes the new motions to the queue.
+
+#![allow(
+    clippy::inline_always,
+    reason = "compiled with the instructions of the caller"
+)]
+
+use carom_detection::Detection;
+use carom_kinematics::Motion;
+use carom_response::{ContactFrame, Elasticity, Response};
+use glam::DVec2;
+
+use crate::{
+    contact::{
+        elasticity_table::ElasticityTable,
+        limits::{ContactPlaces, Limits},
+        resolution::{ContactPair, Resolved, ResolvedDiscs, Rules},
+        simultaneous_contacts::SimultaneousContacts,
+        thermal_wall,
+        unresolved::Unresolved,
+    },
+    run::{
+        observer::Observer,
+        scheduler::{ContactEvent, EventLoop, EventQueue, TouchingParts},
+    },
+    scene::error::{RunError, StallCause},
+    world::{
+        World,
+        body::BodyName,
+        counters::{Counters, Ledger},
+        report::{CollisionReport, Side},
+        tags::TagNames,
+    },
+};
+
+/// The data that contacts read or change, apart from the event queue.
+pub(crate) struct EpochLoop<'a, D, R> {
+    pub world: &'a mut World,
+    pub detection: &'a D,
+    pub response: &'a R,
+    pub elasticity: &'a ElasticityTable,
+    pub names: &'a TagNames,
+    pub counters: &'a mut Counters,
+    pub ledger: &'a mut Ledger,
+    pub simultaneous: &'a mut SimultaneousContacts,
+    pub unresolved: &'a mut Unresolved,
+    pub limits: &'a mut Limits,
+    /// The present time, as an offset in the epoch.
+    pub now: &'a mut f64,
+    /// The observer, if it wants to know of contacts.
+    pub observer: Option<&'a mut dyn Observer>,
+    /// The target time, as an offset in the epoch.
+    pub target: f64,
+    /// Number of contacts so far, and its maximum.
+    pub contacts: &'a mut u64,
+    pub most: u64,
+}
+
+/// How the loop ended.
+pub(crate) enum EpochEnd {
+    /// The target time has been reached.
+    TargetReached,
+    /// The maximum number of contacts has been reached, with a contact of these bodies.
+    AtContact([u32; 2]),
+    /// The epoch ends with the contact at this offset (time).
+    WithContact(f64),
+    /// The epoch ends at this offset (time).
+    AtLimit(f64),
+}
+
+impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
+    type End = Result<EpochEnd, RunError>;
+
+    #[inline(always)]
+    fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
+        let all_elastic = self.rules().all_elastic();
+        loop {
+            let limit = self.limits.time();
+            let stop = if limit < self.target {
+                limit
+            } else {
+                self.target
+            };
+            let Some(contact) = queue.next_contact(self.world, self.detection, stop) else {
+                if self.target < limit {
+                    *self.now = self.target;
+                    return Ok(EpochEnd::TargetReached);
+                }
+                return Ok(EpochEnd::AtLimit(limit));
+            };
+            let ContactEvent { time, bodies, .. } = contact;
+            *self.now = time;
+            let repeats = self.simultaneous.repeats(bodies, time);
+            if repeats {
+                self.count_repeated(bodies, time)?;
+            }
+            if contact.parts == TouchingParts::Discs && all_elastic && !repeats {
+                let inverse_masses = queue.inverse_masses(self.world, bodies);
+                let (a, b) = (queue.flight(bodies[0], time), queue.flight(bodies[1], time));
+                let resolved = self
+                    .rules()
+                    .resolve_discs(contact.image, [a, b], inverse_masses);
+                self.record_discs(contact, [a, b], resolved)?;
+                let flights = [[a[0], b[0]], resolved.after];
+                queue.flights_changed(self.world, self.detection, bodies, time, flights);
+            } else {
+                // Two separate calls: with `map` the motions are copied through memory more than
+                // once.
+                let before = [
+                    queue.motion(bodies[0]).at(time),
+                    queue.motion(bodies[1]).at(time),
+                ];
+                let last_contacts = self.last_contacts(bodies);
+                let encounter = ContactPair {
+                    contact,
+                    before,
+                    last_contacts,
+                    repeats,
+                };
+                let resolved = if self.world.has_thermal_walls {
+                    self.resolve_with_thermal_walls(&encounter)?
+                } else {
+                    let resolved = self.rules().resolve(&encounter);
+                    self.record(&encounter, &resolved)?;
+                    resolved
+                };
+                queue.motions_changed(self.world, self.detection, bodies, resolved.onwards);
+            }
+            *self.contacts += 1;
+            if self.limits.count_contact() {
+                return Ok(EpochEnd::WithContact(time));
+            }
+            if *self.contacts == self.most {
+                return Ok(EpochEnd::AtContact(bodies));
+            }
+        }
+    }
+}
+
+impl<D, R: Response> EpochLoop<'_, D, R> {
+    pub(crate) fn rules(&self) -> Rules<'_, R> {
+        Rules {
+            world: self.world,
+            response: self.response,
+            elasticity: self.elasticity,
+            separation_error: self.limits.separation_error(),
+        }
+    }
+
+    /// Resolves and records any contact in a system with thermal walls.
+    #[cold]
+    #[inline(never)]
+    fn resolve_with_thermal_walls(
+        &mut self,
+        encounter: &ContactPair,
+    ) -> Result<Resolved, RunError> {
+        let number = self.counters.thermal_collisions;
+        let Some((resolved, heat)) = thermal_wall::resolve(&self.rules(), encounter, number) else {
+            let resolved = self.rules().resolve(encounter);
+            return self.record(encounter, &resolved).map(|()| resolved);
+        };
+        self.record(encounter, &resolved)?;
+        self.counters.thermal_collisions += 1;
+        self.ledger.heat += heat;
+        Ok(resolved)
+    }
+
+    /// The times of the last contacts of two bodies; `None` without a guard.
+    pub(crate) fn last_contacts(&self, bodies: [u32; 2]) -> Option<[f64; 2]> {
+        let last = &self.world.last_contacts;
+        (!last.is_empty()).then(|| bodies.map(|body| last[body as usize]))
+    }
+
+    /// Accepts the contact of two discs, counts it and reports it to the observer.
+    #[inline(always)]
+    pub(crate) fn record_discs(
+        &mut self,
+        contact: ContactEvent,
+        flights: [[DVec2; 2]; 2],
+        resolved: ResolvedDiscs,
+    ) -> Result<(), RunError> {
+        // All parts by themselves, and put together where they are needed: an array or a struct
+        // whose address is passed on stays in memory for each contact, and is read as a whole
+        // before its parts have reached the cache.
+        let ContactEvent {
+            time,
+            bodies: [a, b],
+            image: [across, up],
+            parts,
+        } = contact;
+        let ResolvedDiscs {
+            line_of_centres,
+            impulse,
+            after: [after_a, after_b],
+            met_fixed,
+        } = resolved;
+        let [[place_a, velocity_a], [place_b, velocity_b]] = flights;
+        if !self.limits.within(after_a, after_b) {
+            let places = ContactPlaces {
+                bodies: [a, b],
+                time,
+                places: [place_a, place_b],
+            };
+            self.limits
+                .accept(self.world, self.names, places, [after_a, after_b], 0.0)?;
+        }
+        self.counters.collisions += 1;
+        self.counters.fixed_collisions += u64::from(met_fixed);
+        if self.watches([a, b]) {
+            let contact = ContactEvent {
+                time,
+                bodies: [a, b],
+                image: [across, up],
+                parts,
+            };
+            let flights = [[place_a, velocity_a], [place_b, velocity_b]];
+            let after = [after_a, after_b];
+            self.report_discs(
+                contact,
+                flights,
+                ResolvedDiscs {
+                    line_of_centres,
+                    impulse,
+                    after,
+                    met_fixed,
+                },
+            );
+        }
+        Ok(())
+    }
+
+    /// Whether the observer wants to know of contacts of these bodies.
+    #[inline(always)]
+    fn watches(&self, bodies: [u32; 2]) -> bool {
+        let Some(observer) = &self.observer else {
+            return false;
+        };
+        observer.watches(bodies.map(|body| &self.world.bodies[body as usize]))
+    }
+
+    /// Reports the contact of two discs to the observer.
+    // By value: references would keep both in memory in the loop, for contacts that are not
+    // reported.
+    #[inline(never)]
+    fn report_discs(
+        &mut self,
+        contact: ContactEvent,
+        flights: [[DVec2; 2]; 2],
+        resolved: ResolvedDiscs,
+    ) {
+        let ContactEvent {
+            time,
+            bodies,
+            image,
+            ..
+        } = contact;
+        let ResolvedDiscs {
+            line_of_centres,
+            impulse,
+            after,
+            ..
+        } = resolved;
+        let side = |n: usize| {
+            let [position, velocity] = flights[n];
+            let before = Motion {
+                velocity,
+                time,
+                ..Motion::at_rest(position)
+            };
+            Side {
+                body: &self.world.bodies[bodies[n] as usize],
+                atom: Some(0),
+                arm: DVec2::ZERO,
+                before,
+                after: Motion {
+                    velocity: after[n],
+                    ..before
+                },
+            }
+        };
+        let sides = [side(0), side(1)];
+        let normal = ContactFrame {
+            line_of_centres,
+            arms: [DVec2::ZERO; 2],
+        }
+        .normal();
+        let radius = sides[0].body.kind.molecule.bounding_radius();
+        let report = CollisionReport {
+            time: self.world.epoch.after(time),
+            point: flights[0][0] + radius * normal,
+            sides,
+            normal,
+            impulse,
+            elasticity: Elasticity::ELASTIC,
+            image,
+            points: 1,
+        };
+        if let Some(observer) = &mut self.observer {
+            observer.collision(&report);
+        }
+    }
+
+    /// Accepts any contact, counts it, enters its energy into the ledger and reports it to the
+    /// observer. A refused contact changes no motion, counter or ledger entry, and is not reported.
+    #[inline(never)]
+    pub(crate) fn record(
+        &mut self,
+        encounter: &ContactPair,
+        resolved: &Resolved,
+    ) -> Result<(), RunError> {
+        let ContactPair {
+            contact, before, ..
+        } = encounter;
+        let ContactEvent {
+            time,
+            bodies,
+            image,
+            parts,
+        } = *contact;
+        let pair = bodies.map(|body| &self.world.bodies[body as usize]);
+        let Resolved { frame, after, .. } = resolved;
+        if resolved.is_unresolved
+            && let Some(contacts) = self.unresolved.count(time, pair, before)
+        {
+            return Err(self.stalled(bodies[0], time, contacts));
+        }
+        let spin = after[0]
+            .angular_velocity
+            .abs()
+            .max(after[1].angular_velocity.abs());
+        let velocities = [after[0].velocity, after[1].velocity];
+        let places = ContactPlaces {
+            bodies,
+            time,
+            places: [before[0].position, before[1].position],
+        };
+        self.limits
+            .accept(self.world, self.names, places, velocities, spin)?;
+        if !self.world.last_contacts.is_empty() {
+            for body in bodies {
+                self.world.last_contacts[body as usize] = time;
+            }
+        }
+        self.counters.collisions += 1;
+        self.counters.guarded_collisions += u64::from(resolved.spared.is_some());
+        self.counters.fixed_collisions += u64::from(resolved.met_fixed);
+        self.counters.joint_collisions += u64::from(resolved.points > 1);
+        self.ledger.spared += resolved.spared.unwrap_or(0.0);
+        self.ledger.lost += resolved.lost.unwrap_or(0.0);
+        if let Some(observer) = &mut self.observer
+            && observer.watches(pair)
+        {
+            let (atoms, radius) = parts.atoms_and_first_radius(pair[0].molecule());
+            let side = |n: usize| Side {
+                body: pair[n],
+                atom: atoms[n],
+                arm: frame.arms[n],
+                before: before[n],
+                after: after[n],
+            };
+            let normal = frame.normal();
+            observer.collision(&CollisionReport {
+                time: self.world.epoch.after(time),
+                sides: [side(0), side(1)],
+                point: before[0].position + (frame.arms[0] + radius * normal),
+                normal,
+                impulse: resolved.impulse,
+                elasticity: resolved.elasticity,
+                image,
+                points: resolved.points,
+            });
+        }
+        Ok(())
+    }
+
+    /// Counts a contact that follows another at the same instant; an error if a body has too many.
+    #[cold]
+    #[inline(never)]
+    fn count_repeated(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
+        self.counters.simultaneous_collisions += 1;
+        match self.simultaneous.count(bodies, &self.world.bodies) {
+            Some((body, contacts)) => Err(self.stalled(body, time, contacts)),
+            None => Ok(()),
+        }
+    }
+
+    fn stalled(&self, body: u32, time: f64, contacts: u32) -> RunError {
+        let body = BodyName::new(&self.world.bodies[body as usize], self.names);
+        RunError::Stalled {
+            time: self.world.epoch.after(time),
+            body,
+            contacts,
+            cause: self.stall_cause(),
+        }
+    }
+
+    fn stall_cause(&self) -> StallCause {
+        let loses =
+            self.elasticity.loses_energy() || !self.response.conserves_energy(Elasticity::ELASTIC);
+        match (loses, self.elasticity.guard.contact_time > 0.0) {
+            (false, _) => StallCause::NoFreeSpace,
+            (true, false) => StallCause::InelasticCollapse,
+            (true, true) => StallCause::GuardedCollapse,
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! The contents of a scene before its gases are placed: the single bodies at their places, and the
+//! kinds of molecules of the gases.
+
+use carom_geometry::PeriodicBox;
+use glam::DVec2;
+
+use crate::{
+    grid::Grid,
+    scene::{Placement, Scene, error::SceneError},
+    start::{
+        body_builder::geometry,
+        single_bodies::Singles,
+        species::{Species, sample, species},
+    },
+};
+
+/// Largest number of collisions a molecule in a relaxation: more are most likely an error.
+const MAX_RELAXATION: f64 = 1e9;
+
+/// Single bodies and kinds of molecules, each checked.
+#[derive(Debug, Clone)]
+pub(crate) struct SceneContents {
+    pub singles: Singles,
+    pub species: Vec<Species>,
+}
+
+impl SceneContents {
+    pub fn new(scene: &Scene) -> Result<Self, SceneError> {
+        let bounds = PeriodicBox::new(DVec2::from(scene.bounds.sides)).map_err(geometry("box"))?;
+        let singles = Singles::new(scene, bounds)?;
+        let species = species(scene, &bounds)?;
+        // Refused before placement: in such a box the number of lattice sites may be unbounded.
+        let (sample, counts) = sample(&singles.world, &species);
+        Grid::refuse_large_box(&sample)
+            .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
+        singles.refuse_overlaps()?;
+        if let Some(relax) = scene.start.relax
+            && !(0.0..=MAX_RELAXATION).contains(&relax)
+        {
+            let problem = format!(
+                "`relax` must be from 0 to {MAX_RELAXATION:e} collisions a molecule, but is {relax:?}"
+            );
+            return Err(SceneError::Entry {
+                entry: "start".to_owned(),
+                problem,
+            });
+        }
+        if scene.start.empty_pockets && scene.start.placement == Some(Placement::Grown) {
+            let problem =
+                "`empty_pockets` excludes `placement` grown: small molecules enter any pocket"
+                    .to_owned();
+            return Err(SceneError::Entry {
+                entry: "start".to_owned(),
+                problem,
+            });
+        }
+        Ok(Self { singles, species })
+    }
+
+    /// The number of molecules of each gas.
+    pub fn counts(&self) -> Vec<usize> {
+        self.species.iter().map(|kind| kind.count).collect()
+    }
+}

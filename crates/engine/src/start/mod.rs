@@ -1,0 +1,19 @@
+//! How it is placed: from a scene to the bodies at time 0.
+
+pub(crate) mod body_builder;
+pub(crate) mod build;
+pub(crate) mod contents;
+pub(crate) mod drawn_molecules;
+pub(crate) mod expected_bodies;
+pub(crate) mod fitted_box;
+pub(crate) mod growth;
+pub(crate) mod placement;
+pub(crate) mod pockets;
+pub(crate) mod random;
+pub(crate) mod selection;
+pub(crate) mod single_bodies;
+pub(crate) mod sites;
+pub(crate) mod snapshot;
+pub(crate) mod species;
+pub(crate) mod start_from;
+pub(crate) mod velocities;

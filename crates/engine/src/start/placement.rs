@@ -1,0 +1,520 @@
+//! Placement of gases: random with a given seed, without overlap, around the bodies already in the
+//! box.
+//!
+//! Molecules of similar size share a triangular lattice of sites, as wide as possible for their
+//! number. Sites at which they would touch bodies already placed are left out, the others are
+//! occupied at random, and each molecule is displaced at random as far as its neighbours' sites
+//! allow. A gas with a region has a lattice in it. Larger kinds are placed before smaller ones.
+//! Orientations and velocities are random (`velocities.rs`); collisions complete the mixing.
+
+use std::sync::Arc;
+
+use carom_geometry::{Atom, GeometryError, Molecule, PeriodicBox};
+use carom_kinematics::{Motion, Orientation};
+use glam::DVec2;
+use rand::{RngExt, seq::SliceRandom};
+use rand_pcg::Pcg64;
+
+use crate::{
+    scene::{Scene, error::SceneError, region::Region},
+    start::{
+        body_builder::geometry,
+        pockets::Pockets,
+        random::{RandomStream, direction},
+        selection::Remaining,
+        sites::Sites,
+        species::Species,
+        velocities::ConservedMomentum,
+    },
+    world::{World, tags::TagNames},
+};
+
+/// Smallest gap, relative to the size of the molecules, at which they are placed: none starts in
+/// contact.
+const MIN_GAP: f64 = 1e-9;
+
+/// Most sites of a lattice where fewer are needed: the check of each takes about a microsecond.
+const MAX_SITES: usize = 1 << 22;
+
+/// A lattice of touching sites, the last to be tried, is thinned out if it has more sites than
+/// this: in a narrow box it may have any number of sites, even if few are needed.
+const FEW_SITES: usize = 1 << 20;
+
+/// Places all gases of the scene and sets them in motion.
+pub(crate) fn fill(
+    world: &mut World,
+    names: &mut TagNames,
+    scene: &Scene,
+    species: &[Species],
+) -> Result<(), SceneError> {
+    let (seed, replica) = (scene.bounds.seed, scene.bounds.replica);
+    let mut random = RandomStream::Placement.generator(seed, replica);
+    let mut velocities = RandomStream::Velocities.generator(seed, replica);
+    let places = place(world, species, &mut random, &mut Budget::unlimited())?;
+    let conserved = ConservedMomentum::new(world, species);
+    for (kind, places) in species.iter().zip(places) {
+        let motions = kind
+            .velocities(&conserved, &mut velocities)?
+            .zip(places)
+            .map(|((velocity, angular_velocity), place)| Motion {
+                velocity,
+                orientation: Orientation::from_turns(random.random()),
+                angular_velocity,
+                ..Motion::at_rest(place)
+            });
+        kind.insert(world, names, motions);
+    }
+    Ok(())
+}
+
+/// Positions for the molecules of each kind, around the bodies of a world.
+///
+/// # Errors
+/// [`SceneError::Full`] if they do not fit.
+pub(crate) fn place(
+    world: &World,
+    species: &[Species],
+    random: &mut Pcg64,
+    budget: &mut Budget,
+) -> Result<Vec<Vec<DVec2>>, SceneError> {
+    let kinds: Vec<Kind<'_>> = species.iter().flat_map(Kind::all_of).collect();
+    let mut by_kind = place_kinds(world, &kinds, random, budget)?.into_iter();
+    let places_of = |gas: &Species| {
+        by_kind
+            .by_ref()
+            .take(gas.groups().count())
+            .flatten()
+            .collect()
+    };
+    Ok(species.iter().map(places_of).collect())
+}
+
+/// Equal molecules of a gas: all of them, or one of drawn size.
+struct Kind<'a> {
+    gas: &'a Species,
+    molecule: &'a Arc<Molecule>,
+    count: usize,
+}
+
+impl<'a> Kind<'a> {
+    fn all_of(gas: &'a Species) -> impl Iterator<Item = Self> {
+        gas.groups().map(move |(index, count)| Self {
+            gas,
+            molecule: gas.molecule(index),
+            count,
+        })
+    }
+
+    fn region(&self) -> Option<Region> {
+        self.gas.spec.region
+    }
+}
+
+/// How many sites of lattices may still be tried.
+#[derive(Debug)]
+pub(crate) struct Budget(usize);
+
+impl Budget {
+    /// Any number: the lattices of one placement are few.
+    pub(crate) fn unlimited() -> Self {
+        Self(usize::MAX)
+    }
+
+    /// The number for repeated placements of so many molecules, of which one must succeed: a few
+    /// seconds. Smaller: molecules that fit after some trials only are refused.
+    pub(crate) fn of_repetitions(molecules: usize) -> Self {
+        Self(molecules.saturating_mul(64).max(8 * MAX_SITES))
+    }
+
+    pub(crate) fn is_spent(&self) -> bool {
+        self.0 == 0
+    }
+}
+
+/// Positions for the molecules of each kind.
+fn place_kinds(
+    world: &World,
+    species: &[Kind<'_>],
+    random: &mut Pcg64,
+    budget: &mut Budget,
+) -> Result<Vec<Vec<DVec2>>, SceneError> {
+    let mut places: Vec<Vec<DVec2>> = species
+        .iter()
+        .map(|kind| Vec::with_capacity(kind.count.min(1 << 24)))
+        .collect();
+    let mut by_size: Vec<usize> = (0..species.len()).collect();
+    by_size.sort_by(|&i, &j| {
+        let radius = |k: usize| species[k].molecule.bounding_radius();
+        radius(j).total_cmp(&radius(i)).then(i.cmp(&j))
+    });
+    let kinds = species
+        .iter()
+        .map(|kind| (kind.molecule.bounding_radius(), kind.count));
+    let mut sites = Sites::with_more(world, kinds);
+    for index in 0..world.bodies().len() {
+        sites.add(world, index);
+    }
+    let mut rest = &by_size[..];
+    while let Some(&first) = rest.first() {
+        // Kinds of similar size share one lattice: around the larger ones a finer lattice might not
+        // fit. If the shared lattice is too coarse for all of them, fewer share it.
+        let largest = species[first].molecule.bounding_radius();
+        let (mut placed, mut tried) = (Ok(0), 0);
+        for share in [0.5, 0.75, 1.0] {
+            let is_alike = |kind: &Kind<'_>| {
+                kind.molecule.bounding_radius() >= share * largest
+                    && kind.region() == species[first].region()
+            };
+            let alike = rest.iter().take_while(|&&k| is_alike(&species[k])).count();
+            if alike == tried {
+                continue;
+            }
+            tried = alike;
+            let trial = &mut random.clone();
+            placed = place_class(
+                world,
+                &sites,
+                species,
+                &rest[..alike],
+                &mut places,
+                (trial, budget),
+            )
+            .map(|()| alike);
+            if placed.is_ok() {
+                *random = trial.clone();
+                break;
+            }
+        }
+        let class = &rest[..placed?];
+        rest = &rest[class.len()..];
+        if !rest.is_empty() {
+            for &kind in class {
+                let molecule = &species[kind].molecule;
+                places[kind]
+                    .iter()
+                    .for_each(|&place| sites.add_circle(world.bounds(), place, molecule));
+            }
+        }
+    }
+    Ok(places)
+}
+
+/// Places all kinds of one class on one lattice.
+fn place_class(
+    world: &World,
+    sites: &Sites,
+    species: &[Kind<'_>],
+    class: &[usize],
+    places: &mut [Vec<DVec2>],
+    (random, budget): (&mut Pcg64, &mut Budget),
+) -> Result<(), SceneError> {
+    let requested: usize = class.iter().map(|&k| species[k].count).sum();
+    if requested == 0 {
+        return Ok(());
+    }
+    let radius = species[class[0]].molecule.bounding_radius() * (1.0 + MIN_GAP);
+    let gas = species[class[0]].gas;
+    let full = |placed: usize| {
+        // Molecules of drawn sizes are counted with those of their gas that are already placed.
+        let before = |k: usize| {
+            if std::ptr::eq(species[k].gas, gas) {
+                places[k].len()
+            } else {
+                0
+            }
+        };
+        let (placed, requested) = if gas.is_equal() {
+            (placed, requested)
+        } else {
+            (
+                placed + (0..species.len()).map(before).sum::<usize>(),
+                requested.max(gas.count),
+            )
+        };
+        SceneError::Full {
+            entry: gas.entry.clone(),
+            placed,
+            requested,
+        }
+    };
+    let region = species[class[0]].region().unwrap_or_default();
+    let (corner, field) = field(world.bounds(), &region, radius).map_err(geometry(&gas.entry))?;
+    // More molecules than fit in any case are refused before a lattice is built.
+    let reach = (region.extent(world.bounds()) + 2.0 * radius).min(world.bounds().sides());
+    let densest = reach.x * reach.y / (3f64.sqrt() * 2.0 * radius * radius);
+    if requested as f64 > 1.1 * densest + 2.0 {
+        return Err(full(densest as usize));
+    }
+    let probe = Molecule::disc(radius, 1.0).map_err(geometry(&species[class[0]].gas.entry))?;
+    let pockets = pockets(world, species, class).map_err(geometry(&gas.entry))?;
+    let free_at = |place: DVec2| {
+        region.contains(world.bounds(), place)
+            && !pockets.contain(world.bounds(), place)
+            && sites
+                .nearest(world, &probe, &Motion::at_rest(place))
+                .is_none_or(|(_, gap)| gap > 0.0)
+    };
+    let is_part = field != *world.bounds();
+    let mut most = 0;
+    let (lattice, free) = 'found: {
+        for attempt in attempts(&field, requested, radius) {
+            let lattice = match attempt {
+                Attempt::Spacing(spacing) => Lattice::new(&field, spacing, radius, random),
+                Attempt::Sites(sites) => Lattice::thinned(&field, sites, radius, random),
+            };
+            let Some(lattice) = lattice else { continue };
+            if lattice.capacity() < requested {
+                most = most.max(lattice.capacity());
+                continue;
+            }
+            if budget.is_spent() {
+                break;
+            }
+            budget.0 = budget.0.saturating_sub(lattice.capacity());
+            let sites = (0..lattice.capacity()).map(|k| lattice.site(k));
+            // Sites beyond a part of the box are those at its other side.
+            let in_region = |site: DVec2| {
+                if is_part {
+                    corner + field.wrap(site).0
+                } else {
+                    site
+                }
+            };
+            let free: Vec<DVec2> = sites
+                .map(in_region)
+                .filter(|&place| free_at(place))
+                .collect();
+            most = most.max(free.len());
+            if free.len() >= requested {
+                break 'found (lattice, free);
+            }
+        }
+        return Err(full(most));
+    };
+    // A random choice in the order of the lattice: neighbours in space remain neighbours in memory.
+    let free = choose(free, requested, random);
+    let mut kinds: Vec<usize> = class
+        .iter()
+        .flat_map(|&k| std::iter::repeat_n(k, species[k].count))
+        .collect();
+    kinds.shuffle(random);
+    for (site, kind) in free.into_iter().zip(kinds) {
+        let moved = site + lattice.slack * random.random::<f64>().sqrt() * direction(random);
+        let place = if free_at(moved) { moved } else { site };
+        places[kind].push(place);
+    }
+    Ok(())
+}
+
+/// The pockets in which no molecule of a class is placed: those for its smallest atom, which are
+/// the largest.
+fn pockets(world: &World, species: &[Kind<'_>], class: &[usize]) -> Result<Pockets, GeometryError> {
+    if !species[class[0]].gas.avoids_pockets {
+        return Ok(Pockets::default());
+    }
+    let atoms = class
+        .iter()
+        .flat_map(|&kind| species[kind].molecule.atoms());
+    Pockets::new(world, atoms.map(Atom::radius).fold(f64::INFINITY, f64::min))
+}
+
+/// The first corner of a region (length), and a periodic box of its size for a lattice: at least of
+/// that of a molecule.
+fn field(
+    bounds: &PeriodicBox,
+    region: &Region,
+    radius: f64,
+) -> Result<(DVec2, PeriodicBox), GeometryError> {
+    let least = DVec2::splat(2.0 * radius).min(bounds.sides());
+    Ok((
+        region.corner(),
+        PeriodicBox::new(region.extent(bounds).max(least))?,
+    ))
+}
+
+/// Chooses `requested` sites at random and keeps their order, by dropping single sites.
+fn choose(mut sites: Vec<DVec2>, requested: usize, random: &mut Pcg64) -> Vec<DVec2> {
+    while sites.len() > requested {
+        let mut remaining = Remaining::all(sites.len());
+        while remaining.len() > requested {
+            remaining.take(random.random_range(0..remaining.len()));
+            if remaining.len() > 4 * requested {
+                break;
+            }
+        }
+        remaining.keep(&mut sites);
+        if sites.len() > 4 * requested {
+            sites = thin(sites, requested, random);
+        }
+    }
+    sites
+}
+
+/// Chooses about twice the number requested at random and keeps their order; returns all if fewer
+/// than requested would be chosen.
+fn thin(sites: Vec<DVec2>, requested: usize, random: &mut Pcg64) -> Vec<DVec2> {
+    let keep = 2.0 * requested as f64 / sites.len() as f64;
+    let chosen: Vec<DVec2> = sites
+        .iter()
+        .copied()
+        .filter(|_| random.random::<f64>() < keep)
+        .collect();
+    if chosen.len() >= requested {
+        chosen
+    } else {
+        sites
+    }
+}
+
+/// A lattice to try.
+#[derive(Clone, Copy)]
+enum Attempt {
+    /// A lattice of this spacing (length).
+    Spacing(f64),
+    /// A lattice of touching sites, thinned out to about this number.
+    Sites(usize),
+}
+
+/// Lattices to try, from a wide spacing down to touching sites. A lattice of very many touching
+/// sites is first tried thinned out, with more and more sites.
+fn attempts(bounds: &PeriodicBox, requested: usize, radius: f64) -> impl Iterator<Item = Attempt> {
+    let (sides, touching) = (bounds.sides(), 2.0 * radius);
+    let roomy = (2.0 * bounds.area() / (3f64.sqrt() * 1.1 * requested as f64)).sqrt();
+    let most = MAX_SITES.max(8 * requested);
+    let sites = move |spacing: f64| Counts::new(sides, spacing, radius).map_or(0.0, Counts::sites);
+    let all = sites(touching);
+    // The last one is the whole lattice, unless that is too large.
+    let thinned = std::iter::successors(Some((FEW_SITES / 16).max(4 * requested)), |sites| {
+        Some(8 * sites)
+    })
+    .take_while(move |&sites| all > FEW_SITES as f64 && sites <= most && (sites as f64) < all);
+    (0..64)
+        .map(move |step| roomy * 0.98f64.powi(step))
+        .take_while(move |&spacing| spacing > touching)
+        // Skip a lattice with far more sites than requested: the box is so narrow that it holds one
+        // row of them.
+        .filter(move |&spacing| sites(spacing) <= FEW_SITES.max(64 * requested) as f64)
+        .map(Attempt::Spacing)
+        .chain(thinned.map(Attempt::Sites))
+        .chain((all <= most as f64).then_some(Attempt::Spacing(touching)))
+}
+
+/// Columns and rows of a triangular lattice.
+#[derive(Clone, Copy)]
+struct Counts {
+    columns: f64,
+    rows: f64,
+}
+
+impl Counts {
+    /// Counts for a lattice of this spacing (length) and discs of this radius; `None` if not even
+    /// one disc fits.
+    fn new(sides: DVec2, spacing: f64, radius: f64) -> Option<Self> {
+        let columns = (sides.x / spacing).floor();
+        if columns == 0.0 || sides.y < 2.0 * radius {
+            return None;
+        }
+        let across = sides.x / columns;
+        // The distance of rows is limited by diagonal neighbours and by the second next row.
+        let diagonal = (spacing * spacing - 0.25 * across * across).max(0.0).sqrt();
+        let up = diagonal.max(0.5 * spacing);
+        Some(Self {
+            columns,
+            rows: even((sides.y / up).floor()),
+        })
+    }
+
+    fn sites(self) -> f64 {
+        self.columns * self.rows
+    }
+}
+
+/// This number of rows, or one less: each row is shifted relative to its neighbours on both sides,
+/// so the number must be even, unless it is 1.
+fn even(rows: f64) -> f64 {
+    if rows <= 1.0 { 1.0 } else { rows - rows % 2.0 }
+}
+
+/// A triangular lattice that fits the periodic box.
+struct Lattice {
+    columns: usize,
+    rows: usize,
+    step: DVec2,
+    origin: DVec2,
+    /// How far the molecule at each site may be displaced without touching another (length).
+    slack: f64,
+}
+
+impl Lattice {
+    fn new(bounds: &PeriodicBox, spacing: f64, radius: f64, random: &mut Pcg64) -> Option<Self> {
+        let origin = bounds.sides() * DVec2::new(random.random(), random.random());
+        let counts = Counts::new(bounds.sides(), spacing, radius)?;
+        Self::with_counts(bounds, counts, radius, origin)
+    }
+
+    /// The lattice of touching sites without some columns and rows, so that about this number of
+    /// sites is left, spread evenly: distances between neighbours only increase.
+    fn thinned(
+        bounds: &PeriodicBox,
+        sites: usize,
+        radius: f64,
+        random: &mut Pcg64,
+    ) -> Option<Self> {
+        let origin = bounds.sides() * DVec2::new(random.random(), random.random());
+        let Counts { columns, rows } = Counts::new(bounds.sides(), 2.0 * radius, radius)?;
+        let sites = sites as f64;
+        let shorter = columns.min(rows).min(sites.sqrt().floor());
+        let longer = (sites / shorter).floor();
+        let counts = if columns < rows {
+            Counts {
+                columns: shorter,
+                rows: even(longer.min(rows)),
+            }
+        } else {
+            Counts {
+                columns: longer.min(columns),
+                rows: even(shorter),
+            }
+        };
+        Self::with_counts(bounds, counts, radius, origin)
+    }
+
+    fn with_counts(
+        bounds: &PeriodicBox,
+        counts: Counts,
+        radius: f64,
+        origin: DVec2,
+    ) -> Option<Self> {
+        let (sides, touching) = (bounds.sides(), 2.0 * radius);
+        let Counts { columns, rows } = counts;
+        let step = sides / DVec2::new(columns, rows);
+        let nearest = [
+            step.x,
+            if rows > 1.0 {
+                DVec2::new(0.5 * step.x, step.y).length()
+            } else {
+                sides.y
+            },
+            if rows > 2.0 { 2.0 * step.y } else { sides.y },
+        ];
+        let nearest = nearest.into_iter().fold(f64::INFINITY, f64::min);
+        (nearest >= touching).then_some(Self {
+            columns: columns as usize,
+            rows: rows as usize,
+            step,
+            origin,
+            slack: 0.5 * (nearest - touching),
+        })
+    }
+
+    /// Number of sites.
+    fn capacity(&self) -> usize {
+        self.columns.saturating_mul(self.rows)
+    }
+
+    fn site(&self, index: usize) -> DVec2 {
+        let (row, column) = (index / self.columns, index % self.columns);
+        let shifted = column as f64 + 0.5 * (row % 2) as f64;
+        self.origin + DVec2::new(shifted * self.step.x, row as f64 * self.step.y)
+    }
+}

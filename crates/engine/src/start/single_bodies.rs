@@ -1,0 +1,348 @@
+//! The single bodies of a scene: molecules, bumpers and walls at given positions, with the checks
+//! of every entry.
+
+use std::sync::Arc;
+
+use carom_geometry::{GeometryError, MAX_MAGNITUDE, Molecule, PeriodicBox, check_length};
+use carom_kinematics::{Inertia, Motion, Orientation};
+use glam::DVec2;
+
+use crate::{
+    contact::{limits::refuse_slow, rounding_bound::rounding_bound},
+    grid::Grid,
+    scene::{MoleculeSpec, Scene, WallSpec, atom_spec::AtomSpec, error::SceneError},
+    start::{
+        body_builder::{geometry, inertia, insert, tags},
+        sites::Sites,
+    },
+    world::{
+        World,
+        body::{BodyKind, Rotation},
+        coincident_walls::coincident_wall,
+        tags::TagNames,
+    },
+};
+
+/// The single bodies of a scene: molecules, bumpers and walls, in this order.
+#[derive(Debug, Clone)]
+pub(crate) struct Singles {
+    pub world: World,
+    pub names: TagNames,
+    /// The entry of each body.
+    pub entries: Vec<String>,
+}
+
+impl Singles {
+    /// Creates the single bodies; overlaps are refused by [`Self::refuse_overlaps`].
+    pub fn new(scene: &Scene, bounds: PeriodicBox) -> Result<Self, SceneError> {
+        let mut names = TagNames::default();
+        let mut world = World::new(bounds);
+        let mut entries = Vec::new();
+        for (index, spec) in scene.molecule.iter().enumerate() {
+            let entry = format!("molecule[{index}]");
+            add_molecule(&mut world, &mut names, spec, &entry)?;
+            entries.push(entry);
+        }
+        for (index, spec) in scene.bumper.iter().enumerate() {
+            let entry = format!("bumper[{index}]");
+            let molecule = MoleculeSpec {
+                tags: spec.tags.clone(),
+                atoms: vec![AtomSpec {
+                    at: [0.0; 2],
+                    radius: spec.radius,
+                    mass: 1.0,
+                }],
+                at: spec.at,
+                fixed: true,
+                ..MoleculeSpec::default()
+            };
+            add_molecule(&mut world, &mut names, &molecule, &entry)?;
+            entries.push(entry);
+        }
+        for (index, spec) in scene.wall.iter().enumerate() {
+            let entry = format!("wall[{index}]");
+            add_wall(&mut world, &mut names, spec, &entry)?;
+            entries.push(entry);
+        }
+        Ok(Self {
+            world,
+            names,
+            entries,
+        })
+    }
+
+    /// The entry of the scene that describes a body, if the gases have these numbers of molecules.
+    pub fn entry_of(&self, body: usize, gases: &[usize]) -> String {
+        self.entries.get(body).cloned().unwrap_or_else(|| {
+            let mut before = self.entries.len();
+            let within = |count: &usize| {
+                before += count;
+                body < before
+            };
+            format!(
+                "gas[{}]",
+                gases.iter().position(within).unwrap_or(gases.len())
+            )
+        })
+    }
+
+    /// Refuses overlaps between the single bodies; fixed bodies may overlap each other.
+    pub fn refuse_overlaps(&self) -> Result<(), SceneError> {
+        let world = &self.world;
+        let mut sites = Sites::new(world);
+        let is_fixed = |&index: &usize| world.bodies[index].is_fixed();
+        (0..world.bodies.len())
+            .filter(is_fixed)
+            .for_each(|index| sites.add(world, index));
+        for index in (0..world.bodies.len()).filter(|index| !is_fixed(index)) {
+            if let Some((other, depth)) = deepest_overlap(world, &sites, index) {
+                let entry = |index: usize| self.entries[index].clone();
+                let (first, second) = (entry(other.min(index)), entry(other.max(index)));
+                return Err(SceneError::Overlap {
+                    first,
+                    second,
+                    depth,
+                });
+            }
+            sites.add(world, index);
+        }
+        Ok(())
+    }
+}
+
+/// Largest distance of a molecule from the box, in boxes: farther out, the position in the box
+/// loses half of its digits.
+const MAX_DISTANCE_IN_BOXES: f64 = 2_147_483_648.0;
+
+/// Adds a molecule of the scene; overlaps are checked by the caller.
+pub(crate) fn add_molecule(
+    world: &mut World,
+    names: &mut TagNames,
+    spec: &MoleculeSpec,
+    entry: &str,
+) -> Result<crate::BodyKey, SceneError> {
+    let problem = |problem: &str| SceneError::Entry {
+        entry: entry.to_owned(),
+        problem: problem.to_owned(),
+    };
+    let molecule = spec.molecule(entry)?;
+    let orientation = match (spec.orientation, spec.orientation_turns) {
+        (Some(_), Some(_)) => {
+            return Err(problem(
+                "give `orientation` or `orientation_turns`, not both",
+            ));
+        }
+        (Some(radians), None) => Orientation::from_radians(
+            check_length("orientation", radians).map_err(geometry(entry))?,
+        ),
+        (None, Some(turns)) => Orientation::from_turns(
+            check_length("orientation_turns", turns).map_err(geometry(entry))?,
+        ),
+        (None, None) => Orientation::default(),
+    };
+    for number in [spec.at, spec.velocity].as_flattened() {
+        check_length("a place or velocity", *number).map_err(geometry(entry))?;
+    }
+    let sides = world.bounds().sides();
+    if (DVec2::from(spec.at) / sides).abs().max_element() > MAX_DISTANCE_IN_BOXES {
+        return Err(problem(
+            "`at` must be at most 2^31 boxes away: farther out, rounding loses the position in the box",
+        ));
+    }
+    check_length("angular_velocity", spec.angular_velocity).map_err(geometry(entry))?;
+    let moves = spec.velocity != [0.0; 2] || spec.angular_velocity != 0.0;
+    if spec.fixed && moves {
+        return Err(problem(
+            "a fixed molecule must have no velocity and no angular velocity",
+        ));
+    }
+    if spec.angular_velocity != 0.0 && spec.rotation == Rotation::Locked {
+        return Err(problem(
+            "a molecule of locked rotation must have angular velocity 0",
+        ));
+    }
+    if spec.angular_velocity != 0.0 && molecule.is_disc() {
+        return Err(problem(
+            "a single disc must have angular velocity 0, which contacts without friction never change",
+        ));
+    }
+    let inertia = if spec.fixed {
+        Inertia::FIXED
+    } else {
+        inertia(&molecule, spec.rotation)
+    };
+    let motion = Motion {
+        velocity: DVec2::from(spec.velocity),
+        orientation,
+        angular_velocity: spec.angular_velocity,
+        ..Motion::at_rest(DVec2::from(spec.at))
+    };
+    refuse_slow(entry, &motion, molecule.bounding_radius())?;
+    Grid::refuse_giant(molecule.bounding_radius(), world.bodies().len(), world)
+        .map_err(|reason| reason.named(|_| entry.to_owned()))?;
+    let tags = tags(names, &spec.tags);
+    Ok(insert(world, Arc::new(molecule), inertia, tags, motion))
+}
+
+/// Largest length of a wall along x and along y, in sides of the box: the wall is listed in that
+/// many images of each cell that it passes. A longer wall is most likely an error.
+const MAX_WALL_LENGTH: f64 = 16.0;
+
+/// Largest ratio of the sides of a box with walls. In a narrower box the margin for rounding along
+/// the longer side is many cells of the shorter one, and a wall would be listed in all of them.
+const NARROWEST: f64 = 1e9;
+
+/// Refuses a wall that crosses too many images of the box, or is so thick that no space is left
+/// beside it.
+pub(crate) fn refuse_large_wall(
+    entry: &str,
+    wall: &Molecule,
+    sides: DVec2,
+) -> Result<(), SceneError> {
+    let Some(face) = wall.face() else {
+        return Ok(());
+    };
+    let problem = |problem: String| SceneError::Entry {
+        entry: entry.to_owned(),
+        problem,
+    };
+    if sides.max_element() > NARROWEST * sides.min_element() {
+        return Err(problem(format!(
+            "a wall needs a box whose sides differ by a factor of at most {NARROWEST:e}, but they are {:e} and {:e}",
+            sides.x, sides.y
+        )));
+    }
+    let extent = (2.0 * face.half_length()) * face.along().abs();
+    for (axis, name) in ["x", "y"].into_iter().enumerate() {
+        if extent[axis] > MAX_WALL_LENGTH * sides[axis] {
+            return Err(problem(format!(
+                "the wall must be at most 16 times as long as the box, but is {:e} along {name}, where the side is {:e}",
+                extent[axis], sides[axis]
+            )));
+        }
+    }
+    let side = sides.min_element();
+    if face.radius() > side {
+        return Err(problem(format!(
+            "the radius of the wall must be at most the shorter side of the box, {side:e}, but is {:e}",
+            face.radius()
+        )));
+    }
+    Ok(())
+}
+
+/// Lowest temperature of a wall: bodies that leave it must be fast enough to compute with.
+const MIN_TEMPERATURE: f64 = 1e-60;
+
+/// Whether a wall may have this temperature.
+pub(crate) fn is_wall_temperature(temperature: f64) -> bool {
+    (MIN_TEMPERATURE..=MAX_MAGNITUDE).contains(&temperature)
+}
+
+/// A wall along an axis through the whole box, without end points: it meets its own images.
+fn wall_across(sides: DVec2, axis: DVec2, radius: f64) -> Result<Molecule, GeometryError> {
+    Molecule::wall_without_ends(axis * sides, radius)
+}
+
+/// Whether a wall has no end points although it does not meet its own images in a box of these
+/// sides. Detection would let bodies enter such a wall where it ends.
+pub(crate) fn is_open_wall(wall: &Molecule, orientation: Orientation, sides: DVec2) -> bool {
+    let Some(face) = wall.face().filter(|_| wall.atoms().is_empty()) else {
+        return false;
+    };
+    let is_across =
+        |axis| wall_across(sides, axis, face.radius()).is_ok_and(|across| across == *wall);
+    orientation.turns() != 0.0 || !(is_across(DVec2::X) || is_across(DVec2::Y))
+}
+
+/// Adds a wall of the scene; overlaps are checked by the caller.
+pub(crate) fn add_wall(
+    world: &mut World,
+    names: &mut TagNames,
+    spec: &WallSpec,
+    entry: &str,
+) -> Result<crate::BodyKey, SceneError> {
+    let problem = |problem: &str| SceneError::Entry {
+        entry: entry.to_owned(),
+        problem: problem.to_owned(),
+    };
+    let numbers = [spec.from, spec.to]
+        .into_iter()
+        .flatten()
+        .flatten()
+        .chain(spec.x)
+        .chain(spec.y);
+    for number in numbers {
+        check_length("a place of a wall", number).map_err(geometry(entry))?;
+    }
+    let sides = world.bounds().sides();
+    let (centre, wall) = match (spec.from, spec.to, spec.x, spec.y) {
+        (Some(from), Some(to), None, None) => {
+            let (from, to) = (DVec2::from(from), DVec2::from(to));
+            (
+                0.5 * from + 0.5 * to,
+                Molecule::wall(to - from, spec.radius),
+            )
+        }
+        (None, None, Some(x), None) => (
+            DVec2::new(x, 0.5 * sides.y),
+            wall_across(sides, DVec2::Y, spec.radius),
+        ),
+        (None, None, None, Some(y)) => (
+            DVec2::new(0.5 * sides.x, y),
+            wall_across(sides, DVec2::X, spec.radius),
+        ),
+        _ => return Err(problem("give a wall `from` and `to`, or `x`, or `y`")),
+    };
+    if (centre / sides).abs().max_element() > MAX_DISTANCE_IN_BOXES {
+        return Err(problem(
+            "the wall must be at most 2^31 boxes away: farther out, rounding loses the position in the box",
+        ));
+    }
+    let molecule = Arc::new(wall.map_err(geometry(entry))?);
+    refuse_large_wall(entry, &molecule, sides)?;
+    if let Some(temperature) = spec
+        .temperature
+        .filter(|&temperature| !is_wall_temperature(temperature))
+    {
+        return Err(problem(&format!(
+            "`temperature` of a wall must be from {MIN_TEMPERATURE:e} to {MAX_MAGNITUDE:e} (mass × length² / time²), but is \
+             {temperature}"
+        )));
+    }
+    if let Some(other) = coincident_wall(world, &molecule, centre, spec.temperature) {
+        let temperature = |value: Option<f64>| {
+            value.map_or_else(
+                || "no temperature".to_owned(),
+                |value| format!("temperature {value}"),
+            )
+        };
+        return Err(problem(&format!(
+            "the wall has {}, but lies in the same place as another wall with {}; the box is periodic, so that its \
+             sides {} and {} are the same lines as 0, and a wall acts on both sides: for a gas between unlike walls, \
+             place one of them elsewhere, such as in the middle of the box",
+            temperature(spec.temperature),
+            temperature(world.bodies[other].wall_temperature()),
+            sides.x,
+            sides.y
+        )));
+    }
+    let tags = tags(names, &spec.tags);
+    let kind = BodyKind {
+        molecule,
+        inertia: Inertia::FIXED,
+        tags,
+        elasticity_class: 0,
+        temperature: spec.temperature,
+    };
+    Ok(world.insert(kind, Motion::at_rest(centre)))
+}
+
+/// The body with the deepest overlap with this one beyond rounding, and the depth (length); two
+/// fixed bodies may overlap.
+pub(crate) fn deepest_overlap(world: &World, sites: &Sites, index: usize) -> Option<(usize, f64)> {
+    let body = &world.bodies[index];
+    let (other, gap) = sites.nearest_to_body(world, index)?;
+    let reach = body.reach() + world.bodies[other].reach();
+    (gap < -rounding_bound(world.bounds.sides(), reach)).then_some((other, -gap))
+}

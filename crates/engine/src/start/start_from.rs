@@ -1,0 +1,378 @@
+//! Starts from a snapshot: the bodies of a scene get the places of a file, and the velocities if it
+//! has them.
+//!
+//! The atoms of the file belong to the bodies of the scene in order: single molecules, bumpers,
+//! then the gases; walls have no atoms. Fixed bodies may be left out, and must have the place of
+//! the scene otherwise. A molecule of several atoms has its orientation from `angle`, or else from
+//! the places of its atoms by least squares; its velocity and angular velocity follow from those of
+//! its atoms in the same way. What the file lacks is drawn as for a gas on a lattice.
+
+use carom_geometry::{Atom, Molecule, PeriodicBox, check_length};
+use carom_kinematics::{Motion, Orientation};
+use glam::DVec2;
+use rand::RngExt;
+
+use crate::{
+    contact::limits::refuse_slow,
+    scene::{
+        Scene,
+        error::{SceneError, short},
+    },
+    start::{
+        body_builder::geometry,
+        contents::SceneContents,
+        random::RandomStream,
+        single_bodies::{Singles, deepest_overlap},
+        sites::Sites,
+        snapshot::{SnapshotAtom, SnapshotFrame, read_frame},
+        velocities::ConservedMomentum,
+    },
+    world::{World, body::Body},
+};
+
+/// Largest distance of an atom from its place in a rigid molecule, in bounding radii. Far above the
+/// rounding of a file with seven digits, and far below a wrong assignment of atoms.
+const MAX_OFF: f64 = 1e-5;
+
+/// Largest relative difference between lengths in the file and in the scene.
+const SAME_LENGTH: f64 = 1e-6;
+
+/// The entry in messages.
+const ENTRY: &str = "start.from";
+
+fn problem(problem: String) -> SceneError {
+    SceneError::Entry {
+        entry: ENTRY.to_owned(),
+        problem,
+    }
+}
+
+/// Places all bodies of a scene as in its snapshot; returns the world and its contents.
+///
+/// # Errors
+/// [`SceneError`] with the line of the frame.
+pub(crate) fn fill(scene: &Scene) -> Result<(World, SceneContents), SceneError> {
+    let start = &scene.start;
+    if start.placement.is_some() || start.relax.is_some() || start.empty_pockets {
+        return Err(problem(
+            "give either `from`, or `placement`, `relax` and `empty_pockets`".to_owned(),
+        ));
+    }
+    let text = start.snapshot.as_deref().ok_or_else(|| {
+        problem(
+            "the file has not been read: set `StartSpec::snapshot` to the text of its frame"
+                .to_owned(),
+        )
+    })?;
+    let mut contents = SceneContents::new(scene)?;
+    let frame = read_frame(text).map_err(problem)?;
+    refuse_box(&frame, contents.singles.world.bounds())?;
+    let mut lines = vec![0; contents.singles.world.bodies().len()];
+    let mut rows = Rows {
+        rest: &frame.atoms,
+        has_fixed: has_fixed(&frame, &contents)?,
+    };
+    move_singles(&mut contents.singles, &mut rows, &mut lines)?;
+    let conserved = ConservedMomentum::new(&contents.singles.world, &contents.species);
+    let (seed, replica) = (scene.bounds.seed, scene.bounds.replica);
+    let mut random = RandomStream::Placement.generator(seed, replica);
+    let mut velocities = RandomStream::Velocities.generator(seed, replica);
+    let SceneContents { singles, species } = &mut contents;
+    let bounds = *singles.world.bounds();
+    for kind in species.iter() {
+        let drawn = kind.velocities(&conserved, &mut velocities)?;
+        let mut motions = Vec::new();
+        for (index, (velocity, spin)) in drawn.enumerate() {
+            let molecule = kind.molecule(index);
+            let rows = rows.take(molecule.atoms().len());
+            let drawn = Motion {
+                velocity,
+                angular_velocity: spin,
+                orientation: Orientation::from_turns(random.random()),
+                ..Motion::at_rest(DVec2::ZERO)
+            };
+            motions.push(motion(rows, molecule, kind.turns(), drawn, &bounds)?);
+            lines.push(rows[0].line);
+        }
+        kind.insert(&mut singles.world, &mut singles.names, motions.into_iter());
+    }
+    refuse_overlaps(&contents, &lines)?;
+    let world = std::mem::replace(&mut contents.singles.world, World::new(bounds));
+    Ok((world, contents))
+}
+
+/// The rows of the atoms not yet assigned.
+struct Rows<'a> {
+    rest: &'a [SnapshotAtom],
+    has_fixed: bool,
+}
+
+impl<'a> Rows<'a> {
+    /// The rows of the next molecule; their number has been checked.
+    fn take(&mut self, atoms: usize) -> &'a [SnapshotAtom] {
+        let (first, rest) = self.rest.split_at(atoms);
+        self.rest = rest;
+        first
+    }
+}
+
+fn refuse_box(frame: &SnapshotFrame, bounds: &PeriodicBox) -> Result<(), SceneError> {
+    let Some(sides) = frame.sides else {
+        return Ok(());
+    };
+    let differs = |axis: usize| (sides[axis] / bounds.sides()[axis] - 1.0).abs() > SAME_LENGTH;
+    if differs(0) || differs(1) {
+        let [x, y] = bounds.sides().to_array();
+        let text = format!(
+            "line 2: the box of the file is {} × {}, that of the scene {x} × {y}",
+            sides[0], sides[1]
+        );
+        return Err(problem(text));
+    }
+    Ok(())
+}
+
+/// Whether the frame has the atoms of fixed bodies.
+fn has_fixed(frame: &SnapshotFrame, contents: &SceneContents) -> Result<bool, SceneError> {
+    let atoms = |fixed_too: bool| -> usize {
+        let of = |body: &&Body| !body.is_wall() && (fixed_too || !body.is_fixed());
+        contents
+            .singles
+            .world
+            .bodies()
+            .iter()
+            .filter(of)
+            .map(|body| body.molecule().atoms().len())
+            .sum()
+    };
+    let of_gas = |kind: &crate::start::species::Species| match kind.count {
+        0 => 0,
+        count => count * kind.molecule(0).atoms().len(),
+    };
+    let gases: usize = contents.species.iter().map(of_gas).sum();
+    let (all, moving, found) = (atoms(true) + gases, atoms(false) + gases, frame.atoms.len());
+    if found != all && found != moving {
+        return Err(problem(format!(
+            "line 1: the file has {found} atoms, the bodies of the scene have {all}"
+        )));
+    }
+    Ok(found == all)
+}
+
+/// Gives the single molecules that move the motions of the file, and compares the places of fixed
+/// ones.
+fn move_singles(
+    singles: &mut Singles,
+    rows: &mut Rows<'_>,
+    lines: &mut [usize],
+) -> Result<(), SceneError> {
+    let World {
+        bodies,
+        motions,
+        bounds,
+        ..
+    } = &mut singles.world;
+    for ((body, motion), line) in bodies.iter().zip(motions.iter_mut()).zip(lines) {
+        if body.is_wall() || (body.is_fixed() && !rows.has_fixed) {
+            continue;
+        }
+        let atoms = rows.take(body.molecule().atoms().len());
+        *line = atoms[0].line;
+        if body.is_fixed() {
+            let arms = body
+                .molecule()
+                .atoms()
+                .iter()
+                .map(|atom| motion.orientation.cos_sin().rotate(atom.offset()));
+            for (row, arm) in atoms.iter().zip(arms) {
+                let off = bounds
+                    .nearest_image(row.place - (motion.position + arm))
+                    .length();
+                if off > MAX_OFF * body.molecule().bounding_radius() {
+                    let text = format!(
+                        "line {}: a fixed body has another place, {off:e} away, in the scene",
+                        row.line
+                    );
+                    return Err(problem(text));
+                }
+            }
+        } else {
+            let moved = self::motion(atoms, body.molecule(), body.can_turn(), *motion, bounds)?;
+            *motion = Motion {
+                position: bounds.wrap(moved.position).0,
+                ..moved
+            };
+        }
+    }
+    Ok(())
+}
+
+/// The motion of a molecule with these atoms; what they lack is taken from `drawn`.
+fn motion(
+    rows: &[SnapshotAtom],
+    molecule: &Molecule,
+    turns: bool,
+    drawn: Motion,
+    bounds: &PeriodicBox,
+) -> Result<Motion, SceneError> {
+    let line = rows[0].line;
+    let atoms = molecule.atoms();
+    for (row, atom) in rows.iter().zip(atoms) {
+        if !(row.place / bounds.sides() - 0.5)
+            .abs()
+            .cmple(DVec2::splat(1.5))
+            .all()
+        {
+            let text = format!(
+                "line {}: {} is more than a side of the box away from it",
+                row.line, row.place
+            );
+            return Err(problem(text));
+        }
+        let differs = |radius: f64| (radius / atom.radius() - 1.0).abs() > SAME_LENGTH;
+        if let Some(radius) = row.radius.filter(|&radius| differs(radius)) {
+            let text = format!(
+                "line {}: the radius is {radius}, in the scene {}",
+                row.line,
+                atom.radius()
+            );
+            return Err(problem(text));
+        }
+    }
+    // The atoms around the first one, in case they have been wrapped into the box.
+    let places: Vec<DVec2> = rows
+        .iter()
+        .map(|row| rows[0].place + bounds.nearest_image(row.place - rows[0].place))
+        .collect();
+    let orientation = match rows[0].angle {
+        Some(angle) => {
+            Orientation::from_radians(check_length("angle", angle).map_err(geometry(ENTRY))?)
+        }
+        None if atoms.len() > 1 => fitted(&places, molecule),
+        None => drawn.orientation,
+    };
+    let rotation = orientation.cos_sin();
+    let arms: Vec<DVec2> = atoms
+        .iter()
+        .map(|atom| rotation.rotate(atom.offset()))
+        .collect();
+    // The atom nearest to the centre of mass gives its place with the least rounding.
+    let central = (0..atoms.len())
+        .min_by(|&i, &j| atoms[i].arm().total_cmp(&atoms[j].arm()))
+        .unwrap_or(0);
+    let position = places[central] - arms[central];
+    for ((place, arm), row) in places.iter().zip(&arms).zip(rows) {
+        let off = (*place - (position + *arm)).length();
+        if off > MAX_OFF * molecule.bounding_radius() {
+            let text = format!(
+                "line {}: the atom is {off:e} away from its place in the molecule of line {line}",
+                row.line
+            );
+            return Err(problem(text));
+        }
+    }
+    let (velocity, angular_velocity) = velocities(rows, atoms, &arms, turns, &drawn);
+    for component in velocity.to_array() {
+        check_length("the velocity", component)
+            .map_err(geometry(&format!("{ENTRY}, line {line}")))?;
+    }
+    check_length("the angular velocity", angular_velocity)
+        .map_err(geometry(&format!("{ENTRY}, line {line}")))?;
+    let motion = Motion {
+        velocity,
+        angular_velocity,
+        orientation,
+        ..Motion::at_rest(position)
+    };
+    refuse_slow(
+        &format!("{ENTRY}, line {line}"),
+        &motion,
+        molecule.bounding_radius(),
+    )?;
+    Ok(motion)
+}
+
+/// The orientation at which the molecule fits these places best: the angle of Σ m a · q and Σ m a ×
+/// q over its atoms, with a and q relative to the centre of mass.
+fn fitted(places: &[DVec2], molecule: &Molecule) -> Orientation {
+    let atoms = molecule.atoms();
+    let centre = atoms
+        .iter()
+        .zip(places)
+        .map(|(atom, &place)| atom.mass() * place)
+        .sum::<DVec2>()
+        / molecule.mass();
+    let sums = atoms
+        .iter()
+        .zip(places)
+        .fold(DVec2::ZERO, |sums, (atom, &place)| {
+            let (arm, there) = (atom.offset(), place - centre);
+            sums + atom.mass() * DVec2::new(arm.dot(there), arm.perp_dot(there))
+        });
+    Orientation::from_radians(libm::atan2(sums.y, sums.x))
+}
+
+/// Velocity and angular velocity of a molecule: V = Σ m v / Σ m and ω = Σ m a × v / Σ m a², unless
+/// the file has ω; those drawn if the file has no velocities.
+fn velocities(
+    rows: &[SnapshotAtom],
+    atoms: &[Atom],
+    arms: &[DVec2],
+    turns: bool,
+    drawn: &Motion,
+) -> (DVec2, f64) {
+    let of = |row: &SnapshotAtom, atom: &Atom| {
+        row.velocity
+            .or(row.momentum.map(|momentum| momentum / atom.mass()))
+    };
+    let Some(first) = of(&rows[0], &atoms[0]) else {
+        return (drawn.velocity, drawn.angular_velocity);
+    };
+    if let [_] = rows {
+        return (first, 0.0);
+    }
+    let (mut mass, mut momentum, mut spin, mut inertia) = (0.0, DVec2::ZERO, 0.0, 0.0);
+    for ((row, atom), arm) in rows.iter().zip(atoms).zip(arms) {
+        let velocity = of(row, atom).unwrap_or(first);
+        mass += atom.mass();
+        momentum += atom.mass() * velocity;
+        spin += atom.mass() * arm.perp_dot(velocity);
+        inertia += atom.mass() * arm.length_squared();
+    }
+    let angular_velocity = match (turns, rows[0].angular_velocity) {
+        (false, _) => 0.0,
+        (true, Some(given)) => given,
+        (true, None) => spin / inertia,
+    };
+    (momentum / mass, angular_velocity)
+}
+
+fn refuse_overlaps(contents: &SceneContents, lines: &[usize]) -> Result<(), SceneError> {
+    let world = &contents.singles.world;
+    let mut sites = Sites::new(world);
+    let is_fixed = |&index: &usize| world.bodies[index].is_fixed();
+    (0..world.bodies.len())
+        .filter(is_fixed)
+        .for_each(|index| sites.add(world, index));
+    for index in (0..world.bodies.len()).filter(|index| !is_fixed(index)) {
+        if let Some((other, depth)) = deepest_overlap(world, &sites, index) {
+            let counts = contents.counts();
+            let name = |body: usize| {
+                let entry = contents.singles.entry_of(body, &counts);
+                if lines[body] == 0 {
+                    entry
+                } else {
+                    format!("{entry} of line {}", lines[body])
+                }
+            };
+            let depth = short(depth);
+            return Err(problem(format!(
+                "{} and {} overlap by {depth}",
+                name(other),
+                name(index)
+            )));
+        }
+        sites.add(world, index);
+    }
+    Ok(())
+}

@@ -1,0 +1,215 @@
+//! A body of the system: its shape, its inertia and its tags.
+
+use std::{fmt, sync::Arc};
+
+use carom_geometry::Molecule;
+use carom_kinematics::Inertia;
+use serde::{Deserialize, Serialize};
+
+use crate::world::tags::{Tag, TagNames, Tags};
+
+/// Handle of a body. It stays valid until the body is removed, and is never reused, even if the
+/// batch that has added the body is refused.
+///
+/// Keys ascend in the order of insertion, which is also the order of the bodies in the world, in a
+/// view and in a checkpoint, and the order of ties. Bodies are therefore found by binary search, a
+/// view iterates through consecutive memory, and a resumed run has the same keys. A slot map has
+/// none of these properties: it reuses the slots of removed bodies, so that its order depends on
+/// the history of edits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct BodyKey(pub(crate) u64);
+
+/// The handle of no body.
+impl Default for BodyKey {
+    fn default() -> Self {
+        Self(u64::MAX)
+    }
+}
+
+/// Whether a body can turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum Rotation {
+    /// Impulses change its angular velocity.
+    #[default]
+    Free,
+    /// Its orientation is locked (Montanari 2017, equation 2.12).
+    Locked,
+}
+
+/// The properties of a body that events do not change.
+#[derive(Debug, Clone)]
+pub struct Body {
+    pub(crate) key: BodyKey,
+    /// Shared by equal bodies: a gas of a million discs has one.
+    pub(crate) kind: Arc<BodyKind>,
+}
+
+/// The properties that bodies of one kind share.
+#[derive(Debug, Clone)]
+pub(crate) struct BodyKind {
+    pub(crate) molecule: Arc<Molecule>,
+    pub(crate) inertia: Inertia,
+    pub(crate) tags: Tags,
+    /// Row and column of the body in the table of elasticities.
+    pub(crate) elasticity_class: u32,
+    /// kT of a wall that has a temperature (mass × length² / time²).
+    pub(crate) temperature: Option<f64>,
+}
+
+impl BodyKind {
+    /// Whether all properties are equal.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        (Arc::ptr_eq(&self.molecule, &other.molecule) || self.molecule == other.molecule)
+            && self.inertia == other.inertia
+            && self.tags == other.tags
+            && self.elasticity_class == other.elasticity_class
+            && self.temperature == other.temperature
+    }
+}
+
+impl BodyKey {
+    /// The handle of the body with this number ([`Body::id`]); no such body need exist.
+    pub fn of_id(id: u64) -> Self {
+        Self(id)
+    }
+
+    /// The number of the body, see [`Body::id`].
+    pub fn id(self) -> u64 {
+        self.0
+    }
+
+    /// Whether this is the handle of one of these two bodies.
+    #[inline]
+    pub fn is_among(self, bodies: [&Body; 2]) -> bool {
+        (bodies[0].key == self) | (bodies[1].key == self)
+    }
+}
+
+impl Body {
+    /// Returns the handle of the body.
+    pub fn key(&self) -> BodyKey {
+        self.key
+    }
+
+    /// Number of the body in order of insertion, from 0; never reused. Refused batches leave gaps.
+    pub fn id(&self) -> u64 {
+        self.key.0
+    }
+
+    /// Shape and mass.
+    pub fn molecule(&self) -> &Molecule {
+        &self.kind.molecule
+    }
+
+    /// Whether this body is a straight wall.
+    pub fn is_wall(&self) -> bool {
+        self.kind.molecule.face().is_some()
+    }
+
+    /// kT of a wall that gives it to the bodies that touch it (mass × length² / time²).
+    #[doc(alias = "thermostat")]
+    pub fn wall_temperature(&self) -> Option<f64> {
+        self.kind.temperature
+    }
+
+    /// Largest distance from the centre of mass at which the body can be touched (length): the
+    /// bounding radius; for a wall, the distance from its face.
+    pub fn reach(&self) -> f64 {
+        self.kind.molecule.face().map_or(
+            self.kind.molecule.bounding_radius(),
+            carom_geometry::Face::radius,
+        )
+    }
+
+    /// The radius of the smallest part that can be touched (length): an atom, or the face of a
+    /// wall.
+    pub(crate) fn smallest_reach(&self) -> f64 {
+        let face = self.kind.molecule.face();
+        face.map_or_else(|| self.smallest_atom(), carom_geometry::Face::radius)
+    }
+
+    /// The radius of the smallest atom (length); infinite for a wall across the box, which has
+    /// none.
+    pub(crate) fn smallest_atom(&self) -> f64 {
+        let radii = self
+            .kind
+            .molecule
+            .atoms()
+            .iter()
+            .map(carom_geometry::Atom::radius);
+        radii.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Inverse mass and inverse moment, 0 where fixed or locked.
+    pub fn inertia(&self) -> &Inertia {
+        &self.kind.inertia
+    }
+
+    /// Tags in ascending order.
+    pub fn tags(&self) -> &[Tag] {
+        &self.kind.tags
+    }
+
+    /// Whether the body carries `tag`.
+    pub fn has_tag(&self, tag: Tag) -> bool {
+        self.kind.tags.binary_search(&tag).is_ok()
+    }
+
+    /// Whether this body never moves.
+    #[doc(alias = "bumper")]
+    pub fn is_fixed(&self) -> bool {
+        self.kind.inertia.is_fixed()
+    }
+
+    /// Whether the body does not turn: its orientation is locked, or it is fixed.
+    pub fn is_locked(&self) -> bool {
+        self.kind.inertia.inverse_moment == 0.0
+    }
+
+    /// Whether contacts change the angular velocity of the body: it is not locked, and not round
+    /// (see [`Molecule::is_round`]).
+    pub fn can_turn(&self) -> bool {
+        !self.is_locked() && !self.molecule().is_round()
+    }
+}
+
+/// A body in an error message: its handle, its number and its tags.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BodyName {
+    /// Handle.
+    pub key: BodyKey,
+    /// Number in order of insertion, from 0.
+    pub id: u64,
+    /// Names of its tags.
+    pub tags: Vec<String>,
+}
+
+impl BodyName {
+    #[cold]
+    pub(crate) fn new(body: &Body, names: &TagNames) -> Self {
+        let tags = body
+            .kind
+            .tags
+            .iter()
+            .map(|&tag| names.name(tag).to_owned())
+            .collect();
+        Self {
+            key: body.key(),
+            id: body.id(),
+            tags,
+        }
+    }
+}
+
+impl fmt::Display for BodyName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "body {}", self.id)?;
+        match &self.tags[..] {
+            [] => Ok(()),
+            [tag] => write!(f, " (tag {tag})"),
+            tags => write!(f, " (tags {})", tags.join(", ")),
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Walls in the same place with different temperatures, whose contacts would have no defined
+//! temperature.
+
+use carom_geometry::{Face, Molecule, PeriodicBox};
+use glam::DVec2;
+
+use crate::{contact::rounding_bound::rounding_bound, world::World};
+
+/// The first wall of the world that lies in the same place as a new one, in any image of the box,
+/// and has another temperature.
+///
+/// Walls across the box at 0 and at its side are such a pair: the box is periodic, so that both are
+/// one line. Which of the two a body meets would be decided by rounding.
+pub(crate) fn coincident_wall(
+    world: &World,
+    wall: &Molecule,
+    centre: DVec2,
+    temperature: Option<f64>,
+) -> Option<usize> {
+    let face = wall.face()?;
+    let (centre, _) = world.bounds.wrap(centre);
+    let is_same = |&index: &usize| {
+        let (body, place) = (&world.bodies[index], world.motions[index].position);
+        let other = body.molecule().face();
+        body.wall_temperature() != temperature
+            && other.is_some_and(|other| lie_together(face, other, place - centre, &world.bounds))
+    };
+    (0..world.bodies.len()).find(is_same)
+}
+
+/// Whether two walls of the same thickness share a part of some length, if their centres differ by
+/// `offset` (length) or by that and any number of boxes.
+fn lie_together(one: &Face, other: &Face, offset: DVec2, bounds: &PeriodicBox) -> bool {
+    let (sides, lengths) = (
+        bounds.sides(),
+        [one, other].map(|face| 2.0 * face.half_length()),
+    );
+    let tolerance = rounding_bound(sides, lengths[0].max(lengths[1]));
+    let tilt = one.along().perp_dot(other.along()).abs() * lengths[0].min(lengths[1]);
+    if (one.radius() - other.radius()).abs() > tolerance || tilt > tolerance {
+        return false;
+    }
+    // Halves of the extents, so far from each other that walls in the images still meet.
+    let reach = one.half_length() * one.along().abs() + other.half_length() * other.along().abs();
+    let [columns, rows] = [0, 1].map(|axis| {
+        let index = |place: f64| (place / sides[axis]).round() as i64;
+        index(-offset[axis] - reach[axis])..=index(-offset[axis] + reach[axis])
+    });
+    let shares_a_part = |place: DVec2| {
+        let apart = one.along().perp_dot(place).abs();
+        let along = one.along().dot(place).abs();
+        apart <= tolerance && along < 0.5 * (lengths[0] + lengths[1]) - tolerance
+    };
+    columns
+        .flat_map(|column| rows.clone().map(move |row| [column, row]))
+        .any(|image| {
+            let image = DVec2::new(image[0] as f64, image[1] as f64);
+            shares_a_part(offset + image * sides)
+        })
+}

@@ -1,0 +1,337 @@
+//! The state of the system: all bodies, their motions, and their windings.
+
+pub(crate) mod body;
+pub(crate) mod centre_of_mass;
+pub(crate) mod coincident_walls;
+pub(crate) mod counters;
+pub(crate) mod index_or_none;
+pub(crate) mod invariants;
+pub(crate) mod report;
+pub(crate) mod tags;
+pub(crate) mod view;
+pub(crate) mod wall;
+pub(crate) mod wrapped;
+
+use std::sync::Arc;
+
+use carom_geometry::PeriodicBox;
+use carom_kinematics::{EpochTime, Motion, kinetic_energy};
+
+use crate::world::body::{Body, BodyKey, BodyKind};
+
+/// Number of earlier bodies with which a new one is compared, to share a description. Smaller: the
+/// bodies of a mixture share less.
+const LAST_FEW: usize = 16;
+
+/// All bodies and their motions. Bodies are in order of insertion; times are offsets from the start
+/// of the epoch.
+#[derive(Debug, Clone)]
+pub struct World {
+    pub(crate) bounds: PeriodicBox,
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) motions: Vec<Motion>,
+    /// Number of boxes that each body has crossed, per axis.
+    pub(crate) windings: Vec<[i64; 2]>,
+    /// Time of each body's last contact, as an offset in the epoch, −∞ if there was none; empty
+    /// without a guard.
+    pub(crate) last_contacts: Vec<f64>,
+    /// Start of the epoch.
+    pub(crate) epoch: EpochTime,
+    pub(crate) next_id: u64,
+    /// Seed and replica of the scene, for walls that have a temperature.
+    pub(crate) random_key: [u64; 2],
+    /// Whether any body is such a wall; without one, contacts with it are not looked for.
+    pub(crate) has_thermal_walls: bool,
+}
+
+impl World {
+    pub(crate) fn new(bounds: PeriodicBox) -> Self {
+        Self {
+            bounds,
+            bodies: Vec::new(),
+            motions: Vec::new(),
+            windings: Vec::new(),
+            last_contacts: Vec::new(),
+            epoch: EpochTime::ZERO,
+            next_id: 0,
+            random_key: [0; 2],
+            has_thermal_walls: false,
+        }
+    }
+
+    /// The periodic box.
+    pub fn bounds(&self) -> &PeriodicBox {
+        &self.bounds
+    }
+
+    /// The bodies, in order of insertion.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// Inverse masses of two bodies (1/mass).
+    #[inline]
+    pub(crate) fn inverse_masses(&self, bodies: [u32; 2]) -> [f64; 2] {
+        bodies.map(|body| self.bodies[body as usize].kind.inertia.inverse_mass)
+    }
+
+    /// The motions, in the order of [`Self::bodies`]; times are offsets from the epoch's start.
+    pub fn motions(&self) -> &[Motion] {
+        &self.motions
+    }
+
+    /// Number of boxes that each body has crossed along each axis since it was added, in the order
+    /// of [`Self::bodies`].
+    pub fn windings(&self) -> &[[i64; 2]] {
+        &self.windings
+    }
+
+    /// Time of each body's last contact, in the order of [`Self::bodies`], as an offset from the
+    /// epoch's start; −∞ if there was none. Empty without a guard against inelastic collapse.
+    pub fn last_contacts(&self) -> &[f64] {
+        &self.last_contacts
+    }
+
+    /// Start of the epoch.
+    pub fn epoch(&self) -> EpochTime {
+        self.epoch
+    }
+
+    /// Index of a body in the order of [`Self::bodies`]; `None` if it is not in the system.
+    pub fn index(&self, key: BodyKey) -> Option<usize> {
+        self.bodies.binary_search_by_key(&key, Body::key).ok()
+    }
+
+    /// Kinetic energy of all bodies (mass × length² / time²).
+    pub fn energy(&self) -> f64 {
+        self.energies().sum()
+    }
+
+    /// Kinetic energy of each body (mass × length² / time²).
+    pub(crate) fn energies(&self) -> impl Iterator<Item = f64> {
+        let bodies = self.motions.iter().zip(&self.bodies);
+        bodies.map(|(motion, body)| kinetic_energy(motion, &body.kind.inertia))
+    }
+
+    /// The largest contact distance of two bodies that can collide, or of a centre and the line of
+    /// a wall (length); 0 if there are none.
+    pub fn largest_reach(&self) -> f64 {
+        self.farthest_reaching().map_or(0.0, |(reach, _)| reach)
+    }
+
+    /// The two bodies with the largest contact distance, and that distance (length): the largest
+    /// moving body and the largest other body. A single moving body is paired with itself, with its
+    /// bounding radius as distance.
+    pub(crate) fn farthest_reaching(&self) -> Option<(f64, [usize; 2])> {
+        let radius = |index: usize| self.bodies[index].reach();
+        // The first of several bodies of the same size.
+        let largest = |skip: Option<usize>, fixed_too: bool| {
+            (0..self.bodies.len())
+                .filter(|&index| {
+                    Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed())
+                })
+                .reduce(|best, index| {
+                    if radius(index) > radius(best) {
+                        index
+                    } else {
+                        best
+                    }
+                })
+        };
+        let first = largest(None, false)?;
+        Some(match largest(Some(first), true) {
+            Some(second) => (radius(first) + radius(second), [first, second]),
+            None => (radius(first), [first; 2]),
+        })
+    }
+
+    /// The two bodies with the smallest contact distance of two atoms, and that distance (length):
+    /// the moving body with the smallest atom, and the other body with the smallest atom. `None` if
+    /// no two bodies can collide.
+    pub(crate) fn closest_touching(&self) -> Option<(f64, [usize; 2])> {
+        let atom = |index: usize| self.bodies[index].smallest_reach();
+        let smallest = |skip: Option<usize>, fixed_too: bool| {
+            (0..self.bodies.len())
+                .filter(|&index| {
+                    Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed())
+                })
+                .map(|index| (atom(index), index))
+                .reduce(|best, other| if other.0 < best.0 { other } else { best })
+        };
+        let (first_radius, first) = smallest(None, false)?;
+        let (second_radius, second) = smallest(Some(first), true)?;
+        Some((first_radius + second_radius, [first, second]))
+    }
+
+    /// The largest bounding radius of a body that moves (length).
+    pub(crate) fn largest_moving_radius(&self) -> f64 {
+        let moving = self.bodies.iter().filter(|body| !body.is_fixed());
+        moving
+            .map(|body| body.kind.molecule.bounding_radius())
+            .fold(0.0, f64::max)
+    }
+
+    /// Whether exactly one body moves and all others are fixed: a billiard.
+    pub(crate) fn is_billiard(&self) -> bool {
+        self.bodies
+            .iter()
+            .filter(|body| !body.is_fixed())
+            .take(2)
+            .count()
+            == 1
+    }
+
+    /// Memory used on the heap (bytes), without shapes.
+    pub(crate) fn heap_bytes(&self) -> usize {
+        self.bodies.capacity() * size_of::<Body>()
+            + self.motions.capacity() * size_of::<Motion>()
+            + self.windings.capacity() * size_of::<[i64; 2]>()
+            + self.last_contacts.capacity() * size_of::<f64>()
+    }
+
+    pub(crate) fn insert(&mut self, kind: BodyKind, motion: Motion) -> BodyKey {
+        // Keys ascend in order of insertion, as the binary search for a body requires.
+        let key = BodyKey(self.next_id);
+        self.push_body(key, kind);
+        let (position, winding) = self.bounds.wrap(motion.position);
+        self.motions.push(Motion { position, ..motion });
+        self.windings.push(winding);
+        self.next_id += 1;
+        key
+    }
+
+    /// Adds a body. It shares its description with one of the last few bodies if they are equal, so
+    /// that descriptions stay in the caches.
+    pub(crate) fn push_body(&mut self, key: BodyKey, kind: BodyKind) {
+        let shared = self
+            .bodies
+            .iter()
+            .rev()
+            .take(LAST_FEW)
+            .find(|before| before.kind.is_like(&kind));
+        let kind = shared.map_or_else(|| Arc::new(kind), |before| Arc::clone(&before.kind));
+        self.bodies.push(Body { key, kind });
+    }
+
+    /// Number of different descriptions of the bodies.
+    #[cfg(test)]
+    pub(crate) fn count_kinds(&self) -> usize {
+        let kinds: std::collections::HashSet<_> = self
+            .bodies
+            .iter()
+            .map(|body| Arc::as_ptr(&body.kind))
+            .collect();
+        kinds.len()
+    }
+
+    /// Releases memory reserved for growth.
+    pub(crate) fn shrink(&mut self) {
+        self.bodies.shrink_to_fit();
+        self.motions.shrink_to_fit();
+        self.windings.shrink_to_fit();
+    }
+
+    /// Keeps the bodies whose indices satisfy `keeps`, in order of insertion.
+    pub(crate) fn keep_bodies(&mut self, keeps: impl Fn(usize) -> bool) {
+        fn keep<T>(list: &mut Vec<T>, keeps: impl Fn(usize) -> bool) {
+            let mut places = 0..;
+            list.retain(|_| places.next().is_some_and(&keeps));
+        }
+        keep(&mut self.bodies, &keeps);
+        keep(&mut self.motions, &keeps);
+        keep(&mut self.windings, &keeps);
+        keep(&mut self.last_contacts, &keeps);
+    }
+
+    /// Removes the body added last, and makes its key available again.
+    pub(crate) fn take_back_last(&mut self) {
+        self.bodies.pop();
+        self.motions.pop();
+        self.windings.pop();
+        self.next_id -= 1;
+    }
+
+    /// Starts or stops keeping the times of last contacts; new bodies have −∞.
+    pub(crate) fn keep_last_contacts(&mut self, requested: bool) {
+        let count = if requested { self.bodies.len() } else { 0 };
+        self.last_contacts.resize(count, f64::NEG_INFINITY);
+    }
+
+    /// Moves all bodies to `offset` in the epoch and begins a new epoch there.
+    pub(crate) fn rebase(&mut self, offset: f64) {
+        for ((motion, body), winding) in self
+            .motions
+            .iter_mut()
+            .zip(&self.bodies)
+            .zip(&mut self.windings)
+        {
+            if body.is_fixed() {
+                continue;
+            }
+            let here = motion.at(offset);
+            let (position, image) = self.bounds.wrap(here.position);
+            *motion = Motion {
+                position,
+                time: 0.0,
+                ..here
+            };
+            winding[0] += image[0];
+            winding[1] += image[1];
+        }
+        for time in &mut self.last_contacts {
+            *time -= offset;
+        }
+        self.epoch = self.epoch.new_epoch(offset);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        cells::CellScheduler,
+        run::simulation::Simulation,
+        scene::{MoleculeSpec, Scene, gas_spec::GasSpec},
+    };
+    use carom_detection::Exact;
+    use carom_response::Impact;
+
+    /// Number of different descriptions of the bodies of a scene.
+    fn kinds(scene: &Scene) -> usize {
+        let simulation = Simulation::<Exact, Impact, CellScheduler>::new(scene).unwrap();
+        simulation.world.count_kinds()
+    }
+
+    #[test]
+    fn equal_bodies_share_their_description_in_any_order() {
+        let disc = |number: u32, radius: f64| MoleculeSpec {
+            shape: Some("disc".to_owned()),
+            atom_radius: Some(radius),
+            atom_mass: Some(1.0),
+            at: [f64::from(number % 10) * 0.1, f64::from(number / 10) * 0.1],
+            ..MoleculeSpec::default()
+        };
+        let molecule = (0..100)
+            .map(|number| disc(number, if number % 3 == 0 { 0.03 } else { 0.02 }))
+            .collect();
+        assert_eq!(
+            kinds(&Scene {
+                molecule,
+                ..Scene::default()
+            }),
+            2
+        );
+        let gas = |radius| GasSpec {
+            radius: Some(radius),
+            mass: Some(1.0.into()),
+            count: Some(200),
+            energy: 1.0,
+            ..GasSpec::default()
+        };
+        assert!(
+            kinds(&Scene {
+                gas: vec![gas(0.01.into()), gas(0.02.into())],
+                ..Scene::default()
+            }) <= 4
+        );
+    }
+}

@@ -1,0 +1,157 @@
+//! A read-only view of all bodies at one time.
+
+use carom_geometry::PeriodicBox;
+use carom_kinematics::{EpochTime, Motion, kinetic_energy, momentum};
+use glam::DVec2;
+
+use crate::{
+    edit::heat::HeatByTag,
+    world::{
+        World,
+        body::{Body, BodyKey},
+        counters::{Counters, Ledger},
+        tags::{Tag, TagNames},
+        wall::StandingWall,
+    },
+};
+
+/// All bodies at one time. A view, at any time and any number of times, changes no bit of the run.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    pub(crate) world: &'a World,
+    pub(crate) names: &'a TagNames,
+    pub(crate) counters: &'a Counters,
+    pub(crate) ledger: &'a Ledger,
+    pub(crate) heat: &'a HeatByTag,
+    /// Offset from the start of the epoch (time).
+    pub(crate) offset: f64,
+}
+
+/// One body in a view.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub struct BodyView<'a> {
+    /// The body.
+    pub body: &'a Body,
+    /// Its motion at the time of the view, with the position in the box.
+    pub motion: Motion,
+    /// Number of boxes that the body has crossed along each axis since it was added:
+    /// `position + winding × sides` has no jumps.
+    pub winding: [i64; 2],
+}
+
+impl<'a> View<'a> {
+    /// The time of the view.
+    pub fn time(&self) -> EpochTime {
+        self.world.epoch.after(self.offset)
+    }
+
+    /// The periodic box.
+    pub fn bounds(&self) -> &'a PeriodicBox {
+        &self.world.bounds
+    }
+
+    /// Counts of events so far.
+    pub fn counters(&self) -> &'a Counters {
+        self.counters
+    }
+
+    /// The energy lost and put in so far.
+    pub fn ledger(&self) -> &'a Ledger {
+        self.ledger
+    }
+
+    /// The energy that thermostats have given to the bodies of each tag so far.
+    pub fn heat(&self) -> &'a HeatByTag {
+        self.heat
+    }
+
+    /// Names of the tags.
+    pub fn tag_names(&self) -> &'a TagNames {
+        self.names
+    }
+
+    /// Number of bodies.
+    pub fn len(&self) -> usize {
+        self.world.bodies.len()
+    }
+
+    /// Whether there is no body.
+    pub fn is_empty(&self) -> bool {
+        self.world.bodies.is_empty()
+    }
+
+    /// The bodies, in order of insertion.
+    pub fn bodies(&self) -> impl ExactSizeIterator<Item = BodyView<'a>> + use<'a> {
+        let Self { world, offset, .. } = *self;
+        (0..world.bodies.len()).map(move |index| body_at(world, index, offset))
+    }
+
+    /// The bodies that carry a tag.
+    pub fn tagged(&self, tag: Tag) -> impl Iterator<Item = BodyView<'a>> + use<'a> {
+        let Self { world, offset, .. } = *self;
+        // Positions are computed only for the bodies that carry the tag.
+        let tagged = (0..world.bodies.len()).filter(move |&index| world.bodies[index].has_tag(tag));
+        tagged.map(move |index| body_at(world, index, offset))
+    }
+
+    /// The body with this handle; `None` if it is not in the system.
+    pub fn body(&self, key: BodyKey) -> Option<BodyView<'a>> {
+        self.world
+            .index(key)
+            .map(|index| body_at(self.world, index, self.offset))
+    }
+
+    /// Kinetic energy of all bodies (mass × length² / time²).
+    pub fn energy(&self) -> f64 {
+        self.world.energy()
+    }
+
+    /// Total momentum (mass × length / time).
+    pub fn momentum(&self) -> DVec2 {
+        self.bodies()
+            .map(|view| momentum(&view.motion, view.body.inertia()))
+            .sum()
+    }
+}
+
+impl BodyView<'_> {
+    /// Kinetic energy (mass × length² / time²); 0 for a fixed body.
+    pub fn energy(&self) -> f64 {
+        kinetic_energy(&self.motion, self.body.inertia())
+    }
+
+    /// Position without periodic jumps since the body was added (length).
+    pub fn unwrapped(&self, bounds: &PeriodicBox) -> DVec2 {
+        self.motion.position + bounds.shift(self.winding)
+    }
+
+    /// The end points of a wall, in the image whose middle is in the box (length); `None` for other
+    /// bodies.
+    pub fn wall(&self) -> Option<[DVec2; 2]> {
+        StandingWall::new(self.body, &self.motion).map(|wall| wall.ends())
+    }
+
+    /// Centre and radius (length) of each atom, or of the end points of a wall, in the image of the
+    /// body that is in the box.
+    pub fn atoms(&self) -> impl Iterator<Item = (DVec2, f64)> + '_ {
+        let rotation = self.motion.orientation.cos_sin();
+        let place = move |offset| self.motion.position + rotation.rotate(offset);
+        self.body
+            .molecule()
+            .atoms()
+            .iter()
+            .map(move |atom| (place(atom.offset()), atom.radius()))
+    }
+}
+
+fn body_at(world: &World, index: usize, offset: f64) -> BodyView<'_> {
+    let motion = world.motions[index].at(offset);
+    let (position, image) = world.bounds.wrap(motion.position);
+    let winding = world.windings[index];
+    BodyView {
+        body: &world.bodies[index],
+        motion: Motion { position, ..motion },
+        winding: [winding[0] + image[0], winding[1] + image[1]],
+    }
+}

@@ -1,0 +1,223 @@
+//! Walls in the box: the distance of a point from a wall, the cells along a wall, and the frame of
+//! a contact.
+
+use carom_detection::Part;
+use carom_geometry::Face;
+use carom_kinematics::Motion;
+use carom_response::ContactFrame;
+use glam::DVec2;
+
+use crate::{
+    contact::{
+        contact_event::{ContactEvent, TouchingParts},
+        rounding_bound::rounding_bound,
+    },
+    world::{World, body::Body},
+};
+
+/// Share of a cell's length by which the reach of a wall is enlarged, so that no rounding leaves a
+/// cell out.
+const MARGIN: f64 = 1e-9;
+
+/// A wall in its home image: the position of its face, and the cells that it passes.
+#[derive(Debug, Clone, Copy)]
+pub struct StandingWall {
+    centre: DVec2,
+    /// Half of its length, from the centre to the second end (length).
+    half: DVec2,
+    face: Face,
+    /// (cos, sin) of its orientation.
+    rotation: DVec2,
+}
+
+impl StandingWall {
+    /// The wall that a body with this motion is; `None` if it has no face.
+    pub fn new(body: &Body, motion: &Motion) -> Option<Self> {
+        let face = *body.molecule().face()?;
+        let rotation = motion.orientation.cos_sin();
+        let half = face.half_length() * rotation.rotate(face.along());
+        Some(Self {
+            centre: motion.position,
+            half,
+            face,
+            rotation,
+        })
+    }
+
+    /// Both ends (length).
+    pub fn ends(&self) -> [DVec2; 2] {
+        [self.centre - self.half, self.centre + self.half]
+    }
+
+    /// Distance of a point from the surface of the wall (length); negative inside it.
+    pub fn gap(&self, place: DVec2) -> f64 {
+        let back = DVec2::new(self.rotation.x, -self.rotation.y);
+        self.face.nearest(back.rotate(place - self.centre)).distance - self.face.radius()
+    }
+
+    /// Every cell that has a point within `reach` (length) of the wall's surface, and a few more at
+    /// its corners, as column and row of a grid with cells of `side` (length, positive).
+    ///
+    /// Cell [0, 0] begins at the origin. Columns and rows beyond the box are those of its images.
+    pub fn cells_within(&self, reach: f64, side: DVec2) -> Vec<[i64; 2]> {
+        let reach = self.face.radius() + reach + MARGIN * side.max_element();
+        let [first, second] = self.ends();
+        let (low, high) = (first.min(second) - reach, first.max(second) + reach);
+        let index = |x: f64, side: f64| (x / side).floor() as i64;
+        let mut cells = Vec::new();
+        for row in index(low.y, side.y)..=index(high.y, side.y) {
+            let band = [
+                row as f64 * side.y - reach,
+                (row + 1) as f64 * side.y + reach,
+            ];
+            // The part of the wall within reach of this row of cells.
+            let part = band.map(|y| {
+                if self.half.y == 0.0 {
+                    y - self.centre.y
+                } else {
+                    (y - self.centre.y) / self.half.y
+                }
+            });
+            let [from, to] = if self.half.y == 0.0 {
+                if part[0] > 0.0 || part[1] < 0.0 {
+                    continue;
+                }
+                [-1.0, 1.0]
+            } else {
+                [
+                    part[0].min(part[1]).max(-1.0),
+                    part[0].max(part[1]).min(1.0),
+                ]
+            };
+            if from > to {
+                continue;
+            }
+            let (one, other) = (
+                self.centre.x + from * self.half.x,
+                self.centre.x + to * self.half.x,
+            );
+            for column in
+                index(one.min(other) - reach, side.x)..=index(one.max(other) + reach, side.x)
+            {
+                cells.push([column, row]);
+            }
+        }
+        cells
+    }
+}
+
+/// Wraps the index of a cell of any image into the box of `counts` cells, and returns the image in
+/// boxes.
+pub(crate) fn folded(cell: [i64; 2], counts: [i64; 2]) -> ([i64; 2], [i32; 2]) {
+    let here = [0, 1].map(|axis| cell[axis].rem_euclid(counts[axis]));
+    let image = [0, 1].map(|axis| cell[axis].div_euclid(counts[axis]) as i32);
+    (here, image)
+}
+
+/// Lever arms and normal of a contact with a face, and the distance of the touching centre from the
+/// plane of the face (length). None if the contact is of another kind.
+///
+/// The normal is that of the face, so that the rounding of the atom's position along the face does
+/// not tilt it.
+pub(crate) fn contact_frame(
+    world: &World,
+    contact: &ContactEvent,
+    motions: &[Motion; 2],
+) -> Option<(ContactFrame, f64)> {
+    let (wall, part) = match contact.parts {
+        TouchingParts::FaceOfA(part) => (0, part),
+        TouchingParts::FaceOfB(part) => (1, part),
+        TouchingParts::Discs | TouchingParts::Atoms(..) | TouchingParts::BoundingCircles => {
+            return None;
+        }
+    };
+    let body = |side: usize| &world.bodies[contact.bodies[side] as usize];
+    let face = body(wall).molecule().face()?;
+    let arm = match part {
+        Part::Atom(index) => arm(body(1 - wall), index, &motions[1 - wall]),
+        Part::BoundingCircle => DVec2::ZERO,
+    };
+    // The second body is touched in this image.
+    let shift = world.bounds.shift(contact.image);
+    let shift = if wall == 1 { -shift } else { shift };
+    let place = ((motions[1 - wall].position - motions[wall].position) + shift) + arm;
+    let rotation = motions[wall].orientation.cos_sin();
+    let rounding = rounding_bound(world.bounds.sides(), body(1 - wall).reach());
+    let nearest =
+        face.nearest_to_rounding(DVec2::new(rotation.x, -rotation.y).rotate(place), rounding);
+    let outwards = rotation.rotate(nearest.direction);
+    let outwards = if nearest.distance > 0.0 {
+        nearest.distance * outwards
+    } else {
+        outwards
+    };
+    let foot = place - nearest.distance * rotation.rotate(nearest.direction);
+    let frame = if wall == 1 {
+        ContactFrame {
+            line_of_centres: -outwards,
+            arms: [arm, foot],
+        }
+    } else {
+        ContactFrame {
+            line_of_centres: outwards,
+            arms: [foot, arm],
+        }
+    };
+    Some((frame, nearest.distance))
+}
+
+/// Arm from the centre of mass to an atom's centre (length).
+pub(crate) fn arm(body: &Body, atom: u32, motion: &Motion) -> DVec2 {
+    let atom = &body.kind.molecule.atoms()[atom as usize];
+    if atom.arm() == 0.0 {
+        DVec2::ZERO
+    } else {
+        motion.orientation.cos_sin().rotate(atom.offset())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_geometry::Molecule;
+    use proptest::prelude::*;
+
+    fn standing(from: DVec2, to: DVec2, radius: f64) -> StandingWall {
+        let wall = Molecule::wall(to - from, radius).unwrap();
+        let face = *wall.face().unwrap();
+        StandingWall {
+            centre: 0.5 * (from + to),
+            half: 0.5 * (to - from),
+            face,
+            rotation: DVec2::X,
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_point_within_reach_is_in_a_listed_cell(
+            x in -2.0..2.0f64, y in -2.0..2.0f64, u in -2.0..2.0f64, v in -2.0..2.0f64,
+            reach in 0.0..0.5f64, radius in 0.0..0.1f64, straight in 0..3u8, t in -1.2..1.2f64, off in -0.7..0.7f64,
+        ) {
+            let from = DVec2::new(x, y);
+            let to = match straight {
+                0 => DVec2::new(x, v + 4.1),
+                1 => DVec2::new(u + 4.1, y),
+                _ => DVec2::new(u + 4.1, v),
+            };
+            let wall = standing(from, to, radius);
+            let side = DVec2::new(0.13, 0.21);
+            let cells = wall.cells_within(reach, side);
+            let place = wall.centre + t * wall.half + off * wall.half.perp().normalize();
+            if wall.gap(place) <= reach {
+                let cell = (place / side).floor();
+                prop_assert!(cells.contains(&[cell.x as i64, cell.y as i64]));
+            }
+            // Not many more than those: none is farther than a few cells.
+            for cell in cells {
+                let middle = (DVec2::new(cell[0] as f64, cell[1] as f64) + 0.5) * side;
+                prop_assert!(wall.gap(middle) <= 2.0 * (reach + side.x + side.y));
+            }
+        }
+    }
+}
