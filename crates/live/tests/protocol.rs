@@ -693,8 +693,8 @@ fn laboratories_with_one_folder_take_different_numbers_and_skip_what_is_there() 
         (0..5).for_each(|_| drop(page.request(&json!({ "save": true })).unwrap()));
     };
     thread::scope(|scope| {
-        for server in servers {
-            scope.spawn(|| save(server));
+        for server in &servers {
+            scope.spawn(move || save(server));
         }
     });
     for server in servers {
