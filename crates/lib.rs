@@ -77,7 +77,15 @@ pub use carom_response::{Elasticity, Impact, Response};
 /// Version of the workspace, as recorded in the manifests of runs.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The examples of the README, as doctests.
+/// The examples of the README and of the book, as doctests.
 #[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-pub struct ReadmeExamples;
+mod listings {
+    #[doc = include_str!("../README.md")]
+    pub struct Readme;
+
+    #[doc = include_str!("book/src/rust.md")]
+    pub struct Rust;
+
+    #[doc = include_str!("book/src/own.md")]
+    pub struct Own;
+}

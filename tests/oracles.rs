@@ -5,7 +5,9 @@ use carom_detection::{
     Answer, Contact, Exact, Outcome, Touch,
     encounters::{Class, Encounter},
 };
-use carom_testkit::oracle::{Big, DoubleDouble, ExclusionReference, Number, Oracle, OracleVerdict};
+use carom_testkit::oracle::{
+    BigFloat, DoubleDouble, ExclusionReference, Number, Oracle, OracleVerdict,
+};
 
 const SEED: u64 = 20_170;
 
@@ -133,7 +135,7 @@ fn the_oracle_agrees_with_another_at_200_bits() {
                 continue;
             }
             let one = oracle.first_contact::<DoubleDouble>(&encounter);
-            let other = oracle.first_contact::<Big>(&encounter);
+            let other = oracle.first_contact::<BigFloat>(&encounter);
             match (&one, &other) {
                 (ExclusionReference::Deep(one), ExclusionReference::Deep(other)) => {
                     contacts += 1;
@@ -141,7 +143,7 @@ fn the_oracle_agrees_with_another_at_200_bits() {
                     // Angles in double-double arithmetic have an error of 1e-31 radians per radian.
                     let scale = encounter.natural_time().max(other.time.value());
                     for (one, other) in [(&one.time, &other.time), (&one.touch, &other.touch)] {
-                        let off = Big::new(one.value()).minus(other).value()
+                        let off = BigFloat::new(one.value()).minus(other).value()
                             + one.minus(&DoubleDouble::new(one.value())).value();
                         assert!(
                             off.abs() < 1e-20 * scale,

@@ -8,7 +8,7 @@ use clap::{Parser, Subcommand};
 use crate::{
     attack, bench, ci,
     experiments::{all, capability_cost, encounters, extremes, studies, thesis_tests},
-    fuzz, tidy,
+    fuzz, surface, tidy,
 };
 
 /// Commands for experiments and checks with carom. Exit codes: 0 success, 1 a check failed, 2
@@ -62,6 +62,8 @@ pub enum XtaskCommand {
     /// Check what the compiler does not: crate imports, cycles of files, first sentences, width,
     /// words, commands in Markdown, one glam, test programs, map of the crates
     Tidy,
+    /// Compare the public items of the facade and the layers with the committed list
+    Surface(surface::SurfaceOptions),
     /// Run everything that must hold before a change lands; what `.ci/run` calls
     Ci,
 }
@@ -116,6 +118,14 @@ pub enum XtaskExperiment {
     CapabilityCost(capability_cost::CapabilityCostOptions),
     /// All experiments one after another, and one table of their verdicts
     All(all::AllOptions),
+}
+
+/// Parses the words of a command, for the check of those in Markdown.
+///
+/// # Errors
+/// The command is invalid.
+pub fn parse(words: &[String]) -> Result<(), clap::Error> {
+    Cli::try_parse_from(words).map(|_| ())
 }
 
 impl Program for Cli {
@@ -191,7 +201,8 @@ impl Program for Cli {
             XtaskCommand::CapabilityWorker { variant, intervals } => {
                 capability_cost::work(variant, *intervals)
             }
-            XtaskCommand::Tidy => tidy::run(),
+            XtaskCommand::Tidy => tidy::run(parse),
+            XtaskCommand::Surface(options) => surface::run(options),
             XtaskCommand::Ci => ci::run(),
         }
     }

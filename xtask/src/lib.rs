@@ -6,4 +6,5 @@ pub mod ci;
 pub mod cli;
 pub mod experiments;
 pub mod fuzz;
+pub mod surface;
 pub mod tidy;

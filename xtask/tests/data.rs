@@ -90,16 +90,16 @@ fn the_table_of_kicks_agrees_with_the_histogram() {
 }
 
 #[test]
-fn the_program_of_the_readme_draws_the_histogram() {
+fn the_program_of_the_book_draws_the_histogram() {
     let Some(python) = python(
-        "the_program_of_the_readme_draws_the_histogram",
+        "the_program_of_the_book_draws_the_histogram",
         "numpy, matplotlib",
     ) else {
         return;
     };
-    let readme =
-        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
-    let mut programs = readme
+    let chapter = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/book/src/data.md");
+    let chapter = fs::read_to_string(chapter).unwrap();
+    let mut programs = chapter
         .split("```python\n")
         .skip(1)
         .filter_map(|rest| rest.split("```").next());

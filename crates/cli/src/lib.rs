@@ -64,7 +64,7 @@ pub enum Command {
     /// Print completions of commands and options for a shell, or the manual page
     Completions(completions::CompletionsOptions),
     /// Print the JSON Schema of scene or study files, with which editors complete and check keys
-    Schema(reference::ReferenceOptions),
+    Schema(reference::StudyReferenceOptions),
 }
 
 impl Program for Cli {

@@ -34,11 +34,11 @@ use smallvec::SmallVec;
 
 use crate::{
     grid::{CellStep, CellsPerSide, Grid},
-    run::scheduler::{
+    scene::error::GridError,
+    scheduler::{
         ContactEvent, EventLoop, EventQueue, Scheduler, StoredMotions, TouchingParts, ordered,
         separation_error,
     },
-    scene::error::GridError,
     world::{World, counters::SchedulerCounters, wrapped::Wrapped},
 };
 

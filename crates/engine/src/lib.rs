@@ -49,28 +49,29 @@ mod grid;
 mod heap_scheduler;
 mod run;
 mod scene;
+pub mod scheduler;
 mod start;
+mod tiling;
+mod window;
 mod world;
 
 pub use cells::{CellScheduler, Instructions};
-pub use contact::least_speed::MIN_SPEED;
 pub use contact::limits::{MAX_SPEED_RATIO, MAX_TURNS};
 pub use contact::overlap::OverlapCensus;
 pub use edit::batch::Batch;
-pub use edit::heat::{HeatByTag, TagHeat, ThermostatCounts};
 pub use edit::thermostat::DrawKey;
 pub use grid::{CellsPerSide, MIN_CONTACT_SHARE};
 pub use heap_scheduler::HeapScheduler;
 pub use run::checkpoint::{Checkpoint, CheckpointError};
-pub use run::max_time::MAX_TIME;
+pub use run::invariants::Violation;
 pub use run::observer::Observer;
-pub use run::scheduler::Scheduler;
 pub use run::simulation::Simulation;
-pub use run::tiling::{TileCounters, TileUse, TileWork, Tiling};
 pub use scene::atom_spec::AtomSpec;
 pub use scene::distribution::{Distribution, Quantity};
 pub use scene::error::{EditError, GridError, RunError, SceneError, StallCause};
 pub use scene::gas_spec::{GasSpec, StartVelocities};
+pub use scene::least_speed::MIN_SPEED;
+pub use scene::max_time::MAX_TIME;
 pub use scene::measure_from::MeasureFrom;
 pub use scene::measure_spec::{MeasureParameter, MeasureSpec};
 pub use scene::method_spec::{
@@ -84,23 +85,23 @@ pub use scene::{
     BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene,
     StageSpec, StartSpec, WallSpec,
 };
+pub use scheduler::Scheduler;
 pub use start::growth::{Growth, GrowthProgress};
 pub use start::snapshot::frame_of;
+pub use tiling::{TileCounters, TileUse, TileWork, Tiling};
 pub use world::World;
 pub use world::body::{Body, BodyKey, BodyName, Rotation};
 pub use world::centre_of_mass::{CentreOfMassFrame, ThermalEnergy};
 pub use world::counters::{Counters, Ledger, SchedulerCounters};
-pub use world::invariants::Violation;
+pub use world::heat::{HeatByTag, TagHeat, ThermostatCounts};
 pub use world::report::{CollisionReport, Side};
 pub use world::tags::{Tag, TagNames, Tags};
 pub use world::view::{BodyView, View};
 
-pub use run::scheduler;
-
 // Parts that runs of scenes and tests of accuracy share; no user of the library needs them.
 #[doc(hidden)]
-pub use contact::rounding_bound::rounding_bound;
+pub use scene::random::RandomStream;
 #[doc(hidden)]
 pub use scene::spelling::did_you_mean;
 #[doc(hidden)]
-pub use start::random::RandomStream;
+pub use world::rounding_bound::rounding_bound;

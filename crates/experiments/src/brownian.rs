@@ -314,18 +314,6 @@ impl BrownianOptions {
             side >= least,
             "--side {side}: the molecule with a gas disc around it needs a box of at least {least:.6}"
         );
-        let times = if area_fraction < DILUTE {
-            IN_DILUTE
-        } else {
-            DENSE
-        };
-        let [measure_from, until, sample_interval] = times.map(|time| time * radius / GAS_RADIUS);
-        let observe = [
-            "energy",
-            "collision-rate",
-            "overlap",
-            "running-average:molecule",
-        ];
         let mut scene = Scene {
             bounds: BoxSpec {
                 sides: [side; 2],
@@ -345,13 +333,7 @@ impl BrownianOptions {
                 area_fraction: Some(area_fraction),
                 ..GasSpec::default()
             }],
-            run: RunSpec {
-                observe: observe.map(str::to_owned).to_vec(),
-                measure_from: measure_from.into(),
-                until,
-                sample_interval,
-                ..RunSpec::default()
-            },
+            run: run_of_gas(radius, area_fraction),
             ..Scene::default()
         };
         // Discs in the hole of a ring would strike it from within for ever.
@@ -396,6 +378,30 @@ impl BrownianOptions {
             let _ = write!(command, " --control {}", if is_on { "on" } else { "off" });
         }
         format!("{command} --out {}{}", quoted(folder), self.how.words())
+    }
+}
+
+/// The run of a gas of this density: its times, in proportion to the radius of the discs, and its
+/// measures.
+fn run_of_gas(radius: f64, area_fraction: f64) -> RunSpec {
+    let times = if area_fraction < DILUTE {
+        IN_DILUTE
+    } else {
+        DENSE
+    };
+    let [measure_from, until, sample_interval] = times.map(|time| time * radius / GAS_RADIUS);
+    let observe = [
+        "energy",
+        "collision-rate",
+        "overlap",
+        "running-average:molecule",
+    ];
+    RunSpec {
+        observe: observe.map(str::to_owned).to_vec(),
+        measure_from: measure_from.into(),
+        until,
+        sample_interval,
+        ..RunSpec::default()
     }
 }
 

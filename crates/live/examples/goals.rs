@@ -11,7 +11,7 @@
 
 use std::{
     env,
-    io::Write as _,
+    io::{Stdout, Write as _},
     net::{Ipv4Addr, SocketAddr, TcpStream},
     thread,
     time::{Duration, Instant},
@@ -154,12 +154,7 @@ fn main() -> Result<()> {
     let count: f64 = env::args()
         .nth(1)
         .map_or(Ok(10_000.0), |word| word.parse())?;
-    // Area fraction 0.3.
-    let radius = (0.3 / (count * std::f64::consts::PI)).sqrt();
-    let scene = Scene::from_toml(&format!(
-        "[[gas]]\ntags = [\"gas\"]\nradius = {radius}\nmass = 1.0\ntemperature = 1.0\nvelocities = \"maxwell\"\n\
-         count = {count}\n"
-    ))?;
+    let scene = gas_of(count)?;
     let begun = Instant::now();
     let signals = Signals::default();
     let address = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
@@ -193,6 +188,31 @@ fn main() -> Result<()> {
         begun.elapsed().as_secs_f64() * 1e3
     )?;
     page.answered(&json!({ "play": true }))?;
+    let latency = median(latencies(&mut page)?);
+    writeln!(
+        out,
+        "an edit is shown after {latency:.0} ms (median of {EDITS})"
+    )?;
+    page.answered(&json!({ "play": false }))?;
+    write_loss(&mut page, &scene, &mut out)?;
+    signals.interrupt();
+    thread
+        .join()
+        .map_err(|_| anyhow::anyhow!("the server has panicked"))??;
+    Ok(())
+}
+
+/// A gas of this number of equal discs, at an area fraction of 0.3.
+fn gas_of(count: f64) -> Result<Scene> {
+    let radius = (0.3 / (count * std::f64::consts::PI)).sqrt();
+    Ok(Scene::from_toml(&format!(
+        "[[gas]]\ntags = [\"gas\"]\nradius = {radius}\nmass = 1.0\ntemperature = 1.0\nvelocities = \"maxwell\"\n\
+         count = {count}\n"
+    ))?)
+}
+
+/// The times from edits of the elasticity to their frames (milliseconds).
+fn latencies(page: &mut Page) -> Result<Vec<f64>> {
     let mut latencies = Vec::new();
     for edit in 0..EDITS {
         // The last one is elastic: rules for lossy contacts cost time of their own.
@@ -206,13 +226,12 @@ fn main() -> Result<()> {
         }
         latencies.push(clock.elapsed().as_secs_f64() * 1e3);
     }
-    writeln!(
-        out,
-        "an edit is shown after {:.0} ms (median of {EDITS})",
-        median(latencies)
-    )?;
-    page.answered(&json!({ "play": false }))?;
-    let mut alone = InteractiveRun::new(&scene)?;
+    Ok(latencies)
+}
+
+/// Writes the speed of the engine in one piece, and what it loses to the view, from rounds in turn.
+fn write_loss(page: &mut Page, scene: &Scene, out: &mut Stdout) -> Result<()> {
+    let mut alone = InteractiveRun::new(scene)?;
     let length = in_time(&mut alone, 1e-3)?;
     let (mut losses, mut frames, mut speeds) =
         ([(); 2].map(|()| Vec::new()), Vec::new(), Vec::new());
@@ -239,9 +258,5 @@ fn main() -> Result<()> {
         page.bytes,
         median(speeds),
     )?;
-    signals.interrupt();
-    thread
-        .join()
-        .map_err(|_| anyhow::anyhow!("the server has panicked"))??;
     Ok(())
 }

@@ -8,7 +8,8 @@
 use std::{collections::HashMap, sync::Arc};
 
 use carom::{
-    View,
+    Molecule, View,
+    engine::BodyView,
     observers::{colour, coloured_kinds, drawn_circles},
 };
 use serde::Serialize;
@@ -64,28 +65,12 @@ impl BodyList {
             kinds: Vec::new(),
             walls: Vec::new(),
         };
-        let (mut ids, mut sizes, mut shapes, mut kinds) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        // The shape and size of each molecule by its address: equal bodies share a molecule.
-        let mut known: HashMap<usize, (u16, f32)> = HashMap::new();
-        let mut shape_of: HashMap<Vec<[i64; 3]>, u16> = HashMap::new();
+        let (mut listed, mut known) = (ListedBodies::default(), KnownShapes::default());
         let mut reach = 0.0_f64;
         for (body, kind) in view.bodies().zip(coloured_kinds(view)) {
             let kind = kind.min(MAX_KINDS);
             while head.kinds.len() <= kind {
-                let names = body
-                    .body
-                    .tags()
-                    .iter()
-                    .map(|&tag| view.tag_names().name(tag));
-                let name = names.collect::<Vec<_>>().join(", ");
-                let (colour, fixed) = (colour(body.body, kind), body.body.is_fixed());
-                head.kinds.push(KindOfBody {
-                    name,
-                    colour,
-                    fixed,
-                    count: 0,
-                });
+                head.kinds.push(KindOfBody::new(&body, kind, view));
             }
             head.kinds[kind].count += 1;
             let molecule = body.body.molecule();
@@ -98,52 +83,96 @@ impl BodyList {
                 ));
                 continue;
             }
-            let size = molecule.bounding_radius();
-            reach = reach.max(size);
-            let (shape, size) = *known
-                .entry(std::ptr::from_ref(molecule).addr())
-                .or_insert_with(|| {
-                    let circles = drawn_circles(molecule).into_iter();
-                    let circles: Vec<[f64; 3]> = circles
-                        .map(|(at, radius)| [at.x / size, at.y / size, radius / size])
-                        .collect();
-                    let rounded = circles
-                        .iter()
-                        .map(|circle| circle.map(|x| (x * STEPS).round() as i64))
-                        .collect();
-                    let next = shape_of.len().min(MAX_KINDS) as u16;
-                    let shape = *shape_of.entry(rounded).or_insert(next);
-                    if usize::from(shape) == head.shapes.len() {
-                        head.shapes.push(circles);
-                    }
-                    (shape, size as f32)
-                });
-            ids.push(body.body.id() as u32);
-            sizes.push(size);
-            shapes.push(shape);
-            kinds.push(kind as u16);
+            reach = reach.max(molecule.bounding_radius());
+            let (shape, size) = known.find(molecule, &mut head.shapes);
+            listed.ids.push(body.body.id() as u32);
+            listed.sizes.push(size);
+            listed.shapes.push(shape);
+            listed.kinds.push(kind as u16);
         }
-        let mut text = serde_json::to_vec(&head).unwrap_or_default();
-        text.resize(text.len().next_multiple_of(4), b' ');
-        let mut bytes = Vec::with_capacity(16 + text.len() + 12 * ids.len());
-        for number in [2, version, text.len() as u32, ids.len() as u32] {
-            bytes.extend(number.to_le_bytes());
-        }
-        bytes.extend(text);
-        bytes.extend(ids.iter().flat_map(|id: &u32| id.to_le_bytes()));
-        bytes.extend(sizes.iter().flat_map(|size: &f32| size.to_le_bytes()));
-        bytes.extend(
-            shapes
-                .iter()
-                .chain(&kinds)
-                .flat_map(|number: &u16| number.to_le_bytes()),
-        );
         let turns = head.shapes.iter().any(|circles| circles.len() > 1);
         Self {
             version,
-            bytes: Arc::new(bytes),
+            bytes: Arc::new(listed.message(version, &head)),
             turns,
             reach,
         }
+    }
+}
+
+impl KindOfBody {
+    /// The kind of this number, with the name and the colour of its first body, and no bodies yet.
+    fn new(body: &BodyView<'_>, number: usize, view: &View<'_>) -> Self {
+        let names = body
+            .body
+            .tags()
+            .iter()
+            .map(|&tag| view.tag_names().name(tag));
+        Self {
+            name: names.collect::<Vec<_>>().join(", "),
+            colour: colour(body.body, number),
+            fixed: body.body.is_fixed(),
+            count: 0,
+        }
+    }
+}
+
+/// The shapes of the molecules so far.
+#[derive(Debug, Default)]
+struct KnownShapes {
+    /// The shape and size of each molecule by its address: equal bodies share a molecule.
+    of_molecule: HashMap<usize, (u16, f32)>,
+    /// The number of each shape by its rounded circles.
+    of_circles: HashMap<Vec<[i64; 3]>, u16>,
+}
+
+impl KnownShapes {
+    /// The shape and size of a molecule; a new shape is added to the list of `shapes`.
+    fn find(&mut self, molecule: &Molecule, shapes: &mut Vec<Vec<[f64; 3]>>) -> (u16, f32) {
+        let address = std::ptr::from_ref(molecule).addr();
+        *self.of_molecule.entry(address).or_insert_with(|| {
+            let size = molecule.bounding_radius();
+            let circles = drawn_circles(molecule).into_iter();
+            let circles: Vec<[f64; 3]> = circles
+                .map(|(at, radius)| [at.x / size, at.y / size, radius / size])
+                .collect();
+            let rounded = circles
+                .iter()
+                .map(|circle| circle.map(|x| (x * STEPS).round() as i64))
+                .collect();
+            let next = self.of_circles.len().min(MAX_KINDS) as u16;
+            let shape = *self.of_circles.entry(rounded).or_insert(next);
+            if usize::from(shape) == shapes.len() {
+                shapes.push(circles);
+            }
+            (shape, size as f32)
+        })
+    }
+}
+
+/// What is sent of each body that is no wall.
+#[derive(Debug, Default)]
+struct ListedBodies {
+    ids: Vec<u32>,
+    sizes: Vec<f32>,
+    shapes: Vec<u16>,
+    kinds: Vec<u16>,
+}
+
+impl ListedBodies {
+    /// The message with these bodies, in the layout that is described above.
+    fn message(&self, version: u32, head: &Head<'_>) -> Vec<u8> {
+        let mut text = serde_json::to_vec(head).unwrap_or_default();
+        text.resize(text.len().next_multiple_of(4), b' ');
+        let mut bytes = Vec::with_capacity(16 + text.len() + 12 * self.ids.len());
+        for number in [2, version, text.len() as u32, self.ids.len() as u32] {
+            bytes.extend(number.to_le_bytes());
+        }
+        bytes.extend(text);
+        bytes.extend(self.ids.iter().flat_map(|id| id.to_le_bytes()));
+        bytes.extend(self.sizes.iter().flat_map(|size| size.to_le_bytes()));
+        let numbers = self.shapes.iter().chain(&self.kinds);
+        bytes.extend(numbers.flat_map(|number| number.to_le_bytes()));
+        bytes
     }
 }

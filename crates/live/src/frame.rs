@@ -23,7 +23,7 @@ use glam::DVec2;
 use crate::{
     body_list::BodyList,
     follower::Kick,
-    protocol::{Colour, VisibleWindow},
+    protocol::{BodyColour, VisibleWindow},
 };
 
 /// Bytes before the arrays.
@@ -46,56 +46,22 @@ pub fn encode(
     kicks: &[Kick],
 ) -> Vec<u8> {
     let FrameLabel { number, body_list } = label;
-    let sides = view.bounds().sides();
     let followed = window
         .follow
         .and_then(|id| view.body(carom::BodyKey::of_id(id)));
     let centre = followed.map_or(DVec2::from(window.centre), |body| body.motion.position);
     let (centre, _) = view.bounds().wrap(centre);
-    let half = DVec2::from(window.half);
-    // Bodies whose nearest image is outside may reach in with another one.
-    let shows_all = half + body_list.reach;
-    let is_whole = shows_all.cmpge(0.5 * sides).all();
-    let orders = if window.colour == Colour::Order {
-        local_orders(view)
-    } else {
-        Vec::new()
-    };
-    let expected = if is_whole { view.len() } else { 0 };
-    let mut indices: Vec<u32> = Vec::new();
-    let [mut xs, mut ys] = [(); 2].map(|()| Vec::<f32>::with_capacity(expected));
-    let (mut angles, mut values) = (Vec::<f32>::new(), Vec::<f32>::new());
-    for (index, body) in view
-        .bodies()
-        .filter(|body| !body.body.is_wall())
-        .enumerate()
-    {
-        let away = body.motion.position - centre;
-        // Both places are in the box.
-        let nearest = DVec2::new(nearest(away.x, sides.x), nearest(away.y, sides.y));
-        if !is_whole {
-            // A window wider than the box along one axis shows all of that axis.
-            let is_out = nearest.abs().cmpgt(shows_all) & shows_all.cmplt(0.5 * sides);
-            if is_out.any() {
-                continue;
-            }
-            indices.push(index as u32);
-        }
-        xs.push(nearest.x as f32);
-        ys.push(nearest.y as f32);
-        if body_list.turns {
-            angles.push((body.motion.orientation.turns().fract() * std::f64::consts::TAU) as f32);
-        }
-        match window.colour {
-            Colour::Kind => {}
-            Colour::Speed => values.push(body.motion.velocity.length() as f32),
-            Colour::Energy => values.push(body.energy() as f32),
-            Colour::Order => values.push(orders[index] as f32),
-        }
-    }
+    let ShownBodies {
+        is_whole,
+        indices,
+        xs,
+        ys,
+        angles,
+        values,
+    } = ShownBodies::new(view, body_list, window, centre);
     let flags = u32::from(!is_whole)
         + 2 * u32::from(body_list.turns)
-        + 4 * u32::from(window.colour != Colour::Kind);
+        + 4 * u32::from(window.colour != BodyColour::Kind);
     let mut bytes = Vec::with_capacity(HEAD + 4 * (5 * xs.len() + 5 * kicks.len()));
     bytes.extend(1_u32.to_le_bytes());
     bytes.extend(body_list.version.to_le_bytes());
@@ -119,6 +85,77 @@ pub fn encode(
         bytes.extend(row.iter().flat_map(|number| (*number as f32).to_le_bytes()));
     }
     bytes
+}
+
+/// The bodies that a window shows, in the order of the list.
+struct ShownBodies {
+    /// Whether the window shows the whole box, so that no body is left out.
+    is_whole: bool,
+    /// Indices in the list; none if no body is left out.
+    indices: Vec<u32>,
+    /// Places relative to the middle of the window (length).
+    xs: Vec<f32>,
+    ys: Vec<f32>,
+    /// Orientations (radians); none if no shape has one.
+    angles: Vec<f32>,
+    /// What the colours show; none if they show the kind.
+    values: Vec<f32>,
+}
+
+impl ShownBodies {
+    /// The bodies in a window with its middle at `centre`, which is in the box.
+    fn new(view: &View<'_>, body_list: &BodyList, window: &VisibleWindow, centre: DVec2) -> Self {
+        let sides = view.bounds().sides();
+        // Bodies whose nearest image is outside may reach in with another one.
+        let shows_all = DVec2::from(window.half) + body_list.reach;
+        let is_whole = shows_all.cmpge(0.5 * sides).all();
+        let orders = if window.colour == BodyColour::Order {
+            local_orders(view)
+        } else {
+            Vec::new()
+        };
+        let expected = if is_whole { view.len() } else { 0 };
+        let mut indices = Vec::new();
+        let [mut xs, mut ys] = [(); 2].map(|()| Vec::with_capacity(expected));
+        let (mut angles, mut values) = (Vec::new(), Vec::new());
+        for (index, body) in view
+            .bodies()
+            .filter(|body| !body.body.is_wall())
+            .enumerate()
+        {
+            let away = body.motion.position - centre;
+            // Both places are in the box.
+            let nearest = DVec2::new(nearest(away.x, sides.x), nearest(away.y, sides.y));
+            if !is_whole {
+                // A window wider than the box along one axis shows all of that axis.
+                let is_out = nearest.abs().cmpgt(shows_all) & shows_all.cmplt(0.5 * sides);
+                if is_out.any() {
+                    continue;
+                }
+                indices.push(index as u32);
+            }
+            xs.push(nearest.x as f32);
+            ys.push(nearest.y as f32);
+            if body_list.turns {
+                let turns = body.motion.orientation.turns().fract();
+                angles.push((turns * std::f64::consts::TAU) as f32);
+            }
+            match window.colour {
+                BodyColour::Kind => {}
+                BodyColour::Speed => values.push(body.motion.velocity.length() as f32),
+                BodyColour::Energy => values.push(body.energy() as f32),
+                BodyColour::Order => values.push(orders[index] as f32),
+            }
+        }
+        Self {
+            is_whole,
+            indices,
+            xs,
+            ys,
+            angles,
+            values,
+        }
+    }
 }
 
 /// The shortest of a displacement within the box and its images along one axis (length).
@@ -154,7 +191,7 @@ mod tests {
         f32::from_bits(word(bytes, at))
     }
 
-    fn window(centre: [f64; 2], half: f64, colour: Colour) -> VisibleWindow {
+    fn window(centre: [f64; 2], half: f64, colour: BodyColour) -> VisibleWindow {
         VisibleWindow {
             centre,
             half: [half; 2],
@@ -186,7 +223,12 @@ mod tests {
             body_list: &body_list,
         };
         // Around the corner of the box, with one of the two discs.
-        let bytes = encode(&view, label, &window([0.0, 0.5], 0.1, Colour::Speed), &[]);
+        let bytes = encode(
+            &view,
+            label,
+            &window([0.0, 0.5], 0.1, BodyColour::Speed),
+            &[],
+        );
         assert_eq!(
             [4, 32, 36, 40, 44].map(|at| word(&bytes, at)),
             [5, 9, 1, 5, 0]
@@ -196,13 +238,18 @@ mod tests {
         assert!(float(&bytes, HEAD + 8).abs() < 1e-7);
         assert_eq!((float(&bytes, HEAD + 12), bytes.len()), (5.0, HEAD + 16));
         // The whole box, by energy; the second disc is at rest.
-        let bytes = encode(&view, label, &window([0.5, 0.5], 0.5, Colour::Energy), &[]);
+        let bytes = encode(
+            &view,
+            label,
+            &window([0.5, 0.5], 0.5, BodyColour::Energy),
+            &[],
+        );
         assert_eq!([36, 40].map(|at| word(&bytes, at)), [2, 4]);
         assert_eq!([16, 20].map(|at| float(&bytes, HEAD + at)), [25.0, 0.0]);
         // In the middle of the second disc.
         let followed = VisibleWindow {
             follow: Some(1),
-            ..window([0.0, 0.0], 1e-9, Colour::Kind)
+            ..window([0.0, 0.0], 1e-9, BodyColour::Kind)
         };
         let kick = Kick {
             age: 1.0,

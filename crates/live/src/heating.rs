@@ -31,12 +31,7 @@ impl Heating {
         stage: &StageSpec,
         hold: Option<&[ThermostatSpec]>,
     ) -> Result<Self> {
-        let begun = hold
-            .unwrap_or(&[])
-            .iter()
-            .filter(|each| !run.thermostats().contains(each));
-        let begun = begun.map(ThermostatSpec::action);
-        let heats: Vec<HeatSpec> = stage.set_energy.iter().cloned().chain(begun).collect();
+        let heats = heats_at_start(run, stage, hold);
         let mut heating = Self {
             stage: stage.clone(),
             notes: Vec::new(),
@@ -89,6 +84,21 @@ impl Heating {
         heating.stage.set_energy.splice(0..0, drawn);
         Ok(heating)
     }
+}
+
+/// The changes of energy at the start of a stage: those of the stage itself, and the first action
+/// of each thermostat in `hold` that does not act yet.
+fn heats_at_start(
+    run: &InteractiveRun,
+    stage: &StageSpec,
+    hold: Option<&[ThermostatSpec]>,
+) -> Vec<HeatSpec> {
+    let begun = hold
+        .unwrap_or(&[])
+        .iter()
+        .filter(|each| !run.thermostats().contains(each));
+    let begun = begun.map(ThermostatSpec::action);
+    stage.set_energy.iter().cloned().chain(begun).collect()
 }
 
 /// A number of bodies with its verb.

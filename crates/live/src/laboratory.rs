@@ -595,17 +595,7 @@ impl Laboratory {
                 bench.error = bench.error.take().filter(|_| !play);
                 Ok(Value::Null)
             }
-            LiveCommand::Speed(speed) => {
-                let is_valid = speed.is_none_or(|speed| speed.is_finite() && speed > 0.0);
-                ensure!(
-                    is_valid,
-                    "the speed must be positive and finite, but is {speed:?}"
-                );
-                let bench = self.bench()?;
-                let now = bench.now();
-                bench.pace.set_speed(speed, now);
-                Ok(Value::Null)
-            }
+            LiveCommand::Speed(speed) => self.set_speed(speed),
             LiveCommand::Step(contacts) => {
                 let signals = self.signals.clone();
                 self.bench()?.pass_contacts(contacts, &signals)
@@ -619,18 +609,7 @@ impl Laboratory {
             }
             LiveCommand::Back(_) => self.bench()?.go_back(),
             LiveCommand::Measure(request) => self.measure(&request),
-            LiveCommand::EndMeasure(id) => {
-                let bench = self.bench()?;
-                let before = bench.watching.measures.len();
-                bench.watching.measures.retain(|measured| measured.id != id);
-                ensure!(
-                    bench.watching.measures.len() < before,
-                    "there is no measure {id}"
-                );
-                bench.keep_measures();
-                self.next_measures = Instant::now();
-                Ok(Value::Null)
-            }
+            LiveCommand::EndMeasure(id) => self.end_measure(id),
             LiveCommand::Save(_) => {
                 let bench = self.bench.as_ref().context("no scene is open")?;
                 let Saved {
@@ -641,6 +620,33 @@ impl Laboratory {
                 Ok(json!({ "time": time, "command": command, "left_out": left_out }))
             }
         }
+    }
+
+    /// Sets the simulated time for each second; `None` for as fast as it runs.
+    fn set_speed(&mut self, speed: Option<f64>) -> Result<Value> {
+        let is_valid = speed.is_none_or(|speed| speed.is_finite() && speed > 0.0);
+        ensure!(
+            is_valid,
+            "the speed must be positive and finite, but is {speed:?}"
+        );
+        let bench = self.bench()?;
+        let now = bench.now();
+        bench.pace.set_speed(speed, now);
+        Ok(Value::Null)
+    }
+
+    /// Ends the measure of this number.
+    fn end_measure(&mut self, id: u64) -> Result<Value> {
+        let bench = self.bench()?;
+        let before = bench.watching.measures.len();
+        bench.watching.measures.retain(|measured| measured.id != id);
+        ensure!(
+            bench.watching.measures.len() < before,
+            "there is no measure {id}"
+        );
+        bench.keep_measures();
+        self.next_measures = Instant::now();
+        Ok(Value::Null)
     }
 
     fn edit(&mut self, edits: &[LiveEdit]) -> Result<Value> {
@@ -866,7 +872,7 @@ pub fn panicked() -> anyhow::Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::protocol::Colour;
+    use crate::protocol::BodyColour;
 
     /// A laboratory with its folder.
     fn laboratory() -> (tempfile::TempDir, Laboratory) {
@@ -885,7 +891,7 @@ mod tests {
         let window = VisibleWindow {
             centre: [0.5; 2],
             half: [0.6; 2],
-            colour: Colour::Speed,
+            colour: BodyColour::Speed,
             follow: None,
         };
         let viewers: Vec<_> = (0..pages).map(|_| run.viewers.join().unwrap()).collect();

@@ -100,7 +100,7 @@ pub struct VisibleWindow {
     pub half: [f64; 2],
     /// The quantity that colours the bodies.
     #[serde(default)]
-    pub colour: Colour,
+    pub colour: BodyColour,
     /// The body that stays in the middle.
     #[serde(default)]
     pub follow: Option<u64>,
@@ -109,7 +109,7 @@ pub struct VisibleWindow {
 /// A quantity of each body, as a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Colour {
+pub enum BodyColour {
     /// Tags, size and mass: no number is sent.
     #[default]
     Kind,
@@ -213,7 +213,7 @@ mod tests {
         };
         assert_eq!(
             (window.colour, window.follow, window.is_valid()),
-            (Colour::Order, None, true)
+            (BodyColour::Order, None, true)
         );
         assert!(
             !VisibleWindow {

@@ -52,6 +52,16 @@ pub struct ErrorBarCurve {
     pub values: Vec<MeasuredValue>,
 }
 
+impl ErrorBarCurve {
+    /// The points of its values that have a part, such as a prediction.
+    fn points(&self, part: fn(&MeasuredValue) -> Option<f64>) -> Vec<(f64, f64)> {
+        self.values
+            .iter()
+            .filter_map(|value| Some((value.x, part(value)?)))
+            .collect()
+    }
+}
+
 /// A chart of points with error bars of two standard errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorBars {
@@ -104,15 +114,7 @@ impl ErrorBars {
     /// For each curve its predictions, guides, bars and dots.
     fn layers(&self) -> Vec<Layer> {
         let is_one = self.curves.len() == 1;
-        let is_predicted = self.values().any(|value| value.prediction.is_some());
         let mut layers = Vec::new();
-        let mut add = |name: &str, ink, shape| {
-            layers.push(Layer {
-                name: name.to_owned(),
-                ink,
-                shape,
-            });
-        };
         // One entry for all predictions, and one for all guides.
         let (mut rings, mut crosses) = (
             if is_one {
@@ -130,48 +132,55 @@ impl ErrorBars {
         {
             let ink = Ink::of_curve(index, self.curves.len());
             let theory = if is_one { Ink::Vermillion } else { ink };
-            let of = |part: fn(&MeasuredValue) -> Option<f64>| -> Vec<(f64, f64)> {
-                curve
-                    .values
-                    .iter()
-                    .filter_map(|value| Some((value.x, part(value)?)))
-                    .collect()
-            };
-            let (predicted, guides) = (of(|value| value.prediction), of(|value| value.guide));
-            if !predicted.is_empty() {
-                if !matches!(self.abscissa, Abscissa::Names(_)) {
-                    add("", theory, LayerShape::Thin(predicted.clone()));
-                }
-                add(
-                    std::mem::take(&mut rings),
-                    theory,
-                    LayerShape::Rings(predicted),
-                );
-            }
-            if !guides.is_empty() {
-                add(
-                    std::mem::take(&mut crosses),
-                    theory,
-                    LayerShape::Crosses(guides),
-                );
-            }
-            let bar = |value: &MeasuredValue| {
-                let half = BAR * value.error?;
-                Some((value.x, value.y - half, value.y + half))
-            };
-            add(
-                "",
-                ink,
-                LayerShape::Bars(curve.values.iter().filter_map(bar).collect()),
-            );
-            let name = if curve.name.is_empty() && is_predicted {
-                "measured"
-            } else {
-                &curve.name
-            };
-            add(name, ink, LayerShape::Dots(of(|value| Some(value.y))));
+            layers.extend(self.theory_layers(curve, theory, [&mut rings, &mut crosses]));
+            layers.extend(self.measured_layers(curve, ink));
         }
         layers
+    }
+
+    /// The predictions and guides of a curve. The first ones take the names of rings and crosses,
+    /// and leave none for later curves.
+    fn theory_layers(
+        &self,
+        curve: &ErrorBarCurve,
+        ink: Ink,
+        [rings, crosses]: [&mut &str; 2],
+    ) -> Vec<Layer> {
+        let mut layers = Vec::new();
+        let predicted = curve.points(|value| value.prediction);
+        if !predicted.is_empty() {
+            if !matches!(self.abscissa, Abscissa::Names(_)) {
+                layers.push(layer("", ink, LayerShape::Thin(predicted.clone())));
+            }
+            let name = std::mem::take(rings);
+            layers.push(layer(name, ink, LayerShape::Rings(predicted)));
+        }
+        let guides = curve.points(|value| value.guide);
+        if !guides.is_empty() {
+            let name = std::mem::take(crosses);
+            layers.push(layer(name, ink, LayerShape::Crosses(guides)));
+        }
+        layers
+    }
+
+    /// The error bars and dots of a curve.
+    fn measured_layers(&self, curve: &ErrorBarCurve, ink: Ink) -> [Layer; 2] {
+        let bar = |value: &MeasuredValue| {
+            let half = BAR * value.error?;
+            Some((value.x, value.y - half, value.y + half))
+        };
+        let bars = curve.values.iter().filter_map(bar).collect();
+        let is_predicted = self.values().any(|value| value.prediction.is_some());
+        let name = if curve.name.is_empty() && is_predicted {
+            "measured"
+        } else {
+            &curve.name
+        };
+        let dots = curve.points(|value| Some(value.y));
+        [
+            layer("", ink, LayerShape::Bars(bars)),
+            layer(name, ink, LayerShape::Dots(dots)),
+        ]
     }
 
     fn horizontal(&self) -> Axis {
@@ -207,6 +216,15 @@ impl ErrorBars {
         });
         let (low, high) = range(heights.filter(|height| height.is_finite())).unwrap_or_default();
         Axis::new(&self.y_label, height(low, high))
+    }
+}
+
+/// A layer of a chart; one with an empty name is not in the legend.
+fn layer(name: &str, ink: Ink, shape: LayerShape) -> Layer {
+    Layer {
+        name: name.to_owned(),
+        ink,
+        shape,
     }
 }
 

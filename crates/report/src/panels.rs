@@ -3,7 +3,7 @@
 
 mod place;
 
-use place::Place;
+use place::PanelPlace;
 
 pub use crate::ink::Ink;
 use crate::{
@@ -161,7 +161,7 @@ impl PanelColumn {
             Vertical::Scale(_) => (LEFT, HEIGHT),
             Vertical::Rows(rows) => (LEFT_OF_ROWS, ROW * rows.len() as f64),
         };
-        let place = Place {
+        let place = PanelPlace {
             left,
             right: WIDTH - RIGHT,
             top,
@@ -218,7 +218,7 @@ impl PanelColumn {
         }
     }
 
-    fn axes(&mut self, place: &Place<'_>) {
+    fn axes(&mut self, place: &PanelPlace<'_>) {
         let Panel { x, y, .. } = place.panel;
         let (size, svg) = (0.87 * TEXT, &mut self.body);
         for (mark, text) in x.marks((place.right - place.left) / (CHARACTER * size)) {

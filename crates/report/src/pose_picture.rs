@@ -11,7 +11,7 @@ pub type Disc = (DVec2, f64);
 
 /// Two molecules at one time.
 #[derive(Debug, Clone)]
-pub struct Pose {
+pub struct DrawnPose {
     /// What is shown, in a line or two.
     pub label: [String; 2],
     /// The atoms of A and B.
@@ -33,7 +33,7 @@ const NAME: f64 = 18.0;
 
 /// Draws up to three poses side by side, each in a scale of its own, as SVG elements of the height
 /// [`HEIGHT`].
-pub fn row(poses: &[Pose]) -> String {
+pub fn row(poses: &[DrawnPose]) -> String {
     let pitch = (WIDTH - 32.0) / 3.0;
     let mut svg = String::new();
     for (index, pose) in poses.iter().enumerate() {
@@ -52,7 +52,7 @@ pub fn row(poses: &[Pose]) -> String {
     svg
 }
 
-fn draw(pose: &Pose, middle: DVec2, svg: &mut String) {
+fn draw(pose: &DrawnPose, middle: DVec2, svg: &mut String) {
     // The rectangle that holds both bounding circles.
     let [low, high] = pose.circles.iter().fold(
         [DVec2::INFINITY, DVec2::NEG_INFINITY],
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn all_atoms_and_circles_are_inside_the_row() {
-        let pose = Pose {
+        let pose = DrawnPose {
             label: ["start".to_owned(), "t = 0".to_owned()],
             atoms: [
                 vec![(DVec2::ZERO, 1.0)],

@@ -109,11 +109,7 @@ pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>
     let (Some(x), Some((low, high))) = (x, range(points.iter().map(|point| point.1))) else {
         return Ok(None);
     };
-    let label = named(&abscissa.label.replace('_', " "), &abscissa.unit);
-    let along = match table.spacing {
-        Spacing::Linear => Axis::new(label, x),
-        Spacing::Logarithmic => Axis::logarithmic(label, x),
-    };
+    let along = horizontal(&table, &abscissa, x);
     let (label, mut layers) = (named(&value.label, &value.unit), [bands, lines].concat());
     let least =
         range(points.iter().map(|point| point.1).filter(|y| *y > 0.0)).map_or(1.0, |range| range.0);
@@ -127,6 +123,15 @@ pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>
         Axis::new(label, height(low, high))
     };
     Chart::new(&table.title, along, up, layers).svg().map(Some)
+}
+
+/// The axis of an abscissa over a range of it.
+fn horizontal(table: &Table, abscissa: &Column, range: (f64, f64)) -> Axis {
+    let label = named(&abscissa.label.replace('_', " "), &abscissa.unit);
+    match table.spacing {
+        Spacing::Linear => Axis::new(label, range),
+        Spacing::Logarithmic => Axis::logarithmic(label, range),
+    }
 }
 
 /// The measured quantities of a group as points over the names of the rows.
@@ -336,22 +341,8 @@ fn chart(
     let least =
         range(curves.iter().map(|point| point.1).filter(|y| *y > 0.0)).map_or(1.0, |range| range.0);
     let is_logarithmic = is_steep && low >= 0.0 && high > least;
-    let names: Vec<&str> = group
-        .iter()
-        .filter(|column| column.role.is_curve())
-        .map(|column| column.label.as_str())
-        .collect();
-    let quantity = match names.as_slice() {
-        // The legend names them all.
-        [first, .., last] if names.len() > 2 => format!("{first} … {last}"),
-        _ => names.join(", "),
-    };
-    let label = named(&abscissa.label.replace('_', " "), &abscissa.unit);
-    let along = match table.spacing {
-        Spacing::Linear => Axis::new(label, x),
-        Spacing::Logarithmic => Axis::logarithmic(label, x),
-    };
-    let label = named(&quantity, &group[0].unit);
+    let along = horizontal(table, abscissa, x);
+    let label = named(&quantity(group), &group[0].unit);
     let (up, mut layers) = (
         height(low, high),
         layers(places, group, &levels, x, table.colour),
@@ -368,6 +359,20 @@ fn chart(
         Axis::new(label, up)
     };
     Chart::new(&table.title, along, up, layers).svg().map(Some)
+}
+
+/// The names of the curves of a group, for the vertical axis.
+fn quantity(group: &[&Column]) -> String {
+    let names: Vec<&str> = group
+        .iter()
+        .filter(|column| column.role.is_curve())
+        .map(|column| column.label.as_str())
+        .collect();
+    match names.as_slice() {
+        // The legend names them all.
+        [first, .., last] if names.len() > 2 => format!("{first} … {last}"),
+        _ => names.join(", "),
+    }
 }
 
 /// Error bands, measured curves and predictions, from back to front.

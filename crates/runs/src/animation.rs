@@ -91,6 +91,24 @@ struct Shape {
 }
 
 impl Shape {
+    /// The appearance of a body of this kind, see [`coloured_kinds`].
+    fn new(body: &Body, kind: usize, view: &View<'_>) -> Self {
+        let tags: Vec<&str> = body
+            .tags()
+            .iter()
+            .map(|&tag| view.tag_names().name(tag))
+            .collect();
+        let circles = drawn_circles(body.molecule()).into_iter();
+        Self {
+            name: tags.join(", "),
+            colour: colour(body, kind),
+            fixed: body.is_fixed(),
+            atoms: circles
+                .map(|(centre, radius)| [centre.x, centre.y, radius])
+                .collect(),
+        }
+    }
+
     fn turns(&self) -> bool {
         self.atoms.len() > 1 && !self.fixed
     }
@@ -220,30 +238,15 @@ impl Animation {
         flights: &[LoggedFlight],
         until: f64,
     ) -> Self {
-        let is_shown = |body: &Body| part.is_none_or(|part| part.has(body));
         let mut shapes: Vec<Shape> = Vec::new();
         let (mut bodies, mut number_of) = (Vec::new(), BTreeMap::new());
-        let shown = |body: &Body| !body.is_wall() && is_shown(body);
+        let shown = |body: &Body| !body.is_wall() && part.is_none_or(|part| part.has(body));
         for (body, kind) in view
             .bodies()
             .zip(coloured_kinds(view))
             .filter(|(body, _)| shown(body.body))
         {
-            let tags: Vec<&str> = body
-                .body
-                .tags()
-                .iter()
-                .map(|&tag| view.tag_names().name(tag))
-                .collect();
-            let circles = drawn_circles(body.body.molecule()).into_iter();
-            let shape = Shape {
-                name: tags.join(", "),
-                colour: colour(body.body, kind),
-                fixed: body.body.is_fixed(),
-                atoms: circles
-                    .map(|(centre, radius)| [centre.x, centre.y, radius])
-                    .collect(),
-            };
+            let shape = Shape::new(body.body, kind, view);
             let number = shapes
                 .iter()
                 .position(|known| *known == shape)
@@ -255,11 +258,6 @@ impl Animation {
             bodies.push(number);
         }
         let sides = view.bounds().sides();
-        let wall = |ends: [DVec2; 2], radius| [ends[0].x, ends[0].y, ends[1].x, ends[1].y, radius];
-        let walls = view
-            .bodies()
-            .filter(|body| is_shown(body.body))
-            .filter_map(|body| Some(wall(body.wall()?, body.body.molecule().face()?.radius())));
         let largest = |quantity: fn(&LoggedFlight) -> f64| {
             flights
                 .iter()
@@ -276,7 +274,7 @@ impl Animation {
             watched: watched(&shapes, &bodies),
             shapes,
             bodies,
-            walls: walls.collect(),
+            walls: walls(view, part),
             flights: String::new(),
         };
         for flight in flights {
@@ -322,6 +320,15 @@ impl Animation {
             );
         }
     }
+}
+
+/// The ends of each visible wall, and half its thickness (length).
+fn walls(view: &View<'_>, part: Option<&VisibleRegion>) -> Vec<[f64; 5]> {
+    let wall = |ends: [DVec2; 2], radius| [ends[0].x, ends[0].y, ends[1].x, ends[1].y, radius];
+    view.bodies()
+        .filter(|body| part.is_none_or(|part| part.has(body.body)))
+        .filter_map(|body| Some(wall(body.wall()?, body.body.molecule().face()?.radius())))
+        .collect()
 }
 
 /// The first moving body, if no other has its shape, and it is none of many different sizes of one

@@ -115,20 +115,8 @@ impl FolderLock {
             text: usage.text(),
         };
         loop {
-            let opened = OpenOptions::new()
-                .read(true)
-                .write(true)
-                .create(true)
-                .truncate(false)
-                .open(&path);
-            let file = match opened {
-                Err(error) if usage == Use::Reads && is_read_only(&error) => {
-                    match File::open(&path) {
-                        Ok(file) => file,
-                        Err(_) => return Ok(Self { file: None, holder }),
-                    }
-                }
-                opened => opened.with_context(|| format!("cannot write {}", path.display()))?,
+            let Some(file) = open(&path, usage)? else {
+                return Ok(Self { file: None, holder });
             };
             let locked = match usage {
                 Use::Writes => file.try_lock(),
@@ -186,6 +174,23 @@ impl Drop for FolderLock {
         {
             let _ = fs::remove_file(&self.holder.path);
         }
+    }
+}
+
+/// Opens the file of a lock, and creates it if there is none; `None` if this process only reads the
+/// folder, which cannot be written and has no such file.
+fn open(path: &Path, usage: Use) -> Result<Option<File>> {
+    let opened = OpenOptions::new()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(path);
+    match opened {
+        Err(error) if usage == Use::Reads && is_read_only(&error) => Ok(File::open(path).ok()),
+        opened => opened
+            .map(Some)
+            .with_context(|| format!("cannot write {}", path.display())),
     }
 }
 

@@ -309,24 +309,34 @@ fn dump(text: &str, requested: Option<usize>) -> Result<String> {
             let [&[left, right, ..], &[low, high, ..]] = [&x[..], &y[..]] else {
                 bail!("line {number}: a bound of the box is no pair of numbers")
             };
-            let mut atoms = Vec::new();
-            for (number, line) in lines.by_ref().take(count) {
-                let values = numbers(line).with_context(|| format!("line {number}"))?;
-                atoms.push(
-                    atom(&columns, &values, [left, low], [right - left, high - low])
-                        .with_context(|| format!("line {number}"))?,
-                );
-            }
+            let (corner, sides) = ([left, low], [right - left, high - low]);
+            let atoms = atoms(lines.by_ref().take(count), &columns, corner, sides)?;
             ensure!(
                 atoms.len() == count,
                 "the frame must have {count} atoms, but has {}",
                 atoms.len()
             );
-            atoms.sort_by_key(|atom| atom.order);
-            return Ok(written([right - left, high - low], &atoms));
+            return Ok(written(sides, &atoms));
         }
     }
     bail!("line {first}: the frame has no atoms")
+}
+
+/// The atoms of numbered lines, in their order, in a box with this lower left corner.
+fn atoms<'a>(
+    lines: impl Iterator<Item = (usize, &'a str)>,
+    columns: &[&str],
+    corner: [f64; 2],
+    sides: [f64; 2],
+) -> Result<Vec<Atom>> {
+    let mut atoms = Vec::new();
+    for (number, line) in lines {
+        let values = numbers(line).with_context(|| format!("line {number}"))?;
+        let atom = atom(columns, &values, corner, sides);
+        atoms.push(atom.with_context(|| format!("line {number}"))?);
+    }
+    atoms.sort_by_key(|atom| atom.order);
+    Ok(atoms)
 }
 
 /// The numbers of a line; a word, such as an element, counts as NaN.

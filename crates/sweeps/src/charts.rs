@@ -7,7 +7,7 @@ use carom_report::{
     page::DataChart,
     table_chart,
 };
-use carom_tables::{Role, Table, named};
+use carom_tables::{Figure, Role, Table, named};
 
 use crate::{
     point::short,
@@ -168,59 +168,9 @@ fn panels(study: &Study, others: &[usize]) -> Vec<Vec<(usize, usize)>> {
 }
 
 fn chart(choice: &Choice<'_>, quantity: &TableQuantity) -> Result<Option<DataChart>> {
-    let Choice {
-        study,
-        points,
-        first,
-        second,
-        panel,
-    } = *choice;
-    let axis = Axis::new(&study.vary[first]);
-    let names = second.map_or_else(
-        || vec![String::new()],
-        |second| setting_names(&study.vary[second]),
-    );
-    let mut curves: Vec<ErrorBarCurve> = names
-        .into_iter()
-        .map(|name| ErrorBarCurve {
-            name,
-            values: Vec::new(),
-        })
-        .collect();
-    for (index, results) in points.iter().enumerate() {
-        let is_here = panel
-            .iter()
-            .all(|&(axis, requested)| study.setting(index, axis) == requested);
-        let Some(figure) =
-            figure(results, quantity).filter(|figure| is_here && figure.value.is_finite())
-        else {
-            continue;
-        };
-        let curve = second.map_or(0, |second| study.setting(index, second));
-        let x = axis.places[study.setting(index, first)];
-        let (y, error) = (figure.value, figure.standard_error);
-        // The first that is a number, no bound, and no other measurement.
-        let expected = |show_only: bool| {
-            let answers = results
-                .answers
-                .iter()
-                .filter(|answer| answer.quantity == figure.name);
-            let mut answers =
-                answers.filter(|answer| answer.show_only == show_only && !answer.is_measured);
-            answers.find_map(|answer| answer.expected.parse().ok())
-        };
-        let (prediction, guide) = (expected(false).or(figure.prediction), expected(true));
-        curves[curve].values.push(Point {
-            x,
-            y,
-            error,
-            prediction,
-            guide,
-        });
-    }
-    for curve in &mut curves {
-        curve.values.sort_by(|a, b| a.x.total_cmp(&b.x));
-    }
+    let Choice { study, panel, .. } = *choice;
+    let axis = Axis::new(&study.vary[choice.first]);
+    let curves = curves(choice, quantity, &axis.places);
     // A single value is in the table; a chart of it says nothing.
     if curves.iter().map(|curve| curve.values.len()).sum::<usize>() < 2 {
         return Ok(None);
@@ -251,6 +201,69 @@ fn chart(choice: &Choice<'_>, quantity: &TableQuantity) -> Result<Option<DataCha
         caption: String::new(),
         file: TABLE.to_owned(),
     }))
+}
+
+/// The values of a figure at the points of a chart, one curve for each setting of the second entry;
+/// `places` are those of the settings of the first.
+fn curves(choice: &Choice<'_>, quantity: &TableQuantity, places: &[f64]) -> Vec<ErrorBarCurve> {
+    let Choice {
+        study,
+        points,
+        first,
+        second,
+        panel,
+    } = *choice;
+    let names = second.map_or_else(
+        || vec![String::new()],
+        |second| setting_names(&study.vary[second]),
+    );
+    let mut curves: Vec<ErrorBarCurve> = names
+        .into_iter()
+        .map(|name| ErrorBarCurve {
+            name,
+            values: Vec::new(),
+        })
+        .collect();
+    for (index, results) in points.iter().enumerate() {
+        let is_here = panel
+            .iter()
+            .all(|&(axis, requested)| study.setting(index, axis) == requested);
+        let Some(figure) =
+            figure(results, quantity).filter(|figure| is_here && figure.value.is_finite())
+        else {
+            continue;
+        };
+        let curve = second.map_or(0, |second| study.setting(index, second));
+        let x = places[study.setting(index, first)];
+        curves[curve]
+            .values
+            .push(measured_value(x, figure, results));
+    }
+    for curve in &mut curves {
+        curve.values.sort_by(|a, b| a.x.total_cmp(&b.x));
+    }
+    curves
+}
+
+/// A figure of a point at the place `x` of a chart, with what is expected of it.
+fn measured_value(x: f64, figure: &Figure, results: &PointResults) -> Point {
+    // The first that is a number, no bound, and no other measurement.
+    let expected = |show_only: bool| {
+        let answers = results
+            .answers
+            .iter()
+            .filter(|answer| answer.quantity == figure.name);
+        let mut answers =
+            answers.filter(|answer| answer.show_only == show_only && !answer.is_measured);
+        answers.find_map(|answer| answer.expected.parse().ok())
+    };
+    Point {
+        x,
+        y: figure.value,
+        error: figure.standard_error,
+        prediction: expected(false).or(figure.prediction),
+        guide: expected(true),
+    }
 }
 
 /// The horizontal axis of an entry.

@@ -183,6 +183,14 @@ impl Expect {
     /// # Errors
     /// The key and what it allows.
     pub fn check(&self, keys: &[&str], points: &[Vec<(String, Value)>]) -> Result<()> {
+        self.check_quantity()?;
+        self.check_values()?;
+        self.check_tolerances()?;
+        self.check_only(keys, points)
+    }
+
+    /// Refuses an entry that names no quantity, or two.
+    fn check_quantity(&self) -> Result<()> {
         match (&self.figure, &self.table) {
             (Some(_), Some(_)) => bail!("`figure` and `table` exclude each other"),
             (None, None) => {
@@ -205,6 +213,11 @@ impl Expect {
                 );
             }
         }
+        Ok(())
+    }
+
+    /// Refuses expected values that contradict each other or are not finite.
+    fn check_values(&self) -> Result<()> {
         let given = [self.value, self.above, self.below]
             .iter()
             .flatten()
@@ -224,6 +237,11 @@ impl Expect {
             self.same_as.is_none() || self.same_as != self.figure,
             "`same_as` and `figure` name the same figure"
         );
+        Ok(())
+    }
+
+    /// Refuses allowed differences that are negative or not finite.
+    fn check_tolerances(&self) -> Result<()> {
         let tolerances = [
             (
                 "standard_errors",
@@ -238,6 +256,11 @@ impl Expect {
                 "`{key}` must be at least 0 and finite, but is {tolerance}"
             );
         }
+        Ok(())
+    }
+
+    /// Refuses `only` with keys that do not vary, or values that no point has.
+    fn check_only(&self, keys: &[&str], points: &[Vec<(String, Value)>]) -> Result<()> {
         for (key, values) in &self.only {
             ensure!(
                 keys.contains(&key.as_str()),
@@ -380,21 +403,8 @@ impl Expect {
             self.column.as_deref().unwrap_or(""),
         );
         let at = self.at.unwrap_or(f64::NAN);
-        let found = tables.iter().find(|table| table.name == name);
-        let names = tables.iter().map(|table| table.name.as_str());
-        let table = found
-            .with_context(|| format!("no table is called {name}{}", did_you_mean(name, names)))?;
-        let names = table.columns.iter().map(|column| column.name.as_str());
-        let place = table
-            .columns
-            .iter()
-            .position(|column| column.name == requested);
-        let place = place.with_context(|| {
-            format!(
-                "the table {name} has no column {requested}{}",
-                did_you_mean(requested, names)
-            )
-        })?;
+        let table = find_table(name, tables)?;
+        let place = find_column(requested, table)?;
         let (column, abscissa) = (&table.columns[place], &table.columns[0]);
         let rows: Vec<(f64, usize)> = abscissa
             .values
@@ -443,6 +453,26 @@ impl Expect {
             source: predicted.and_then(|column| column.role.words().1.map(str::to_owned)),
         })
     }
+}
+
+/// The table of this name.
+fn find_table<'a>(name: &str, tables: &'a [Table]) -> Result<&'a Table> {
+    let found = tables.iter().find(|table| table.name == name);
+    let names = tables.iter().map(|table| table.name.as_str());
+    found.with_context(|| format!("no table is called {name}{}", did_you_mean(name, names)))
+}
+
+/// The place of the column of this name.
+fn find_column(name: &str, table: &Table) -> Result<usize> {
+    let place = table.columns.iter().position(|column| column.name == name);
+    let names = table.columns.iter().map(|column| column.name.as_str());
+    place.with_context(|| {
+        format!(
+            "the table {} has no column {name}{}",
+            table.name,
+            did_you_mean(name, names)
+        )
+    })
 }
 
 /// The figure of this name, or of this name without its numbers.

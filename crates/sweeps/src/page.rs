@@ -55,21 +55,7 @@ pub fn write(
 ) -> Result<()> {
     let mut page = Page::new(&frame.summary.title, &lead(study));
     page.verdict(&verdict(study, points, frame));
-    frame
-        .failures
-        .iter()
-        .for_each(|failure| page.error(failure));
-    if !frame.missing.is_empty() {
-        page.error(&frame.missing.words(study));
-    }
-    frame
-        .damaged
-        .iter()
-        .for_each(|damaged| page.error(&damaged.words()));
-    if !frame.summary.note.is_empty() {
-        page.note(&frame.summary.note);
-    }
-    frame.notes.iter().for_each(|note| page.note(note));
+    show_remarks(&mut page, study, frame);
     let (mut all, left_out) = charts(study, points)?;
     let others = all.split_off(LEADING.min(all.len()));
     page.part(PagePart::Answer);
@@ -103,6 +89,35 @@ pub fn write(
         page.paragraph(&format!("{left_out} more figures are in {TABLE}."));
     }
     errors::show(&mut page, points);
+    page.files(&list_files(points));
+    page.code(frame.again);
+    page.folded("The study, study.toml", &study.text());
+    page.checks(&results::checks(points));
+    page.totals(&frame.summary.totals);
+    folder.write_lasting(PAGE, page.html())
+}
+
+/// What went wrong, what is missing, and the notes of the sweep, at the head of the page.
+fn show_remarks(page: &mut Page, study: &Study, frame: &PageFrame<'_>) {
+    frame
+        .failures
+        .iter()
+        .for_each(|failure| page.error(failure));
+    if !frame.missing.is_empty() {
+        page.error(&frame.missing.words(study));
+    }
+    frame
+        .damaged
+        .iter()
+        .for_each(|damaged| page.error(&damaged.words()));
+    if !frame.summary.note.is_empty() {
+        page.note(&frame.summary.note);
+    }
+    frame.notes.iter().for_each(|note| page.note(note));
+}
+
+/// The files of the sweep and the pages of its points, each with what it holds.
+fn list_files(points: &[PointResults]) -> Vec<(String, String)> {
     let mut files = vec![
         (
             TABLE.to_owned(),
@@ -130,12 +145,7 @@ pub fn write(
             results.label.clone(),
         )
     }));
-    page.files(&files);
-    page.code(frame.again);
-    page.folded("The study, study.toml", &study.text());
-    page.checks(&results::checks(points));
-    page.totals(&frame.summary.totals);
-    folder.write_lasting(PAGE, page.html())
+    files
 }
 
 /// The main charts of each point, where there are few.

@@ -17,10 +17,11 @@ const HEAD: &str = "\
 
 Every key of a study file, which `carom sweep` runs. The page is generated from the types of the
 program. To change it, change their documentation, and run
-`cargo run -p carom-cli -- schema --study --page > crates/STUDY.md`. `carom schema --study` prints
-the JSON Schema.
+`cargo run -p carom-cli -- schema --study --page > crates/book/src/study-keys.md`.
+`carom schema --study` prints the JSON Schema.
 
-A study file is TOML. The keys of its scene are those of a scene file, see [SCENE.md](SCENE.md).
+A study file is TOML. The keys of its scene are those of a scene file, see
+[Keys of a scene](keys.md).
 
 Exit codes of `carom sweep` and `carom merge`:
 
@@ -41,7 +42,7 @@ shards.
 /// Options of `carom schema`.
 #[derive(Debug, Clone, Args)]
 #[group(id = "study_schema")]
-pub struct ReferenceOptions {
+pub struct StudyReferenceOptions {
     /// Schema or page.
     #[command(flatten)]
     pub form: reference::ReferenceOptions,
@@ -54,7 +55,7 @@ pub struct ReferenceOptions {
 ///
 /// # Errors
 /// Those of [`reference::run`].
-pub fn run(options: &ReferenceOptions) -> Result<Verdict> {
+pub fn run(options: &StudyReferenceOptions) -> Result<Verdict> {
     if !options.study {
         return reference::run(&options.form);
     }
@@ -98,8 +99,9 @@ mod tests {
     fn the_page_is_current_and_every_key_has_a_meaning() {
         let schema = study_schema();
         let page = page_of(HEAD, &schema);
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../STUDY.md");
-        let renew = "run `cargo run -p carom-cli -- schema --study --page > crates/STUDY.md`";
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../book/src/study-keys.md");
+        let renew =
+            "run `cargo run -p carom-cli -- schema --study --page > crates/book/src/study-keys.md`";
         assert!(
             fs::read_to_string(path).unwrap_or_default() == page,
             "{renew}"

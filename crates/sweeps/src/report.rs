@@ -36,6 +36,18 @@ pub struct Remarks {
     pub damaged: Vec<Damaged>,
 }
 
+impl Remarks {
+    /// Keeps the first failures, and says how many more there are.
+    fn shorten_failures(&mut self) {
+        let more = self.failures.len().saturating_sub(MAX_FAILURES);
+        self.failures.truncate(MAX_FAILURES);
+        if more > 0 {
+            self.failures
+                .push(format!("{more} more replicas ended with an error."));
+        }
+    }
+}
+
 /// `summary.json`.
 #[derive(Debug, Serialize)]
 struct File<'a> {
@@ -68,23 +80,16 @@ pub fn write(
 ) -> Result<Verdict> {
     let points = results::of_points(sweep, study, (&manifest, again), pool)?;
     let missing = Missing::new(study, &points, shards);
-    let more = remarks.failures.len().saturating_sub(MAX_FAILURES);
-    remarks.failures.truncate(MAX_FAILURES);
-    if more > 0 {
-        remarks
-            .failures
-            .push(format!("{more} more replicas ended with an error."));
-    }
+    remarks.shorten_failures();
     let summary = summary(study, &points);
     let folder = &sweep.folder;
     table::write(folder, study, &points)?;
     errors::write(folder, &points)?;
-    let points_complete = missing.complete_points(points.len());
     let file = File {
         summary: &summary,
         stationary: are_stationary(points.iter().flat_map(|point| &point.figures)),
         points_wanted: points.len(),
-        points_complete,
+        points_complete: missing.complete_points(points.len()),
         replicas_wanted: study.replicas,
         missing: &missing.by_point(study),
         damaged: &remarks.damaged,
@@ -106,10 +111,26 @@ pub fn write(
     };
     page::write(folder, study, &points, &frame)?;
     manifest.complete(folder, summary.totals.cpu_seconds())?;
+    announce_remarks(study, points.len(), &missing, &remarks);
+    if !is_json() {
+        print_judgements(study, &points);
+    }
+    conclude(folder, &summary);
+    let verdict = summary.verdict();
+    Ok(if missing.is_empty() {
+        verdict
+    } else {
+        verdict.of_incomplete()
+    })
+}
+
+/// Announces what is missing and damaged, and the notes; `count` is the number of points.
+fn announce_remarks(study: &Study, count: usize, missing: &Missing, remarks: &Remarks) {
+    let Remarks { notes, damaged, .. } = remarks;
     let lacking = (!missing.is_empty()).then(|| {
         format!(
-            "Incomplete: {points_complete} of {} points. {}",
-            points.len(),
+            "Incomplete: {} of {count} points. {}",
+            missing.complete_points(count),
             missing.words(study)
         )
     });
@@ -119,26 +140,21 @@ pub fn write(
         .chain(notes.iter().cloned())
         .collect();
     announce(&missing.by_point(study), damaged, &words);
+}
+
+/// Prints how many expectations are met, and what is to be said of the figures.
+fn print_judgements(study: &Study, points: &[PointResults]) {
     let answers = || points.iter().flat_map(|point| &point.answers);
     let judged = study.expected_answers() - answers().filter(|answer| answer.show_only).count();
-    if !is_json() && judged > 0 {
+    if judged > 0 {
         let met = answers()
             .filter(|answer| answer.passed && !answer.show_only)
             .count();
         print_line(&format!("{met} of {judged} expectations are met"));
     }
-    if !is_json() {
-        for words in page::judgements(study, &points) {
-            print_line(&words);
-        }
+    for words in page::judgements(study, points) {
+        print_line(&words);
     }
-    conclude(folder, &summary);
-    let verdict = summary.verdict();
-    Ok(if missing.is_empty() {
-        verdict
-    } else {
-        verdict.of_incomplete()
-    })
 }
 
 fn summary(study: &Study, points: &[PointResults]) -> Summary {

@@ -65,6 +65,23 @@ pub struct PointResults {
 }
 
 impl PointResults {
+    /// A point of which no replica has ended.
+    fn without_replicas(point: &StudyPoint) -> Self {
+        Self {
+            point: point.key,
+            label: point.label.clone(),
+            replicas: Vec::new(),
+            figures: Vec::new(),
+            totals: Totals::default(),
+            checks: Vec::new(),
+            answers: Vec::new(),
+            errors: Vec::new(),
+            evidence: Vec::new(),
+            tables: Vec::new(),
+            note: String::new(),
+        }
+    }
+
     /// The values in words, with the last part of each path.
     pub fn short_label(&self) -> String {
         self.label
@@ -107,52 +124,16 @@ fn of_point(
     (manifest, again): (&Manifest, &str),
 ) -> Result<PointResults> {
     let point = &study.points[index];
-    let (mut record, mut seconds, mut replicas): (Option<Record>, _, _) = (None, 0.0, Vec::new());
-    for replica in 1..=study.replicas {
-        let stored = match sweep.find(point, replica)? {
-            Found::Finished(stored) => stored,
-            Found::Damaged(reason) | Found::Newer(reason) => {
-                note(&damaged(point, replica, &reason));
-                continue;
-            }
-            Found::Nothing => continue,
-        };
-        seconds += stored.seconds;
-        replicas.push(replica);
-        match &mut record {
-            None => record = Some(stored.record),
-            Some(all) => all.merge(stored.record)?,
-        }
-    }
-    let (key, label) = (point.key, point.label.clone());
+    let (record, seconds, replicas) = merge_replicas(sweep, point, study.replicas)?;
     let Some(record) = record else {
-        return Ok(PointResults {
-            point: key,
-            label,
-            replicas,
-            figures: Vec::new(),
-            totals: Totals::default(),
-            checks: Vec::new(),
-            answers: Vec::new(),
-            errors: Vec::new(),
-            evidence: Vec::new(),
-            tables: Vec::new(),
-            note: String::new(),
-        });
+        return Ok(PointResults::without_replicas(point));
     };
+    let (key, label) = (point.key, point.label.clone());
     let plural = if replicas.len() == 1 { "" } else { "s" };
     let title = format!("{label}: {} replica{plural}", replicas.len());
     let merged = MergedRuns::new(&record, title, seconds);
     let folder = sweep.point(key)?;
-    let source = Seal::of_source(&merged.summary.title, &record)?;
-    if !Seal::is_intact(&folder, source) {
-        // Removed first: what is half written is never taken for current.
-        Seal::remove(&folder)?;
-        let manifest = manifest.write_part(&folder, again)?;
-        merged.write(&record, &folder)?;
-        manifest.complete(&folder, seconds)?;
-        Seal::write(&folder, source)?;
-    }
+    write_unless_there(&folder, &merged, (&record, seconds), (manifest, again))?;
     let answers = study.answers(index, &merged.summary.figures, merged.tables());
     let errors = calibrations(&record);
     let evidence = if study.points.len() <= FEW_POINTS {
@@ -187,6 +168,52 @@ fn of_point(
         tables,
         note,
     })
+}
+
+/// The sums of all replicas of a point that have ended, their processor time (seconds), and which
+/// they are.
+fn merge_replicas(
+    sweep: &SweepFolder,
+    point: &StudyPoint,
+    count: u64,
+) -> Result<(Option<Record>, f64, Vec<u64>)> {
+    let (mut record, mut seconds, mut replicas): (Option<Record>, _, _) = (None, 0.0, Vec::new());
+    for replica in 1..=count {
+        let stored = match sweep.find(point, replica)? {
+            Found::Finished(stored) => stored,
+            Found::Damaged(reason) | Found::Newer(reason) => {
+                note(&damaged(point, replica, &reason));
+                continue;
+            }
+            Found::Nothing => continue,
+        };
+        seconds += stored.seconds;
+        replicas.push(replica);
+        match &mut record {
+            None => record = Some(stored.record),
+            Some(all) => all.merge(stored.record)?,
+        }
+    }
+    Ok((record, seconds, replicas))
+}
+
+/// Writes page and tables of a point into its folder, unless those of the same sums are there.
+fn write_unless_there(
+    folder: &Folder,
+    merged: &MergedRuns,
+    (record, seconds): (&Record, f64),
+    (manifest, again): (&Manifest, &str),
+) -> Result<()> {
+    let source = Seal::of_source(&merged.summary.title, record)?;
+    if !Seal::is_intact(folder, source) {
+        // Removed first: what is half written is never taken for current.
+        Seal::remove(folder)?;
+        let manifest = manifest.write_part(folder, again)?;
+        merged.write(record, folder)?;
+        manifest.complete(folder, seconds)?;
+        Seal::write(folder, source)?;
+    }
+    Ok(())
 }
 
 /// The charts that carry the answer of a point, whose folder has this path on the page of the

@@ -97,12 +97,7 @@ fn run_all(studies: &[PathBuf], options: &SweepOptions) -> Result<Verdict> {
         .map(|study| sweep::name(study, options))
         .collect();
     let distinct: BTreeSet<&String> = names.iter().collect();
-    if let Some(twice) = distinct
-        .iter()
-        .find(|name| names.iter().filter(|other| other == *name).count() > 1)
-    {
-        bail!("two studies are called {twice}, but each needs a folder of its own: rename one");
-    }
+    refuse_equal_names(&names, &distinct)?;
     // All are validated before the first one runs.
     studies
         .iter()
@@ -116,29 +111,7 @@ fn run_all(studies: &[PathBuf], options: &SweepOptions) -> Result<Verdict> {
     let begun = ProcessTime::now();
     let mut rows = Vec::new();
     for (study, name) in studies.iter().zip(names) {
-        print_line(&format!("{name}:"));
-        let ended = sweep::run(study, &inside(options, path.join(&name)));
-        let ended = match ended {
-            Err(error)
-                if error
-                    .chain()
-                    .any(<dyn std::error::Error>::is::<Interrupted>) =>
-            {
-                return Err(error);
-            }
-            ended => ended.map_err(|error| format!("{error:#}")),
-        };
-        let has_results = ended.is_ok() && options.how.is_whole();
-        let summary = if has_results {
-            summary(&path.join(&name))?
-        } else {
-            Value::Null
-        };
-        rows.push(Row {
-            name,
-            ended,
-            summary,
-        });
+        rows.push(run_one(study, name, options, &path)?);
     }
     if options.how.is_whole() {
         write(&folder, &rows, &again)?;
@@ -157,6 +130,47 @@ fn run_all(studies: &[PathBuf], options: &SweepOptions) -> Result<Verdict> {
         bail!("study {name}: {error}{more}");
     }
     Ok(worst(&rows))
+}
+
+/// Refuses two studies of one name.
+fn refuse_equal_names(names: &[String], distinct: &BTreeSet<&String>) -> Result<()> {
+    if let Some(twice) = distinct
+        .iter()
+        .find(|name| names.iter().filter(|other| other == *name).count() > 1)
+    {
+        bail!("two studies are called {twice}, but each needs a folder of its own: rename one");
+    }
+    Ok(())
+}
+
+/// Runs one study in its folder inside the folder of all. Its own error is part of the row.
+///
+/// # Errors
+/// Its results cannot be read, or a signal has been received.
+fn run_one(study: &Path, name: String, options: &SweepOptions, folder: &Path) -> Result<Row> {
+    print_line(&format!("{name}:"));
+    let ended = sweep::run(study, &inside(options, folder.join(&name)));
+    let ended = match ended {
+        Err(error)
+            if error
+                .chain()
+                .any(<dyn std::error::Error>::is::<Interrupted>) =>
+        {
+            return Err(error);
+        }
+        ended => ended.map_err(|error| format!("{error:#}")),
+    };
+    let has_results = ended.is_ok() && options.how.is_whole();
+    let summary = if has_results {
+        summary(&folder.join(&name))?
+    } else {
+        Value::Null
+    };
+    Ok(Row {
+        name,
+        ended,
+        summary,
+    })
 }
 
 /// Claims the folder of all studies. One that an earlier command has written is continued.
@@ -221,6 +235,21 @@ impl Row {
             .chain(self.ended.as_ref().err().map(String::as_str))
     }
 
+    /// Its cells in the table of all studies.
+    fn cells(&self) -> Vec<String> {
+        let collisions = self.summary["collisions"].as_u64().unwrap_or(0);
+        let numbers = [
+            self.checks().len() as u64,
+            self.reasons().count() as u64,
+            collisions,
+        ];
+        let numbers = numbers.map(|number| number.to_string());
+        [self.name.clone(), self.verdict().to_owned()]
+            .into_iter()
+            .chain(numbers)
+            .collect()
+    }
+
     fn verdict(&self) -> &'static str {
         self.ended
             .as_ref()
@@ -248,20 +277,7 @@ fn write(folder: &Folder, rows: &[Row], again: &str) -> Result<()> {
     }
     page.part(PagePart::Answer);
     let header = ["study", "verdict", "checks", "failed", "collisions"];
-    let cells = |row: &Row| {
-        let collisions = row.summary["collisions"].as_u64().unwrap_or(0);
-        let numbers = [
-            row.checks().len() as u64,
-            row.reasons().count() as u64,
-            collisions,
-        ];
-        let numbers = numbers.map(|number| number.to_string());
-        [row.name.clone(), row.verdict().to_owned()]
-            .into_iter()
-            .chain(numbers)
-            .collect::<Vec<_>>()
-    };
-    let cells: Vec<_> = rows.iter().map(cells).collect();
+    let cells: Vec<_> = rows.iter().map(Row::cells).collect();
     page.table(&header, &cells);
     for cells in std::iter::once(&header.map(str::to_owned).to_vec()).chain(&cells) {
         print_line(&format!(
@@ -269,21 +285,7 @@ fn write(folder: &Folder, rows: &[Row], again: &str) -> Result<()> {
             cells[0], cells[1], cells[2], cells[3], cells[4]
         ));
     }
-    let mut files: Vec<_> = rows
-        .iter()
-        .filter(|row| row.ended.is_ok())
-        .map(|row| {
-            (
-                format!("{}/report.html", row.name),
-                format!("the page of the study {}", row.name),
-            )
-        })
-        .collect();
-    files.push((
-        SUMMARY.to_owned(),
-        "what was expected and found in all studies".to_owned(),
-    ));
-    page.files(&files);
+    page.files(&list_files(rows));
     page.code(again);
     let checks: Vec<&Value> = rows.iter().flat_map(Row::checks).collect();
     // Each study has put its own: the last one's would be taken for those of all.
@@ -302,4 +304,23 @@ fn write(folder: &Folder, rows: &[Row], again: &str) -> Result<()> {
         &json!({ "title": "Studies", "checks": checks, "studies": studies }),
     )?;
     folder.write("report.html", page.html())
+}
+
+/// The pages of the studies and the summary of all, each with what it holds.
+fn list_files(rows: &[Row]) -> Vec<(String, String)> {
+    let mut files: Vec<_> = rows
+        .iter()
+        .filter(|row| row.ended.is_ok())
+        .map(|row| {
+            (
+                format!("{}/report.html", row.name),
+                format!("the page of the study {}", row.name),
+            )
+        })
+        .collect();
+    files.push((
+        SUMMARY.to_owned(),
+        "what was expected and found in all studies".to_owned(),
+    ));
+    files
 }

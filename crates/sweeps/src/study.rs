@@ -190,18 +190,7 @@ impl Study {
             .into_iter()
             .try_for_each(|entry| add_measure(&mut base, entry))?;
         let replicas = size.replicas.unwrap_or(replicas);
-        let count = vary.iter().fold(1usize, |count, vary| {
-            count.saturating_mul(vary.settings.len())
-        });
-        ensure!(
-            count <= MAX_POINTS,
-            "the study has {count} points; allowed are {MAX_POINTS}"
-        );
-        let most = MAX_REPLICAS / count as u64;
-        ensure!(
-            (1..=most).contains(&replicas),
-            "`replicas` must be from 1 to {most} with {count} points, but is {replicas}"
-        );
+        check_counts(&vary, replicas)?;
         let (points, tested) = (Vec::new(), Vec::new());
         let mut study = Self {
             title,
@@ -506,6 +495,23 @@ fn refuse_repeated_keys(vary: &[Vary]) -> Result<()> {
     for (index, key) in keys.iter().enumerate() {
         ensure!(!keys[..index].contains(key), "the key `{key}` varies twice");
     }
+    Ok(())
+}
+
+/// Refuses too many points, and too many or no replicas.
+fn check_counts(vary: &[Vary], replicas: u64) -> Result<()> {
+    let count = vary.iter().fold(1usize, |count, vary| {
+        count.saturating_mul(vary.settings.len())
+    });
+    ensure!(
+        count <= MAX_POINTS,
+        "the study has {count} points; allowed are {MAX_POINTS}"
+    );
+    let most = MAX_REPLICAS / count as u64;
+    ensure!(
+        (1..=most).contains(&replicas),
+        "`replicas` must be from 1 to {most} with {count} points, but is {replicas}"
+    );
     Ok(())
 }
 

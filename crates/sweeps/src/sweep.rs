@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Result, bail};
+use anyhow::{Error, Result, anyhow, bail};
 use carom::engine::RunError;
 use carom_runs::{
     command_line::{program, quoted},
@@ -196,26 +196,23 @@ pub fn run_study(named: &Named<'_>, how: &How) -> Result<Verdict> {
         Verdict::Passed
     };
     let count = failures.len();
-    let runs_only = |failure: &ReplicaFailure| {
-        failure
-            .error
-            .chain()
-            .any(<dyn std::error::Error>::is::<RunError>)
-    };
     match failures.into_iter().next() {
         None => Ok(verdict),
-        Some(first) => {
-            let is_run = runs_only(&first);
-            let error = first.error.context(format!(
-                "{count} replicas ended with an error; the first is"
-            ));
-            if is_run {
-                Err(error)
-            } else {
-                bail!("{error:#}")
-            }
-        }
+        Some(first) => Err(error_of_all(first, count)),
     }
+}
+
+/// The error of all failed replicas, from that of the first and their number.
+fn error_of_all(first: ReplicaFailure, count: usize) -> Error {
+    let is_run = first
+        .error
+        .chain()
+        .any(<dyn std::error::Error>::is::<RunError>);
+    let error = first.error.context(format!(
+        "{count} replicas ended with an error; the first is"
+    ));
+    // Only the error of a run keeps its kind, by which it counts as a failed check.
+    if is_run { error } else { anyhow!("{error:#}") }
 }
 
 /// The name of a study in folders and jobs. The short form has other runs, and so another name.

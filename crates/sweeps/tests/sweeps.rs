@@ -1037,21 +1037,20 @@ fn the_short_form_is_a_study_of_its_own_in_shards_and_jobs_too() {
 }
 
 #[test]
-fn the_study_of_the_readme_is_valid() {
-    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../README.md");
-    let readme = fs::read_to_string(readme).unwrap();
-    let blocks = readme
-        .split("```toml\n")
-        .skip(1)
-        .filter_map(|rest| Some(rest.split_once("```")?.0));
-    let (studies, scenes): (Vec<&str>, Vec<&str>) =
-        blocks.partition(|block| block.contains("[[vary]]"));
+fn the_study_of_the_book_is_valid() {
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../book/src");
+    let listing = |chapter: &str| {
+        let page = fs::read_to_string(book.join(chapter)).unwrap();
+        let rest = page.split("```toml\n").nth(1).unwrap();
+        rest.split("```").next().unwrap().to_owned()
+    };
+    let (text, scene) = (listing("sweeps.md"), listing("scenes.md"));
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("gas.toml"), scenes[0]).unwrap();
-    let study = Study::parse(studies[0], folder.path(), Size::default()).unwrap();
+    fs::write(folder.path().join("gas.toml"), scene).unwrap();
+    let study = Study::parse(&text, folder.path(), Size::default()).unwrap();
     assert_eq!((study.points.len(), study.replicas), (6, 8));
     let quick = Study::parse(
-        studies[0],
+        &text,
         folder.path(),
         Size {
             is_quick: true,

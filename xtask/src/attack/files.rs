@@ -20,7 +20,7 @@ use super::{
     campaign::{Attack, report},
     folder,
     process::{LIMIT, Process, ProcessEnd},
-    targets::{OUT, Place},
+    targets::{OUT, TargetPlace},
 };
 use crate::fuzz::{
     files::mutate,
@@ -42,7 +42,7 @@ const LAST_WORDS: Duration = Duration::from_secs(20);
 pub struct Files {
     /// Folder of the place of a case, if it is kept.
     kept: Option<PathBuf>,
-    templates: Mutex<BTreeMap<World, Arc<Place>>>,
+    templates: Mutex<BTreeMap<World, Arc<TargetPlace>>>,
 }
 
 /// The files around the mutated one.
@@ -190,8 +190,8 @@ const STUDY: &str = include_str!("inputs/study.toml");
 
 impl World {
     /// Runs the commands that make the files.
-    fn build(self) -> Result<Place> {
-        let place = Place::new(None)?;
+    fn build(self) -> Result<TargetPlace> {
+        let place = TargetPlace::new(None)?;
         match self {
             Self::Runs => {
                 place.write("molecule.toml", MOLECULE.as_bytes())?;
@@ -292,7 +292,7 @@ impl Files {
         }
     }
 
-    fn template(&self, world: World) -> Result<Arc<Place>> {
+    fn template(&self, world: World) -> Result<Arc<TargetPlace>> {
         let mut templates = self
             .templates
             .lock()
@@ -353,7 +353,7 @@ impl Files {
 
     fn attack(&self, case: &MutatedFile) -> Result<Option<Failure>> {
         let template = self.template(case.world)?;
-        let place = Place::new(self.kept.as_deref())?;
+        let place = TargetPlace::new(self.kept.as_deref())?;
         folder::copy(&template.path(""), &place.path(""))?;
         let content = case.content()?;
         if case.has_checksum {
@@ -402,7 +402,7 @@ fn with_forged_number(draw: &mut FuzzDraw, sound: &[u8]) -> Vec<u8> {
 }
 
 /// Runs the command. `None` as its exit code is a hang.
-fn run(place: &Place, case: &MutatedFile) -> Result<ProcessEnd> {
+fn run(place: &TargetPlace, case: &MutatedFile) -> Result<ProcessEnd> {
     let mut process = place.start(&case.words, "said")?;
     if case.runs_scene() {
         if process.wait_for(LONG_RUN)?.is_none() {
@@ -425,7 +425,7 @@ fn end_within_processor_time(mut process: Process) -> Result<ProcessEnd> {
 }
 
 /// The tables in the folders of results.
-fn tables(place: &Place) -> Result<BTreeMap<String, Vec<u8>>> {
+fn tables(place: &TargetPlace) -> Result<BTreeMap<String, Vec<u8>>> {
     let mut tables = BTreeMap::new();
     for name in [OUT, "new"] {
         let folder = place.path(name);

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     campaign::{Attack, report},
     process::LIMIT,
-    targets::{Place, References, Target, target},
+    targets::{References, Target, TargetPlace, target},
 };
 use crate::fuzz::{
     random::{FuzzDraw, case_seed},
@@ -125,7 +125,7 @@ impl Kills {
 
 /// Disturbs one process. A failure is an end that is not orderly.
 fn strike(
-    place: &Place,
+    place: &TargetPlace,
     target: &Target,
     words: &str,
     stroke: &Stroke,

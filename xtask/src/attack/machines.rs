@@ -11,7 +11,7 @@ use super::{
     folder,
     preload::Library,
     process::{LIMIT, Process, ProcessEnd},
-    targets::{OUT, Place, References, Target, target},
+    targets::{OUT, References, Target, TargetPlace, target},
 };
 use crate::fuzz::{
     random::{FuzzDraw, case_seed},
@@ -154,7 +154,7 @@ impl Machines {
     fn both(
         &self,
         case: &MachinesCase,
-        place: &Place,
+        place: &TargetPlace,
         words: &[String; 2],
         duration: Duration,
     ) -> Result<[ProcessEnd; 2]> {
@@ -187,7 +187,7 @@ impl Machines {
     fn judge(
         &self,
         case: &MachinesCase,
-        place: &Place,
+        place: &TargetPlace,
         goal: &Target,
         ended: &[ProcessEnd; 2],
     ) -> Result<Option<Failure>> {
@@ -227,22 +227,32 @@ impl Machines {
             _ => {}
         }
         if successes.is_empty() {
-            // What no process has finished need only be refused or finished.
-            let last = place.run(goal.again)?;
-            return match last.code {
-                Some(0) => match self.references.compare(goal, place)? {
-                    Some(words) => {
-                        failure("wrong bytes after a resume", format!("{words}; {ends}"))
-                    }
-                    None => Ok(None),
-                },
-                Some(2) => Ok(None),
-                _ => failure("end", format!("{ends}; {last}")),
-            };
+            return self.judge_unfinished(place, goal, &ends);
         }
         match self.references.compare(goal, place)? {
             Some(words) => failure("wrong bytes", format!("{words}; {ends}")),
             None => Ok(None),
+        }
+    }
+
+    /// What no process has finished need only be refused or finished.
+    fn judge_unfinished(
+        &self,
+        place: &TargetPlace,
+        goal: &Target,
+        ends: &str,
+    ) -> Result<Option<Failure>> {
+        let last = place.run(goal.again)?;
+        match last.code {
+            Some(0) => {
+                let fault = self.references.compare(goal, place)?;
+                let failure = |words: String| {
+                    Failure::new("wrong bytes after a resume", format!("{words}; {ends}"))
+                };
+                Ok(fault.map(failure))
+            }
+            Some(2) => Ok(None),
+            _ => Ok(Some(Failure::new("end", format!("{ends}; {last}")))),
         }
     }
 }

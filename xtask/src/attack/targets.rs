@@ -146,14 +146,14 @@ const INPUTS: [(&str, &str); 5] = [
 
 /// A folder in which commands are run.
 #[derive(Debug)]
-pub struct Place {
+pub struct TargetPlace {
     program: PathBuf,
     folder: PathBuf,
     /// Removed at the end, unless the folder is kept.
     _temporary: Option<TempDir>,
 }
 
-impl Place {
+impl TargetPlace {
     /// A folder with the input files; `kept` is its path if it is kept.
     ///
     /// # Errors
@@ -235,7 +235,7 @@ impl Place {
 #[derive(Debug)]
 pub struct Reference {
     /// Its folder, with the results of the commands before.
-    template: Place,
+    template: TargetPlace,
     /// Its results.
     pub contents: FileContents,
     /// Its wall time.
@@ -269,7 +269,7 @@ impl References {
         if let Some(reference) = known.get(target.name) {
             return Ok(Arc::clone(reference));
         }
-        let template = Place::new(None)?;
+        let template = TargetPlace::new(None)?;
         for words in target.before {
             template.complete(words)?;
         }
@@ -295,9 +295,9 @@ impl References {
     ///
     /// # Errors
     /// It cannot be written, or the undisturbed run fails.
-    pub fn place(&self, target: &Target) -> Result<Place> {
+    pub fn place(&self, target: &Target) -> Result<TargetPlace> {
         let reference = self.reference(target)?;
-        let place = Place::new(self.kept.as_deref())?;
+        let place = TargetPlace::new(self.kept.as_deref())?;
         for words in target.before {
             let name = words.rsplit_once("--out ").map_or(OUT, |(_, name)| name);
             folder::copy(&reference.template.path(name), &place.path(name))?;
@@ -310,7 +310,7 @@ impl References {
     ///
     /// # Errors
     /// The program cannot be started, or a file cannot be read.
-    pub fn finish(&self, target: &Target, place: &Place) -> Result<Option<String>> {
+    pub fn finish(&self, target: &Target, place: &TargetPlace) -> Result<Option<String>> {
         let mut ended = place.run(target.again)?;
         if ended.code == Some(2) {
             // What was ended before it had written anything is started anew.
@@ -332,7 +332,7 @@ impl References {
     ///
     /// # Errors
     /// A file cannot be read, or the undisturbed run fails.
-    pub fn compare(&self, target: &Target, place: &Place) -> Result<Option<String>> {
+    pub fn compare(&self, target: &Target, place: &TargetPlace) -> Result<Option<String>> {
         let out = place.path(OUT);
         if let Some(fault) = folder::damage(&out)? {
             return Ok(Some(fault));

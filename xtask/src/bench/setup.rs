@@ -38,18 +38,7 @@ pub fn run(options: &SetupOptions) -> Result<Verdict> {
 }
 
 fn time(count: usize, options: &SetupOptions) -> Result<String> {
-    let gas = GasSpec {
-        radius: Some(((0.5 / (std::f64::consts::PI * count as f64)).sqrt()).into()),
-        mass: Some(1.0.into()),
-        energy: 1.0,
-        count: Some(count),
-        ..GasSpec::default()
-    };
-    let text = Scene {
-        gas: vec![gas],
-        ..Scene::default()
-    }
-    .to_toml();
+    let text = scene(count).to_toml();
     let clock = ThreadTime::now();
     let mut simulation = AnySimulation::new(&Scene::from_toml(&text)?)?;
     let built = clock.elapsed();
@@ -61,18 +50,7 @@ fn time(count: usize, options: &SetupOptions) -> Result<String> {
     }
     let step = clock.elapsed() / options.steps.max(1) as u32;
     let epochs = simulation.view().counters().epochs;
-    // Discs so small that about half of them find room between the others.
-    let specs = (0..options.batch).map(|number| {
-        let turns = number as f64 * 0.618_033_988_749_894_9;
-        MoleculeSpec {
-            shape: Some("disc".to_owned()),
-            atom_radius: Some(1e-3 / count as f64),
-            atom_mass: Some(1.0),
-            at: [turns.fract(), (number as f64 + 0.5) / options.batch as f64],
-            ..MoleculeSpec::default()
-        }
-    });
-    let specs: Vec<MoleculeSpec> = specs.collect();
+    let specs = small_discs(count, options.batch);
     let clock = ThreadTime::now();
     let added = simulation.edit(|batch| {
         let added: Vec<_> = specs
@@ -99,4 +77,34 @@ fn time(count: usize, options: &SetupOptions) -> Result<String> {
         epochs,
         added.len(),
     ))
+}
+
+/// A gas of discs at area fraction 0.5.
+fn scene(count: usize) -> Scene {
+    let gas = GasSpec {
+        radius: Some(((0.5 / (std::f64::consts::PI * count as f64)).sqrt()).into()),
+        mass: Some(1.0.into()),
+        energy: 1.0,
+        count: Some(count),
+        ..GasSpec::default()
+    };
+    Scene {
+        gas: vec![gas],
+        ..Scene::default()
+    }
+}
+
+/// Discs so small that about half of them find room between the others.
+fn small_discs(count: usize, batch: usize) -> Vec<MoleculeSpec> {
+    let disc = |number: usize| {
+        let turns = number as f64 * 0.618_033_988_749_894_9;
+        MoleculeSpec {
+            shape: Some("disc".to_owned()),
+            atom_radius: Some(1e-3 / count as f64),
+            atom_mass: Some(1.0),
+            at: [turns.fract(), (number as f64 + 0.5) / batch as f64],
+            ..MoleculeSpec::default()
+        }
+    };
+    (0..batch).map(disc).collect()
 }

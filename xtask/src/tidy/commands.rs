@@ -6,16 +6,18 @@ use anyhow::Result;
 use clap::{Parser as _, error::ErrorKind};
 
 use super::{Fault, files::text_files, read};
-use crate::cli::Cli;
+
+/// Parses the words of a `cargo xtask` command.
+pub type Parse = fn(&[String]) -> Result<(), clap::Error>;
 
 /// Invalid commands in all Markdown files.
-pub fn faults(root: &Path) -> Result<Vec<Fault>> {
+pub fn faults(root: &Path, parse: Parse) -> Result<Vec<Fault>> {
     let mut faults = Vec::new();
     for path in text_files(root)? {
         if path.extension().is_some_and(|extension| extension == "md") {
             let page = read(&root.join(&path))?;
             faults.extend(
-                refused(&page)
+                refused(&page, parse)
                     .into_iter()
                     .map(|fault| format!("{}: {fault}", path.display())),
             );
@@ -25,12 +27,12 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
 }
 
 /// Invalid commands in a page of Markdown, with the error.
-fn refused(page: &str) -> Vec<Fault> {
+fn refused(page: &str, parse: Parse) -> Vec<Fault> {
     let refused = |(program, command): (&str, String)| {
         let words = words(&command);
         let parsed = match program {
             "carom" => carom_cli::Cli::try_parse_from(words).map(|_| ()),
-            _ => Cli::try_parse_from(words).map(|_| ()),
+            _ => parse(&words),
         };
         let error = parsed.err().filter(clap::Error::use_stderr)?;
         // A command named without arguments, as in prose.
@@ -104,6 +106,7 @@ fn words(command: &str) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::parse;
 
     #[test]
     fn commands_are_found_in_blocks_and_between_backticks() {
@@ -129,8 +132,8 @@ mod tests {
             [("carom", "schema".to_owned())]
         );
         // A name in prose.
-        assert_eq!(refused("`carom run`"), Vec::<Fault>::new());
-        assert_eq!(refused(page), Vec::<Fault>::new());
+        assert_eq!(refused("`carom run`", parse), Vec::<Fault>::new());
+        assert_eq!(refused(page, parse), Vec::<Fault>::new());
     }
 
     #[test]
@@ -138,7 +141,7 @@ mod tests {
         let page = "`cargo xtask fly` `cargo xtask carom run --seed 3` `cargo xtask carom run a.toml --untill 3` \
                     `cargo xtask experiment brownian --case 'no such'` `cargo xtask --help` \
                     `carom chek a.toml` `carom run a.toml`";
-        assert_eq!(refused(page).len(), 5, "{:?}", refused(page));
+        assert_eq!(refused(page, parse).len(), 5, "{:?}", refused(page, parse));
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Checks that files of a crate import each other in one direction; only a module and its children
-//! may form a cycle.
+//! Checks that files of a crate import each other in one direction, and so do its rooms: the modules
+//! of its root with all that is in them. Only a module and its children may form a cycle.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -10,7 +10,14 @@ use anyhow::Result;
 
 use super::{Fault, files::with_extensions, read};
 
-/// Cycles of files, one fault each.
+/// Arrows between rooms that run back up: folder, importing room, imported room. Reading a scene
+/// needs the area of its molecules where it sets the box, and errors name bodies.
+const BACK_UP: [(&str, &str, &str); 2] = [
+    ("crates/engine/src", "scene", "start"),
+    ("crates/engine/src", "scene", "world"),
+];
+
+/// Cycles of files and of rooms, one fault each.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let mut faults = Vec::new();
     let mut folders: Vec<String> = super::crates(root)?
@@ -36,6 +43,14 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
             faults.push(format!(
                 "files that import each other: {}",
                 files.join(", ")
+            ));
+        }
+        let of_crate = BACK_UP.iter().filter(|(place, ..)| *place == folder);
+        let allowed: Vec<(&str, &str)> = of_crate.map(|&(_, from, to)| (from, to)).collect();
+        for circle in circles_of_rooms(&sources, &allowed) {
+            faults.push(format!(
+                "{folder}: rooms that import each other: {}",
+                circle.join(", ")
             ));
         }
     }
@@ -66,13 +81,38 @@ fn module(file: &str) -> Vec<String> {
 /// Groups of files that import each other, directly or indirectly, except parents and their
 /// descendants.
 fn cycles(sources: &BTreeMap<String, String>) -> Vec<Vec<String>> {
+    circles(&imports(sources))
+}
+
+/// Groups of rooms, which are the modules of the root with all that is in them, that import each
+/// other. The arrows in `allowed` do not count.
+fn circles_of_rooms(
+    sources: &BTreeMap<String, String>,
+    allowed: &[(&str, &str)],
+) -> Vec<Vec<String>> {
+    let room = |file: &String| module(file).first().cloned();
+    let mut arrows: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for (file, targets) in imports(sources) {
+        let Some(own) = room(&file) else { continue };
+        let others = arrows.entry(own.clone()).or_default();
+        for other in targets.iter().filter_map(room) {
+            if other != own && !allowed.contains(&(own.as_str(), other.as_str())) {
+                others.insert(other);
+            }
+        }
+    }
+    circles(&arrows)
+}
+
+/// The files that each file imports, without its parents and descendants.
+fn imports(sources: &BTreeMap<String, String>) -> BTreeMap<String, BTreeSet<String>> {
     let modules: BTreeMap<Vec<String>, &String> =
         sources.keys().map(|file| (module(file), file)).collect();
     let exported = sources
         .get("lib.rs")
         .map(|root| exported(root))
         .unwrap_or_default();
-    let mut imports: BTreeMap<&String, BTreeSet<&String>> = BTreeMap::new();
+    let mut imports: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for (file, source) in sources {
         let own = module(file);
         let targets = imported(source, &own).into_iter().filter_map(|mut path| {
@@ -83,20 +123,24 @@ fn cycles(sources: &BTreeMap<String, String>) -> Vec<Vec<String>> {
             while !modules.contains_key(&path) {
                 path.pop()?;
             }
-            (path != own && !is_kin(&path, &own)).then(|| modules[&path])
+            (path != own && !is_kin(&path, &own)).then(|| modules[&path].clone())
         });
-        imports.insert(file, targets.collect());
+        imports.insert(file.clone(), targets.collect());
     }
-    let reach: BTreeMap<&String, BTreeSet<&String>> = imports
+    imports
+}
+
+/// Groups of nodes of a graph that can reach each other.
+fn circles(arrows: &BTreeMap<String, BTreeSet<String>>) -> Vec<Vec<String>> {
+    let reach: BTreeMap<&String, BTreeSet<&String>> = arrows
         .keys()
-        .map(|&file| (file, reachable(file, &imports)))
+        .map(|node| (node, reachable(node, arrows)))
         .collect();
     let mut found: BTreeSet<Vec<String>> = BTreeSet::new();
-    for (file, reached) in &reach {
-        let group: BTreeSet<&&String> = reached
-            .iter()
-            .filter(|other| reach[*other].contains(file))
-            .collect();
+    for (&node, reached) in &reach {
+        let is_reached_back =
+            |other: &&&String| reach.get(*other).is_some_and(|back| back.contains(node));
+        let group: BTreeSet<&&String> = reached.iter().filter(is_reached_back).collect();
         if group.len() > 1 {
             found.insert(group.into_iter().map(|name| (*name).clone()).collect());
         }
@@ -132,14 +176,16 @@ fn is_kin(a: &[String], b: &[String]) -> bool {
 }
 
 fn reachable<'a>(
-    file: &'a String,
-    imports: &BTreeMap<&'a String, BTreeSet<&'a String>>,
+    node: &'a String,
+    arrows: &'a BTreeMap<String, BTreeSet<String>>,
 ) -> BTreeSet<&'a String> {
     let mut found = BTreeSet::new();
-    let mut open: Vec<&String> = imports[file].iter().copied().collect();
+    let mut open = vec![node];
     while let Some(next) = open.pop() {
-        if found.insert(next) {
-            open.extend(imports[next].iter().copied());
+        for other in arrows.get(next).into_iter().flatten() {
+            if found.insert(other) {
+                open.push(other);
+            }
         }
     }
     found
@@ -281,6 +327,19 @@ mod tests {
             ("b.rs", "use crate::A;"),
         ]);
         assert_eq!(cycles(&files), [["a.rs", "b.rs"]]);
+    }
+
+    #[test]
+    fn a_circle_through_a_parent_is_found_unless_its_arrow_is_allowed() {
+        let files = sources(&[
+            ("lib.rs", "mod cli; mod tidy;"),
+            ("cli.rs", "use crate::tidy;"),
+            ("tidy/mod.rs", "mod commands; use commands::faults;"),
+            ("tidy/commands.rs", "use crate::cli::Cli;"),
+        ]);
+        assert!(cycles(&files).is_empty());
+        assert_eq!(circles_of_rooms(&files, &[]), [["cli", "tidy"]]);
+        assert!(circles_of_rooms(&files, &[("tidy", "cli")]).is_empty());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Checks that the map of the crates in `crates/ARCHITECTURE.md` lists exactly the existing crates.
+//! Checks that the map of the crates in `crates/book/src/architecture.md` lists exactly the existing crates.
 
 use std::path::Path;
 
@@ -8,10 +8,10 @@ use super::{Fault, crates, read};
 
 /// Crates that are only in the map or only in the folder.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
-    let path = root.join("crates/ARCHITECTURE.md");
+    let path = root.join("crates/book/src/architecture.md");
     if !path.is_file() {
         return Ok(vec![
-            "crates/ARCHITECTURE.md: the page is missing".to_owned(),
+            "crates/book/src/architecture.md: the page is missing".to_owned(),
         ]);
     }
     Ok(compare(&mapped(&read(&path)?), &crates(root)?))
@@ -20,11 +20,11 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
 fn compare(mapped: &[String], existing: &[String]) -> Vec<Fault> {
     let gone = mapped.iter().filter(|name| !existing.contains(name));
     let gone = gone.map(|name| {
-        format!("crates/ARCHITECTURE.md: the map lists `{name}`, which is not a crate")
+        format!("crates/book/src/architecture.md: the map lists `{name}`, which is not a crate")
     });
     let missing = existing.iter().filter(|name| !mapped.contains(name));
-    let missing =
-        missing.map(|name| format!("crates/ARCHITECTURE.md: the map lacks the crate `{name}`"));
+    let missing = missing
+        .map(|name| format!("crates/book/src/architecture.md: the map lacks the crate `{name}`"));
     gone.chain(missing).collect()
 }
 

@@ -6,6 +6,7 @@ mod files;
 mod first_lines;
 mod layers;
 mod map;
+mod names;
 mod one_glam;
 mod test_programs;
 mod width;
@@ -24,18 +25,18 @@ type Fault = String;
 ///
 /// # Errors
 /// A file cannot be read.
-pub fn run() -> Result<Verdict> {
+pub fn run(parse: commands::Parse) -> Result<Verdict> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"))
         .parent()
         .context("the folder xtask has no parent")?;
-    let faults = faults(root)?;
+    let faults = faults(root, parse)?;
     for fault in &faults {
         print_line(fault);
     }
     if faults.is_empty() {
         print_line(
-            "tidy: layers, cycles, first lines, width, words, commands in Markdown, one glam, test programs, map of the \
-             crates",
+            "tidy: layers, cycles, first lines, names, width, words, commands in Markdown, one glam, \
+             test programs, map of the crates",
         );
         Ok(Verdict::Passed)
     } else {
@@ -48,13 +49,14 @@ pub fn run() -> Result<Verdict> {
 ///
 /// # Errors
 /// A file cannot be read.
-pub fn faults(root: &Path) -> Result<Vec<Fault>> {
+pub fn faults(root: &Path, parse: commands::Parse) -> Result<Vec<Fault>> {
     let mut faults = layers::faults(root)?;
     faults.extend(first_lines::faults(root)?);
-    faults.extend(commands::faults(root)?);
+    faults.extend(commands::faults(root, parse)?);
     faults.extend(one_glam::faults(&read(&root.join("Cargo.lock"))?)?);
     faults.extend(map::faults(root)?);
     faults.extend(cycles::faults(root)?);
+    faults.extend(names::faults(root)?);
     faults.extend(test_programs::faults(root)?);
     faults.extend(width::faults(root)?);
     faults.extend(words::faults(root)?);

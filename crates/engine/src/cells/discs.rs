@@ -12,7 +12,7 @@ use super::{
     state::CellState,
 };
 use crate::{
-    run::scheduler::{ContactEvent, TouchingParts},
+    scheduler::{ContactEvent, TouchingParts},
     world::World,
 };
 

@@ -15,7 +15,7 @@ use super::{
     state::CellState,
 };
 use crate::{
-    run::scheduler::{ContactEvent, EventLoop, EventQueue},
+    scheduler::{ContactEvent, EventLoop, EventQueue},
     world::World,
 };
 

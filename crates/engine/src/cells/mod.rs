@@ -110,19 +110,17 @@ use self::{
     cell_grid::{CellContents, CellGrid},
     events::run,
     frame::WholeBox,
-    simd::{Available, available},
+    simd::{AvailableInstructions, available},
     state::CellState,
     tiles::Tiles,
 };
 use crate::{
     grid::{CellsPerSide, Grid},
     heap_scheduler::HeapScheduler,
-    run::{
-        scheduler::{EventLoop, Scheduler, StoredMotions},
-        tiling::{TileCounters, TileUse, TileWork, Tiling},
-        window::{RestartState, TimeWindow, WindowJob},
-    },
     scene::error::GridError,
+    scheduler::{EventLoop, Scheduler, StoredMotions},
+    tiling::{TileCounters, TileUse, TileWork, Tiling},
+    window::{RestartState, TimeWindow, WindowJob},
     world::{World, body::Body, counters::SchedulerCounters},
 };
 
@@ -162,7 +160,7 @@ struct Cells {
 }
 
 impl Cells {
-    fn new(instructions: Available, grid: CellGrid, world: &World) -> Self {
+    fn new(instructions: AvailableInstructions, grid: CellGrid, world: &World) -> Self {
         let is_large = |body: &Body| !body.is_fixed() && grid.is_multi_cell(body);
         let refusal = match grid.contents() {
             CellContents::DiluteDiscs => Some(TileUse::Dilute),

@@ -19,10 +19,10 @@ use super::{
     multi_cell::MultiCellBodies,
     neighbour_lists::NeighbourLists,
     prefetch::MIN_BODIES,
-    simd::{Available, Kernel, NeighbourQuery, PairConstants, Portable},
+    simd::{AvailableInstructions, Kernel, NeighbourQuery, PairConstants, Portable},
 };
 use crate::{
-    run::scheduler::{StoredMotions, separation_error},
+    scheduler::{StoredMotions, separation_error},
     world::{World, counters::SchedulerCounters, wrapped::Wrapped},
 };
 
@@ -56,7 +56,7 @@ impl EpochConstants {
 /// State of the scheduler during an epoch.
 #[derive(Debug, Clone)]
 pub(super) struct CellState<F: CellFrame = WholeBox> {
-    pub(super) instructions: Available,
+    pub(super) instructions: AvailableInstructions,
     pub(super) grid: CellGrid,
     /// How its bodies are numbered.
     pub(super) bodies: F::Bodies,
@@ -88,7 +88,7 @@ pub(super) struct CellState<F: CellFrame = WholeBox> {
 
 impl<F: CellFrame> CellState<F> {
     /// An empty workspace for a frame in a grid.
-    pub(super) fn new(instructions: Available, grid: CellGrid, frame: F) -> Self {
+    pub(super) fn new(instructions: AvailableInstructions, grid: CellGrid, frame: F) -> Self {
         Self {
             instructions,
             sides: grid.box_sides().to_array(),

@@ -9,13 +9,11 @@ use carom_kinematics::Motion;
 use carom_response::ContactFrame;
 use glam::DVec2;
 
-use crate::{
-    contact::contact_event::{ContactEvent, TouchingParts},
-    world::{
-        World,
-        body::Body,
-        wall::{arm, contact_frame},
-    },
+use crate::world::{
+    World,
+    body::Body,
+    contact_event::{ContactEvent, TouchingParts},
+    wall::{arm, contact_frame},
 };
 
 /// Lever arms and normal of any contact, and the depth by which the two bodies overlap (length).

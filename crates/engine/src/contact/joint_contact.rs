@@ -11,11 +11,12 @@ use glam::DVec2;
 use smallvec::SmallVec;
 
 use crate::{
-    contact::{
+    contact::contact_geometry::contact_geometry,
+    world::{
+        World,
+        body::Body,
         contact_event::{ContactEvent, TouchingParts},
-        contact_geometry::contact_geometry,
     },
-    world::{World, body::Body},
 };
 
 /// Points whose gap is at most this many bounds on the rounding of a separation touch. Smaller: a

@@ -10,8 +10,10 @@ use carom_kinematics::{HALF_ULP, Motion};
 use glam::DVec2;
 
 use crate::{
-    contact::least_speed::MIN_SPEED,
-    scene::error::{RunError, SceneError},
+    scene::{
+        error::{RunError, SceneError},
+        least_speed::MIN_SPEED,
+    },
     world::{World, body::BodyName, tags::TagNames},
 };
 

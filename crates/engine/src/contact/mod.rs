@@ -1,16 +1,13 @@
 //! What a contact changes: resolution, elasticity, and the limits within which it is exact.
 
-pub(crate) mod contact_event;
 pub(crate) mod contact_geometry;
 pub(crate) mod elasticity_table;
 pub(crate) mod guard;
 pub(crate) mod joint_contact;
-pub(crate) mod least_speed;
 pub(crate) mod limits;
 pub(crate) mod overlap;
 pub(crate) mod philox;
 pub(crate) mod resolution;
-pub(crate) mod rounding_bound;
 pub(crate) mod separation;
 pub(crate) mod separation_error;
 pub(crate) mod simultaneous_contacts;

@@ -3,9 +3,9 @@
 use carom_geometry::gap_between;
 use glam::DVec2;
 
-use crate::{
-    contact::rounding_bound::rounding_bound,
-    world::view::{BodyView, View},
+use crate::world::{
+    rounding_bound::rounding_bound,
+    view::{BodyView, View},
 };
 
 /// The overlapping pairs at one time.

@@ -15,14 +15,13 @@ use glam::DVec2;
 
 use crate::{
     contact::{
-        contact_event::ContactEvent,
         contact_geometry::contact_geometry,
         elasticity_table::ElasticityTable,
         guard::Partner,
         joint_contact::{JointContact, joint_contact, may_be_joint},
         separation::{missing_impulse, round_outwards},
     },
-    world::World,
+    world::{World, contact_event::ContactEvent},
 };
 
 /// The rules that determine the outcome of a contact, in addition to the motions of its two bodies.

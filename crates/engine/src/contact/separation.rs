@@ -40,12 +40,9 @@ use carom_response::{ContactFrame, approach_speed, reduced_mass};
 use glam::DVec2;
 
 use crate::{
-    contact::{
-        contact_event::TouchingParts, elasticity_table::ElasticityTable,
-        separation_error::separation_error,
-    },
+    contact::{elasticity_table::ElasticityTable, separation_error::separation_error},
     scene::error::GridError,
-    world::{World, body::Body},
+    world::{World, body::Body, contact_event::TouchingParts},
 };
 
 /// Least speed of separation of surfaces, in units of the speed that detection resolves. Smaller

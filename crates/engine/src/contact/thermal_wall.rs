@@ -15,7 +15,7 @@ use crate::{
         resolution::{ContactPair, Resolved, Rules},
         separation::{missing_impulse, round_outwards},
     },
-    start::random::{RandomStream, normal_pair, rayleigh},
+    scene::random::{RandomStream, normal_pair, rayleigh},
 };
 
 /// Random numbers reserved for each contact; it needs five.

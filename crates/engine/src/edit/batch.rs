@@ -10,18 +10,16 @@ use carom_response::Response;
 
 use crate::{
     contact::{
-        elasticity_table::ElasticityTable, least_speed::MIN_SPEED, separation::refuse_unresolved,
+        elasticity_table::ElasticityTable, separation::refuse_unresolved,
         simultaneous_contacts::SimultaneousContacts, unresolved::Unresolved,
     },
-    edit::heat::{HeatByTag, exact_sum},
-    run::{
-        scheduler::Scheduler,
-        simulation::{Epoch, Simulation},
-    },
+    run::simulation::{Epoch, Simulation},
     scene::{
         ElasticitySpec, MoleculeSpec, WallSpec,
         error::{EditError, SceneError},
+        least_speed::MIN_SPEED,
     },
+    scheduler::Scheduler,
     start::{
         body_builder::inertia,
         single_bodies::{add_molecule, add_wall, deepest_overlap},
@@ -30,6 +28,7 @@ use crate::{
     world::{
         World,
         body::{Body, BodyKey, BodyKind, BodyName, Rotation},
+        heat::{HeatByTag, exact_sum},
         tags::{Tag, TagNames},
     },
 };

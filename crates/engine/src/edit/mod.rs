@@ -2,7 +2,6 @@
 //! with effect from that time.
 
 pub(crate) mod batch;
-pub(crate) mod heat;
 pub(crate) mod thermostat;
 
 use std::sync::Arc;
@@ -14,11 +13,9 @@ use carom_response::Response;
 use crate::{
     contact::unresolved::Unresolved,
     edit::batch::{energy_factor, energy_factors},
-    run::{
-        scheduler::Scheduler,
-        simulation::{Epoch, Simulation},
-    },
+    run::simulation::{Epoch, Simulation},
     scene::{ElasticitySpec, MoleculeSpec, WallSpec, error::EditError},
+    scheduler::Scheduler,
     start::body_builder::inertia,
     world::{
         body::{Body, BodyKey, BodyName, Rotation},

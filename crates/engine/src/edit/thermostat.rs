@@ -10,17 +10,17 @@ use carom_kinematics::kinetic_energy;
 use glam::DVec2;
 
 use crate::{
-    contact::{
-        least_speed::MIN_SPEED,
-        philox::{open_unit, philox},
+    contact::philox::{open_unit, philox},
+    edit::batch::{Batch, energy_factor},
+    scene::{
+        error::EditError, least_speed::MIN_SPEED, random::normal_pair_of,
+        thermostat_target::ThermostatTarget,
     },
-    edit::{
-        batch::{Batch, energy_factor},
+    world::{
+        body::Body,
         heat::{ThermostatCounts, exact_sum},
+        tags::Tag,
     },
-    scene::{error::EditError, thermostat_target::ThermostatTarget},
-    start::random::normal_pair_of,
-    world::{body::Body, tags::Tag},
 };
 
 /// Selects the random numbers of one draw. Two draws of a run that differ in `action` are

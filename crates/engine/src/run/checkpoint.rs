@@ -17,16 +17,12 @@ use thiserror::Error;
 use crate::{
     cells::CellScheduler,
     contact::{
-        elasticity_table::ElasticityTable, least_speed::MIN_SPEED, limits::too_slow,
-        separation::refuse_unresolved, simultaneous_contacts::SimultaneousContacts,
-        unresolved::Unresolved,
+        elasticity_table::ElasticityTable, limits::too_slow, separation::refuse_unresolved,
+        simultaneous_contacts::SimultaneousContacts, unresolved::Unresolved,
     },
-    edit::heat::HeatByTag,
-    run::{
-        scheduler::Scheduler,
-        simulation::{Epoch, Simulation},
-    },
-    scene::{ElasticitySpec, error::SceneError},
+    run::simulation::{Epoch, Simulation},
+    scene::{ElasticitySpec, error::SceneError, least_speed::MIN_SPEED},
+    scheduler::Scheduler,
     start::{
         body_builder::inertia,
         single_bodies::{is_open_wall, is_wall_temperature, refuse_large_wall},
@@ -35,6 +31,7 @@ use crate::{
         World,
         body::{BodyKey, BodyKind, BodyName, Rotation},
         counters::{Counters, Ledger, SchedulerCounters},
+        heat::HeatByTag,
         tags::{TagNames, Tags},
     },
 };
@@ -624,9 +621,8 @@ fn records(world: &World) -> (Vec<Molecule>, Vec<SavedBody>) {
 mod tests {
     use super::*;
     use crate::{
-        edit::heat::ThermostatCounts,
         scene::{Scene, gas_spec::GasSpec},
-        world::tags::Tag,
+        world::{heat::ThermostatCounts, tags::Tag},
     };
     use carom_kinematics::Orientation;
 

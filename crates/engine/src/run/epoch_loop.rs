@@ -20,11 +20,9 @@ use crate::{
         thermal_wall,
         unresolved::Unresolved,
     },
-    run::{
-        observer::Observer,
-        scheduler::{ContactEvent, EventLoop, EventQueue, TouchingParts},
-    },
+    run::observer::Observer,
     scene::error::{RunError, StallCause},
+    scheduler::{ContactEvent, EventLoop, EventQueue, TouchingParts},
     world::{
         World,
         body::BodyName,

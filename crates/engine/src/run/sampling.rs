@@ -5,8 +5,9 @@ use carom_kinematics::EpochTime;
 use carom_response::Response;
 
 use crate::{
-    run::{observer::Observer, scheduler::Scheduler, simulation::Simulation},
+    run::{observer::Observer, simulation::Simulation},
     scene::error::RunError,
+    scheduler::Scheduler,
 };
 
 /// Largest number of samples of one run. Floating-point numbers cannot count more one by one.

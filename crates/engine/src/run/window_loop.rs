@@ -9,12 +9,10 @@ use crate::{
         resolution::ContactPair, simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
     },
-    run::{
-        epoch_loop::{EpochEnd, EpochLoop},
-        scheduler::Scheduler,
-        window::{LoggedContact, RestartState, TimeWindow, WindowJob},
-    },
+    run::epoch_loop::{EpochEnd, EpochLoop},
     scene::error::RunError,
+    scheduler::Scheduler,
+    window::{RestartState, TimeWindow, WindowContact, WindowJob},
     world::counters::{Counters, Ledger},
 };
 
@@ -144,7 +142,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
     }
 
     /// Resolves an elastic contact of two discs once more, and records it.
-    fn record_logged(&mut self, logged: &LoggedContact) -> Result<(), RunError> {
+    fn record_logged(&mut self, logged: &WindowContact) -> Result<(), RunError> {
         let contact = logged.event();
         let inverse_masses = self.world.inverse_masses(contact.bodies);
         let resolved = self

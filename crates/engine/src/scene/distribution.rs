@@ -14,7 +14,7 @@ use serde::{
     ser::SerializeMap,
 };
 
-use crate::{scene::two_numbers::TwoNumbers, start::random::normal_pair};
+use crate::scene::{random::normal_pair, two_numbers::TwoNumbers};
 
 /// Numbers farther than this many standard deviations from the mean of a normal distribution are
 /// drawn again: one such number among 10⁴ molecules would set the size of all cells. The standard
@@ -378,7 +378,7 @@ impl<'de> Visitor<'de> for QuantityVisitor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::start::random::RandomStream;
+    use crate::scene::random::RandomStream;
 
     /// Mean and variance of many numbers, with the standard errors of both.
     fn moments(distribution: &Distribution) -> [(f64, f64); 2] {

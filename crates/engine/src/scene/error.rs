@@ -6,9 +6,7 @@ use carom_response::ElasticityError;
 use thiserror::Error;
 
 use crate::{
-    contact::least_speed::MIN_SPEED,
-    run::max_time::MAX_TIME,
-    scene::spelling::did_you_mean,
+    scene::{least_speed::MIN_SPEED, max_time::MAX_TIME, spelling::did_you_mean},
     world::body::{BodyKey, BodyName},
 };
 

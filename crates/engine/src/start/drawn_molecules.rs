@@ -11,11 +11,9 @@ use crate::{
         distribution::{Distribution, Quantity},
         error::SceneError,
         gas_spec::{GasSpec, TWO_MASSES, TWO_RADII},
-    },
-    start::{
-        body_builder::{geometry, molecule},
         random::RandomStream,
     },
+    start::body_builder::{geometry, molecule},
 };
 
 /// The molecule that a gas describes, or the rule by which each of its molecules is drawn.

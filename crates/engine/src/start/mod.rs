@@ -1,7 +1,6 @@
 //! How it is placed: from a scene to the bodies at time 0.
 
 pub(crate) mod body_builder;
-pub(crate) mod build;
 pub(crate) mod contents;
 pub(crate) mod drawn_molecules;
 pub(crate) mod expected_bodies;
@@ -9,7 +8,6 @@ pub(crate) mod fitted_box;
 pub(crate) mod growth;
 pub(crate) mod placement;
 pub(crate) mod pockets;
-pub(crate) mod random;
 pub(crate) mod selection;
 pub(crate) mod single_bodies;
 pub(crate) mod sites;

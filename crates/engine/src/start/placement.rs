@@ -16,15 +16,15 @@ use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
 
 use crate::{
-    scene::{Scene, error::SceneError, region::Region},
-    start::{
-        body_builder::geometry,
-        pockets::Pockets,
+    scene::{
+        Scene,
+        error::SceneError,
         random::{RandomStream, direction},
-        selection::Remaining,
-        sites::Sites,
-        species::Species,
-        velocities::ConservedMomentum,
+        region::Region,
+    },
+    start::{
+        body_builder::geometry, pockets::Pockets, selection::Remaining, sites::Sites,
+        species::Species, velocities::ConservedMomentum,
     },
     world::{World, tags::TagNames},
 };

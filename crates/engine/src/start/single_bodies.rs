@@ -8,7 +8,7 @@ use carom_kinematics::{Inertia, Motion, Orientation};
 use glam::DVec2;
 
 use crate::{
-    contact::{limits::refuse_slow, rounding_bound::rounding_bound},
+    contact::limits::refuse_slow,
     grid::Grid,
     scene::{MoleculeSpec, Scene, WallSpec, atom_spec::AtomSpec, error::SceneError},
     start::{
@@ -19,6 +19,7 @@ use crate::{
         World,
         body::{BodyKind, Rotation},
         coincident_walls::coincident_wall,
+        rounding_bound::rounding_bound,
         tags::TagNames,
     },
 };

@@ -17,11 +17,11 @@ use crate::{
     scene::{
         Scene,
         error::{SceneError, short},
+        random::RandomStream,
     },
     start::{
         body_builder::geometry,
         contents::SceneContents,
-        random::RandomStream,
         single_bodies::{Singles, deepest_overlap},
         sites::Sites,
         snapshot::{SnapshotAtom, SnapshotFrame, read_frame},

@@ -11,11 +11,12 @@ use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
 
 use crate::{
-    scene::{error::SceneError, gas_spec::StartVelocities},
-    start::{
+    scene::{
+        error::SceneError,
+        gas_spec::StartVelocities,
         random::{direction, normal_pair},
-        species::Species,
     },
+    start::species::Species,
     world::{World, centre_of_mass::conserved_momentum},
 };
 

@@ -4,7 +4,7 @@
 use carom_geometry::{Face, Molecule, PeriodicBox};
 use glam::DVec2;
 
-use crate::{contact::rounding_bound::rounding_bound, world::World};
+use crate::world::{World, rounding_bound::rounding_bound};
 
 /// The first wall of the world that lies in the same place as a new one, in any image of the box,
 /// and has another temperature.

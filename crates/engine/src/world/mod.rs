@@ -3,10 +3,12 @@
 pub(crate) mod body;
 pub(crate) mod centre_of_mass;
 pub(crate) mod coincident_walls;
+pub(crate) mod contact_event;
 pub(crate) mod counters;
+pub(crate) mod heat;
 pub(crate) mod index_or_none;
-pub(crate) mod invariants;
 pub(crate) mod report;
+pub(crate) mod rounding_bound;
 pub(crate) mod tags;
 pub(crate) mod view;
 pub(crate) mod wall;

@@ -4,15 +4,13 @@ use carom_geometry::PeriodicBox;
 use carom_kinematics::{EpochTime, Motion, kinetic_energy, momentum};
 use glam::DVec2;
 
-use crate::{
-    edit::heat::HeatByTag,
-    world::{
-        World,
-        body::{Body, BodyKey},
-        counters::{Counters, Ledger},
-        tags::{Tag, TagNames},
-        wall::StandingWall,
-    },
+use crate::world::{
+    World,
+    body::{Body, BodyKey},
+    counters::{Counters, Ledger},
+    heat::HeatByTag,
+    tags::{Tag, TagNames},
+    wall::StandingWall,
 };
 
 /// All bodies at one time. A view, at any time and any number of times, changes no bit of the run.

@@ -7,12 +7,11 @@ use carom_kinematics::Motion;
 use carom_response::ContactFrame;
 use glam::DVec2;
 
-use crate::{
-    contact::{
-        contact_event::{ContactEvent, TouchingParts},
-        rounding_bound::rounding_bound,
-    },
-    world::{World, body::Body},
+use crate::world::{
+    World,
+    body::Body,
+    contact_event::{ContactEvent, TouchingParts},
+    rounding_bound::rounding_bound,
 };
 
 /// Share of a cell's length by which the reach of a wall is enlarged, so that no rounding leaves a

@@ -139,29 +139,11 @@ impl BilliardOptions {
             ExcludedRegion::new(&named.molecule, self.gas_radius).context("--gas-radius")?;
         let reach = named.molecule.bounding_radius() + self.gas_radius;
         let obstacles = Obstacles::new(self.layout, self.obstacles, self.side, reach)?;
-        let turns = self.moves == Mover::Molecule && !named.molecule.is_round();
-        let of_flight = if turns {
-            HITS_OF_TURNING_FLIGHT
-        } else {
-            HITS_OF_FLIGHT
-        };
-        let flights = (self.hits as f64 / of_flight).ceil().max(2.0);
+        let flights = self.flights(&named);
         // At speed 1.
         let until = self.hits as f64 * region.mean_free_path(obstacles.area_of_one()) / flights;
-        let layouts = if self.layout == ObstacleLayout::Random {
-            LAYOUTS
-        } else {
-            1
-        };
-        let places = |layout: u64| {
-            obstacles.places(
-                reach,
-                &mut RandomStream::Placement.generator(self.seed, layout),
-            )
-        };
-        let fixed = (0..layouts)
-            .map(|layout| self.fixed(&named, &places(layout)?))
-            .collect::<Result<Vec<Value>>>()?;
+        let fixed = self.fixed_layouts(&named, &obstacles, reach)?;
+        let layouts = fixed.len();
         let key = if self.moves == Mover::Disc {
             "molecule"
         } else {
@@ -185,15 +167,6 @@ impl BilliardOptions {
         } else {
             TARGET
         };
-        let mut expected = vec![
-            format!("mean free path, {mover}"),
-            format!("directions, χ² per degree of freedom, {TARGET}"),
-        ];
-        if named.molecule.atoms().len() > 1 {
-            expected.push(format!(
-                "contacts by atom, χ² per degree of freedom, {TARGET}"
-            ));
-        }
         let study = WrittenStudy {
             title: format!("Billiard: {}", named.name),
             question: self.question().to_owned(),
@@ -203,13 +176,44 @@ impl BilliardOptions {
                 measure("directions", TARGET, SECTORS),
             ],
             vary,
-            expect: expected
-                .into_iter()
-                .map(|figure| ExpectedFigures { figure })
-                .collect(),
+            expect: expected_figures(mover, &named),
             scene,
         };
         Ok((study.read(self.how.replicas)?, named.name))
+    }
+
+    /// Number of flights that share the contacts.
+    fn flights(&self, named: &NamedMolecule) -> f64 {
+        let turns = self.moves == Mover::Molecule && !named.molecule.is_round();
+        let of_flight = if turns {
+            HITS_OF_TURNING_FLIGHT
+        } else {
+            HITS_OF_FLIGHT
+        };
+        (self.hits as f64 / of_flight).ceil().max(2.0)
+    }
+
+    /// The fixed bodies of each layout: there are several if it is random.
+    fn fixed_layouts(
+        &self,
+        named: &NamedMolecule,
+        obstacles: &Obstacles,
+        reach: f64,
+    ) -> Result<Vec<Value>> {
+        let layouts = if self.layout == ObstacleLayout::Random {
+            LAYOUTS
+        } else {
+            1
+        };
+        let places = |layout: u64| {
+            obstacles.places(
+                reach,
+                &mut RandomStream::Placement.generator(self.seed, layout),
+            )
+        };
+        (0..layouts)
+            .map(|layout| self.fixed(named, &places(layout)?))
+            .collect()
     }
 
     fn question(&self) -> &'static str {
@@ -341,6 +345,23 @@ impl BilliardOptions {
         }
         format!("{command} --out {}{}", quoted(folder), self.how.words())
     }
+}
+
+/// The figures that integral geometry predicts.
+fn expected_figures(mover: &str, named: &NamedMolecule) -> Vec<ExpectedFigures> {
+    let mut expected = vec![
+        format!("mean free path, {mover}"),
+        format!("directions, χ² per degree of freedom, {TARGET}"),
+    ];
+    if named.molecule.atoms().len() > 1 {
+        expected.push(format!(
+            "contacts by atom, χ² per degree of freedom, {TARGET}"
+        ));
+    }
+    expected
+        .into_iter()
+        .map(|figure| ExpectedFigures { figure })
+        .collect()
 }
 
 #[cfg(test)]

@@ -180,33 +180,8 @@ fn detectors(has_shapes: bool, knobs: &mut Vec<Knob>) {
             );
         }
     }
-    let golden = GoldenSecant::default();
-    for (crop_factor, name) in [
-        (0.5, "crop ½"),
-        (1.0, "crop 1"),
-        (2.0, "crop 2"),
-        (4.0, "crop 4"),
-    ] {
-        // Discs need no crop of the time window.
-        if has_shapes || crop_factor == golden.crop_factor {
-            let detector = AnyDetector::GoldenSecant(GoldenSecant {
-                crop_factor,
-                ..golden
-            });
-            add(GOLDEN, name.to_owned(), detector, None);
-        }
-    }
-    for exponent in [12, 9, 6, 3] {
-        let detector = GoldenSecant {
-            tolerance: 10f64.powi(-exponent),
-            ..golden
-        };
-        add(
-            GOLDEN,
-            format!("tol 1e-{exponent}"),
-            AnyDetector::GoldenSecant(detector),
-            None,
-        );
+    for (name, detector) in golden_secants(has_shapes) {
+        add(GOLDEN, name, AnyDetector::GoldenSecant(detector), None);
     }
     for exponent in 1..=MIN_STEP {
         let most_steps = MAX_FIXED_STEPS.max(100 * 10u32.pow(exponent as u32));
@@ -221,6 +196,35 @@ fn detectors(has_shapes: bool, knobs: &mut Vec<Knob>) {
             Some(10.0),
         );
     }
+}
+
+/// The golden-section search with several crops of the time window, then with several tolerances.
+fn golden_secants(has_shapes: bool) -> Vec<(String, GoldenSecant)> {
+    let golden = GoldenSecant::default();
+    let mut searches = Vec::new();
+    for (crop_factor, name) in [
+        (0.5, "crop ½"),
+        (1.0, "crop 1"),
+        (2.0, "crop 2"),
+        (4.0, "crop 4"),
+    ] {
+        // Discs need no crop of the time window.
+        if has_shapes || crop_factor == golden.crop_factor {
+            let search = GoldenSecant {
+                crop_factor,
+                ..golden
+            };
+            searches.push((name.to_owned(), search));
+        }
+    }
+    for exponent in [12, 9, 6, 3] {
+        let search = GoldenSecant {
+            tolerance: 10f64.powi(-exponent),
+            ..golden
+        };
+        searches.push((format!("tol 1e-{exponent}"), search));
+    }
+    searches
 }
 
 /// Schedulers, instructions, epochs, samples, and grids.

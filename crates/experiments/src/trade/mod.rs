@@ -119,15 +119,7 @@ fn start<'a>(
     seconds: f64,
 ) -> Result<(Prepared<'a>, TradePlan)> {
     let at = |share: f64| begun + Duration::from_secs_f64(share * seconds);
-    let name = options.file.path.display();
-    let simulation = build(scene, at(PLACED)).with_context(|| format!("scene {name}"))?;
-    let simulation = simulation.with_context(|| {
-        format!(
-            "scene {name}: its gases are not placed in {PLACED} of the {} minutes allowed; give more --minutes",
-            options.minutes
-        )
-    })?;
-    let course = Course::new(scene, simulation)?;
+    let course = place(options, scene, at(PLACED))?;
     let left = || (1.0 - RESERVE) * seconds - begun.elapsed().as_secs_f64();
     let mut along = Along::settle(scene, course, plan::from_now(SETTLED * left()))?;
     let view = along.course.simulation().view();
@@ -135,7 +127,8 @@ fn start<'a>(
     let bodies = view.len();
     ensure!(
         bodies > 1 && moving > 0,
-        "scene {name}: no contact is possible: number of bodies {bodies}, of which move {moving}"
+        "scene {}: no contact is possible: number of bodies {bodies}, of which move {moving}",
+        options.file.path.display()
     );
     let first = along.course.state(along.tau);
     let resume = resume_seconds(scene, &first)?;
@@ -174,6 +167,19 @@ fn start<'a>(
     }
     prepared.notes = along.notes;
     Ok((prepared, plan))
+}
+
+/// Places the bodies of a scene before the deadline.
+fn place<'a>(options: &TradeOptions, scene: &'a Scene, deadline: Instant) -> Result<Course<'a>> {
+    let name = options.file.path.display();
+    let simulation = build(scene, deadline).with_context(|| format!("scene {name}"))?;
+    let simulation = simulation.with_context(|| {
+        format!(
+            "scene {name}: its gases are not placed in {PLACED} of the {} minutes allowed; give more --minutes",
+            options.minutes
+        )
+    })?;
+    Course::new(scene, simulation)
 }
 
 /// Prints a line for each setting and the advice.

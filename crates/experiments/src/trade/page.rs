@@ -192,6 +192,16 @@ fn details(page: &mut Page, result: &SceneResult, charts: &TradeCharts) {
     for sentence in advice::of_families(result) {
         page.paragraph(&sentence);
     }
+    show_contacts(page, result);
+    show_measures(page, result);
+    for (_, svg) in charts.iter().skip(1) {
+        page.pictures(Layout::Full, &[(svg, chart::CAPTION)]);
+    }
+    show_settings(page, result);
+}
+
+/// The table of wrong contacts, overlaps and times of all settings.
+fn show_contacts(page: &mut Page, result: &SceneResult) {
     page.subheading("Contacts");
     let columns = [2, 3, 6, 7, 8, 9, 10, 11, 12];
     let pick = |row: &[String]| {
@@ -208,6 +218,10 @@ fn details(page: &mut Page, result: &SceneResult, charts: &TradeCharts) {
             .map(|row| pick(row))
             .collect::<Vec<_>>(),
     );
+}
+
+/// The scene's own measures with each setting.
+fn show_measures(page: &mut Page, result: &SceneResult) {
     page.subheading("Measures of the scene");
     let (header, rows) = table::measure_columns(result);
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
@@ -221,9 +235,10 @@ fn details(page: &mut Page, result: &SceneResult, charts: &TradeCharts) {
         with_error(span[1], None)
     ));
     page.table(&header, &rows);
-    for (_, svg) in charts.iter().skip(1) {
-        page.pictures(Layout::Full, &[(svg, chart::CAPTION)]);
-    }
+}
+
+/// How each setting is chosen, what is not resolved, and which knobs do not apply.
+fn show_settings(page: &mut Page, result: &SceneResult) {
     page.subheading("How each setting is chosen");
     let rows: Vec<Vec<String>> = result
         .found

@@ -164,6 +164,17 @@ pub fn measure(
     }
     let results = measures.results(suited, &Err("a short replay".to_owned()));
     let taken = ((physics.span[1] - begin) / interval * (1.0 + 1e-9)) as u64;
+    physics.figures = sound_figures(results.figures, taken);
+    if taken >= MIN_SAMPLES {
+        physics.curves = results.tables.iter().flat_map(curves::of_table).collect();
+    }
+    physics.overlapping = results.totals.overlapping_pairs;
+    physics.deepest = results.totals.max_overlap;
+    Ok(physics)
+}
+
+/// The figures that are finite; without their errors if too few samples were taken.
+fn sound_figures(figures: Vec<Figure>, taken: u64) -> Vec<Figure> {
     let with_sound_error = |figure: Figure| {
         let error = figure.standard_error.filter(|_| taken >= MIN_SAMPLES);
         Figure {
@@ -172,18 +183,11 @@ pub fn measure(
         }
     };
     let is_sound = |figure: &Figure| figure.value.is_finite();
-    physics.figures = results
-        .figures
+    figures
         .into_iter()
         .filter(is_sound)
         .map(with_sound_error)
-        .collect();
-    if taken >= MIN_SAMPLES {
-        physics.curves = results.tables.iter().flat_map(curves::of_table).collect();
-    }
-    physics.overlapping = results.totals.overlapping_pairs;
-    physics.deepest = results.totals.max_overlap;
-    Ok(physics)
+        .collect()
 }
 
 #[cfg(test)]

@@ -88,19 +88,7 @@ pub fn of_scene(given: Prepared<'_>, plan: &TradePlan, progress: &Progress) -> R
     let duration = physics_duration(&given, plan);
     let suited = physics::suited(given.scene, duration);
     found.par_iter_mut().try_for_each(|found| {
-        let is_late = || Instant::now() >= given.deadline;
-        if !found.is_skipped && !is_late() {
-            replays(&given, &exact, plan, found);
-            if !is_late() {
-                reversals(&given, plan, found);
-            }
-            if !is_late() {
-                found.physics = measures(&suited, first, duration, plan, found)?;
-            }
-        }
-        if !found.is_skipped && is_late() && !found.physics.is_measured() {
-            found.notes.push("the time allowed has passed".to_owned());
-        }
+        compare(&given, &exact, (&suited, duration), plan, found)?;
         progress.count(1);
         anyhow::Ok(())
     })?;
@@ -184,6 +172,31 @@ fn times(
         progress.count(1);
     }
     Ok((nanoseconds, exact.length()))
+}
+
+/// Replays, reverses and measures a setting, as far as the time allowed reaches.
+fn compare(
+    given: &Prepared<'_>,
+    exact: &[Option<ReplayLog>],
+    (suited, duration): (&Scene, f64),
+    plan: &TradePlan,
+    found: &mut KnobResult,
+) -> Result<()> {
+    let is_late = || Instant::now() >= given.deadline;
+    if !found.is_skipped && !is_late() {
+        replays(given, exact, plan, found);
+        if !is_late() {
+            reversals(given, plan, found);
+        }
+        if !is_late() {
+            let first = &given.states[0];
+            found.physics = measures(suited, first, duration, plan, found)?;
+        }
+    }
+    if !found.is_skipped && is_late() && !found.physics.is_measured() {
+        found.notes.push("the time allowed has passed".to_owned());
+    }
+    Ok(())
 }
 
 /// The exact contacts from all states, as far as the time reaches.

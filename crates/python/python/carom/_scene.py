@@ -26,7 +26,7 @@ _TABLES = ("start", "elasticity", "method", "run")
 class Scene:
     """The contents of the box at the start, and what is run and measured.
 
-    The keys are those of a scene file, which ``crates/SCENE.md`` lists with types, ranges and
+    The keys are those of a scene file, which ``crates/book/src/keys.md`` lists with types, ranges and
     units. Values are checked when a :class:`Simulation` is built.
 
     Parameters

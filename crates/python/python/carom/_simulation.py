@@ -853,7 +853,7 @@ class Simulation:
         default : float
             Coefficient of contacts to which no rule applies, from 0 to 1e6; 1 is elastic.
         contact_time : float, optional
-            Guard against inelastic collapse, see ``crates/SCENE.md``.
+            Guard against inelastic collapse, see ``crates/book/src/keys.md``.
         pairs : mapping, optional
             Coefficients by a tag, or by a tuple of two tags.
 

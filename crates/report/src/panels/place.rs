@@ -9,7 +9,7 @@ use crate::svg::Svg;
 const MIN_MARK_DISTANCE: f64 = 2.0;
 
 /// A panel in its rectangle (pixels).
-pub(super) struct Place<'a> {
+pub(super) struct PanelPlace<'a> {
     pub(super) left: f64,
     pub(super) right: f64,
     pub(super) top: f64,
@@ -17,7 +17,7 @@ pub(super) struct Place<'a> {
     pub(super) panel: &'a Panel,
 }
 
-impl Place<'_> {
+impl PanelPlace<'_> {
     /// Places outside the axes are moved to just outside the panel, where they are clipped.
     pub(super) fn x(&self, value: f64) -> f64 {
         self.left + (self.right - self.left) * self.panel.x.share(value).clamp(-0.5, 1.5)

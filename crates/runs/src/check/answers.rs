@@ -84,14 +84,6 @@ impl Answers {
             ),
             None => "unknown: the trial made no progress in time".to_owned(),
         };
-        let error = self.least_relative_error.map_or_else(
-            || "unknown".to_owned(),
-            |share| {
-                let percent = with_error(100.0 * share, Some(0.1 * 100.0 * share));
-                let percent = percent.split(' ').next().unwrap_or_default().to_owned();
-                format!("at least {percent} % for a mean over all collisions, 1/√number")
-            },
-        );
         let row = |name: &str, words: String| [name.to_owned(), words];
         table([
             row("system", contents.sentence()),
@@ -117,24 +109,39 @@ impl Answers {
                 format!("{}, {}", contents.samples, self.sampling),
             ),
             row("measured", self.measured.clone()),
-            row("error", error),
+            row("error", self.least_error()),
             row("time", time),
-            row("memory", {
-                let series = estimate.series;
-                let more = if series > 0 {
-                    format!(", {} more for samples", bytes(series))
-                } else {
-                    String::new()
-                };
-                format!(
-                    "{}, checkpoint {}{more}",
-                    bytes(estimate.memory),
-                    bytes(estimate.checkpoint)
-                )
-            }),
+            row("memory", memory(estimate)),
             row("method", format!("{method}; tiles {tiles}")),
         ])
     }
+
+    /// The least relative error in words.
+    fn least_error(&self) -> String {
+        self.least_relative_error.map_or_else(
+            || "unknown".to_owned(),
+            |share| {
+                let percent = with_error(100.0 * share, Some(0.1 * 100.0 * share));
+                let percent = percent.split(' ').next().unwrap_or_default().to_owned();
+                format!("at least {percent} % for a mean over all collisions, 1/√number")
+            },
+        )
+    }
+}
+
+/// The memory of the run and the size of a checkpoint, in words.
+fn memory(estimate: &TrialEstimate) -> String {
+    let series = estimate.series;
+    let more = if series > 0 {
+        format!(", {} more for samples", bytes(series))
+    } else {
+        String::new()
+    };
+    format!(
+        "{}, checkpoint {}{more}",
+        bytes(estimate.memory),
+        bytes(estimate.checkpoint)
+    )
 }
 
 /// Whether the interval of samples is sensible, in mean free times.

@@ -153,23 +153,7 @@ impl CheckedContents {
     /// Several lines of text.
     pub(super) fn text(&self) -> String {
         let head = ["number", "tags", "shape", "size", "mass", "area"].map(str::to_owned);
-        let rows = self.bodies.iter().map(|kind| {
-            let tags = if kind.tags.is_empty() {
-                "-".to_owned()
-            } else {
-                kind.tags.join(" ")
-            };
-            let number = kind.number.to_string();
-            let area = short(kind.area_fraction);
-            [
-                number,
-                tags,
-                kind.shape.clone(),
-                kind.size.clone(),
-                kind.mass.clone(),
-                area,
-            ]
-        });
+        let rows = self.bodies.iter().map(Kind::row);
         let temperature = self
             .temperature
             .map_or_else(String::new, |kt| format!(", kT {}", with_error(kt, None)));
@@ -217,6 +201,23 @@ impl CheckedContents {
 }
 
 impl Kind {
+    /// The row of the table of bodies: number, tags, shape, size, mass, and area.
+    fn row(&self) -> [String; 6] {
+        let tags = if self.tags.is_empty() {
+            "-".to_owned()
+        } else {
+            self.tags.join(" ")
+        };
+        [
+            self.number.to_string(),
+            tags,
+            self.shape.clone(),
+            self.size.clone(),
+            self.mass.clone(),
+            short(self.area_fraction),
+        ]
+    }
+
     /// Equal bodies, or different ones of one group.
     fn new(view: &View<'_>, all: &[Equal<'_>]) -> Self {
         let body = all[0].body;

@@ -139,43 +139,12 @@ impl Extremes {
 /// The quantities of a scene that are limited.
 pub(super) fn limits(scene: &Scene, view: &View<'_>) -> Vec<Limit> {
     let all = Extremes::new(view);
-    let ([small, large], sides) = (all.radii, view.bounds().sides());
-    if large == 0.0 {
+    let sides = view.bounds().sides();
+    if all.radii[1] == 0.0 {
         return Vec::new();
     }
-    let (side, shorter) = (sides.max_element(), sides.min_element());
-    let contact = 2.0 * small;
-    let mut rows = vec![
-        limit(
-            "size ratio",
-            large / small,
-            tested::SIZE_RATIO,
-            1.0 / MIN_CONTACT_SHARE,
-            GRID,
-        ),
-        limit(
-            "box over smallest contact distance",
-            side / contact,
-            tested::BOX,
-            1.0 / MIN_CONTACT_SHARE,
-            GRID,
-        ),
-        limit(
-            "largest diameter over shorter side",
-            2.0 * large / shorter,
-            None,
-            1.0,
-            GRID,
-        ),
-        limit(
-            "rounding over smallest contact distance (grazes)",
-            rounding_bound(sides, 2.0 * large) / contact,
-            rounding_bound(glam::DVec2::ONE, 0.0) * tested::BOX,
-            COARSEST_GRAZE,
-            "engine/src/rounding_bound.rs",
-        ),
-    ];
-    rows.extend(of_motions(&all, scene.run.until, shorter));
+    let mut rows = Vec::from(of_sizes(all.radii, sides));
+    rows.extend(of_motions(&all, scene.run.until, sides.min_element()));
     if all.masses[1] > all.masses[0] {
         let ratio = all.masses[1] / all.masses[0];
         rows.push(limit(
@@ -207,10 +176,47 @@ pub(super) fn limits(scene: &Scene, view: &View<'_>) -> Vec<Limit> {
             inverse,
             tested::CONTACT_TIME,
             None,
-            "engine/src/guard.rs",
+            "engine/src/contact/guard.rs",
         ));
     }
     rows
+}
+
+/// The limits that follow from the smallest and the largest radius, and from the sides of the box
+/// (length).
+fn of_sizes([small, large]: [f64; 2], sides: glam::DVec2) -> [Limit; 4] {
+    let (side, shorter) = (sides.max_element(), sides.min_element());
+    let contact = 2.0 * small;
+    [
+        limit(
+            "size ratio",
+            large / small,
+            tested::SIZE_RATIO,
+            1.0 / MIN_CONTACT_SHARE,
+            GRID,
+        ),
+        limit(
+            "box over smallest contact distance",
+            side / contact,
+            tested::BOX,
+            1.0 / MIN_CONTACT_SHARE,
+            GRID,
+        ),
+        limit(
+            "largest diameter over shorter side",
+            2.0 * large / shorter,
+            None,
+            1.0,
+            GRID,
+        ),
+        limit(
+            "rounding over smallest contact distance (grazes)",
+            rounding_bound(sides, 2.0 * large) / contact,
+            rounding_bound(glam::DVec2::ONE, 0.0) * tested::BOX,
+            COARSEST_GRAZE,
+            "engine/src/world/rounding_bound.rs",
+        ),
+    ]
 }
 
 /// The limits that follow from the motions, up to the end of the run (time), in a box whose shorter
@@ -235,7 +241,7 @@ fn of_motions(all: &Extremes, until: f64, shorter: f64) -> Vec<Limit> {
             ratio,
             tested::SPEED_RATIO,
             MAX_SPEED_RATIO,
-            "engine/src/limits.rs",
+            "engine/src/contact/limits.rs",
         ));
         if all.spin > 0.0 {
             let turns = all.spin / TAU * shorter / all.speeds[0];
@@ -244,7 +250,7 @@ fn of_motions(all: &Extremes, until: f64, shorter: f64) -> Vec<Limit> {
                 turns,
                 tested::TURNS,
                 MAX_TURNS,
-                "engine/src/limits.rs",
+                "engine/src/contact/limits.rs",
             ));
         }
     }

@@ -294,7 +294,7 @@ impl Report {
             Some(seconds) => format!("about {} of processor time", duration(seconds)),
             None => "unknown: the trial made no progress in time".to_owned(),
         };
-        let mut rows = vec![
+        let rows = [
             ["collisions", &number(expected.number), &expected.source].map(str::to_owned),
             ["", &number(estimate.collisions), &trial].map(str::to_owned),
             [
@@ -325,25 +325,32 @@ impl Report {
                 format!("at the end {} more for samples", bytes(estimate.series)),
             ],
         ];
-        if estimate.snapshots > 0 {
-            rows.push([
-                "snapshots".to_owned(),
-                bytes(estimate.snapshots),
-                String::new(),
-            ]);
-        }
-        if let Some(actions) = &estimate.actions {
-            let share =
-                100.0 * actions.seconds / estimate.seconds.unwrap_or(f64::INFINITY).max(1e-9);
-            rows.push([
-                "thermostats".to_owned(),
-                duration(actions.seconds),
-                format!(
-                    "{} actions on {} bodies in all, {share:.1} % of the time",
-                    actions.count, actions.motions
-                ),
-            ]);
-        }
-        table(rows)
+        let optional = [snapshots_row(estimate), thermostats_row(estimate)];
+        table(rows.into_iter().chain(optional.into_iter().flatten()))
     }
+}
+
+/// The row of the snapshots, if the run writes any.
+fn snapshots_row(estimate: &TrialEstimate) -> Option<[String; 3]> {
+    (estimate.snapshots > 0).then(|| {
+        [
+            "snapshots".to_owned(),
+            bytes(estimate.snapshots),
+            String::new(),
+        ]
+    })
+}
+
+/// The row of the thermostats, if the run has any.
+fn thermostats_row(estimate: &TrialEstimate) -> Option<[String; 3]> {
+    let actions = estimate.actions.as_ref()?;
+    let share = 100.0 * actions.seconds / estimate.seconds.unwrap_or(f64::INFINITY).max(1e-9);
+    Some([
+        "thermostats".to_owned(),
+        duration(actions.seconds),
+        format!(
+            "{} actions on {} bodies in all, {share:.1} % of the time",
+            actions.count, actions.motions
+        ),
+    ])
 }

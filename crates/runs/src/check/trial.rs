@@ -89,33 +89,16 @@ impl Trial {
         measures.start(&simulation.view());
         measures.sample(&simulation.view());
         measures.check(&simulation.view());
-        let most = if measures.watching().is_empty() {
-            u64::MAX
-        } else {
-            MAX_WATCHED
-        };
         let end = EpochTime::from(until);
-        // At most one epoch, so that the clock is read again soon at any speed.
-        let step = |simulation: &mut AnySimulation, measures: &mut Measures| -> Result<bool> {
-            let contacts = simulation.observe_contacts(end, 1, measures)?;
-            Ok(contacts == 0 && simulation.time() >= end)
-        };
         let clock = ProcessTime::now();
-        let mut is_whole = step(simulation, measures)?;
+        let mut is_whole = step(simulation, measures, end)?;
         let first = clock.elapsed().as_secs_f64();
-        let (clock, start, before) = (
-            ProcessTime::now(),
-            simulation.time(),
-            *simulation.view().counters(),
-        );
-        let contacts = |simulation: &AnySimulation| {
-            simulation.view().counters().collisions - before.collisions
-        };
-        let continues = |simulation: &AnySimulation| {
-            contacts(simulation) < most && clock.elapsed().as_secs_f64() < TRIAL_SECONDS
-        };
-        while !is_whole && contacts(simulation) < FIRST_CONTACTS && continues(simulation) {
-            is_whole = step(simulation, measures)?;
+        let clock = ProcessTime::now();
+        let bounds = TrialBounds::new(simulation, measures, end, clock);
+        let (start, epochs_before) = (simulation.time(), simulation.view().counters().epochs);
+        while !is_whole && bounds.contacts(simulation) < FIRST_CONTACTS && bounds.allow(simulation)
+        {
+            is_whole = step(simulation, measures, end)?;
         }
         // A stop stores the motions of all bodies, which a run does at its samples only.
         let mut seconds = clock.elapsed().as_secs_f64();
@@ -124,17 +107,9 @@ impl Trial {
         // It doubles, so that a stretch takes at most about twice as long as all before it. If all
         // contacts so far are at one instant, it begins at the least number.
         let mut stretch = simulation.time().since(start).max(f64::MIN_POSITIVE);
-        while !is_whole && continues(simulation) {
+        while !is_whole && bounds.allow(simulation) {
             let now = clock.elapsed().as_secs_f64();
-            let limit = simulation.time().after(stretch);
-            let limit = if limit < end { limit } else { end };
-            // Epochs become shorter when a small molecule begins to turn fast, so the clock is read
-            // at the end of each.
-            let mut is_there = false;
-            while !is_there && continues(simulation) {
-                is_there = simulation.observe_epoch(limit, measures)?;
-            }
-            is_whole = is_there && limit == end;
+            is_whole = bounds.advance(simulation, measures, stretch)?;
             let taken = (clock.elapsed().as_secs_f64() - now - stop).max(0.0);
             seconds += taken;
             if taken < STRETCH_SECONDS {
@@ -142,8 +117,8 @@ impl Trial {
             }
         }
         let simulated = simulation.time().since(start);
-        let contacts = contacts(simulation);
-        let epochs = simulation.view().counters().epochs - before.epochs;
+        let contacts = bounds.contacts(simulation);
+        let epochs = simulation.view().counters().epochs - epochs_before;
         let clock = ProcessTime::now();
         measures.sample(&simulation.view());
         let sample = clock.elapsed().as_secs_f64();
@@ -230,6 +205,78 @@ impl Trial {
             snapshots,
             actions,
         })
+    }
+}
+
+/// Runs to the next contact, or to the end of an epoch; returns whether the end of the run is
+/// reached.
+fn step(simulation: &mut AnySimulation, measures: &mut Measures, end: EpochTime) -> Result<bool> {
+    // At most one epoch, so that the clock is read again soon at any speed.
+    let contacts = simulation.observe_contacts(end, 1, measures)?;
+    Ok(contacts == 0 && simulation.time() >= end)
+}
+
+/// What ends a trial.
+struct TrialBounds {
+    /// The end of the run.
+    end: EpochTime,
+    /// Most contacts.
+    most: u64,
+    /// Collisions before the first of them.
+    before: u64,
+    /// Begins after the first step.
+    clock: ProcessTime,
+}
+
+impl TrialBounds {
+    /// The bounds from the present state on.
+    fn new(
+        simulation: &AnySimulation,
+        measures: &Measures,
+        end: EpochTime,
+        clock: ProcessTime,
+    ) -> Self {
+        let most = if measures.watching().is_empty() {
+            u64::MAX
+        } else {
+            MAX_WATCHED
+        };
+        let before = simulation.view().counters().collisions;
+        Self {
+            end,
+            most,
+            before,
+            clock,
+        }
+    }
+
+    /// Contacts so far.
+    fn contacts(&self, simulation: &AnySimulation) -> u64 {
+        simulation.view().counters().collisions - self.before
+    }
+
+    /// Whether the trial may continue.
+    fn allow(&self, simulation: &AnySimulation) -> bool {
+        self.contacts(simulation) < self.most && self.clock.elapsed().as_secs_f64() < TRIAL_SECONDS
+    }
+
+    /// Runs for a stretch of time, as far as the trial may continue; returns whether the end of the
+    /// run is reached.
+    fn advance(
+        &self,
+        simulation: &mut AnySimulation,
+        measures: &mut Measures,
+        stretch: f64,
+    ) -> Result<bool> {
+        let limit = simulation.time().after(stretch);
+        let limit = if limit < self.end { limit } else { self.end };
+        // Epochs become shorter when a small molecule begins to turn fast, so the clock is read at
+        // the end of each.
+        let mut is_there = false;
+        while !is_there && self.allow(simulation) {
+            is_there = simulation.observe_epoch(limit, measures)?;
+        }
+        Ok(is_there && limit == self.end)
     }
 }
 

@@ -168,68 +168,95 @@ impl<R: BufRead> Frames<R> {
     }
 
     fn atom(&self, columns: &Places) -> Result<AtomLine> {
-        let words: Vec<&str> = self.line.split_ascii_whitespace().collect();
-        let word = |column: usize, offset: usize| {
-            let name = COLUMNS[column].0;
-            let place = columns[column].map(|first| first + offset);
-            place
-                .and_then(|place| words.get(place))
-                .with_context(|| format!("the column {name} is missing"))
+        let words = AtomWords {
+            words: self.line.split_ascii_whitespace().collect(),
+            columns,
         };
-        let real = |column: usize, offset: usize| {
-            number(word(column, offset)?).with_context(|| format!("column {}", COLUMNS[column].0))
-        };
-        let planar = |column: usize| -> Result<[f64; 2]> {
-            let [x, y, z] = [real(column, 0)?, real(column, 1)?, real(column, 2)?];
-            let name = COLUMNS[column].0;
-            ensure!(
-                z == 0.0,
-                "column {name}: there must be two numbers [x, y] and a third that is 0, but there is [{x:?}, {y:?}, {z:?}]"
-            );
-            Ok([x, y])
-        };
-        let whole = |column: usize| -> Result<u64> {
-            let text = word(column, 0)?;
-            text.parse().with_context(|| {
-                format!(
-                    "column {}: '{text}' is not a number from 0",
-                    COLUMNS[column].0
-                )
-            })
-        };
-        let positive = |column: usize| -> Result<f64> {
-            let value = real(column, 0)?;
-            ensure!(
-                value > 0.0,
-                "column {}: {value} is not positive",
-                COLUMNS[column].0
-            );
-            Ok(value)
-        };
-        let boxes = |axis: usize| -> Result<i32> {
-            if columns[10].is_none() {
-                return Ok(0);
-            }
-            let text = word(10, axis)?;
-            text.parse()
-                .with_context(|| format!("column map_shift: '{text}' is not a number of boxes"))
-        };
-        let kind = whole(9)?;
+        let kind = words.whole(9)?;
         Ok(AtomLine {
-            is_fixed: *word(0, 0)? == "X",
-            position: planar(1)?,
-            image: [boxes(0)?, boxes(1)?],
-            velocity: planar(2)?,
-            molecule: whole(3)?,
-            index: whole(4)?,
-            radius: positive(5)?,
-            angle: real(6, 0)?,
-            angular_velocity: real(7, 0)?,
-            mass: positive(8)?,
+            is_fixed: words.word(0, 0)? == "X",
+            position: words.planar(1)?,
+            image: [words.boxes(0)?, words.boxes(1)?],
+            velocity: words.planar(2)?,
+            molecule: words.whole(3)?,
+            index: words.whole(4)?,
+            radius: words.positive(5)?,
+            angle: words.real(6, 0)?,
+            angular_velocity: words.real(7, 0)?,
+            mass: words.positive(8)?,
             kind: kind
                 .try_into()
                 .with_context(|| format!("column kind: {kind} is too large"))?,
         })
+    }
+}
+
+/// The words of the line of an atom. A column is an index of [`COLUMNS`].
+struct AtomWords<'a> {
+    words: Vec<&'a str>,
+    columns: &'a Places,
+}
+
+impl<'a> AtomWords<'a> {
+    /// A word of a column, from 0.
+    fn word(&self, column: usize, offset: usize) -> Result<&'a str> {
+        let name = COLUMNS[column].0;
+        let place = self.columns[column].map(|first| first + offset);
+        place
+            .and_then(|place| self.words.get(place).copied())
+            .with_context(|| format!("the column {name} is missing"))
+    }
+
+    /// A number of a column, from 0.
+    fn real(&self, column: usize, offset: usize) -> Result<f64> {
+        number(self.word(column, offset)?).with_context(|| format!("column {}", COLUMNS[column].0))
+    }
+
+    /// The vector of a column, which must lie in the plane.
+    fn planar(&self, column: usize) -> Result<[f64; 2]> {
+        let [x, y, z] = [
+            self.real(column, 0)?,
+            self.real(column, 1)?,
+            self.real(column, 2)?,
+        ];
+        let name = COLUMNS[column].0;
+        ensure!(
+            z == 0.0,
+            "column {name}: there must be two numbers [x, y] and a third that is 0, but there is [{x:?}, {y:?}, {z:?}]"
+        );
+        Ok([x, y])
+    }
+
+    /// The natural number of a column.
+    fn whole(&self, column: usize) -> Result<u64> {
+        let text = self.word(column, 0)?;
+        text.parse().with_context(|| {
+            format!(
+                "column {}: '{text}' is not a number from 0",
+                COLUMNS[column].0
+            )
+        })
+    }
+
+    /// The positive number of a column.
+    fn positive(&self, column: usize) -> Result<f64> {
+        let value = self.real(column, 0)?;
+        ensure!(
+            value > 0.0,
+            "column {}: {value} is not positive",
+            COLUMNS[column].0
+        );
+        Ok(value)
+    }
+
+    /// Boxes that the molecule has crossed along an axis.
+    fn boxes(&self, axis: usize) -> Result<i32> {
+        if self.columns[10].is_none() {
+            return Ok(0);
+        }
+        let text = self.word(10, axis)?;
+        text.parse()
+            .with_context(|| format!("column map_shift: '{text}' is not a number of boxes"))
     }
 }
 

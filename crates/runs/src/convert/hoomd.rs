@@ -85,16 +85,7 @@ fn constant(frame: &TrajectoryFrame) -> Result<Vec<Chunk>> {
     );
     let atoms = &frame.atoms;
     let count = u32::try_from(atoms.len()).context("more than 2³² atoms")?;
-    let kinds = atoms
-        .iter()
-        .map(|atom| atom.kind.saturating_add(1))
-        .max()
-        .unwrap_or(1);
-    ensure!(
-        kinds <= MAX_KINDS,
-        "kind {}: at most {MAX_KINDS} kinds have a name",
-        kinds - 1
-    );
+    let kinds = number_of_kinds(atoms)?;
     let name = |kind: u32| {
         frame
             .kinds
@@ -138,6 +129,21 @@ fn constant(frame: &TrajectoryFrame) -> Result<Vec<Chunk>> {
         ),
         ("particles/body", Data::I32(bodies(atoms)?), 1),
     ])
+}
+
+/// The number of kinds of molecules: their numbers are below it.
+fn number_of_kinds(atoms: &[AtomLine]) -> Result<u32> {
+    let kinds = atoms
+        .iter()
+        .map(|atom| atom.kind.saturating_add(1))
+        .max()
+        .unwrap_or(1);
+    ensure!(
+        kinds <= MAX_KINDS,
+        "kind {}: at most {MAX_KINDS} kinds have a name",
+        kinds - 1
+    );
+    Ok(kinds)
 }
 
 /// Texts as rows of equal length, filled with zeros.

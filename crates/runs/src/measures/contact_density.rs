@@ -84,38 +84,8 @@ impl Measured for ContactDensity {
                 .standard_error
                 .unwrap_or(f64::NAN)
         };
-        let all = Table::new(
-            context.table("contact-density"),
-            "Contacts along the boundary",
-        )
-        .counts(
-            "atom",
-            points.iter().map(|point| point.atom as u64).collect(),
-        )
-        .undrawn(
-            "angle",
-            "radian",
-            points.iter().map(|point| point.angle).collect(),
-        )
-        .undrawn(
-            "arc",
-            "length",
-            points.iter().map(|point| point.arc).collect(),
-        )
-        .counts(
-            "contacts",
-            points.iter().map(|point| point.contacts).collect(),
-        )
-        .undrawn(
-            "pressure",
-            "mass/time²",
-            points.iter().map(|point| point.pressure).collect(),
-        )
-        .undrawn(
-            "standard_error",
-            "mass/time²",
-            points.iter().map(error).collect(),
-        );
+        let errors = points.iter().map(error).collect();
+        let all = boundary_table(context.table("contact-density"), &points, errors);
         let angle = |bin: usize| (bin as f64 + 0.5) * std::f64::consts::TAU / bins as f64;
         let name = context.table("contact-density.by-angle");
         let mut by_angle = Table::new(
@@ -143,4 +113,22 @@ impl Measured for ContactDensity {
             ..Results::default()
         }
     }
+}
+
+/// A table with this name of the contacts in all bins, with the standard errors of the pressure.
+fn boundary_table(name: String, points: &[ContactPoint], errors: Vec<f64>) -> Table {
+    let column = |of: fn(&ContactPoint) -> f64| points.iter().map(of).collect::<Vec<_>>();
+    Table::new(name, "Contacts along the boundary")
+        .counts(
+            "atom",
+            points.iter().map(|point| point.atom as u64).collect(),
+        )
+        .undrawn("angle", "radian", column(|point| point.angle))
+        .undrawn("arc", "length", column(|point| point.arc))
+        .counts(
+            "contacts",
+            points.iter().map(|point| point.contacts).collect(),
+        )
+        .undrawn("pressure", "mass/time²", column(|point| point.pressure))
+        .undrawn("standard_error", "mass/time²", errors)
 }

@@ -86,29 +86,39 @@ impl Measured for TimeCorrelation {
         .caption(context.theory(
             "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",
         ));
-        let mut figures: Vec<Figure> = diffusion(&lags, &squares, context).into_iter().collect();
-        let curve = |means| TransportCurve {
-            lags: &lags,
-            means,
-            blocks: context.blocks,
-            of: Taken::Itself,
-        };
-        figures.extend(
-            curve(&squares)
-                .plateau(&products)
-                .map(|plateau| at_long_lags(&plateau, context)),
-        );
-        figures.extend(
-            curve(&products)
-                .integral()
-                .map(|integral| of_velocities(integral, context)),
-        );
         Results {
             tables: vec![table],
-            figures,
+            figures: coefficients(&lags, &squares, &products, context),
             ..Results::default()
         }
     }
+}
+
+/// The diffusion coefficients from the mean squared displacement, and from the velocity
+/// autocorrelation.
+fn coefficients(
+    lags: &[f64],
+    squares: &[BlockMean],
+    products: &[BlockMean],
+    context: &Context<'_>,
+) -> Vec<Figure> {
+    let curve = |means| TransportCurve {
+        lags,
+        means,
+        blocks: context.blocks,
+        of: Taken::Itself,
+    };
+    let plateau = curve(squares)
+        .plateau(products)
+        .map(|plateau| at_long_lags(&plateau, context));
+    let integral = curve(products)
+        .integral()
+        .map(|integral| of_velocities(integral, context));
+    diffusion(lags, squares, context)
+        .into_iter()
+        .chain(plateau)
+        .chain(integral)
+        .collect()
 }
 
 /// The diffusion coefficient from the mean squared displacement at long lags, where it grows in

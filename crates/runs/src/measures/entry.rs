@@ -214,22 +214,7 @@ impl Entry {
             hard_discs,
         };
         let mut results = measure.results(&context);
-        if !head.is_asked {
-            results.tables.clear();
-            results.files.clear();
-            results.drawings.clear();
-        }
-        results
-            .tables
-            .iter_mut()
-            .for_each(|table| table.colour = head.kind_of_body);
-        if let Some(word) = head.label.word() {
-            // Charts of several groups stand side by side.
-            results
-                .tables
-                .iter_mut()
-                .for_each(|table| table.title = format!("{}, {word}", table.title));
-        }
+        self.prepare_tables(&mut results);
         let sums = measure.run_sums();
         let begin = if head.from.is_finite() {
             head.from
@@ -247,11 +232,8 @@ impl Entry {
             }
         };
         results.figures = results.figures.into_iter().map(judged).collect();
-        let needs_gas =
-            [viscosity::KIND.name, heat_conductivity::KIND.name].contains(&self.kind.name);
-        let grows_with_time =
-            needs_gas && hard_discs.is_ok() || self.kind.name == correlation::KIND.name;
-        if head.is_asked && results.figures.is_empty() && grows_with_time {
+        let lacks_figures = results.figures.is_empty() && self.has_figures_in_time(hard_discs);
+        if head.is_asked && lacks_figures {
             results.silent.push(self.name());
         }
         results.records.push(MeasureRecord {
@@ -266,6 +248,30 @@ impl Entry {
             drawings: results.drawings.clone(),
         });
         results
+    }
+
+    /// Leaves out tables and files that the scene does not ask for, and gives the others the colour
+    /// and the word of the group.
+    fn prepare_tables(&self, results: &mut Results) {
+        if !self.head.is_asked {
+            results.tables.clear();
+            results.files.clear();
+            results.drawings.clear();
+        }
+        for table in &mut results.tables {
+            table.colour = self.head.kind_of_body;
+            // Charts of several groups stand side by side.
+            if let Some(word) = self.head.label.word() {
+                table.title = format!("{}, {word}", table.title);
+            }
+        }
+    }
+
+    /// Whether the measure has figures once the run is long enough.
+    fn has_figures_in_time(&self, hard_discs: &Result<HardDiscs, String>) -> bool {
+        let needs_gas =
+            [viscosity::KIND.name, heat_conductivity::KIND.name].contains(&self.kind.name);
+        needs_gas && hard_discs.is_ok() || self.kind.name == correlation::KIND.name
     }
 
     /// Whether it takes part in the search for the time from which on the run has settled, and now

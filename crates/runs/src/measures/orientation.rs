@@ -197,26 +197,9 @@ fn rotational_diffusion(
         blocks: context.blocks,
         of: Taken::Itself,
     };
-    let decay = of_cosines.plateau(products).map(|plateau| {
-        let Plateau {
-            slope:
-                TransportValue {
-                    value,
-                    standard_error,
-                },
-            between: [begin, end],
-            is_constant,
-        } = plateau;
-        let [what, lack] = if is_constant {
-            ["", ""]
-        } else {
-            ["apparent ", ", no plateau"]
-        };
-        let name = format!(
-            "{what}rotational diffusion coefficient D_r at long lags, {begin:.3} to {end:.3}{lack}"
-        );
-        Figure::new(context.named(&name), value, "1/time").error(standard_error)
-    });
+    let decay = of_cosines
+        .plateau(products)
+        .map(|plateau| at_long_lags(&plateau, context));
     let integral = of_products.integral().map(|(integral, until)| {
         let name = format!(
             "rotational diffusion coefficient D_r from angular velocities, up to lag {until:.3}"
@@ -224,4 +207,25 @@ fn rotational_diffusion(
         Figure::new(context.named(&name), integral.value, "1/time").error(integral.standard_error)
     });
     decay.into_iter().chain(integral).collect()
+}
+
+/// The rotational diffusion coefficient from the decay of ⟨cos Δθ⟩ at long lags.
+fn at_long_lags(plateau: &Plateau, context: &Context<'_>) -> Figure {
+    let Plateau {
+        slope: TransportValue {
+            value,
+            standard_error,
+        },
+        between: [begin, end],
+        is_constant,
+    } = *plateau;
+    let [what, lack] = if is_constant {
+        ["", ""]
+    } else {
+        ["apparent ", ", no plateau"]
+    };
+    let name = format!(
+        "{what}rotational diffusion coefficient D_r at long lags, {begin:.3} to {end:.3}{lack}"
+    );
+    Figure::new(context.named(&name), value, "1/time").error(standard_error)
 }

@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 
 /// Memory that is available, and what limits it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Available {
+pub struct AvailableMemory {
     /// Memory that can still be taken (bytes).
     pub bytes: u64,
     /// What has this memory, for messages.
@@ -33,7 +33,7 @@ struct ProcessLimits {
 
 /// The memory that this process can still take, swap space of the machine included; `None` where
 /// the system does not say.
-pub fn available() -> Option<Available> {
+pub fn available() -> Option<AvailableMemory> {
     least(Path::new("/"), process_limits())
 }
 
@@ -52,7 +52,7 @@ fn process_limits() -> ProcessLimits {
 }
 
 /// The least memory of all, from the files of Linux below `root`.
-fn least(root: &Path, limits: ProcessLimits) -> Option<Available> {
+fn least(root: &Path, limits: ProcessLimits) -> Option<AvailableMemory> {
     let machine = fs::read_to_string(root.join("proc/meminfo")).ok();
     let machine = machine.as_deref();
     let swap = machine
@@ -76,7 +76,7 @@ fn least(root: &Path, limits: ProcessLimits) -> Option<Available> {
     ];
     let known = all
         .into_iter()
-        .filter_map(|(bytes, of)| Some(Available { bytes: bytes?, of }));
+        .filter_map(|(bytes, of)| Some(AvailableMemory { bytes: bytes?, of }));
     known.min_by_key(|available| available.bytes)
 }
 
@@ -179,7 +179,7 @@ mod tests {
         root
     }
 
-    fn found(files: &[(&str, &str)], limits: ProcessLimits) -> Available {
+    fn found(files: &[(&str, &str)], limits: ProcessLimits) -> AvailableMemory {
         least(root(files).path(), limits).unwrap()
     }
 
@@ -188,7 +188,7 @@ mod tests {
         let of = |text: &str| found(&[("proc/meminfo", text)], ProcessLimits::default());
         assert_eq!(
             of(MEMINFO),
-            Available {
+            AvailableMemory {
                 bytes: MACHINE_BYTES,
                 of: MACHINE
             }
@@ -226,7 +226,7 @@ mod tests {
             ),
             ("sys/fs/cgroup/system.slice/memory.max", "1900000000\n"),
         ];
-        let expected = Available {
+        let expected = AvailableMemory {
             bytes: 800_000_000 + SWAP,
             of: CONTROL_GROUP,
         };
@@ -264,7 +264,7 @@ mod tests {
         let limited = found(&files("1000000000\n"), ProcessLimits::default());
         assert_eq!(
             limited,
-            Available {
+            AvailableMemory {
                 bytes: 800_000_000 + SWAP,
                 of: CONTROL_GROUP
             }
@@ -273,7 +273,7 @@ mod tests {
         let free = found(&files("9223372036854771712\n"), ProcessLimits::default());
         assert_eq!(
             free,
-            Available {
+            AvailableMemory {
                 bytes: MACHINE_BYTES,
                 of: MACHINE
             }
@@ -297,14 +297,14 @@ mod tests {
         };
         assert_eq!(
             of(Some(1 << 30), None),
-            Available {
+            AvailableMemory {
                 bytes: (1 << 30) - 100_000 * 1024,
                 of: ADDRESS_SPACE
             }
         );
         assert_eq!(
             of(Some(1 << 30), Some(1 << 29)),
-            Available {
+            AvailableMemory {
                 bytes: (1 << 29) - 50_000 * 1024,
                 of: DATA_SEGMENT
             }

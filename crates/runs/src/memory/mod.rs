@@ -2,7 +2,7 @@
 
 mod available;
 
-pub use available::{Available, available};
+pub use available::{AvailableMemory, available};
 
 use anyhow::{Result, bail};
 use carom::Scene;
@@ -35,7 +35,7 @@ impl Demand {
     }
 
     /// Whether the bodies fit into this memory, as far as that is known.
-    pub fn fits(&self, available: Option<Available>) -> bool {
+    pub fn fits(&self, available: Option<AvailableMemory>) -> bool {
         available.is_none_or(|available| self.bytes <= available.bytes)
     }
 
@@ -43,7 +43,7 @@ impl Demand {
     ///
     /// # Errors
     /// They do not fit; the message has their number and both memories.
-    pub fn refuse_unless_fits(&self, available: Option<Available>) -> Result<()> {
+    pub fn refuse_unless_fits(&self, available: Option<AvailableMemory>) -> Result<()> {
         let Self { bodies, bytes } = self;
         let Some(limit) = available.filter(|_| !self.fits(available)) else {
             return Ok(());
@@ -61,7 +61,7 @@ impl Demand {
 ///
 /// # Errors
 /// They do not fit; the message has both memories.
-pub fn refuse_long_series(bytes: u64, available: Option<Available>) -> Result<()> {
+pub fn refuse_long_series(bytes: u64, available: Option<AvailableMemory>) -> Result<()> {
     let Some(limit) = available.filter(|available| bytes > available.bytes) else {
         return Ok(());
     };
@@ -93,7 +93,7 @@ mod tests {
         let demand = Demand::new(&gas(100_000_000)).unwrap();
         assert_eq!((demand.bodies, demand.bytes), (100_000_000, 20_000_000_000));
         let machine = |bytes: u64| {
-            Some(Available {
+            Some(AvailableMemory {
                 bytes,
                 of: "this machine",
             })
@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn series_that_do_not_fit_are_refused() {
         let machine = |bytes: u64| {
-            Some(Available {
+            Some(AvailableMemory {
                 bytes,
                 of: "this machine",
             })

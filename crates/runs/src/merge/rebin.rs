@@ -79,10 +79,6 @@ fn parts_of(own: &[f64], target: &[f64]) -> Option<Parts> {
 /// A measure of one run with these bins. Quantities that belong to no bin come first among its
 /// sums, then those of the bins, in the order of tables and columns.
 fn rebinned(part: &MeasureRecord, targets: &[(&str, Vec<f64>)]) -> Option<MeasureRecord> {
-    let bins_of = |table: &Table| {
-        let (_, target) = targets.iter().find(|(name, _)| *name == table.name)?;
-        Some((target, parts_of(&edges(table)?, target)))
-    };
     let is_binned = |quantity: usize| {
         let binned = part.tables.iter().filter(|table| edges(table).is_some());
         binned
@@ -93,33 +89,7 @@ fn rebinned(part: &MeasureRecord, targets: &[(&str, Vec<f64>)]) -> Option<Measur
         .filter(|&quantity| !is_binned(quantity))
         .map(Source::Quantity)
         .collect();
-    let new_place = |sources: &[Source], old: Option<usize>| {
-        sources
-            .iter()
-            .position(|source| matches!(source, Source::Quantity(q) if Some(*q) == old))
-    };
-    let mut tables = Vec::new();
-    for table in &part.tables {
-        let mut table = table.clone();
-        match bins_of(&table) {
-            None => {
-                for quantity in table
-                    .columns
-                    .iter_mut()
-                    .flat_map(|column| &mut column.quantities)
-                {
-                    *quantity = new_place(&sources, *quantity);
-                }
-            }
-            Some((target, parts)) => {
-                let parts = parts?;
-                for column in &mut table.columns {
-                    *column = joined(column, target, &parts, &mut sources);
-                }
-            }
-        }
-        tables.push(table);
-    }
+    let mut tables = rebinned_tables(&part.tables, targets, &mut sources)?;
     let figures: Vec<(Figure, Option<usize>)> = part
         .figures
         .iter()
@@ -144,6 +114,49 @@ fn rebinned(part: &MeasureRecord, targets: &[(&str, Vec<f64>)]) -> Option<Measur
         figures,
         drawings: part.drawings.clone(),
     })
+}
+
+/// Tables with these bins. The sources of their sums are added to those of the quantities that
+/// belong to no bin.
+fn rebinned_tables(
+    before: &[Table],
+    targets: &[(&str, Vec<f64>)],
+    sources: &mut Vec<Source>,
+) -> Option<Vec<Table>> {
+    let bins_of = |table: &Table| {
+        let (_, target) = targets.iter().find(|(name, _)| *name == table.name)?;
+        Some((target, parts_of(&edges(table)?, target)))
+    };
+    let mut tables = Vec::new();
+    for table in before {
+        let mut table = table.clone();
+        match bins_of(&table) {
+            None => {
+                for quantity in table
+                    .columns
+                    .iter_mut()
+                    .flat_map(|column| &mut column.quantities)
+                {
+                    *quantity = new_place(sources, *quantity);
+                }
+            }
+            Some((target, parts)) => {
+                let parts = parts?;
+                for column in &mut table.columns {
+                    *column = joined(column, target, &parts, sources);
+                }
+            }
+        }
+        tables.push(table);
+    }
+    Some(tables)
+}
+
+/// The place of a quantity of the run among the sources.
+fn new_place(sources: &[Source], old: Option<usize>) -> Option<usize> {
+    sources
+        .iter()
+        .position(|source| matches!(source, Source::Quantity(q) if Some(*q) == old))
 }
 
 /// Sets the errors of all columns that are means, where there were errors.

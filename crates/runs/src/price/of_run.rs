@@ -69,25 +69,13 @@ pub fn of_run(
     scene: &Scene,
     seconds: f64,
 ) -> Result<Option<Price>> {
-    let collisions = contacts(simulation)[0];
-    let age = simulation.time().to_f64();
     if *method == Method::default() {
         return Ok(None);
     }
-    let Some(tau) = mean_time(simulation, [0, 0], age) else {
+    let Some(tau) = mean_time(simulation, [0, 0], simulation.time().to_f64()) else {
         return Ok(None);
     };
-    let moving = simulation
-        .view()
-        .bodies()
-        .filter(|body| !body.body.is_fixed())
-        .count() as f64;
-    let requested = (SHARE * collisions as f64).clamp(CONTACTS[0], CONTACTS[1]);
-    let of_tau = collisions as f64 * tau / age;
-    let longest = MAX_REPLAY.min(GROWTH / growth(&simulation.view(), tau));
-    let stretch = longest.min(requested / of_tau);
-    let states = ((requested / (stretch * of_tau)).ceil() as u32).clamp(1, MAX_STATES);
-    let states = states.min((requested / moving.max(1.0)).ceil() as u32 + 1);
+    let (stretch, states) = replays(simulation, tau);
     let checkpoint = simulation.clone().end_epoch_here();
     let first = CourseState::undisturbed(checkpoint, tau);
     let mut price = Price {
@@ -126,6 +114,24 @@ pub fn of_run(
         .and_then(|mut exact| time(&mut exact, setting, &limits));
     price.time = timed.unwrap_or(None);
     Ok(Some(price))
+}
+
+/// The length of each replay in mean times `tau` between two collisions of a body, and the number
+/// of states to replay from.
+fn replays(simulation: &AnySimulation, tau: f64) -> (f64, u32) {
+    let (collisions, age) = (contacts(simulation)[0], simulation.time().to_f64());
+    let moving = simulation
+        .view()
+        .bodies()
+        .filter(|body| !body.body.is_fixed())
+        .count() as f64;
+    let requested = (SHARE * collisions as f64).clamp(CONTACTS[0], CONTACTS[1]);
+    let of_tau = collisions as f64 * tau / age;
+    let longest = MAX_REPLAY.min(GROWTH / growth(&simulation.view(), tau));
+    let stretch = longest.min(requested / of_tau);
+    let states = ((requested / (stretch * of_tau)).ceil() as u32).clamp(1, MAX_STATES);
+    let states = states.min((requested / moving.max(1.0)).ceil() as u32 + 1);
+    (stretch, states)
 }
 
 impl Price {

@@ -160,79 +160,117 @@ fn compare(
     tolerance: f64,
     tally: &mut ReplayTally,
 ) {
-    let all = exact.contacts.iter().chain(&other.contacts);
-    let bodies = all
-        .map(|contact| contact.bodies[1] as usize + 1)
-        .max()
-        .unwrap_or(0);
-    let mut queues = vec![VecDeque::new(); bodies];
-    for (index, contact) in other.contacts.iter().enumerate() {
-        contact
-            .bodies
-            .iter()
-            .for_each(|&body| queues[body as usize].push_back(index));
-    }
-    let mut spoilt = vec![false; bodies];
-    // The contact that is next for both of its bodies, if there is one.
-    let next = |queues: &[VecDeque<usize>], body: u64| {
-        let index = *queues[body as usize].front()?;
-        let contact = other.contacts[index];
-        let mutual = contact
-            .bodies
-            .iter()
-            .all(|&body| queues[body as usize].front() == Some(&index));
-        Some((contact, mutual))
-    };
+    let mut pending = PendingContacts::new(exact, other);
     for contact in &exact.contacts {
-        let [a, b] = contact.bodies;
-        if !spoilt[a as usize] && !spoilt[b as usize] {
-            match next(&queues, a) {
+        if pending.are_unaffected(contact.bodies) {
+            match pending.next_of(contact.bodies[0]) {
                 Some((found, true)) if found.bodies == contact.bodies => {
                     tally.judged += 1;
                     let off = (found.time - contact.time).abs();
                     if off <= tolerance {
                         tally.largest = tally.largest.max(off);
-                        for body in [a, b] {
-                            queues[body as usize].pop_front();
-                        }
+                        pending.pass(contact.bodies);
                         continue;
                     }
                     tally.off += 1;
                 }
-                _ => {
-                    let before = [a, b].into_iter().filter_map(|body| next(&queues, body));
-                    let earlier: Vec<(ReplayedContact, bool)> = before
-                        .filter(|(found, _)| found.time < contact.time)
-                        .collect();
-                    if earlier.is_empty() {
-                        tally.judged += 1;
-                        tally.missed += 1;
-                    }
-                    for (found, mutual) in earlier {
-                        let clean = found.bodies.iter().all(|&body| !spoilt[body as usize]);
-                        tally.judged += u64::from(mutual && clean);
-                        tally.invented += u64::from(mutual && clean);
-                        found
-                            .bodies
-                            .iter()
-                            .for_each(|&body| spoilt[body as usize] = true);
-                    }
-                }
+                _ => pending.judge_absent(contact, tally),
             }
         }
-        (spoilt[a as usize], spoilt[b as usize]) = (true, true);
+        pending.spoil(contact.bodies);
     }
-    for body in 0..bodies as u64 {
-        if let Some((found, true)) = next(&queues, body)
+    for body in 0..pending.queues.len() as u64 {
+        if let Some((found, true)) = pending.next_of(body)
             && found.time < duration - tolerance
-            && found.bodies.iter().all(|&body| !spoilt[body as usize])
+            && pending.are_unaffected(found.bodies)
         {
             tally.judged += 1;
             tally.invented += 1;
-            found
-                .bodies
-                .iter()
-                .for_each(|&body| spoilt[body as usize] = true);
+            pending.spoil(found.bodies);
+        }
+    }
+}
+
+/// The contacts of a compared interval that are still to come, and the bodies that an error has
+/// affected.
+struct PendingContacts<'a> {
+    contacts: &'a [ReplayedContact],
+    /// Indices of the contacts of each body, in order of time.
+    queues: Vec<VecDeque<usize>>,
+    /// Whether each body is affected.
+    spoilt: Vec<bool>,
+}
+
+impl<'a> PendingContacts<'a> {
+    /// All contacts of the compared interval, before any error.
+    fn new(exact: &ReplayLog, other: &'a ReplayLog) -> Self {
+        let all = exact.contacts.iter().chain(&other.contacts);
+        let bodies = all
+            .map(|contact| contact.bodies[1] as usize + 1)
+            .max()
+            .unwrap_or(0);
+        let mut queues = vec![VecDeque::new(); bodies];
+        for (index, contact) in other.contacts.iter().enumerate() {
+            for body in contact.bodies {
+                queues[body as usize].push_back(index);
+            }
+        }
+        Self {
+            contacts: &other.contacts,
+            queues,
+            spoilt: vec![false; bodies],
+        }
+    }
+
+    /// The next contact of a body, and whether it is the next of its partner as well.
+    fn next_of(&self, body: u64) -> Option<(ReplayedContact, bool)> {
+        let index = *self.queues[body as usize].front()?;
+        let contact = self.contacts[index];
+        let mutual = contact
+            .bodies
+            .iter()
+            .all(|&body| self.queues[body as usize].front() == Some(&index));
+        Some((contact, mutual))
+    }
+
+    /// Whether no error has affected any of these bodies.
+    fn are_unaffected(&self, bodies: [u64; 2]) -> bool {
+        bodies.iter().all(|&body| !self.spoilt[body as usize])
+    }
+
+    /// Excludes bodies that an error has affected.
+    fn spoil(&mut self, bodies: [u64; 2]) {
+        for body in bodies {
+            self.spoilt[body as usize] = true;
+        }
+    }
+
+    /// Passes the next contact of these bodies.
+    fn pass(&mut self, bodies: [u64; 2]) {
+        for body in bodies {
+            self.queues[body as usize].pop_front();
+        }
+    }
+
+    /// Judges a contact of the exact run that is not the next one here: it is missed, unless one of
+    /// its bodies meets another before, which is then invented.
+    fn judge_absent(&mut self, contact: &ReplayedContact, tally: &mut ReplayTally) {
+        let before = contact
+            .bodies
+            .into_iter()
+            .filter_map(|body| self.next_of(body));
+        let earlier: Vec<(ReplayedContact, bool)> = before
+            .filter(|(found, _)| found.time < contact.time)
+            .collect();
+        if earlier.is_empty() {
+            tally.judged += 1;
+            tally.missed += 1;
+        }
+        for (found, mutual) in earlier {
+            let clean = self.are_unaffected(found.bodies);
+            tally.judged += u64::from(mutual && clean);
+            tally.invented += u64::from(mutual && clean);
+            self.spoil(found.bodies);
         }
     }
 }

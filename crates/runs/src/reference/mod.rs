@@ -24,7 +24,8 @@ const HEAD: &str = "\
 
 Every key of a scene file, and every quantity that a run can measure. The page is generated from the
 types of the program. To change it, change their documentation, and run
-`cargo run -p carom-cli -- schema --page > crates/SCENE.md`. `carom schema` prints the JSON Schema.
+`cargo run -p carom-cli -- schema --page > crates/book/src/keys.md`. `carom schema` prints the JSON
+Schema.
 
 A scene file is TOML. Units of length, mass and time are free; those of other quantities follow.
 Angles are in radians, counter-clockwise. A key without a default may be left out, unless it is

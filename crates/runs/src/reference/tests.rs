@@ -21,8 +21,8 @@ fn committed(name: &str) -> String {
 fn the_page_and_the_schema_are_current() {
     let renew = "run `cargo run -p carom-cli -- schema";
     assert!(
-        committed("SCENE.md") == page().unwrap(),
-        "{renew} --page > crates/SCENE.md`"
+        committed("book/src/keys.md") == page().unwrap(),
+        "{renew} --page > crates/book/src/keys.md`"
     );
     assert!(
         committed("scene.schema.json") == schema::text(&scene_schema()),

@@ -136,7 +136,6 @@ fn columns_of(text: &str) -> BTreeMap<&str, Vec<Option<f64>>> {
 
 fn table(head: &Value, file: &str, cells: &BTreeMap<&str, Vec<Option<f64>>>) -> Table {
     let list = |key: &str| head[key].as_array().cloned().unwrap_or_default();
-    let string = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     let mut columns: Vec<Column> = Vec::new();
     for column in list("columns") {
         let name = string(&column["name"]);
@@ -170,16 +169,6 @@ fn table(head: &Value, file: &str, cells: &BTreeMap<&str, Vec<Option<f64>>>) -> 
         };
         columns.insert(place.min(columns.len()), column);
     }
-    let level = |level: &Value| {
-        let value = level["value"].as_f64()?;
-        let [column, label, source] = ["of", "label", "source"].map(|key| string(&level[key]));
-        Some(Level {
-            column,
-            label,
-            value,
-            source,
-        })
-    };
     Table {
         name: file.trim_end_matches(".csv").to_owned(),
         title: string(&head["title"]),
@@ -198,6 +187,23 @@ fn table(head: &Value, file: &str, cells: &BTreeMap<&str, Vec<Option<f64>>>) -> 
         columns,
         levels: list("levels").iter().filter_map(level).collect(),
     }
+}
+
+/// A text; empty if the value is none.
+fn string(value: &Value) -> String {
+    value.as_str().unwrap_or_default().to_owned()
+}
+
+/// A level of a table; `None` if it has no value.
+fn level(level: &Value) -> Option<Level> {
+    let value = level["value"].as_f64()?;
+    let [column, label, source] = ["of", "label", "source"].map(|key| string(&level[key]));
+    Some(Level {
+        column,
+        label,
+        value,
+        source,
+    })
 }
 
 /// The role of a column by its word, see [`Role::words`].

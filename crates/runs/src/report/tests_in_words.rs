@@ -11,51 +11,17 @@ pub const NEEDED: &str = "measurement that a verdict needs";
 /// empty. `None` without a test.
 pub fn tests_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
     let tests = || figures.iter().copied().filter(|(_, figure)| figure.is_test);
-    let name = |(place, figure): (&str, &Figure)| with_place(figure, place);
     let judged = || tests().filter_map(|test| Some((test, test.1.deviation()?)));
     let unknown = tests()
         .filter(|(_, figure)| figure.standard_error.is_none())
         .count();
-    let lacking = (unknown > 0).then(|| {
-        let needed = figures
-            .iter()
-            .filter(|(_, figure)| figure.name.starts_with(NEEDED));
-        let needed = needed.map(|(_, figure)| figure.value).fold(0.0, f64::max);
-        let needs = if needed > 0.0 {
-            format!(
-                ": it needs about {} time units",
-                with_error(two_digits(needed), None)
-            )
-        } else {
-            String::new()
-        };
-        let means = if unknown == 1 {
-            "a mean".to_owned()
-        } else {
-            format!("{unknown} means")
-        };
-        format!("No verdict on {means}, since the measurement is too short{needs}.")
-    });
+    let lacking = (unknown > 0).then(|| lack_in_words(unknown, figures));
     let found = judged()
         .max_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(worst, deviation)| {
+        .map(|((place, worst), deviation)| {
             let missed: Vec<String> = judged()
                 .filter(|(_, deviation)| *deviation > THRESHOLD)
-                .map(|(test, deviation)| {
-                    let Figure {
-                        value,
-                        standard_error,
-                        unit,
-                        prediction,
-                        ..
-                    } = test.1;
-                    let predicted = with_error(prediction.unwrap_or(0.0), None);
-                    let value = with_error(*value, *standard_error);
-                    format!(
-                        "{} = {value} {unit}, {deviation:.1} standard errors from {predicted}",
-                        name(test)
-                    )
-                })
+                .map(|(test, deviation)| miss_in_words(test, deviation))
                 .collect();
             if !missed.is_empty() {
                 return format!("Not as predicted: {}.", missed.join("; "));
@@ -68,7 +34,7 @@ pub fn tests_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
             };
             let deviation = format!(
                 "the largest deviation is {deviation:.1} standard errors, of {}",
-                name(worst)
+                with_place(worst, place)
             );
             format!(
                 "{means} as predicted: {deviation}.{}",
@@ -77,6 +43,45 @@ pub fn tests_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
         });
     let sentences: Vec<String> = found.into_iter().chain(lacking).collect();
     (!sentences.is_empty()).then(|| sentences.join(" "))
+}
+
+/// That some number of tests have no verdict, and the duration that they need, if it is known.
+fn lack_in_words(unknown: usize, figures: &[(&str, &Figure)]) -> String {
+    let needed = figures
+        .iter()
+        .filter(|(_, figure)| figure.name.starts_with(NEEDED));
+    let needed = needed.map(|(_, figure)| figure.value).fold(0.0, f64::max);
+    let needs = if needed > 0.0 {
+        format!(
+            ": it needs about {} time units",
+            with_error(two_digits(needed), None)
+        )
+    } else {
+        String::new()
+    };
+    let means = if unknown == 1 {
+        "a mean".to_owned()
+    } else {
+        format!("{unknown} means")
+    };
+    format!("No verdict on {means}, since the measurement is too short{needs}.")
+}
+
+/// A mean that is not as predicted, with its deviation in standard errors.
+fn miss_in_words((place, figure): (&str, &Figure), deviation: f64) -> String {
+    let Figure {
+        value,
+        standard_error,
+        unit,
+        prediction,
+        ..
+    } = figure;
+    let predicted = with_error(prediction.unwrap_or(0.0), None);
+    let value = with_error(*value, *standard_error);
+    format!(
+        "{} = {value} {unit}, {deviation:.1} standard errors from {predicted}",
+        with_place(figure, place)
+    )
 }
 
 /// The name of a figure with the word for where it belongs, which may be empty.

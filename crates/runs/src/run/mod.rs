@@ -26,7 +26,7 @@ use carom::{Scene, engine::Growth};
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Summary, SummaryFile, Verdict};
 use clap::Args;
-use outcome::{Begun, Pricing, RunOutcome, simulate};
+use outcome::{Begun, Pricing, RunEnd, RunOutcome, simulate};
 use parent::Parent;
 use placement::BodyPlacement;
 pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
@@ -80,15 +80,7 @@ pub fn run(options: &RunOptions) -> Result<Verdict> {
     )?;
     let scene = options.file.read(parent.as_ref())?;
     let method = Method::try_from(&scene.method).context("[method]")?;
-    // The contents of the box come from the parent.
-    let remarks = if parent.is_none() {
-        remarks(&scene)
-    } else {
-        Vec::new()
-    };
-    for remark in &remarks {
-        note(remark);
-    }
+    let remarks = note_remarks(&scene, parent.as_ref());
     let what = describe(&scene, parent.as_ref());
     let signals = Signals::watch()?;
     let mut place = Place::new(options, &scene, parent.as_ref());
@@ -130,26 +122,23 @@ pub fn run(options: &RunOptions) -> Result<Verdict> {
         started.map_or_else(|| start(&mut place), Ok)
     });
     let ended = ended.map_err(|error| place.record(error))?;
-    place.tiles = Some(TileSummary::new(task.threads, &ended.tiles));
     let title = format!("Scene {}", options.file.path.display());
-    if let Some(error) = ended.error {
-        let until = scene.run.until;
-        let mut summary = ended.outcome.summary_of_failed(title, &task.method, until);
-        put_first(&mut summary, parent.as_ref(), &remarks);
-        // The cause comes first: on a full disk none of this can be written.
-        let recorded = place.fail(summary.totals.cpu_seconds(), &error);
-        let written = write_failed(&folder, &ended.outcome, &summary, &error);
-        let later = [recorded.err(), written.err()].into_iter().flatten();
-        crate::conclude(&folder, &summary);
-        return Err(Followed::by(error, ended.later.into_iter().chain(later)));
+    finish(place, &task, ended, title, &remarks)
+}
+
+/// Shows the remarks on a scene, and returns them. There are none on a run that starts from another
+/// one.
+fn note_remarks(scene: &Scene, parent: Option<&Parent>) -> Vec<String> {
+    // The contents of the box come from the parent.
+    let remarks = if parent.is_none() {
+        remarks(scene)
+    } else {
+        Vec::new()
+    };
+    for remark in &remarks {
+        note(remark);
     }
-    let mut summary = ended.outcome.summary(title, &task.method);
-    put_first(&mut summary, parent.as_ref(), &remarks);
-    let written = write_ended(&folder, &ended.outcome, &summary, &scene, &task.method);
-    written.map_err(|error| place.record(error))?;
-    place.complete(summary.totals.cpu_seconds())?;
-    crate::conclude(&folder, &summary);
-    Ok(summary.verdict())
+    remarks
 }
 
 /// The start of a run: from another run, from a growth that was interrupted, or from its scene.
@@ -185,6 +174,37 @@ fn start_in(
 
 fn all_processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Writes what was measured to the end of a run, or to the error that ended it, and returns the
+/// verdict.
+fn finish(
+    mut place: Place<'_>,
+    task: &Task<'_>,
+    ended: RunEnd,
+    title: String,
+    remarks: &[String],
+) -> Result<Verdict> {
+    let (folder, scene, parent) = (task.folder, place.scene, place.parent);
+    place.tiles = Some(TileSummary::new(task.threads, &ended.tiles));
+    if let Some(error) = ended.error {
+        let until = scene.run.until;
+        let mut summary = ended.outcome.summary_of_failed(title, &task.method, until);
+        put_first(&mut summary, parent, remarks);
+        // The cause comes first: on a full disk none of this can be written.
+        let recorded = place.fail(summary.totals.cpu_seconds(), &error);
+        let written = write_failed(folder, &ended.outcome, &summary, &error);
+        let later = [recorded.err(), written.err()].into_iter().flatten();
+        crate::conclude(folder, &summary);
+        return Err(Followed::by(error, ended.later.into_iter().chain(later)));
+    }
+    let mut summary = ended.outcome.summary(title, &task.method);
+    put_first(&mut summary, parent, remarks);
+    let written = write_ended(folder, &ended.outcome, &summary, scene, &task.method);
+    written.map_err(|error| place.record(error))?;
+    place.complete(summary.totals.cpu_seconds())?;
+    crate::conclude(folder, &summary);
+    Ok(summary.verdict())
 }
 
 /// Writes the results of a run that has reached its end, the page last.

@@ -96,6 +96,18 @@ pub struct RunEnd {
     pub tiles: TileCounters,
 }
 
+impl RunEnd {
+    /// The results of a run that has reached its end.
+    fn new(outcome: RunOutcome, tiles: TileCounters) -> Self {
+        Self {
+            outcome,
+            error: None,
+            later: Vec::new(),
+            tiles,
+        }
+    }
+}
+
 /// Runs to the end, from the beginning (`start`) or from a checkpoint, and writes series and
 /// snapshots. A run that cannot continue gives what was measured until then, with the error.
 ///
@@ -111,14 +123,7 @@ pub fn simulate(
     let run = &scene.run;
     let progress = Progress::new(run.until);
     let mut going = match task.start::<Measures, RunOutcome>(found)? {
-        Start::Ended(outcome) => {
-            return Ok(RunEnd {
-                outcome,
-                error: None,
-                later: Vec::new(),
-                tiles: TileCounters::default(),
-            });
-        }
+        Start::Ended(outcome) => return Ok(RunEnd::new(outcome, TileCounters::default())),
         Start::From(going) => {
             // The picture is needed at the end; a missing one is an error now rather than then.
             task.folder.read(PICTURES[0])?;
@@ -139,23 +144,7 @@ pub fn simulate(
         {
             return Err(error);
         }
-        let outcome = outcome_of(
-            &going.simulation.view(),
-            &going.observers,
-            going.seconds(),
-            scene,
-        );
-        let flushed = going.files.lengths().map(drop);
-        let later = [flushed, write_results(&outcome, &going, task)]
-            .into_iter()
-            .filter_map(Result::err);
-        let (later, tiles) = (later.collect(), going.simulation.tile_counters());
-        return Ok(RunEnd {
-            outcome,
-            error: Some(error),
-            later,
-            tiles,
-        });
+        return Ok(failed_end(error, &mut going, task, scene));
     }
     going.observers.finish(&going.simulation.view());
     let mut outcome = outcome_of(
@@ -172,12 +161,33 @@ pub fn simulate(
     }
     let tiles = going.simulation.tile_counters();
     going.end(task, &outcome)?;
-    Ok(RunEnd {
+    Ok(RunEnd::new(outcome, tiles))
+}
+
+/// Writes what was measured until the error that ends a run, and returns both.
+fn failed_end(
+    error: Error,
+    going: &mut Resumable<Measures>,
+    task: &Task<'_>,
+    scene: &Scene,
+) -> RunEnd {
+    let outcome = outcome_of(
+        &going.simulation.view(),
+        &going.observers,
+        going.seconds(),
+        scene,
+    );
+    let flushed = going.files.lengths().map(drop);
+    let later = [flushed, write_results(&outcome, going, task)]
+        .into_iter()
+        .filter_map(Result::err);
+    let (later, tiles) = (later.collect(), going.simulation.tile_counters());
+    RunEnd {
         outcome,
-        error: None,
-        later: Vec::new(),
+        error: Some(error),
+        later,
         tiles,
-    })
+    }
 }
 
 /// Writes the tables of an outcome, and the last picture.
@@ -388,18 +398,7 @@ impl RunOutcome {
                  result here and not a fault."
             );
             checks.retain(|check| check.name != OVERLAPPING_PAIRS);
-            let pairs = self.totals.overlapping_pairs as f64;
-            figures.push(Figure::new(
-                "overlapping pairs at a sample, at most",
-                pairs,
-                "1",
-            ));
-            let depth = self.totals.max_overlap;
-            figures.push(Figure::new(
-                "deepest overlap at a sample, by the smaller diameter",
-                depth,
-                "1",
-            ));
+            figures.extend(self.overlap_figures());
         }
         figures.extend(self.price.iter().flat_map(Price::figures));
         if !self.results.silent.is_empty() {
@@ -424,6 +423,20 @@ impl RunOutcome {
             figures,
             runs: Vec::new(),
         }
+    }
+
+    /// Figures of the overlaps at the samples, which a method that is not exact allows.
+    fn overlap_figures(&self) -> [Figure; 2] {
+        let pairs = self.totals.overlapping_pairs as f64;
+        let depth = self.totals.max_overlap;
+        [
+            Figure::new("overlapping pairs at a sample, at most", pairs, "1"),
+            Figure::new(
+                "deepest overlap at a sample, by the smaller diameter",
+                depth,
+                "1",
+            ),
+        ]
     }
 
     /// The summary of a run that ended with an error before its end at `until`.

@@ -141,33 +141,39 @@ fn of_scene(text: &str) -> Vec<String> {
     faults(&schema, &schema, &serde_json::to_value(table).unwrap(), "")
 }
 
-/// All scene files, and the scenes in the README.
+/// All scene files, and the scenes in the README and in the book.
 fn scenes() -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let files = fs::read_dir(root.join("crates/runs/examples"))
-        .unwrap()
-        .map(|entry| entry.unwrap().path());
-    let files = files.filter(|path| {
-        path.extension()
-            .is_some_and(|extension| extension == "toml")
-    });
-    let mut scenes: Vec<_> = files
-        .map(|path| (path.clone(), fs::read_to_string(path).unwrap()))
-        .collect();
-    let readme = fs::read_to_string(root.join("README.md")).unwrap();
-    let blocks = readme
-        .split("```toml\n")
-        .skip(1)
-        .filter_map(|rest| Some(rest.split_once("```")?.0.to_owned()));
-    // Studies are tested where they are read.
-    let blocks = blocks.filter(|block| !block.contains("[[vary]]"));
-    scenes.extend(blocks.map(|block| (PathBuf::from("README.md"), block)));
+    let files = |folder: &str, ending: &str| -> Vec<PathBuf> {
+        let entries = fs::read_dir(root.join(folder)).unwrap();
+        let paths = entries.map(|entry| entry.unwrap().path());
+        paths
+            .filter(|path| path.extension().is_some_and(|found| found == ending))
+            .collect()
+    };
+    let mut scenes = Vec::new();
+    for path in files("crates/runs/examples", "toml") {
+        let text = fs::read_to_string(&path).unwrap();
+        scenes.push((path, text));
+    }
+    let mut pages = files("crates/book/src", "md");
+    pages.push(root.join("README.md"));
+    for path in pages {
+        let page = fs::read_to_string(&path).unwrap();
+        for rest in page.split("```toml\n").skip(1) {
+            let block = rest.split("```").next().unwrap_or_default();
+            // Studies are tested where they are read.
+            if !block.contains("[[vary]]") {
+                scenes.push((path.clone(), block.to_owned()));
+            }
+        }
+    }
     scenes
 }
 
 #[test]
 fn all_scenes_of_the_repository_conform() {
-    assert!(scenes().len() > 6);
+    assert!(scenes().len() > 20);
     for (path, text) in scenes() {
         assert_eq!(of_scene(&text), Vec::<String>::new(), "{}", path.display());
     }

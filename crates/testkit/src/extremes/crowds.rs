@@ -251,6 +251,30 @@ fn break_shot(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
 
 fn few_discs(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     let trials = (effort.collisions / 20).clamp(200, 20_000) as usize;
+    let most = most_collisions_of_three(engine, trials)?;
+    let mut wrong = 0;
+    for count in 2..12 {
+        wrong += usize::from(differs_from_inversions(engine, count)?);
+    }
+    Ok(vec![
+        ExtremeFinding::new(
+            "largest number of collisions of three discs",
+            most as f64,
+            4.0,
+        ),
+        ExtremeFinding::never(
+            "fewer than two collisions of any three discs",
+            usize::from(most < 2),
+        ),
+        ExtremeFinding::never(
+            "rows whose number of collisions differs from the inversions",
+            wrong,
+        ),
+    ])
+}
+
+/// The largest number of collisions of three discs that meet in the plane.
+fn most_collisions_of_three(engine: Engine, trials: usize) -> Result<u64> {
     let mut most = 0;
     let angles: Vec<DVec2> = directions().take(9 * trials).collect();
     for k in 0..trials {
@@ -277,64 +301,39 @@ fn few_discs(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
         run.run_until(20.0)?;
         most = most.max(run.view().counters().collisions);
     }
-    let mut wrong = 0;
-    for count in 2..12 {
-        let speeds: Vec<f64> = directions()
-            .skip(17 * count)
-            .take(count)
-            .map(|d| 0.5 * d.x)
-            .collect();
-        let list = speeds
+    Ok(most)
+}
+
+/// Whether the discs of a row have all met, in another number of collisions than their velocities
+/// have inversions.
+fn differs_from_inversions(engine: Engine, count: usize) -> Result<bool> {
+    let speeds: Vec<f64> = directions()
+        .skip(17 * count)
+        .take(count)
+        .map(|d| 0.5 * d.x)
+        .collect();
+    let list = speeds
+        .iter()
+        .enumerate()
+        .map(|(k, &v)| disc(0.01, 1.0, [40.0 + 0.05 * k as f64, 50.0], [v, 0.0]));
+    let inversions = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
+    let inversions = inversions.filter(|&(i, j)| speeds[i] > speeds[j]).count() as u64;
+    let mut run = engine.simulate(&in_box([100.0, 100.0], list.collect()))?;
+    run.run_until(80.0)?;
+    // Discs of nearly equal speed may meet later: the number is checked only after all have met.
+    let met = speeds.iter().enumerate().all(|(i, v)| {
+        speeds[i + 1..]
             .iter()
-            .enumerate()
-            .map(|(k, &v)| disc(0.01, 1.0, [40.0 + 0.05 * k as f64, 50.0], [v, 0.0]));
-        let inversions = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
-        let inversions = inversions.filter(|&(i, j)| speeds[i] > speeds[j]).count() as u64;
-        let mut run = engine.simulate(&in_box([100.0, 100.0], list.collect()))?;
-        run.run_until(80.0)?;
-        // Discs of nearly equal speed may meet later: the number is checked only after all have
-        // met.
-        let met = speeds.iter().enumerate().all(|(i, v)| {
-            speeds[i + 1..]
-                .iter()
-                .all(|w| v <= w || 0.05 * count as f64 / (v - w) < 80.0)
-        });
-        wrong += usize::from(met && run.view().counters().collisions != inversions);
-    }
-    Ok(vec![
-        ExtremeFinding::new(
-            "largest number of collisions of three discs",
-            most as f64,
-            4.0,
-        ),
-        ExtremeFinding::never(
-            "fewer than two collisions of any three discs",
-            usize::from(most < 2),
-        ),
-        ExtremeFinding::never(
-            "rows whose number of collisions differs from the inversions",
-            wrong,
-        ),
-    ])
+            .all(|w| v <= w || 0.05 * count as f64 / (v - w) < 80.0)
+    });
+    Ok(met && run.view().counters().collisions != inversions)
 }
 
 fn meetings(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
     let four = [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]]
         .map(|[x, y]| disc(0.0625, 1.0, [0.5 + 0.25 * x, 0.5 + 0.25 * y], [-x, -y]));
-    let place = |k: usize| [(k % 8) as f64 / 8.0, (k / 8) as f64 / 8.0];
-    let lattice = (0..64)
-        .map(|k| {
-            let mirrored = |odd: bool| if odd { -1.0 } else { 1.0 };
-            disc(
-                0.03125,
-                1.0,
-                place(k),
-                [mirrored(k % 2 == 1), mirrored(k / 8 % 2 == 1)],
-            )
-        })
-        .collect();
     let mut findings = Vec::new();
-    for (name, list) in [("four", four.to_vec()), ("lattice", lattice)] {
+    for (name, list) in [("four", four.to_vec()), ("lattice", mirrored_lattice())] {
         let scene = in_box([1.0, 1.0], list);
         let run = || -> Result<(AnySimulation, Watch)> {
             let mut run = engine.simulate(&scene)?;
@@ -379,4 +378,20 @@ fn meetings(engine: Engine, _: Effort) -> Result<Vec<ExtremeFinding>> {
         ]);
     }
     Ok(findings)
+}
+
+/// A square lattice of discs, each with the mirrored velocity of its neighbours.
+fn mirrored_lattice() -> Vec<MoleculeSpec> {
+    let place = |k: usize| [(k % 8) as f64 / 8.0, (k / 8) as f64 / 8.0];
+    let mirrored = |odd: bool| if odd { -1.0 } else { 1.0 };
+    (0..64)
+        .map(|k| {
+            disc(
+                0.03125,
+                1.0,
+                place(k),
+                [mirrored(k % 2 == 1), mirrored(k / 8 % 2 == 1)],
+            )
+        })
+        .collect()
 }

@@ -220,49 +220,53 @@ fn inelastic(engine: Engine, effort: Effort) -> Result<Vec<ExtremeFinding>> {
     ));
     for e in [0.5, 0.0] {
         for guarded in [true, false] {
-            let mut scene = in_box([1.0, 1.0], Vec::new());
-            scene.gas = vec![gas("disc", 0.02, 1.0, 200), gas("dumbbell", 0.015, 1.0, 20)];
-            scene.elasticity.default = e;
-            if !guarded {
-                scene.elasticity.contact_time = 0.0;
-            }
-            let name = format!("gas at e = {e}{}", if guarded { "" } else { ", no guard" });
-            let mut run = engine.simulate(&scene)?;
-            let ended = survey_of(&mut run, effort.collisions.min(CONTACTS_WHILE_COOLING));
-            let overlaps = run.view().overlaps();
-            findings.push(ExtremeFinding::never(
-                format!("{name}: overlapping pairs"),
-                overlaps.pairs,
-            ));
-            let view = run.view();
-            let drift = (view.energy() - view.ledger().booked()).abs() / view.ledger().initial;
-            findings.push(ExtremeFinding::new(
-                format!("{name}: energy minus ledger, relative"),
-                drift,
-                1e-12,
-            ));
-            let ended_by_name = match ended {
-                Ok(survey) => {
-                    findings.push(ExtremeFinding::never(
-                        format!("{name}: steps back in time"),
-                        survey.watch.backwards,
-                    ));
-                    guarded || survey.collisions > 0
-                }
-                Err(error) => !guarded && error.downcast_ref::<RunError>().is_some(),
-            };
-            findings.push(ExtremeFinding::never(
-                format!("{name}: unexpected ends"),
-                usize::from(!ended_by_name),
-            ));
-            if guarded && e == 0.0 {
-                let spared = view.counters().guarded_collisions;
-                findings.push(ExtremeFinding::never(
-                    format!("{name}: guard never active"),
-                    usize::from(spared == 0),
-                ));
-            }
+            findings.extend(cooling(engine, effort, e, guarded)?);
         }
+    }
+    Ok(findings)
+}
+
+/// A gas that cools at elasticity `e`, with the guard against inelastic collapse or without it.
+fn cooling(engine: Engine, effort: Effort, e: f64, guarded: bool) -> Result<Vec<ExtremeFinding>> {
+    let mut scene = in_box([1.0, 1.0], Vec::new());
+    scene.gas = vec![gas("disc", 0.02, 1.0, 200), gas("dumbbell", 0.015, 1.0, 20)];
+    scene.elasticity.default = e;
+    if !guarded {
+        scene.elasticity.contact_time = 0.0;
+    }
+    let name = format!("gas at e = {e}{}", if guarded { "" } else { ", no guard" });
+    let mut run = engine.simulate(&scene)?;
+    let ended = survey_of(&mut run, effort.collisions.min(CONTACTS_WHILE_COOLING));
+    let view = run.view();
+    let drift = (view.energy() - view.ledger().booked()).abs() / view.ledger().initial;
+    let mut findings = vec![
+        ExtremeFinding::never(format!("{name}: overlapping pairs"), view.overlaps().pairs),
+        ExtremeFinding::new(
+            format!("{name}: energy minus ledger, relative"),
+            drift,
+            1e-12,
+        ),
+    ];
+    let ended_by_name = match ended {
+        Ok(survey) => {
+            findings.push(ExtremeFinding::never(
+                format!("{name}: steps back in time"),
+                survey.watch.backwards,
+            ));
+            guarded || survey.collisions > 0
+        }
+        Err(error) => !guarded && error.downcast_ref::<RunError>().is_some(),
+    };
+    findings.push(ExtremeFinding::never(
+        format!("{name}: unexpected ends"),
+        usize::from(!ended_by_name),
+    ));
+    if guarded && e == 0.0 {
+        let spared = view.counters().guarded_collisions;
+        findings.push(ExtremeFinding::never(
+            format!("{name}: guard never active"),
+            usize::from(spared == 0),
+        ));
     }
     Ok(findings)
 }

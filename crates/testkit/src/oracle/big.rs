@@ -6,11 +6,11 @@ use super::Number;
 
 /// A number of 200 bits.
 #[derive(Debug, Clone)]
-pub struct Big(FBig<HalfEven, 2>);
+pub struct BigFloat(FBig<HalfEven, 2>);
 
 const PRECISION: usize = 200;
 
-impl Number for Big {
+impl Number for BigFloat {
     const SKETCH_FIRST: bool = false;
 
     fn new(value: f64) -> Self {

@@ -53,70 +53,94 @@ const MAX_STEPS: u32 = 200;
 impl Oracle {
     /// Searches the first deep contact of all pairs of atoms.
     pub fn first_contact<N: Number>(self, encounter: &Encounter) -> ExclusionReference<N> {
-        let counts = [0, 1].map(|body| encounter.molecules[body].atoms().len());
         let mut budget = self.most_intervals;
         let mut best: Option<Deep<N>> = None;
-        for i in 0..counts[0] {
-            for j in 0..counts[1] {
-                let pair = FlyingPair::new(encounter, (i, j)).allowing_for_rounding::<N>();
-                let end = best
-                    .as_ref()
-                    .map_or(encounter.horizon, |deep| deep.time.value().next_up());
-                match first_zero::<N>(&pair, end.min(encounter.horizon), &mut budget) {
-                    SearchEnd::Nothing => {}
-                    SearchEnd::OutOfBudget => return ExclusionReference::Unresolved,
-                    SearchEnd::Zero(time) => {
-                        if best
-                            .as_ref()
-                            .is_none_or(|deep| time.minus(&deep.time).value() < 0.0)
-                        {
-                            let plain = FlyingPair::new(encounter, (i, j));
-                            let touch = touch_before(&plain, &time);
-                            best = Some(Deep {
-                                time,
-                                touch,
-                                parts: Touch::Atoms(i as u32, j as u32),
-                            });
-                        }
-                    }
-                }
-            }
-        }
-        for (body, count) in counts.into_iter().enumerate() {
-            for index in 0..count {
-                let Some(plain) = OracleFacePair::new(encounter, body, index) else {
-                    break;
-                };
-                let pair = plain.allowing_for_rounding::<N>();
-                let end = best
-                    .as_ref()
-                    .map_or(encounter.horizon, |deep| deep.time.value().next_up());
-                match pair.first_contact::<N>(end.min(encounter.horizon), &mut budget) {
-                    SearchEnd::Nothing => {}
-                    SearchEnd::OutOfBudget => return ExclusionReference::Unresolved,
-                    SearchEnd::Zero(time) => {
-                        if best
-                            .as_ref()
-                            .is_none_or(|deep| time.minus(&deep.time).value() < 0.0)
-                        {
-                            let part = Part::Atom(index as u32);
-                            let parts = if body == 0 {
-                                Touch::FaceOfB(part)
-                            } else {
-                                Touch::FaceOfA(part)
-                            };
-                            best = Some(Deep {
-                                touch: plain.touch_before(&time),
-                                time,
-                                parts,
-                            });
-                        }
-                    }
-                }
-            }
+        let is_resolved = search_atoms(encounter, &mut best, &mut budget)
+            && search_faces(encounter, &mut best, &mut budget);
+        if !is_resolved {
+            return ExclusionReference::Unresolved;
         }
         best.map_or(ExclusionReference::Free, ExclusionReference::Deep)
     }
+}
+
+/// Searches all pairs of atoms for a contact earlier than the best one so far. Returns false if the
+/// budget is spent.
+fn search_atoms<N: Number>(
+    encounter: &Encounter,
+    best: &mut Option<Deep<N>>,
+    budget: &mut u64,
+) -> bool {
+    let counts = [0, 1].map(|body| encounter.molecules[body].atoms().len());
+    for i in 0..counts[0] {
+        for j in 0..counts[1] {
+            let pair = FlyingPair::new(encounter, (i, j)).allowing_for_rounding::<N>();
+            match first_zero::<N>(&pair, horizon(encounter, best.as_ref()), budget) {
+                SearchEnd::Nothing => {}
+                SearchEnd::OutOfBudget => return false,
+                SearchEnd::Zero(time) => {
+                    if is_earlier(&time, best.as_ref()) {
+                        let plain = FlyingPair::new(encounter, (i, j));
+                        let touch = touch_before(&plain, &time);
+                        *best = Some(Deep {
+                            time,
+                            touch,
+                            parts: Touch::Atoms(i as u32, j as u32),
+                        });
+                    }
+                }
+            }
+        }
+    }
+    true
+}
+
+/// Searches all atoms of one body and the face of the other, if it is a wall, for a contact earlier
+/// than the best one so far. Returns false if the budget is spent.
+fn search_faces<N: Number>(
+    encounter: &Encounter,
+    best: &mut Option<Deep<N>>,
+    budget: &mut u64,
+) -> bool {
+    for (body, molecule) in encounter.molecules.iter().enumerate() {
+        for index in 0..molecule.atoms().len() {
+            let Some(plain) = OracleFacePair::new(encounter, body, index) else {
+                break;
+            };
+            let pair = plain.allowing_for_rounding::<N>();
+            match pair.first_contact::<N>(horizon(encounter, best.as_ref()), budget) {
+                SearchEnd::Nothing => {}
+                SearchEnd::OutOfBudget => return false,
+                SearchEnd::Zero(time) => {
+                    if is_earlier(&time, best.as_ref()) {
+                        let part = Part::Atom(index as u32);
+                        let parts = if body == 0 {
+                            Touch::FaceOfB(part)
+                        } else {
+                            Touch::FaceOfA(part)
+                        };
+                        *best = Some(Deep {
+                            touch: plain.touch_before(&time),
+                            time,
+                            parts,
+                        });
+                    }
+                }
+            }
+        }
+    }
+    true
+}
+
+/// The end of a search: contacts after the best one so far are of no interest.
+fn horizon<N: Number>(encounter: &Encounter, best: Option<&Deep<N>>) -> f64 {
+    best.map_or(encounter.horizon, |deep| deep.time.value().next_up())
+        .min(encounter.horizon)
+}
+
+/// Whether a contact at this time is earlier than the best one so far.
+fn is_earlier<N: Number>(time: &N, best: Option<&Deep<N>>) -> bool {
+    best.is_none_or(|deep| time.minus(&deep.time).value() < 0.0)
 }
 
 /// The time window in which the atoms' orbit circles are within reach, rounded outwards; `None` if

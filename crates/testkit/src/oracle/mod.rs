@@ -35,7 +35,7 @@ mod number;
 mod search_end;
 mod sketch;
 
-pub use big::Big;
+pub use big::BigFloat;
 pub use double_double::DoubleDouble;
 pub use exclusion::{Deep, ExclusionReference, Oracle};
 pub use judgement::{Judgement, OracleVerdict, gap_over_bound};

@@ -130,7 +130,7 @@ pub fn of_sources(profile: &Profile, sources: &[&str]) -> u64 {
 mod tests {
     use super::*;
 
-    const OUTPUT: &str = "events: Ir\nfl=(1) /c/engine/src/discs.rs\nfn=(1) advance\n10 100\n+2 20\nfi=(2) /c/engine/src/wall.rs\n\
+    const OUTPUT: &str = "events: Ir\nfl=(1) /c/engine/src/discs.rs\nfn=(1) advance\n10 100\n+2 20\nfi=(2) /c/engine/src/world/wall.rs\n\
                           7 5\nfe=(1)\n12 3\ncfi=(3) /c/detection/src/exact.rs\ncfn=(2) ask\ncalls=4 90\n* 4000\n-1 2\n\n\
                           fl=(3)\nfn=(2)\n90 4000\nfi=(4) /rust/core/f64.rs\n1 70\nsummary: 4200\ntotals: 4200\n";
 
@@ -138,7 +138,7 @@ mod tests {
     fn each_instruction_counts_once_for_its_own_source() {
         let profile = parse(OUTPUT);
         assert_eq!(total(&profile), 100 + 20 + 5 + 3 + 2 + 4000 + 70);
-        assert_eq!(of_sources(&profile, &["engine/src/wall.rs"]), 5);
+        assert_eq!(of_sources(&profile, &["engine/src/world/wall.rs"]), 5);
         // Including inlined code.
         assert_eq!(of_sources(&profile, &["detection/src/exact.rs"]), 4070);
         assert_eq!(of_sources(&profile, &[]), 0);

@@ -6,6 +6,7 @@ use carom_tables::Summary;
 
 use super::{
     capability::{Capability, CapabilityLevel, Variant},
+    dependencies::Needs,
     results::{CostResults, VariantResult},
 };
 
@@ -99,6 +100,17 @@ pub fn page(results: &CostResults, summary: &Summary, command: &str) -> Page {
         page.paragraph(&sentence);
     }
     page.part(PagePart::Results);
+    definition_section(&mut page);
+    if !results.needs.is_empty() {
+        dependency_section(&mut page, &results.needs);
+    }
+    page.code(command);
+    page.links(["costs.csv", "summary.json", "manifest.json", "config.toml"]);
+    page
+}
+
+/// What absent, idle and used mean, and how the costs are measured.
+fn definition_section(page: &mut Page) {
     page.heading("Definitions");
     page.paragraph(
         "Absent: the plain gas. No build without the capability exists for comparison. Therefore each \
@@ -123,24 +135,23 @@ pub fn page(results: &CostResults, summary: &Summary, command: &str) -> Page {
         "Measure: a sample about every three collisions of each disc, and a report of every contact where the \
          measure needs it. Each row includes what every run measures; its price is the difference to that row.",
     );
-    if !results.needs.is_empty() {
-        page.heading("Dependencies of each layer when used alone");
-        let header = [
-            "layer",
-            "layers of carom below",
-            "other packages",
-            "of these, at compile time only",
-        ];
-        let row = |needs: &super::dependencies::Needs| {
-            let counts =
-                [needs.own, needs.foreign, needs.when_compiling].map(|count| count.to_string());
-            std::iter::once(needs.layer.to_owned())
-                .chain(counts)
-                .collect::<Vec<_>>()
-        };
-        page.table(&header, &results.needs.iter().map(row).collect::<Vec<_>>());
-    }
-    page.code(command);
-    page.links(["costs.csv", "summary.json", "manifest.json", "config.toml"]);
-    page
+}
+
+/// How many other layers and packages each layer needs.
+fn dependency_section(page: &mut Page, needs: &[Needs]) {
+    page.heading("Dependencies of each layer when used alone");
+    let header = [
+        "layer",
+        "layers of carom below",
+        "other packages",
+        "of these, at compile time only",
+    ];
+    let row = |layer: &Needs| {
+        let counts =
+            [layer.own, layer.foreign, layer.when_compiling].map(|count| count.to_string());
+        std::iter::once(layer.layer.to_owned())
+            .chain(counts)
+            .collect::<Vec<_>>()
+    };
+    page.table(&header, &needs.iter().map(row).collect::<Vec<_>>());
 }

@@ -30,22 +30,6 @@ impl EncounterCharts {
         let overall = overall(results);
         let x_label = "time of a query relative to Exact, geometric mean over the classes";
         let families: Vec<String> = FAMILIES.map(str::to_owned).to_vec();
-        let point = |of: &Overall, y: f64, mark| {
-            let undecided =
-                of.tally.count(OracleVerdict::FreeUntil) as f64 / of.tally.judged().max(1) as f64;
-            let label = if undecided > 0.001 {
-                format!("{}, {:.1} % undecided", of.setting, 100.0 * undecided)
-            } else {
-                of.setting.clone()
-            };
-            Some(ScatterPoint {
-                family: of.family,
-                label,
-                x: of.ratio?,
-                y,
-                mark,
-            })
-        };
         let wrong = overall.iter().filter_map(|of| {
             let none = of.wrong == 0.0;
             let y = if none {
@@ -95,4 +79,22 @@ impl EncounterCharts {
             ("time-and-error.svg", &self.error),
         ]
     }
+}
+
+/// The point of a detector at one setting; `None` if its time is not known.
+fn point(of: &Overall, y: f64, mark: Mark) -> Option<ScatterPoint> {
+    let undecided =
+        of.tally.count(OracleVerdict::FreeUntil) as f64 / of.tally.judged().max(1) as f64;
+    let label = if undecided > 0.001 {
+        format!("{}, {:.1} % undecided", of.setting, 100.0 * undecided)
+    } else {
+        of.setting.clone()
+    };
+    Some(ScatterPoint {
+        family: of.family,
+        label,
+        x: of.ratio?,
+        y,
+        mark,
+    })
 }

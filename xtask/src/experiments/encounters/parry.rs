@@ -49,13 +49,13 @@ pub enum Cast {
 }
 
 /// The process that runs parry.
-pub struct Worker {
+pub struct ParryProcess {
     child: Child,
     questions: ChildStdin,
     answers: Receiver<String>,
 }
 
-impl Worker {
+impl ParryProcess {
     /// Starts this program again, with the command [`COMMAND`].
     ///
     /// # Errors
@@ -105,7 +105,7 @@ impl Worker {
     }
 }
 
-impl Drop for Worker {
+impl Drop for ParryProcess {
     fn drop(&mut self) {
         // The process may have ended already.
         let _ = self.child.kill();

@@ -11,7 +11,7 @@ use carom_runs::{
     work_items::WorkItems,
 };
 use carom_tables::{Check, Summary, Verdict};
-use rayon::prelude::*;
+use rayon::{ThreadPool, prelude::*};
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -20,7 +20,7 @@ use super::{
     charts::EncounterCharts,
     options::EncounterPlan,
     overall,
-    parry::{Cast, Worker},
+    parry::{Cast, ParryProcess},
     report,
     results::{ClassResult, EncounterResults, ParryResult},
     settings::{DetectorSetting, settings},
@@ -67,42 +67,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         groups.iter().map(|g| g.cases.len()).sum::<usize>(),
         groups.len()
     ));
-    items.expect(2 * groups.len() + plan.parry_cases);
-    let settings = settings();
-    let answers = pool.install(|| search_all(&groups, &settings, &plan, items))?;
-    print_line("answers judged; measuring times");
-    let parries = search_with_parry(&groups, &plan, items)?;
-    let class =
-        |((group, answers), parry): ((&CaseGroup, Answers), ParryResult)| -> Result<ClassResult> {
-            let Answers {
-                unresolved,
-                tallies,
-            } = answers;
-            let detectors: Vec<(AnyDetector, &EncounterTally)> = settings
-                .iter()
-                .map(|setting| setting.detector)
-                .zip(&tallies)
-                .collect();
-            let timings = items.finish(&format!("times of {}", group.name), || {
-                Ok(timing::time(&detectors, &group.cases, plan.rounds))
-            })?;
-            let (name, about) = (group.name.clone(), group.about.clone());
-            Ok(ClassResult {
-                name,
-                about,
-                unresolved,
-                tallies,
-                timings,
-                parry,
-            })
-        };
-    let classes = groups
-        .iter()
-        .zip(answers)
-        .zip(parries)
-        .map(class)
-        .collect::<Result<_>>()?;
-    let results = EncounterResults { settings, classes };
+    let results = measure(&groups, &plan, &pool, items)?;
     write_tables(folder, &results)?;
     let broken = violations(&results, &groups);
     if !broken.is_empty() {
@@ -141,6 +106,44 @@ fn settings_of(options: &Options, plan: &EncounterPlan) -> String {
     )
 }
 
+/// Runs all detectors and parry on all cases, and measures the times of the detectors.
+fn measure(
+    groups: &[CaseGroup],
+    plan: &EncounterPlan,
+    pool: &ThreadPool,
+    items: &WorkItems,
+) -> Result<EncounterResults> {
+    items.expect(2 * groups.len() + plan.parry_cases);
+    let settings = settings();
+    let answers = pool.install(|| search_all(groups, &settings, plan, items))?;
+    print_line("answers judged; measuring times");
+    let parries = search_with_parry(groups, plan, items)?;
+    let mut classes = Vec::new();
+    for ((group, answers), parry) in groups.iter().zip(answers).zip(parries) {
+        let Answers {
+            unresolved,
+            tallies,
+        } = answers;
+        let detectors: Vec<(AnyDetector, &EncounterTally)> = settings
+            .iter()
+            .map(|setting| setting.detector)
+            .zip(&tallies)
+            .collect();
+        let timings = items.finish(&format!("times of {}", group.name), || {
+            Ok(timing::time(&detectors, &group.cases, plan.rounds))
+        })?;
+        classes.push(ClassResult {
+            name: group.name.clone(),
+            about: group.about.clone(),
+            unresolved,
+            tallies,
+            timings,
+            parry,
+        });
+    }
+    Ok(EncounterResults { settings, classes })
+}
+
 /// Runs all detectors on all cases; for each group, the answers at each setting.
 fn search_all(
     groups: &[CaseGroup],
@@ -177,7 +180,7 @@ fn search_with_parry(
         let round: Vec<ParryResult> = items.finish(&format!("parry about case {index}"), || {
             let worker = match &mut worker {
                 Some(worker) => worker,
-                none => none.insert(Worker::start()?),
+                none => none.insert(ParryProcess::start()?),
             };
             let mut hung = hung;
             groups
@@ -194,7 +197,7 @@ fn search_with_parry(
 
 /// Runs parry on one case, unless too many calls have not returned.
 fn search_once_with_parry(
-    worker: &mut Worker,
+    worker: &mut ParryProcess,
     group: &CaseGroup,
     index: usize,
     plan: &EncounterPlan,

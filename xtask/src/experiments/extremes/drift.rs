@@ -11,7 +11,7 @@ use carom_testkit::extremes::{
     watch::run_collisions,
 };
 
-use super::gaps::Gaps;
+use super::gaps::GapStatistics;
 use carom_experiments::time_reversal::line;
 
 /// Drift in one scene.
@@ -28,7 +28,7 @@ pub struct EnergyDrift {
     /// Totals of the run.
     pub totals: Totals,
     /// Gaps between the discs at their contacts.
-    pub gaps: Gaps,
+    pub gaps: GapStatistics,
 }
 
 /// The scenes by name.
@@ -66,7 +66,7 @@ pub fn drift(
     let mut points = vec![(0.0, 0.0)];
     let (mut pairs, mut deepest) = (0, 0.0f64);
     let mut worst = 0.0f64;
-    let mut gaps = Gaps::new(run.view().bounds());
+    let mut gaps = GapStatistics::new(run.view().bounds());
     for sample in 1..=SAMPLES {
         let before = run.view().counters().collisions;
         let requested = collisions * sample / SAMPLES;

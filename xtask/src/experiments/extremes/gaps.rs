@@ -8,7 +8,7 @@ pub const MAX_ROUNDINGS: f64 = 16.0;
 
 /// Observer of the extreme gaps of all contacts between discs.
 #[derive(Debug, Clone)]
-pub struct Gaps {
+pub struct GapStatistics {
     bounds: PeriodicBox,
     /// Deepest overlap and largest gap at a contact, in units of ε × longer side of the box.
     pub deepest: f64,
@@ -17,7 +17,7 @@ pub struct Gaps {
     pub contacts: u64,
 }
 
-impl Gaps {
+impl GapStatistics {
     /// An observer for contacts in a box.
     pub fn new(bounds: &PeriodicBox) -> Self {
         Self {
@@ -29,7 +29,7 @@ impl Gaps {
     }
 }
 
-impl Observer for Gaps {
+impl Observer for GapStatistics {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let [a, b] = &report.sides;
         let [radius_a, radius_b] = [a, b].map(|side| side.body.molecule().bounding_radius());
@@ -62,7 +62,7 @@ mod tests {
             CellsPerSide::Automatic,
         )
         .unwrap();
-        let mut gaps = Gaps::new(run.view().bounds());
+        let mut gaps = GapStatistics::new(run.view().bounds());
         run.observe_until(40.0, &mut gaps).unwrap();
         assert!(gaps.contacts >= 10, "{gaps:?}");
         assert!(gaps.deepest.max(gaps.farthest) <= MAX_ROUNDINGS, "{gaps:?}");

@@ -32,8 +32,11 @@ pub struct LimitSearch {
     /// Range of the search (decades).
     decades: (f64, f64),
     engine: Engine,
-    trial: fn(Engine, f64, u64) -> Result<Vec<ExtremeFinding>>,
+    trial: Trial,
 }
+
+/// Trial of one value of a parameter, over a number of collisions.
+type Trial = fn(Engine, f64, u64) -> Result<Vec<ExtremeFinding>>;
 
 /// Location of the limit.
 #[derive(Debug, Clone)]
@@ -103,18 +106,7 @@ impl LimitSearch {
                 failed.insert(0, (decade, attempt_at(decade)));
             }
         }
-        for _ in 0..halvings {
-            let Some((high, _)) = failed.last() else {
-                break;
-            };
-            let middle = 0.5 * (low + high);
-            let ending = attempt_at(middle);
-            if ending.holds() {
-                low = middle;
-            } else {
-                failed.push((middle, ending));
-            }
-        }
+        low = bisect(low, &mut failed, halvings, attempt_at);
         let rest: Vec<(f64, Ending)> = failed
             .into_iter()
             .rev()
@@ -128,9 +120,31 @@ impl LimitSearch {
     }
 }
 
+/// Bisects between `low`, which holds, and the last failure; returns the last decade that holds.
+fn bisect(
+    mut low: f64,
+    failed: &mut Vec<(f64, Ending)>,
+    halvings: u32,
+    attempt_at: impl Fn(f64) -> Ending,
+) -> f64 {
+    for _ in 0..halvings {
+        let Some((high, _)) = failed.last() else {
+            break;
+        };
+        let middle = 0.5 * (low + high);
+        let ending = attempt_at(middle);
+        if ending.holds() {
+            low = middle;
+        } else {
+            failed.push((middle, ending));
+        }
+    }
+    low
+}
+
 /// All parameters.
 pub fn limit_searches(engine: Engine) -> Vec<LimitSearch> {
-    let limit = |parameter, scene, goal, decades, trial| LimitSearch {
+    let search = |(parameter, scene, goal, decades, trial): ParameterRow| LimitSearch {
         parameter,
         scene,
         goal,
@@ -138,86 +152,92 @@ pub fn limit_searches(engine: Engine) -> Vec<LimitSearch> {
         engine,
         trial,
     };
-    vec![
-        limit(
-            "mass ratio",
-            "a heavy disc among 30 light ones",
-            tested::MASS_RATIO,
-            (2.0, 62.0),
-            heavy,
-        ),
-        limit(
-            "speed ratio",
-            "a light and fast disc among 30",
-            tested::SPEED_RATIO,
-            (1.0, 32.0),
-            fast,
-        ),
-        limit(
-            "size ratio",
-            "two small discs meet obliquely beside a large one",
-            tested::SIZE_RATIO,
-            (1.0, 18.0),
-            small,
-        ),
-        limit(
-            "turns per natural time",
-            "a rotating rod hit by a gas disc at its rim",
-            tested::TURNS,
-            (1.0, 60.0),
-            spinning,
-        ),
-        limit(
-            "σ over depth of a graze",
-            "two discs at 30 σ",
-            tested::GRAZE,
-            (3.0, 18.0),
-            grazing,
-        ),
-        limit(
-            "reach over depth of a sweep",
-            "a rotating dumbbell and a disc",
-            tested::SWEEP,
-            (3.0, 18.0),
-            sweeping,
-        ),
-        limit(
-            "age in natural times",
-            "36 discs added to a box at a late time",
-            tested::AGE,
-            (1.0, 40.0),
-            old,
-        ),
-        limit(
-            "1/(A/A₀ − 1)",
-            "288 discs on the triangular lattice",
-            tested::DENSITY,
-            (2.0, 18.0),
-            dense,
-        ),
-        limit(
-            "1/contact time of the guard",
-            "a gas of discs and dumbbells at e = 0",
-            tested::CONTACT_TIME,
-            (2.0, 18.0),
-            inelastic,
-        ),
-        limit(
-            "atoms of a ring",
-            "a ring among 40 discs",
-            tested::ATOMS,
-            (1.0, 5.0),
-            many_atoms,
-        ),
-        limit(
-            "box over diameter",
-            "two discs meet obliquely across half the box",
-            tested::BOX,
-            (1.0, 18.0),
-            large_box,
-        ),
-    ]
+    PARAMETERS.into_iter().map(search).collect()
 }
+
+/// A parameter, its scene, its goal, the range of the search (decades), and the trial of a value.
+type ParameterRow = (&'static str, &'static str, f64, (f64, f64), Trial);
+
+/// All parameters, in the order of the table.
+const PARAMETERS: [ParameterRow; 11] = [
+    (
+        "mass ratio",
+        "a heavy disc among 30 light ones",
+        tested::MASS_RATIO,
+        (2.0, 62.0),
+        heavy,
+    ),
+    (
+        "speed ratio",
+        "a light and fast disc among 30",
+        tested::SPEED_RATIO,
+        (1.0, 32.0),
+        fast,
+    ),
+    (
+        "size ratio",
+        "two small discs meet obliquely beside a large one",
+        tested::SIZE_RATIO,
+        (1.0, 18.0),
+        small,
+    ),
+    (
+        "turns per natural time",
+        "a rotating rod hit by a gas disc at its rim",
+        tested::TURNS,
+        (1.0, 60.0),
+        spinning,
+    ),
+    (
+        "σ over depth of a graze",
+        "two discs at 30 σ",
+        tested::GRAZE,
+        (3.0, 18.0),
+        grazing,
+    ),
+    (
+        "reach over depth of a sweep",
+        "a rotating dumbbell and a disc",
+        tested::SWEEP,
+        (3.0, 18.0),
+        sweeping,
+    ),
+    (
+        "age in natural times",
+        "36 discs added to a box at a late time",
+        tested::AGE,
+        (1.0, 40.0),
+        old,
+    ),
+    (
+        "1/(A/A₀ − 1)",
+        "288 discs on the triangular lattice",
+        tested::DENSITY,
+        (2.0, 18.0),
+        dense,
+    ),
+    (
+        "1/contact time of the guard",
+        "a gas of discs and dumbbells at e = 0",
+        tested::CONTACT_TIME,
+        (2.0, 18.0),
+        inelastic,
+    ),
+    (
+        "atoms of a ring",
+        "a ring among 40 discs",
+        tested::ATOMS,
+        (1.0, 5.0),
+        many_atoms,
+    ),
+    (
+        "box over diameter",
+        "two discs meet obliquely across half the box",
+        tested::BOX,
+        (1.0, 18.0),
+        large_box,
+    ),
+];
 
 /// Conditions that hold in any run, and that it reaches the requested number of collisions.
 fn surveyed(engine: Engine, scene: &Scene, collisions: u64) -> Result<Vec<ExtremeFinding>> {

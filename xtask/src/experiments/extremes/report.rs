@@ -117,26 +117,6 @@ fn verdict_of_all(results: &ExtremesResults, summary: &Summary) -> String {
 
 /// One table of all scenes, limits, reversals and drifts.
 fn overview(page: &mut Page, results: &ExtremesResults) {
-    let largest = |values: Vec<f64>| {
-        let found = values.into_iter().reduce(f64::max);
-        found.map_or_else(
-            || "–".to_owned(),
-            |value| {
-                if value < 0.01 {
-                    format!("{value:.1e}")
-                } else {
-                    format!("{value:.2}")
-                }
-            },
-        )
-    };
-    let share = |count: usize, all: usize| {
-        if all == 0 {
-            "–".to_owned()
-        } else {
-            format!("{count} of {all}")
-        }
-    };
     let row = |name: &str, cells: [String; 2]| [vec![name.to_owned()], cells.to_vec()].concat();
     let scenes = |engine: usize| {
         let holds = results
@@ -148,20 +128,10 @@ fn overview(page: &mut Page, results: &ExtremesResults) {
     };
     let limits = |engine: usize| share(reached(results, engine), results.limits.len());
     let errors = |engine: usize| {
-        largest(
-            results.reversals[engine]
-                .iter()
-                .map(|reversal| reversal.effective_error)
-                .collect(),
-        )
+        let reversals = results.reversals[engine].iter();
+        largest(reversals.map(|reversal| reversal.effective_error))
     };
-    let drift = largest(
-        results
-            .drifts
-            .iter()
-            .map(|drift| drift.totals.energy_drift)
-            .collect(),
-    );
+    let drift = largest(results.drifts.iter().map(|drift| drift.totals.energy_drift));
     let rows = [
         row("scenes in which all bounds hold", [0, 1].map(scenes)),
         row(
@@ -178,6 +148,24 @@ fn overview(page: &mut Page, results: &ExtremesResults) {
         &["all scenes", Engine::Default.name(), Engine::Thesis.name()],
         &rows,
     );
+}
+
+/// The largest value, or a dash if there is none.
+fn largest(values: impl Iterator<Item = f64>) -> String {
+    match values.reduce(f64::max) {
+        None => "–".to_owned(),
+        Some(value) if value < 0.01 => format!("{value:.1e}"),
+        Some(value) => format!("{value:.2}"),
+    }
+}
+
+/// A count out of all, or a dash if there are none.
+fn share(count: usize, all: usize) -> String {
+    if all == 0 {
+        "–".to_owned()
+    } else {
+        format!("{count} of {all}")
+    }
 }
 
 fn scene_section(page: &mut Page, results: &ExtremesResults) {

@@ -155,10 +155,35 @@ fn measure(plan: &ExtremesPlan, number: &str) -> Result<ExtremesResults> {
     })
 }
 
+/// Names of both engines, in the order of their results.
+const ENGINES: [&str; 2] = [Engine::Default.name(), Engine::Thesis.name()];
+
 fn write_tables(folder: &Folder, results: &ExtremesResults) -> Result<()> {
-    let engines = [Engine::Default.name(), Engine::Thesis.name()];
+    write_scenes(folder, results)?;
+    write_findings(folder, results)?;
+    write_limits(folder, results)?;
+    let rows = results.reversals.iter().flatten().flat_map(|reversal| {
+        let of = |&(n, distance): &(f64, f64)| (reversal.engine, reversal.fraction, n, distance);
+        reversal.points.iter().map(of)
+    });
+    folder.write_table(
+        "reversal.csv",
+        &["engine", "area_fraction", "collisions_per_disc", "distance"],
+        rows,
+    )?;
+    let rows = results.drifts.iter().flat_map(|drift| {
+        drift
+            .points
+            .iter()
+            .map(|point| (drift.name, point.0, point.1))
+    });
+    folder.write_table("drift.csv", &["scene", "collisions", "energy_change"], rows)
+}
+
+/// Writes whether all bounds hold in each scene.
+fn write_scenes(folder: &Folder, results: &ExtremesResults) -> Result<()> {
     let rows = results.scenes.iter().flat_map(|(case, endings)| {
-        endings.iter().zip(engines).map(|(ending, engine)| {
+        endings.iter().zip(ENGINES).map(|(ending, engine)| {
             (
                 case.id,
                 case.name,
@@ -173,12 +198,16 @@ fn write_tables(folder: &Folder, results: &ExtremesResults) -> Result<()> {
         "scenes.csv",
         &["id", "scene", "must_hold", "engine", "holds", "seen"],
         rows,
-    )?;
+    )
+}
+
+/// Writes every finding of each scene with its bound.
+fn write_findings(folder: &Folder, results: &ExtremesResults) -> Result<()> {
     let rows = results.scenes.iter().flat_map(|(case, endings)| {
         let id = case.id;
         endings
             .iter()
-            .zip(engines)
+            .zip(ENGINES)
             .flat_map(move |(ending, engine)| {
                 let none: &[ExtremeFinding] = &[];
                 let findings = if let Ending::Findings(findings) = ending {
@@ -195,9 +224,13 @@ fn write_tables(folder: &Folder, results: &ExtremesResults) -> Result<()> {
         "findings.csv",
         &["id", "engine", "what", "found", "allowed", "holds"],
         rows,
-    )?;
+    )
+}
+
+/// Writes the limit of each parameter, and what happens beyond it.
+fn write_limits(folder: &Folder, results: &ExtremesResults) -> Result<()> {
     let rows = results.limits.iter().flat_map(|(limit, found)| {
-        found.iter().zip(engines).map(|(found, engine)| {
+        found.iter().zip(ENGINES).map(|(found, engine)| {
             let beyond = found.beyond.as_ref();
             let (value, seen) = (
                 beyond.map(|beyond| beyond.0),
@@ -225,23 +258,7 @@ fn write_tables(folder: &Folder, results: &ExtremesResults) -> Result<()> {
         "seen_beyond",
         "ends_beyond",
     ];
-    folder.write_table("edges.csv", &header, rows)?;
-    let rows = results.reversals.iter().flatten().flat_map(|reversal| {
-        let of = |&(n, distance): &(f64, f64)| (reversal.engine, reversal.fraction, n, distance);
-        reversal.points.iter().map(of)
-    });
-    folder.write_table(
-        "reversal.csv",
-        &["engine", "area_fraction", "collisions_per_disc", "distance"],
-        rows,
-    )?;
-    let rows = results.drifts.iter().flat_map(|drift| {
-        drift
-            .points
-            .iter()
-            .map(|point| (drift.name, point.0, point.1))
-    });
-    folder.write_table("drift.csv", &["scene", "collisions", "energy_change"], rows)
+    folder.write_table("edges.csv", &header, rows)
 }
 
 /// Largest effective error of the exact engine, in units of ε × side. Smaller: the fit over a few

@@ -125,43 +125,8 @@ pub fn run(options: &ThesisTestsOptions) -> Result<Verdict> {
                 timings.push(case(detector, atoms, options.random.seed, budget, items)?);
             }
         }
-        let each = |timing: &ThesisTiming| {
-            Some((timing.engine.clone(), timing.size, timing.per_query()?.0))
-        };
-        let times = |timing: &ThesisTiming| {
-            Some((
-                timing.engine.clone(),
-                timing.size,
-                timing.for_thesis_time()?.0,
-            ))
-        };
-        let fit = |atoms| {
-            Some((
-                "fit of figure 2.4, as published".to_owned(),
-                atoms,
-                figure_2_4(atoms)?,
-            ))
-        };
         Ok(ThesisResults {
-            charts: vec![
-                Costs {
-                    file: "query.svg",
-                    what: "time of one query (s)",
-                    points: timings.iter().filter_map(each).collect(),
-                    published: Vec::new(),
-                    fits: Vec::new(),
-                },
-                Costs {
-                    file: "cost.svg",
-                    what: "time for 100 time units (s)",
-                    points: timings.iter().filter_map(times).collect(),
-                    published: ATOMS.into_iter().filter_map(fit).collect(),
-                    fits: golden_fit(&timings)
-                        .map(|fit| (format!("{GOLDEN}, fit"), fit))
-                        .into_iter()
-                        .collect(),
-                },
-            ],
+            charts: charts(&timings),
             figures: figures(&timings, &shares),
             header: HEADER.to_vec(),
             rows: timings
@@ -171,6 +136,45 @@ pub fn run(options: &ThesisTestsOptions) -> Result<Verdict> {
             timings,
         })
     })
+}
+
+/// The time of one query, and that for the duration of the thesis, against the number of atoms.
+fn charts(timings: &[ThesisTiming]) -> Vec<Costs> {
+    let each =
+        |timing: &ThesisTiming| Some((timing.engine.clone(), timing.size, timing.per_query()?.0));
+    let times = |timing: &ThesisTiming| {
+        Some((
+            timing.engine.clone(),
+            timing.size,
+            timing.for_thesis_time()?.0,
+        ))
+    };
+    let fit = |atoms| {
+        Some((
+            "fit of figure 2.4, as published".to_owned(),
+            atoms,
+            figure_2_4(atoms)?,
+        ))
+    };
+    vec![
+        Costs {
+            file: "query.svg",
+            what: "time of one query (s)",
+            points: timings.iter().filter_map(each).collect(),
+            published: Vec::new(),
+            fits: Vec::new(),
+        },
+        Costs {
+            file: "cost.svg",
+            what: "time for 100 time units (s)",
+            points: timings.iter().filter_map(times).collect(),
+            published: ATOMS.into_iter().filter_map(fit).collect(),
+            fits: golden_fit(timings)
+                .map(|fit| (format!("{GOLDEN}, fit"), fit))
+                .into_iter()
+                .collect(),
+        },
+    ]
 }
 
 /// Rods of a number of atoms with one detector.

@@ -97,44 +97,8 @@ pub fn run(options: &ThesisTestsOptions) -> Result<Verdict> {
                 timings.push(case(engine, count, options.random.seed, budget, items)?);
             }
         }
-        let times = |timing: &ThesisTiming| {
-            Some((
-                timing.engine.clone(),
-                timing.size,
-                timing.for_thesis_time()?.0,
-            ))
-        };
-        let each = |timing: &ThesisTiming| {
-            Some((
-                timing.engine.clone(),
-                timing.size,
-                timing.per_collision()?.0,
-            ))
-        };
         Ok(ThesisResults {
-            charts: vec![
-                Costs {
-                    file: "cost.svg",
-                    what: "time for 100 time units (s)",
-                    points: timings.iter().filter_map(times).collect(),
-                    published: published(),
-                    fits: fits(&timings)
-                        .map(|(name, fit)| (format!("{name}, fit"), fit))
-                        .collect(),
-                },
-                Costs {
-                    file: "collision.svg",
-                    what: "time of one collision (s)",
-                    points: timings.iter().filter_map(each).collect(),
-                    published: published()
-                        .into_iter()
-                        .map(|(name, count, seconds)| {
-                            (name, count, seconds / collisions(count, 1.0))
-                        })
-                        .collect(),
-                    fits: Vec::new(),
-                },
-            ],
+            charts: charts(&timings),
             figures: figures(&timings, options.random.seed)?,
             header: [
                 "engine",
@@ -154,6 +118,45 @@ pub fn run(options: &ThesisTestsOptions) -> Result<Verdict> {
             timings,
         })
     })
+}
+
+/// The time for the duration of the thesis, and that of one collision, against the number of discs.
+fn charts(timings: &[ThesisTiming]) -> Vec<Costs> {
+    let times = |timing: &ThesisTiming| {
+        Some((
+            timing.engine.clone(),
+            timing.size,
+            timing.for_thesis_time()?.0,
+        ))
+    };
+    let each = |timing: &ThesisTiming| {
+        Some((
+            timing.engine.clone(),
+            timing.size,
+            timing.per_collision()?.0,
+        ))
+    };
+    vec![
+        Costs {
+            file: "cost.svg",
+            what: "time for 100 time units (s)",
+            points: timings.iter().filter_map(times).collect(),
+            published: published(),
+            fits: fits(timings)
+                .map(|(name, fit)| (format!("{name}, fit"), fit))
+                .collect(),
+        },
+        Costs {
+            file: "collision.svg",
+            what: "time of one collision (s)",
+            points: timings.iter().filter_map(each).collect(),
+            published: published()
+                .into_iter()
+                .map(|(name, count, seconds)| (name, count, seconds / collisions(count, 1.0)))
+                .collect(),
+            fits: Vec::new(),
+        },
+    ]
 }
 
 /// One number of discs with one engine.
@@ -283,6 +286,14 @@ fn figures(timings: &[ThesisTiming], seed: u64) -> Result<Vec<Figure>> {
                 .flat_map(|fit| fit.figures("table 2.1", source)),
         );
     }
+    figures.extend(collision_rates(timings, seed)?);
+    Ok(figures)
+}
+
+/// Measured collision rates, with those of Enskog theory.
+fn collision_rates(timings: &[ThesisTiming], seed: u64) -> Result<Vec<Figure>> {
+    let mut figures = Vec::new();
+    let of = |engine: &'static str| timings.iter().filter(move |timing| timing.engine == engine);
     let collided = ENGINES
         .into_iter()
         .flat_map(of)

@@ -249,6 +249,41 @@ fn after_impulse(draw: &mut FuzzDraw) -> Encounter {
 /// Sets the velocities after the contact, by J = (1 + e) μ u along the normal; returns false if the
 /// parts are not two atoms, or an atom and a face, so close.
 fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool {
+    let Some((normal, arms)) = normal_and_arms(encounter, contact.touch) else {
+        return false;
+    };
+    let spins = encounter.motion.angular_velocity;
+    let rate = encounter.motion.velocity + spins[1] * arms[1].perp() - spins[0] * arms[0].perp();
+    let approach = -normal.dot(rate);
+    let inverse = |molecule: &Molecule| {
+        // Discs receive no spin; walls have infinite mass.
+        let moment = if molecule.is_disc() {
+            0.0
+        } else {
+            1.0 / molecule.moment_of_inertia()
+        };
+        [1.0 / molecule.mass(), moment]
+    };
+    let [[mass_a, moment_a], [mass_b, moment_b]] = encounter.molecules.each_ref().map(inverse);
+    let torques = arms.map(|arm| arm.perp_dot(normal));
+    let inverse_mass =
+        mass_a + mass_b + moment_a * torques[0] * torques[0] + moment_b * torques[1] * torques[1];
+    let impulse = (1.0 + elasticity) * approach / inverse_mass;
+    if !(approach > 0.0 && impulse.is_finite()) {
+        return false;
+    }
+    let motion = &mut encounter.motion;
+    motion.velocity += impulse * (mass_a + mass_b) * normal;
+    motion.angular_velocity = [
+        spins[0] - moment_a * impulse * torques[0],
+        spins[1] + moment_b * impulse * torques[1],
+    ];
+    motion.velocity_error += 4.0 * HALF_ULP * motion.velocity.length();
+    true
+}
+
+/// Normal from A to B, and arms; `None` if the parts are not two atoms, or an atom and a face.
+fn normal_and_arms(encounter: &Encounter, touch: Touch) -> Option<(DVec2, [DVec2; 2])> {
     let [a, b] = &encounter.molecules;
     let turned = |body: usize, atom: &Atom| {
         encounter.motion.orientation[body]
@@ -267,7 +302,7 @@ fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool 
                 .normalize(),
         )
     };
-    let (normal, arms) = match contact.touch {
+    Some(match touch {
         Touch::Atoms(i, j) => {
             let arms = [
                 turned(0, &a.atoms()[i as usize]),
@@ -277,10 +312,7 @@ fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool 
         }
         Touch::FaceOfA(carom_detection::Part::Atom(j)) => {
             let arm = turned(1, &b.atoms()[j as usize]);
-            let Some(along) = along_face(0, a) else {
-                return false;
-            };
-            let across = along.perp();
+            let across = along_face(0, a)?.perp();
             (
                 across * (separation + arm).dot(across).signum(),
                 [DVec2::ZERO, arm],
@@ -288,45 +320,14 @@ fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool 
         }
         Touch::FaceOfB(carom_detection::Part::Atom(i)) => {
             let arm = turned(0, &a.atoms()[i as usize]);
-            let Some(along) = along_face(1, b) else {
-                return false;
-            };
-            let across = along.perp();
+            let across = along_face(1, b)?.perp();
             (
                 across * (separation - arm).dot(across).signum(),
                 [arm, DVec2::ZERO],
             )
         }
-        _ => return false,
-    };
-    let spins = encounter.motion.angular_velocity;
-    let rate = encounter.motion.velocity + spins[1] * arms[1].perp() - spins[0] * arms[0].perp();
-    let approach = -normal.dot(rate);
-    let inverse = |molecule: &Molecule| {
-        // Discs receive no spin; walls have infinite mass.
-        let moment = if molecule.is_disc() {
-            0.0
-        } else {
-            1.0 / molecule.moment_of_inertia()
-        };
-        [1.0 / molecule.mass(), moment]
-    };
-    let ([mass_a, moment_a], [mass_b, moment_b]) = (inverse(a), inverse(b));
-    let torques = arms.map(|arm| arm.perp_dot(normal));
-    let inverse_mass =
-        mass_a + mass_b + moment_a * torques[0] * torques[0] + moment_b * torques[1] * torques[1];
-    let impulse = (1.0 + elasticity) * approach / inverse_mass;
-    if !(approach > 0.0 && impulse.is_finite()) {
-        return false;
-    }
-    let motion = &mut encounter.motion;
-    motion.velocity += impulse * (mass_a + mass_b) * normal;
-    motion.angular_velocity = [
-        spins[0] - moment_a * impulse * torques[0],
-        spins[1] + moment_b * impulse * torques[1],
-    ];
-    motion.velocity_error += 4.0 * HALF_ULP * motion.velocity.length();
-    true
+        _ => return None,
+    })
 }
 
 /// Two molecules with equal or opposite spins and a gap of 1e-3 to 1e-13 sizes.

@@ -267,27 +267,44 @@ fn check_bounds(
         }
     }
     if a.is_disc() && b.is_disc() {
-        let mut eight = DiscLanes::empty(lanes.separation_error, lanes.speed);
-        eight.set(3, motion.separation, motion.velocity, reach);
-        let time = detector.disc_contacts(&eight)[3];
-        let outcome = if time <= encounter.horizon {
-            Outcome::Contact(Contact {
-                time,
-                touch: Touch::Atoms(0, 0),
-            })
-        } else {
-            Outcome::Free
-        };
-        judge.judge(
-            "lanes: ",
-            &Answer {
-                outcome,
-                evaluations: 1,
-            },
-            encounter.horizon,
-            report,
-        );
+        check_eight_lanes(detector, encounter, &lanes, judge, report);
     }
+}
+
+/// Checks the contact time of two discs, by the search that treats eight discs at once.
+fn check_eight_lanes(
+    detector: &impl Detection,
+    encounter: &Encounter,
+    lanes: &DiscLanes<1>,
+    judge: &Judge<'_>,
+    report: &mut Report,
+) {
+    let motion = &encounter.motion;
+    let mut eight = DiscLanes::empty(lanes.separation_error, lanes.speed);
+    eight.set(
+        3,
+        motion.separation,
+        motion.velocity,
+        lanes.contact_distance[0],
+    );
+    let time = detector.disc_contacts(&eight)[3];
+    let outcome = if time <= encounter.horizon {
+        Outcome::Contact(Contact {
+            time,
+            touch: Touch::Atoms(0, 0),
+        })
+    } else {
+        Outcome::Free
+    };
+    judge.judge(
+        "lanes: ",
+        &Answer {
+            outcome,
+            evaluations: 1,
+        },
+        encounter.horizon,
+        report,
+    );
 }
 
 /// Checks that E is at most some roundings of the lengths involved plus the errors of the query.

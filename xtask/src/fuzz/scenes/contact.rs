@@ -132,17 +132,21 @@ fn check_joint(
             ),
         );
     }
-    let relative = along(
-        rate(&contact.sides[1], touch.arms[1], false),
-        -1.0,
-        rate(&contact.sides[0], touch.arms[0], false),
-    );
     MeasuredContact {
-        approach: -dot(relative, touch.normal),
+        approach: -dot(relative_rate(contact, touch, false), touch.normal),
         speed,
         distance: touch.distance,
         lost,
     }
+}
+
+/// Velocity of the touching point of the second body relative to that of the first.
+fn relative_rate(contact: &CollisionReport<'_>, touch: &TouchedParts, after: bool) -> BodyPair {
+    along(
+        rate(&contact.sides[1], touch.arms[1], after),
+        -1.0,
+        rate(&contact.sides[0], touch.arms[0], after),
+    )
 }
 
 fn rate(side: &Side<'_>, arm: BodyPair, after: bool) -> BodyPair {
@@ -176,6 +180,18 @@ struct Sums {
     inverse_mass: f64,
 }
 
+/// Relative speeds along the normal of the two points that touch.
+#[derive(Debug, Clone, Copy)]
+struct NormalSpeeds {
+    /// Approach speed before the contact (length per time).
+    approach: f64,
+    /// Separation speed after it (length per time).
+    parting: f64,
+    /// Bound on the error of each (length per time).
+    error: f64,
+}
+
+/// Checks of a contact at one point.
 fn check_impulse(
     contact: &CollisionReport<'_>,
     touch: &TouchedParts,
@@ -183,85 +199,33 @@ fn check_impulse(
     place_error: f64,
     report: &mut Report,
 ) -> MeasuredContact {
-    let sides = &contact.sides;
-    let impulse = contact.impulse.to_array();
-    let size = length(impulse);
     let normal_error = 32.0 * U + 2.0 * place_error / touch.distance;
-    let Sums {
-        speed,
-        spins,
-        inverse_mass,
-    } = check_momentum(contact, touch, report);
+    let sums = check_momentum(contact, touch, report);
     check_torque(contact, touch, place_error, report);
-    check_direction(impulse, touch, normal_error, report);
-    let relative = |after: bool| {
-        along(
-            rate(&sides[1], touch.arms[1], after),
-            -1.0,
-            rate(&sides[0], touch.arms[0], after),
-        )
+    check_direction(contact.impulse.to_array(), touch, normal_error, report);
+    let [before, after] = [false, true].map(|after| relative_rate(contact, touch, after));
+    let Sums { speed, spins, .. } = sums;
+    let speeds = NormalSpeeds {
+        approach: -dot(before, touch.normal),
+        parting: dot(after, touch.normal),
+        error: normal_error * (length(before) + length(after))
+            + place_error * spins
+            + 64.0 * U * speed,
     };
-    let (before, after) = (relative(false), relative(true));
-    let (approach, parting) = (-dot(before, touch.normal), dot(after, touch.normal));
-    let rate_error =
-        normal_error * (length(before) + length(after)) + place_error * spins + 64.0 * U * speed;
     let elasticity = contact.elasticity.coefficient();
-    let highest = if rules.guarded {
-        rules.elasticity.max(1.0)
-    } else {
-        rules.elasticity
-    };
-    if !(rules.elasticity..=highest).contains(&elasticity) {
-        report.fail(
-            "elasticity",
-            format!(
-                "the report has {elasticity}, the rules give {}",
-                rules.elasticity
-            ),
-        );
-    }
-    if exceeds(-approach, rate_error) {
-        report.fail(
-            "approach",
-            format!(
-                "a contact of bodies that separate at {:e} is reported",
-                -approach
-            ),
-        );
-    }
+    check_elasticity(elasticity, rules, report);
     // Contacts that lose energy separate at a least speed, four times the resolution E' of
     // detection: L (2 E/s + 12 u) + |ω| E + 2 u (|v_A| + |v_B|), with E the rounding bound of
     // positions for bodies that move eight sides in an epoch.
     let places = 128.0 * U * (rules.sides[0] + rules.sides[1]) + place_error;
     let resolved = speed * (2.0 * places / touch.distance + 16.0 * U) + spins * places;
-    let excess = parting - elasticity * approach;
-    let allowed = (1.0 + elasticity) * rate_error;
-    if exceeds(-excess, allowed) || exceeds(excess, allowed + 4.0 * resolved) {
-        report.fail(
-            "restitution",
-            format!("approach {approach:e}, separation {parting:e}, e = {elasticity}"),
-        );
-    }
-    let [before, after] =
-        [false, true].map(|after| energy(&sides[0], after) + energy(&sides[1], after));
-    let expected = 0.5 * (1.0 - elasticity * elasticity) / inverse_mass * approach * approach;
-    let allowed = 64.0 * U * (before + after) + 4.0 * size * (1.0 + elasticity) * rate_error;
-    // Below this energy the squares of speeds underflow.
-    let resolved = before.max(after) > 1e-280;
-    if resolved && exceeds(((before - after) - expected).abs(), allowed) {
-        report.fail(
-            "energy",
-            format!(
-                "decreases by {:e}, not by {expected:e}, e = {elasticity}",
-                before - after
-            ),
-        );
-    }
+    check_restitution(elasticity, &speeds, resolved, report);
+    let lost = check_energy(contact, sums.inverse_mass, &speeds, report);
     MeasuredContact {
-        approach,
+        approach: speeds.approach,
         speed,
         distance: touch.distance,
-        lost: before - after,
+        lost,
     }
 }
 
@@ -358,4 +322,76 @@ fn check_direction(
             format!("impulse {impulse:?} does not separate the bodies"),
         );
     }
+}
+
+/// Checks that the elasticity is that of the rules, or one to which the guard may raise it.
+fn check_elasticity(elasticity: f64, rules: &ContactRules, report: &mut Report) {
+    let highest = if rules.guarded {
+        rules.elasticity.max(1.0)
+    } else {
+        rules.elasticity
+    };
+    if !(rules.elasticity..=highest).contains(&elasticity) {
+        report.fail(
+            "elasticity",
+            format!(
+                "the report has {elasticity}, the rules give {}",
+                rules.elasticity
+            ),
+        );
+    }
+}
+
+/// Checks that the bodies approach, and separate at e times that speed or at the least one.
+fn check_restitution(elasticity: f64, speeds: &NormalSpeeds, resolved: f64, report: &mut Report) {
+    let NormalSpeeds {
+        approach,
+        parting,
+        error,
+    } = *speeds;
+    if exceeds(-approach, error) {
+        report.fail(
+            "approach",
+            format!(
+                "a contact of bodies that separate at {:e} is reported",
+                -approach
+            ),
+        );
+    }
+    let excess = parting - elasticity * approach;
+    let allowed = (1.0 + elasticity) * error;
+    if exceeds(-excess, allowed) || exceeds(excess, allowed + 4.0 * resolved) {
+        report.fail(
+            "restitution",
+            format!("approach {approach:e}, separation {parting:e}, e = {elasticity}"),
+        );
+    }
+}
+
+/// Checks that the energy decreases by ½ (1 − e²) μ u²; returns the decrease.
+fn check_energy(
+    contact: &CollisionReport<'_>,
+    inverse_mass: f64,
+    speeds: &NormalSpeeds,
+    report: &mut Report,
+) -> f64 {
+    let NormalSpeeds {
+        approach, error, ..
+    } = *speeds;
+    let elasticity = contact.elasticity.coefficient();
+    let size = length(contact.impulse.to_array());
+    let [before, after] = [false, true]
+        .map(|after| energy(&contact.sides[0], after) + energy(&contact.sides[1], after));
+    let lost = before - after;
+    let expected = 0.5 * (1.0 - elasticity * elasticity) / inverse_mass * approach * approach;
+    let allowed = 64.0 * U * (before + after) + 4.0 * size * (1.0 + elasticity) * error;
+    // Below this energy the squares of speeds underflow.
+    let resolved = before.max(after) > 1e-280;
+    if resolved && exceeds((lost - expected).abs(), allowed) {
+        report.fail(
+            "energy",
+            format!("decreases by {lost:e}, not by {expected:e}, e = {elasticity}"),
+        );
+    }
+    lost
 }

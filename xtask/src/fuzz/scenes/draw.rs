@@ -74,15 +74,7 @@ pub fn draw(seed: u64) -> SceneCase {
         sketch.body(draw, class, size, close);
     }
     if class == "discs" && draw.happens(0.5) {
-        sketch.scene.gas.push(GasSpec {
-            tags: vec!["a".to_owned()],
-            radius: Some((draw.scale(0.1, 0.5) * size).into()),
-            mass: Some(draw.scale(0.1, 10.0).into()),
-            energy: draw.scale(1e-3, 1.0),
-            count: Some(draw.integer(1, 30) as usize),
-            velocities: draw.one_of(&[StartVelocities::EqualEnergy, StartVelocities::Maxwell]),
-            ..GasSpec::default()
-        });
+        sketch.scene.gas.push(gas(draw, size));
     }
     sketch.scene.elasticity = elasticity(draw, class);
     let stretch = stretches(draw, class, &sketch);
@@ -94,6 +86,19 @@ pub fn draw(seed: u64) -> SceneCase {
     };
     scale(draw, &mut case);
     case
+}
+
+/// A gas of discs, smaller than bodies of this size.
+fn gas(draw: &mut FuzzDraw, size: f64) -> GasSpec {
+    GasSpec {
+        tags: vec!["a".to_owned()],
+        radius: Some((draw.scale(0.1, 0.5) * size).into()),
+        mass: Some(draw.scale(0.1, 10.0).into()),
+        energy: draw.scale(1e-3, 1.0),
+        count: Some(draw.integer(1, 30) as usize),
+        velocities: draw.one_of(&[StartVelocities::EqualEnergy, StartVelocities::Maxwell]),
+        ..GasSpec::default()
+    }
 }
 
 fn tags(draw: &mut FuzzDraw) -> Vec<String> {

@@ -29,18 +29,16 @@ pub struct Scales {
 /// Compares two lists of contacts.
 pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut Report) {
     let side = scales.sides[0].max(scales.sides[1]);
-    let unit = side / scales.speed;
+    let mut judge = Judge {
+        deviation: 1e-15,
+        side,
+        unit: side / scales.speed,
+        end: scales.end,
+    };
     // In the order of comparison; equal times may change it.
     let mut list = other.to_vec();
-    let mut deviation = 1e-15f64;
     let mut compared = 0;
     for (index, a) in one.iter().enumerate() {
-        let judge = Judge {
-            deviation,
-            side,
-            unit,
-            end: scales.end,
-        };
         let Some(b) = list.get(index) else {
             judge.unmatched(a, &list, index, report);
             break;
@@ -65,16 +63,8 @@ pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut R
             let found = list.remove(index + at);
             list.insert(index, found);
         }
-        let b = &list[index];
-        deviation = deviation.max((a.time - b.time).abs() / unit);
-        for body in 0..2 {
-            let off = distance_in_box(a.places[body], b.places[body], scales.sides);
-            deviation = deviation.max(off / side);
-            let [u, v] = [a.velocities[body], b.velocities[body]];
-            deviation =
-                deviation.max(length([u[0] - v[0], u[1] - v[1]]) / scales.speed.max(length(u)));
-        }
-        if exceeds(deviation, SEPARATED) {
+        judge.raise_deviation(a, &list[index], scales);
+        if exceeds(judge.deviation, SEPARATED) {
             break;
         }
         compared += 1;
@@ -82,13 +72,7 @@ pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut R
     if compared == one.len()
         && let Some(extra) = list.get(compared)
     {
-        Judge {
-            deviation,
-            side,
-            unit,
-            end: scales.end,
-        }
-        .unmatched(extra, one, compared, report);
+        judge.unmatched(extra, one, compared, report);
     }
     report.count("contacts in both", compared as u64);
 }
@@ -120,6 +104,19 @@ struct Judge {
 }
 
 impl Judge {
+    /// Raises the deviation to that of two reports of one contact, if this is larger.
+    fn raise_deviation(&mut self, a: &Logged, b: &Logged, scales: &Scales) {
+        let mut deviation = self.deviation.max((a.time - b.time).abs() / self.unit);
+        for body in 0..2 {
+            let off = distance_in_box(a.places[body], b.places[body], scales.sides);
+            deviation = deviation.max(off / self.side);
+            let [u, v] = [a.velocities[body], b.velocities[body]];
+            deviation =
+                deviation.max(length([u[0] - v[0], u[1] - v[1]]) / scales.speed.max(length(u)));
+        }
+        self.deviation = deviation;
+    }
+
     /// Contacts closer in time than this may change their order (time).
     fn resolution(&self) -> f64 {
         1e3 * self.deviation * self.unit

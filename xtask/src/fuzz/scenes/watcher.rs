@@ -6,7 +6,7 @@ use carom::engine::{BodyKey, CollisionReport, ElasticitySpec, Observer, View};
 use carom_kinematics::{EpochTime, Motion};
 
 use super::{
-    contact::{self, ContactRules},
+    contact::{self, ContactRules, MeasuredContact},
     kinematics::{
         BodyOutline, BodyPair, BodyState, Placed, distance_in_box, dot, length, smallest_gap,
     },
@@ -496,6 +496,40 @@ impl Watcher {
         self.largest_energy = self.largest_energy.max(now);
         self.largest_entry = self.largest_entry.max(now);
     }
+
+    /// Returns true if the clock does not resolve the motion of the faster body.
+    fn uses_up_clock(&self, contact: &CollisionReport<'_>) -> bool {
+        let fastest = contact.sides.iter().map(|side| {
+            let reach = side.body.molecule().bounding_radius();
+            let speed =
+                |motion: &Motion| motion.velocity.length() + motion.angular_velocity.abs() * reach;
+            speed(&side.before).max(speed(&side.after))
+        });
+        let way = RESOLUTION * contact.time.to_f64().abs() * fastest.fold(0.0, f64::max);
+        way > USED_UP * self.longer_side()
+    }
+
+    /// Adds a contact to the log, for comparison with another scheduler.
+    fn add_to_log(
+        &mut self,
+        contact: &CollisionReport<'_>,
+        places: [BodyPair; 2],
+        measured: &MeasuredContact,
+    ) {
+        self.log.push(Logged {
+            time: contact.time.since(self.start),
+            bodies: contact.sides.each_ref().map(|side| side.body.id()),
+            atoms: contact.sides.each_ref().map(|side| side.atom),
+            places,
+            velocities: contact
+                .sides
+                .each_ref()
+                .map(|side| side.after.velocity.to_array()),
+            approach: measured.approach,
+            speed: measured.speed,
+            distance: measured.distance,
+        });
+    }
 }
 
 impl Observer for Watcher {
@@ -504,14 +538,7 @@ impl Observer for Watcher {
             return;
         }
         let time = contact.time;
-        let fastest = contact.sides.iter().map(|side| {
-            let reach = side.body.molecule().bounding_radius();
-            let speed =
-                |motion: &Motion| motion.velocity.length() + motion.angular_velocity.abs() * reach;
-            speed(&side.before).max(speed(&side.after))
-        });
-        let way = RESOLUTION * time.to_f64().abs() * fastest.fold(0.0, f64::max);
-        if way > USED_UP * self.longer_side() {
+        if self.uses_up_clock(contact) {
             self.clock_is_used_up = true;
             self.report.count("clocks used up", 1);
             return;
@@ -554,18 +581,6 @@ impl Observer for Watcher {
         self.lost += measured.lost;
         self.largest_entry = self.largest_entry.max((self.lost_before + self.lost).abs());
         self.track(contact);
-        self.log.push(Logged {
-            time: time.since(self.start),
-            bodies: contact.sides.each_ref().map(|side| side.body.id()),
-            atoms: contact.sides.each_ref().map(|side| side.atom),
-            places: [at_a.place, at_b.place],
-            velocities: contact
-                .sides
-                .each_ref()
-                .map(|side| side.after.velocity.to_array()),
-            approach: measured.approach,
-            speed: measured.speed,
-            distance: measured.distance,
-        });
+        self.add_to_log(contact, [at_a.place, at_b.place], &measured);
     }
 }

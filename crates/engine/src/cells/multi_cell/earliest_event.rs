@@ -13,7 +13,7 @@ use crate::{
         frame::CellFrame,
         state::CellState,
     },
-    run::scheduler::{ContactEvent, ordered},
+    scheduler::{ContactEvent, ordered},
     world::World,
 };
 

@@ -11,7 +11,7 @@ use crate::{
         simd::{Kernel, NeighbourQuery, SoonestSlot},
         state::CellState,
     },
-    run::scheduler::TouchingParts,
+    scheduler::TouchingParts,
 };
 
 impl<F: CellFrame> CellState<F> {

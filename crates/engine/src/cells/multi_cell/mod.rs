@@ -28,7 +28,7 @@ pub(super) use self::{
 };
 use super::candidates::Candidates;
 use crate::{
-    run::scheduler::TouchingParts,
+    scheduler::TouchingParts,
     world::{body::Body, index_or_none::IndexOrNone, wall::StandingWall},
 };
 

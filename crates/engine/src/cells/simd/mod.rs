@@ -523,7 +523,7 @@ impl Instructions {
 
 /// An instruction set that this processor has, with its proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Available {
+pub(super) enum AvailableInstructions {
     Portable,
     #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
@@ -531,7 +531,7 @@ pub(super) enum Available {
     Avx512(Avx512),
 }
 
-impl Available {
+impl AvailableInstructions {
     /// The instruction set without its proof.
     pub fn instructions(self) -> Instructions {
         match self {
@@ -545,22 +545,22 @@ impl Available {
 }
 
 /// The best instruction set that this processor has, up to `chosen`.
-pub(super) fn available(chosen: Instructions) -> Available {
+pub(super) fn available(chosen: Instructions) -> AvailableInstructions {
     #[cfg(target_arch = "x86_64")]
     {
         if chosen == Instructions::Widest
             && let Some(set) = Avx512::detect()
         {
-            return Available::Avx512(set);
+            return AvailableInstructions::Avx512(set);
         }
         if chosen != Instructions::Portable
             && let Some(set) = Avx2::detect()
         {
-            return Available::Avx2(set);
+            return AvailableInstructions::Avx2(set);
         }
     }
     let _ = chosen;
-    Available::Portable
+    AvailableInstructions::Portable
 }
 
 /// A computation that is compiled for each instruction set.
@@ -574,13 +574,13 @@ pub(super) trait KernelWork {
 
 /// Runs a computation in the build for an instruction set.
 #[inline]
-pub(super) fn dispatch<W: KernelWork>(instructions: Available, work: W) -> W::Output {
+pub(super) fn dispatch<W: KernelWork>(instructions: AvailableInstructions, work: W) -> W::Output {
     match instructions {
         #[cfg(target_arch = "x86_64")]
-        Available::Avx512(set) => set.run(InRegisters(work)),
+        AvailableInstructions::Avx512(set) => set.run(InRegisters(work)),
         #[cfg(target_arch = "x86_64")]
-        Available::Avx2(set) => set.run(InRegisters(work)),
-        Available::Portable => work.with(Portable),
+        AvailableInstructions::Avx2(set) => set.run(InRegisters(work)),
+        AvailableInstructions::Portable => work.with(Portable),
     }
 }
 

@@ -11,10 +11,8 @@ use super::trim;
 use crate::{
     cells::{body_record::BodyRecord, frame::TileFrame, state::CellState},
     contact::limits::Limits,
-    run::{
-        scheduler::StoredMotions,
-        window::{InelasticContacts, RestartState, TimeWindow, WindowJob},
-    },
+    scheduler::StoredMotions,
+    window::{InelasticContacts, RestartState, TimeWindow, WindowJob},
     world::World,
 };
 

@@ -105,18 +105,16 @@ use self::{
 use super::{
     body_record::BodyRecord,
     cell_grid::CellGrid,
-    simd::Available,
+    simd::AvailableInstructions,
     state::{CellState, EpochConstants},
 };
 use crate::{
     contact::{limits::Limits, resolution::ContactPair},
-    run::{
-        scheduler::StoredMotions,
-        tiling::{TileCounters, TileWork, Tiling},
-        window::{
-            ContactEnergy, FastContact, InelasticContacts, LoggedContact, RestartState, TimeWindow,
-            WindowJob,
-        },
+    scheduler::StoredMotions,
+    tiling::{TileCounters, TileWork, Tiling},
+    window::{
+        ContactEnergy, FastContact, InelasticContacts, RestartState, TimeWindow, WindowContact,
+        WindowJob,
     },
     world::{World, counters::SchedulerCounters},
 };
@@ -227,7 +225,11 @@ impl Tiles {
     }
 
     /// Tiles for the bodies of a grid; none if there are too few cells.
-    pub fn new(tiling: &Tiling, instructions: Available, grid: &CellGrid) -> Option<Self> {
+    pub fn new(
+        tiling: &Tiling,
+        instructions: AvailableInstructions,
+        grid: &CellGrid,
+    ) -> Option<Self> {
         let map = Self::map(tiling, grid)?;
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = tiling
@@ -616,7 +618,7 @@ impl Tiles {
         let mut length = free_time * self.tiling.window.min(widest / self.front);
         let logged_bytes = match (job.wants_log, job.all_elastic) {
             (true, true) if self.fixed.is_none() && !self.holds_molecules => {
-                size_of::<LoggedContact>()
+                size_of::<WindowContact>()
             }
             (true, _) => size_of::<ContactPair>(),
             (false, false) => size_of::<ContactEnergy>(),
@@ -901,7 +903,7 @@ impl Tiles {
             .iter()
             .filter_map(|outcome| outcome.last)
             .max_by(|a, b| a.0.total_cmp(&b.0));
-        let mut log: Vec<LoggedContact> = Vec::new();
+        let mut log: Vec<WindowContact> = Vec::new();
         if job.wants_log {
             log.reserve_exact(self.outcomes.iter().map(|outcome| outcome.log.len()).sum());
             self.outcomes

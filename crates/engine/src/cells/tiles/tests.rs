@@ -7,15 +7,12 @@ mod other_bodies;
 use glam::DVec2;
 
 use crate::{
-    run::{
-        observer::Observer,
-        simulation::Simulation,
-        tiling::{TileCounters, Tiling},
-    },
+    run::{observer::Observer, simulation::Simulation},
     scene::{
         ElasticityRule, ElasticitySpec, MoleculeSpec, Scene, atom_spec::AtomSpec,
         distribution::Quantity, error::RunError, gas_spec::GasSpec,
     },
+    tiling::{TileCounters, Tiling},
     world::{
         counters::{Counters, Ledger},
         report::CollisionReport,

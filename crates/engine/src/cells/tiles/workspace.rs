@@ -21,7 +21,7 @@ use crate::{
         cell_grid::CellGrid,
         frame::{Numbering, TileFrame},
         multi_cell::Listed,
-        simd::{Available, Kernel, KernelWork, dispatch},
+        simd::{AvailableInstructions, Kernel, KernelWork, dispatch},
         state::{CellState, EpochConstants},
     },
     contact::{
@@ -29,11 +29,9 @@ use crate::{
         resolution::{ContactPair, Resolved},
         simultaneous_contacts::MAX_CONTACTS_AT_ONCE,
     },
-    run::{
-        scheduler::{ContactEvent, TouchingParts},
-        tiling::TileWork,
-        window::{ContactEnergy, FastContact, InelasticContacts, LoggedContact, WindowJob},
-    },
+    scheduler::{ContactEvent, TouchingParts},
+    tiling::TileWork,
+    window::{ContactEnergy, FastContact, InelasticContacts, WindowContact, WindowJob},
     world::{World, counters::SchedulerCounters},
 };
 
@@ -84,7 +82,7 @@ pub(super) struct TileOutcome {
     /// Times of contacts with fixed bodies that other tiles may touch at the same time, with these.
     pub shared: Vec<(f64, u32)>,
     /// The contacts of discs for their reports, and all other contacts.
-    pub log: Vec<LoggedContact>,
+    pub log: Vec<WindowContact>,
     pub encounters: Vec<ContactPair>,
     pub motion_log: MotionLog,
     /// Energies, times of last contacts and number of guarded contacts, if not all are elastic.
@@ -204,7 +202,7 @@ impl TileOutcome {
         self.bodies.heap_bytes()
             + self.border.heap_bytes()
             + self.times.capacity() * size_of::<f64>()
-            + self.log.capacity() * size_of::<LoggedContact>()
+            + self.log.capacity() * size_of::<WindowContact>()
             + self.encounters.capacity() * size_of::<ContactPair>()
             + self.shared.capacity() * size_of::<(f64, u32)>()
             + self.fast.capacity() * size_of::<FastContact>()
@@ -255,7 +253,7 @@ pub(super) struct TileTask<'a> {
 }
 
 impl Workspace {
-    pub fn new(instructions: Available, grid: CellGrid) -> Self {
+    pub fn new(instructions: AvailableInstructions, grid: CellGrid) -> Self {
         Self {
             state: CellState::new(instructions, grid, TileFrame::default()),
             partners: Vec::new(),
@@ -654,7 +652,7 @@ impl Workspace {
                         image: [across, up],
                         parts,
                     };
-                    outcome.log.push(LoggedContact::new(&contact, flights));
+                    outcome.log.push(WindowContact::new(&contact, flights));
                 }
             }
             state.flights_changed(kernel, job.world, job.detection, pair, now, [places, after]);

@@ -8,11 +8,10 @@ use rand::RngExt;
 use super::packing::gyration_squared;
 use crate::{
     grid::{CellsPerSide, Grid},
-    scene::{Scene, error::SceneError},
+    scene::{Scene, error::SceneError, random::RandomStream},
     start::{
         contents::SceneContents,
         placement::{self, Budget},
-        random::RandomStream,
         species::{Species, sample},
         velocities::{either_way, opposite_directions},
     },

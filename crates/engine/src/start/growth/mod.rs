@@ -38,14 +38,15 @@ use self::{
 use crate::{
     cells::CellScheduler,
     contact::elasticity_table::ElasticityTable,
-    run::{scheduler::Scheduler, simulation::Simulation},
+    run::simulation::Simulation,
     scene::{
         Scene,
         error::{RunError, SceneError},
+        random::RandomStream,
     },
+    scheduler::Scheduler,
     start::{
         contents::SceneContents,
-        random::RandomStream,
         single_bodies::{Singles, deepest_overlap},
         sites::Sites,
         species::Species,

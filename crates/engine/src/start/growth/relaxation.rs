@@ -8,8 +8,8 @@ use glam::{BVec2, DVec2};
 
 use super::{Growth, Stage};
 use crate::{
-    scene::error::SceneError,
-    start::{random::RandomStream, species::Species, velocities::ConservedMomentum},
+    scene::{error::SceneError, random::RandomStream},
+    start::{species::Species, velocities::ConservedMomentum},
     world::{World, body::BodyKind, centre_of_mass::conserved_momentum, tags::Tags},
 };
 

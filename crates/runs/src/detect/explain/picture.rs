@@ -9,7 +9,7 @@ use carom_geometry::Molecule;
 use carom_report::{
     axis::Axis,
     panels::{ColumnSample, Ink, MarkedPoint, Panel, PanelColumn, PanelMark, Stroke, Vertical},
-    pose_picture::{self, Pose},
+    pose_picture::{self, DrawnPose},
 };
 use carom_tables::significant;
 
@@ -96,7 +96,7 @@ pub(super) fn svg(encounter: &EncounterRecord, courses: &[Course]) -> String {
 
 impl Subject<'_> {
     /// The molecules at the start, where the window begins, and at the contact or at their closest.
-    fn poses(&self) -> Vec<Pose> {
+    fn poses(&self) -> Vec<DrawnPose> {
         let mut moments = vec![("start".to_owned(), 0.0)];
         match self.window {
             Some(window) => moments.push(("begin of the window".to_owned(), window.begin)),
@@ -117,7 +117,7 @@ impl Subject<'_> {
             .molecules
             .each_ref()
             .map(Molecule::bounding_radius);
-        let pose = |(what, time): (String, f64)| Pose {
+        let pose = |(what, time): (String, f64)| DrawnPose {
             label: [what, format!("t = {}", significant(time, 6))],
             atoms: self.gaps.atoms(time),
             circles: [

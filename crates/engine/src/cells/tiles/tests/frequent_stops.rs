@@ -5,11 +5,9 @@ use super::{
     other_bodies, time_of,
 };
 use crate::{
-    run::{
-        simulation::Simulation,
-        tiling::{TileCounters, Tiling},
-    },
+    run::simulation::Simulation,
     scene::{ElasticitySpec, Scene},
+    tiling::{TileCounters, Tiling},
     world::counters::SchedulerCounters,
 };
 

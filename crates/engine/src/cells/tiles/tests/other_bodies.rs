@@ -2,11 +2,9 @@
 
 use super::{Computed, SMALL, add_motions, assert_same, assert_same_reports, run};
 use crate::{
-    run::{
-        simulation::Simulation,
-        tiling::{TileCounters, TileUse, Tiling},
-    },
+    run::simulation::Simulation,
     scene::Scene,
+    tiling::{TileCounters, TileUse, Tiling},
 };
 
 /// Scenes of all kinds of bodies that tiles can run, with a time in which each body has some

@@ -17,29 +17,11 @@ impl Subject<'_> {
     /// exact one.
     pub(super) fn rows(&self, view: SearchWindow, pairs: &[[u32; 2]]) -> Panel {
         let (mut rows, mut marks) = (Vec::new(), Vec::new());
-        let exact = &self.courses[0];
         if let Some(window) = self.window {
             marks.push(PanelMark::Span(Ink::Purple, window.begin, window.end));
         }
         for &[a, b] in pairs {
-            let of_pair: Vec<&SearchStep> = exact
-                .steps
-                .iter()
-                .filter(|step| step.parts.contain(a, b))
-                .collect();
-            marks.push(PanelMark::Bars(
-                Ink::Green,
-                rows.len(),
-                self.certified(&of_pair),
-            ));
-            marks.push(PanelMark::Ticks(
-                Ink::Green,
-                rows.len(),
-                of_pair.iter().map(|step| step.time).collect(),
-            ));
-            if let Some((time, _)) = self.contact.filter(|contact| contact.1 == [a, b]) {
-                marks.push(PanelMark::Answer(Ink::Vermillion, rows.len(), time));
-            }
+            marks.extend(self.pair_marks([a, b], rows.len()));
             rows.push(format!("exact, {a} and {b}"));
         }
         for course in &self.courses[1..] {
@@ -86,6 +68,24 @@ impl Subject<'_> {
             marks,
             legend,
         }
+    }
+
+    /// What the exact detector looks at for a pair of atoms, and what it finds, in this row.
+    fn pair_marks(&self, [a, b]: [u32; 2], row: usize) -> Vec<PanelMark> {
+        let of_pair: Vec<&SearchStep> = self.courses[0]
+            .steps
+            .iter()
+            .filter(|step| step.parts.contain(a, b))
+            .collect();
+        let times = of_pair.iter().map(|step| step.time).collect();
+        let mut marks = vec![
+            PanelMark::Bars(Ink::Green, row, self.certified(&of_pair)),
+            PanelMark::Ticks(Ink::Green, row, times),
+        ];
+        if let Some((time, _)) = self.contact.filter(|contact| contact.1 == [a, b]) {
+            marks.push(PanelMark::Answer(Ink::Vermillion, row, time));
+        }
+        marks
     }
 
     /// The intervals for which a pair is certified free, in order and disjoint: before the window,

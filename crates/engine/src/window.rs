@@ -10,11 +10,14 @@ use glam::DVec2;
 
 use crate::{
     contact::{
-        contact_event::{ContactEvent, TouchingParts},
         limits::{ContactPlaces, Limits},
         resolution::{ContactPair, Rules},
     },
-    world::{World, tags::TagNames},
+    world::{
+        World,
+        contact_event::{ContactEvent, TouchingParts},
+        tags::TagNames,
+    },
 };
 
 /// A request to run all contacts of a stretch of the epoch at once.
@@ -66,7 +69,7 @@ pub struct TimeWindow {
     pub(crate) ends_epoch: bool,
     /// If the contacts were requested: those of two discs where all are elastic, in order, and all
     /// others, in order.
-    pub(crate) log: Vec<LoggedContact>,
+    pub(crate) log: Vec<WindowContact>,
     pub(crate) encounters: Vec<ContactPair>,
     /// Number of contacts with a fixed body, unless the contacts are logged.
     pub(crate) with_fixed: u64,
@@ -94,7 +97,7 @@ impl TimeWindow {
     }
 
     pub(crate) fn heap_bytes(&self) -> usize {
-        self.log.capacity() * size_of::<LoggedContact>()
+        self.log.capacity() * size_of::<WindowContact>()
             + self.encounters.capacity() * size_of::<ContactPair>()
             + self.inelastic.heap_bytes()
     }
@@ -148,7 +151,7 @@ pub(crate) struct FastContact {
 
 /// A contact of two discs where all contacts are elastic, for its report.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LoggedContact {
+pub(crate) struct WindowContact {
     pub time: f64,
     pub bodies: [u32; 2],
     image: [i32; 2],
@@ -156,7 +159,7 @@ pub(crate) struct LoggedContact {
     pub flights: [[DVec2; 2]; 2],
 }
 
-impl LoggedContact {
+impl WindowContact {
     #[inline(always)]
     pub fn new(contact: &ContactEvent, flights: [[DVec2; 2]; 2]) -> Self {
         let ContactEvent {

@@ -57,16 +57,16 @@ use carom_response::Response;
 use glam::DVec2;
 
 pub use crate::{
-    contact::{
+    contact::separation_error::separation_error,
+    window::{RestartState, TimeWindow, WindowJob},
+    world::{
         contact_event::{ContactEvent, TouchingParts},
-        separation_error::separation_error,
+        wall::StandingWall,
     },
-    run::window::{RestartState, TimeWindow, WindowJob},
-    world::wall::StandingWall,
 };
 use crate::{
-    run::tiling::{TileCounters, TileUse, TileWork, Tiling},
     scene::error::GridError,
+    tiling::{TileCounters, TileUse, TileWork, Tiling},
     world::{World, body::Body, counters::SchedulerCounters},
 };
 

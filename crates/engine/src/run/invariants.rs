@@ -5,7 +5,7 @@ use carom_kinematics::{EpochTime, RelativeMotion};
 use carom_response::Response;
 use thiserror::Error;
 
-use crate::run::{scheduler::Scheduler, simulation::Simulation};
+use crate::{run::simulation::Simulation, scheduler::Scheduler};
 
 /// A violated invariant.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -8,8 +8,9 @@ use carom_response::{Impact, Response};
 use crate::{
     cells::CellScheduler,
     contact::{elasticity_table::ElasticityTable, separation::refuse_unresolved},
-    run::{scheduler::Scheduler, simulation::Simulation},
+    run::simulation::Simulation,
     scene::{Placement, Scene, error::SceneError},
+    scheduler::Scheduler,
     start::{contents::SceneContents, growth::Growth, placement, start_from},
     world::World,
 };
