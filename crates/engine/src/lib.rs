@@ -63,6 +63,7 @@ pub use edit::thermostat::DrawKey;
 pub use grid::{CellsPerSide, MIN_CONTACT_SHARE};
 pub use heap_scheduler::HeapScheduler;
 pub use run::checkpoint::{Checkpoint, CheckpointError};
+pub use run::growth::{Growth, GrowthProgress};
 pub use run::invariants::Violation;
 pub use run::observer::Observer;
 pub use run::simulation::Simulation;
@@ -86,7 +87,6 @@ pub use scene::{
     StageSpec, StartSpec, WallSpec,
 };
 pub use scheduler::Scheduler;
-pub use start::growth::{Growth, GrowthProgress};
 pub use start::snapshot::frame_of;
 pub use tiling::{TileCounters, TileUse, TileWork, Tiling};
 pub use world::World;

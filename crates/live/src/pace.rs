@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use carom::View;
-use carom_runs::run::pieces::first_length;
+use carom_runs::schedule::pieces::first_length;
 
 /// Time between two frames.
 pub const FRAME: Duration = Duration::from_micros(16_600);

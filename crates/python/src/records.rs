@@ -4,13 +4,7 @@ use std::{path::PathBuf, thread, time::Duration};
 
 use anyhow::{Context as _, ensure};
 use carom_report::table_chart;
-use carom_runs::{
-    checkpoint_file::{self, Body},
-    interruption::Signals,
-    merge,
-    record::{Record, SUMS},
-    run,
-};
+use carom_runs::{checkpoint_file::{self, Body}, interruption::Signals, merge, record::{Record, SUMS}, run};
 use carom_tables::{Figure, Spacing, Table, Totals};
 use numpy::PyArray1;
 use pyo3::{

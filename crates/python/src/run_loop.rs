@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use carom::{CollisionReport, EpochTime, Observer, RunError, Scene, View, engine::Body};
 use carom_methods::AnySimulation;
-use carom_runs::{measures::Tracked, run::pieces::Pieces};
+use carom_runs::{measures::Tracked, schedule::pieces::Pieces};
 
 use crate::collisions::Rows;
 

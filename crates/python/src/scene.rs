@@ -3,10 +3,7 @@
 use std::path::PathBuf;
 
 use carom::Scene;
-use carom_runs::{
-    measures::{KINDS, Kind, Of},
-    run::SceneFile,
-};
+use carom_runs::{measures::{KINDS, Kind, Of}, run::SceneFile};
 use pyo3::{
     exceptions::PyTypeError,
     prelude::*,

@@ -17,12 +17,7 @@ use carom::{
 };
 use carom_methods::{AnySimulation, Method};
 use carom_report::page::Page;
-use carom_runs::{
-    animation,
-    measures::{SingleMeasure, Tracked},
-    memory::{self, Demand},
-    picture_of, resumable,
-};
+use carom_runs::{animation, measures::{SingleMeasure, Tracked}, memory::{self, Demand}, picture_of, resumable};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::{
     exceptions::PyValueError,

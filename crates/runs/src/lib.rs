@@ -44,6 +44,7 @@ pub mod resumable;
 pub mod run;
 pub mod run_totals;
 pub mod sampling_times;
+pub mod schedule;
 pub mod schema;
 pub mod series;
 mod terminal;

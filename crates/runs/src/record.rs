@@ -10,12 +10,22 @@ use serde::{Deserialize, Serialize};
 use crate::{
     checkpoint_file::{self, CheckpointBody},
     finite::require_finite,
-    measures::Drawing,
     other_run::refuse_other,
     output::Folder,
 };
 
 pub use crate::file_names::SUMS;
+
+/// A picture that explains what a measure has measured.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Drawing {
+    /// Name of its file.
+    pub file: String,
+    /// What the reader must know.
+    pub caption: String,
+    /// The picture.
+    pub svg: String,
+}
 
 /// Runs of one scene that differ in their random numbers. Parts are merged by the keys of their
 /// runs, so that no order of merging changes a digit.

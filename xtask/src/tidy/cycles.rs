@@ -1,5 +1,5 @@
-//! Checks that files of a crate import each other in one direction, and so do its rooms: the modules
-//! of its root with all that is in them. Only a module and its children may form a cycle.
+//! Checks that files of a crate import each other in one direction, and so do its rooms: the
+//! modules of its root with all that is in them. Only a module and its children may form a cycle.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -94,6 +94,10 @@ fn circles_of_rooms(
     let mut arrows: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for (file, targets) in imports(sources) {
         let Some(own) = room(&file) else { continue };
+        // Tests may import anything.
+        if module(&file).iter().any(|part| part == "tests") {
+            continue;
+        }
         let others = arrows.entry(own.clone()).or_default();
         for other in targets.iter().filter_map(room) {
             if other != own && !allowed.contains(&(own.as_str(), other.as_str())) {

@@ -1,4 +1,5 @@
-//! Checks that the map of the crates in `crates/book/src/architecture.md` lists exactly the existing crates.
+//! Checks that the map of the crates in `crates/book/src/architecture.md` lists exactly the
+//! existing crates.
 
 use std::path::Path;
 

@@ -13,8 +13,8 @@ const SUPERLATIVES: [&str; 10] = [
     "DEEPEST",
 ];
 
-/// Types that share a name: commands of both programs, and the words of standard traits.
-const SHARED: [&str; 2] = ["Cli", "Result"];
+/// Types that share a name: the command lines of both programs, and one type of tests alone.
+const SHARED: [&str; 2] = ["Cli", "Random"];
 
 /// Faults in all sources of the crates and of xtask, apart from tests and the package for Python.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {

@@ -8,10 +8,10 @@ use carom_response::{Impact, Response};
 use crate::{
     cells::CellScheduler,
     contact::{elasticity_table::ElasticityTable, separation::refuse_unresolved},
-    run::simulation::Simulation,
+    run::{growth::Growth, simulation::Simulation},
     scene::{Placement, Scene, error::SceneError},
     scheduler::Scheduler,
-    start::{contents::SceneContents, growth::Growth, placement, start_from},
+    start::{contents::SceneContents, placement, start_from},
     world::World,
 };
 

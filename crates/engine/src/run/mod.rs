@@ -3,6 +3,7 @@
 pub(crate) mod build;
 pub(crate) mod checkpoint;
 pub(crate) mod epoch_loop;
+pub(crate) mod growth;
 pub(crate) mod invariants;
 pub(crate) mod observer;
 pub(crate) mod sampling;

@@ -5,7 +5,6 @@ pub(crate) mod contents;
 pub(crate) mod drawn_molecules;
 pub(crate) mod expected_bodies;
 pub(crate) mod fitted_box;
-pub(crate) mod growth;
 pub(crate) mod placement;
 pub(crate) mod pockets;
 pub(crate) mod selection;

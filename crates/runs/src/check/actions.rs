@@ -6,7 +6,7 @@ use carom_methods::AnySimulation;
 use cpu_time::ProcessTime;
 use serde::Serialize;
 
-use crate::run::{schedule::What, stage_edits, stages};
+use crate::schedule::{What, stage_edits, stages};
 
 /// The cost of the actions of all thermostats.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]

@@ -10,7 +10,7 @@ use super::{
     contents::CheckedContents,
     trial::TrialEstimate,
 };
-use crate::run::stages;
+use crate::schedule::stages;
 
 /// Collisions of each body after which the start is forgotten, in a fluid that is not near its
 /// transition.

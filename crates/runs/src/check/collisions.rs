@@ -23,7 +23,7 @@ use serde::Serialize;
 
 use crate::{
     measures::{ENSKOG, HardDiscs},
-    run::stages,
+    schedule::stages,
 };
 
 /// Most kinds of bodies between which pairs are summed; more are joined in groups of similar size.

@@ -10,10 +10,7 @@ use carom::{
 use serde::Serialize;
 
 use super::aligned::{short, table};
-use crate::{
-    run::{stages, stop},
-    sampling_times::sampling_count,
-};
+use crate::{run::stop, sampling_times::sampling_count, schedule::stages};
 
 /// More sizes and masses than this in one group, as drawn from a distribution, share a line.
 const MAX_KINDS: usize = 8;

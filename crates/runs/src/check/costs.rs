@@ -7,8 +7,8 @@ use serde::Serialize;
 use super::contents::CheckedContents;
 use crate::{
     measures::Measures,
-    run::stages,
     sampling_times::{sampling_count, sampling_times},
+    schedule::stages,
 };
 
 /// A capability of the program.

@@ -8,7 +8,7 @@ use carom::{
 use carom_tables::{Estimate, Figure, Stationarity, Sums, block_sums};
 use serde::{Deserialize, Serialize};
 
-use crate::{record::MeasureRecord, run::stages, sampling_times::sampling_count};
+use crate::{record::MeasureRecord, sampling_times::sampling_count, schedule::stages};
 
 use super::{
     Context, HardDiscs, Label, Measure, MeasureKind, Request, Results, Selection, Span,

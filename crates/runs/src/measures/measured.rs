@@ -17,7 +17,7 @@ use crate::{
     checkpoint_file::{decode, encode},
     finite::require_finite,
     output::Folder,
-    record::MeasureRecord,
+    record::{Drawing, MeasureRecord},
 };
 
 /// An observer whose results can be tabulated.
@@ -170,17 +170,6 @@ impl Context<'_> {
             Err(reason) => format!("No prediction: {reason}."),
         }
     }
-}
-
-/// A picture that explains what a measure has measured.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Drawing {
-    /// Name of its file.
-    pub file: String,
-    /// What the reader must know.
-    pub caption: String,
-    /// The picture.
-    pub svg: String,
 }
 
 /// Tables and figures of a measure.

@@ -63,12 +63,13 @@ use self::measured::{Measure, in_blocks, point_bytes, resumed};
 pub use self::{
     hard_discs::{ENSKOG, HardDiscs, LIU},
     kind::{MeasureKind, Of, Parameter, Span},
-    measured::{Context, Drawing, Label, Measured, Results, file_name},
+    measured::{Context, Label, Measured, Results, file_name},
     request::{Request, requests},
     selection::Selection,
     single::SingleMeasure,
     tracked::Tracked,
 };
+pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.

@@ -8,11 +8,7 @@ use carom::{Checkpoint, EpochTime, Observer, Scene};
 use carom_methods::{AnySimulation, Method};
 
 use super::Setting;
-use crate::run::{
-    pieces::Pieces,
-    schedule::{Schedule, ScheduledStep, What},
-    stage_edits,
-};
+use crate::schedule::{Schedule, ScheduledStep, What, pieces::Pieces, stage_edits};
 
 /// A flight is made in pieces of about this processor time, so that a limit of time is kept. The
 /// pieces change no bit of the run. Shorter: clocks cost time. Longer: the limit is passed.

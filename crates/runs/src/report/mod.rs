@@ -26,8 +26,8 @@ use contents::{FolderContents, FolderKind};
 pub use contents::{FolderState, RUNS};
 pub use stationarity_in_words::stationarity_in_words;
 pub use tables_file::write as write_tables;
-pub use tests_in_words::{NEEDED, tests_in_words};
-pub use verdict::{FIXED_BODIES, NOT_EXACT};
+pub use tests_in_words::tests_in_words;
+pub use verdict::{FIXED_BODIES, MEASURED_FROM, NOT_EXACT};
 
 use crate::{
     output::{Folder, MANIFEST},

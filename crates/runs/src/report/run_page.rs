@@ -11,14 +11,9 @@ use super::{
     contents::{FolderContents, FolderKind, FolderState},
     evidence::Charts,
     files,
-    verdict::{self, FIXED_BODIES},
+    verdict::{self, FIXED_BODIES, MEASURED_FROM},
 };
-use crate::{
-    animation::FLIGHTS,
-    run::{outcome::MEASURED_FROM, stages},
-    visible_region::caption_of,
-    whole_box::MAPS,
-};
+use crate::{animation::FLIGHTS, schedule::stages, visible_region::caption_of, whole_box::MAPS};
 
 /// A longer scene file is not repeated on the page (bytes).
 const MAX_SCENE: usize = 100_000;

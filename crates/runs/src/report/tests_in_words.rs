@@ -3,9 +3,7 @@
 
 use carom_tables::{Figure, THRESHOLD, two_digits, with_error};
 
-/// First words of the name of a figure with the duration of a measurement that would give errors
-/// (time).
-pub const NEEDED: &str = "measurement that a verdict needs";
+use crate::measures::kicks::NEEDED;
 
 /// The verdict on all tests among some figures, each with a word for where it belongs, which may be
 /// empty. `None` without a test.

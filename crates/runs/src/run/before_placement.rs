@@ -8,8 +8,8 @@ use carom::{
 };
 use carom_methods::AnySimulation;
 
-use super::stage_edits;
 use crate::measures::{Measures, requests};
+use crate::schedule::stage_edits;
 
 /// Molecules of each gas in the scene with which measures are tried.
 const SAMPLE: usize = 2;

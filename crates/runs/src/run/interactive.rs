@@ -27,10 +27,12 @@ use carom_methods::{AnySimulation, Method};
 use super::{
     START, describe,
     outcome::PICTURE,
-    pieces::Pieces,
     scene_file::{self, MAX_SAMPLES, tags},
-    schedule::{Schedule, ScheduledStep, What, spans},
-    stage_edits,
+};
+use crate::schedule::{
+    Schedule, ScheduledStep, What,
+    pieces::Pieces,
+    spans, stage_edits,
     stages::{self, MAX_ACTIONS},
 };
 use crate::{

@@ -4,13 +4,9 @@ mod before_placement;
 pub mod interactive;
 pub(crate) mod outcome;
 pub(crate) mod parent;
-pub mod pieces;
 pub(crate) mod placement;
 pub mod replica;
 mod scene_file;
-pub(crate) mod schedule;
-pub(crate) mod stage_edits;
-pub(crate) mod stages;
 mod state_table;
 mod steps;
 pub(crate) mod stop;
@@ -46,6 +42,7 @@ use crate::{
     report::{self, FolderState},
     resumable::{Choices, Task, without_end},
     sampling_times::sampling_times,
+    schedule::{stage_edits, stages},
     terminal::note,
 };
 

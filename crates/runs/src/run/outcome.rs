@@ -10,10 +10,8 @@ use carom_tables::{Check, Figure, OVERLAPPING_PAIRS, Summary, Totals};
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    stage_edits, stages,
-    steps::{self, Output},
-};
+use super::steps::{self, Output};
+use crate::schedule::{stage_edits, stages};
 use crate::{
     animation,
     file_names::PICTURES,
@@ -24,7 +22,7 @@ use crate::{
     price::{self, Price},
     progress::Progress,
     record::{Record, RunRecord},
-    report::{FIXED_BODIES, NOT_EXACT},
+    report::{FIXED_BODIES, MEASURED_FROM, NOT_EXACT},
     resumable::{FoundCheckpoint, Resumable, Start, Task},
     visible_region::picture_of,
     whole_box::maps_of,
@@ -38,9 +36,6 @@ pub const AT_ONCE: [&str; 2] = [
     "contacts at several points at once",
     "contacts at one instant with another of the same body",
 ];
-
-/// The figure of the time at which the measurement started.
-pub const MEASURED_FROM: &str = "measured from";
 
 /// A run ends at its end to this share of it: rounding of the clock.
 const END: f64 = 1e-12;

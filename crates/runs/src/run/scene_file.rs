@@ -13,7 +13,8 @@ use carom::{
 };
 use clap::Args;
 
-use super::{before_placement, parent::Parent, stages, stop};
+use super::{before_placement, parent::Parent, stop};
+use crate::schedule::stages;
 use crate::{foreign_frames::extended_xyz, measures, overrides::Override};
 
 /// The only supported format of snapshots.

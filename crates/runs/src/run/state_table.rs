@@ -4,8 +4,9 @@
 use std::time::{Duration, Instant};
 
 use carom::View;
+use carom_tables::significant;
 
-use crate::{check::aligned::short, measures::Measures, terminal::note};
+use crate::{measures::Measures, terminal::note};
 
 /// Most lines in a run. More: they scroll out of sight.
 const MAX_LINES: f64 = 20.0;
@@ -50,7 +51,7 @@ impl StateTable {
             note(&line(row.iter().map(|(name, _)| (*name).to_owned())));
         }
         note(&line(row.into_iter().map(|(_, value)| {
-            value.map_or_else(|| "-".to_owned(), short)
+            value.map_or_else(|| "-".to_owned(), |value| significant(value, 4))
         })));
     }
 }

@@ -7,16 +7,15 @@ use anyhow::Result;
 use carom::{EpochTime, Observer as _, Scene, engine::RunSpec, observers::write_extended_xyz};
 use carom_methods::AnySimulation;
 
-use super::{
-    pieces::Pieces,
-    schedule::{Schedule, ScheduledStep, What},
-    stage_edits,
-    state_table::StateTable,
-    stop,
-};
+use super::{state_table::StateTable, stop};
+use crate::schedule::{Schedule, ScheduledStep, What, pieces::Pieces, stage_edits};
 use crate::{
-    animation, file_names::TRAJECTORY, interruption::Signals, measures::Measures,
-    progress::Progress, resumable::Resumable, resumable::Task,
+    animation,
+    file_names::TRAJECTORY,
+    interruption::Signals,
+    measures::Measures,
+    progress::Progress,
+    resumable::{Resumable, Task},
 };
 
 /// The first piece of a run between two looks at its progress, as a share of the run.

@@ -16,7 +16,10 @@ use super::{
     mirror::Mirror,
     surroundings::Surroundings,
 };
-use crate::report::NEEDED;
+
+/// First words of the name of a figure with the duration of a measurement that would give errors
+/// (time).
+pub const NEEDED: &str = "measurement that a verdict needs";
 
 /// Least duration of a block in relaxation times of the body, for errors of its motion. Blocks of
 /// three give errors of means that are too small by a fifth. Smaller: a body that has not yet

@@ -12,6 +12,7 @@ mod mirror;
 mod prediction;
 mod surroundings;
 
+pub use self::figures::NEEDED;
 use anyhow::{Result, ensure};
 use carom::{
     BodyKey, CollisionReport, ContactDensity, DirectionHistogram, Molecule, Observer, View,

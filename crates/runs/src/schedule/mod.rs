@@ -9,6 +9,10 @@
 //! on what is observed. So a run whose stages are written while it continues makes the same steps
 //! as the run of the scene it has written.
 
+pub mod pieces;
+pub(crate) mod stage_edits;
+pub(crate) mod stages;
+
 use std::vec;
 
 use carom::{

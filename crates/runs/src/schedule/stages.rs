@@ -8,11 +8,11 @@ use carom::{
     engine::{ElasticitySpec, StageSpec, ThermostatKind, did_you_mean},
 };
 
-use super::schedule::{actions, spans};
+use super::{actions, spans};
 use crate::sampling_times::sampling_times;
 
 /// Largest number of actions of the thermostats of a run; more are refused as a mistake.
-pub(super) const MAX_ACTIONS: f64 = 1e7;
+pub(crate) const MAX_ACTIONS: f64 = 1e7;
 
 /// Rounding of the times of samples, as a share of the time.
 const ROUNDING: f64 = 1e-9;

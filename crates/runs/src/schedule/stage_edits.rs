@@ -7,7 +7,7 @@ use carom::{
 };
 use carom_methods::AnySimulation;
 
-use super::schedule::What;
+use super::What;
 
 /// Makes the edits at the start of a stage, all or none. `action` is the number of draws before;
 /// returns the number of draws made.
