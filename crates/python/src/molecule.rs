@@ -21,7 +21,7 @@ const MAX_ATOMS: usize = 65_536;
 
 impl MoleculeCore {
     fn region(&self, probe: f64) -> PyResult<ExcludedRegion> {
-        ExcludedRegion::of(&self.0, probe).map_err(errors::molecule)
+        ExcludedRegion::new(&self.0, probe).map_err(errors::molecule)
     }
 }
 

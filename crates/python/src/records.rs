@@ -4,7 +4,13 @@ use std::{path::PathBuf, thread, time::Duration};
 
 use anyhow::{Context as _, ensure};
 use carom_report::table_chart;
-use carom_runs::{checkpoint_file::{self, Body}, interruption::Signals, merge, record::{Record, SUMS}, run};
+use carom_runs::{
+    checkpoint_file::{self, CheckpointBody},
+    interruption::Signals,
+    merge,
+    record::{Record, SUMS},
+    run,
+};
 use carom_tables::{Figure, Spacing, Table, Totals};
 use numpy::PyArray1;
 use pyo3::{
@@ -80,7 +86,7 @@ pub fn record_of_folder(py: Python<'_>, folder: PathBuf) -> PyResult<Bound<'_, P
             path.exists(),
             "it has no file '{SUMS}', which `carom run` and `carom merge` write"
         );
-        Record::take(&mut Body::read(&path)?)
+        Record::take(&mut CheckpointBody::read(&path)?)
     };
     let record = read().with_context(|| format!("{}: no run that has ended", folder.display()));
     encoded(py, &record.map_err(errors::checkpoint)?)

@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 
 use carom::Scene;
-use carom_runs::{measures::{KINDS, Kind, Of}, run::SceneFile};
+use carom_runs::{
+    measures::{KINDS, MeasureKind, Of},
+    run::SceneFile,
+};
 use pyo3::{
     exceptions::PyTypeError,
     prelude::*,
@@ -74,13 +77,13 @@ type KindWords = (
 /// All measures.
 #[pyfunction]
 pub fn measure_kinds() -> Vec<KindWords> {
-    let of = |kind: &Kind| match kind.of {
+    let of = |kind: &MeasureKind| match kind.of {
         Of::Group => "any",
         Of::OneBody => "one body",
         Of::Pair => "pairs",
         Of::System => "system",
     };
-    let parameters = |kind: &Kind| {
+    let parameters = |kind: &MeasureKind| {
         kind.all_parameters()
             .map(|entry| (entry.name, entry.about))
             .collect()

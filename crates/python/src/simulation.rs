@@ -17,7 +17,12 @@ use carom::{
 };
 use carom_methods::{AnySimulation, Method};
 use carom_report::page::Page;
-use carom_runs::{animation, measures::{SingleMeasure, Tracked}, memory::{self, Demand}, picture_of, resumable};
+use carom_runs::{
+    animation,
+    measures::{SingleMeasure, Tracked},
+    memory::{self, Demand},
+    picture_of, resumable,
+};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::{
     exceptions::PyValueError,
@@ -55,7 +60,7 @@ impl Drop for Running<'_> {
 }
 
 impl Core {
-    fn of(state: State) -> Self {
+    fn from_state(state: State) -> Self {
         Self {
             state: Mutex::new(state),
             is_running: AtomicBool::new(false),
@@ -136,7 +141,7 @@ impl Core {
     #[new]
     fn new(py: Python<'_>, text: &str, snapshot: Option<String>) -> PyResult<Self> {
         let scene = scene::parsed(text, snapshot)?;
-        Demand::of(&scene)
+        Demand::new(&scene)
             .and_then(|demand| demand.refuse_unless_fits(memory::available()))
             .map_err(errors::scene)?;
         let method = Method::try_from(&scene.method)
@@ -154,7 +159,10 @@ impl Core {
         let built = py.detach(|| AnySimulation::with_progress(&scene, &method, &mut look));
         match interrupted {
             Some(error) => Err(error),
-            None => Ok(Self::of(State::new(built.map_err(errors::scene)?, scene))),
+            None => Ok(Self::from_state(State::new(
+                built.map_err(errors::scene)?,
+                scene,
+            ))),
         }
     }
 
@@ -193,14 +201,14 @@ impl Core {
             Ok(state)
         };
         let state = py.detach(read);
-        state.map(Self::of).map_err(|error| {
+        state.map(Self::from_state).map_err(|error| {
             errors::checkpoint(error.context(format!("cannot load {}", path.display())))
         })
     }
 
     fn copy(&self) -> PyResult<Self> {
         let state = self.lock()?;
-        Ok(Self::of(State::new(
+        Ok(Self::from_state(State::new(
             state.simulation.clone(),
             state.scene.clone(),
         )))
@@ -409,8 +417,8 @@ impl Core {
             parameters,
         };
         let view = simulation.view();
-        let measure = SingleMeasure::begin(&spec, every, scene, &view).map_err(errors::measure)?;
-        watching.measures.push(Tracked::begin(measure, &view));
+        let measure = SingleMeasure::new(&spec, every, scene, &view).map_err(errors::measure)?;
+        watching.measures.push(Tracked::new(measure, &view));
         Ok(watching.measures.len() - 1)
     }
 
