@@ -49,6 +49,18 @@ pub fn run() -> Result<Verdict> {
     }
     lines.push("RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps".to_owned());
     lines.push("cargo xtask tidy".to_owned());
+    lines.push("cargo xtask surface".to_owned());
+    // What the repository alone needs is never published.
+    lines.push(
+        "cargo package --quiet --workspace --allow-dirty --no-verify \
+         --exclude xtask --exclude carom-faults --exclude carom-testkit"
+            .to_owned(),
+    );
+    lines.push(
+        "if command -v mdbook >/dev/null; then mdbook build crates/book; \
+         else echo 'skipped: the book: no mdbook' >> \"$CAROM_SKIPPED\"; fi"
+            .to_owned(),
+    );
     let [brownian, fuzz] = ["brownian", "fuzz"].map(|name| folder.join(name).display().to_string());
     lines.push(format!(
         "cargo xtask experiment brownian --quick --force --out '{brownian}'"

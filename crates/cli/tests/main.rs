@@ -7,6 +7,7 @@ mod folders;
 mod live;
 mod measure_from;
 mod page_layout;
+mod refused;
 mod stages;
 mod sweep;
 mod trade;

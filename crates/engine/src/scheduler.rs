@@ -35,7 +35,7 @@
 //! let view = simulation.view();
 //! let wall = view.bodies().next().unwrap();
 //! assert_eq!(wall.body.reach(), 0.0);
-//! let wall = StandingWall::of(wall.body, &wall.motion).unwrap();
+//! let wall = StandingWall::new(wall.body, &wall.motion).unwrap();
 //! // The centres of discs of radius 0.01 that touch it are in these cells of side 0.1.
 //! assert_eq!(wall.cells_within(0.01, DVec2::splat(0.1)), [[1, 5], [2, 5], [3, 5]]);
 //! assert!((wall.gap(DVec2::new(0.2, 0.5)) - 0.05).abs() < 1e-15);

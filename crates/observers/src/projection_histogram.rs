@@ -25,11 +25,11 @@ pub enum BodyAxis {
 ///
 /// ```
 /// use carom_engine::BodyKey;
-/// use carom_observers::{Axis, ProjectionHistogram};
+/// use carom_observers::{BodyAxis, ProjectionHistogram};
 ///
-/// let along_x = ProjectionHistogram::new(BodyKey::default(), Axis::X, 5.0, 100)?;
+/// let along_x = ProjectionHistogram::new(BodyKey::default(), BodyAxis::X, 5.0, 100)?;
 /// assert_eq!(along_x.components().bins().edges()[..2], [-5.0, -4.9]);
-/// assert!(ProjectionHistogram::new(BodyKey::default(), Axis::X, 0.0, 100).is_err());
+/// assert!(ProjectionHistogram::new(BodyKey::default(), BodyAxis::X, 0.0, 100).is_err());
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,10 +1,10 @@
 //! Charts and HTML pages from tables and figures, independent of the engine.
 //!
 //! ```
-//! use carom_report::page::{Page, Part};
+//! use carom_report::page::{Page, PagePart};
 //!
 //! let mut page = Page::new("A gas", "What it shows.");
-//! page.part(Part::Results);
+//! page.part(PagePart::Results);
 //! page.paragraph("Its pressure is 7.98712 ± 0.00040.");
 //! assert!(page.html().contains("7.98712"));
 //! ```

@@ -81,7 +81,7 @@ impl Calibration {
     ///
     /// // Values 0, 1, …, 39 have the scatter √(40 · 41 / 12) = 11.7.
     /// let row = |error: f64| (0..40).map(|x| (f64::from(x), Some(error))).collect();
-    /// let of = |error: f64| Calibration::of("x", &[row(error)]).expect("40 replicas").result;
+    /// let of = |error: f64| Calibration::new("x", &[row(error)]).expect("40 replicas").result;
     /// assert_eq!((of(11.0), of(5.0), of(20.0)), (Calibrated::Fine, Calibrated::Flagged, Calibrated::Flagged));
     /// ```
     pub fn new(name: &str, rows: &[Vec<MeasuredMean>]) -> Option<Self> {

@@ -130,11 +130,11 @@ pub struct Replica {
 ///
 /// let run = |x: f64| RunSums { total: vec![[x, 2.0]], blocks: vec![vec![[x, 2.0]]] };
 /// let replica = |number| Replica { seed: 1, number };
-/// let mut all = MergedSums::of(replica(0), run(9.0));
-/// all.merge(MergedSums::of(replica(1), run(11.0)))?;
+/// let mut all = MergedSums::new(replica(0), run(9.0));
+/// all.merge(MergedSums::new(replica(1), run(11.0)))?;
 /// assert_eq!(all.means()[0].value, Some(5.0));
 /// // A run cannot count twice.
-/// assert!(all.merge(MergedSums::of(replica(1), run(11.0))).is_err());
+/// assert!(all.merge(MergedSums::new(replica(1), run(11.0))).is_err());
 /// # Ok::<(), carom_tables::MergeError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

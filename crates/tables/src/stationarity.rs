@@ -69,7 +69,7 @@ impl Stationarity {
     ///     [10.0 + 8.0 * (-f64::from(n) / 2.0).exp() + noise, 1.0]
     /// };
     /// let run: Vec<[f64; 2]> = (0..64).map(block).collect();
-    /// let found = Stationarity::of(&[run], [0.0, 64.0]).expect("64 blocks");
+    /// let found = Stationarity::new(&[run], [0.0, 64.0]).expect("64 blocks");
     /// assert!(!found.is_stationary && found.change < 0.0);
     /// assert!((4.0..20.0).contains(&found.settled_at.expect("it settles")));
     /// ```

@@ -5,6 +5,7 @@ mod cycles;
 mod files;
 mod first_lines;
 mod layers;
+mod links;
 mod map;
 mod names;
 mod one_glam;
@@ -35,7 +36,7 @@ pub fn run(parse: commands::Parse) -> Result<Verdict> {
     }
     if faults.is_empty() {
         print_line(
-            "tidy: layers, cycles, first lines, names, width, words, commands in Markdown, one glam, \
+            "tidy: layers, cycles, first lines, names, width, words, commands and links in Markdown, one glam, \
              test programs, map of the crates",
         );
         Ok(Verdict::Passed)
@@ -54,6 +55,7 @@ pub fn faults(root: &Path, parse: commands::Parse) -> Result<Vec<Fault>> {
     faults.extend(first_lines::faults(root)?);
     faults.extend(commands::faults(root, parse)?);
     faults.extend(one_glam::faults(&read(&root.join("Cargo.lock"))?)?);
+    faults.extend(links::faults(root)?);
     faults.extend(map::faults(root)?);
     faults.extend(cycles::faults(root)?);
     faults.extend(names::faults(root)?);

@@ -26,6 +26,11 @@ const NEIGHBOUR_BINS: u32 = 5;
 /// Bodies of a bin for which memory is prefetched.
 const MAX_BODIES: usize = 6;
 
+/// The same distances where bins are lines of the cache, which hold fewer events.
+const RECORD_LINES: u32 = 32;
+const LIST_LINES: u32 = 18;
+const NEIGHBOUR_LINES: u32 = 10;
+
 /// Prefetches for the next bins; called before a bin is opened.
 #[inline(never)]
 pub(super) fn prefetch_next(
@@ -33,20 +38,49 @@ pub(super) fn prefetch_next(
     records: &[BodyRecord],
     neighbour_lists: &NeighbourLists,
 ) {
+    if calendar.has_lines() {
+        return prefetch_lines(calendar, records, neighbour_lists);
+    }
     for (nth, bins) in BODY_BINS.into_iter().enumerate() {
-        if let Some(body) = calendar.bodies_in_bin(bins).nth(nth) {
+        if let Some(body) = calendar.bodies_in_list(bins).nth(nth) {
             simd::prefetch(records, body as usize);
             calendar.prefetch(body);
         }
     }
-    for body in calendar.bodies_in_bin(LIST_BINS).take(MAX_BODIES) {
+    for body in calendar.bodies_in_list(LIST_BINS).take(MAX_BODIES) {
         let record = &records[body as usize];
         neighbour_lists.prefetch(record.cell());
         simd::prefetch(records, record.partner() as usize);
         calendar.prefetch(record.partner());
     }
-    for body in calendar.bodies_in_bin(NEIGHBOUR_BINS).take(MAX_BODIES) {
+    for body in calendar.bodies_in_list(NEIGHBOUR_BINS).take(MAX_BODIES) {
         let record = &records[body as usize];
+        // A multi-cell body has no cell.
+        for slot in neighbour_lists.first(record.cell()).into_iter().flatten() {
+            simd::prefetch(records, (slot & INDEX_MASK) as usize);
+        }
+        neighbour_lists.prefetch(records[record.partner() as usize].cell());
+    }
+}
+
+/// Prefetches for the next bins that are lines of the cache. Of bodies whose event has moved, only
+/// the record is loaded.
+fn prefetch_lines(calendar: &Calendar, records: &[BodyRecord], neighbour_lists: &NeighbourLists) {
+    for &body in calendar.bodies_in_line(RECORD_LINES) {
+        simd::prefetch(records, body as usize);
+    }
+    for &body in calendar.bodies_in_line(LIST_LINES) {
+        let record = &records[body as usize];
+        if calendar.is_in_bin(record.time, LIST_LINES) {
+            neighbour_lists.prefetch(record.cell());
+            simd::prefetch(records, record.partner() as usize);
+        }
+    }
+    for &body in calendar.bodies_in_line(NEIGHBOUR_LINES) {
+        let record = &records[body as usize];
+        if !calendar.is_in_bin(record.time, NEIGHBOUR_LINES) {
+            continue;
+        }
         // A multi-cell body has no cell.
         for slot in neighbour_lists.first(record.cell()).into_iter().flatten() {
             simd::prefetch(records, (slot & INDEX_MASK) as usize);

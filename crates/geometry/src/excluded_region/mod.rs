@@ -30,7 +30,7 @@ use crate::{GeometryError, Molecule, check_length, exposed_arc::ExposedArc};
 /// // The tee of Montanari (2017) with atoms a quarter of the size of the gas discs: the middle
 /// // of its stem cannot be touched.
 /// let tee = Molecule::named(Shape::Tee, 0.0025, 2.0)?;
-/// let region = ExcludedRegion::of(&tee, 0.01)?;
+/// let region = ExcludedRegion::new(&tee, 0.01)?;
 /// assert_eq!(region.unreachable(), [3]);
 /// // From above, the three atoms of the bar can be touched; from below right, wing and foot.
 /// assert_eq!(region.exposure(90f64.to_radians()), 3);

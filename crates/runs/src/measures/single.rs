@@ -27,7 +27,7 @@ use crate::record::{Record, RunRecord};
 /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
 /// let mut simulation = AnySimulation::new(&scene)?;
 /// let spec = MeasureSpec { kind: "pressure".to_owned(), ..MeasureSpec::default() };
-/// let mut pressure = SingleMeasure::begin(&spec, 0.1, &scene, &simulation.view())?;
+/// let mut pressure = SingleMeasure::new(&spec, 0.1, &scene, &simulation.view())?;
 /// simulation.sample_every(pressure.interval(), 2.0, &mut pressure)?;
 /// let record = pressure.record(&scene, &simulation.view(), None);
 /// let results = carom_runs::merge::merged(&record);
