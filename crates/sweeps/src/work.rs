@@ -15,7 +15,7 @@ use anyhow::{Context, Error, Result};
 use carom_runs::{
     folder_lock::Ousted,
     interruption::{Interrupted, Signals},
-    progress::{Lines, Progress},
+    progress::{Progress, ProgressLines},
     run::replica::ReplicaRun,
 };
 use rayon::ThreadPool;
@@ -203,7 +203,7 @@ impl PointProgress<'_> {
     fn start(&self) -> Arc<Progress> {
         let mut shown = lock(&self.shown);
         let all = self.point.scene.run.until * shown.left as f64;
-        let new = || Arc::new(Lines::default().add(&self.point.short_label(), all));
+        let new = || Arc::new(ProgressLines::default().add(&self.point.short_label(), all));
         Arc::clone(shown.progress.get_or_insert_with(new))
     }
 

@@ -27,9 +27,9 @@ const NEIGHBOUR_BINS: u32 = 5;
 const MAX_BODIES: usize = 6;
 
 /// The same distances where bins are lines of the cache, which hold fewer events.
-const RECORD_LINES: u32 = 32;
-const LIST_LINES: u32 = 18;
-const NEIGHBOUR_LINES: u32 = 10;
+const RECORD_LINES: u32 = 24;
+const LIST_LINES: u32 = 14;
+const NEIGHBOUR_LINES: u32 = 8;
 
 /// Prefetches for the next bins; called before a bin is opened.
 #[inline(never)]

@@ -88,7 +88,7 @@ impl Batch {
     /// let temperature = simulation.view().temperature().expect("the discs move");
     /// // The relative standard error is 1/√2000 = 2.2 %.
     /// assert!((temperature / 3.0 - 1.0).abs() < 0.07);
-    /// assert_eq!(simulation.view().heat().of(gas), simulation.view().ledger().put_in);
+    /// assert_eq!(simulation.view().heat().heat(gas), simulation.view().ledger().put_in);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///

@@ -38,7 +38,7 @@ static IS_SHOWN: AtomicBool = AtomicBool::new(false);
 
 /// Progress of runs that execute in parallel.
 #[derive(Debug, Default)]
-pub struct Lines(());
+pub struct ProgressLines(());
 
 /// Progress of one task: of a run in simulated time, or of items that are counted.
 #[derive(Debug)]
@@ -72,7 +72,7 @@ struct State {
     begun: Option<Instant>,
 }
 
-impl Lines {
+impl ProgressLines {
     /// Adds a line for a run that is queued and ends at `until` (simulated time).
     #[allow(
         clippy::unused_self,

@@ -185,19 +185,19 @@ fn since(command: &str, elapsed: Duration) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::{Lines, Progress};
+    use crate::progress::{Progress, ProgressLines};
 
     #[test]
     fn lines_of_text_name_each_task_and_keep_their_distance() {
         let begun = Instant::now();
         let mut text = Text::new("carom run", begun, Vec::new());
         let at = |seconds| begun + Duration::from_secs(seconds);
-        let waits = Lines::default().add("second", 1.0);
+        let waits = ProgressLines::default().add("second", 1.0);
         let tasks = [Arc::clone(&waits.0)];
         text.draw(&tasks, at(2));
         text.draw(&tasks, at(6));
         let [first, pairs] = [
-            Lines::default().add("first", 4.0),
+            ProgressLines::default().add("first", 4.0),
             Progress::items("pairs", 12_000),
         ];
         first.advance(1.0, 5000);

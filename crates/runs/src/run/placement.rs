@@ -19,7 +19,7 @@ use crate::{
     checkpoint_file::{self, CheckpointBody, encode},
     interruption::Signals,
     other_run::refuse_other,
-    progress::{Lines, Progress},
+    progress::{Progress, ProgressLines},
 };
 
 pub(crate) use crate::file_names::GROWTH;
@@ -130,7 +130,7 @@ impl<'a> BodyPlacement<'a> {
         let reached = 0.5 * (now.smallest_scale + now.relaxed);
         let progress = self
             .progress
-            .get_or_insert_with(|| Lines::default().add("placement", 1.0));
+            .get_or_insert_with(|| ProgressLines::default().add("placement", 1.0));
         progress.advance(reached - self.reached.0, now.collisions - self.reached.1);
         self.reached = (reached, now.collisions);
         let interrupted = self.signals.check();

@@ -16,9 +16,9 @@ mod links;
 use self::{lines::Lines, links::Links};
 use super::body_record::BodyRecord;
 
-/// Bodies from which on bins are lines of the cache. Smaller: systems that fit into the caches pay
-/// for dead entries. Larger: those that do not wait for links.
-const MIN_BODIES_FOR_LINES: usize = 50_000;
+/// Bodies from which on bins are lines of the cache: there both forms take the same time. Smaller:
+/// systems that fit into the caches pay for dead entries. Larger: those that do not wait for links.
+const MIN_BODIES_FOR_LINES: usize = 100_000;
 
 /// 2^52: a sum with it has the nearest integer in its last bits. The rounding is monotonic, and
 /// nothing else is needed.
@@ -28,7 +28,7 @@ const SHIFT: f64 = 4_503_599_627_370_496.0;
 #[derive(Debug, Clone)]
 enum Bins {
     Links(Links),
-    Lines(Lines),
+    Lines(Box<Lines>),
 }
 
 /// The events of all bodies in order of time; the times are in the bodies' records.
@@ -95,7 +95,7 @@ impl Calendar {
         match &mut self.bins {
             Bins::Lines(lines) => lines.lay_out(self.ring),
             Bins::Links(_) => {
-                let mut lines = Lines::default();
+                let mut lines = Box::<Lines>::default();
                 lines.lay_out(self.ring);
                 self.bins = Bins::Lines(lines);
             }
