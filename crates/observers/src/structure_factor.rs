@@ -157,17 +157,107 @@ impl Observer for StructureFactor {
             self.passed_over += 1;
             return;
         }
+        let vectors: Vec<[i64; 2]> = self
+            .shells
+            .iter()
+            .flat_map(|shell| shell.vectors.iter().copied())
+            .collect();
+        let mut waves = sums_of_waves(&places, &vectors).into_iter();
         for shell in &mut self.shells {
-            for &[x, y] in &shell.vectors {
-                let turns = DVec2::new(x as f64, y as f64);
-                // Phases in turns lose no digits to whole turns.
-                let waves = places
-                    .iter()
-                    .map(|&place| Orientation::from_turns(turns.dot(place)).cos_sin());
-                shell.sum += waves.sum::<DVec2>().length_squared() / places.len() as f64;
+            for wave in waves.by_ref().take(shell.vectors.len()) {
+                shell.sum += wave.length_squared() / places.len() as f64;
             }
         }
         self.samples += 1;
+    }
+}
+
+/// Bodies whose waves are computed together: whole vector registers, and tables of their powers
+/// that fit into the first cache.
+const BLOCK: usize = 16;
+
+/// Partial sums of a wave, one for each lane of two vector registers.
+const LANES: usize = 4;
+
+/// Σ exp(2πi (n_x x + n_y y)) over places in units of the sides, for each vector (n_x, n_y) with
+/// n_y ≥ 0, as real and imaginary part. A wave is a product of powers of exp(2πi x) and exp(2πi y),
+/// whose rounding grows with the power: some 1e-16 n. The products for n_x are those for −n_x, with
+/// other signs.
+fn sums_of_waves(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
+    let mut pairs: Vec<[usize; 2]> = vectors
+        .iter()
+        .map(|vector| vector.map(|number| number.unsigned_abs() as usize))
+        .collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let largest = |axis: usize| pairs.iter().map(|pair| pair[axis]).max().unwrap_or(0);
+    let [mut across, mut up] = [0, 1].map(|axis| Powers::new(largest(axis)));
+    let mut sums = vec![[0.0; 4]; pairs.len()];
+    for block in places.chunks(BLOCK) {
+        across.set(block.iter().map(|place| place.x));
+        up.set(block.iter().map(|place| place.y));
+        for (sums, &[x, y]) in sums.iter_mut().zip(&pairs) {
+            let products = sums_of_products(&across.0[x], &up.0[y]);
+            for (sum, product) in sums.iter_mut().zip(products) {
+                *sum += product;
+            }
+        }
+    }
+    let wave = |&[x, y]: &[i64; 2]| {
+        let pair = [x, y].map(|number| number.unsigned_abs() as usize);
+        let place = pairs.binary_search(&pair).unwrap_or_default();
+        let [real, imaginary, real_imaginary, imaginary_real] = sums[place];
+        if x < 0 {
+            DVec2::new(real + imaginary, real_imaginary - imaginary_real)
+        } else {
+            DVec2::new(real - imaginary, real_imaginary + imaginary_real)
+        }
+    };
+    vectors.iter().map(wave).collect()
+}
+
+/// Sums over the bodies of a block of the products of two numbers a and b: real parts, imaginary
+/// parts, real part of a and imaginary part of b, and the reverse.
+fn sums_of_products(a: &[[f64; BLOCK]; 2], b: &[[f64; BLOCK]; 2]) -> [f64; 4] {
+    let mut sums = [[0.0; LANES]; 4];
+    for start in (0..BLOCK).step_by(LANES) {
+        for lane in 0..LANES {
+            let place = start + lane;
+            sums[0][lane] += a[0][place] * b[0][place];
+            sums[1][lane] += a[1][place] * b[1][place];
+            sums[2][lane] += a[0][place] * b[1][place];
+            sums[3][lane] += a[1][place] * b[0][place];
+        }
+    }
+    sums.map(|lanes| lanes.iter().sum())
+}
+
+/// The powers exp(2πi n x) of the bodies of a block for n = 0, 1, …: real and imaginary parts.
+struct Powers(Vec<[[f64; BLOCK]; 2]>);
+
+impl Powers {
+    /// Room for the powers up to `largest`.
+    fn new(largest: usize) -> Self {
+        Self(vec![[[0.0; BLOCK]; 2]; largest + 1])
+    }
+
+    /// Computes the powers for places x in turns; those that a short block lacks are 0.
+    fn set(&mut self, turns: impl Iterator<Item = f64>) {
+        let mut first = [[0.0; BLOCK]; 2];
+        self.0[0] = [[0.0; BLOCK]; 2];
+        for (place, x) in turns.enumerate() {
+            let DVec2 { x: cos, y: sin } = Orientation::from_turns(x).cos_sin();
+            (first[0][place], first[1][place]) = (cos, sin);
+            self.0[0][0][place] = 1.0;
+        }
+        for n in 1..self.0.len() {
+            let [real, imaginary] = self.0[n - 1];
+            for place in 0..BLOCK {
+                let (cos, sin) = (first[0][place], first[1][place]);
+                self.0[n][0][place] = real[place] * cos - imaginary[place] * sin;
+                self.0[n][1][place] = real[place] * sin + imaginary[place] * cos;
+            }
+        }
     }
 }
 
@@ -302,6 +392,23 @@ mod tests {
             assert_eq!(
                 StructureFactor::new(Group::All, &long, shells).unwrap_err(),
                 ShellsError { shells }
+            );
+        }
+    }
+
+    #[test]
+    fn products_of_powers_are_the_waves_themselves() {
+        let places: Vec<DVec2> = (0..37)
+            .map(|body| DVec2::new(f64::from(body) * 0.381_966, f64::from(body).sqrt()) % 1.0)
+            .collect();
+        let vectors = [[1, 0], [0, 1], [-7, 3], [40, 200], [-200, 0], [13, 13]];
+        for (found, [x, y]) in sums_of_waves(&places, &vectors).into_iter().zip(vectors) {
+            let turns = DVec2::new(x as f64, y as f64);
+            let wave = |place: &DVec2| Orientation::from_turns(turns.dot(*place)).cos_sin();
+            let direct: DVec2 = places.iter().map(wave).sum();
+            assert!(
+                (found - direct).length() < 1e-11,
+                "{x} {y}: {found} {direct}"
             );
         }
     }

@@ -2,8 +2,9 @@
 //!
 //! All engines of a scene run in one process, in turn in each round, and are timed by the processor
 //! time of the thread; the median over the rounds is reported. On a shared machine ratios are more
-//! reliable than nanoseconds. Cycles, from the clock rate measured in each turn, remove changes of
-//! the clock, but not the effect of two threads on one core.
+//! reliable than nanoseconds: they are taken round by round, with their least and largest value.
+//! Cycles, from the clock rate measured in each turn, remove changes of the clock, but not the
+//! effect of two threads on one core.
 
 mod clock;
 mod growth;
@@ -57,9 +58,53 @@ struct Timing {
     collisions_per_second: f64,
     ns_per_collision: f64,
     cycles_per_collision: f64,
-    ratio_to_thesis: f64,
+    ratio_to_thesis: Ratio,
     bytes_per_body: f64,
     n: usize,
+}
+
+/// The ratio of the times of two variants, taken round by round.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+struct Ratio {
+    median: f64,
+    least: f64,
+    largest: f64,
+}
+
+impl Ratio {
+    /// Of pairs of times, one for each round: the first over the second.
+    fn from_rounds(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
+        let mut ratios: Vec<f64> = pairs.map(|(one, other)| one / other).collect();
+        ratios.sort_by(f64::total_cmp);
+        let at = |place: usize| ratios.get(place).copied().unwrap_or(f64::NAN);
+        Self {
+            median: at(ratios.len() / 2),
+            least: at(0),
+            largest: at(ratios.len().saturating_sub(1)),
+        }
+    }
+
+    /// Whether all rounds say which variant is faster.
+    fn is_resolved(&self) -> bool {
+        self.least > 1.0 || self.largest < 1.0
+    }
+}
+
+impl std::fmt::Display for Ratio {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self {
+            median,
+            least,
+            largest,
+        } = self;
+        write!(f, "{median:.2} x ({least:.2} to {largest:.2}")?;
+        let is_itself = *least == 1.0 && *largest == 1.0;
+        f.write_str(if self.is_resolved() || is_itself {
+            ")"
+        } else {
+            ", not resolved)"
+        })
+    }
 }
 
 /// Runs the selected benchmark.
@@ -100,7 +145,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 fn row(timing: &Timing) -> String {
     format!(
-        "{:<16} {:<15} {:>9} bodies {:>9.1} ns = {:>6.0} cycles/collision {:>7.3} M/s {:>7.2} x thesis {:>6.0} B/body",
+        "{:<16} {:<15} {:>9} bodies {:>9.1} ns = {:>6.0} cycles/collision {:>7.3} M/s  {} thesis {:>6.0} B/body",
         timing.scene,
         timing.engine,
         timing.n,
@@ -198,22 +243,26 @@ fn time_scene(name: &'static str, scene: &Scene, options: &BenchOptions) -> Resu
             times.push(engine.turn(options.turn)?);
         }
     }
-    let medians: Vec<Turn> = rounds.iter().map(|turns| median(turns)).collect();
-    let thesis = medians.last().map_or(f64::NAN, |turn| turn.nanoseconds);
-    let timing = |engine: &Engine, turn: Turn| Timing {
-        scene: name,
-        engine: engine.name,
-        collisions_per_second: 1e9 / turn.nanoseconds,
-        ns_per_collision: turn.nanoseconds,
-        cycles_per_collision: turn.cycles,
-        ratio_to_thesis: thesis / turn.nanoseconds,
-        bytes_per_body: engine.bytes_per_body(),
-        n,
+    let thesis = rounds.last().cloned().unwrap_or_default();
+    let timing = |engine: &Engine, turns: &[Turn]| {
+        let turn = median(turns);
+        let pairs = thesis.iter().zip(turns);
+        Timing {
+            scene: name,
+            engine: engine.name,
+            collisions_per_second: 1e9 / turn.nanoseconds,
+            ns_per_collision: turn.nanoseconds,
+            cycles_per_collision: turn.cycles,
+            ratio_to_thesis: Ratio::from_rounds(
+                pairs.map(|(thesis, own)| (thesis.nanoseconds, own.nanoseconds)),
+            ),
+            bytes_per_body: engine.bytes_per_body(),
+            n,
+        }
     };
+    let engines = engines.iter().zip(&rounds);
     Ok(engines
-        .iter()
-        .zip(medians)
-        .map(|(engine, turn)| timing(engine, turn))
+        .map(|(engine, turns)| timing(engine, turns))
         .collect())
 }
 
@@ -227,5 +276,25 @@ fn median(turns: &[Turn]) -> Turn {
     Turn {
         nanoseconds: of(|turn| turn.nanoseconds),
         cycles: of(|turn| turn.cycles),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_is_resolved_if_all_rounds_agree() {
+        let of = |pairs: [(f64, f64); 3]| Ratio::from_rounds(pairs.into_iter());
+        let clear = of([(2.0, 1.0), (3.0, 2.0), (6.0, 2.0)]);
+        assert_eq!((clear.least, clear.median, clear.largest), (1.5, 2.0, 3.0));
+        assert_eq!(clear.to_string(), "2.00 x (1.50 to 3.00)");
+        let unclear = of([(1.0, 1.1), (1.2, 1.0), (1.0, 1.0)]);
+        assert!(
+            unclear.to_string().ends_with(", not resolved)"),
+            "{unclear}"
+        );
+        assert_eq!(of([(1.0, 1.0); 3]).to_string(), "1.00 x (1.00 to 1.00)");
+        assert!(!Ratio::from_rounds(std::iter::empty()).is_resolved());
     }
 }

@@ -15,7 +15,7 @@ use clap::Args;
 use cpu_time::ProcessTime;
 use serde::Serialize;
 
-use super::scenes::LargeGas;
+use super::{Ratio, scenes::LargeGas};
 
 /// Numbers of cores of the scaling, with the side of tiles in cells. Smaller tiles for many cores:
 /// each should have a few.
@@ -88,9 +88,9 @@ struct Row {
     wall_ns: f64,
     cpu_ns: f64,
     /// Processor time of the run in order, divided by that of this variant.
-    cpu_ratio: f64,
+    cpu_ratio: Ratio,
     /// Wall time of tiles on one thread, divided by that of this variant.
-    wall_ratio: f64,
+    wall_ratio: Ratio,
     /// Contacts computed for each contact.
     work: f64,
     tiles_repeated: f64,
@@ -234,7 +234,10 @@ fn rows(options: &TilesOptions, variants: &[Variant]) -> Vec<Row> {
         turns.sort_by(f64::total_cmp);
         turns.get(turns.len() / 2).copied().unwrap_or(f64::NAN)
     };
-    let (order_cpu, one_thread_wall) = (median(&variants[0], 1), median(&variants[1], 0));
+    let ratio = |one: &Variant, other: &Variant, of: usize| {
+        let rounds = one.turns.iter().zip(&other.turns);
+        Ratio::from_rounds(rounds.map(|(one, other)| (one[of], other[of])))
+    };
     let row = |variant: &Variant| {
         let counters = variant.simulation.tile_counters();
         let (wall_ns, cpu_ns) = (median(variant, 0), median(variant, 1));
@@ -243,8 +246,8 @@ fn rows(options: &TilesOptions, variants: &[Variant]) -> Vec<Row> {
             variant: variant.name.clone(),
             wall_ns,
             cpu_ns,
-            cpu_ratio: order_cpu / cpu_ns,
-            wall_ratio: one_thread_wall / wall_ns,
+            cpu_ratio: ratio(&variants[0], variant, 1),
+            wall_ratio: ratio(&variants[1], variant, 0),
             work: counters.computed as f64 / counters.contacts.max(1) as f64,
             tiles_repeated: counters.repeated as f64 / counters.tiles.max(1) as f64,
             bytes_per_body: variant.simulation.heap_bytes() as f64 / options.bodies as f64,
@@ -267,7 +270,7 @@ fn print(row: &Row) {
     } = row;
     print_line(&format!(
         "{bodies:>9} bodies  {variant:<18} {wall_ns:>7.1} ns wall {cpu_ns:>7.1} ns cpu  \
-         {cpu_ratio:>5.2} x in order (cpu) {wall_ratio:>5.2} x one thread (wall)  \
+         {cpu_ratio} in order (cpu)  {wall_ratio} one thread (wall)  \
          work {work:.2}  repeated {:.2} %  {bytes_per_body:.0} B/body",
         1e2 * tiles_repeated,
     ));

@@ -12,6 +12,11 @@ use crate::{checkpoint_file::encode, measures::Measures, sampling_times::samplin
 /// Processor time of the trial (seconds).
 const TRIAL_SECONDS: f64 = 1.0;
 
+/// A trial that has taken so long ends with a tenth of the run (seconds of processor time, share).
+/// Less: a fluctuation at the start decides. More: a check of a short run takes as long as the run.
+const MIN_SECONDS: f64 = 0.1;
+const MAX_SHARE: f64 = 0.1;
+
 /// Contacts of the trial if measures watch them: some keep every contact in memory.
 const MAX_WATCHED: u64 = 300_000;
 
@@ -76,8 +81,8 @@ pub(super) struct TrialEstimate {
 }
 
 impl Trial {
-    /// Runs until the end, for [`TRIAL_SECONDS`], or for [`MAX_WATCHED`] contacts that are
-    /// watched.
+    /// Runs until the end, for a tenth of the run, for [`TRIAL_SECONDS`], or for [`MAX_WATCHED`]
+    /// contacts that are watched.
     ///
     /// # Errors
     /// The run fails.
@@ -224,6 +229,8 @@ struct TrialBounds {
     most: u64,
     /// Collisions before the first of them.
     before: u64,
+    /// The time at which a tenth of the run is done.
+    enough: EpochTime,
     /// Begins after the first step.
     clock: ProcessTime,
 }
@@ -242,10 +249,12 @@ impl TrialBounds {
             MAX_WATCHED
         };
         let before = simulation.view().counters().collisions;
+        let now = simulation.time();
         Self {
             end,
             most,
             before,
+            enough: now.after(MAX_SHARE * end.since(now)),
             clock,
         }
     }
@@ -257,7 +266,9 @@ impl TrialBounds {
 
     /// Whether the trial may continue.
     fn allow(&self, simulation: &AnySimulation) -> bool {
-        self.contacts(simulation) < self.most && self.clock.elapsed().as_secs_f64() < TRIAL_SECONDS
+        let seconds = self.clock.elapsed().as_secs_f64();
+        let has_enough = simulation.time() >= self.enough && seconds >= MIN_SECONDS;
+        self.contacts(simulation) < self.most && seconds < TRIAL_SECONDS && !has_enough
     }
 
     /// Runs for a stretch of time, as far as the trial may continue; returns whether the end of the

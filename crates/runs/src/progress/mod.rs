@@ -1,9 +1,10 @@
 //! Progress of tasks: bars on a terminal, otherwise a line of text every few seconds; nothing in
 //! the first two seconds of a program.
 //!
-//! A command creates a [`Progress`], or [`Lines`] for tasks in parallel, and advances it; nothing
-//! else is needed. [`show`] starts a thread that draws all tasks under way, and the seconds of a
-//! command that has none. Without it, as in tests and in other programs, nothing is drawn.
+//! A command creates a [`Progress`], or [`ProgressLines`] for tasks in parallel, and advances it;
+//! nothing else is needed. [`show`] starts a thread that draws all tasks under way, and the
+//! seconds of a command that has none. Without it, as in tests and in other programs, nothing is
+//! drawn.
 
 mod screen;
 
