@@ -219,17 +219,18 @@ fn sums_of_waves(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
 /// Sums over the bodies of a block of the products of two numbers a and b: real parts, imaginary
 /// parts, real part of a and imaginary part of b, and the reverse.
 fn sums_of_products(a: &[[f64; BLOCK]; 2], b: &[[f64; BLOCK]; 2]) -> [f64; 4] {
-    let mut sums = [[0.0; LANES]; 4];
+    let [mut real, mut imaginary] = [[0.0; LANES]; 2];
+    let [mut real_imaginary, mut imaginary_real] = [[0.0; LANES]; 2];
     for start in (0..BLOCK).step_by(LANES) {
         for lane in 0..LANES {
             let place = start + lane;
-            sums[0][lane] += a[0][place] * b[0][place];
-            sums[1][lane] += a[1][place] * b[1][place];
-            sums[2][lane] += a[0][place] * b[1][place];
-            sums[3][lane] += a[1][place] * b[0][place];
+            real[lane] += a[0][place] * b[0][place];
+            imaginary[lane] += a[1][place] * b[1][place];
+            real_imaginary[lane] += a[0][place] * b[1][place];
+            imaginary_real[lane] += a[1][place] * b[0][place];
         }
     }
-    sums.map(|lanes| lanes.iter().sum())
+    [real, imaginary, real_imaginary, imaginary_real].map(|lanes| lanes.iter().sum())
 }
 
 /// The powers exp(2πi n x) of the bodies of a block for n = 0, 1, …: real and imaginary parts.
