@@ -1,5 +1,6 @@
 //! `cargo xtask surface`: the public items of the crates whose surface is kept, compared with the
-//! list that is committed, so that a change of surface is seen in a diff.
+//! list that is committed, so that a change of surface is seen in a diff. The list has the names,
+//! not the types; fields without a name are not in it.
 //!
 //! The items come from the JSON of rustdoc, which the stable compiler writes on request
 //! (`RUSTC_BOOTSTRAP`). Items marked `#[doc(hidden)]` are not in it.

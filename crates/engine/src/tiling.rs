@@ -36,12 +36,11 @@ pub struct Tiling {
     /// Fewest bodies if molecules move. Each of their contacts takes longer than one of discs.
     pub least_molecules: usize,
     /// Cells along a side of a tile, at least 8; a cell is about as long as two bodies
-    /// reach.
-    /// Fewer: more bodies are run twice, in the borders of tiles. More: a tile outgrows the cache.
+    /// reach. Fewer: more bodies are run twice, in the borders of tiles. More: a tile outgrows the
+    /// cache.
     pub side: u32,
     /// Length of a window in mean free times, from 0.1 to 64. Shorter: bodies are copied more
-    /// often.
-    /// Longer: wider borders.
+    /// often. Longer: wider borders.
     pub window: f64,
     /// Cells by which the border of a tile is wider than an influence travels in a window, from 1
     /// to 64. Fewer: more tiles are repeated. More: more bodies are run twice.

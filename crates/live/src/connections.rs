@@ -1,6 +1,5 @@
 //! The connections of the server: their number and the time until their request are bounded, so
-//! that
-//! no other program on the machine can keep a page out or take all file descriptors.
+//! that no other program on the machine can keep a page out or take all file descriptors.
 
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 

@@ -1,9 +1,6 @@
 //! The scenes that a page offers: those of this repository, and a few for the laboratory alone.
 
-use std::{
-    collections::BTreeMap,
-    sync::{Arc, Mutex, PoisonError},
-};
+use std::sync::OnceLock;
 
 use anyhow::{Context, Result};
 use carom::Scene;
@@ -95,20 +92,23 @@ pub fn scene(name: &str) -> Result<Scene> {
 /// The longer side of a small picture (pixels).
 const THUMBNAIL: u32 = 160;
 
-/// The start of a scene of the gallery as a small picture (SVG), which is drawn once.
+/// The start of a scene of the gallery as a small picture (SVG), which is drawn once;
+/// `None` if the gallery has no scene of this name.
 ///
 /// # Errors
-/// There is no scene of this name.
-pub fn thumbnail(name: &str) -> Result<Arc<str>> {
-    static DRAWN: Mutex<BTreeMap<String, Arc<str>>> = Mutex::new(BTreeMap::new());
-    let drawn = || DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(picture) = drawn().get(name) {
-        return Ok(Arc::clone(picture));
+/// The scene cannot be placed.
+pub fn thumbnail(name: &str) -> Result<Option<&'static str>> {
+    static DRAWN: [OnceLock<String>; EXHIBITS.len()] = [const { OnceLock::new() }; EXHIBITS.len()];
+    let Some(index) = EXHIBITS.iter().position(|exhibit| exhibit.name == name) else {
+        return Ok(None);
+    };
+    if let Some(picture) = DRAWN[index].get() {
+        return Ok(Some(picture));
     }
     let run = InteractiveRun::new(&scene(name)?)?;
-    let picture: Arc<str> = picture_of(&run.view(), THUMBNAIL).into();
-    drawn().insert(name.to_owned(), Arc::clone(&picture));
-    Ok(picture)
+    Ok(Some(
+        DRAWN[index].get_or_init(|| picture_of(&run.view(), THUMBNAIL)),
+    ))
 }
 
 #[cfg(test)]
@@ -137,7 +137,7 @@ mod tests {
             run.advance(EpochTime::from(1e-3 * scene.run.until), &mut ())
                 .unwrap();
             assert!(
-                thumbnail(exhibit.name).unwrap().len() < 500_000,
+                thumbnail(exhibit.name).unwrap().unwrap().len() < 500_000,
                 "{}",
                 exhibit.name
             );

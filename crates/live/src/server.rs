@@ -371,15 +371,20 @@ async fn answer(
 async fn thumbnail(name: String) -> Response {
     let drawn = tokio::task::spawn_blocking(move || gallery::thumbnail(&name)).await;
     match drawn {
-        Ok(Ok(picture)) => {
+        Ok(Ok(Some(picture))) => {
             let headers = [
                 (header::CONTENT_TYPE, "image/svg+xml"),
                 (header::CACHE_CONTROL, "private, max-age=3600"),
                 (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
             ];
-            (headers, picture.to_string()).into_response()
+            (headers, picture).into_response()
         }
-        _ => (StatusCode::NOT_FOUND, "There is no such picture.").into_response(),
+        Ok(Ok(None)) => (StatusCode::NOT_FOUND, "There is no such picture.").into_response(),
+        Ok(Err(_)) | Err(_) => (
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "The picture could not be drawn.",
+        )
+            .into_response(),
     }
 }
 

@@ -38,7 +38,7 @@ struct Following {
     beyond: u64,
 }
 
-/// The bins in which a [`AdaptiveHistogram`] is shown.
+/// The bins in which an [`AdaptiveHistogram`] is shown.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bins {
     edges: Vec<f64>,

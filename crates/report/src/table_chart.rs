@@ -62,14 +62,26 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
     Ok(charts)
 }
 
+/// One of the tables of an overlay.
+#[derive(Debug, Clone, Copy)]
+pub struct NamedTable<'a> {
+    /// The name of its curve.
+    pub name: &'a str,
+    /// The colour of its curve.
+    pub ink: Ink,
+    /// The table.
+    pub table: &'a Table,
+}
+
 /// Draws one quantity of tables of one kind, such as g(r) at several densities, each curve under
 /// the name of its table. Without a second curve nothing is drawn.
 ///
 /// # Errors
 /// The chart cannot be drawn.
-pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>> {
+pub fn overlay(tables: &[NamedTable<'_>], column: &str) -> Result<Option<String>> {
     let (mut bands, mut lines, mut points, mut found) = (Vec::new(), Vec::new(), Vec::new(), None);
-    for (index, (name, table)) in tables.iter().enumerate() {
+    let mut count = 0;
+    for &NamedTable { name, ink, table } in tables {
         let table = table.as_drawn();
         let Some(abscissa) = table
             .columns
@@ -81,10 +93,7 @@ pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>
         let Some(place) = table.columns.iter().position(|other| other.name == column) else {
             continue;
         };
-        let (places, ink) = (
-            Places::new(abscissa, table.spacing),
-            Ink::of_curve(index, tables.len()),
-        );
+        let places = Places::new(abscissa, table.spacing);
         let value = &table.columns[place];
         if let Some(errors) = table
             .columns
@@ -99,10 +108,12 @@ pub fn overlay(tables: &[(&str, &Table)], column: &str) -> Result<Option<String>
             bands.extend(places.band(value, errors).into_iter().map(band));
         }
         points.extend(places.points(value));
-        lines.extend(curve(name, ink, places.curve(value)));
+        let pieces = places.curve(value);
+        count += usize::from(!pieces.is_empty());
+        lines.extend(curve(name, ink, pieces));
         found.get_or_insert((table.clone(), abscissa.clone(), value.clone()));
     }
-    let Some((table, abscissa, value)) = found.filter(|_| lines.len() > 1) else {
+    let Some((table, abscissa, value)) = found.filter(|_| count > 1) else {
         return Ok(None);
     };
     let x = range(points.iter().map(|point| point.0)).filter(|(first, last)| first != last);
@@ -517,9 +528,14 @@ mod tests {
                 .errors(vec![Some(0.1); count])
         };
         let tables = [table(1.0, 4), table(2.0, 7), table(3.0, 4)];
-        let named: Vec<(&str, &Table)> = ["thin", "dense", "solid"]
-            .into_iter()
+        let names = ["thin", "dense", "solid"].into_iter().enumerate();
+        let named: Vec<NamedTable<'_>> = names
             .zip(&tables)
+            .map(|((index, name), table)| NamedTable {
+                name,
+                ink: Ink::of_curve(index, 3),
+                table,
+            })
             .collect();
         let chart = overlay(&named, "g").unwrap().unwrap();
         assert!(

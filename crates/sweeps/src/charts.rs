@@ -4,13 +4,14 @@
 use anyhow::Result;
 use carom_report::{
     error_bars::{Abscissa, ErrorBarCurve, ErrorBars, MeasuredValue as Point},
+    ink::Ink,
     page::DataChart,
-    table_chart,
+    table_chart::{self, NamedTable},
 };
-use carom_tables::{Figure, Role, Table, named};
+use carom_tables::{Figure, Role, named};
 
 use crate::{
-    point::short,
+    point::{parts, short},
     results::PointResults,
     study::Study,
     table::{TABLE, TableQuantity, figure, quantities},
@@ -96,31 +97,35 @@ pub fn overlaid(points: &[PointResults]) -> Result<Vec<DataChart>> {
         }
     }
     let mut charts = Vec::new();
-    for name in names.into_iter().take(MAX_CHARTS) {
-        let labels: Vec<String> = points.iter().enumerate().map(legend).collect();
-        let of_points = points.iter().zip(&labels);
-        let tables: Vec<(&str, &Table)> = of_points
-            .filter_map(|(point, label)| {
+    let labels: Vec<String> = points.iter().enumerate().map(legend).collect();
+    let inks = (0..points.len()).map(|index| Ink::of_curve(index, points.len()));
+    let names = names.into_iter().take(MAX_CHARTS);
+    for name in names {
+        let of_points = points.iter().zip(labels.iter().zip(inks.clone()));
+        let tables: Vec<NamedTable<'_>> = of_points
+            .filter_map(|(point, (label, ink))| {
                 let table = point.tables.iter().find(|table| table.name == name)?;
-                Some((label.as_str(), table))
+                Some(NamedTable {
+                    name: label,
+                    ink,
+                    table,
+                })
             })
             .collect();
-        let Some((_, first)) = tables.first() else {
-            continue;
-        };
-        let Some(column) = first
-            .columns
-            .iter()
-            .find(|column| column.role == Role::Value)
-        else {
-            continue;
-        };
-        let svg = table_chart::overlay(&tables, &column.name)?;
-        charts.extend(svg.map(|svg| DataChart {
-            svg,
-            caption: String::new(),
-            file: String::new(),
-        }));
+        let mut values: Vec<&str> = Vec::new();
+        for column in tables.iter().flat_map(|of_point| &of_point.table.columns) {
+            if column.role == Role::Value && !values.contains(&column.name.as_str()) {
+                values.push(&column.name);
+            }
+        }
+        for value in values {
+            let svg = table_chart::overlay(&tables, value)?;
+            charts.extend(svg.map(|svg| DataChart {
+                svg,
+                caption: String::new(),
+                file: String::new(),
+            }));
+        }
     }
     Ok(charts)
 }
@@ -129,8 +134,8 @@ pub fn overlaid(points: &[PointResults]) -> Result<Vec<DataChart>> {
 fn legend((index, point): (usize, &PointResults)) -> String {
     let words = point.short_label();
     let values = || {
-        words
-            .split(", ")
+        parts(&words)
+            .into_iter()
             .map(|part| part.rsplit(" = ").next().unwrap_or(part))
             .collect::<Vec<_>>()
     };

@@ -100,11 +100,7 @@ impl StudyPoint {
 
     /// The values in words, with the last part of each path.
     pub fn short_label(&self) -> String {
-        self.label
-            .split(", ")
-            .map(short)
-            .collect::<Vec<_>>()
-            .join(", ")
+        short_label(&self.label)
     }
 
     /// The scene of a replica, with numbers from 1. Its random numbers depend on the seed of the
@@ -114,6 +110,30 @@ impl StudyPoint {
         (scene.bounds.seed, scene.bounds.replica) = (self.seed, number);
         scene
     }
+}
+
+/// A label whose paths are their last parts.
+pub(crate) fn short_label(label: &str) -> String {
+    parts(label)
+        .into_iter()
+        .map(short)
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+/// The entries of a label. A comma in brackets or quotation marks is part of a value.
+pub(crate) fn parts(label: &str) -> Vec<&str> {
+    let (mut depth, mut is_quoted) = (0_i32, false);
+    let is_separator = |letter: char| {
+        match letter {
+            '"' => is_quoted = !is_quoted,
+            '[' | '{' if !is_quoted => depth += 1,
+            ']' | '}' if !is_quoted => depth -= 1,
+            _ => {}
+        }
+        letter == ',' && depth == 0 && !is_quoted
+    };
+    label.split(is_separator).map(str::trim).collect()
 }
 
 /// The last part of a path that is no index, with its value if there is one: `radius = 0.1` of
@@ -192,6 +212,15 @@ mod tests {
         let scene = one.replica(3);
         assert_eq!((scene.bounds.seed, scene.bounds.replica), (one.seed, 3));
         assert!(i64::try_from(one.seed).is_ok());
+    }
+
+    #[test]
+    fn a_comma_in_an_array_does_not_divide_a_label() {
+        let label = "box.sides = [1.0, 2.0], gas.0.shape = \"a, b\", gas.0.radius = 0.1";
+        assert_eq!(
+            short_label(label),
+            "sides = [1.0, 2.0], shape = \"a, b\", radius = 0.1"
+        );
     }
 
     /// Pinned: otherwise replicas that earlier versions have finished are run again.

@@ -18,7 +18,7 @@ use serde::Serialize;
 use crate::{
     expect::ExpectationAnswer,
     layout::SweepFolder,
-    point::{Key, StudyPoint, short},
+    point::{Key, StudyPoint, short_label},
     seal::Seal,
     stored::Found,
     study::Study,
@@ -84,11 +84,7 @@ impl PointResults {
 
     /// The values in words, with the last part of each path.
     pub fn short_label(&self) -> String {
-        self.label
-            .split(", ")
-            .map(short)
-            .collect::<Vec<_>>()
-            .join(", ")
+        short_label(&self.label)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Calls of the scheduler's methods in the build for an instruction set.
 
-/// Defines a function that calls a method of `State` in the build for the chosen instruction set.
+/// Defines a function that calls a method of `CellState` in the build for the chosen instruction
+/// set.
 macro_rules! dispatched {
     ($name:ident ( $($argument:ident : $type:ty),* )) => {
         #[inline]

@@ -60,7 +60,7 @@
 //! 1. Data of a body and of a cell: `slot`, `body_record`, `cell_block`, `f32_filter`, `frame`.
 //! 2. The kernels of each instruction set: `simd`.
 //! 3. Containers: `neighbour_lists`, `cell_occupants`, `calendar` with `prefetch`, `candidates`,
-//!    `molecules`, `multi_cell` (its own file and `covered`), `grid`.
+//!    `molecules`, `multi_cell` (its own file and `covered`), `cell_grid`.
 //! 4. The workspace of a run, of which any number may exist: `state`.
 //! 5. Lists of multi-cell bodies: `walls`, `multi_cell::listing`.
 //! 6. Predictions: `dispatch`, the searches in `multi_cell`, `discs`, `dilute`, `molecule_search`,
@@ -447,6 +447,68 @@ mod tests {
     };
     use carom_detection::Exact;
     use carom_response::Impact;
+    use rand::{RngExt, SeedableRng};
+
+    /// 576 discs in a square lattice of the unit box.
+    fn lattice(velocity: impl FnMut(usize) -> [f64; 2]) -> Scene {
+        const SIDE: usize = 24;
+        let step = 1.0 / SIDE as f64;
+        let mut velocity = velocity;
+        let disc = |k: usize| MoleculeSpec {
+            atoms: vec![AtomSpec {
+                at: [0.0; 2],
+                radius: 0.4 * step,
+                mass: 1.0,
+            }],
+            at: [
+                ((k % SIDE) as f64 + 0.25) * step,
+                ((k / SIDE) as f64 + 0.25) * step,
+            ],
+            velocity: velocity(k),
+            ..MoleculeSpec::default()
+        };
+        Scene {
+            molecule: (0..SIDE * SIDE).map(disc).collect(),
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn runs_have_the_same_bits_with_either_form_of_the_bins() {
+        let mut random = rand_pcg::Pcg64::seed_from_u64(3);
+        let gas = lattice(|_| [0; 2].map(|_| random.random_range(-1.0..1.0)));
+        // Neighbours meet head-on in pairs, all at one time.
+        let simultaneous = lattice(|k| [if k % 2 == 0 { 1.0 } else { -1.0 }, 0.0]);
+        for (scene, until) in [(gas, 2.0), (simultaneous, 0.3)] {
+            let run = |min_bodies: fn(usize) -> usize| {
+                calendar::MIN_BODIES.set(min_bodies(0));
+                let mut simulation =
+                    Simulation::<Exact, Impact, CellScheduler>::new(&scene).unwrap();
+                for stop in 1..=20 {
+                    calendar::MIN_BODIES.set(min_bodies(stop));
+                    simulation.run_until(until * stop as f64 / 20.0).unwrap();
+                }
+                calendar::MIN_BODIES.set(usize::MAX);
+                let view = simulation.view();
+                let motions: Vec<[u64; 4]> = view
+                    .bodies()
+                    .map(|body| {
+                        let (at, velocity) = (body.motion.position, body.motion.velocity);
+                        [at.x, at.y, velocity.x, velocity.y].map(f64::to_bits)
+                    })
+                    .collect();
+                (view.counters().collisions, motions)
+            };
+            let links = run(|_| usize::MAX);
+            assert!(links.0 > 2000, "{} collisions", links.0);
+            assert_eq!(links, run(|_| 0));
+            // The form changes from one stop to the next.
+            assert_eq!(
+                links,
+                run(|stop| if stop % 2 == 0 { 0 } else { usize::MAX })
+            );
+        }
+    }
 
     #[test]
     fn bins_are_as_wide_for_a_lattice_on_borders_of_cells_as_for_any() {

@@ -11,8 +11,8 @@ use super::{
     slot::INDEX_MASK,
 };
 
-/// Bodies from which on prefetching pays. Smaller systems fit into the caches, and prefetching
-/// costs 5%.
+/// Number of bodies from which on prefetching pays. Smaller systems fit into the caches, and
+/// prefetching costs 5%.
 pub(super) const MIN_BODIES: usize = 1 << 15;
 
 /// Distance in bins of each step, for the first, second, … body of a bin, whose index is known once
@@ -26,7 +26,7 @@ const NEIGHBOUR_BINS: u32 = 5;
 /// Bodies of a bin for which memory is prefetched.
 const MAX_BODIES: usize = 6;
 
-/// The same distances where bins are lines of the cache, which hold fewer events.
+/// The same distances where bins are cache lines, which hold fewer events.
 const RECORD_LINES: u32 = 24;
 const LIST_LINES: u32 = 14;
 const NEIGHBOUR_LINES: u32 = 8;
@@ -63,7 +63,7 @@ pub(super) fn prefetch_next(
     }
 }
 
-/// Prefetches for the next bins that are lines of the cache. Of bodies whose event has moved, only
+/// Prefetches for the next bins that are cache lines. Of bodies whose event has moved, only
 /// the record is loaded.
 fn prefetch_lines(calendar: &Calendar, records: &[BodyRecord], neighbour_lists: &NeighbourLists) {
     for &body in calendar.bodies_in_line(RECORD_LINES) {

@@ -157,8 +157,8 @@ impl GasSpec {
 
     /// Whether molecules have different sizes.
     pub(crate) fn has_drawn_sizes(&self) -> bool {
-        let given = [&self.radius, &self.atom_radius].into_iter().flatten();
-        self.scale.is_some() || given.into_iter().any(|given| given.number().is_none())
+        let given = [&self.radius, &self.atom_radius, &self.scale];
+        given.into_iter().flatten().any(|given| !given.is_one())
     }
 }
 

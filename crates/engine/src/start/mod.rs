@@ -1,4 +1,4 @@
-//! How it is placed: from a scene to the bodies at time 0.
+//! How a scene is placed: from its entries to the bodies at time 0.
 
 pub(crate) mod body_builder;
 pub(crate) mod contents;

@@ -11,7 +11,7 @@ pub mod limits;
 mod trial;
 mod unplaced;
 
-use std::path::Path;
+use std::{ops::ControlFlow, path::Path};
 
 use anyhow::{Context, Result};
 use carom::{Scene, SceneError, View, engine::Placement as Start};
@@ -161,25 +161,28 @@ const STAND_IN: &str = "The run grows or relaxes its gas first, which takes long
                         are those of a start on a lattice.";
 
 /// The bodies of a scene at its start. A gas that the run grows or relaxes stands on a lattice
-/// instead, if that has room for it; the second value tells. Its rate of collisions is that of the
-/// fluid within a factor of 1.5.
+/// instead, if that has room for it, and the second value is true. Its rate of collisions is that
+/// of the fluid within a factor of 1.5.
 fn placed(scene: &Scene, method: &Method) -> Result<(AnySimulation, bool)> {
     let (signals, mut store) = (Signals::default(), |_: &_| Ok(()));
     let mut place =
         |scene: &Scene| BodyPlacement::new(method, &signals, NEVER, &mut store).place(scene);
     let start = &scene.start;
-    let is_plain = start.placement != Some(Start::Grown) && start.relax.is_none();
-    if start.from.is_some() || start.placement == Some(Start::Lattice) && start.relax.is_none() {
+    if start.from.is_some() {
         return Ok((place(scene)?, false));
+    }
+    // The first step of growth or relaxation comes after all that could be refused.
+    let begun = AnySimulation::with_progress(scene, method, &mut |_| ControlFlow::Break(()));
+    match begun {
+        Ok(begun) => return Ok((begun, false)),
+        Err(SceneError::Interrupted) => {}
+        Err(error) => return Err(error.into()),
     }
     let mut on_lattice = scene.clone();
     (on_lattice.start.placement, on_lattice.start.relax) = (Some(Start::Lattice), None);
     match place(&on_lattice) {
-        Ok(begun) => Ok((begun, !is_plain)),
-        Err(error) if matches!(error.downcast_ref(), Some(SceneError::Full { .. })) => {
-            Ok((place(scene)?, false))
-        }
-        Err(error) => Err(error),
+        Ok(begun) => Ok((begun, true)),
+        Err(_) => Ok((place(scene)?, false)),
     }
 }
 

@@ -18,7 +18,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[],
     figures: &["collisions per body that moves"],
-    begin: |_| Ok(in_blocks(Rate::default())),
+    start: |_| Ok(in_blocks(Rate::default())),
     resume: resumed::<Rate>,
 };
 

@@ -20,7 +20,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "bins of the whole turn around each atom",
     )],
     figures: &["force from the contact density"],
-    begin: |selection| Ok(in_blocks(observer(selection)?)),
+    start: |selection| Ok(in_blocks(observer(selection)?)),
     resume: resumed::<ContactDensity>,
 };
 

@@ -30,7 +30,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[MAX_LAG],
     figures: &["diffusion coefficient", "apparent diffusion coefficient"],
-    begin: |selection| {
+    start: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(TimeCorrelation::new(
             selection.group,

@@ -26,7 +26,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "sectors of the whole turn",
     )],
     figures: &["share of contacts", "directions", "contacts by atom"],
-    begin: |selection| {
+    start: |selection| {
         let group = selection.group;
         let facts = Billiard::new(selection.view).filter(|billiard| {
             let members = selection

@@ -17,7 +17,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "mean velocity",
         "mean angular velocity",
     ],
-    begin: |selection| {
+    start: |selection| {
         let body = selection.only_body()?.body;
         Ok(in_blocks(Known {
             observer: Drift::new(body.key()),

@@ -16,7 +16,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::WholeRun,
     parameters: &[],
     figures: &[],
-    begin: |_| Ok(in_blocks(EnergyLedger::default())),
+    start: |_| Ok(in_blocks(EnergyLedger::default())),
     resume: resumed::<EnergyLedger>,
 };
 

@@ -77,7 +77,7 @@ impl Entry {
         view: &View<'_>,
     ) -> Result<Self> {
         let selection = Selection::new(request, &scene.run, view)?;
-        let measure = (request.kind.begin)(&selection).with_context(|| request.entry.clone())?;
+        let measure = (request.kind.start)(&selection).with_context(|| request.entry.clone())?;
         let is_measured = request.kind.span == Span::Measurement;
         let (from, until) = if is_measured {
             stages::window(scene)

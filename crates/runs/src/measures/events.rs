@@ -17,7 +17,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::EveryContact,
     parameters: &[],
     figures: &[],
-    begin: |selection| Ok(in_blocks(ContactLog::new(filter(selection)))),
+    start: |selection| Ok(in_blocks(ContactLog::new(filter(selection)))),
     resume: resumed::<ContactLog>,
 };
 

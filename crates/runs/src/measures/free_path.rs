@@ -26,7 +26,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         ),
     ],
     figures: &["mean free path", "share of the free paths"],
-    begin: |selection| {
+    start: |selection| {
         let facts = Billiard::new(selection.view).filter(|_| selection.moving().next().is_some());
         Ok(in_blocks(Known {
             observer: observer(selection)?,

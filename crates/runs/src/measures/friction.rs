@@ -15,7 +15,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[],
     figures: &["impulses per body", "short-time", "initial decay"],
-    begin: |selection| Ok(in_blocks(Friction::new(selection.group))),
+    start: |selection| Ok(in_blocks(Friction::new(selection.group))),
     resume: resumed::<Friction>,
 };
 

@@ -20,7 +20,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[MAX_LAG],
     figures: &["heat conductivity"],
-    begin: |selection| {
+    start: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(Heat(HelfandMoment::of_energy(
             interval, longest,

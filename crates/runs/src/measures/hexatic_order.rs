@@ -12,7 +12,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[],
     figures: &["mean |ψ₆|", "|mean ψ₆|"],
-    begin: |selection| Ok(in_blocks(HexaticOrder::new(selection.group))),
+    start: |selection| Ok(in_blocks(HexaticOrder::new(selection.group))),
     resume: resumed::<HexaticOrder>,
 };
 

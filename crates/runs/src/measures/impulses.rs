@@ -24,7 +24,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "largest number of rows (0.2 kB each)",
     )],
     figures: &[],
-    begin: |selection| {
+    start: |selection| {
         Ok(in_blocks(ImpulseLog::new(
             selection.only_body()?.body.key(),
             selection.whole("max") as u64,

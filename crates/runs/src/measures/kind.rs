@@ -22,7 +22,7 @@ pub struct MeasureKind {
     /// Beginnings of the names of its figures; a name ends with the label of the measure.
     pub figures: &'static [&'static str],
     /// Starts it.
-    pub(super) begin: fn(&Selection<'_>) -> Result<Box<dyn Measure>>,
+    pub(super) start: fn(&Selection<'_>) -> Result<Box<dyn Measure>>,
     /// Restores it from a checkpoint.
     pub(super) resume: fn(&[u8]) -> Result<Box<dyn Measure>>,
 }

@@ -23,7 +23,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "rotational diffusion coefficient",
         "apparent rotational diffusion coefficient",
     ],
-    begin: |selection| {
+    start: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(Orientations {
             correlation: OrientationCorrelation::new(selection.group, interval, longest)?,

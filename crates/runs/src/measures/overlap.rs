@@ -12,7 +12,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::WholeRun,
     parameters: &[],
     figures: &[],
-    begin: |_| Ok(in_blocks(OverlapCheck::default())),
+    start: |_| Ok(in_blocks(OverlapCheck::default())),
     resume: resumed::<OverlapCheck>,
 };
 

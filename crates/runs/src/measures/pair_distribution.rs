@@ -37,7 +37,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         ),
     ],
     figures: &["g(r) at contact"],
-    begin: |selection| Ok(in_blocks(observer(selection)?)),
+    start: |selection| Ok(in_blocks(observer(selection)?)),
     resume: resumed::<PairDistribution>,
 };
 

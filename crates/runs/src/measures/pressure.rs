@@ -22,7 +22,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[],
     figures: &["pressure", "compressibility factor βpA/N"],
-    begin: |_| Ok(in_blocks(Virial::default())),
+    start: |_| Ok(in_blocks(Virial::default())),
     resume: resumed::<Virial>,
 };
 

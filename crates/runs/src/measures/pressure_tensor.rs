@@ -15,7 +15,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[],
     figures: &["p_xx", "p_xy", "p_yx", "p_yy"],
-    begin: |_| Ok(in_blocks(PressureTensor::default())),
+    start: |_| Ok(in_blocks(PressureTensor::default())),
     resume: resumed::<PressureTensor>,
 };
 

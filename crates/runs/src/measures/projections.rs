@@ -27,7 +27,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         ),
     ],
     figures: &["share of the"],
-    begin: |selection| Ok(in_blocks(Projections::new(selection)?)),
+    start: |selection| Ok(in_blocks(Projections::new(selection)?)),
     resume: resumed::<Projections>,
 };
 

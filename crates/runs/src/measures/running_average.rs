@@ -12,7 +12,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[],
     figures: &[],
-    begin: |selection| {
+    start: |selection| {
         Ok(in_blocks(RunningAverage::new(
             selection.only_body()?.body.key(),
         )))

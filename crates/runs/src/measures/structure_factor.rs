@@ -19,7 +19,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "smallest shells of wave vectors",
     )],
     figures: &[],
-    begin: |selection| {
+    start: |selection| {
         Ok(in_blocks(StructureFactor::new(
             selection.group,
             selection.view.bounds(),

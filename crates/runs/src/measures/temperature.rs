@@ -16,7 +16,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "kT of the rotation",
         "mean velocity along",
     ],
-    begin: |selection| Ok(in_blocks(TemperatureByTag::new(selection.group))),
+    start: |selection| Ok(in_blocks(TemperatureByTag::new(selection.group))),
     resume: resumed::<TemperatureByTag>,
 };
 

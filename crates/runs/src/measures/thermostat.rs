@@ -13,7 +13,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[],
     figures: &["energy lost in contacts", "heat given per time"],
-    begin: |_| Ok(in_blocks(ThermostatLedger::default())),
+    start: |_| Ok(in_blocks(ThermostatLedger::default())),
     resume: resumed::<ThermostatLedger>,
 };
 

@@ -40,7 +40,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "χ² of the speeds",
         "share of the",
     ],
-    begin: |selection| Ok(in_blocks(Velocities::new(selection)?)),
+    start: |selection| Ok(in_blocks(Velocities::new(selection)?)),
     resume: resumed::<Velocities>,
 };
 

@@ -19,7 +19,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[MAX_LAG],
     figures: &["shear viscosity"],
-    begin: |selection| {
+    start: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(HelfandMoment::new(interval, longest)?))
     },

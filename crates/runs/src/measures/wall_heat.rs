@@ -13,7 +13,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[],
     figures: &["heat received from walls", "contacts with thermal walls"],
-    begin: |selection| {
+    start: |selection| {
         let is_wall = |body: carom::engine::BodyView<'_>| {
             body.body.wall_temperature().is_some() && selection.group.contains(body.body)
         };

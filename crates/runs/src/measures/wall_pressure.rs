@@ -34,7 +34,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         ),
     ],
     figures: &["pressure on the walls", "density far from the walls"],
-    begin: |selection| Ok(in_blocks(OfGas::new(selection)?)),
+    start: |selection| Ok(in_blocks(OfGas::new(selection)?)),
     resume: resumed::<OfGas>,
 };
 

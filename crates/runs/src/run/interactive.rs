@@ -245,8 +245,7 @@ impl InteractiveRun {
     }
 
     /// Runs to `until`, with the starts of stages and the actions of thermostats on the way;
-    /// returns
-    /// whether `until` has been reached within the limit of a call.
+    /// returns whether `until` has been reached within the limit of a call.
     ///
     /// # Errors
     /// The run cannot continue, `until` is later than a run can be saved, or an edit of the scene
@@ -296,8 +295,7 @@ impl InteractiveRun {
     }
 
     /// Runs through the next contact, if it happens no later than `until`; returns whether there
-    /// was
-    /// a contact. Without one the run is at `until`, or where the limit of a call ended it.
+    /// was a contact. Without one the run is at `until`, or where the limit of a call ended it.
     ///
     /// # Errors
     /// Those of [`Self::advance`].
@@ -353,6 +351,7 @@ impl InteractiveRun {
         if let What::Stage(stage) = step.what {
             self.stage = stage;
         }
+        self.pieces = Pieces::new(&self.simulation.view(), PIECE);
         self.schedule.next();
         self.done += 1;
         Ok(())

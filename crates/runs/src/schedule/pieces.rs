@@ -65,7 +65,9 @@ pub fn first_length(view: &View<'_>) -> f64 {
         .map(|body| body.motion.velocity.length())
         .fold(0.0, f64::max);
     let length = FIRST_SHARE * view.bounds().sides().min_element() / fastest;
-    if length > 0.0 {
+    // At rest any length does: nothing happens until a stage sets bodies moving, and then the first
+    // length is found anew.
+    if length > 0.0 && length.is_finite() {
         length.min(MAX_MAGNITUDE)
     } else {
         FIRST_SHARE

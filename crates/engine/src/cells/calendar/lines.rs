@@ -1,4 +1,4 @@
-//! Bins as lines of the cache with the numbers of bodies. What does not fit into one line goes to
+//! Bins as cache lines with the numbers of bodies. What does not fit into one line goes to
 //! further ones; a body whose event has moved to another bin stays as a dead entry.
 //!
 //! Writes to bins are collected and made a little later: meanwhile their lines come from memory.
@@ -27,7 +27,7 @@ const NONE: u32 = u32::MAX;
 /// searched longer when a bin is opened.
 const WAITING: usize = 16;
 
-/// One line of the cache.
+/// One cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 struct Line([u32; LENGTH]);
@@ -52,6 +52,7 @@ pub(super) struct Lines {
     further: Vec<Line>,
     /// Those of them that are not used.
     free: Vec<u32>,
+    /// Bodies later than the ring; an event that has moved here more than once is here as often.
     overflow: Vec<u32>,
     /// Writes that wait: place and body, in a ring from `oldest` on.
     waiting: [(u32, u32); WAITING],
@@ -121,7 +122,7 @@ impl Lines {
     }
 
     /// Makes all writes that wait.
-    fn settle(&mut self) {
+    fn write_waiting(&mut self) {
         for index in 0..self.count {
             let (place, body) = self.waiting[(self.oldest + index) % WAITING];
             self.write(place, body);
@@ -162,7 +163,7 @@ impl Lines {
     pub fn empty(&mut self, place: u32, mut take: impl FnMut(u32)) {
         let waits = |index: usize| self.waiting[(self.oldest + index) % WAITING].0 == place;
         if (0..self.count).any(waits) {
-            self.settle();
+            self.write_waiting();
         }
         let mut line = std::mem::replace(&mut self.ring[place as usize], Line::EMPTY);
         loop {

@@ -6,9 +6,9 @@
 //! an overflow list, scanned once per turn of the ring.
 //!
 //! Bins have two forms. In a system that fits into the caches a bin is a linked list of bodies
-//! ([`Links`]): an event that moves leaves nothing behind. In a larger one it is a line of the
-//! cache with the numbers of bodies ([`Lines`]): an event that moves leaves a dead entry, but costs
-//! one line of memory in place of five. Both give the events in the same order.
+//! ([`Links`]): an event that moves leaves nothing behind. In a larger one it is a cache
+//! line with the numbers of bodies ([`Lines`]): an event that moves leaves a dead entry, but costs
+//! one cache line in place of five. Both give the events in the same order.
 
 mod lines;
 mod links;
@@ -16,9 +16,28 @@ mod links;
 use self::{lines::Lines, links::Links};
 use super::body_record::BodyRecord;
 
-/// Bodies from which on bins are lines of the cache: there both forms take the same time. Smaller:
-/// systems that fit into the caches pay for dead entries. Larger: those that do not wait for links.
+/// Number of bodies from which on bins are cache lines: there both forms take the same time.
+/// Smaller: systems that fit into the caches pay for dead entries. Larger: those that do not wait
+/// for links.
 const MIN_BODIES_FOR_LINES: usize = 100_000;
+
+#[cfg(test)]
+thread_local! {
+    /// The same for the calendars that this thread lays out, so that a test can run one scene with
+    /// either form.
+    pub(in crate::cells) static MIN_BODIES: std::cell::Cell<usize> =
+        const { std::cell::Cell::new(MIN_BODIES_FOR_LINES) };
+}
+
+#[cfg(test)]
+fn min_bodies_for_lines() -> usize {
+    MIN_BODIES.get()
+}
+
+#[cfg(not(test))]
+const fn min_bodies_for_lines() -> usize {
+    MIN_BODIES_FOR_LINES
+}
 
 /// 2^52: a sum with it has the nearest integer in its last bits. The rounding is monotonic, and
 /// nothing else is needed.
@@ -69,7 +88,7 @@ impl Default for Calendar {
 impl Calendar {
     /// Lays out a ring of empty bins from `start` on, for events at this mean interval (times).
     pub fn lay_out(&mut self, bodies: usize, interval: f64, start: f64) {
-        if bodies < MIN_BODIES_FOR_LINES {
+        if bodies < min_bodies_for_lines() {
             self.lay_out_links(bodies, interval, start);
         } else {
             self.lay_out_lines(bodies, interval, start);
@@ -122,7 +141,7 @@ impl Calendar {
         of_bins + self.open.capacity() * size_of::<(f64, u32)>()
     }
 
-    /// Whether bins are lines of the cache.
+    /// Whether bins are cache lines.
     pub fn has_lines(&self) -> bool {
         matches!(self.bins, Bins::Lines(_))
     }
@@ -241,8 +260,8 @@ impl Calendar {
         links.into_iter().flat_map(move |links| links.bodies(place))
     }
 
-    /// The bodies in a bin that is a line of the cache, by its distance from the next one, with
-    /// those whose event has moved.
+    /// The bodies in a bin that is a cache line, by its distance from the next one, with those
+    /// whose event has moved.
     pub fn bodies_in_line(&self, bins: u32) -> &[u32] {
         match &self.bins {
             Bins::Links(_) => &[],
@@ -321,14 +340,11 @@ impl Calendar {
             // An entry whose event has moved into the ring is dead.
             calendar.bin_of(records[*body as usize].time) >= calendar.next_bin
         };
-        let overflow: Vec<u32> = match &self.bins {
+        let mut overflow: Vec<u32> = match &self.bins {
             Bins::Links(links) => links.bodies(self.ring).collect(),
             Bins::Lines(lines) => {
                 let all = lines.overflow().iter().copied();
-                let mut alive: Vec<u32> = all.filter(|body| is_lasting(self, body)).collect();
-                alive.sort_unstable();
-                alive.dedup();
-                alive
+                all.filter(|body| is_lasting(self, body)).collect()
             }
         };
         let times = overflow.iter().map(|&body| records[body as usize].time);
@@ -347,6 +363,8 @@ impl Calendar {
         }
         if let Bins::Lines(lines) = &mut self.bins {
             lines.clear_overflow();
+            overflow.sort_unstable();
+            overflow.dedup();
         }
         for body in overflow {
             self.schedule(records, body, records[body as usize].time);
@@ -361,7 +379,7 @@ fn insert_sorted(records: &[BodyRecord], open: &mut [(f64, u32)], mut place: usi
     let (time, body) = open[place];
     while place > 0 {
         let (other_time, other) = open[place - 1];
-        if other_time > time || (other_time == time && is_before(records, body, other)) {
+        if other_time > time || (other_time == time && is_before(records, body, (time, other))) {
             break;
         }
         open[place] = (other_time, other);
@@ -370,10 +388,11 @@ fn insert_sorted(records: &[BodyRecord], open: &mut [(f64, u32)], mut place: usi
     open[place] = (time, body);
 }
 
-/// Order of two events at one time: that of the pair inserted earlier comes first.
+/// Order of two events at one time: that of the pair inserted earlier comes first. A dead entry,
+/// whose record is that of another event, has no place among them.
 #[cold]
 #[inline(never)]
-fn is_before(records: &[BodyRecord], a: u32, b: u32) -> bool {
+fn is_before(records: &[BodyRecord], a: u32, (time, b): (f64, u32)) -> bool {
     let rank = |body: u32| {
         let record = &records[body as usize];
         let other = if record.kind().is_contact() {
@@ -383,7 +402,7 @@ fn is_before(records: &[BodyRecord], a: u32, b: u32) -> bool {
         };
         (body.min(other), body.max(other), body)
     };
-    rank(a) < rank(b)
+    records[b as usize].time == time && rank(a) < rank(b)
 }
 
 #[cfg(test)]
@@ -454,6 +473,31 @@ mod tests {
                 }
             }
             assert!(calendar.take_soonest(&records, now - 1.0, |_| ()).is_none());
+        }
+    }
+
+    /// A dead entry between two events of one time does not change their order.
+    #[test]
+    fn simultaneous_events_come_in_order_of_their_bodies() {
+        for has_lines in [false, true] {
+            let mut records = vec![BodyRecord::dummy(); 4];
+            let mut calendar = laid_out(has_lines, records.len(), 1.0);
+            // Bin 0 is open after the first event.
+            let mut schedule = |calendar: &mut Calendar, body: u32, time: f64| {
+                records[body as usize].set_event(time, RecordKind::Nothing, 0, 0);
+                calendar.schedule(&records, body, time);
+                records.clone()
+            };
+            schedule(&mut calendar, 0, 0.0);
+            let records = schedule(&mut calendar, 3, 0.2);
+            assert_eq!(calendar.take_soonest(&records, 1.0, |_| ()), Some((0.0, 0)));
+            schedule(&mut calendar, 1, 0.1);
+            schedule(&mut calendar, 2, 0.1);
+            // The entry of body 2 is dead now.
+            schedule(&mut calendar, 2, 0.5);
+            let records = schedule(&mut calendar, 0, 0.1);
+            let taken = [0; 4].map(|_| calendar.take_soonest(&records, 1.0, |_| ()).unwrap().1);
+            assert_eq!(taken, [0, 1, 3, 2]);
         }
     }
 

@@ -61,7 +61,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "isotropy",
         "impulse by direction",
     ],
-    begin: |selection| Ok(in_blocks(Kicks::new(selection)?)),
+    start: |selection| Ok(in_blocks(Kicks::new(selection)?)),
     resume: resumed::<Kicks>,
 };
 
