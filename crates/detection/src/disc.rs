@@ -1,4 +1,9 @@
 //! Two discs in flight: the time of contact in closed form.
+//!
+//! The same formula stands three more times, with the same operations in the same order, so that
+//! all give the same bits: for eight discs in `lanes`, and in the engine for each set of
+//! instructions in `cells/simd/mod.rs` and `cells/simd/registers.rs`. A change here is a change
+//! there; the tests of `lanes` and of `cells/simd` compare them.
 
 use carom_kinematics::HALF_ULP as U;
 use glam::DVec2;

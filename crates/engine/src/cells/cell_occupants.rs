@@ -12,7 +12,7 @@ use carom_detection::DISC_LANES;
 use super::{
     f32_filter::{Flights, Units},
     simd::Kernel,
-    slot::{INDEX_BITS, INDEX_MASK, fold, image_code},
+    slot::{INDEX_BITS, INDEX_MASK, image_code, wrap_cell},
 };
 use crate::world::index_or_none::IndexOrNone;
 
@@ -52,7 +52,7 @@ impl CellOccupants {
             (self.columns, self.rows) = (columns, rows);
             let around = |count: u32, stride: u32, bits: u32| {
                 let at = |index: u32, offset: i32| {
-                    let (index, image) = fold(index as i32 + offset, count as i32);
+                    let (index, image) = wrap_cell(index as i32 + offset, count as i32);
                     (index as u32 * stride) | (image_code(image) << bits)
                 };
                 (0..count)
@@ -339,8 +339,8 @@ mod tests {
                     let mut expected = Vec::new();
                     for (disc, cell) in cells.iter().enumerate() {
                         for [dx, dy] in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| [dx, dy])) {
-                            let (x, image_x) = fold(i32::from(column) + dx, i32::from(columns));
-                            let (y, image_y) = fold(i32::from(row) + dy, i32::from(rows));
+                            let (x, image_x) = wrap_cell(i32::from(column) + dx, i32::from(columns));
+                            let (y, image_y) = wrap_cell(i32::from(row) + dy, i32::from(rows));
                             if [x, y] == [i32::from(cell[0]), i32::from(cell[1])] {
                                 expected.push((disc as u32, [image_x, image_y]));
                             }

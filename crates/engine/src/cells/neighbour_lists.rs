@@ -7,7 +7,7 @@ use super::{
     cell_block::{AT_BORDER, COUNT, COVERED, CellBlock, LINK, LONG, Slots8},
     frame::{CellFrame, WholeBox},
     simd::{self, Kernel, Portable},
-    slot::{INDEX_BITS, INDEX_MASK, fold, image_code, image_of},
+    slot::{INDEX_BITS, INDEX_MASK, image_code, image_of, wrap_cell},
 };
 
 /// If at least one list in this many would hold more than eight discs, all lists get sixteen slots
@@ -458,8 +458,8 @@ impl<F: CellFrame> NeighbourLists<F> {
     /// The cell at an offset of at most one from another, and its image in boxes.
     fn neighbour(&self, cell: [u16; 2], offset: [i32; 2]) -> (u32, [i32; 2]) {
         let (columns, rows) = (self.columns as i32, self.rows as i32);
-        let (column, image_x) = fold(i32::from(cell[0]) + offset[0], columns);
-        let (row, image_y) = fold(i32::from(cell[1]) + offset[1], rows);
+        let (column, image_x) = wrap_cell(i32::from(cell[0]) + offset[0], columns);
+        let (row, image_y) = wrap_cell(i32::from(cell[1]) + offset[1], rows);
         (self.index([column as u16, row as u16]), [image_x, image_y])
     }
 }
@@ -531,7 +531,7 @@ mod tests {
                 let disc = disc % cells.len();
                 let direction = if up { 1 } else { -1 };
                 let from = cells[disc];
-                let (index, image) = fold(i32::from(from[axis]) + direction, i32::from(counts[axis]));
+                let (index, image) = wrap_cell(i32::from(from[axis]) + direction, i32::from(counts[axis]));
                 let mut to = from;
                 to[axis] = index as u16;
                 if image == 0 {
@@ -568,8 +568,8 @@ mod tests {
                     let mut expected = Vec::new();
                     for (disc, cell) in cells.iter().enumerate() {
                         for (dx, dy) in (0..9).map(|k| (k % 3 - 1, k / 3 - 1)) {
-                            let (x, image_x) = fold(i32::from(column) + dx, i32::from(columns));
-                            let (y, image_y) = fold(i32::from(row) + dy, i32::from(rows));
+                            let (x, image_x) = wrap_cell(i32::from(column) + dx, i32::from(columns));
+                            let (y, image_y) = wrap_cell(i32::from(row) + dy, i32::from(rows));
                             if [x, y] == [i32::from(cell[0]), i32::from(cell[1])] {
                                 expected.push((disc as u32, [image_x, image_y]));
                             }

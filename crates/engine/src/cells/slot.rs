@@ -6,8 +6,10 @@ pub(super) const INDEX_BITS: u32 = 28;
 /// Mask of an index.
 pub(super) const INDEX_MASK: u32 = (1 << INDEX_BITS) - 1;
 
-/// Wraps a cell index that is at most one outside its range, and returns the image in boxes.
-pub(super) fn fold(index: i32, count: i32) -> (i32, i32) {
+/// Wraps a cell index that is at most one outside its range, and returns the periodic image in
+/// which the cell is seen (boxes).
+#[doc(alias = "minimum image")]
+pub(super) fn wrap_cell(index: i32, count: i32) -> (i32, i32) {
     let image = i32::from(index >= count) - i32::from(index < 0);
     (index - image * count, image)
 }

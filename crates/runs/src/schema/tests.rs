@@ -7,6 +7,7 @@ use std::{
 };
 
 use carom_methods::AnySimulation;
+use regex::Regex;
 
 use super::*;
 
@@ -83,14 +84,8 @@ fn faults(root: &Value, schema: &Value, value: &Value, path: &str) -> Vec<String
         "const",
     );
     if let (Some(pattern), Some(text)) = (schema["pattern"].as_str(), value.as_str()) {
-        // A fixed name, a colon, and a number or a tag.
-        let (known, tail) = pattern
-            .trim_matches(['^', '$'])
-            .split_once(':')
-            .expect("a colon");
-        let (name, rest) = text.split_once(':').unwrap_or((text, ""));
-        let is_number = !tail.starts_with("[0-9]") || rest.parse::<u32>().is_ok();
-        require(name == known && !rest.is_empty() && is_number, "pattern");
+        let pattern = Regex::new(pattern).expect("a regular expression");
+        require(pattern.is_match(text), "pattern");
     }
     let list = value.as_array().map_or(&[][..], Vec::as_slice);
     let count = list.len() as u64;
