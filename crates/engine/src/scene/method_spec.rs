@@ -72,7 +72,7 @@ pub struct MethodSpec {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum TilesName {
-    /// Where they pay: from 300 000 bodies on one thread; on two or three from 150 000 discs, or
+    /// Where they pay: from 400 000 bodies on one thread; on two or three from 150 000 discs, or
     /// 20 000 bodies if molecules move; on four or more from 30 000 discs, or 20 000.
     #[default]
     Automatic,
