@@ -1,16 +1,8 @@
 //! Short forms of the attacks, and what an attack does with a case that fails.
 
-use std::{
-    fs,
-    process::{Command, Output},
-};
+use std::{fs, process::Output};
 
-fn xtask(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_xtask"))
-        .args(arguments)
-        .output()
-        .expect("the program starts")
-}
+use crate::support::xtask;
 
 fn text(output: &Output) -> String {
     let said = [&output.stdout[..], &output.stderr].concat();

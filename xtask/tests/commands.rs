@@ -1,19 +1,10 @@
 //! The commands as a user runs them: shortest runs, existing folders, invalid input.
 
-use std::{
-    fs,
-    path::Path,
-    process::{Command, Output},
-};
+use std::{fs, path::Path};
 
 use serde_json::Value;
 
-fn xtask(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_xtask"))
-        .args(arguments)
-        .output()
-        .expect("the program starts")
-}
+use crate::support::xtask;
 
 /// Exit code and terminal output.
 fn outcome(arguments: &[&str]) -> (Option<i32>, String) {

@@ -3,24 +3,13 @@
 
 use std::{
     env,
-    ffi::OsString,
+    ffi::{OsStr, OsString},
     fs,
     path::Path,
     process::{Command, Stdio},
 };
 
-fn xtask(folder: &Path, arguments: &[&str]) {
-    let output = Command::new(env!("CARGO_BIN_EXE_xtask"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-}
+use crate::support::{succeeding, xtask_in};
 
 /// The rows of a table of numbers.
 fn rows(path: &Path) -> Vec<Vec<f64>> {
@@ -48,6 +37,31 @@ fn python(test: &str, modules: &str) -> Option<OsString> {
     there.then_some(python)
 }
 
+/// Runs a program in a folder; it must succeed.
+fn run_program(python: &OsStr, folder: &Path, program: &str) {
+    succeeding(
+        Command::new(python)
+            .current_dir(folder)
+            .args(["-c", program]),
+    );
+}
+
+/// Runs the mixture of the examples into `out`: six frames.
+fn run_mixture(folder: &Path) {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
+    let scene = scene.to_str().unwrap();
+    xtask_in(
+        folder,
+        &["carom", "run", scene, "--until", "0.5", "--out", "out"],
+    );
+}
+
+/// Converts the trajectory in `out`, and returns the number of frames.
+fn converted(folder: &Path, name: &str) -> u64 {
+    let trajectory = folder.join("out/trajectory.extxyz");
+    carom_runs::convert::convert(&trajectory, &folder.join(name)).unwrap()
+}
+
 /// A tee in a gas that runs into `out`: every kick and the directions.
 const KICKS: &str = "[[molecule]]\ntags = [\"tee\"]\nshape = \"tee\"\natom_radius = 0.005\natom_mass = 2.0\nat = [0.5, 0.5]\n\
                      [[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.5\n\
@@ -59,7 +73,7 @@ fn the_table_of_kicks_agrees_with_the_histogram() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
     fs::write(folder.join("tee.toml"), KICKS).unwrap();
-    xtask(folder, &["carom", "run", "tee.toml", "--out", "all"]);
+    xtask_in(folder, &["carom", "run", "tee.toml", "--out", "all"]);
     let (mut counts, mut atoms) = (vec![0.0; 360], vec![0.0; 5]);
     let kicks = rows(&folder.join("all/impulses.csv"));
     let kicks: Vec<_> = kicks.into_iter().filter(|kick| kick[0] >= 0.5).collect();
@@ -108,20 +122,15 @@ fn the_program_of_the_book_draws_the_histogram() {
         .expect("a program in Python");
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("tee.toml"), KICKS).unwrap();
-    xtask(
+    xtask_in(
         root.path(),
         &["carom", "run", "tee.toml", "--out", "out/run-tee"],
     );
-    let output = Command::new(python)
-        .current_dir(root.path())
-        .env("MPLBACKEND", "Agg")
-        .args(["-W", "error", "-c", program])
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
+    succeeding(
+        Command::new(python)
+            .current_dir(root.path())
+            .env("MPLBACKEND", "Agg")
+            .args(["-W", "error", "-c", program]),
     );
     assert!(
         fs::metadata(root.path().join("directions.png"))
@@ -140,19 +149,7 @@ fn ase_reads_a_trajectory_back_to_the_bit() {
         return;
     };
     let root = tempfile::tempdir().unwrap();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
-    xtask(
-        root.path(),
-        &[
-            "carom",
-            "run",
-            scene.to_str().unwrap(),
-            "--until",
-            "0.5",
-            "--out",
-            "out",
-        ],
-    );
+    run_mixture(root.path());
     let path = root.path().join("out/trajectory.extxyz");
     let program = "frames = ase.io.read(sys.argv[1], index=':')\n\
                    json.dump([[f.info['Time'], f.cell.lengths().tolist(), f.pbc.tolist(), exact(f.positions), \
@@ -161,16 +158,7 @@ fn ase_reads_a_trajectory_back_to_the_bit() {
     // As text: some JSON readers lose the last bit.
     let exact = "exact = lambda rows: [[repr(x) for x in row] for row in rows.tolist()]";
     let program = format!("import ase.io, json, sys\n{exact}\n{program}");
-    let output = Command::new(python)
-        .args(["-c", &program])
-        .arg(&path)
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let output = succeeding(Command::new(python).args(["-c", &program]).arg(&path));
     let frames: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let text = fs::read_to_string(&path).unwrap();
     let mut lines = text.lines();
@@ -215,24 +203,8 @@ fn mdanalysis_reads_a_converted_dump() {
         return;
     };
     let root = tempfile::tempdir().unwrap();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
-    xtask(
-        root.path(),
-        &[
-            "carom",
-            "run",
-            scene.to_str().unwrap(),
-            "--until",
-            "0.5",
-            "--out",
-            "out",
-        ],
-    );
-    let (trajectory, dump) = (
-        root.path().join("out/trajectory.extxyz"),
-        root.path().join("out.lammpstrj"),
-    );
-    assert_eq!(carom_runs::convert::convert(&trajectory, &dump).unwrap(), 6);
+    run_mixture(root.path());
+    assert_eq!(converted(root.path(), "out.lammpstrj"), 6);
     let program = r"
 import MDAnalysis, numpy as np
 universe = MDAnalysis.Universe('out.lammpstrj', format='LAMMPSDUMP', topology_format='LAMMPSDUMP',
@@ -248,16 +220,7 @@ for frame, step in enumerate(universe.trajectory):
     time = float(lines[frame * (atoms + 2) + 1].rsplit('Time=')[1])
     assert (step.data['v_time'] == time).all()
 ";
-    let output = Command::new(python)
-        .current_dir(root.path())
-        .args(["-c", program])
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    run_program(&python, root.path(), program);
 }
 
 #[test]
@@ -267,25 +230,9 @@ fn hoomd_and_ase_read_converted_trajectories() {
         return;
     };
     let root = tempfile::tempdir().unwrap();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/mixture.toml");
-    xtask(
-        root.path(),
-        &[
-            "carom",
-            "run",
-            scene.to_str().unwrap(),
-            "--until",
-            "0.5",
-            "--out",
-            "out",
-        ],
-    );
-    let trajectory = root.path().join("out/trajectory.extxyz");
+    run_mixture(root.path());
     for name in ["out.gsd", "out.lammpstrj"] {
-        assert_eq!(
-            carom_runs::convert::convert(&trajectory, &root.path().join(name)).unwrap(),
-            6
-        );
+        assert_eq!(converted(root.path(), name), 6);
     }
     let program = r"
 import ase.io, gsd.hoomd, numpy as np
@@ -312,16 +259,7 @@ with gsd.hoomd.open('out.gsd') as trajectory:
         assert converted.configuration.dimensions == 2
         assert converted.log['time'][0] == frame.info['Time']
 ";
-    let output = Command::new(python)
-        .current_dir(root.path())
-        .args(["-c", program])
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    run_program(&python, root.path(), program);
 }
 
 /// A gas of discs that cross the box several times, with what freud computes, too.
@@ -338,12 +276,8 @@ fn freud_finds_the_displacements_and_the_pair_distribution_of_the_run() {
     };
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("gas.toml"), FREUD).unwrap();
-    xtask(root.path(), &["carom", "run", "gas.toml", "--out", "out"]);
-    let trajectory = root.path().join("out/trajectory.extxyz");
-    assert_eq!(
-        carom_runs::convert::convert(&trajectory, &root.path().join("out.gsd")).unwrap(),
-        41
-    );
+    xtask_in(root.path(), &["carom", "run", "gas.toml", "--out", "out"]);
+    assert_eq!(converted(root.path(), "out.gsd"), 41);
     let program = r"
 import csv, freud, gsd.hoomd, numpy as np
 def column(name, column):
@@ -369,16 +303,7 @@ ours = column('out/pair-distribution-gas.csv', 'g')
 assert np.allclose(rdf.rdf, ours, atol=0.02), (rdf.rdf, ours)
 assert ours.max() > 1 and ours[0] == 0
 ";
-    let output = Command::new(python)
-        .current_dir(root.path())
-        .args(["-c", program])
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    run_program(&python, root.path(), program);
 }
 
 #[test]
@@ -388,13 +313,9 @@ fn ovito_reads_places_images_and_kinds() {
     };
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("gas.toml"), FREUD).unwrap();
-    xtask(root.path(), &["carom", "run", "gas.toml", "--out", "out"]);
-    let trajectory = root.path().join("out/trajectory.extxyz");
+    xtask_in(root.path(), &["carom", "run", "gas.toml", "--out", "out"]);
     for name in ["out.gsd", "out.lammpstrj"] {
-        assert_eq!(
-            carom_runs::convert::convert(&trajectory, &root.path().join(name)).unwrap(),
-            41
-        );
+        assert_eq!(converted(root.path(), name), 41);
     }
     let program = r"
 import csv, numpy as np
@@ -416,14 +337,5 @@ for name in ['out/trajectory.extxyz', 'out.gsd', 'out.lammpstrj']:
 kinds = import_file('out.gsd').compute(0).particles.particle_types.types
 assert [kind.name for kind in kinds] == ['gas']
 ";
-    let output = Command::new(python)
-        .current_dir(root.path())
-        .args(["-c", program])
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    run_program(&python, root.path(), program);
 }

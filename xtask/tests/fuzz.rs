@@ -1,12 +1,7 @@
 //! The fuzzers as commands: a worker survives its cases, and failing cases are written and
 //! replayed.
 
-use std::{
-    fs,
-    path::PathBuf,
-    process::{Command, Output},
-    time::Duration,
-};
+use std::{fs, path::PathBuf, time::Duration};
 
 use carom_runs::interruption::Signals;
 use xtask::fuzz::{
@@ -15,12 +10,7 @@ use xtask::fuzz::{
     worker::{Runner as _, Worker},
 };
 
-fn xtask(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_xtask"))
-        .args(arguments)
-        .output()
-        .expect("the program starts")
-}
+use crate::support::xtask;
 
 #[test]
 fn a_worker_survives_panics_hangs_and_lack_of_memory() {

@@ -6,3 +6,4 @@ mod data;
 mod fuzz;
 mod page;
 mod resume;
+mod support;

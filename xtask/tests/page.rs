@@ -1,22 +1,11 @@
 //! The pages in a browser: no errors, no network access, a moving gas, and complete figures.
 
-use std::{fs, path::Path, process::Command};
+use std::{fs, path::Path};
 
 use carom_testkit::chromium;
 use serde_json::Value;
 
-fn xtask(folder: &Path, arguments: &[&str]) {
-    let output = Command::new(env!("CARGO_BIN_EXE_xtask"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-}
+use crate::support::xtask_in;
 
 /// Results of the probe in a page.
 fn seen(browser: &str, page: &Path) -> Value {
@@ -103,11 +92,11 @@ fn pages_are_complete_and_the_gas_moves() {
         "--until",
         "2",
     ];
-    xtask(folder, &[&brownian[..], &["--out", "both"]].concat());
+    xtask_in(folder, &[&brownian[..], &["--out", "both"]].concat());
     check(&seen(browser, &folder.join("both/report.html")), 2, &charts);
 
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/walls.toml");
-    xtask(
+    xtask_in(
         folder,
         &[
             "carom",
@@ -128,7 +117,7 @@ fn pages_are_complete_and_the_gas_moves() {
     // Of a large system a part of the box is shown.
     let gas = "[[gas]]\nradius = 0.002\nmass = 1.0\nenergy = 1.0\ncount = 20000\n[run]\nuntil = 0.01\nsample_interval = 0.01\n";
     fs::write(folder.join("large.toml"), gas).unwrap();
-    xtask(folder, &["carom", "run", "large.toml", "--out", "large"]);
+    xtask_in(folder, &["carom", "run", "large.toml", "--out", "large"]);
     check(
         &seen(browser, &folder.join("large/report.html")),
         1,

@@ -101,6 +101,11 @@ fn add_motions(simulation: &Simulation, bits: &mut Vec<u64>) {
     }
 }
 
+fn add_last_contacts(simulation: &Simulation, bits: &mut Vec<u64>) {
+    let view = simulation.view();
+    bits.extend(view.world.last_contacts().iter().map(|time| time.to_bits()));
+}
+
 /// Runs a scene with a division to some times.
 fn run(scene: &Scene, tiling: &Tiling, times: &[f64]) -> (Computed, TileCounters) {
     let mut simulation = Simulation::new(scene).unwrap();
@@ -112,14 +117,7 @@ fn run(scene: &Scene, tiling: &Tiling, times: &[f64]) -> (Computed, TileCounters
     }
     let (counters, ledger) = (*simulation.view().counters(), *simulation.view().ledger());
     // Times of last contacts decide what the guard against inelastic collapse does next.
-    bits.extend(
-        simulation
-            .view()
-            .world
-            .last_contacts()
-            .iter()
-            .map(|time| time.to_bits()),
-    );
+    add_last_contacts(&simulation, &mut bits);
     (
         Computed {
             bits,

@@ -1,8 +1,8 @@
 //! Stops that are closer than a window: the window is run ahead, and no bit changes.
 
 use super::{
-    Computed, Contacts, SMALL, add_motions, assert_same, at_rest, disc, gas, inelastic_gases,
-    other_bodies, time_of,
+    Computed, Contacts, SMALL, add_last_contacts, add_motions, assert_same, at_rest, disc, gas,
+    inelastic_gases, other_bodies, time_of,
 };
 use crate::{
     run::simulation::Simulation,
@@ -30,14 +30,7 @@ fn run(
         }
         add_motions(&simulation, &mut bits);
         bits.push(simulation.view().counters().collisions);
-        bits.extend(
-            simulation
-                .view()
-                .world
-                .last_contacts()
-                .iter()
-                .map(|time| time.to_bits()),
-        );
+        add_last_contacts(&simulation, &mut bits);
     }
     bits.append(&mut reports.0);
     // This has no contact, and needs the scheduler at the present: all counters are then complete.
