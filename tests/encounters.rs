@@ -55,6 +55,7 @@ fn verdict(encounter: &EncounterRecord, outcome: Outcome) -> Verdict {
         (ExpectedAnswer::Free, Outcome::Contact(_)) => Verdict::False,
         (ExpectedAnswer::Contact { .. }, Outcome::Free) => Verdict::Missed,
         (ExpectedAnswer::Contact { time, atoms }, Outcome::Contact(found)) => {
+            let atoms = atoms.expect("the file names them");
             let tolerance = pair(encounter).time_tolerance(atoms, time);
             if found.time > time + tolerance {
                 Verdict::Late

@@ -82,7 +82,7 @@ fn exact_satisfies_its_guarantee_at_walls() {
             let encounter = Encounter::draw(class, SEED + 1, index);
             let answer = encounter.first_contact(&Exact::default());
             match answer.outcome.contact().map(|contact| contact.touch) {
-                Some(Touch::FaceOfA(_) | Touch::FaceOfB(_)) => faces += 1,
+                Some(Touch::EdgeOfA { .. } | Touch::EdgeOfB { .. }) => faces += 1,
                 Some(_) => ends += 1,
                 None => {}
             }

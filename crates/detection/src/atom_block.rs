@@ -242,7 +242,7 @@ impl<'a> BlockSearch<'a> {
 impl<const N: usize> Row<N> {
     #[inline]
     fn new(atoms: Atoms<'_>) -> Self {
-        // There is at least one atom: bodies without atoms have a face and are not searched here.
+        // There is at least one atom: bodies without atoms are walls and are not searched here.
         let last = atoms.indices.len() - 1;
         let atoms: [&Atom; N] =
             std::array::from_fn(|lane| &atoms.all[atoms.indices[lane.min(last)] as usize]);

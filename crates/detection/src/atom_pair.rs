@@ -250,7 +250,7 @@ impl GapFunction for AtomPair<'_> {
         self.error.speed()
     }
 
-    fn contact_distance(&self) -> f64 {
+    fn size(&self) -> f64 {
         self.contact_distance
     }
 
@@ -303,7 +303,7 @@ pub(crate) fn centripetal(spin: f64, arm: f64) -> f64 {
 /// A bound that is a product of three velocities; infinite (no bound) where it is positive but has
 /// lost digits to underflow.
 #[inline]
-fn or_none(bound: f64, is_positive: bool) -> f64 {
+pub(crate) fn or_none(bound: f64, is_positive: bool) -> f64 {
     if is_positive & (bound < MIN_JERK) {
         f64::INFINITY
     } else {

@@ -6,10 +6,10 @@ use carom_kinematics::RelativeMotion;
 use crate::{
     Answer, Contact, Detection, Outcome, Parts, Phase, Touch, Trace,
     disc::disc_contact,
+    edges,
     range::{OUT_OF_RANGE, Unit, unit},
     strip::window_of_bodies,
     trace::{Recorder, SearchLog},
-    walls,
 };
 
 /// A model in which each body is its bounding circle; it does not approximate the contact times of
@@ -53,8 +53,8 @@ impl Detection for BoundingCircles {
         if let Unit::OutOfRange = unit(a, b, motion, horizon) {
             return OUT_OF_RANGE;
         }
-        if a.face().is_some() || b.face().is_some() {
-            return walls::contact_of_circle(a, b, motion, horizon);
+        if a.is_wall() || b.is_wall() {
+            return edges::contact_of_circle(a, b, motion, horizon);
         }
         let errors = (motion.separation_error, motion.velocity_error);
         let sigma = a.bounding_radius + b.bounding_radius;

@@ -36,7 +36,7 @@
 //!    results in [`Outcome::OutOfRange`]. Very slow and very fast pairs are searched in another
 //!    unit of time, in which no product of velocities underflows.
 //!
-//! A face that turns is not searched: the outcome is [`Outcome::Unresolved`] at time 0.
+//! A half-plane that turns is not searched: the outcome is [`Outcome::Unresolved`] at time 0.
 
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -44,13 +44,13 @@ use carom_kinematics::RelativeMotion;
 use crate::{
     Answer, Detection, DiscLanes, Outcome, QueryBody, SearchWindow, Trace,
     flight::Flight,
+    edges,
     molecule_pair::{straight, turning},
     range::{OUT_OF_RANGE, Unit, faster, later, unit},
     search::Search,
     skim,
     tolerance::MAX_STEPS,
     trace::{Recorder, SearchLog},
-    walls,
 };
 
 /// The certified detector; the [crate] documentation compares it with the other detectors.
@@ -184,8 +184,9 @@ impl Exact {
         motion: &RelativeMotion,
         horizon: f64,
     ) -> Answer {
-        if a.face().is_some() || b.face().is_some() {
-            return walls::first_contact(recorder, self.most_steps, a, b, motion, horizon);
+        if !a.edges().is_empty() || !b.edges().is_empty() {
+            let most_steps = self.most_steps;
+            return edges::first_contact(recorder, most_steps, begin, a, b, motion, horizon);
         }
         let Some(window) = skim(motion, a.bounding_radius + b.bounding_radius, horizon) else {
             return Answer {

@@ -7,7 +7,7 @@ use crate::{
     Answer, Contact, Detection, Outcome, Parts, Phase, SearchWindow, Trace,
     range::{OUT_OF_RANGE, Unit, unit},
     squared_gap::{SquaredGap, all_pairs},
-    strip::{a_face_turns, window_of_bodies},
+    strip::{a_half_plane_turns, window_of_bodies},
     tolerance::{FIXED_STEP, MAX_BISECTIONS, MAX_FIXED_STEPS},
     trace::{Recorder, SearchLog, SearchTally},
 };
@@ -56,11 +56,11 @@ impl Default for FixedStep {
 /// The time in which a pair moves by its own size; infinite if nothing moves.
 ///
 /// `(R_A + R_B) / (|V| + |ω_A| R_A + |ω_B| R_B)`, with the bounding radii R and the relative
-/// velocity V. For a body with a face R is 0, because its length may be arbitrary.
+/// velocity V. For a wall that does not turn R is 0, because its length may be arbitrary.
 pub fn natural_time(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> f64 {
     let [spin_a, spin_b] = motion.angular_velocity.map(f64::abs);
-    let [radius_a, radius_b] = [a, b].map(|body| {
-        if body.face().is_some() {
+    let [radius_a, radius_b] = [(a, spin_a), (b, spin_b)].map(|(body, spin)| {
+        if body.is_wall() && spin == 0.0 {
             0.0
         } else {
             body.bounding_radius
@@ -109,7 +109,7 @@ impl FixedStep {
             return OUT_OF_RANGE;
         }
         match window_of_bodies(a, b, motion, horizon) {
-            _ if a_face_turns(a, b, motion) => Answer {
+            _ if a_half_plane_turns(a, b, motion) => Answer {
                 outcome: Outcome::Unresolved(0.0),
                 evaluations: 0,
             },

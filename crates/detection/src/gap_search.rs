@@ -2,12 +2,12 @@
 //! conservative advancement.
 //!
 //! The parts are two atoms ([`AtomPair`](crate::atom_pair::AtomPair)) or an atom and a straight
-//! face ([`FacePair`](crate::face_pair::FacePair)). Each gives a [`GapFunction`]: the gap g, its
+//! edge ([`EdgePair`](crate::edge_pair::EdgePair)). Each gives a [`GapFunction`]: the gap g, its
 //! derivatives, and bounds on their rounding. The lemmas below prove that no step passes a contact.
 //!
 //! # Notation
-//! d(t) is the vector from the centre of one part to the centre of the other (for a face: from its
-//! plane). s is the sum of their radii. n is the unit vector along d (for a face: its normal). g =
+//! d(t) is the vector from the centre of one part to the centre of the other (for an edge: from its
+//! line). s is the sum of their radii. n is the unit vector along d (for an edge: its normal). g =
 //! n·d − s and g' = n·d'. The arms r of the atoms turn with the angular velocities ω. The centres
 //! of mass move with the relative velocity V. At all times:
 //!
@@ -16,15 +16,15 @@
 //! * |d'''| ≤ K₃ = |ω_A|³ r_A + |ω_B|³ r_B.
 //!
 //! E bounds the rounding of g, and E' that of g' ([`ErrorBound`](crate::ErrorBound),
-//! [`FaceErrorBound`](crate::FaceErrorBound)); E'' is the bound on the error of g'' used in the
+//! [`EdgeErrorBound`](crate::EdgeErrorBound)); E'' is the bound on the error of g'' used in the
 //! code. u = 2⁻⁵³. Unless stated otherwise, g, g' and g'' are the computed values. J and C₃ are
 //! defined in Lemma 3. R(φ) is the rotation by φ.
 //!
 //! # Lemmas
 //! 1. **Step.** Let n be the normal at the start of the step. If −n·d'' ≤ k over the next h, then
 //!    the exact gap after h is at least g + g' h − k h²/2. *Proof.* |d(t+h)| ≥ n·d(t+h) = n·d +
-//!    n·d' h + ∬ n·d''. For a face the gap is linear in the position, and the first relation is an
-//!    equality.
+//!    n·d' h + ∬ n·d''. For an edge see its own module, with the coordinate y for
+//!    n·d.
 //! 2. **Growing bounds.** A bound k₀ + k₁ τ on −n·d'' at the time τ from now may be replaced by the
 //!    constant k₀ + k₁ H/3 for all h ≤ H. *Proof.* ∬ (k₀ + k₁ τ) = k₀ h²/2 + k₁ h³/6.
 //! 3. **Bounds on the curvature.** Each of the following is a valid k for h ≤ H; the search uses
@@ -40,12 +40,12 @@
 //!      across n. Then g'' = n·d'' + p²/|d| and g''' = n·d''' + 3 p q/|d| − 3 p² g'/|d|². Since p²
 //!      |g'| ≤ 2 |d'|³/√27, and |d| ≥ s up to the first contact, |g'''| ≤ C₃ = K₃ + 3 L K/s + 1.2
 //!      L³/s². Here 2·3/√27 = 1.1547; the difference to 1.2 covers |d| ≥ s − 2 E as long as s ≥ 53
-//!      E. For smaller atoms the `GapFunction` gives no C₃. For a face C₃ = K₃.
+//!      E. For smaller atoms the `GapFunction` gives no C₃. For an edge C₃ = K₃.
 //! 4. **Other certificates.** The search takes the longest of several certified steps.
 //!    * An atom of a fast rotor stays on a circle of radius r about the centre of its body, so the
 //!      other atom may be stepped against the disc of radius r + s about that centre.
-//!    * An atom beyond the end of a face cannot touch the face before it enters the span. The step
-//!      of Lemma 1 along the face bounds that time.
+//!    * An atom beyond the end of an edge cannot touch it before it enters the span. The step of
+//!      Lemma 1 along the edge bounds that time.
 //!    * Outside the time window in which the centres of mass are within r_A + r_B + s there is no
 //!      contact.
 //! 5. **Rounding of a step.** A step is taken only where g > E, with g' − E' in place of g'. No
@@ -61,7 +61,7 @@
 //!    at most C₃ h³/6 and h (E' + h E''). The rate at h is −√(g'² − 2 g'' g) to within C₃ h²/2 +
 //!    E' + h E''.
 //! 7. **Last correction.** The time of a pair found within E of contact is corrected by −g/g' if C
-//!    h² ≤ E, with h the correction and C = K + |d'|²/|d| (for a face C = K). *Proof.* Since the
+//!    h² ≤ E, with h the correction and C = K + |d'|²/|d| (for an edge C = K). *Proof.* Since the
 //!    square root is concave, |d(t+h)| ≤ |d| + g' h + C h²/2.
 //! 8. **Contact.** A pair with |g| ≤ E touches. It is in contact if g' < −E'. A pair with g < −E/8
 //!    is deep ([`RESTING_DEPTH`](crate::tolerance::RESTING_DEPTH)). It is in contact unless g' ≥
@@ -80,7 +80,7 @@
 //! 10. **Gap since the contact.** While a pair is within E of contact, E exceeds the gap, but the
 //!     change of the gap since the contact is still resolved. Let δ = d(h) − d(0) = V h + (R(ω_B h)
 //!     − 1) r_B − (R(ω_A h) − 1) r_A, with (R(φ) − 1) r = −2 sin²(φ/2) r + sin φ r^⊥. Then g(h) −
-//!     g(0) = δ·(2 d(0) + δ)/(|d(h)| + |d(0)|) (for a face: n·δ) is a sum of terms each accurate to
+//!     g(0) = δ·(2 d(0) + δ)/(|d(h)| + |d(0)|) (for an edge see its own module) is a sum of terms each accurate to
 //!     a few roundings. Its error is at most h (E' + 8 u L). Lemmas 1 to 7 apply with this error in
 //!     place of E as long as it is smaller. The contact is placed where the gap is g(0) again.
 //! 11. **Termination.** While g > E, either g falls by a fixed factor or the step is of the order
@@ -136,8 +136,8 @@ pub(crate) trait GapFunction {
     /// L: a bound on the relative speed of any points of the two parts (length per time).
     fn top_speed(&self) -> f64;
 
-    /// s: the distance of the centres in contact (length).
-    fn contact_distance(&self) -> f64;
+    /// The distance of the centres in contact, or another length of the size of the bodies.
+    fn size(&self) -> f64;
 
     /// A time for which the parts are certified apart for another reason than their gap (Lemma 4);
     /// 0 if there is none.
@@ -244,7 +244,7 @@ pub(crate) trait GapFunction {
         let away = now.rate - now.rate_error;
         away > 0.0
             && 2.0 * away * self.top_speed()
-                < SOON * now.curvature.largest * self.contact_distance()
+                < SOON * now.curvature.largest * self.size()
     }
 
     /// Returns the next contact of a pair that separates from a contact at `time` (`Ok`, a time),

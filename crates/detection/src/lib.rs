@@ -27,7 +27,8 @@
 //!
 //! The method `trace` of each detector also returns the steps of its search ([`Trace`]).
 //!
-//! A wall or a half-plane is a body with a straight face. It must not turn:
+//! A body may have straight edges between atoms, as capsules and polygons do. A wall is an edge of
+//! infinite mass, and a half-plane one of infinite length, which must not turn:
 //!
 //! ```
 //! use carom_detection::{Detection, Exact, Part, Touch};
@@ -45,7 +46,7 @@
 //! let answer = Exact::default().first_contact(ground.outline(), dumbbell.outline(), &pair, 10.0);
 //! let contact = answer.outcome.contact().expect("it comes down");
 //! assert!((contact.time - std::f64::consts::FRAC_PI_6).abs() < 1e-15);
-//! assert_eq!(contact.touch, Touch::FaceOfA(Part::Atom(0)));
+//! assert_eq!(contact.touch, Touch::EdgeOfA { edge: 0, part: Part::Atom(0) });
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
 
@@ -61,12 +62,13 @@ mod bounding_circles;
 mod circle_descent;
 mod crop;
 mod disc;
+mod edge_error;
+mod edge_pair;
+mod edges;
 #[cfg(feature = "encounters")]
 pub mod encounters;
 mod error_bound;
 mod exact;
-mod face_error;
-mod face_pair;
 mod fixed_step;
 mod flight;
 mod gap_search;
@@ -88,7 +90,6 @@ mod squared_gap;
 mod strip;
 pub mod tolerance;
 mod trace;
-mod walls;
 
 pub use bounding_circles::BoundingCircles;
 pub use exact::Exact;
@@ -100,9 +101,9 @@ pub use query_body::QueryBody;
 
 // Parts that the other layers and tests of accuracy share; no user of the library needs them.
 #[doc(hidden)]
-pub use error_bound::ErrorBound;
+pub use edge_error::EdgeErrorBound;
 #[doc(hidden)]
-pub use face_error::FaceErrorBound;
+pub use error_bound::ErrorBound;
 #[doc(hidden)]
 pub use resolved_speed::resolved_speed;
 #[doc(hidden)]
@@ -125,8 +126,7 @@ pub trait Detection: Sync {
     /// A pair that touches or overlaps at time 0 is in contact at once if it closes. It is not in
     /// contact while it separates.
     ///
-    /// A body with a [face](Outline::face) must not turn. The outcome for a turning face is
-    /// [`Outcome::Unresolved`] at time 0.
+    /// A half-plane must not turn: the outcome is then [`Outcome::Unresolved`] at time 0.
     fn first_contact(
         &self,
         a: Outline<'_>,

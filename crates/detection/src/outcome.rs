@@ -20,8 +20,8 @@ pub enum Outcome {
     /// now); search again at that time.
     FreeUntil(f64),
     /// The search reached its limit of rounds without certainty: nothing is certified after this
-    /// time. This occurs with detectors that certify nothing, and with every detector if a face
-    /// turns.
+    /// time. This occurs with detectors that certify nothing, and with every detector if a
+    /// half-plane turns.
     Unresolved(f64),
     /// A number of the query is NaN, infinite, or of a magnitude whose products overflow or
     /// underflow; nothing is certified. In range are lengths and speeds up to 1e70, and speeds of 0
@@ -39,26 +39,36 @@ pub struct Contact {
 }
 
 /// The parts of two bodies that touch. Of two contacts at the same time the lesser in this order is
-/// returned: a face before its ends.
+/// returned: an edge before its ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Touch {
-    /// The face of A and a part of B.
-    FaceOfA(Part),
-    /// A part of A and the face of B.
-    FaceOfB(Part),
+    /// An edge of A, by index, and a part of B.
+    EdgeOfA {
+        /// Index of the edge.
+        edge: u32,
+        /// The part of B.
+        part: Part,
+    },
+    /// A part of A, and an edge of B, by index.
+    EdgeOfB {
+        /// Index of the edge.
+        edge: u32,
+        /// The part of A.
+        part: Part,
+    },
     /// An atom of A and an atom of B, by index.
     Atoms(u32, u32),
     /// The bounding circles, in the model that has no finer parts.
     BoundingCircles,
 }
 
-/// The part of a body that touches a face.
+/// The part of a body that touches an edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
-    /// An atom, by index; it touches the face between its ends.
+    /// An atom, by index; it touches the edge between its ends.
     Atom(u32),
-    /// The bounding circle, in the model that has no finer parts; it touches the face or an end of
-    /// it.
+    /// The bounding circle, in the model that has no finer parts; it touches the edge of a wall or
+    /// an end of it.
     BoundingCircle,
 }
 
@@ -69,17 +79,17 @@ impl Touch {
         match self {
             Self::Atoms(a, b) => Self::Atoms(b, a),
             Self::BoundingCircles => self,
-            Self::FaceOfA(part) => Self::FaceOfB(part),
-            Self::FaceOfB(part) => Self::FaceOfA(part),
+            Self::EdgeOfA { edge, part } => Self::EdgeOfB { edge, part },
+            Self::EdgeOfB { edge, part } => Self::EdgeOfA { edge, part },
         }
     }
 
-    /// A part of body number `body` (0 for A, 1 for B) and the face of the other body.
-    pub(crate) fn face(body: usize, part: Part) -> Self {
+    /// A part of body number `body` (0 for A, 1 for B), and an edge of the other body.
+    pub(crate) fn edge(body: usize, edge: u32, part: Part) -> Self {
         if body == 0 {
-            Self::FaceOfB(part)
+            Self::EdgeOfB { edge, part }
         } else {
-            Self::FaceOfA(part)
+            Self::EdgeOfA { edge, part }
         }
     }
 }

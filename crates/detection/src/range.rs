@@ -40,15 +40,16 @@ pub(crate) const OUT_OF_RANGE: Answer = Answer {
 /// Classifies a query up to `horizon`.
 #[inline]
 pub(crate) fn unit(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Unit {
-    // A face may be infinitely long; it does not turn.
-    let radius = |body: Outline<'_>| {
-        if body.face().is_some() {
+    // A half-plane is infinitely long; it does not turn.
+    let radius = |body: Outline<'_>, spin: f64| {
+        if body.is_wall() && spin == 0.0 {
             0.0
         } else {
             body.bounding_radius
         }
     };
-    let [radius_a, radius_b] = [radius(a), radius(b)];
+    let [spin_a, spin_b] = motion.angular_velocity;
+    let [radius_a, radius_b] = [radius(a, spin_a), radius(b, spin_b)];
     let [spin_a, spin_b] = motion.angular_velocity.map(f64::abs);
     let size = one_norm(motion.separation) + (radius_a + radius_b) + motion.separation_error;
     let speed = one_norm(motion.velocity) + (spin_a * radius_a + spin_b * radius_b);

@@ -3,10 +3,10 @@
 use carom_geometry::{Circle, Outline};
 use carom_kinematics::RelativeMotion;
 
-use crate::{ErrorBound, FaceErrorBound, Part, Touch, flight::bounding_circle};
+use crate::{EdgeErrorBound, ErrorBound, Part, Touch, flight::bounding_circle};
 
 /// A bound on the rounding of the closing speed of two parts that touch at time 0 (length per
-/// time): E' of [`ErrorBound`] or [`FaceErrorBound`].
+/// time): E' of [`ErrorBound`] or [`EdgeErrorBound`].
 ///
 /// Parts that separate faster than this certainly separate. After a contact with a lower separation
 /// speed, another contact may follow at once, or none while the parts sink into each other. The
@@ -38,14 +38,14 @@ pub fn resolved_speed(
         let bound = ErrorBound::of_circles(motion, speed, motion.angular_velocity, &circles);
         bound.of_rate(0.0, circles[0].radius + circles[1].radius)
     };
-    let of_face = |body: usize, part: Part| {
+    let of_edge = |body: usize, edge: u32, part: Part| {
         let (outline, other) = if body == 0 { (a, b) } else { (b, a) };
         let circle = match part {
             Part::Atom(index) => Circle::from(&outline.atoms[index as usize]),
             Part::BoundingCircle => bounding_circle(outline),
         };
-        let face = other.face().expect("the touch names a face");
-        FaceErrorBound::new(motion, body, &circle, face).of_rate(0.0)
+        let edge = &other.edges()[edge as usize];
+        EdgeErrorBound::new(motion, body, &circle, edge).of_rate(0.0)
     };
     match touch {
         Touch::Atoms(i, j) => of_circles([
@@ -53,7 +53,7 @@ pub fn resolved_speed(
             Circle::from(&b.atoms[j as usize]),
         ]),
         Touch::BoundingCircles => of_circles([a, b].map(bounding_circle)),
-        Touch::FaceOfA(part) => of_face(1, part),
-        Touch::FaceOfB(part) => of_face(0, part),
+        Touch::EdgeOfA { edge, part } => of_edge(1, edge, part),
+        Touch::EdgeOfB { edge, part } => of_edge(0, edge, part),
     }
 }

@@ -1,19 +1,19 @@
-//! The squared gap f(t) = |d|² − s² of two atoms in flight, or of an atom and a face: positive
+//! The squared gap f(t) = |d|² − s² of two atoms in flight, or of an atom and an edge: positive
 //! while they are apart.
 
-use carom_geometry::{Atom, Circle, Face, Outline};
+use carom_geometry::{Atom, Circle, Edge, Outline};
 use carom_kinematics::RelativeMotion;
 use glam::DVec2;
 
-use crate::{ErrorBound, FaceErrorBound, Part, Touch};
+use crate::{EdgeErrorBound, ErrorBound, Part, Touch};
 
 /// Two parts whose centres are d apart and touch at the distance s: an atom of A and an atom of B,
-/// or an atom and the nearest point of a face.
+/// or an atom and the nearest point of an edge.
 pub(crate) struct SquaredGap<'a> {
     motion: &'a RelativeMotion,
     offsets: [DVec2; 2],
-    /// The body with the face, if there is one.
-    face: Option<(usize, &'a Face)>,
+    /// The body with the edge, if there is one.
+    edge: Option<(usize, &'a Edge)>,
     /// Sum of the radii, s.
     contact_distance: f64,
     error: Bound,
@@ -22,19 +22,19 @@ pub(crate) struct SquaredGap<'a> {
 #[derive(Clone, Copy)]
 enum Bound {
     Atoms(ErrorBound),
-    Face(FaceErrorBound),
+    Edge(EdgeErrorBound),
 }
 
 impl Bound {
     fn at(&self, time: f64) -> f64 {
         match self {
             Self::Atoms(bound) => bound.at(time),
-            Self::Face(bound) => bound.at(time),
+            Self::Edge(bound) => bound.at(time),
         }
     }
 }
 
-/// All pairs of parts of two bodies: atoms with atoms, then atoms with faces.
+/// All pairs of parts of two bodies: atoms with atoms, then atoms with edges.
 pub(crate) fn all_pairs<'a>(
     a: Outline<'a>,
     b: Outline<'a>,
@@ -45,17 +45,17 @@ pub(crate) fn all_pairs<'a>(
         indexed(b.atoms)
             .map(move |(j, atom_b)| (Touch::Atoms(i, j), SquaredGap::new(motion, atom_a, atom_b)))
     });
-    let faces = [(0, a, b), (1, b, a)]
+    let edges = [(0, a, b), (1, b, a)]
         .into_iter()
         .flat_map(move |(body, outline, other)| {
-            other.face().into_iter().flat_map(move |face| {
+            (0..).zip(other.edges()).flat_map(move |(number, edge)| {
                 indexed(outline.atoms).map(move |(index, atom)| {
-                    let touch = Touch::face(body, Part::Atom(index));
-                    (touch, SquaredGap::of_face(motion, body, atom, face))
+                    let touch = Touch::edge(body, number, Part::Atom(index));
+                    (touch, SquaredGap::of_edge(motion, body, atom, edge))
                 })
             })
         });
-    atoms.chain(faces)
+    atoms.chain(edges)
 }
 
 impl<'a> SquaredGap<'a> {
@@ -63,23 +63,23 @@ impl<'a> SquaredGap<'a> {
         Self {
             motion,
             offsets: [a.offset(), b.offset()],
-            face: None,
+            edge: None,
             contact_distance: a.radius() + b.radius(),
             error: Bound::Atoms(ErrorBound::new(motion, a, b)),
         }
     }
 
-    /// An atom of body number `body` and the face of the other body, which does not turn.
-    fn of_face(motion: &'a RelativeMotion, body: usize, atom: &Atom, face: &'a Face) -> Self {
+    /// An atom of body number `body` and an edge of the other body.
+    fn of_edge(motion: &'a RelativeMotion, body: usize, atom: &Atom, edge: &'a Edge) -> Self {
         let mut offsets = [DVec2::ZERO; 2];
         offsets[body] = atom.offset();
-        let error = FaceErrorBound::new(motion, body, &Circle::from(atom), face);
+        let error = EdgeErrorBound::new(motion, body, &Circle::from(atom), edge);
         Self {
             motion,
             offsets,
-            face: Some((1 - body, face)),
-            contact_distance: atom.radius() + face.radius(),
-            error: Bound::Face(error),
+            edge: Some((1 - body, edge)),
+            contact_distance: atom.radius() + edge.radius(),
+            error: Bound::Edge(error),
         }
     }
 
@@ -87,9 +87,9 @@ impl<'a> SquaredGap<'a> {
     pub(crate) fn at(&self, time: f64) -> f64 {
         let [arm_a, arm_b] = self.arms(time);
         let d = self.between_centres(time, arm_a, arm_b);
-        let squared = match self.face {
-            Some(face) => {
-                let (distance, _) = self.to_face(face, d);
+        let squared = match self.edge {
+            Some(edge) => {
+                let (distance, _) = self.to_edge(edge, d, time);
                 distance * distance.abs()
             }
             None => d.length_squared(),
@@ -112,29 +112,35 @@ impl<'a> SquaredGap<'a> {
         let [spin_a, spin_b] = motion.angular_velocity;
         let [arm_a, arm_b] = self.arms(time);
         let d = self.between_centres(time, arm_a, arm_b);
-        let velocity = motion.velocity + (spin_b * arm_b.perp() - spin_a * arm_a.perp());
-        let (distance, direction) = match self.face {
-            Some(face) => self.to_face(face, d),
-            None => (d.length(), d),
+        let of_centres = motion.velocity + (spin_b * arm_b.perp() - spin_a * arm_a.perp());
+        let (distance, direction, velocity) = match self.edge {
+            Some((body, edge)) => {
+                let (distance, direction) = self.to_edge((body, edge), d, time);
+                // The edge turns about the centre of its body.
+                let turning = motion.angular_velocity[body] * d.perp();
+                (distance, direction, of_centres - turning)
+            }
+            None => (d.length(), d, of_centres),
         };
         let overlaps = distance - self.contact_distance < -self.error.at(time);
         let resolved = match self.error {
             _ if overlaps => motion.velocity_error,
             Bound::Atoms(bound) => bound.of_rate(time, distance),
-            Bound::Face(bound) => bound.of_rate(time),
+            Bound::Edge(bound) => bound.of_rate(time),
         };
-        // The vector between atoms has the length of their distance, that to a face length 1.
-        let length = if self.face.is_some() { 1.0 } else { distance };
+        // The vector between atoms has the length of their distance, that to an edge length 1.
+        let length = if self.edge.is_some() { 1.0 } else { distance };
         direction.dot(velocity) < -(length * resolved)
     }
 
-    /// The distance to the face of a body, and the direction from A's part to B's along the
-    /// shortest line.
-    fn to_face(&self, (wall, face): (usize, &Face), d: DVec2) -> (f64, DVec2) {
-        let rotation = self.motion.orientation[wall].cos_sin();
-        // From the body with the face to the atom.
-        let sign = if wall == 0 { 1.0 } else { -1.0 };
-        let nearest = face.nearest(DVec2::new(rotation.x, -rotation.y).rotate(sign * d));
+    /// The distance to the edge of a body at `time`, and the direction from A's part to B's along
+    /// the shortest line.
+    fn to_edge(&self, (body, edge): (usize, &Edge), d: DVec2, time: f64) -> (f64, DVec2) {
+        let spin = self.motion.angular_velocity[body];
+        let rotation = self.motion.orientation[body].turned(spin, time).cos_sin();
+        // From the body with the edge to the atom.
+        let sign = if body == 0 { 1.0 } else { -1.0 };
+        let nearest = edge.nearest(DVec2::new(rotation.x, -rotation.y).rotate(sign * d));
         (nearest.distance, sign * rotation.rotate(nearest.direction))
     }
 

@@ -1,6 +1,6 @@
-//! The window of time in which a body is within reach of a straight face.
+//! The window of time in which a body is within reach of a straight edge that does not turn.
 
-use carom_geometry::{Face, Outline};
+use carom_geometry::{Edge, Outline};
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
 
 use crate::{SearchWindow, error_bound::one_norm, skim, tolerance::STEP_MARGIN};
@@ -19,34 +19,39 @@ pub(crate) struct Strip {
 
 impl Strip {
     /// The window of time in which the centre of body number `body` is within `room` (length) of a
-    /// face of the other body, up to `horizon`. The window is never too short. `None` if the centre
+    /// edge of the other body, up to `horizon`. The window is never too short. `None` if the centre
     /// stays farther away.
     pub(crate) fn window(
         motion: &RelativeMotion,
         body: usize,
-        face: &Face,
+        edge: &Edge,
         room: f64,
         horizon: f64,
     ) -> Option<SearchWindow> {
         let wall = 1 - body;
-        let along = motion.orientation[wall].cos_sin().rotate(face.along());
+        let along = motion.orientation[wall].cos_sin().rotate(edge.along());
         let sign = if body == 1 { 1.0 } else { -1.0 };
         let (place, velocity) = (sign * motion.separation, sign * motion.velocity);
-        // The error of the direction of the face is 12 u; see `FaceErrorBound`.
+        // The error of the direction of the edge is 12 u; see `EdgeErrorBound`.
         let tilt = motion.orientation_error[wall] + 16.0 * U;
-        let strip = |direction: glam::DVec2, reach: f64| Self {
-            place: direction.dot(place),
+        let (middle, arm) = (edge.middle(), edge.middle().length());
+        let strip = |direction: glam::DVec2, middle: f64, reach: f64| Self {
+            place: direction.dot(place) - middle,
             rate: direction.dot(velocity),
             rate_error: tilt * one_norm(velocity),
-            reach: reach + (motion.separation_error + 2.0 * tilt * (one_norm(place) + reach)),
+            reach: reach
+                + (motion.separation_error
+                    + 2.0 * tilt * (one_norm(place) + reach)
+                    + 8.0 * U * arm),
         };
         let whole = SearchWindow {
             begin: 0.0,
             end: horizon,
         };
-        let room = room + face.radius();
-        let across = strip(along.perp(), room).within(whole, face.is_solid_behind())?;
-        strip(along, face.half_length() + room).within(across, false)
+        let room = room + edge.radius();
+        let (of_line, of_middle) = (edge.normal().dot(middle), edge.along().dot(middle));
+        let across = strip(along.perp(), of_line, room).within(whole, edge.is_solid_behind())?;
+        strip(along, of_middle, edge.half_length() + room).within(across, false)
     }
 
     /// The part of a window in which the point is in the strip.
@@ -83,36 +88,44 @@ impl Strip {
 }
 
 /// The window of time in which two bodies are within reach, up to `horizon`: their bounding circles
-/// overlap, or the bounding circle of one is near the face of the other.
+/// overlap, or the bounding circle of one is near the edge of a wall that does not turn.
 pub(crate) fn window_of_bodies(
     a: Outline<'_>,
     b: Outline<'_>,
     motion: &RelativeMotion,
     horizon: f64,
 ) -> Option<SearchWindow> {
-    let mut window = match (a.face(), b.face()) {
-        (None, None) => return skim(motion, a.bounding_radius + b.bounding_radius, horizon),
-        _ => SearchWindow {
-            begin: 0.0,
-            end: horizon,
-        },
+    let [spin_a, spin_b] = motion.angular_velocity;
+    let stands = |body: Outline<'_>, spin: f64| body.is_wall() && spin == 0.0;
+    if !stands(a, spin_a) && !stands(b, spin_b) {
+        return skim(motion, a.bounding_radius + b.bounding_radius, horizon);
+    }
+    let mut window = SearchWindow {
+        begin: 0.0,
+        end: horizon,
     };
-    for (body, outline, other) in [(0, a, b), (1, b, a)] {
-        if let Some(face) = other.face() {
-            let near = Strip::window(motion, body, face, outline.bounding_radius, window.end)?;
-            window.begin = window.begin.max(near.begin);
-            window.end = near.end;
+    for (body, outline, other, spin) in [(0, a, b, spin_b), (1, b, a, spin_a)] {
+        if stands(other, spin) {
+            for edge in other.edges() {
+                let near = Strip::window(motion, body, edge, outline.bounding_radius, window.end)?;
+                window.begin = window.begin.max(near.begin);
+                window.end = near.end;
+            }
         }
     }
     (window.begin <= window.end).then_some(window)
 }
 
-/// Whether a body with a face turns; no detector handles that case.
-pub(crate) fn a_face_turns(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> bool {
+/// Whether a half-plane turns, which no detector handles: it reaches everything at once.
+pub(crate) fn a_half_plane_turns(
+    a: Outline<'_>,
+    b: Outline<'_>,
+    motion: &RelativeMotion,
+) -> bool {
     [a, b]
         .iter()
         .zip(motion.angular_velocity)
-        .any(|(body, spin)| body.face().is_some() && spin != 0.0)
+        .any(|(body, spin)| body.bounding_radius == f64::INFINITY && spin != 0.0)
 }
 
 #[cfg(test)]
@@ -132,13 +145,13 @@ mod tests {
             let velocity = if parallel { vx * span } else { DVec2::new(vx, vy) };
             let wall = Molecule::wall(span, 0.05).unwrap();
             let half_plane = HalfPlane::new(span.perp()).unwrap();
-            for face in [wall.face().unwrap(), half_plane.outline().face().unwrap()] {
+            for edge in [&wall.edges()[0], &half_plane.outline().edges()[0]] {
                 for body in [0, 1] {
                     let sign = if body == 1 { 1.0 } else { -1.0 };
                     let motion = RelativeMotion::exactly(sign * DVec2::new(x, y), sign * velocity);
                     let place = DVec2::new(x, y) + velocity * t;
-                    let within = face.nearest(place).distance <= face.radius() + room;
-                    let window = Strip::window(&motion, body, face, room, 10.0);
+                    let within = edge.nearest(place).distance <= edge.radius() + room;
+                    let window = Strip::window(&motion, body, edge, room, 10.0);
                     let inside = window.is_some_and(|w| (w.begin..=w.end).contains(&t));
                     prop_assert!(!within || inside, "{window:?} misses {t}");
                 }
@@ -149,12 +162,12 @@ mod tests {
     #[test]
     fn a_body_that_flies_past_has_no_window() {
         let wall = Molecule::wall(DVec2::new(0.0, 2.0), 0.0).unwrap();
-        let face = wall.face().unwrap();
+        let edge = &wall.edges()[0];
         let ask = |place: DVec2, velocity: DVec2| {
             Strip::window(
                 &RelativeMotion::exactly(place, velocity),
                 1,
-                face,
+                edge,
                 0.5,
                 100.0,
             )

@@ -16,7 +16,7 @@
 //!
 //! # Walls
 //!
-//! A wall is a fixed body with a straight [`Face`](carom_geometry::Face) of any length through its
+//! A wall is a fixed body with a straight [`Edge`](carom_geometry::Edge) of any length through its
 //! centre of mass. [`Body::reach`] of a wall is half the thickness of the face, and
 //! [`World::largest_reach`] counts only this. Cells at least as wide as the largest reach therefore
 //! hold each body that touches another body in the same or an adjacent cell; for a wall this holds

@@ -28,6 +28,19 @@ pub enum GeometryError {
     /// A molecule without atoms.
     #[error("a molecule needs at least one atom")]
     NoAtoms,
+    /// An edge that no two atoms can have.
+    #[error("edge {index}, between atoms {} and {}, {problem}", .ends[0], .ends[1])]
+    Edge {
+        /// Index of the edge.
+        index: usize,
+        /// The atoms that it names.
+        ends: [u32; 2],
+        /// What is wrong.
+        problem: &'static str,
+    },
+    /// A list of corners that is no polygon.
+    #[error("the polygon {0}")]
+    Polygon(String),
     /// Two atoms of one molecule with the same centre.
     #[error("atoms {first} and {second} of the molecule have the same centre")]
     CoincidentAtoms {
@@ -37,12 +50,15 @@ pub enum GeometryError {
         second: usize,
     },
     /// An unknown name of a shape.
-    #[error("unknown shape '{0}': use disc, dumbbell, rod:N, cross, tee or ring:N")]
+    #[error(
+        "unknown shape '{0}': use disc, dumbbell, rod:N, cross, tee, ring:N, capsule:L, square, rectangle:A, \
+         triangle, polygon:N or kite:A,B"
+    )]
     UnknownShape(String),
-    /// A rod or ring with an invalid number of atoms.
+    /// A rod, ring or polygon with an invalid number of atoms.
     #[error("a {shape} must have {least} to 4096 atoms, but has {count}")]
     AtomCount {
-        /// Rod or ring.
+        /// Rod, ring or polygon.
         shape: &'static str,
         /// The number given.
         count: usize,

@@ -1,5 +1,5 @@
-//! Shapes in the plane: rigid unions of discs, their bounding circles and excluded regions,
-//! straight walls, and the periodic box.
+//! Shapes in the plane: rigid unions of discs and straight edges, their bounding circles and
+//! excluded regions, straight walls, and the periodic box.
 //!
 //! ```
 //! use carom_geometry::{Molecule, Shape};
@@ -11,19 +11,23 @@
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
 //!
-//! A molecule is a rigid union of *atoms* (discs with a mass), in the frame of its centre of mass.
+//! A molecule is a rigid union of *atoms* (discs with a mass), in the frame of its centre of mass,
+//! and of *edges* between them: capsules and polygons are atoms and edges.
 //! The crate has no notion of time or motion. Angles are counter-clockwise; mass, length and time
 //! are in the user's units.
 
 mod atom;
 mod atom_row;
+mod boundary;
 mod circle_tree;
 mod covered_area;
+mod edge;
+mod edged_shape;
 mod error;
 mod excluded_region;
 mod exposed_arc;
-mod face;
 mod gap;
+mod interior;
 mod limits;
 mod molecule;
 mod outline;
@@ -32,11 +36,13 @@ mod room;
 mod shape;
 
 pub use atom::Atom;
+pub use edge::{Edge, HalfPlane, Nearest};
+pub use edged_shape::{DEFAULT_ROUNDING, EdgedShape};
 pub use error::GeometryError;
 pub use excluded_region::ExcludedRegion;
 pub use exposed_arc::ExposedArc;
-pub use face::{Face, HalfPlane, Nearest};
 pub use gap::gap_between;
+pub use interior::{Interior, MIN_ROUNDING};
 pub use limits::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 pub use molecule::Molecule;
 pub use outline::Outline;

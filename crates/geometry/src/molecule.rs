@@ -1,4 +1,4 @@
-//! A molecule: a rigid union of atoms, written in the frame of its centre of mass.
+//! A molecule: a rigid union of atoms and straight edges, written in the frame of its centre of mass.
 
 use glam::DVec2;
 use parry2d_f64::{
@@ -9,14 +9,18 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use crate::{
-    Atom, AtomRow, CircleTree, Face, GeometryError, Outline, Shape, atom::reach,
-    covered_area::covered_area,
+    Atom, AtomRow, CircleTree, Edge, GeometryError, Outline, Shape, atom::reach,
+    boundary::{Union, covered_area},
+    check_positive, interior::{self, Interior},
 };
 
-/// A rigid union of discs with its mass, moment of inertia and bounding circle.
+/// A rigid union of discs, and of thick straight edges between them, with its mass, moment of
+/// inertia and bounding circle.
 ///
 /// The atoms' offsets are relative to the centre of mass; the atoms keep the order given. Atoms may
-/// overlap; each adds its own mass.
+/// overlap; each adds its own mass. Edges have no mass of their own ([`Self::with_edges`]), unless
+/// the mass is spread evenly over the whole body ([`Self::uniform`], [`Self::polygon`],
+/// [`Self::capsule`]).
 ///
 /// ```
 /// use carom_geometry::{Atom, Molecule};
@@ -34,6 +38,11 @@ use crate::{
 #[serde(into = "Written", try_from = "Written")]
 pub struct Molecule {
     atoms: SmallVec<[Atom; 1]>,
+    edges: Vec<Edge>,
+    /// Whether what closed lines of edges enclose belongs to the molecule.
+    interior: Interior,
+    /// Whether the mass is spread evenly over the area; else it is that of the atoms.
+    is_uniform: bool,
     mass: f64,
     moment_of_inertia: f64,
     area: f64,
@@ -44,13 +53,16 @@ pub struct Molecule {
     /// All atoms, if they are between two and [`CircleTree::CROSSOVER`].
     rows: Vec<AtomRow>,
     tree: Option<CircleTree>,
-    face: Option<Face>,
 }
 
-/// Molecules are equal if their atoms and faces are; all other fields follow from these.
+/// Molecules are equal if their atoms, their edges, their interior and the distribution of their
+/// mass are; all other fields follow from these.
 impl PartialEq for Molecule {
     fn eq(&self, other: &Self) -> bool {
-        self.atoms == other.atoms && self.face == other.face
+        self.atoms == other.atoms
+            && self.edges == other.edges
+            && self.interior == other.interior
+            && self.is_uniform == other.is_uniform
     }
 }
 
@@ -78,6 +90,105 @@ impl Molecule {
         Ok(Self::of_centred(atoms))
     }
 
+    /// A molecule of atoms, whose offsets may be in any frame, and of edges without mass between
+    /// pairs of them.
+    ///
+    /// ```
+    /// use carom_geometry::{Atom, Interior, Molecule};
+    /// use glam::DVec2;
+    ///
+    /// // A dumbbell with a bar of half its thickness.
+    /// let atom = |x| Atom::new(DVec2::new(x, 0.0), 0.5, 1.0);
+    /// let bar = [([0, 1], 0.25)];
+    /// let dumbbell = Molecule::with_edges([atom(-1.0)?, atom(1.0)?], &bar, Interior::Solid)?;
+    /// assert_eq!((dumbbell.mass(), dumbbell.edges().len()), (2.0, 1));
+    /// # Ok::<(), carom_geometry::GeometryError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Self::new`]; [`GeometryError::Edge`] if an edge names an atom that is not there,
+    /// one atom twice or two atoms of another edge, or if its radius is not positive or larger than
+    /// that of an atom at its ends.
+    pub fn with_edges(
+        atoms: impl IntoIterator<Item = Atom>,
+        edges: &[([u32; 2], f64)],
+        interior: Interior,
+    ) -> Result<Self, GeometryError> {
+        let molecule = Self::new(atoms)?;
+        if edges.is_empty() {
+            return Ok(molecule);
+        }
+        Self::of_parts(molecule.atoms, edges, interior, None)
+    }
+
+    /// A molecule whose `mass` is spread evenly over the area of its atoms and edges, and of its
+    /// interior if that is solid.
+    ///
+    /// # Errors
+    /// As [`Self::with_edges`]; [`GeometryError::NotPositive`] for the mass.
+    pub fn uniform(
+        atoms: impl IntoIterator<Item = Atom>,
+        edges: &[([u32; 2], f64)],
+        interior: Interior,
+        mass: f64,
+    ) -> Result<Self, GeometryError> {
+        check_positive("the mass of a molecule", mass)?;
+        let mut atoms: SmallVec<[Atom; 1]> = atoms.into_iter().collect();
+        refuse_coincident(&atoms)?;
+        // Twice: the rounding of the centre is then that of lengths of the size of the molecule.
+        for _ in 0..2 {
+            let edges = edges_between(&atoms, edges)?;
+            let centre = Union::of(&atoms, &edges, interior).properties().centroid;
+            for atom in &mut atoms {
+                *atom = atom.moved_by(-centre);
+            }
+        }
+        Self::of_parts(atoms, edges, interior, Some(mass))
+    }
+
+    /// A polygon with these corners (length, in any frame), convex or not, of which all points
+    /// within `radius` (length) belong to it, with its `mass` spread evenly.
+    ///
+    /// Its atoms are the corners, in the order given, and edge i leads from corner i to the next.
+    ///
+    /// ```
+    /// use carom_geometry::Molecule;
+    /// use glam::DVec2;
+    ///
+    /// let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)].map(DVec2::from);
+    /// let rectangle = Molecule::polygon(&corners, 1e-6, 3.0)?;
+    /// assert!((rectangle.moment_of_inertia() - 3.0 * (4.0 + 1.0) / 12.0).abs() < 1e-5);
+    /// # Ok::<(), carom_geometry::GeometryError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`GeometryError::Polygon`] for fewer than three corners and for sides that cross or touch
+    /// each other; others as [`Self::uniform`].
+    pub fn polygon(corners: &[DVec2], radius: f64, mass: f64) -> Result<Self, GeometryError> {
+        let corners = interior::simple_polygon(corners, radius)?;
+        let share = mass / corners.len() as f64;
+        let atoms: Result<Vec<Atom>, GeometryError> = corners
+            .iter()
+            .map(|&corner| Atom::new(corner, radius, share))
+            .collect();
+        let edges = interior::closed_line(corners.len() as u32, radius);
+        Self::uniform(atoms?, &edges, Interior::Solid, mass)
+    }
+
+    /// A capsule (discorectangle, stadium): all points within `radius` of a line of this length,
+    /// with its `mass` spread evenly.
+    ///
+    /// # Errors
+    /// As [`Self::uniform`].
+    #[doc(alias = "discorectangle")]
+    #[doc(alias = "spherocylinder")]
+    #[doc(alias = "needle")]
+    pub fn capsule(length: f64, radius: f64, mass: f64) -> Result<Self, GeometryError> {
+        let end = |x: f64| Atom::new(DVec2::new(x, 0.0), radius, 0.5 * mass);
+        let ends = [end(-0.5 * length)?, end(0.5 * length)?];
+        Self::uniform(ends, &[([0, 1], radius)], Interior::Solid, mass)
+    }
+
     /// A molecule of atoms whose offsets are already relative to their centre of mass.
     fn of_centred(atoms: SmallVec<[Atom; 1]>) -> Self {
         let area = area_of_atoms(&atoms);
@@ -103,14 +214,40 @@ impl Molecule {
             tree: (atoms.len() > CircleTree::CROSSOVER)
                 .then(|| CircleTree::new(&atoms, bounding_radius)),
             atoms,
-            face: None,
+            edges: Vec::new(),
+            interior: Interior::default(),
+            is_uniform: false,
         }
     }
 
-    /// A wall: a straight face with the given span from end to end (length) about the origin, and
+    /// A molecule of centred atoms and edges; `mass` if it is spread evenly.
+    fn of_parts(
+        atoms: SmallVec<[Atom; 1]>,
+        edges: &[([u32; 2], f64)],
+        interior: Interior,
+        mass: Option<f64>,
+    ) -> Result<Self, GeometryError> {
+        let edges = edges_between(&atoms, edges)?;
+        let properties = Union::of(&atoms, &edges, interior).properties();
+        let mut molecule = Self {
+            edges,
+            interior,
+            // These would leave out the edges.
+            rows: Vec::new(),
+            ..Self::of_area(atoms, properties.area)
+        };
+        if let Some(mass) = mass {
+            molecule.is_uniform = true;
+            molecule.mass = mass;
+            molecule.moment_of_inertia = mass * (properties.second_moment / properties.area);
+        }
+        Ok(molecule)
+    }
+
+    /// A wall: a straight edge with the given span from end to end (length) about the origin, and
     /// its two end points.
     ///
-    /// All points within `radius` (length, may be 0) of the face belong to the wall. Its mass is
+    /// All points within `radius` (length, may be 0) of the edge belong to the wall. Its mass is
     /// infinite. The end points are atoms 0 and 1, of this radius, at minus and plus half the span.
     ///
     /// ```
@@ -134,6 +271,7 @@ impl Molecule {
             .map(|half| Atom::end_of_wall(half * span, radius))
             .into_iter()
             .collect();
+        wall.edges = wall.edges.into_iter().map(Edge::with_ends).collect();
         wall.area += std::f64::consts::PI * radius * radius;
         Ok(wall)
     }
@@ -143,18 +281,20 @@ impl Molecule {
     /// # Errors
     /// As [`Self::wall`].
     pub fn wall_without_ends(span: DVec2, radius: f64) -> Result<Self, GeometryError> {
-        let face = Face::of_wall(span, radius)?;
+        let edge = Edge::of_wall(span, radius)?;
         Ok(Self {
             atoms: SmallVec::new(),
             mass: f64::INFINITY,
             moment_of_inertia: f64::INFINITY,
-            area: 4.0 * face.half_length() * radius,
-            bounding_radius: (face.half_length() + radius) * (1.0 + 4.0 * f64::EPSILON),
+            area: 4.0 * edge.half_length() * radius,
+            bounding_radius: (edge.half_length() + radius) * (1.0 + 4.0 * f64::EPSILON),
             is_round: false,
             rectangle: rectangle(&[]),
             rows: Vec::new(),
             tree: None,
-            face: Some(face),
+            edges: vec![edge],
+            interior: Interior::default(),
+            is_uniform: false,
         })
     }
 
@@ -181,19 +321,33 @@ impl Molecule {
     /// # Errors
     /// [`GeometryError`] if a length is then out of range.
     pub fn scaled(&self, scale: f64) -> Result<Self, GeometryError> {
-        match self.face {
-            Some(face) if self.atoms.is_empty() => {
-                Self::wall_without_ends(scale * face.span(), scale * face.radius())
-            }
-            Some(face) => Self::wall(scale * face.span(), scale * face.radius()),
-            None => {
-                let atom = |atom: &Atom| {
-                    Atom::new(scale * atom.offset(), scale * atom.radius(), atom.mass())
-                };
-                let atoms: Result<_, GeometryError> = self.atoms.iter().map(atom).collect();
-                atoms.map(|atoms| Self::of_area(atoms, scale * scale * self.area))
-            }
+        if let Some(wall) = self.wall_edge() {
+            return if self.atoms.is_empty() {
+                Self::wall_without_ends(scale * wall.span(), scale * wall.radius())
+            } else {
+                Self::wall(scale * wall.span(), scale * wall.radius())
+            };
         }
+        let atom =
+            |atom: &Atom| Atom::new(scale * atom.offset(), scale * atom.radius(), atom.mass());
+        let atoms: SmallVec<[Atom; 1]> = self.atoms.iter().map(atom).collect::<Result<_, _>>()?;
+        let edges: Vec<_> = ends_and_radii(&self.edges)
+            .map(|(ends, radius)| (ends, scale * radius))
+            .collect();
+        let mut scaled = Self {
+            edges: edges_between(&atoms, &edges)?,
+            interior: self.interior,
+            ..Self::of_area(atoms, scale * scale * self.area)
+        };
+        if !self.edges.is_empty() {
+            scaled.rows = Vec::new();
+        }
+        if self.is_uniform {
+            scaled.is_uniform = true;
+            scaled.mass = self.mass;
+            scaled.moment_of_inertia = scale * scale * self.moment_of_inertia;
+        }
+        Ok(scaled)
     }
 
     /// The atoms relative to the centre of mass, in the order given; for a wall, its end points.
@@ -201,9 +355,29 @@ impl Molecule {
         &self.atoms
     }
 
-    /// The straight face; `None` unless this is a wall.
-    pub fn face(&self) -> Option<&Face> {
-        self.face.as_ref()
+    /// The straight edges, in the order given; empty for a union of discs.
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// Whether what closed lines of edges enclose belongs to the molecule.
+    pub fn interior(&self) -> Interior {
+        self.interior
+    }
+
+    /// Closed lines of edges around a solid interior, each as the indices of its atoms.
+    pub(crate) fn solid_rings(&self) -> Vec<Vec<u32>> {
+        interior::solid_rings(&self.atoms, &self.edges, self.interior)
+    }
+
+    /// The edge of a wall; `None` unless this is one.
+    pub fn wall_edge(&self) -> Option<&Edge> {
+        self.edges.first().filter(|_| self.is_wall())
+    }
+
+    /// Whether this is a straight wall, of infinite mass.
+    pub fn is_wall(&self) -> bool {
+        self.mass == f64::INFINITY
     }
 
     /// Total mass; infinite for a wall.
@@ -211,8 +385,8 @@ impl Molecule {
         self.mass
     }
 
-    /// Moment of inertia about the centre of mass, each atom a uniform disc: Σ m (r²/2 + d²)
-    /// (mass × length²).
+    /// Moment of inertia about the centre of mass (mass × length²): each atom a uniform disc, Σ m
+    /// (r²/2 + d²), or the whole body of uniform density ([`Self::uniform`]).
     pub fn moment_of_inertia(&self) -> f64 {
         self.moment_of_inertia
     }
@@ -225,8 +399,8 @@ impl Molecule {
         self.bounding_radius
     }
 
-    /// The covered area (length²): that of the union of the atoms, or of all points within the
-    /// radius of a wall's face. Overlaps of atoms count once; enclosed holes do not count.
+    /// The covered area (length²): that of the union of atoms and edges, and of the interior if that
+    /// is solid. Overlaps count once; enclosed holes do not count.
     ///
     /// ```
     /// use carom_geometry::{Atom, Molecule};
@@ -277,10 +451,11 @@ impl Molecule {
         Outline {
             atoms: &self.atoms,
             bounding_radius: self.bounding_radius,
-            rectangle: (self.atoms.len() > 1 && self.face.is_none()).then_some(&self.rectangle),
+            rectangle: (self.atoms.len() > 1 && !self.is_wall()).then_some(&self.rectangle),
             rows: &self.rows,
             tree: self.tree.as_ref(),
-            face: self.face.as_ref(),
+            edges: &self.edges,
+            is_wall: self.is_wall(),
         }
     }
 }
@@ -291,6 +466,14 @@ enum Written {
     /// Atoms relative to their centre of mass. They are read without centring, which would move
     /// them by a rounding.
     Atoms(SmallVec<[Atom; 1]>),
+    /// Atoms as above, and edges between them.
+    Edged {
+        atoms: SmallVec<[Atom; 1]>,
+        edges: Vec<([u32; 2], f64)>,
+        interior: Interior,
+        /// The mass that is spread evenly.
+        mass: Option<f64>,
+    },
     Wall {
         span: DVec2,
         radius: f64,
@@ -300,13 +483,21 @@ enum Written {
 
 impl From<Molecule> for Written {
     fn from(molecule: Molecule) -> Self {
-        match molecule.face {
-            None => Self::Atoms(molecule.atoms),
-            Some(face) => Self::Wall {
-                span: face.span(),
-                radius: face.radius(),
+        if let Some(wall) = molecule.wall_edge() {
+            return Self::Wall {
+                span: wall.span(),
+                radius: wall.radius(),
                 has_ends: !molecule.atoms.is_empty(),
-            },
+            };
+        }
+        if molecule.edges.is_empty() && !molecule.is_uniform {
+            return Self::Atoms(molecule.atoms);
+        }
+        Self::Edged {
+            edges: ends_and_radii(&molecule.edges).collect(),
+            interior: molecule.interior,
+            mass: molecule.is_uniform.then_some(molecule.mass),
+            atoms: molecule.atoms,
         }
     }
 }
@@ -319,6 +510,16 @@ impl TryFrom<Written> for Molecule {
             Written::Atoms(atoms) => {
                 refuse_coincident(&atoms)?;
                 Ok(Self::of_centred(atoms))
+            }
+            Written::Edged {
+                atoms,
+                edges,
+                interior,
+                mass,
+            } => {
+                refuse_coincident(&atoms)?;
+                mass.map_or(Ok(1.0), |mass| check_positive("the mass of a molecule", mass))?;
+                Self::of_parts(atoms, &edges, interior, mass)
             }
             Written::Wall {
                 span,
@@ -348,30 +549,71 @@ fn refuse_coincident(atoms: &[Atom]) -> Result<(), GeometryError> {
     Ok(())
 }
 
+/// The edges between pairs of these atoms.
+fn edges_between(
+    atoms: &[Atom],
+    edges: &[([u32; 2], f64)],
+) -> Result<Vec<Edge>, GeometryError> {
+    let mut made: Vec<Edge> = Vec::with_capacity(edges.len());
+    for (index, &([first, second], radius)) in edges.iter().enumerate() {
+        let refused = |problem| GeometryError::Edge {
+            index,
+            ends: [first, second],
+            problem,
+        };
+        let [Some(from), Some(to)] = [first, second].map(|end| atoms.get(end as usize)) else {
+            return Err(refused("names an atom that is not there"));
+        };
+        let ends = [(first, from.offset()), (second, to.offset())];
+        if first == second {
+            return Err(refused("has one atom at both ends"));
+        }
+        if radius > from.radius().min(to.radius()) {
+            return Err(refused("is thicker than an atom at its ends"));
+        }
+        let is_same = |edge: &Edge| {
+            edge.ends() == Some([first, second]) || edge.ends() == Some([second, first])
+        };
+        if made.iter().any(is_same) {
+            return Err(refused("lies between the same atoms as another"));
+        }
+        made.push(Edge::between(ends, radius)?);
+    }
+    Ok(made)
+}
+
+/// The atoms at the ends of each edge, and its radius.
+fn ends_and_radii(edges: &[Edge]) -> impl Iterator<Item = ([u32; 2], f64)> {
+    edges
+        .iter()
+        .filter_map(|edge| Some((edge.ends()?, edge.radius())))
+}
+
 /// The molecule as a parry shape.
 impl From<&Molecule> for Compound {
     fn from(molecule: &Molecule) -> Self {
         let parts = molecule
             .atoms()
             .iter()
-            // The end points of a wall belong to its face.
-            .filter(|_| molecule.face().is_none())
+            // The end points of a wall belong to its edge.
+            .filter(|_| !molecule.is_wall())
             .map(|atom| {
                 (
                     Pose::from_translation(atom.offset()),
                     SharedShape::new(*atom.ball()),
                 )
             });
-        let face = molecule.face().map(|face| {
-            let half = face.half_length() * face.along();
-            let line = if face.radius() > 0.0 {
-                SharedShape::capsule(-half, half, face.radius())
+        let edges = molecule.edges().iter().map(|edge| {
+            let half = edge.half_length() * edge.along();
+            let (from, to) = (edge.middle() - half, edge.middle() + half);
+            let line = if edge.radius() > 0.0 {
+                SharedShape::capsule(from, to, edge.radius())
             } else {
-                SharedShape::segment(-half, half)
+                SharedShape::segment(from, to)
             };
             (Pose::identity(), line)
         });
-        Compound::new(parts.chain(face).collect())
+        Compound::new(parts.chain(edges).collect())
     }
 }
 

@@ -2,9 +2,9 @@
 
 use glam::DVec2;
 
-use crate::{Atom, AtomRow, CircleTree, Face, HalfPlane, atom::reach};
+use crate::{Atom, AtomRow, CircleTree, Edge, HalfPlane, atom::reach};
 
-/// The part of a shape that detection needs: its atoms and the circles that contain them.
+/// The part of a shape that detection needs: its atoms and edges, and what contains them.
 #[derive(Debug, Clone, Copy)]
 pub struct Outline<'a> {
     /// The atoms, relative to the centre of mass.
@@ -14,7 +14,8 @@ pub struct Outline<'a> {
     pub(crate) rectangle: Option<&'a [DVec2; 2]>,
     pub(crate) rows: &'a [AtomRow],
     pub(crate) tree: Option<&'a CircleTree>,
-    pub(crate) face: Option<&'a Face>,
+    pub(crate) edges: &'a [Edge],
+    pub(crate) is_wall: bool,
 }
 
 impl<'a> Outline<'a> {
@@ -25,20 +26,27 @@ impl<'a> Outline<'a> {
     }
 
     /// Lower left and upper right corner of the axis-parallel rectangle that contains all atoms
-    /// (length), to rounding; `None` for a single disc and for bodies with a face.
+    /// (length), to rounding; `None` for a single disc and for walls.
     pub fn rectangle(&self) -> Option<[DVec2; 2]> {
         self.rectangle.copied()
     }
 
-    /// The atoms in rows, for molecules of two to [`CircleTree::CROSSOVER`] atoms; empty for
-    /// others.
+    /// The atoms in rows, for molecules of two to [`CircleTree::CROSSOVER`] atoms without edges;
+    /// empty for others.
     pub fn rows(&self) -> &'a [AtomRow] {
         self.rows
     }
 
-    /// The straight face of a wall or a half-plane. A body with a face must not turn.
-    pub fn face(&self) -> Option<&'a Face> {
-        self.face
+    /// The straight edges.
+    #[inline]
+    pub fn edges(&self) -> &'a [Edge] {
+        self.edges
+    }
+
+    /// Whether this is a wall or a half-plane: a single edge through the origin, of any length,
+    /// whose ends are as thick as itself.
+    pub fn is_wall(&self) -> bool {
+        self.is_wall
     }
 }
 
@@ -51,13 +59,14 @@ impl Atom {
             rectangle: None,
             rows: &[],
             tree: None,
-            face: None,
+            edges: &[],
+            is_wall: false,
         }
     }
 }
 
 impl HalfPlane {
-    /// Its outline, as detection needs it: a face without atoms, with an infinite bounding radius.
+    /// Its outline, as detection needs it: an edge without atoms, with an infinite bounding radius.
     pub fn outline(&self) -> Outline<'_> {
         Outline {
             atoms: &[],
@@ -65,7 +74,8 @@ impl HalfPlane {
             rectangle: None,
             rows: &[],
             tree: None,
-            face: Some(&self.face),
+            edges: std::slice::from_ref(&self.border),
+            is_wall: true,
         }
     }
 }

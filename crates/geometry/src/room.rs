@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::{Face, Molecule};
+use crate::{Edge, Molecule};
 
 /// A molecule, turned, and with all its lengths multiplied by a scale.
 #[derive(Debug, Clone, Copy)]
@@ -25,7 +25,7 @@ pub struct Scaled<'a> {
 ///
 /// The surfaces of two atoms close as those of two discs that move on straight lines while their
 /// contact distance grows steadily, so that the contact is a root of a quadratic equation; the
-/// contact with a straight face is a root of a linear one.
+/// contact with a straight edge is a root of a linear one.
 ///
 /// ```
 /// use carom_geometry::{Molecule, Scaled, room};
@@ -52,30 +52,30 @@ pub fn room(a: Scaled<'_>, b: Scaled<'_>, separation: DVec2, margin: f64) -> f64
             least = least.min(approach.until_contact());
         }
     }
-    if let Some(face) = a.molecule.face() {
-        let back = inverse(a.rotation);
+    let [to_a, to_b] = [a, b].map(|body| inverse(body.rotation));
+    for edge in a.molecule.edges() {
         for atom in b.molecule.atoms() {
-            let rate = back.rotate(b.rotation.rotate(atom.offset()));
+            let rate = to_a.rotate(b.rotation.rotate(atom.offset()));
             let approach = Approach {
-                place: back.rotate(separation) + b.scale * rate,
+                place: (to_a.rotate(separation) + b.scale * rate) - a.scale * edge.middle(),
                 place_rate: rate,
-                reach: a.scale * face.radius() + b.scale * atom.radius() + margin,
+                reach: a.scale * edge.radius() + b.scale * atom.radius() + margin,
                 reach_rate: atom.radius(),
             };
-            least = least.min(approach.until_face(face, a.scale * face.half_length(), 0.0));
+            least = least.min(approach.until_edge(edge, a.scale * edge.half_length(), 0.0));
         }
     }
-    if let Some(face) = b.molecule.face() {
-        let back = inverse(b.rotation);
+    for edge in b.molecule.edges() {
         for atom in a.molecule.atoms() {
+            let place = to_b.rotate(a.scale * a.rotation.rotate(atom.offset()) - separation);
             let approach = Approach {
-                place: back.rotate(a.scale * a.rotation.rotate(atom.offset()) - separation),
-                place_rate: DVec2::ZERO,
-                reach: a.scale * atom.radius() + b.scale * face.radius() + margin,
-                reach_rate: face.radius(),
+                place: place - b.scale * edge.middle(),
+                place_rate: -edge.middle(),
+                reach: a.scale * atom.radius() + b.scale * edge.radius() + margin,
+                reach_rate: edge.radius(),
             };
-            let half = b.scale * face.half_length();
-            least = least.min(approach.until_face(face, half, face.half_length()));
+            let half = b.scale * edge.half_length();
+            least = least.min(approach.until_edge(edge, half, edge.half_length()));
         }
     }
     b.scale + least
@@ -122,35 +122,35 @@ impl Approach {
         }
     }
 
-    /// The smallest u ≥ 0 at which the point touches a face about the origin; infinite if there is
-    /// none. `half` and `half_rate` are half the length of the face and its rate of growth.
-    fn until_face(self, face: &Face, half: f64, half_rate: f64) -> f64 {
+    /// The smallest u ≥ 0 at which the point touches an edge about the origin; infinite if there is
+    /// none. `half` and `half_rate` are half the length of the edge and its rate of growth.
+    fn until_edge(self, edge: &Edge, half: f64, half_rate: f64) -> f64 {
         let ends = [-1.0, 1.0].map(|side| {
             let end = Self {
-                place: self.place - side * half * face.along(),
-                place_rate: self.place_rate - side * half_rate * face.along(),
+                place: self.place - side * half * edge.along(),
+                place_rate: self.place_rate - side * half_rate * edge.along(),
                 ..self
             };
             end.until_contact()
         });
-        let side = if face.is_solid_behind() {
+        let side = if edge.is_solid_behind() {
             1.0
         } else {
-            face.normal().dot(self.place).signum()
+            edge.normal().dot(self.place).signum()
         };
-        let gap = side * face.normal().dot(self.place) - self.reach;
-        let closing = self.reach_rate - side * face.normal().dot(self.place_rate);
+        let gap = side * edge.normal().dot(self.place) - self.reach;
+        let closing = self.reach_rate - side * edge.normal().dot(self.place_rate);
         let until = if gap <= 0.0 { 0.0 } else { gap / closing };
-        // Beyond its ends the face is touched there first.
+        // Beyond its ends the edge is touched there first.
         let is_beside = |u: f64| {
-            face.along().dot(self.place + u * self.place_rate).abs() <= half + u * half_rate
+            edge.along().dot(self.place + u * self.place_rate).abs() <= half + u * half_rate
         };
-        let face = if until >= 0.0 && is_beside(until) {
+        let beside = if until >= 0.0 && is_beside(until) {
             until
         } else {
             f64::INFINITY
         };
-        ends[0].min(ends[1]).min(face)
+        ends[0].min(ends[1]).min(beside)
     }
 }
 
@@ -175,7 +175,21 @@ mod tests {
                     Molecule::wall_without_ends(span, r).unwrap()
                 }
             });
-        prop_oneof![3 => atoms, 1 => wall]
+        let polygon = (3..9u32, 0.1..1.0f64, 0.3..1.0f64, 1e-3..0.2f64).prop_map(
+            |(count, size, notch, radius)| {
+                // Regular, or a star.
+                let corner = |index: u32| {
+                    let size = if index % 2 == 0 { size } else { notch * size };
+                    let turn = f64::from(index) / f64::from(2 * count);
+                    size * DVec2::from_angle(std::f64::consts::TAU * turn)
+                };
+                let corners: Vec<DVec2> = (0..2 * count).map(corner).collect();
+                Molecule::polygon(&corners, radius * size, 1.0).unwrap()
+            },
+        );
+        let capsule = (0.1..2.0f64, 1e-6..0.5f64)
+            .prop_map(|(length, radius)| Molecule::capsule(length, radius, 1.0).unwrap());
+        prop_oneof![3 => atoms, 1 => wall, 2 => polygon, 1 => capsule]
     }
 
     proptest! {
@@ -185,7 +199,11 @@ mod tests {
             scales in prop::array::uniform2(0.2..2.0f64), x in -4.0..4.0f64, y in -4.0..4.0f64,
             margin in prop_oneof![Just(0.0), Just(0.05)],
         ) {
-            prop_assume!(a.face().is_none() || b.face().is_none());
+            prop_assume!(!a.is_wall() || !b.is_wall());
+            // A line without end points may cross an edge beyond its end.
+            let is_open = |m: &Molecule| m.atoms().is_empty();
+            prop_assume!(!is_open(&a) || b.edges().is_empty());
+            prop_assume!(!is_open(&b) || a.edges().is_empty());
             let (separation, rotations) = (DVec2::new(x, y), turns.map(DVec2::from_angle));
             let scaled_a = a.scaled(scales[0]).unwrap();
             let gap = |scale: f64| {

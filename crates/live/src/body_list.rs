@@ -74,7 +74,7 @@ impl BodyList {
             }
             head.kinds[kind].count += 1;
             let molecule = body.body.molecule();
-            if let (Some([from, to]), Some(face)) = (body.wall(), molecule.face()) {
+            if let (Some([from, to]), Some(face)) = (body.wall(), molecule.wall_edge()) {
                 let drawn = [from.x, from.y, to.x, to.y, face.radius()];
                 head.walls.push((
                     drawn,

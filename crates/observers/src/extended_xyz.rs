@@ -86,7 +86,7 @@ pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Resu
 /// each; empty without walls.
 fn walls(view: &View<'_>) -> String {
     let wall = |view: BodyView<'_>| {
-        let ([from, to], face) = (view.wall()?, view.body.molecule().face()?);
+        let ([from, to], face) = (view.wall()?, view.body.molecule().wall_edge()?);
         Some(format!(
             "{:?} {:?} {:?} {:?} {:?}",
             from.x,

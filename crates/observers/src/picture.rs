@@ -115,7 +115,7 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
                 circles: String::new(),
             });
         }
-        if let (Some(ends), Some(face)) = (body.wall(), body.body.molecule().face()) {
+        if let (Some(ends), Some(face)) = (body.wall(), body.body.molecule().wall_edge()) {
             for [from, to] in images_of_wall(ends, face.radius(), window, *view.bounds()) {
                 let [from, to] = [from, to].map(place_of);
                 let stroke = (2.0 * face.radius() * scale).max(MIN_LINE_WIDTH);

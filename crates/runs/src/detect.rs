@@ -12,7 +12,8 @@ use std::{
 use anyhow::Result;
 use carom::engine::DetectorName;
 use carom_detection::{
-    Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch, skim,
+    Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Part, Touch,
+    skim,
 };
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -102,7 +103,8 @@ impl fmt::Display for SearchSummary {
 ///
 /// Answers are CSV, `class,id,outcome,t,atomA,atomB,evaluations`, in the order of the cases. The
 /// outcome is `contact`, `free`, or `unresolved` where the search was given up; t is then the time
-/// up to which it looked. The atoms are empty for a contact of bounding circles.
+/// up to which it looked. The atoms are empty for a contact of bounding circles; where an atom touches
+/// an edge, the edge is named in place of an atom, such as `edge2`.
 ///
 /// # Errors
 /// Invalid input, with file, line and column; an answer file that cannot be written.
@@ -170,9 +172,12 @@ impl Finding {
         match self.outcome {
             Outcome::Contact(contact) => match contact.touch {
                 Touch::Atoms(a, b) => [contact.time.to_string(), a.to_string(), b.to_string()],
-                // The table of encounters has no walls.
-                Touch::BoundingCircles | Touch::FaceOfA(_) | Touch::FaceOfB(_) => {
-                    [contact.time.to_string(), String::new(), String::new()]
+                Touch::BoundingCircles => [contact.time.to_string(), String::new(), String::new()],
+                Touch::EdgeOfA { edge, part } => {
+                    [contact.time.to_string(), edge_cell(edge), part_cell(part)]
+                }
+                Touch::EdgeOfB { edge, part } => {
+                    [contact.time.to_string(), part_cell(part), edge_cell(edge)]
                 }
             },
             Outcome::FreeUntil(time) | Outcome::Unresolved(time) => {
@@ -180,6 +185,17 @@ impl Finding {
             }
             Outcome::Free | Outcome::OutOfRange => Default::default(),
         }
+    }
+}
+
+fn edge_cell(edge: u32) -> String {
+    format!("edge{edge}")
+}
+
+fn part_cell(part: Part) -> String {
+    match part {
+        Part::Atom(atom) => atom.to_string(),
+        Part::BoundingCircle => String::new(),
     }
 }
 

@@ -9,14 +9,18 @@
 //! | `xA`, `yA`, `vxA`, `vyA` | position and velocity of A's centre of mass at time 0 |
 //! | `thA`, `wA` | A's orientation (radians) and angular velocity, counter-clockwise |
 //! | `atomsA` | A's atoms, `x:y:m:r` (offset in any frame, mass, radius) joined by `;` |
-//! | `xB` to `atomsB` | B, as for A |
+//! | `edgesA` | A's straight edges, `i:j:r` (atoms at its ends from 0, radius) joined by `;`; optional |
+//! | `xB` to `edgesB` | B, as for A |
 //! | `window_end` | end of the search (time); default: until the bounding circles separate |
-//! | `t_first`, `atomA`, `atomB` | first contact and its atoms, or `none`; optional |
+//! | `t_first` | time of the first contact, or `none`; optional |
+//! | `atomA`, `atomB` | its atoms; optional |
+//!
+//! A column `ellipsesA` or `ellipsesB` must be empty: ellipses are not supported yet.
 
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use carom_geometry::{Atom, MAX_MAGNITUDE, Molecule};
+use carom_geometry::{Atom, Interior, MAX_MAGNITUDE, Molecule};
 use carom_kinematics::{Motion, Orientation, RelativeMotion};
 use csv::StringRecord;
 use glam::DVec2;
@@ -47,8 +51,8 @@ pub enum ExpectedAnswer {
     Contact {
         /// Time of the contact.
         time: f64,
-        /// Atoms of A and of B, from 0 in the order of the file.
-        atoms: (u32, u32),
+        /// Atoms of A and of B, from 0 in the order of the file, if the file gives them.
+        atoms: Option<(u32, u32)>,
     },
 }
 
@@ -90,7 +94,7 @@ pub fn read(path: &Path) -> Result<Vec<EncounterRecord>> {
     Ok(encounters)
 }
 
-/// Names of the columns of one molecule: x, y, vx, vy, orientation, angular velocity, atoms.
+/// Names of the required columns of one molecule: x, y, vx, vy, orientation, angular velocity, atoms.
 type Columns = [&'static str; 7];
 const COLUMNS_OF_A: Columns = ["xA", "yA", "vxA", "vyA", "thA", "wA", "atomsA"];
 const COLUMNS_OF_B: Columns = ["xB", "yB", "vxB", "vyB", "thB", "wB", "atomsB"];
@@ -102,8 +106,8 @@ struct Row<'a> {
 
 impl Row<'_> {
     fn encounter(&self) -> Result<EncounterRecord> {
-        let (molecule_a, motion_a) = self.body(COLUMNS_OF_A)?;
-        let (molecule_b, motion_b) = self.body(COLUMNS_OF_B)?;
+        let (molecule_a, motion_a) = self.body(COLUMNS_OF_A, ["edgesA", "ellipsesA"])?;
+        let (molecule_b, motion_b) = self.body(COLUMNS_OF_B, ["edgesB", "ellipsesB"])?;
         Ok(EncounterRecord {
             class: self.text("class")?.to_owned(),
             id: self.text("id")?.to_owned(),
@@ -117,7 +121,12 @@ impl Row<'_> {
     fn body(
         &self,
         [x, y, vx, vy, orientation, spin, atoms]: Columns,
+        [edges, ellipses]: [&str; 2],
     ) -> Result<(Molecule, Motion)> {
+        ensure!(
+            self.given(ellipses).is_none(),
+            "column `{ellipses}`: ellipses are not supported; leave it empty"
+        );
         let motion = Motion {
             position: DVec2::new(self.number(x)?, self.number(y)?),
             velocity: DVec2::new(self.number(vx)?, self.number(vy)?),
@@ -132,7 +141,17 @@ impl Row<'_> {
             .map(atom)
             .collect::<Result<_>>()
             .with_context(column)?;
-        Ok((Molecule::new(list).with_context(column)?, motion))
+        let edges_given = self.given(edges).unwrap_or_default();
+        let edge_list: Vec<([u32; 2], f64)> = edges_given
+            .split(';')
+            .filter(|text| !text.is_empty())
+            .map(edge)
+            .collect::<Result<_>>()
+            .with_context(|| format!("column `{edges}`"))?;
+        let molecule = Molecule::with_edges(list, &edge_list, Interior::Hollow).with_context(|| {
+            format!("columns `{atoms}` and `{edges}`")
+        })?;
+        Ok((molecule, motion))
     }
 
     fn window_end(&self) -> Result<Option<f64>> {
@@ -163,7 +182,10 @@ impl Row<'_> {
         };
         Ok(Some(ExpectedAnswer::Contact {
             time: self.number("t_first")?,
-            atoms: (atom("atomA")?, atom("atomB")?),
+            atoms: match ["atomA", "atomB"].map(|name| self.given(name)) {
+                [Some(_), Some(_)] => Some((atom("atomA")?, atom("atomB")?)),
+                _ => None,
+            },
         }))
     }
 
@@ -209,4 +231,17 @@ fn atom(text: &str) -> Result<Atom> {
         bail!("'{text}' is not an atom, x:y:m:r")
     };
     Ok(Atom::new(DVec2::new(x, y), radius, mass)?)
+}
+
+/// Parses an edge from `i:j:r`.
+fn edge(text: &str) -> Result<([u32; 2], f64)> {
+    let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+    let [first, second, radius] = parts[..] else {
+        bail!("'{text}' is not an edge, i:j:r")
+    };
+    let index = |end: &str| -> Result<u32> {
+        end.parse()
+            .with_context(|| format!("'{end}' in '{text}' is not the index of an atom"))
+    };
+    Ok(([index(first)?, index(second)?], number(radius)?))
 }

@@ -47,7 +47,7 @@ pub(crate) fn may_be_joint(pair: [&Body; 2], parts: TouchingParts) -> bool {
     let has_atoms = match parts {
         TouchingParts::Discs | TouchingParts::BoundingCircles => false,
         TouchingParts::Atoms(..) => true,
-        TouchingParts::FaceOfA(part) | TouchingParts::FaceOfB(part) => {
+        TouchingParts::EdgeOfA { part, .. } | TouchingParts::EdgeOfB { part, .. } => {
             matches!(part, Part::Atom(_))
         }
     };
@@ -103,22 +103,18 @@ fn touching(
 ) -> SmallVec<[ContactFrame; 4]> {
     let pair = contact.bodies.map(|body| &world.bodies[body as usize]);
     let mut frames = SmallVec::from_slice(&[*first]);
+    let mut add = |parts: TouchingParts| {
+        let (frame, depth) = contact_geometry(world, &ContactEvent { parts, ..*contact }, before);
+        if depth >= -tolerance {
+            frames.push(frame);
+        }
+    };
     if let Some(wall) = pair.iter().position(|body| body.is_wall()) {
         let touched = atom_at_wall(contact.parts, wall);
         for atom in (0..pair[1 - wall].molecule().atoms().len() as u32)
             .filter(|atom| Some(*atom) != touched)
         {
-            let part = Part::Atom(atom);
-            let parts = if wall == 0 {
-                TouchingParts::FaceOfA(part)
-            } else {
-                TouchingParts::FaceOfB(part)
-            };
-            let (frame, depth) =
-                contact_geometry(world, &ContactEvent { parts, ..*contact }, before);
-            if depth >= -tolerance {
-                frames.push(frame);
-            }
+            add(on_edge(wall, 0, atom));
         }
         return frames;
     }
@@ -132,6 +128,15 @@ fn touching(
             pair[1 - n].molecule().bounding_radius() + tolerance,
         )
     });
+    for (edged, atoms) in [(0, &of_b), (1, &of_a)] {
+        let to_atoms = if edged == 0 { between } else { -between };
+        let beside = beside_edges(pair[edged], &before[edged], to_atoms, atoms, tolerance);
+        for parts in beside.map(|[edge, atom]| on_edge(edged, edge, atom)) {
+            if parts != contact.parts {
+                add(parts);
+            }
+        }
+    }
     for a in &of_a {
         for b in &of_b {
             let line_of_centres = between + (b.arm - a.arm);
@@ -148,15 +153,54 @@ fn touching(
     frames
 }
 
-/// The atom of the other body that touches a wall, at its face or at an end.
+/// The atom of the other body that touches a wall, at its edge or at an end.
 fn atom_at_wall(parts: TouchingParts, wall: usize) -> Option<u32> {
     match parts {
-        TouchingParts::FaceOfA(Part::Atom(atom)) | TouchingParts::FaceOfB(Part::Atom(atom)) => {
-            Some(atom)
-        }
         TouchingParts::Atoms(a, b) => Some(if wall == 0 { b } else { a }),
+        TouchingParts::EdgeOfA {
+            part: Part::Atom(atom),
+            ..
+        } if wall == 0 => Some(atom),
+        TouchingParts::EdgeOfB {
+            part: Part::Atom(atom),
+            ..
+        } if wall == 1 => Some(atom),
         _ => None,
     }
+}
+
+/// An edge of body number `edged` of a pair, and an atom of the other.
+fn on_edge(edged: usize, edge: u32, atom: u32) -> TouchingParts {
+    let part = Part::Atom(atom);
+    if edged == 0 {
+        TouchingParts::EdgeOfA { edge, part }
+    } else {
+        TouchingParts::EdgeOfB { edge, part }
+    }
+}
+
+/// Edges of a body and atoms of another, `to_other` from it, that are beside them, not beyond their
+/// ends, at a gap of at most `tolerance` (length).
+fn beside_edges<'a>(
+    body: &'a Body,
+    motion: &Motion,
+    to_other: DVec2,
+    atoms: &'a [Placed],
+    tolerance: f64,
+) -> impl Iterator<Item = [u32; 2]> + 'a {
+    let rotation = motion.orientation.cos_sin();
+    let back = DVec2::new(rotation.x, -rotation.y);
+    let edges = (0..).zip(body.molecule().edges());
+    edges.flat_map(move |(number, edge)| {
+        let is_beside = move |atom: &&Placed| {
+            let place = back.rotate(to_other + atom.arm) - edge.middle();
+            let reach = edge.radius() + atom.radius + tolerance;
+            edge.along().dot(place).abs() <= edge.half_length()
+                && edge.normal().dot(place).abs() <= reach
+        };
+        let touching = atoms.iter().filter(is_beside);
+        touching.map(move |atom| [number, atom.index])
+    })
 }
 
 /// An atom of a body in its present orientation.

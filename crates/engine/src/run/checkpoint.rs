@@ -554,11 +554,11 @@ impl SavedBody {
         if !bounds.contains(position) || !is_turned_once {
             return Err("is out of the box or turned by more than half a turn");
         }
-        if molecule.face().is_some() && self.rotation.is_some() {
+        if molecule.is_wall() && self.rotation.is_some() {
             return Err("is a wall that can move");
         }
         if let Some(temperature) = self.temperature
-            && !(molecule.face().is_some() && is_wall_temperature(temperature))
+            && !(molecule.is_wall() && is_wall_temperature(temperature))
         {
             return Err("has a temperature but is no wall, or one out of range");
         }

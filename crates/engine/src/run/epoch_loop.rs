@@ -269,6 +269,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             Side {
                 body: &self.world.bodies[bodies[n] as usize],
                 atom: Some(0),
+                edge: None,
                 arm: DVec2::ZERO,
                 before,
                 after: Motion {
@@ -350,9 +351,11 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             && observer.watches(pair)
         {
             let (atoms, radius) = parts.atoms_and_first_radius(pair[0].molecule());
+            let edges = parts.edges();
             let side = |n: usize| Side {
                 body: pair[n],
                 atom: atoms[n],
+                edge: edges[n],
                 arm: frame.arms[n],
                 before: before[n],
                 after: after[n],

@@ -200,7 +200,7 @@ pub(crate) fn refuse_large_wall(
     wall: &Molecule,
     sides: DVec2,
 ) -> Result<(), SceneError> {
-    let Some(face) = wall.face() else {
+    let Some(edge) = wall.wall_edge() else {
         return Ok(());
     };
     let problem = |problem: String| SceneError::Entry {
@@ -213,7 +213,7 @@ pub(crate) fn refuse_large_wall(
             sides.x, sides.y
         )));
     }
-    let extent = (2.0 * face.half_length()) * face.along().abs();
+    let extent = (2.0 * edge.half_length()) * edge.along().abs();
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         if extent[axis] > MAX_WALL_LENGTH * sides[axis] {
             return Err(problem(format!(
@@ -223,10 +223,10 @@ pub(crate) fn refuse_large_wall(
         }
     }
     let side = sides.min_element();
-    if face.radius() > side {
+    if edge.radius() > side {
         return Err(problem(format!(
             "the radius of the wall must be at most the shorter side of the box, {side:e}, but is {:e}",
-            face.radius()
+            edge.radius()
         )));
     }
     Ok(())
@@ -248,11 +248,11 @@ fn wall_across(sides: DVec2, axis: DVec2, radius: f64) -> Result<Molecule, Geome
 /// Whether a wall has no end points although it does not meet its own images in a box of these
 /// sides. Detection would let bodies enter such a wall where it ends.
 pub(crate) fn is_open_wall(wall: &Molecule, orientation: Orientation, sides: DVec2) -> bool {
-    let Some(face) = wall.face().filter(|_| wall.atoms().is_empty()) else {
+    let Some(edge) = wall.wall_edge().filter(|_| wall.atoms().is_empty()) else {
         return false;
     };
     let is_across =
-        |axis| wall_across(sides, axis, face.radius()).is_ok_and(|across| across == *wall);
+        |axis| wall_across(sides, axis, edge.radius()).is_ok_and(|across| across == *wall);
     orientation.turns() != 0.0 || !(is_across(DVec2::X) || is_across(DVec2::Y))
 }
 

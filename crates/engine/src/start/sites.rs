@@ -321,7 +321,7 @@ impl Sites {
                     let there = &world.motions()[index];
                     let separation = there.position - place + shift;
                     let reach = molecule.bounding_radius() + radius;
-                    if other.face().is_none() && separation.length_squared() > reach * reach {
+                    if !other.is_wall() && separation.length_squared() > reach * reach {
                         return;
                     }
                     gap_between(

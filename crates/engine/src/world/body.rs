@@ -105,7 +105,7 @@ impl Body {
 
     /// Whether this body is a straight wall.
     pub fn is_wall(&self) -> bool {
-        self.kind.molecule.face().is_some()
+        self.kind.molecule.is_wall()
     }
 
     /// kT of a wall that gives it to the bodies that touch it (mass × length² / time²).
@@ -115,19 +115,19 @@ impl Body {
     }
 
     /// Largest distance from the centre of mass at which the body can be touched (length): the
-    /// bounding radius; for a wall, the distance from its face.
+    /// bounding radius; for a wall, the distance from its edge.
     pub fn reach(&self) -> f64 {
-        self.kind.molecule.face().map_or(
+        self.kind.molecule.wall_edge().map_or(
             self.kind.molecule.bounding_radius(),
-            carom_geometry::Face::radius,
+            carom_geometry::Edge::radius,
         )
     }
 
-    /// The radius of the smallest part that can be touched (length): an atom, or the face of a
+    /// The radius of the smallest part that can be touched (length): an atom, or the edge of a
     /// wall.
     pub(crate) fn smallest_reach(&self) -> f64 {
-        let face = self.kind.molecule.face();
-        face.map_or_else(|| self.smallest_atom(), carom_geometry::Face::radius)
+        let wall = self.kind.molecule.wall_edge();
+        wall.map_or_else(|| self.smallest_atom(), carom_geometry::Edge::radius)
     }
 
     /// The radius of the smallest atom (length); infinite for a wall across the box, which has

@@ -217,13 +217,13 @@ fn broken_by(fixed: &Body, motion: &Motion) -> BVec2 {
     }
     match fixed
         .molecule()
-        .face()
+        .wall_edge()
         .filter(|_| fixed.molecule().atoms().is_empty())
     {
-        Some(face) => motion
+        Some(edge) => motion
             .orientation
             .cos_sin()
-            .rotate(face.normal())
+            .rotate(edge.normal())
             .cmpne(DVec2::ZERO),
         None => BVec2::TRUE,
     }

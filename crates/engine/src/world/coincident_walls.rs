@@ -1,7 +1,7 @@
 //! Walls in the same place with different temperatures, whose contacts would have no defined
 //! temperature.
 
-use carom_geometry::{Face, Molecule, PeriodicBox};
+use carom_geometry::{Edge, Molecule, PeriodicBox};
 use glam::DVec2;
 
 use crate::world::{World, rounding_bound::rounding_bound};
@@ -17,23 +17,23 @@ pub(crate) fn coincident_wall(
     centre: DVec2,
     temperature: Option<f64>,
 ) -> Option<usize> {
-    let face = wall.face()?;
+    let edge = wall.wall_edge()?;
     let (centre, _) = world.bounds.wrap(centre);
     let is_same = |&index: &usize| {
         let (body, place) = (&world.bodies[index], world.motions[index].position);
-        let other = body.molecule().face();
+        let other = body.molecule().wall_edge();
         body.wall_temperature() != temperature
-            && other.is_some_and(|other| lie_together(face, other, place - centre, &world.bounds))
+            && other.is_some_and(|other| lie_together(edge, other, place - centre, &world.bounds))
     };
     (0..world.bodies.len()).find(is_same)
 }
 
 /// Whether two walls of the same thickness share a part of some length, if their centres differ by
 /// `offset` (length) or by that and any number of boxes.
-fn lie_together(one: &Face, other: &Face, offset: DVec2, bounds: &PeriodicBox) -> bool {
+fn lie_together(one: &Edge, other: &Edge, offset: DVec2, bounds: &PeriodicBox) -> bool {
     let (sides, lengths) = (
         bounds.sides(),
-        [one, other].map(|face| 2.0 * face.half_length()),
+        [one, other].map(|edge| 2.0 * edge.half_length()),
     );
     let tolerance = rounding_bound(sides, lengths[0].max(lengths[1]));
     let tilt = one.along().perp_dot(other.along()).abs() * lengths[0].min(lengths[1]);

@@ -37,31 +37,49 @@ pub enum TouchingParts {
     Atoms(u32, u32),
     /// Their bounding circles, in a model without atoms.
     BoundingCircles,
-    /// The face of the first body, which is a wall, and a part of the second.
-    FaceOfA(Part),
-    /// A part of the first body, and the face of the second, which is a wall.
-    FaceOfB(Part),
+    /// An edge of the first body, by index, and a part of the second.
+    EdgeOfA {
+        /// Index of the edge.
+        edge: u32,
+        /// The part of the second body.
+        part: Part,
+    },
+    /// A part of the first body, and an edge of the second, by index.
+    EdgeOfB {
+        /// Index of the edge.
+        edge: u32,
+        /// The part of the first body.
+        part: Part,
+    },
 }
 
 impl TouchingParts {
-    /// The distance of the centres of the two parts at contact (length); for a face, the distance
-    /// from its plane.
+    /// The distance of the centres of the two parts at contact (length); for an edge, the distance
+    /// from its line.
     pub(crate) fn contact_distance(self, [a, b]: [&Molecule; 2]) -> f64 {
         let radius = |molecule: &Molecule, atom: u32| molecule.atoms()[atom as usize].radius();
-        let of_face = |wall: &Molecule, other: &Molecule, part| {
-            let face = wall.face().map_or(0.0, carom_geometry::Face::radius);
+        let of_edge = |body: &Molecule, edge: u32, other: &Molecule, part| {
             let radius = match part {
                 Part::Atom(index) => radius(other, index),
                 Part::BoundingCircle => other.bounding_radius(),
             };
-            face + radius
+            body.edges()[edge as usize].radius() + radius
         };
         match self {
             Self::Discs => radius(a, 0) + radius(b, 0),
             Self::Atoms(i, j) => radius(a, i) + radius(b, j),
             Self::BoundingCircles => a.bounding_radius() + b.bounding_radius(),
-            Self::FaceOfA(part) => of_face(a, b, part),
-            Self::FaceOfB(part) => of_face(b, a, part),
+            Self::EdgeOfA { edge, part } => of_edge(a, edge, b, part),
+            Self::EdgeOfB { edge, part } => of_edge(b, edge, a, part),
+        }
+    }
+
+    /// Indices of the touching edges.
+    pub(crate) fn edges(self) -> [Option<u32>; 2] {
+        match self {
+            Self::EdgeOfA { edge, .. } => [Some(edge), None],
+            Self::EdgeOfB { edge, .. } => [None, Some(edge)],
+            Self::Discs | Self::Atoms(..) | Self::BoundingCircles => [None; 2],
         }
     }
 
@@ -71,20 +89,22 @@ impl TouchingParts {
         match self {
             Self::Discs => ([Some(0); 2], first.bounding_radius()),
             Self::Atoms(i, j) => ([Some(i), Some(j)], first.atoms()[i as usize].radius()),
-            Self::BoundingCircles | Self::FaceOfB(Part::BoundingCircle) => {
-                ([None; 2], first.bounding_radius())
-            }
-            Self::FaceOfB(Part::Atom(i)) => ([Some(i), None], first.atoms()[i as usize].radius()),
-            Self::FaceOfA(part) => {
+            Self::BoundingCircles
+            | Self::EdgeOfB {
+                part: Part::BoundingCircle,
+                ..
+            } => ([None; 2], first.bounding_radius()),
+            Self::EdgeOfB {
+                part: Part::Atom(i),
+                ..
+            } => ([Some(i), None], first.atoms()[i as usize].radius()),
+            Self::EdgeOfA { edge, part } => {
                 let atom = if let Part::Atom(j) = part {
                     Some(j)
                 } else {
                     None
                 };
-                (
-                    [None, atom],
-                    first.face().map_or(0.0, carom_geometry::Face::radius),
-                )
+                ([None, atom], first.edges()[edge as usize].radius())
             }
         }
     }
@@ -95,8 +115,8 @@ impl From<Touch> for TouchingParts {
         match touch {
             Touch::Atoms(i, j) => Self::Atoms(i, j),
             Touch::BoundingCircles => Self::BoundingCircles,
-            Touch::FaceOfA(part) => Self::FaceOfA(part),
-            Touch::FaceOfB(part) => Self::FaceOfB(part),
+            Touch::EdgeOfA { edge, part } => Self::EdgeOfA { edge, part },
+            Touch::EdgeOfB { edge, part } => Self::EdgeOfB { edge, part },
         }
     }
 }
@@ -107,8 +127,8 @@ impl From<TouchingParts> for Touch {
             TouchingParts::Discs => Self::Atoms(0, 0),
             TouchingParts::Atoms(i, j) => Self::Atoms(i, j),
             TouchingParts::BoundingCircles => Self::BoundingCircles,
-            TouchingParts::FaceOfA(part) => Self::FaceOfA(part),
-            TouchingParts::FaceOfB(part) => Self::FaceOfB(part),
+            TouchingParts::EdgeOfA { edge, part } => Self::EdgeOfA { edge, part },
+            TouchingParts::EdgeOfB { edge, part } => Self::EdgeOfB { edge, part },
         }
     }
 }

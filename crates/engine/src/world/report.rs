@@ -12,11 +12,13 @@ use crate::world::body::Body;
 pub struct Side<'a> {
     /// The body.
     pub body: &'a Body,
-    /// Index of the atom that touched; `None` in the model of bounding circles, and for a wall
+    /// Index of the atom that touched; `None` in the model of bounding circles, and for an edge
     /// touched between its ends.
     pub atom: Option<u32>,
-    /// Arm from the centre of mass to the touching atom's centre; for a wall, to the touched point
-    /// of its face (length). Where the bodies touch at several points, to a point on the line of
+    /// Index of the edge that was touched between its ends.
+    pub edge: Option<u32>,
+    /// Arm from the centre of mass to the touching atom's centre; for an edge, to the touched point
+    /// of its line (length). Where the bodies touch at several points, to a point on the line of
     /// action of the resultant.
     pub arm: DVec2,
     /// The motion at the instant of contact, before the impulse.

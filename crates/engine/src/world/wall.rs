@@ -2,7 +2,7 @@
 //! a contact.
 
 use carom_detection::Part;
-use carom_geometry::Face;
+use carom_geometry::Edge;
 use carom_kinematics::Motion;
 use carom_response::ContactFrame;
 use glam::DVec2;
@@ -18,27 +18,27 @@ use crate::world::{
 /// cell out.
 const MARGIN: f64 = 1e-9;
 
-/// A wall in its home image: the position of its face, and the cells that it passes.
+/// A wall in its home image: the position of its edge, and the cells that it passes.
 #[derive(Debug, Clone, Copy)]
 pub struct StandingWall {
     centre: DVec2,
     /// Half of its length, from the centre to the second end (length).
     half: DVec2,
-    face: Face,
+    edge: Edge,
     /// (cos, sin) of its orientation.
     rotation: DVec2,
 }
 
 impl StandingWall {
-    /// The wall that a body with this motion is; `None` if it has no face.
+    /// The wall that a body with this motion is; `None` if it is none.
     pub fn new(body: &Body, motion: &Motion) -> Option<Self> {
-        let face = *body.molecule().face()?;
+        let edge = *body.molecule().wall_edge()?;
         let rotation = motion.orientation.cos_sin();
-        let half = face.half_length() * rotation.rotate(face.along());
+        let half = edge.half_length() * rotation.rotate(edge.along());
         Some(Self {
             centre: motion.position,
             half,
-            face,
+            edge,
             rotation,
         })
     }
@@ -51,7 +51,7 @@ impl StandingWall {
     /// Distance of a point from the surface of the wall (length); negative inside it.
     pub fn gap(&self, place: DVec2) -> f64 {
         let back = DVec2::new(self.rotation.x, -self.rotation.y);
-        self.face.nearest(back.rotate(place - self.centre)).distance - self.face.radius()
+        self.edge.nearest(back.rotate(place - self.centre)).distance - self.edge.radius()
     }
 
     /// Every cell that has a point within `reach` (length) of the wall's surface, and a few more at
@@ -59,7 +59,7 @@ impl StandingWall {
     ///
     /// Cell [0, 0] begins at the origin. Columns and rows beyond the box are those of its images.
     pub fn cells_within(&self, reach: f64, side: DVec2) -> Vec<[i64; 2]> {
-        let reach = self.face.radius() + reach + MARGIN * side.max_element();
+        let reach = self.edge.radius() + reach + MARGIN * side.max_element();
         let [first, second] = self.ends();
         let (low, high) = (first.min(second) - reach, first.max(second) + reach);
         let index = |x: f64, side: f64| (x / side).floor() as i64;
@@ -113,37 +113,37 @@ pub(crate) fn folded(cell: [i64; 2], counts: [i64; 2]) -> ([i64; 2], [i32; 2]) {
     (here, image)
 }
 
-/// Lever arms and normal of a contact with a face, and the distance of the touching centre from the
-/// plane of the face (length). None if the contact is of another kind.
+/// Lever arms and normal of a contact with an edge, and the distance of the touching centre from its
+/// line (length). None if the contact is of another kind.
 ///
-/// The normal is that of the face, so that the rounding of the atom's position along the face does
-/// not tilt it.
+/// The normal is that of the edge, so that the rounding of the atom's position along it does not
+/// tilt it.
 pub(crate) fn contact_frame(
     world: &World,
     contact: &ContactEvent,
     motions: &[Motion; 2],
 ) -> Option<(ContactFrame, f64)> {
-    let (wall, part) = match contact.parts {
-        TouchingParts::FaceOfA(part) => (0, part),
-        TouchingParts::FaceOfB(part) => (1, part),
+    let (edged, edge, part) = match contact.parts {
+        TouchingParts::EdgeOfA { edge, part } => (0, edge, part),
+        TouchingParts::EdgeOfB { edge, part } => (1, edge, part),
         TouchingParts::Discs | TouchingParts::Atoms(..) | TouchingParts::BoundingCircles => {
             return None;
         }
     };
     let body = |side: usize| &world.bodies[contact.bodies[side] as usize];
-    let face = body(wall).molecule().face()?;
+    let edge = &body(edged).molecule().edges()[edge as usize];
     let arm = match part {
-        Part::Atom(index) => arm(body(1 - wall), index, &motions[1 - wall]),
+        Part::Atom(index) => arm(body(1 - edged), index, &motions[1 - edged]),
         Part::BoundingCircle => DVec2::ZERO,
     };
     // The second body is touched in this image.
     let shift = world.bounds.shift(contact.image);
-    let shift = if wall == 1 { -shift } else { shift };
-    let place = ((motions[1 - wall].position - motions[wall].position) + shift) + arm;
-    let rotation = motions[wall].orientation.cos_sin();
-    let rounding = rounding_bound(world.bounds.sides(), body(1 - wall).reach());
+    let shift = if edged == 1 { -shift } else { shift };
+    let place = ((motions[1 - edged].position - motions[edged].position) + shift) + arm;
+    let rotation = motions[edged].orientation.cos_sin();
+    let rounding = rounding_bound(world.bounds.sides(), body(1 - edged).reach());
     let nearest =
-        face.nearest_to_rounding(DVec2::new(rotation.x, -rotation.y).rotate(place), rounding);
+        edge.nearest_to_rounding(DVec2::new(rotation.x, -rotation.y).rotate(place), rounding);
     let outwards = rotation.rotate(nearest.direction);
     let outwards = if nearest.distance > 0.0 {
         nearest.distance * outwards
@@ -151,7 +151,7 @@ pub(crate) fn contact_frame(
         outwards
     };
     let foot = place - nearest.distance * rotation.rotate(nearest.direction);
-    let frame = if wall == 1 {
+    let frame = if edged == 1 {
         ContactFrame {
             line_of_centres: -outwards,
             arms: [arm, foot],
@@ -183,11 +183,11 @@ mod tests {
 
     fn standing(from: DVec2, to: DVec2, radius: f64) -> StandingWall {
         let wall = Molecule::wall(to - from, radius).unwrap();
-        let face = *wall.face().unwrap();
+        let edge = wall.edges()[0];
         StandingWall {
             centre: 0.5 * (from + to),
             half: 0.5 * (to - from),
-            face,
+            edge,
             rotation: DVec2::X,
         }
     }

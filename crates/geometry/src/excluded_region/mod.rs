@@ -60,7 +60,7 @@ impl ExcludedRegion {
                 value: radius,
             });
         }
-        if molecule.face().is_some() {
+        if molecule.is_wall() {
             return Err(GeometryError::Wall);
         }
         let atoms = molecule.atoms().iter();

@@ -37,7 +37,7 @@ pub fn bumper(radius: f64, at: [f64; 2]) -> BumperSpec {
 pub fn frozen(view: &View<'_>) -> Scene {
     let molecule = view
         .bodies()
-        .filter(|view| view.body.molecule().face().is_none())
+        .filter(|view| !view.body.is_wall())
         .map(|view| MoleculeSpec {
             atoms: view
                 .body

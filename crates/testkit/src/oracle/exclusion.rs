@@ -3,7 +3,7 @@
 use carom_detection::{Part, Touch, encounters::Encounter};
 
 use super::{
-    Number, face::OracleFacePair, flight::FlyingPair, search_end::SearchEnd, sketch::Sketch,
+    Number, edge::OracleEdgePair, flight::FlyingPair, search_end::SearchEnd, sketch::Sketch,
 };
 
 /// Effort limit of the oracle.
@@ -40,7 +40,7 @@ pub struct Deep<N> {
     pub time: N,
     /// Time at which these parts touched before (time).
     pub touch: N,
-    /// The parts: an atom of A and one of B, or an atom and a face.
+    /// The parts: an atom of A and one of B, or an atom and an edge.
     pub parts: Touch,
 }
 
@@ -56,7 +56,7 @@ impl Oracle {
         let mut budget = self.most_intervals;
         let mut best: Option<Deep<N>> = None;
         let is_resolved = search_atoms(encounter, &mut best, &mut budget)
-            && search_faces(encounter, &mut best, &mut budget);
+            && search_edges(encounter, &mut best, &mut budget);
         if !is_resolved {
             return ExclusionReference::Unresolved;
         }
@@ -95,17 +95,20 @@ fn search_atoms<N: Number>(
     true
 }
 
-/// Searches all atoms of one body and the face of the other, if it is a wall, for a contact earlier
-/// than the best one so far. Returns false if the budget is spent.
-fn search_faces<N: Number>(
+/// Searches all atoms of one body and all edges of the other for a contact earlier than the best
+/// one so far. Returns false if the budget is spent.
+fn search_edges<N: Number>(
     encounter: &Encounter,
     best: &mut Option<Deep<N>>,
     budget: &mut u64,
 ) -> bool {
     for (body, molecule) in encounter.molecules.iter().enumerate() {
-        for index in 0..molecule.atoms().len() {
-            let Some(plain) = OracleFacePair::new(encounter, body, index) else {
-                break;
+        let edges = encounter.molecules[1 - body].edges().len();
+        let pairs = (0..molecule.atoms().len())
+            .flat_map(|index| (0..edges).map(move |edge| (index, edge)));
+        for (index, number) in pairs {
+            let Some(plain) = OracleEdgePair::new(encounter, body, index, number) else {
+                continue;
             };
             let pair = plain.allowing_for_rounding::<N>();
             match pair.first_contact::<N>(horizon(encounter, best.as_ref()), budget) {
@@ -114,10 +117,11 @@ fn search_faces<N: Number>(
                 SearchEnd::Zero(time) => {
                     if is_earlier(&time, best.as_ref()) {
                         let part = Part::Atom(index as u32);
+                        let edge = number as u32;
                         let parts = if body == 0 {
-                            Touch::FaceOfB(part)
+                            Touch::EdgeOfB { edge, part }
                         } else {
-                            Touch::FaceOfA(part)
+                            Touch::EdgeOfA { edge, part }
                         };
                         *best = Some(Deep {
                             touch: plain.touch_before(&time),

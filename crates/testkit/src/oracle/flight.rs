@@ -1,6 +1,7 @@
 //! The relative motion of two atoms, coordinate by coordinate.
 
 use carom_detection::{ErrorBound, encounters::Encounter};
+use carom_geometry::Edge;
 
 use super::Number;
 
@@ -93,9 +94,15 @@ impl FlyingPair {
         }
     }
 
-    /// An atom of body number `body`, and the centre of a wall as a point with half the wall's
-    /// thickness as radius. `error` is E at time 0 and at the horizon.
-    pub fn to_middle(encounter: &Encounter, body: usize, index: usize, error: [f64; 2]) -> Self {
+    /// An atom of body number `body`, and the middle of an edge of the other as an atom with half
+    /// the thickness of the edge as radius. `error` is E at time 0 and at the horizon.
+    pub fn to_middle(
+        encounter: &Encounter,
+        body: usize,
+        index: usize,
+        edge: &Edge,
+        error: [f64; 2],
+    ) -> Self {
         let (atom, motion) = (&encounter.molecules[body].atoms()[index], &encounter.motion);
         let of_atom = |values: [f64; 2]| {
             if body == 0 {
@@ -106,10 +113,15 @@ impl FlyingPair {
         };
         let (offset, arm) = (atom.offset().to_array(), length(atom.offset().to_array()));
         let velocity = motion.velocity.to_array();
-        let thickness = encounter.molecules[1 - body]
-            .face()
-            .map_or(0.0, carom_geometry::Face::radius);
-        let rim = motion.angular_velocity[body].abs() * arm;
+        let thickness = edge.radius();
+        let (middle, middle_arm) = (
+            edge.middle().to_array(),
+            length(edge.middle().to_array()),
+        );
+        let rim = motion.angular_velocity[body].abs() * arm
+            + motion.angular_velocity[1 - body].abs() * (middle_arm + edge.half_length());
+        let bend = motion.angular_velocity[body].powi(2) * arm
+            + motion.angular_velocity[1 - body].powi(2) * middle_arm;
         let [start, end] = error;
         let growth = if encounter.horizon > 0.0 {
             (end - start).max(0.0) / encounter.horizon
@@ -120,11 +132,11 @@ impl FlyingPair {
             separation: motion.separation.to_array(),
             velocity,
             offsets: if body == 0 {
-                [offset, [0.0; 2]]
+                [offset, middle]
             } else {
-                [[0.0; 2], offset]
+                [middle, offset]
             },
-            arms: of_atom([arm, 0.0]),
+            arms: of_atom([arm, middle_arm]),
             turns: motion.orientation.map(carom_kinematics::Orientation::turns),
             spins: motion.angular_velocity,
             radii: of_atom([atom.radius(), thickness]),
@@ -132,7 +144,7 @@ impl FlyingPair {
             allowed: [0.0; 2],
             speed: length(velocity),
             lipschitz: (length(velocity) + rim) * ROUND_UP,
-            curvature: motion.angular_velocity[body].abs() * rim * ROUND_UP,
+            curvature: bend * ROUND_UP,
         }
     }
 

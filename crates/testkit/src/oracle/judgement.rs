@@ -4,7 +4,7 @@ use carom_detection::{Answer, Contact, ErrorBound, Outcome, Part, Touch, encount
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ExclusionReference, Number, exclusion::Deep, face::OracleFacePair, flight::FlyingPair,
+    ExclusionReference, Number, exclusion::Deep, edge::OracleEdgePair, flight::FlyingPair,
 };
 
 /// Comparison of an answer with the reference.
@@ -127,16 +127,22 @@ fn touches<N: Number>(encounter: &Encounter, time: &N, touch: Touch) -> bool {
         Touch::BoundingCircles => {
             (0..a.atoms().len()).any(|i| (0..b.atoms().len()).any(|j| within(i, j)))
         }
-        Touch::FaceOfA(part) => touches_face(encounter, time, 1, part),
-        Touch::FaceOfB(part) => touches_face(encounter, time, 0, part),
+        Touch::EdgeOfA { edge, part } => touches_edge(encounter, time, 1, part, edge),
+        Touch::EdgeOfB { edge, part } => touches_edge(encounter, time, 0, part, edge),
     }
 }
 
-/// Returns true if a part of body number `body` touches the other body's face to within 2 E and
+/// Returns true if a part of body number `body` touches an edge of the other body to within 2 E and
 /// does not separate faster than it would leave an overlap of that depth.
-fn touches_face<N: Number>(encounter: &Encounter, time: &N, body: usize, part: Part) -> bool {
+fn touches_edge<N: Number>(
+    encounter: &Encounter,
+    time: &N,
+    body: usize,
+    part: Part,
+    edge: u32,
+) -> bool {
     let within = |index: usize| {
-        OracleFacePair::new(encounter, body, index).is_some_and(|pair| {
+        OracleEdgePair::new(encounter, body, index, edge as usize).is_some_and(|pair| {
             let error = 2.0 * pair.error_at(time.value());
             let sight = pair.sight(time);
             let [gap, rate] = sight.across.map(|number| number.value());
@@ -154,16 +160,12 @@ fn touches_face<N: Number>(encounter: &Encounter, time: &N, body: usize, part: P
 /// Returns true if a time not later than the deep contact belongs to it or to a preceding graze:
 /// the zeros of g' h + g'' h²/2 = ±2 E lie within 4 E/max(|g'|, √(4 |g''| E)) of 0.
 fn is_of<N: Number>(encounter: &Encounter, deep: &Deep<N>, time: &N) -> bool {
-    let face = |body: usize, part: Part| match part {
-        Part::Atom(index) => OracleFacePair::new(encounter, body, index as usize),
-        Part::BoundingCircle => None,
-    };
-    let of_face = match deep.parts {
-        Touch::FaceOfA(part) => face(1, part),
-        Touch::FaceOfB(part) => face(0, part),
+    let of_edge = match deep.parts {
+        Touch::EdgeOfA { edge, part } => edge_pair(encounter, 1, part, edge),
+        Touch::EdgeOfB { edge, part } => edge_pair(encounter, 0, part, edge),
         Touch::Atoms(..) | Touch::BoundingCircles => None,
     };
-    let (error, approach) = match (deep.parts, of_face) {
+    let (error, approach) = match (deep.parts, of_edge) {
         (_, Some(pair)) => {
             let rate = pair.sight(&deep.touch).across[1].value();
             (
@@ -191,14 +193,25 @@ fn is_of<N: Number>(encounter: &Encounter, deep: &Deep<N>, time: &N) -> bool {
     deep.touch.minus(time).value() <= 2.0 * tolerance
 }
 
+/// An atom of body number `body` and an edge of the other body.
+fn edge_pair(
+    encounter: &Encounter,
+    body: usize,
+    part: Part,
+    edge: u32,
+) -> Option<OracleEdgePair<'_>> {
+    match part {
+        Part::Atom(index) => {
+            OracleEdgePair::new(encounter, body, index as usize, edge as usize)
+        }
+        Part::BoundingCircle => None,
+    }
+}
+
 /// The gap of the reported parts at the reported time, in units of E; `None` for bounding circles.
 pub fn gap_over_bound<N: Number>(encounter: &Encounter, contact: &Contact) -> Option<f64> {
     let time = N::new(contact.time);
-    let of_face = |body: usize, part: Part| match part {
-        Part::Atom(index) => OracleFacePair::new(encounter, body, index as usize),
-        Part::BoundingCircle => None,
-    };
-    let of_pair = |pair: OracleFacePair<'_>| {
+    let of_pair = |pair: OracleEdgePair<'_>| {
         pair.sight(&time).across[0].value() / pair.error_at(contact.time)
     };
     match contact.touch {
@@ -206,8 +219,8 @@ pub fn gap_over_bound<N: Number>(encounter: &Encounter, contact: &Contact) -> Op
             let pair = FlyingPair::new(encounter, (i as usize, j as usize));
             Some(pair.gap(&time).value() / pair.error_at(contact.time))
         }
-        Touch::FaceOfA(part) => of_face(1, part).map(of_pair),
-        Touch::FaceOfB(part) => of_face(0, part).map(of_pair),
+        Touch::EdgeOfA { edge, part } => edge_pair(encounter, 1, part, edge).map(of_pair),
+        Touch::EdgeOfB { edge, part } => edge_pair(encounter, 0, part, edge).map(of_pair),
         Touch::BoundingCircles => None,
     }
 }

@@ -20,7 +20,7 @@
 //! No step samples, so no contact is missed; a search that exceeds its limit is reported as
 //! unresolved.
 //!
-//! The end points of a wall are atoms; its face is searched in a separate module, by the same
+//! The end points of a wall are atoms; its edge is searched in a separate module, by the same
 //! exclusion.
 //!
 //! The arithmetic is [`DoubleDouble`], or `dashu_float` at 200 bits to verify it.
@@ -28,7 +28,7 @@
 mod big;
 mod double_double;
 mod exclusion;
-mod face;
+mod edge;
 mod flight;
 mod judgement;
 mod number;

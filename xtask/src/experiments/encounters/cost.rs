@@ -13,7 +13,7 @@ pub fn most_evaluations(detector: &AnyDetector, encounter: &Encounter) -> f64 {
     let has_wall = encounter
         .molecules
         .iter()
-        .any(|molecule| molecule.face().is_some());
+        .any(|molecule| molecule.is_wall());
     let pairs = a * b + if has_wall { a + b } else { 0 };
     let window = skim(&encounter.motion, encounter.size(), encounter.horizon);
     let duration = window.map_or(0.0, |window| window.end - window.begin);

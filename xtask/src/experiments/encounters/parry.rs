@@ -237,7 +237,7 @@ fn to_line(encounter: &Encounter) -> String {
     ];
     for molecule in &encounter.molecules {
         // A wall is encoded as a molecule without atoms, with its span and thickness.
-        if let (Some(face), [_, end]) = (molecule.face(), molecule.atoms()) {
+        if let (Some(face), [_, end]) = (molecule.wall_edge(), molecule.atoms()) {
             numbers.extend([
                 0.0,
                 2.0 * end.offset().x,

@@ -191,7 +191,7 @@ pub fn check(detector: &impl Detection, bad: &BadNumbers) -> Report {
     {
         report.fail("NaN", format!("skim: {window:?}"));
     }
-    if a.face().is_none() && b.face().is_none() {
+    if a.wall_edge().is_none() && b.wall_edge().is_none() {
         check_lanes(detector, bad, [&a, &b], &mut report);
     }
     report

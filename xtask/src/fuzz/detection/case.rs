@@ -61,7 +61,7 @@ pub struct Query {
 impl CaseBody {
     /// The shape of a molecule.
     pub fn new(molecule: &Molecule) -> Self {
-        match (molecule.face(), molecule.atoms()) {
+        match (molecule.wall_edge(), molecule.atoms()) {
             (Some(face), [first, second]) => {
                 let span = second.offset() - first.offset();
                 Self::Wall([span.x, span.y, face.radius()])

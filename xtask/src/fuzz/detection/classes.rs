@@ -141,7 +141,7 @@ fn flight(draw: &mut FuzzDraw, molecules: &[Molecule; 2]) -> Encounter {
         velocity
     };
     let spin = |draw: &mut FuzzDraw, molecule: &Molecule| {
-        if molecule.is_disc() || molecule.face().is_some() {
+        if molecule.is_disc() || molecule.is_wall() {
             0.0
         } else {
             draw.normal() / reach
@@ -282,7 +282,7 @@ fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool 
     true
 }
 
-/// Normal from A to B, and arms; `None` if the parts are not two atoms, or an atom and a face.
+/// Normal from A to B, and arms; `None` if the parts are not two atoms, or an atom and an edge.
 fn normal_and_arms(encounter: &Encounter, touch: Touch) -> Option<(DVec2, [DVec2; 2])> {
     let [a, b] = &encounter.molecules;
     let turned = |body: usize, atom: &Atom| {
@@ -291,16 +291,14 @@ fn normal_and_arms(encounter: &Encounter, touch: Touch) -> Option<(DVec2, [DVec2
             .rotate(atom.offset())
     };
     let separation = encounter.motion.separation;
-    let along_face = |body: usize, molecule: &Molecule| {
-        let [first, second] = molecule.atoms() else {
-            return None;
-        };
-        Some(
-            encounter.motion.orientation[body]
-                .cos_sin()
-                .rotate(second.offset() - first.offset())
-                .normalize(),
-        )
+    let rotation = |body: usize| encounter.motion.orientation[body].cos_sin();
+    let of_edge = |body: usize, molecule: &Molecule, edge: u32, place: DVec2| {
+        let edge = &molecule.edges()[edge as usize];
+        let (middle, across) = [edge.middle(), edge.normal()]
+            .map(|vector| rotation(body).rotate(vector))
+            .into();
+        let off = (place - middle).dot(across);
+        (across * off.signum(), place - off * across)
     };
     Some(match touch {
         Touch::Atoms(i, j) => {
@@ -310,21 +308,21 @@ fn normal_and_arms(encounter: &Encounter, touch: Touch) -> Option<(DVec2, [DVec2
             ];
             ((separation + arms[1] - arms[0]).normalize(), arms)
         }
-        Touch::FaceOfA(carom_detection::Part::Atom(j)) => {
+        Touch::EdgeOfA {
+            edge,
+            part: carom_detection::Part::Atom(j),
+        } => {
             let arm = turned(1, &b.atoms()[j as usize]);
-            let across = along_face(0, a)?.perp();
-            (
-                across * (separation + arm).dot(across).signum(),
-                [DVec2::ZERO, arm],
-            )
+            let (outwards, foot) = of_edge(0, a, edge, separation + arm);
+            (outwards, [foot, arm])
         }
-        Touch::FaceOfB(carom_detection::Part::Atom(i)) => {
+        Touch::EdgeOfB {
+            edge,
+            part: carom_detection::Part::Atom(i),
+        } => {
             let arm = turned(0, &a.atoms()[i as usize]);
-            let across = along_face(1, b)?.perp();
-            (
-                across * (separation - arm).dot(across).signum(),
-                [arm, DVec2::ZERO],
-            )
+            let (outwards, foot) = of_edge(1, b, edge, arm - separation);
+            (-outwards, [arm, foot])
         }
         _ => return None,
     })

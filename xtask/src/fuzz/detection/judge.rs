@@ -59,7 +59,7 @@ pub fn check(detector: &impl Detection, query: &Query) -> Report {
     if base
         .molecules
         .iter()
-        .all(|molecule| molecule.face().is_none())
+        .all(|molecule| molecule.wall_edge().is_none())
     {
         check_bounds(detector, &scaled, &judge, &mut report);
     }

@@ -57,8 +57,10 @@ pub fn check(
 ) -> MeasuredContact {
     let sides = &contact.sides;
     let part = |side: &Side<'_>| {
-        side.atom
-            .map_or(BodyPart::Face, |atom| BodyPart::Atom(atom as usize))
+        match (side.atom, side.edge) {
+            (Some(atom), _) => BodyPart::Atom(atom as usize),
+            (None, edge) => BodyPart::Edge(edge.unwrap_or(0) as usize),
+        }
     };
     let [a, b] = &bodies;
     let place = |axis: usize| {

@@ -9,7 +9,7 @@ use glam::DVec2;
 
 use super::{
     case::{CaseEdit, RunStretch, SceneCase},
-    kinematics::{BodyOutline, BodyPair, Placed, along, smallest_gap},
+    kinematics::{BodyOutline, BodyPair, OutlineEdge, Placed, along, smallest_gap},
 };
 use crate::fuzz::{detection::case::exp2, random::FuzzDraw};
 
@@ -278,7 +278,12 @@ impl Sketch {
         self.standing.push(Standing {
             outline: BodyOutline {
                 atoms: ends,
-                face: Some((half, radius)),
+                edges: vec![OutlineEdge {
+                    middle: [0.0; 2],
+                    half,
+                    radius,
+                }],
+                is_wall: true,
                 reach,
                 thickness: radius,
             },

@@ -41,21 +41,34 @@ pub struct Placed {
 pub struct BodyOutline {
     /// Offset and radius of each atom (length).
     pub atoms: Vec<(BodyPair, f64)>,
-    /// For a wall: vector from its centre to its second end, and half its thickness (length).
-    pub face: Option<(BodyPair, f64)>,
+    /// Straight edges.
+    pub edges: Vec<OutlineEdge>,
+    /// Whether this is a wall: a single edge about its centre.
+    pub is_wall: bool,
     /// Largest distance of any point of the body from its centre (length).
     pub reach: f64,
-    /// Largest distance from the centre or, for a wall, from its face (length).
+    /// Largest distance from the centre or, for a wall, from its edge (length).
     pub thickness: f64,
 }
 
-/// A part of a body: an atom, or the face of a wall.
+/// A straight edge of a body.
+#[derive(Debug, Clone, Copy)]
+pub struct OutlineEdge {
+    /// From the centre of mass to its middle (length).
+    pub middle: BodyPair,
+    /// From its middle to its second end (length).
+    pub half: BodyPair,
+    /// Half its thickness (length).
+    pub radius: f64,
+}
+
+/// A part of a body: an atom, or an edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BodyPart {
     /// An atom, by index.
     Atom(usize),
-    /// The face.
-    Face,
+    /// An edge, by index.
+    Edge(usize),
 }
 
 /// Relative placement of two parts.
@@ -65,9 +78,9 @@ pub struct TouchedParts {
     pub gap: f64,
     /// Unit vector from the first to the second.
     pub normal: BodyPair,
-    /// Distance between the centres of two atoms, or between a centre and the face (length).
+    /// Distance between the centres of two atoms, or between a centre and the line of the edge (length).
     pub distance: f64,
-    /// Vectors from the centres of mass to the atoms; 0 for a wall (length).
+    /// Vectors from the centres of mass to the atoms, or to the foot on the edge (length).
     pub arms: [BodyPair; 2],
 }
 
@@ -149,23 +162,28 @@ impl BodyOutline {
             .iter()
             .map(|atom| (atom.offset().to_array(), atom.radius()))
             .collect();
-        let face = molecule.face().map(|face| {
-            (
-                (face.half_length() * face.along()).to_array(),
-                face.radius(),
-            )
-        });
+        let edges: Vec<OutlineEdge> = molecule
+            .edges()
+            .iter()
+            .map(|edge| OutlineEdge {
+                middle: edge.middle().to_array(),
+                half: (edge.half_length() * edge.along()).to_array(),
+                radius: edge.radius(),
+            })
+            .collect();
         let of_atoms = atoms
             .iter()
             .map(|(offset, radius)| length(*offset) + radius)
             .fold(0.0, f64::max);
-        let (reach, thickness) = match face {
-            Some((half, radius)) => (length(half) + radius, radius),
-            None => (of_atoms, of_atoms),
+        let is_wall = molecule.is_wall();
+        let (reach, thickness) = match edges[..] {
+            [OutlineEdge { half, radius, .. }] if is_wall => (length(half) + radius, radius),
+            _ => (of_atoms, of_atoms),
         };
         Self {
             atoms,
-            face,
+            edges,
+            is_wall,
             reach,
             thickness,
         }
@@ -182,11 +200,11 @@ impl BodyOutline {
     fn parts(&self) -> impl Iterator<Item = BodyPart> + '_ {
         (0..self.atoms.len())
             .map(BodyPart::Atom)
-            .chain(self.face.map(|_| BodyPart::Face))
+            .chain((0..self.edges.len()).map(BodyPart::Edge))
     }
 }
 
-/// Relative placement of a part of A and a part of B at `separation` from A; `None` for two faces.
+/// Relative placement of a part of A and a part of B at `separation` from A; `None` for two edges.
 fn touch(
     (a, turn_a, part_a): (&BodyOutline, BodyPair, BodyPart),
     (b, turn_b, part_b): (&BodyOutline, BodyPair, BodyPart),
@@ -206,18 +224,20 @@ fn touch(
                 arms,
             })
         }
-        (BodyPart::Face, BodyPart::Atom(j)) => {
-            let ((half, thickness), (offset, radius)) = (a.face?, b.atoms[j]);
+        (BodyPart::Edge(i), BodyPart::Atom(j)) => {
+            let (edge, (offset, radius)) = (a.edges[i], b.atoms[j]);
             let arm = rotated(offset, turn_b);
-            let (distance, normal) = from_face(rotated(half, turn_a), along(separation, 1.0, arm));
+            let place = along(separation, 1.0, arm);
+            let from_middle = along(place, -1.0, rotated(edge.middle, turn_a));
+            let (distance, normal) = from_edge(rotated(edge.half, turn_a), from_middle);
             Some(TouchedParts {
-                gap: distance - (thickness + radius),
+                gap: distance - (edge.radius + radius),
                 normal,
                 distance,
-                arms: [[0.0; 2], arm],
+                arms: [along(place, -distance, normal), arm],
             })
         }
-        (BodyPart::Atom(_), BodyPart::Face) => {
+        (BodyPart::Atom(_), BodyPart::Edge(_)) => {
             let back = [-separation[0], -separation[1]];
             let TouchedParts {
                 gap,
@@ -232,13 +252,13 @@ fn touch(
                 arms: [arms[1], arms[0]],
             })
         }
-        (BodyPart::Face, BodyPart::Face) => None,
+        (BodyPart::Edge(_), BodyPart::Edge(_)) => None,
     }
 }
 
 /// Distance of a point from a segment centred at the origin, and the unit vector from the segment
 /// to it.
-fn from_face(half: BodyPair, point: BodyPair) -> (f64, BodyPair) {
+fn from_edge(half: BodyPair, point: BodyPair) -> (f64, BodyPair) {
     let size = length(half);
     let direction = [half[0] / size, half[1] / size];
     let (way, height) = (dot(direction, point), cross(direction, point));
@@ -263,9 +283,11 @@ fn for_each_image(
 ) {
     let d = along(at_b.place, -1.0, at_a.place);
     // The extent of a wall along an axis is that of its half.
-    let extent = |outline: &BodyOutline, placed: &Placed, axis: usize| match outline.face {
-        Some((half, thickness)) => rotated(half, placed.rotation)[axis].abs() + thickness,
-        None => outline.reach,
+    let extent = |outline: &BodyOutline, placed: &Placed, axis: usize| match outline.edges[..] {
+        [OutlineEdge { half, radius, .. }] if outline.is_wall => {
+            rotated(half, placed.rotation)[axis].abs() + radius
+        }
+        _ => outline.reach,
     };
     let range = |axis: usize| {
         let reach =

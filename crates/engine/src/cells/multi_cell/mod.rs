@@ -263,8 +263,8 @@ impl Pending {
             TouchingParts::Discs => (0, 0),
             TouchingParts::Atoms(i, j) => (1, pair(i, j)),
             TouchingParts::BoundingCircles => (2, 0),
-            TouchingParts::FaceOfA(of_b) => (3, pair(part(of_b), 0)),
-            TouchingParts::FaceOfB(of_a) => (4, pair(part(of_a), 0)),
+            TouchingParts::EdgeOfA { edge, part: of_b } => (3, pair(part(of_b), edge)),
+            TouchingParts::EdgeOfB { edge, part: of_a } => (4, pair(part(of_a), edge)),
         };
         let [x, y] = self.image.map(|boxes| u32::from(boxes as u16));
         [pair(x | y << 16, kind), parts]

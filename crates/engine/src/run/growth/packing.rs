@@ -129,7 +129,7 @@ impl<'a> Packing<'a> {
                 }
                 let there = scaled(other);
                 let distance = reach + there.scale * there.molecule.bounding_radius();
-                let is_near = there.molecule.face().is_some()
+                let is_near = there.molecule.is_wall()
                     || separation.length_squared() <= distance * distance;
                 if is_near {
                     // Single bodies are held at their places: collisions do not make room there.

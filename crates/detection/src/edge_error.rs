@@ -1,83 +1,107 @@
-//! The rounding bounds E and E' of the gap between an atom and a straight face.
+//! The rounding bounds E and E' of the gap between an atom and a straight edge.
 //!
 //! # Lemmas
-//! To first order in u, in the notation of [`FaceErrorBound`], with D = X + V t + r from the centre
-//! of the face to that of the atom:
+//! To first order in u, in the notation of [`EdgeErrorBound`], with D = X + V t + r from the centre
+//! of the edge's body to the centre of the atom, and m the middle of the edge:
 //!
-//! 1. **Position.** The error of D is at most u (2 |X| + 4 |V| t + 13 r + 4 |ω| r t). *Proof.* As
+//! 1. **Position.** The error of D is at most u (2 |X| + 4 |V| t + 13 r + 4 |ω_P| r t). *Proof.* As
 //!    in [`error_bound`](crate::error_bound).
-//! 2. **Normal.** The error of the normal n is at most 12 u. *Proof.* Its length takes 3 u, cosine
-//!    and sine of the orientation of the face 4 u, the rotation by them 3 u: in all 10 u, rounded
-//!    up to 12 u.
-//! 3. **Gap.** The error of the gap is at most E. *Proof.* To Lemma 1 and 12 u |D| (Lemma 2) the
-//!    product n·D adds 2 u |D|, and the difference |n·D| − s adds u |D| + 2 u s. Beyond an end the
-//!    gap is |n'·D| less half the length of the face. The 3 u of that length are at most 3 u |D|
-//!    where they matter. With |D| ≤ |X| + |V| t + r these are 18 u of each term.
-//! 4. **Rate.** The error of the rate is at most E'. *Proof.* The normal adds 12 u L. The rotated
-//!    arm adds |ω| times its share of E. The four operations of d' and the scalar product add 6 u
-//!    L. No term is divided by a distance, because the normal of a face does not depend on the
-//!    position of the atom.
+//! 2. **Distance.** |D| ≤ Λ. *Proof.* The search for an edge that turns is confined to the times at
+//!    which |X + V t| ≤ q + s + r, with q the largest distance of a point of the edge from the centre
+//!    of its body; so Λ = q + s + 2 r, or q + s for an atom whose body does not turn
+//!    ([`edge_pair`](crate::edge_pair), Lemma 4). An edge that does not turn may be a wall of any
+//!    length; for it Λ = |X| + |V| t + r.
+//! 3. **Normal.** The error of the normal n is at most u (12 + 4 |ω_Q| t). *Proof.* Its length takes
+//!    3 u, the orientation of the body 4 u |ω_Q| t and, with cosine and sine, 4 u (see
+//!    `error_bound`), the rotation by them 3 u: in all 10 u, rounded up to 12 u.
+//! 4. **Gap.** The error of the gap is at most E. *Proof.* To Lemma 1, and the error of the normal
+//!    times Λ, the product n·D adds 2 u Λ. The place of the line, c = n·m in the frame of the body,
+//!    has an error of 6 u |m|, and its subtraction adds u (Λ + |m|). The difference |n·D − c| − s adds
+//!    u Λ + u |m| + 2 u s. Beyond an end the gap is |e·D − e·m| less half the length of the edge. The
+//!    3 u of that length are at most 3 u (Λ + |m|) where they matter. These are 18 u Λ and 8 u |m|,
+//!    since the last two cases exclude each other.
+//! 5. **Rate.** The error of the rate n·(D' − ω_Q D^⊥) is at most E'. *Proof.* The error of the
+//!    normal is multiplied by L. D and the rotated arm add |ω_Q| and |ω_P| times their share of E.
+//!    The six operations of the velocity and the scalar product add 6 u L. No term is divided by a
+//!    distance, because the normal of an edge does not depend on the position of the atom.
 
-use carom_geometry::{Circle, Face};
+use carom_geometry::{Circle, Edge};
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
 
 use crate::error_bound::one_norm;
 
-/// Bounds on the rounding of the gap between an atom and a straight face, and of its rate.
+/// Bounds on the rounding of the gap between an atom of one body P and a straight edge of the other
+/// body Q, and of its rate.
 ///
 /// With u = 2⁻⁵³, |·|₁ = |x| + |y|, X and V the relative position and velocity of the centres of
-/// mass, r the arm of the atom, ω the angular velocity of its body, s the sum of the radii of atom
-/// and face, and δ the input errors of position, velocity and angles (α for the atom's body, β for
-/// the face's):
+/// mass, r the arm of the atom, m the middle of the edge, ω the angular velocities, s the sum of the
+/// radii of atom and edge, Λ a bound on the distance of the atom from the centre of Q, and δ the
+/// input errors of position, velocity and angles (α for P, β for Q):
 ///
-/// E(t) = u (20 |X|₁ + 31 r + 2 s) + δX + r δα + (|X|₁ + r) δβ
-///      + (u (22 |V|₁ + 4 |ω| r) + |V|₁ δβ) t
+/// E(t) = u (2 |X|₁ + 13 r + 18 Λ + 8 |m| + 2 s) + δX + r δα + Λ δβ
+///      + 4 u (|V|₁ + |ω_P| r + |ω_Q| Λ) t
 ///
-/// E'(t) = L (18 u + δβ) + |ω| E + δV,  L = |V| + |ω| r
+/// E'(t) = L ((18 + 4 |ω_Q| t) u + δβ) + (|ω_P| + |ω_Q|) E + δV,  L = |V| + |ω_P| r + |ω_Q| Λ
 ///
 /// The source of the module proves both bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FaceErrorBound {
+pub struct EdgeErrorBound {
     start: f64,
     rate: f64,
     /// L
     speed: f64,
-    /// |ω|
+    /// |ω_P| + |ω_Q|
     spin: f64,
-    /// δV and the error of the normal times L.
+    /// δV, and the error of the normal at the start times L.
     velocity: f64,
+    /// The rate of the error of the normal times L.
+    acceleration: f64,
 }
 
-impl FaceErrorBound {
-    /// The bounds for an atom of body number `body` (0 for A, 1 for B) against a face of the other
+impl EdgeErrorBound {
+    /// The bounds for an atom of body number `body` (0 for A, 1 for B) against an edge of the other
     /// body.
-    pub fn new(motion: &RelativeMotion, body: usize, atom: &Circle, face: &Face) -> Self {
-        Self::with_spin(motion, body, motion.angular_velocity[body], atom, face)
+    pub fn new(motion: &RelativeMotion, body: usize, atom: &Circle, edge: &Edge) -> Self {
+        Self::with_spins(motion, body, motion.angular_velocity, atom, edge)
     }
 
-    /// The bounds for an atom whose body has the angular velocity `spin`.
-    pub(crate) fn with_spin(
+    /// The bounds for bodies with these angular velocities, 0 for a disc about its centre of mass.
+    pub(crate) fn with_spins(
         motion: &RelativeMotion,
         body: usize,
-        spin: f64,
+        spins: [f64; 2],
         atom: &Circle,
-        face: &Face,
+        edge: &Edge,
     ) -> Self {
-        let spin = spin.abs();
-        let rim_speed = spin * atom.arm;
-        let speed = motion.velocity.length() + rim_speed;
+        let [spin, spin_of_edge] = [spins[body], spins[1 - body]].map(f64::abs);
+        let (rim_speed, contact_distance) = (spin * atom.arm, atom.radius + edge.radius());
         let (place, velocity) = (one_norm(motion.separation), one_norm(motion.velocity));
         let tilt = motion.orientation_error[1 - body];
-        let given = motion.separation_error
-            + atom.arm * motion.orientation_error[body]
-            + (place + atom.arm) * tilt;
+        let given = motion.separation_error + atom.arm * motion.orientation_error[body];
+        let of_edge = 8.0 * edge.middle().length() + 2.0 * contact_distance;
+        if spin_of_edge == 0.0 {
+            let speed = motion.velocity.length() + rim_speed;
+            let given = given + (place + atom.arm) * tilt;
+            return Self {
+                start: U * (20.0 * place + 31.0 * atom.arm + of_edge) + given,
+                rate: U * (22.0 * velocity + 4.0 * rim_speed) + velocity * tilt,
+                speed,
+                spin,
+                velocity: motion.velocity_error + speed * (18.0 * U + tilt),
+                acceleration: 0.0,
+            };
+        }
+        let orbit = if spin == 0.0 { 0.0 } else { atom.arm };
+        let distance = edge.reach() + contact_distance + 2.0 * orbit;
+        let speed = motion.velocity.length() + rim_speed + spin_of_edge * distance;
+        let given = given + distance * tilt;
         Self {
-            start: U * (20.0 * place + 31.0 * atom.arm + 2.0 * (atom.radius + face.radius()))
-                + given,
-            rate: U * (22.0 * velocity + 4.0 * rim_speed) + velocity * tilt,
+            start: U * (2.0 * place + 13.0 * atom.arm + 18.0 * distance + of_edge) + given,
+            rate: 4.0 * U * (velocity + rim_speed + spin_of_edge * distance),
             speed,
-            spin,
+            spin: spin + spin_of_edge,
             velocity: motion.velocity_error + speed * (18.0 * U + tilt),
+            acceleration: 4.0 * U * spin_of_edge * speed,
         }
     }
 
@@ -88,10 +112,11 @@ impl FaceErrorBound {
 
     /// E', the bound on the rate of the gap at `time` (length per time).
     pub fn of_rate(&self, time: f64) -> f64 {
-        self.velocity + self.spin * self.at(time)
+        (self.velocity + self.acceleration * time) + self.spin * self.at(time)
     }
 
-    /// L, a bound on the speed of the atom at any time (length per time).
+    /// L, a bound on the speed of the atom relative to the turning edge at any time within reach
+    /// (length per time).
     pub(crate) fn speed(&self) -> f64 {
         self.speed
     }
@@ -102,7 +127,7 @@ mod tests {
     use super::*;
     use crate::{
         error_bound::tests::{Big, PRECISION, Random, arm, big, directed_search},
-        face_pair::FacePair,
+        edge_pair::EdgePair,
         flight::Flight,
         gap_search::GapFunction,
     };
@@ -168,13 +193,13 @@ mod tests {
             [wall.outline(), atom.outline()]
         };
         let flight = Flight::new(outlines[0], outlines[1], motion);
-        let face = wall.face().unwrap();
-        let pair = FacePair::new(&flight, body, atom.into(), face);
+        let edge = &wall.edges()[0];
+        let pair = EdgePair::new(&flight, body, atom.into(), edge);
         let pose = pair.pose(time);
         let (across, along) = (pair.gap(&pose), pair.beyond(&pose));
         let [gap, gap_rate, beyond, beyond_rate] = exact(motion, body, atom, wall, time);
         let off = |computed: f64, exact: Big| (big(computed) - exact).to_f64().value().abs();
-        let bound = FaceErrorBound::new(motion, body, &atom.into(), face);
+        let bound = EdgeErrorBound::new(motion, body, &atom.into(), edge);
         let place = off(across.value, gap).max(off(along.value, beyond));
         let rate = off(across.rate, gap_rate).max(off(along.rate, beyond_rate));
         [place / bound.at(time), rate / bound.of_rate(time)]
@@ -279,7 +304,7 @@ mod tests {
                 orientation_error: [0.0, 1e-9],
                 ..RelativeMotion::exactly(separation, DVec2::ZERO)
             };
-            FaceErrorBound::new(&motion, 0, &atom, wall.face().unwrap()).at(0.0)
+            EdgeErrorBound::new(&motion, 0, &atom, &wall.edges()[0]).at(0.0)
         };
         assert!((at(DVec2::X) - 1e-9).abs() < 1e-13 && (at(1e3 * DVec2::X) - 1e-6).abs() < 1e-10);
     }

@@ -1,4 +1,10 @@
-//! Contacts of bodies with a straight face: each atom against the face and against its end points.
+//! Contacts of bodies with straight edges: each atom against each atom and each edge of the other
+//! body.
+//!
+//! **Lemma.** Two thick segments that come to touch do so at an end of one of them. *Proof.* The
+//! distance of two disjoint segments in the plane is attained at an end of one. The ends of edges
+//! lie inside atoms, so the pairs of atoms with atoms and of atoms with edges are all. A closed line
+//! of edges is not crossed without a contact; whether its interior is solid is of no importance.
 
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -6,42 +12,44 @@ use carom_kinematics::RelativeMotion;
 use crate::{
     Answer, Contact, Outcome, Part, Parts, Touch,
     disc::disc_contact,
+    edge_pair::EdgePair,
     error_bound::ErrorBound,
-    face_pair::FacePair,
     flight::{Flight, bounding_circle},
     molecule_pair::{straight, turning},
     search::{PairOutcome, Search},
-    strip::{a_face_turns, window_of_bodies},
+    strip::{a_half_plane_turns, window_of_bodies},
     trace::Recorder,
 };
 
-/// The answer for a face that turns.
+/// The answer for a half-plane that turns, and for two walls in the model of bounding circles.
 const NOTHING_IS_KNOWN: Answer = Answer {
     outcome: Outcome::Unresolved(0.0),
     evaluations: 0,
 };
 
-/// The certified first contact where A or B has a face.
+/// The certified first contact where A or B has edges, from `begin` (time) on.
 ///
-/// The atoms of a wall are its end points, and are searched like any atoms.
+/// The atoms at the ends of edges are searched like any atoms.
 pub(crate) fn first_contact<R: Recorder>(
     mut recorder: R,
     most_steps: u32,
+    begin: f64,
     a: Outline<'_>,
     b: Outline<'_>,
     motion: &RelativeMotion,
     horizon: f64,
 ) -> Answer {
-    if a_face_turns(a, b, motion) {
+    if a_half_plane_turns(a, b, motion) {
         return NOTHING_IS_KNOWN;
     }
-    let Some(window) = window_of_bodies(a, b, motion, horizon) else {
+    let Some(mut window) = window_of_bodies(a, b, motion, horizon) else {
         return Answer {
             outcome: Outcome::Free,
             evaluations: 0,
         };
     };
     recorder.window(window);
+    window.begin = window.begin.max(begin);
     let mut search = Search::new(window.end, most_steps, recorder);
     let flight = Flight::new(a, b, motion);
     match a.atoms.is_empty() || b.atoms.is_empty() {
@@ -50,19 +58,20 @@ pub(crate) fn first_contact<R: Recorder>(
         false => straight(a, b, &flight, &mut search),
     }
     for (body, outline, other) in [(0, a, b), (1, b, a)] {
-        let Some(face) = other.face() else { continue };
-        for (index, atom) in outline.atoms.iter().enumerate() {
-            let pair = FacePair::new(&flight, body, atom.into(), face);
-            let touch = Touch::face(body, Part::Atom(index as u32));
-            search.recorder.concerns(|| Parts::Pair(touch));
-            let outcome = pair.first_contact_in_span(search.limit(), &mut search);
-            search.record_touch(outcome, touch);
+        for (number, edge) in (0..).zip(other.edges()) {
+            for (index, atom) in (0..).zip(outline.atoms) {
+                let pair = EdgePair::new(&flight, body, atom.into(), edge);
+                let touch = Touch::edge(body, number, Part::Atom(index));
+                search.recorder.concerns(|| Parts::Pair(touch));
+                let outcome = pair.first_contact_in_span(begin, search.limit(), &mut search);
+                search.record_touch(outcome, touch);
+            }
         }
     }
     search.answer()
 }
 
-/// The first contact of the bounding circle of one body with the face of the other, or with its end
+/// The first contact of the bounding circle of one body with the edge of a wall, or with its end
 /// points.
 pub(crate) fn contact_of_circle(
     a: Outline<'_>,
@@ -70,21 +79,18 @@ pub(crate) fn contact_of_circle(
     motion: &RelativeMotion,
     horizon: f64,
 ) -> Answer {
-    let (body, circle, wall) = if b.face().is_some() {
-        (0, a, b)
-    } else {
-        (1, b, a)
-    };
-    let Some(face) = wall
-        .face()
-        .filter(|_| circle.face().is_none() && !a_face_turns(a, b, motion))
-    else {
+    let (body, circle, wall) = if b.is_wall() { (0, a, b) } else { (1, b, a) };
+    let turns = motion.angular_velocity[1 - body] != 0.0;
+    let [edge] = wall.edges() else {
         return NOTHING_IS_KNOWN;
     };
+    if circle.is_wall() || turns {
+        return NOTHING_IS_KNOWN;
+    }
     let flight = Flight::new(a, b, motion);
-    let pair = FacePair::new(&flight, body, bounding_circle(circle), face);
+    let pair = EdgePair::new(&flight, body, bounding_circle(circle), edge);
     let mut search = Search::new(horizon, 1, ());
-    let mut soonest = match pair.first_contact_in_span(horizon, &mut search) {
+    let mut soonest = match pair.first_contact_in_span(0.0, horizon, &mut search) {
         PairOutcome::Contact(time) => time,
         PairOutcome::Free | PairOutcome::OutOfBudget(_) | PairOutcome::Paused(_) => f64::INFINITY,
     };
@@ -105,7 +111,7 @@ pub(crate) fn contact_of_circle(
     }
     let contact = Contact {
         time: soonest,
-        touch: Touch::face(body, Part::BoundingCircle),
+        touch: Touch::edge(body, 0, Part::BoundingCircle),
     };
     let outcome = if soonest <= horizon && soonest.is_finite() {
         Outcome::Contact(contact)
@@ -160,7 +166,7 @@ mod tests {
             for side in [1.0, -1.0] {
                 let face = contact(ask(DVec2::new(3.0 * side, 0.5), DVec2::new(-side, -0.125)));
                 assert!((face.time - 2.25).abs() <= tolerance, "{face:?}");
-                assert!(matches!(face.touch, Touch::FaceOfA(_)), "{face:?}");
+                assert!(matches!(face.touch, Touch::EdgeOfA { .. }), "{face:?}");
                 let onto_end = contact(ask(DVec2::new(0.0, 3.0 * side), DVec2::new(0.0, -side)));
                 assert!((onto_end.time - 1.25).abs() <= tolerance, "{onto_end:?}");
                 // Centre 0.45 past the end: 0.6 to the side at contact.
@@ -193,7 +199,7 @@ mod tests {
                     (found.time - PI / 6.0).abs() <= 4.0 * tolerance,
                     "{found:?}"
                 );
-                assert_eq!(found.touch, Touch::FaceOfA(Part::Atom(0)));
+                assert_eq!(found.touch, Touch::EdgeOfA { edge: 0, part: Part::Atom(0) });
                 let seen_from_it = contact(detector.first_contact(
                     dumbbell.outline(),
                     below,
@@ -278,7 +284,7 @@ mod tests {
                 &motion,
                 1.0,
             ));
-            assert_eq!(found.touch, Touch::FaceOfA(Part::Atom(0)));
+            assert_eq!(found.touch, Touch::EdgeOfA { edge: 0, part: Part::Atom(0) });
             // cos t = 1 − t²/2 + t⁴/24
             let expected = back * (1.0 + back * back / 12.0);
             assert!(
@@ -290,18 +296,43 @@ mod tests {
     }
 
     #[test]
-    fn a_face_that_turns_is_unresolved_from_the_start() {
-        let (wall, disc) = (
-            Molecule::wall(DVec2::X, 0.0).unwrap(),
-            Molecule::disc(0.5, 1.0).unwrap(),
-        );
+    fn a_wall_that_turns_meets_a_disc_with_its_edge_or_its_end() {
+        let disc = Molecule::disc(0.5, 1.0).unwrap();
+        let motion = RelativeMotion {
+            angular_velocity: [1.0, 0.0],
+            ..RelativeMotion::exactly(DVec2::new(0.0, 0.9), DVec2::ZERO)
+        };
+        // The line is 0.9 cos θ from the disc; the short wall does not reach the foot of its centre.
+        let edge = Touch::EdgeOfA {
+            edge: 0,
+            part: Part::Atom(0),
+        };
+        let expected = [
+            (4.0, f64::acos(0.5 / 0.9), edge),
+            (1.0, f64::asin(0.9), Touch::Atoms(1, 0)),
+        ];
+        for (length, time, touch) in expected {
+            let wall = Molecule::wall(DVec2::new(length, 0.0), 0.0).unwrap();
+            for (detector, tolerance) in detectors() {
+                let found =
+                    contact(detector.first_contact(wall.outline(), disc.outline(), &motion, 10.0));
+                assert!((found.time - time).abs() < 10.0 * tolerance, "{found:?}");
+                assert_eq!(found.touch, touch);
+            }
+        }
+    }
+
+    #[test]
+    fn a_half_plane_that_turns_is_unresolved_from_the_start() {
+        let ground = HalfPlane::new(DVec2::Y).unwrap();
+        let disc = Molecule::disc(0.5, 1.0).unwrap();
         let motion = RelativeMotion {
             angular_velocity: [1.0, 0.0],
             ..RelativeMotion::exactly(DVec2::new(0.0, 1.0), DVec2::ZERO)
         };
         let circles: (Box<dyn Detection>, f64) = (Box::new(BoundingCircles), 0.0);
         for (detector, _) in detectors().into_iter().chain([circles]) {
-            let answer = detector.first_contact(wall.outline(), disc.outline(), &motion, 10.0);
+            let answer = detector.first_contact(ground.outline(), disc.outline(), &motion, 10.0);
             assert_eq!(answer.outcome, Outcome::Unresolved(0.0));
         }
     }
@@ -318,7 +349,7 @@ mod tests {
                 Molecule::disc(radius, 1.0).unwrap(),
             );
             let (place, velocity) = (DVec2::new(x, y), DVec2::new(vx, vy));
-            let gap = |t: f64| wall.face().unwrap().nearest(place + velocity * t).distance - radius;
+            let gap = |t: f64| wall.edges()[0].nearest(place + velocity * t).distance - radius;
             prop_assume!(gap(0.0) > 1e-9);
             let motion = RelativeMotion::exactly(place, velocity);
             let answer = Exact::default().first_contact(wall.outline(), disc.outline(), &motion, 30.0);

@@ -1,34 +1,33 @@
-//! First contact of an atom with the face of a wall, from the atom's distance across the face's
-//! line and its distance beyond the ends.
+//! First contact of an atom with a straight edge, from the atom's distance across the line of the
+//! edge and its distance beyond the ends.
 //!
-//! Each distance is the sum of a linear and a circular motion projected on a fixed direction, so
-//! its second derivative is at most K in magnitude. An interval on which either distance stays
-//! positive is excluded; all others are bisected, the earlier half first, down to the shortest
-//! interval.
+//! In the frame that turns with the edge each distance is a coordinate of the atom, whose second
+//! derivative is at most K in magnitude. An interval on which either distance stays positive is
+//! excluded; all others are bisected, the earlier half first, down to the shortest interval.
 
-use carom_detection::{FaceErrorBound, encounters::Encounter};
-use carom_geometry::{Circle, Face};
+use carom_detection::{EdgeErrorBound, encounters::Encounter};
+use carom_geometry::{Circle, Edge};
 
 use super::{Number, flight::FlyingPair, search_end::SearchEnd};
 
-/// An atom of one body and the face of the other.
+/// An atom of one body and an edge of the other.
 #[derive(Debug, Clone, Copy)]
-pub struct OracleFacePair<'a> {
-    /// The atom, and the centre of the face as a second atom.
+pub struct OracleEdgePair<'a> {
+    /// The atom, and the middle of the edge as a second atom.
     pair: FlyingPair,
-    /// From the centre of the face to its second end, in its body frame (length).
+    /// Half of the vector from end to end, in the frame of its body (length).
     half: [f64; 2],
-    face: &'a Face,
-    /// Orientation of the face, in turns.
-    turns: f64,
-    bound: FaceErrorBound,
+    edge: &'a Edge,
+    /// The number of the body with the edge.
+    edged: usize,
+    bound: EdgeErrorBound,
 }
 
 /// Distances and their rates at one time.
 pub struct Sight<N> {
-    /// Distance across the face, minus the radii, plus the allowance.
+    /// Distance across the line of the edge, minus the radii, plus the allowance.
     pub across: [N; 2],
-    /// Distance along the face beyond the nearer end.
+    /// Distance along the edge beyond the nearer end.
     pub beyond: [N; 2],
 }
 
@@ -38,26 +37,33 @@ const ROUND_UP: f64 = 1.0 + 8.0 * f64::EPSILON;
 /// Shorter intervals, as a share of the horizon, count as one time.
 const MIN_INTERVAL: f64 = 1e-26;
 
-impl<'a> OracleFacePair<'a> {
-    /// The atom `index` of body `body` (0 for A, 1 for B), without an allowance for overlap; `None`
-    /// if the other body is no wall.
-    pub fn new(encounter: &'a Encounter, body: usize, index: usize) -> Option<Self> {
-        let wall = &encounter.molecules[1 - body];
-        let (face, [_, end]) = (wall.face()?, wall.atoms()) else {
-            return None;
-        };
+impl<'a> OracleEdgePair<'a> {
+    /// The atom `index` of body `body` (0 for A, 1 for B) and the edge `number` of the other,
+    /// without an allowance for overlap; `None` if there is no such edge with atoms at its ends.
+    pub fn new(
+        encounter: &'a Encounter,
+        body: usize,
+        index: usize,
+        number: usize,
+    ) -> Option<Self> {
+        let other = &encounter.molecules[1 - body];
+        let edge = other.edges().get(number)?;
+        let [from, to] = edge
+            .ends()?
+            .map(|end| other.atoms()[end as usize].offset());
         let atom = &encounter.molecules[body].atoms()[index];
-        let bound = FaceErrorBound::new(&encounter.motion, body, &Circle::from(atom), face);
+        let bound = EdgeErrorBound::new(&encounter.motion, body, &Circle::from(atom), edge);
         Some(Self {
             pair: FlyingPair::to_middle(
                 encounter,
                 body,
                 index,
+                edge,
                 [bound.at(0.0), bound.at(encounter.horizon)],
             ),
-            half: end.offset().to_array(),
-            face,
-            turns: encounter.motion.orientation[1 - body].turns(),
+            half: (0.5 * (to - from)).to_array(),
+            edge,
+            edged: 1 - body,
             bound,
         })
     }
@@ -86,16 +92,29 @@ impl<'a> OracleFacePair<'a> {
         self.bound.of_rate(time)
     }
 
-    /// K.
+    /// K near a contact.
     pub fn curvature(&self) -> f64 {
-        self.pair.curvature
+        let way = self.pair.radii[0] + self.pair.radii[1] + self.edge.reach();
+        self.curvature_within(way + self.pair.arms[1 - self.edged])
+    }
+
+    /// K while the centres of the bodies are within `distance` (length).
+    fn curvature_within(&self, distance: f64) -> f64 {
+        let (fast, spin) = (
+            self.pair.spins[self.edged],
+            self.pair.spins[1 - self.edged],
+        );
+        let arm = self.pair.arms[1 - self.edged];
+        let of_edge = fast * fast * distance + 2.0 * fast.abs() * self.pair.speed;
+        (of_edge + (spin - fast) * (spin - fast) * arm) * ROUND_UP
     }
 
     /// The two distances.
     pub fn sight<N: Number>(&self, time: &N) -> Sight<N> {
         let moment = self.pair.moment(time);
         let [x, y] = self.half.map(N::new);
-        let [cos, sin] = N::cos_sin(self.turns, 0.0, &N::new(0.0));
+        let spin = self.pair.spins[self.edged];
+        let [cos, sin] = N::cos_sin(self.pair.turns[self.edged], spin, time);
         let half = [
             x.times(&cos).minus(&y.times(&sin)),
             x.times(&sin).plus(&y.times(&cos)),
@@ -111,7 +130,13 @@ impl<'a> OracleFacePair<'a> {
                 .minus(&v[0].times(&half[1]))
                 .over(&length)
         };
-        // The sign of the separation is irrelevant: the face is symmetric.
+        // The edge turns: n·d has the rate n·(d' − ω d^⊥).
+        let spin = N::new(spin);
+        let rate = [
+            moment.rate[0].plus(&spin.times(&moment.d[1])),
+            moment.rate[1].minus(&spin.times(&moment.d[0])),
+        ];
+        // The sign of the separation is irrelevant: the edge is symmetric.
         let upright = |value: N, rate: N| {
             let zero = N::new(0.0);
             if value.value() < 0.0 {
@@ -120,8 +145,8 @@ impl<'a> OracleFacePair<'a> {
                 [value, rate]
             }
         };
-        let [distance, closing] = upright(across(&moment.d), across(&moment.rate));
-        let [way, leaving] = upright(along(&moment.d), along(&moment.rate));
+        let [distance, closing] = upright(across(&moment.d), across(&rate));
+        let [way, leaving] = upright(along(&moment.d), along(&rate));
         let [radius, thickness] = self.pair.radii.map(N::new);
         let growth = N::new(self.pair.allowed[1]);
         let allowed = N::new(self.pair.allowed[0]).plus(&growth.times(time));
@@ -134,7 +159,7 @@ impl<'a> OracleFacePair<'a> {
 
     /// The first time up to `end` at which the atom is near the line and between the ends.
     pub fn first_contact<N: Number>(&self, end: f64, budget: &mut u64) -> SearchEnd<N> {
-        debug_assert!(!self.face.is_solid_behind());
+        debug_assert!(!self.edge.is_solid_behind());
         let shortest = MIN_INTERVAL * end;
         let mut rest = vec![(N::new(0.0), end)];
         while let Some((begin, width)) = rest.pop() {
@@ -145,8 +170,13 @@ impl<'a> OracleFacePair<'a> {
             let half = 0.5 * width;
             let middle = begin.plus(&N::new(half));
             let now = self.sight(&middle);
+            let [x, y] = self.pair.separation;
+            let [u, v] = self.pair.velocity;
+            let (x, y) = (x + u * middle.value(), y + v * middle.value());
+            let distance = (x.hypot(y) + self.pair.speed * half) * ROUND_UP;
+            let curvature = self.curvature_within(distance);
             let stays_out = |[value, rate]: &[N; 2]| {
-                let bend = 0.5 * self.pair.curvature * half * half;
+                let bend = 0.5 * curvature * half * half;
                 value.value() > (rate.value().abs() * half + bend) * ROUND_UP
             };
             if stays_out(&now.across) || stays_out(&now.beyond) {

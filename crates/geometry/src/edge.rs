@@ -1,37 +1,53 @@
-//! A straight face: the part of a wall between its end points, or the border of a half-plane.
+//! A straight edge: the part of a body between two of its atoms, a wall between its end points, or
+//! the border of a half-plane.
 
 use glam::DVec2;
 
 use crate::{GeometryError, check_length, check_positive};
 
-/// A straight face through the origin of its body's frame.
+/// A thick straight edge, fixed in the frame of its body.
 ///
-/// The face of a wall reflects on both sides; a half-plane is solid behind its face. All points
-/// within [`Self::radius`] of the face belong to it, so that a wall may have a thickness, with
-/// rounded ends.
+/// All points within [`Self::radius`] of the line between its ends belong to it. Both its sides can
+/// be touched. Its ends are atoms of the body ([`Self::ends`]) with radii at least as large; a wall
+/// across the whole box has no ends, and a half-plane is solid behind its border.
+///
+/// ```
+/// use carom_geometry::Molecule;
+/// use glam::DVec2;
+///
+/// // A capsule: two atoms of radius 0.5, and an edge of length 2 between them.
+/// let capsule = Molecule::capsule(2.0, 0.5, 1.0)?;
+/// let [edge] = capsule.edges() else { panic!("it has one edge") };
+/// assert_eq!((edge.ends(), edge.half_length(), edge.radius()), (Some([0, 1]), 1.0, 0.5));
+/// assert_eq!(edge.nearest(DVec2::new(0.3, -2.0)).distance, 2.0);
+/// # Ok::<(), carom_geometry::GeometryError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Face {
-    /// The vector from end to end, from which all other fields follow.
+#[doc(alias = "face")]
+#[doc(alias = "segment")]
+pub struct Edge {
+    ends: Option<[u32; 2]>,
+    /// The vector from end to end, from which direction and length follow.
     span: DVec2,
+    middle: DVec2,
     along: DVec2,
     half_length: f64,
     radius: f64,
     solid_behind: bool,
 }
 
-/// The position of a point relative to the nearest point of a face.
+/// The position of a point relative to the nearest point of an edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearest {
-    /// Distance from the face (length); negative in the solid behind it.
+    /// Distance from the line between the ends (length); negative in the solid behind a half-plane.
     pub distance: f64,
-    /// Unit vector from the nearest point of the face to the point; the normal for a point on the
-    /// face.
+    /// Unit vector from the nearest point of that line to the point; the normal for a point on it.
     pub direction: DVec2,
 }
 
-impl Face {
-    /// The face of a wall with the given span, from end to end (length), and half thickness
-    /// `radius` (length, may be 0).
+impl Edge {
+    /// An edge through the origin with the given span, from end to end (length), and half thickness
+    /// `radius` (length, may be 0), without atoms at its ends.
     pub(crate) fn of_wall(span: DVec2, radius: f64) -> Result<Self, GeometryError> {
         check_length("the x extent of a wall", span.x)?;
         check_length("the y extent of a wall", span.y)?;
@@ -40,7 +56,9 @@ impl Face {
             check_positive("the radius of a wall", radius)?;
         }
         Ok(Self {
+            ends: None,
             span,
+            middle: DVec2::ZERO,
             along: span / length,
             half_length: 0.5 * length,
             radius,
@@ -48,47 +66,94 @@ impl Face {
         })
     }
 
+    /// An edge of half thickness `radius` (length) between the centres of two atoms, given with
+    /// their indices.
+    pub(crate) fn between(
+        [(first, from), (second, to)]: [(u32, DVec2); 2],
+        radius: f64,
+    ) -> Result<Self, GeometryError> {
+        let span = to - from;
+        let length = check_positive("the length of an edge", span.length())?;
+        check_positive("the radius of an edge", radius)?;
+        Ok(Self {
+            ends: Some([first, second]),
+            span,
+            middle: 0.5 * (from + to),
+            along: span / length,
+            half_length: 0.5 * length,
+            radius,
+            solid_behind: false,
+        })
+    }
+
+    /// This edge with the first two atoms of its body at its ends.
+    pub(crate) fn with_ends(self) -> Self {
+        Self {
+            ends: Some([0, 1]),
+            ..self
+        }
+    }
+
     /// The `span` given to [`Self::of_wall`].
     pub(crate) fn span(&self) -> DVec2 {
         self.span
     }
 
-    /// Unit vector along the face.
+    /// Indices of the atoms at its ends, the second in the direction of [`Self::along`]; `None` for
+    /// a wall across the box and a half-plane.
+    pub fn ends(&self) -> Option<[u32; 2]> {
+        self.ends
+    }
+
+    /// The middle of the line between the ends, in the frame of the body (length); the origin for a
+    /// wall and a half-plane.
+    pub fn middle(&self) -> DVec2 {
+        self.middle
+    }
+
+    /// Unit vector along the edge.
     pub fn along(&self) -> DVec2 {
         self.along
     }
 
-    /// Unit vector normal to the face: a quarter turn counter-clockwise from [`Self::along`], out
-    /// of the solid.
+    /// Unit vector normal to the edge: a quarter turn counter-clockwise from [`Self::along`]; for a
+    /// half-plane, out of the solid.
     pub fn normal(&self) -> DVec2 {
         self.along.perp()
     }
 
-    /// Extent to either side of the origin (length); infinite for a half-plane.
+    /// Extent to either side of the middle (length); infinite for a half-plane.
     pub fn half_length(&self) -> f64 {
         self.half_length
     }
 
-    /// Half its thickness (length); 0 for a face without thickness.
+    /// Half its thickness (length); 0 for a wall without thickness.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// Whether everything behind the face is solid, as with a half-plane; a wall reflects on both
-    /// sides.
+    /// Whether everything behind the edge is solid, as with a half-plane; other edges can be touched
+    /// on both sides.
     pub fn is_solid_behind(&self) -> bool {
         self.solid_behind
     }
 
-    /// The position of `place` (in the frame of the face's body, length) relative to the nearest
-    /// point of the face.
+    /// Distance of its farthest point, without its thickness, from the origin of the body's frame
+    /// (length).
+    pub fn reach(&self) -> f64 {
+        self.middle.length() + self.half_length
+    }
+
+    /// The position of `place` (in the frame of the edge's body, length) relative to the nearest
+    /// point of the edge.
     pub fn nearest(&self, place: DVec2) -> Nearest {
         self.nearest_to_rounding(place, 0.0)
     }
 
     /// As [`Self::nearest`], but a place beyond an end by at most `rounding` (length) counts as
-    /// beside the face.
+    /// beside the edge.
     pub fn nearest_to_rounding(&self, place: DVec2, rounding: f64) -> Nearest {
+        let place = place - self.middle;
         let (along, across) = (self.along.dot(place), self.normal().dot(place));
         if along.abs() > self.half_length + rounding {
             let from_end = place - (self.half_length * along.signum()) * self.along;
@@ -124,14 +189,14 @@ impl Face {
 ///
 /// // The ground.
 /// let ground = HalfPlane::new(DVec2::Y)?;
-/// let face = ground.outline().face().expect("it has nothing else");
-/// assert_eq!(face.nearest(DVec2::new(7.0, 2.0)).distance, 2.0);
-/// assert_eq!(face.nearest(DVec2::new(7.0, -2.0)).distance, -2.0);
+/// let [border] = ground.outline().edges() else { panic!("it has nothing else") };
+/// assert_eq!(border.nearest(DVec2::new(7.0, 2.0)).distance, 2.0);
+/// assert_eq!(border.nearest(DVec2::new(7.0, -2.0)).distance, -2.0);
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfPlane {
-    pub(crate) face: Face,
+    pub(crate) border: Edge,
 }
 
 impl HalfPlane {
@@ -141,12 +206,12 @@ impl HalfPlane {
     /// # Errors
     /// [`GeometryError`] if the normal is zero, NaN or infinite.
     pub fn new(normal: DVec2) -> Result<Self, GeometryError> {
-        let face = Face::of_wall(-normal.perp(), 0.0)?;
+        let border = Edge::of_wall(-normal.perp(), 0.0)?;
         Ok(Self {
-            face: Face {
+            border: Edge {
                 half_length: f64::INFINITY,
                 solid_behind: true,
-                ..face
+                ..border
             },
         })
     }
@@ -169,9 +234,9 @@ mod tests {
             x in -2.0..2.0f64, y in -2.0..2.0f64, u in 0.1..2.0f64, angle in -3.2..3.2f64, radius in 0.0..0.3f64,
         ) {
             let (span, place) = (u * DVec2::from_angle(angle), DVec2::new(x, y));
-            let face = Face::of_wall(span, radius).unwrap();
+            let edge = Edge::of_wall(span, radius).unwrap();
             let oracle = Segment::new(-0.5 * span, 0.5 * span);
-            let nearest = face.nearest(place);
+            let nearest = edge.nearest(place);
             let pose = Pose::identity();
             prop_assert!((nearest.distance - oracle.distance_to_point(&pose, place, true)).abs() < 1e-14);
             let foot = place - nearest.distance * nearest.direction;

@@ -1,0 +1,448 @@
+//! The gap between an atom in flight and a straight edge, of which both may turn.
+//!
+//! # Lemmas
+//! In the notation of [`gap_search`](crate::gap_search): the atom of body P has the arm r and the
+//! angular velocity ω_P, the edge of body Q has the normal n, the direction e and the middle m, which
+//! turn with ω_Q. D = X + V t + r leads from the centre of Q to the atom. y = n·(D − m) and x = e·(D
+//! − m) are its coordinates in the frame of the edge, half of whose length is ℓ.
+//!
+//! 1. **Gap.** Between the ends, |x| ≤ ℓ, the gap is g = |y| − s. Both sides count, and with s > 0
+//!    they never meet.
+//! 2. **Derivatives.** y' = n·(D' − ω_Q D^⊥) with D' = V + ω_P r^⊥, and y'' = n·(−ω_P² r − 2 ω_Q D'^⊥
+//!    − ω_Q² D); x' and x'' likewise with e. *Proof.* n' = ω_Q n^⊥.
+//! 3. **Bounds for all times.** While |X + V t| ≤ ϱ, y'' and x'' are at most K = ω_Q² ϱ + 2 |ω_Q||V| +
+//!    (ω_P − ω_Q)² r in magnitude, and y''' and x''' at most K₃ = |ω_Q|³ ϱ + 3 ω_Q² |V| + |ω_P − ω_Q|³
+//!    r. *Proof.* In the frame of Q the atom is at p = R_Q⁻¹ (X + V t) + R(θ_P − θ_Q) r, so that p'' =
+//!    −R_Q⁻¹ (ω_Q² (X + V t) + 2 ω_Q V^⊥) − (ω_P − ω_Q)² R r. y and x are linear in p: hence C₃ = K₃,
+//!    and K bounds the curvature to both sides.
+//! 4. **Reach.** A contact needs |D| ≤ q + s, with q the largest distance of a point of the edge from
+//!    the centre of Q, and so |X + V t| ≤ ϱ = q + s + r. The search is confined to the window of time
+//!    in which this holds, which is connected. If P does not turn, X + r takes the place of X, and
+//!    r that of 0: walls are long.
+//! 5. **Growth without cancellation.** y(h) − y(0) = n(h)·(V h + (R(ω_P h) − 1) r) + ((R(ω_Q h) − 1)
+//!    n)·D(0). *Proof.* n·m is constant in time.
+//! 6. **Fast rotors.** The atom stays within r of the centre of P: it does not touch the edge before
+//!    a disc of radius r + s about that centre does. The edge stays within q of the centre of Q: the
+//!    atom does not touch it before it is within q + s of that centre.
+
+use carom_geometry::{Circle, Edge};
+use carom_kinematics::{HALF_ULP as U, RelativeMotion};
+use glam::DVec2;
+
+use crate::{
+    EdgeErrorBound, Phase, SearchWindow,
+    atom_pair::{centripetal, or_none, swing},
+    flight::{Flight, Pose},
+    gap_search::{Gap, GapFunction, contact_within},
+    safe_step::{Curvature, safe_step},
+    search::{PairOutcome, Search},
+    skim,
+    strip::Strip,
+    tolerance::FAST_ROTOR,
+    trace::Recorder,
+};
+
+/// An atom of one body and an edge of the other.
+pub(crate) struct EdgePair<'a> {
+    flight: &'a Flight<'a>,
+    /// The number of the body with the atom (0 for A, 1 for B).
+    body: usize,
+    atom: Circle,
+    edge: &'a Edge,
+    /// Coordinates of m across and along the edge, in the frame of its body.
+    middle: [f64; 2],
+    /// s
+    contact_distance: f64,
+    /// ω_P and ω_Q
+    spins: [f64; 2],
+    /// r; 0 if P does not turn.
+    orbit: f64,
+    /// The bound on y'' of the centre of P, the part of K without r.
+    of_centre: f64,
+    /// K
+    largest: f64,
+    /// K₃
+    jerk: f64,
+    /// A bound on the sum of the magnitudes of all terms of y''.
+    terms: f64,
+    error: EdgeErrorBound,
+}
+
+/// An atom at one time, relative to the edge.
+#[derive(Clone, Copy)]
+pub(crate) struct EdgePose {
+    time: f64,
+    /// D
+    place: DVec2,
+    /// r in the present orientation.
+    arm: DVec2,
+    /// e
+    along: DVec2,
+    outwards: Side,
+    endwards: Side,
+}
+
+/// A direction, and the coordinate of the middle of the edge in it: the normal on the atom's side,
+/// or the direction along the edge to the nearer end.
+#[derive(Clone, Copy)]
+struct Side {
+    direction: DVec2,
+    middle: f64,
+}
+
+/// A distance in one direction, and its first two time derivatives.
+#[derive(Clone, Copy)]
+pub(crate) struct Excess {
+    pub(crate) value: f64,
+    pub(crate) rate: f64,
+    /// Second derivative.
+    second: f64,
+}
+
+impl Side {
+    /// The side of the point `place`, of the two in a direction and against it.
+    fn of(direction: DVec2, middle: f64, place: DVec2) -> Self {
+        if direction.dot(place) - middle < 0.0 {
+            Self {
+                direction: -direction,
+                middle: -middle,
+            }
+        } else {
+            Self { direction, middle }
+        }
+    }
+
+    fn coordinate(self, place: DVec2) -> f64 {
+        self.direction.dot(place) - self.middle
+    }
+}
+
+impl<'a> EdgePair<'a> {
+    pub(crate) fn new(flight: &'a Flight<'a>, body: usize, atom: Circle, edge: &'a Edge) -> Self {
+        let spins = [flight.spin[body], flight.spin[1 - body]];
+        let [spin, fast] = spins.map(f64::abs);
+        let contact_distance = atom.radius + edge.radius();
+        let orbit = if spin == 0.0 { 0.0 } else { atom.arm };
+        let apart = (spins[0] - spins[1]).abs();
+        let of_atom = centripetal(apart, orbit);
+        // The border of a half-plane reaches to infinity, and does not turn.
+        let reach = if fast == 0.0 {
+            0.0
+        } else {
+            edge.reach() + contact_distance + orbit
+        };
+        let of_centre = centripetal(fast, reach) + 2.0 * fast * flight.speed;
+        let jerk = fast * fast * (fast * reach + 3.0 * flight.speed) + apart * of_atom;
+        Self {
+            flight,
+            body,
+            atom,
+            edge,
+            middle: [edge.normal(), edge.along()].map(|direction| direction.dot(edge.middle())),
+            contact_distance,
+            spins,
+            orbit,
+            of_centre,
+            largest: of_centre + of_atom,
+            jerk: or_none(jerk, of_centre + of_atom > 0.0),
+            terms: centripetal(spin, orbit)
+                + 2.0 * fast * (flight.speed + spin * orbit)
+                + fast * fast * (reach + orbit),
+            error: EdgeErrorBound::with_spins(flight.motion, body, flight.spin, &atom, edge),
+        }
+    }
+
+    /// The first contact with the edge between its ends from `begin` to `limit`; there must be none
+    /// before `begin`.
+    pub(crate) fn first_contact_in_span<R: Recorder>(
+        &self,
+        begin: f64,
+        limit: f64,
+        search: &mut Search<R>,
+    ) -> PairOutcome {
+        match self.window(limit) {
+            None => PairOutcome::Free,
+            Some(window) if self.largest == 0.0 => {
+                search.evaluations += 1;
+                let time = self.straight_contact();
+                search.recorder.step(Phase::ClosedForm, 0.0, Some(time));
+                contact_within(time, window.end)
+            }
+            Some(window) if window.begin.max(begin) > window.end => PairOutcome::Free,
+            Some(window) => self.first_contact(
+                window.begin.max(begin),
+                [f64::INFINITY, window.end],
+                &mut 0,
+                search,
+            ),
+        }
+    }
+
+    /// The window of time, up to `limit`, in which the atom is within reach of the edge (Lemma 4).
+    fn window(&self, limit: f64) -> Option<SearchWindow> {
+        let motion = self.flight.motion;
+        if self.spins[1] == 0.0 {
+            let room = self.atom.arm + self.atom.radius;
+            return Strip::window(motion, self.body, self.edge, room, limit);
+        }
+        let reach = self.edge.reach() + self.contact_distance + self.orbit;
+        if self.orbit == self.atom.arm {
+            return skim(motion, reach, limit);
+        }
+        let arm = self.flight.at(0.0).arm(self.body, self.atom.offset);
+        let about_the_atom = RelativeMotion {
+            separation: motion.separation + if self.body == 1 { arm } else { -arm },
+            separation_error: self.error.at(0.0),
+            ..*motion
+        };
+        skim(&about_the_atom, reach, limit)
+    }
+
+    /// The contact time of an atom in uniform motion with the edge; infinite if there is none.
+    ///
+    /// The contact is at the later of the times at which the gap closes and the atom enters the
+    /// span, if the atom is in the span then. An atom that only grazes an end may enter the span at
+    /// a gap of 0 to rounding. Atoms that touch or overlap are decided by Lemma 8 of
+    /// [`gap_search`](crate::gap_search).
+    fn straight_contact(&self) -> f64 {
+        let pose = self.pose(0.0);
+        let now = self.gap(&pose);
+        let beyond = self.beyond(&pose);
+        let closing = -now.rate;
+        let reaches = if now.value > now.error {
+            if closing > 0.0 {
+                now.value / closing
+            } else {
+                f64::INFINITY
+            }
+        } else if now.is_contact() {
+            if closing > 0.0 {
+                (now.value / closing).max(0.0)
+            } else {
+                0.0
+            }
+        } else if closing > 0.0 {
+            now.fall() / closing
+        } else {
+            f64::INFINITY
+        };
+        let enters = if beyond.value <= now.error {
+            0.0
+        } else if beyond.rate < 0.0 {
+            beyond.value / -beyond.rate
+        } else {
+            f64::INFINITY
+        };
+        let time = reaches.max(enters);
+        if time == f64::INFINITY {
+            return time;
+        }
+        let then = pose.place + self.velocity_of(DVec2::ZERO) * time;
+        let along = pose.endwards.coordinate(then).abs();
+        let in_span = along - self.edge.half_length() <= self.error.at(time);
+        if in_span && pose.outwards.coordinate(then) > 0.0 || time == 0.0 {
+            time
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// D': the velocity of the atom relative to the centre of the edge's body.
+    fn velocity_of(&self, arm: DVec2) -> DVec2 {
+        let velocity = self.flight.motion.velocity;
+        let of_centre = if self.body == 1 { velocity } else { -velocity };
+        of_centre + self.spins[0] * arm.perp()
+    }
+
+    fn pose_of(&self, time: f64, along: DVec2, place: DVec2, arm: DVec2) -> EdgePose {
+        let [across, lengthwise] = self.middle;
+        let outwards = if self.edge.is_solid_behind() {
+            Side {
+                direction: along.perp(),
+                middle: across,
+            }
+        } else {
+            Side::of(along.perp(), across, place)
+        };
+        EdgePose {
+            time,
+            place,
+            arm,
+            along,
+            outwards,
+            endwards: Side::of(along, lengthwise, place),
+        }
+    }
+
+    /// The distance of the atom from the middle of the edge in one direction (length) less
+    /// `distance`, and its derivatives (Lemma 2).
+    fn excess(&self, pose: &EdgePose, side: Side, distance: f64) -> Excess {
+        let [spin, spin_of_edge] = self.spins;
+        let velocity = self.velocity_of(pose.arm);
+        let of_atom = -(spin * spin) * pose.arm;
+        let of_edge = spin_of_edge * (2.0 * velocity.perp() + spin_of_edge * pose.place);
+        Excess {
+            value: side.coordinate(pose.place) - distance,
+            rate: side
+                .direction
+                .dot(velocity - spin_of_edge * pose.place.perp()),
+            second: side.direction.dot(of_atom - of_edge),
+        }
+    }
+
+    /// The distance of the atom's centre beyond the nearer end of the edge; at most 0 in the span.
+    pub(crate) fn beyond(&self, pose: &EdgePose) -> Excess {
+        self.excess(pose, pose.endwards, self.edge.half_length())
+    }
+
+    /// The curvature of the excess in a direction (Lemma 3).
+    fn curvature(&self, excess: &Excess, error: f64) -> Curvature {
+        let [spin, spin_of_edge] = self.spins.map(f64::abs);
+        let motion = self.flight.motion;
+        // The direction has an error of 12 u and that of the orientation, place and arms have their
+        // shares of E, the velocity has δV, and there are fewer than 12 roundings.
+        let both = spin + spin_of_edge;
+        let tilt = motion.orientation_error[1 - self.body];
+        let second_error = self.terms * (24.0 * U + tilt)
+            + both * both * error
+            + 2.0 * spin_of_edge * motion.velocity_error;
+        let least = excess.second - second_error;
+        Curvature {
+            along_normal: least,
+            of_gap: least,
+            jerk: self.jerk,
+            gap_jerk: self.jerk,
+            upwards: self.largest,
+            ..Curvature::at_most(self.largest)
+        }
+    }
+
+    /// The step to the time at which the disc of radius r + s about the centre of P may reach the
+    /// line of the edge (Lemma 6).
+    #[cold]
+    fn step_of_orbiting_atom(&self, pose: &EdgePose) -> f64 {
+        let place = pose.place - pose.arm;
+        let centre = self.pose_of(pose.time, pose.along, place, DVec2::ZERO);
+        let distance = self.contact_distance + self.orbit;
+        let excess = self.excess(&centre, centre.outwards, distance);
+        let gap = excess.value - self.error.at(pose.time);
+        if gap > 0.0 {
+            let rate = excess.rate - self.error.of_rate(pose.time);
+            safe_step(gap, rate, &Curvature::at_most(self.of_centre))
+        } else {
+            0.0
+        }
+    }
+
+    /// The step to the time at which the atom may reach the disc about the centre of Q in which the
+    /// edge stays (Lemma 6).
+    #[cold]
+    fn step_of_orbiting_edge(&self, pose: &EdgePose) -> f64 {
+        let (distance, error) = (pose.place.length(), self.error.at(pose.time));
+        let gap = distance - (self.edge.reach() + self.contact_distance) - error;
+        if gap > 0.0 {
+            let rate = pose.place.dot(self.velocity_of(pose.arm)) / distance;
+            // The direction of D has an error of 2 E/|D|.
+            let of_direction = 2.0 * self.error.speed() * error / distance;
+            let rate = rate - (self.error.of_rate(pose.time) + of_direction);
+            let bend = centripetal(self.spins[0], self.orbit);
+            safe_step(gap, rate, &Curvature::at_most(bend))
+        } else {
+            0.0
+        }
+    }
+}
+
+impl GapFunction for EdgePair<'_> {
+    type Pose = EdgePose;
+
+    fn pose(&self, time: f64) -> EdgePose {
+        let at: Pose = self.flight.at(time);
+        let arm = at.arm(self.body, self.atom.offset);
+        let along = at.arm(1 - self.body, self.edge.along());
+        // Negation is exact, so exchanging A and B changes no bit.
+        let centre = if self.body == 1 {
+            at.separation
+        } else {
+            -at.separation
+        };
+        self.pose_of(time, along, centre + arm, arm)
+    }
+
+    fn gap(&self, pose: &EdgePose) -> Gap {
+        let across = self.excess(pose, pose.outwards, self.contact_distance);
+        let (error, rate_error) = (self.error.at(pose.time), self.error.of_rate(pose.time));
+        Gap {
+            value: across.value,
+            rate: across.rate,
+            second: across.second,
+            slowness: 1.0 / (rate_error - across.rate),
+            error,
+            rate_error,
+            curvature: self.curvature(&across, error),
+        }
+    }
+
+    fn moved(&self, start: &EdgePose, elapsed: f64) -> Option<(EdgePose, f64)> {
+        let [spin, spin_of_edge] = self.spins;
+        let swing_of_atom = swing(spin, elapsed, start.arm);
+        let moved = self.velocity_of(DVec2::ZERO) * elapsed + swing_of_atom;
+        let turned = swing(spin_of_edge, elapsed, start.outwards.direction);
+        let outwards = Side {
+            direction: start.outwards.direction + turned,
+            ..start.outwards
+        };
+        let along = start.along + swing(spin_of_edge, elapsed, start.along);
+        let time = start.time + elapsed;
+        let (place, arm) = (start.place + moved, start.arm + swing_of_atom);
+        let pose = EdgePose {
+            outwards,
+            ..self.pose_of(time, along, place, arm)
+        };
+        let is_in_span = self.beyond(&pose).value <= -self.error.at(time);
+        let widened = outwards.direction.dot(moved) + turned.dot(start.place);
+        is_in_span.then_some((pose, widened))
+    }
+
+    fn top_speed(&self) -> f64 {
+        self.error.speed()
+    }
+
+    /// Corners may be much smaller than their distance from the centre of mass.
+    fn size(&self) -> f64 {
+        self.contact_distance + self.orbit
+    }
+
+    /// A certified time for which an atom beyond an end stays there, or for which fast rotors do not
+    /// reach each other.
+    fn other_step(&self, pose: &EdgePose) -> f64 {
+        let (beyond, error) = (self.beyond(pose), self.error.at(pose.time));
+        let mut step = 0.0;
+        if beyond.value > error {
+            let rate = beyond.rate - self.error.of_rate(pose.time);
+            step = safe_step(beyond.value, rate, &self.curvature(&beyond, error));
+        }
+        let [spin, spin_of_edge] = self.spins.map(f64::abs);
+        if spin_of_edge > 0.0 {
+            let speed = self.flight.speed;
+            let (rim, rim_of_edge) = (spin * self.orbit, spin_of_edge * self.edge.reach());
+            if rim > FAST_ROTOR * (speed + rim_of_edge) {
+                step = f64::max(step, self.step_of_orbiting_atom(pose));
+            }
+            if rim_of_edge > FAST_ROTOR * (speed + rim) {
+                step = f64::max(step, self.step_of_orbiting_edge(pose));
+            }
+        }
+        step
+    }
+
+    fn stays(&self, pose: &EdgePose, duration: f64) -> bool {
+        let way = 2.0 * duration * self.error.speed();
+        self.beyond(pose).value + self.error.at(pose.time) + way <= 0.0
+    }
+
+    /// Always `time`: the window of the search already covers all times within reach.
+    fn within_reach(&self, time: f64, _: f64) -> Option<f64> {
+        Some(time)
+    }
+}
