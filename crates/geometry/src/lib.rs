@@ -17,24 +17,32 @@
 
 mod atom;
 mod atom_row;
+mod boundary;
+mod boundary_point;
 mod circle_tree;
 mod covered_area;
 mod error;
 mod excluded_region;
 mod exposed_arc;
+mod exposed_side;
 mod face;
 mod gap;
 mod limits;
 mod molecule;
 mod outline;
 mod periodic_box;
+mod properties;
+mod quadrature;
 mod room;
 mod shape;
+mod union;
 
 pub use atom::Atom;
+pub use boundary_point::{BoundaryPart, BoundaryPoint};
 pub use error::GeometryError;
 pub use excluded_region::ExcludedRegion;
 pub use exposed_arc::ExposedArc;
+pub use exposed_side::{EdgeSide, ExposedSide};
 pub use face::{Face, HalfPlane, Nearest};
 pub use gap::gap_between;
 pub use limits::{MAX_MAGNITUDE, MIN_MAGNITUDE};
