@@ -126,8 +126,8 @@ impl EdgeErrorBound {
 mod tests {
     use super::*;
     use crate::{
-        error_bound::tests::{Big, PRECISION, Random, arm, big, directed_search},
         edge_pair::EdgePair,
+        error_bound::tests::{Big, PRECISION, Random, arm, big, directed_search},
         flight::Flight,
         gap_search::GapFunction,
     };

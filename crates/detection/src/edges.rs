@@ -199,7 +199,13 @@ mod tests {
                     (found.time - PI / 6.0).abs() <= 4.0 * tolerance,
                     "{found:?}"
                 );
-                assert_eq!(found.touch, Touch::EdgeOfA { edge: 0, part: Part::Atom(0) });
+                assert_eq!(
+                    found.touch,
+                    Touch::EdgeOfA {
+                        edge: 0,
+                        part: Part::Atom(0)
+                    }
+                );
                 let seen_from_it = contact(detector.first_contact(
                     dumbbell.outline(),
                     below,
@@ -284,7 +290,13 @@ mod tests {
                 &motion,
                 1.0,
             ));
-            assert_eq!(found.touch, Touch::EdgeOfA { edge: 0, part: Part::Atom(0) });
+            assert_eq!(
+                found.touch,
+                Touch::EdgeOfA {
+                    edge: 0,
+                    part: Part::Atom(0)
+                }
+            );
             // cos t = 1 − t²/2 + t⁴/24
             let expected = back * (1.0 + back * back / 12.0);
             assert!(

@@ -42,9 +42,8 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Detection, DiscLanes, Outcome, QueryBody, SearchWindow, Trace,
+    Answer, Detection, DiscLanes, Outcome, QueryBody, SearchWindow, Trace, edges,
     flight::Flight,
-    edges,
     molecule_pair::{straight, turning},
     range::{OUT_OF_RANGE, Unit, faster, later, unit},
     search::Search,

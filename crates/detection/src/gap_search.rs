@@ -242,9 +242,7 @@ pub(crate) trait GapFunction {
     /// Whether a pair that separates may return before E resolves its gap.
     fn is_back_soon(&self, now: &Gap) -> bool {
         let away = now.rate - now.rate_error;
-        away > 0.0
-            && 2.0 * away * self.top_speed()
-                < SOON * now.curvature.largest * self.size()
+        away > 0.0 && 2.0 * away * self.top_speed() < SOON * now.curvature.largest * self.size()
     }
 
     /// Returns the next contact of a pair that separates from a contact at `time` (`Ok`, a time),

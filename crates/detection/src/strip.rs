@@ -117,11 +117,7 @@ pub(crate) fn window_of_bodies(
 }
 
 /// Whether a half-plane turns, which no detector handles: it reaches everything at once.
-pub(crate) fn a_half_plane_turns(
-    a: Outline<'_>,
-    b: Outline<'_>,
-    motion: &RelativeMotion,
-) -> bool {
+pub(crate) fn a_half_plane_turns(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> bool {
     [a, b]
         .iter()
         .zip(motion.angular_velocity)

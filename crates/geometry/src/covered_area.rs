@@ -8,18 +8,20 @@
 
 use glam::DVec2;
 
-use crate::exposed_arc::boundary;
+use crate::{boundary::boundary, union::Union};
 
 /// Area of the union of the discs with these centres and radii (length²).
 ///
 /// Rounding errors are a few 10⁻¹⁶ of the total length of the arcs times the distance of the
 /// farthest point from the origin. That holds for circles that hardly cross, too, and for arcs of
-/// any length: two arcs that meet end at one point to rounding (see
-/// [`exposed_arc`](crate::exposed_arc)). Where three circles meet in one point at a small angle,
-/// they may be larger by its reciprocal, up to 10⁻⁸.
+/// any length: two arcs that meet end at one point to rounding (see [`boundary`](crate::boundary)).
+/// Where three circles meet in one point at a small angle, they may be larger by its reciprocal, up
+/// to 10⁻⁸.
 pub(crate) fn covered_area(circles: &[(DVec2, f64)]) -> f64 {
-    let arcs = (0..circles.len()).flat_map(|index| boundary(circles, index));
-    arcs.map(|piece| piece.arc.swept_area()).sum()
+    boundary(&Union::of_discs(circles.to_vec()))
+        .iter()
+        .map(|piece| piece.curve.swept_area())
+        .sum()
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ pub enum EdgedShape {
 }
 
 /// The most corners of a regular polygon by name.
-const MAX_CORNERS: usize = 4096;
+const MAX_CORNERS: usize = 1024;
 
 /// The radius of the corners of a polygon over its size, if none is given.
 pub const DEFAULT_ROUNDING: f64 = 1e-6;
@@ -62,12 +62,7 @@ impl EdgedShape {
     ///
     /// # Errors
     /// [`GeometryError`] if a number is out of range.
-    pub fn molecule(
-        self,
-        size: f64,
-        rounding: f64,
-        mass: f64,
-    ) -> Result<Molecule, GeometryError> {
+    pub fn molecule(self, size: f64, rounding: f64, mass: f64) -> Result<Molecule, GeometryError> {
         check_positive("the size of a shape", size)?;
         check_positive("the mass of a molecule", mass)?;
         if let Self::Capsule(length) = self {
@@ -118,11 +113,9 @@ impl EdgedShape {
                 number("B of kite:A,B", behind)
             }
             Self::Polygon(count) if !(3..=MAX_CORNERS).contains(&count) => {
-                Err(GeometryError::AtomCount {
-                    shape: "polygon",
-                    count,
-                    least: 3,
-                })
+                Err(GeometryError::Polygon(format!(
+                    "needs 3 to {MAX_CORNERS} corners, but has {count}"
+                )))
             }
             Self::Square | Self::Triangle | Self::Polygon(_) => Ok(self),
         }
@@ -185,8 +178,19 @@ mod tests {
             assert_eq!(shape.to_string().parse::<EdgedShape>().unwrap(), shape);
         }
         for bad in [
-            "", "Square", "square:2", "capsule", "capsule:0", "capsule:-1", "capsule:nan",
-            "rectangle:x", "polygon:2", "polygon:4097", "polygon:3.5", "kite:1", "kite:1,0",
+            "",
+            "Square",
+            "square:2",
+            "capsule",
+            "capsule:0",
+            "capsule:-1",
+            "capsule:nan",
+            "rectangle:x",
+            "polygon:2",
+            "polygon:1025",
+            "polygon:3.5",
+            "kite:1",
+            "kite:1,0",
         ] {
             assert!(bad.parse::<EdgedShape>().is_err(), "{bad}");
         }
@@ -207,11 +211,18 @@ mod tests {
             ("kite:1,1", 1.0, (4.0 + 1.0) / 24.0),
         ] {
             let shape = of(name);
-            assert!((shape.area() / area - 1.0).abs() < 1e-8, "{name}: {}", shape.area());
+            assert!(
+                (shape.area() / area - 1.0).abs() < 1e-8,
+                "{name}: {}",
+                shape.area()
+            );
             let found = shape.moment_of_inertia();
             assert!((found / moment - 1.0).abs() < 1e-8, "{name}: {found}");
         }
         assert_eq!(of("polygon:5").atoms().len(), 5);
-        assert_eq!(of("capsule:2").bounding_radius(), 1.5 * (1.0 + 4.0 * f64::EPSILON));
+        assert_eq!(
+            of("capsule:2").bounding_radius(),
+            1.5 * (1.0 + 4.0 * f64::EPSILON)
+        );
     }
 }

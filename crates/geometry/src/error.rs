@@ -55,10 +55,10 @@ pub enum GeometryError {
          triangle, polygon:N or kite:A,B"
     )]
     UnknownShape(String),
-    /// A rod, ring or polygon with an invalid number of atoms.
+    /// A rod or ring with an invalid number of atoms.
     #[error("a {shape} must have {least} to 4096 atoms, but has {count}")]
     AtomCount {
-        /// Rod, ring or polygon.
+        /// Rod or ring.
         shape: &'static str,
         /// The number given.
         count: usize,

@@ -1,17 +1,16 @@
 //! The arcs on which a round probe can touch one atom of a molecule.
 //!
-//! A probe of radius r touches an atom of radius ρ with its centre on the circle of radius s = ρ +
-//! r about the atom. Another atom, whose own such circle has radius s′, at distance d in direction
-//! φ, covers all of it (s + d ≤ s′), nothing of it (d ≥ s + s′, or s′ + d ≤ s), or the angles
-//! within α of φ, with cos α = (d² + s² − s′²) / (2 s d) and s sin α = h, half the common chord of
-//! both circles: (2 d h)² = (s + s′ + d) (s + s′ − d) (d + |s − s′|) (d − |s − s′|) (Heron). Both
-//! circles take h from the same product, so the arcs of both end at one point to rounding, also
-//! where the circles hardly cross. An arc cosine would be off by up to the root of the rounding
-//! there.
+//! A probe of radius r touches an atom of radius ρ with its centre on the circle of radius ρ + r
+//! about the atom.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
+
+use crate::{
+    boundary_point::{BoundaryPart, BoundaryPoint},
+    quadrature::sum_of_means,
+};
 
 /// An arc of directions of the contact normal in which a probe can touch one atom.
 ///
@@ -47,20 +46,25 @@ impl ExposedArc {
         self.centre + self.radius * direction(normal)
     }
 
+    /// The contact with the normal in direction `normal` (radians).
+    pub fn contact(&self, normal: f64) -> BoundaryPoint {
+        BoundaryPoint {
+            part: BoundaryPart::Atom(self.atom),
+            foot: self.centre,
+            radius: self.radius,
+            normal,
+        }
+    }
+
     /// ∫ weight ds from one direction of the normal to another (radians), within the arc.
     ///
     /// Three-point Gauss rule on pieces of at most one degree, which is exact to rounding for
     /// weights that vary on the scale of a molecule's shape.
-    pub fn integral(&self, from: f64, to: f64, weight: &impl Fn(&Self, f64) -> f64) -> f64 {
+    pub fn integral(&self, from: f64, to: f64, weight: &impl Fn(&BoundaryPoint) -> f64) -> f64 {
         let pieces = ((to - from) / (PI / 180.0)).ceil().max(1.0) as usize;
         let step = (to - from) / pieces as f64;
-        let offset = 0.6f64.sqrt();
-        let piece = |index: usize| {
-            let middle = from + (index as f64 + 0.5) * step;
-            let at = |node: f64| weight(self, middle + 0.5 * step * node);
-            (5.0 * (at(-offset) + at(offset)) + 8.0 * at(0.0)) / 18.0
-        };
-        self.radius * step * (0..pieces).map(piece).sum::<f64>()
+        let sum = sum_of_means(from, step, pieces, |normal| weight(&self.contact(normal)));
+        self.radius * step * sum
     }
 
     /// The pieces of the arc in each of `count` equal sectors of the whole turn, beginning at
@@ -90,8 +94,7 @@ impl ExposedArc {
     /// (Green).
     pub(crate) fn swept_area(&self) -> f64 {
         // A whole circle ends where it starts; rounding must not leave a chord.
-        let is_whole = self.angle() >= TAU;
-        let chord = if is_whole {
+        let chord = if self.is_whole() {
             DVec2::ZERO
         } else {
             direction(self.end) - direction(self.start)
@@ -100,14 +103,9 @@ impl ExposedArc {
             * (self.radius * self.angle() + self.centre.x * chord.y - self.centre.y * chord.x)
     }
 
-    /// The change of the direction to the arc along it, from a point not inside the circle
-    /// (radians, less than half a turn).
-    pub(crate) fn turn_about(&self, point: DVec2) -> f64 {
-        if self.angle() >= TAU {
-            return 0.0;
-        }
-        let (from, to) = (self.point(self.start) - point, self.point(self.end) - point);
-        libm::atan2(from.perp_dot(to), from.dot(to))
+    /// Whether this is a whole circle.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.angle() >= TAU
     }
 }
 
@@ -115,121 +113,4 @@ impl ExposedArc {
 fn direction(angle: f64) -> DVec2 {
     let (sin, cos) = libm::sincos(angle);
     DVec2::new(cos, sin)
-}
-
-/// An exposed arc and the atoms whose circles end it on both sides; `None` for a whole circle.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Piece {
-    pub arc: ExposedArc,
-    pub before: Option<usize>,
-    pub after: Option<usize>,
-}
-
-/// Exposed arcs shorter than this (radians) are roundings of circles that meet in one point.
-/// Smaller: atoms that only touch a corner of the boundary would count as reachable. Larger: arcs
-/// that a gas can hit are lost.
-const MIN_ARC: f64 = 1e-12;
-
-/// The exposed arcs of one circle of a union, given as centres and radii; without those that are
-/// roundings of circles that meet in one point.
-pub(crate) fn exposed(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
-    let mut pieces = boundary(circles, atom);
-    pieces.retain(|piece| piece.arc.angle() > MIN_ARC);
-    pieces
-}
-
-/// The part of a circle that another disc covers.
-enum Cover {
-    Nothing,
-    /// The circles are the same.
-    Identical,
-    All,
-    /// From a start in [0, 2π) to an end (radians).
-    Arc(f64, f64),
-}
-
-/// The part of the first circle that the second disc covers.
-fn cover((centre, radius): (DVec2, f64), (other_centre, other_radius): (DVec2, f64)) -> Cover {
-    let to_other = other_centre - centre;
-    let reach = radius + other_radius;
-    // Excludes distant circles without a square root.
-    if to_other.length_squared() > 2.0 * reach * reach {
-        return Cover::Nothing;
-    }
-    let distance = to_other.length();
-    if distance == 0.0 && radius == other_radius {
-        return Cover::Identical;
-    }
-    let difference = (radius - other_radius).abs();
-    if distance <= difference && radius < other_radius {
-        return Cover::All;
-    }
-    if distance >= reach || distance <= difference {
-        return Cover::Nothing;
-    }
-    // Of both sides of a triangle, times 2 d; s² − s′² as a product, which does not cancel.
-    let along = distance * distance + (radius - other_radius) * reach;
-    let chord = ((reach + distance) * (reach - distance)).sqrt()
-        * ((distance + difference) * (distance - difference)).sqrt();
-    let half = libm::atan2(chord, along);
-    let start = (libm::atan2(to_other.y, to_other.x) - half).rem_euclid(TAU);
-    Cover::Arc(start, start + 2.0 * half)
-}
-
-/// The exposed arcs of one circle of a union, however short.
-pub(crate) fn boundary(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
-    let (centre, radius) = circles[atom];
-    let arc = |start: f64, angle: f64| ExposedArc {
-        atom,
-        start,
-        end: start + angle,
-        radius,
-        centre,
-    };
-    // Start, end, and the index of the covering circle.
-    let mut covered: Vec<(f64, f64, usize)> = Vec::new();
-    for (other, &circle) in circles
-        .iter()
-        .enumerate()
-        .filter(|(other, _)| *other != atom)
-    {
-        match cover((centre, radius), circle) {
-            Cover::Nothing => {}
-            // Of identical circles only the first counts.
-            Cover::Identical if other > atom => {}
-            Cover::Identical | Cover::All => return Vec::new(),
-            Cover::Arc(start, end) => covered.push((start, end, other)),
-        }
-    }
-    covered.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let Some(&(first, _, opener)) = covered.first() else {
-        return vec![Piece {
-            arc: arc(0.0, TAU),
-            before: None,
-            after: None,
-        }];
-    };
-    // One turn from the start of the first covered piece; the gaps between pieces are exposed. A
-    // piece that starts late may extend past the whole turn and cover more than the first piece.
-    let (mut reached, mut last) = (first, opener);
-    for &(_, end, other) in &covered {
-        if end - TAU > reached {
-            (reached, last) = (end - TAU, other);
-        }
-    }
-    let mut pieces = Vec::new();
-    for &(start, end, other) in covered.iter().chain([&(first + TAU, first + TAU, opener)]) {
-        if start > reached {
-            let from = reached.rem_euclid(TAU);
-            pieces.push(Piece {
-                arc: arc(from, start - reached),
-                before: Some(last),
-                after: Some(other),
-            });
-        }
-        if end > reached {
-            (reached, last) = (end, other);
-        }
-    }
-    pieces
 }

@@ -108,7 +108,8 @@ impl<'a> View<'a> {
     fn depth_inside(&self) -> f64 {
         let mut deepest: f64 = 0.0;
         for ring in self.body.solid_rings() {
-            let corner = |index: usize| self.body.atoms()[ring[index % ring.len()] as usize].offset();
+            let corner =
+                |index: usize| self.body.atoms()[ring[index % ring.len()] as usize].offset();
             let sides = || (0..ring.len()).map(|index| [corner(index), corner(index + 1)]);
             for &(place, radius) in &self.atoms {
                 if encloses(sides(), place) {

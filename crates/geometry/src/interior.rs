@@ -20,7 +20,7 @@ pub enum Interior {
 }
 
 /// The most corners of a polygon; a larger number is probably an error.
-const MAX_CORNERS: usize = 4096;
+const MAX_CORNERS: usize = 1024;
 
 /// The smallest radius of the corners of a polygon, as a share of the largest distance of a corner
 /// from the first. At smaller radii the rounding of positions hides on which side of an edge a
@@ -33,9 +33,7 @@ pub(crate) fn simple_polygon(corners: &[DVec2], radius: f64) -> Result<&[DVec2],
     let refused = |problem: String| Err(GeometryError::Polygon(problem));
     let count = corners.len();
     if !(3..=MAX_CORNERS).contains(&count) {
-        return refused(format!(
-            "needs 3 to {MAX_CORNERS} corners, but has {count}"
-        ));
+        return refused(format!("needs 3 to {MAX_CORNERS} corners, but has {count}"));
     }
     for corner in corners {
         check_length("the x of a corner", corner.x)?;
@@ -116,7 +114,11 @@ pub(crate) fn solid_rings(atoms: &[Atom], edges: &[Edge], interior: Interior) ->
             continue;
         }
         let line = line_from(start, &neighbours, &mut seen);
-        if line.len() > 2 && line.iter().all(|&atom| neighbours[atom as usize].len() == 2) {
+        if line.len() > 2
+            && line
+                .iter()
+                .all(|&atom| neighbours[atom as usize].len() == 2)
+        {
             rings.push(counter_clockwise(line, atoms));
         }
     }
@@ -154,7 +156,11 @@ pub(crate) fn encloses(line: impl Iterator<Item = [DVec2; 2]>, point: DVec2) -> 
         let is_between = (from.y > point.y) != (to.y > point.y);
         is_between && {
             let turn = (to - from).perp_dot(point - from);
-            if to.y > from.y { turn > 0.0 } else { turn < 0.0 }
+            if to.y > from.y {
+                turn > 0.0
+            } else {
+                turn < 0.0
+            }
         }
     };
     line.filter(crosses).count() % 2 == 1
@@ -180,13 +186,17 @@ mod tests {
         let touching = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 0.0), (0.0, 1.0)];
         let spike = [(0.0, 0.0), (2.0, 0.0), (1.0, 0.0), (1.0, 1.0)];
         for (list, radius, expected) in [
-            (&square[..2], 0.1, "needs 3 to 4096 corners, but has 2"),
+            (&square[..2], 0.1, "needs 3 to 1024 corners, but has 2"),
             (&square[..], 1e-12, "since rounding hides"),
             (&bow[..], 1e-3, "sides 0 and 2 that meet"),
             (&touching[..], 1e-3, "sides 0 and 2 that meet"),
             (&spike[..], 1e-3, "folds back on itself at corner 1"),
             (&square[..], -0.1, "radius of the corners"),
-            (&[(0.0, 0.0), (f64::NAN, 0.0), (1.0, 1.0)], 0.1, "x of a corner"),
+            (
+                &[(0.0, 0.0), (f64::NAN, 0.0), (1.0, 1.0)],
+                0.1,
+                "x of a corner",
+            ),
         ] {
             let problem = refusal(list, radius);
             assert!(problem.contains(expected), "{problem} for {expected}");
@@ -209,7 +219,14 @@ mod tests {
 
     #[test]
     fn a_point_is_enclosed_by_a_notched_line_only_inside() {
-        let ell = corners(&[(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0)]);
+        let ell = corners(&[
+            (0.0, 0.0),
+            (3.0, 0.0),
+            (3.0, 1.0),
+            (1.0, 1.0),
+            (1.0, 3.0),
+            (0.0, 3.0),
+        ]);
         let encloses = |x, y| {
             let sides = (0..6).map(|index| [ell[index], ell[(index + 1) % 6]]);
             encloses(sides, DVec2::new(x, y))

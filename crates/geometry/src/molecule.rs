@@ -9,9 +9,13 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use crate::{
-    Atom, AtomRow, CircleTree, Edge, GeometryError, Outline, Shape, atom::reach,
-    boundary::{Union, covered_area},
-    check_positive, interior::{self, Interior},
+    Atom, AtomRow, CircleTree, Edge, GeometryError, Outline, Shape,
+    atom::reach,
+    check_positive,
+    covered_area::covered_area,
+    interior::{self, Interior},
+    properties::Properties,
+    union::{Bar, Union},
 };
 
 /// A rigid union of discs, and of thick straight edges between them, with its mass, moment of
@@ -138,7 +142,7 @@ impl Molecule {
         // Twice: the rounding of the centre is then that of lengths of the size of the molecule.
         for _ in 0..2 {
             let edges = edges_between(&atoms, edges)?;
-            let centre = Union::of(&atoms, &edges, interior).properties().centroid;
+            let centre = Properties::of(&union_of(&atoms, &edges, interior)).centroid();
             for atom in &mut atoms {
                 *atom = atom.moved_by(-centre);
             }
@@ -228,7 +232,7 @@ impl Molecule {
         mass: Option<f64>,
     ) -> Result<Self, GeometryError> {
         let edges = edges_between(&atoms, edges)?;
-        let properties = Union::of(&atoms, &edges, interior).properties();
+        let properties = Properties::of(&union_of(&atoms, &edges, interior));
         let mut molecule = Self {
             edges,
             interior,
@@ -417,6 +421,32 @@ impl Molecule {
         self.area
     }
 
+    /// Length of the whole boundary; around enclosed holes, too. For a wall, that of both sides and
+    /// of the ends.
+    ///
+    /// The second virial coefficient of a convex molecule with others of its kind is A + P²/4π, with
+    /// its area A and its perimeter P (length²; Isihara, J. Chem. Phys. 18 (1950) 1446, in the
+    /// plane).
+    ///
+    /// ```
+    /// use carom_geometry::Molecule;
+    ///
+    /// let capsule = Molecule::capsule(2.0, 0.5, 1.0)?;
+    /// assert!((capsule.perimeter() - (4.0 + std::f64::consts::PI)).abs() < 1e-14);
+    /// # Ok::<(), carom_geometry::GeometryError>(())
+    /// ```
+    pub fn perimeter(&self) -> f64 {
+        if let Some(wall) = self.wall_edge() {
+            return 4.0 * wall.half_length() + std::f64::consts::TAU * wall.radius();
+        }
+        Properties::of(&self.union()).perimeter
+    }
+
+    /// The union of atoms, edges and solid interiors.
+    pub(crate) fn union(&self) -> Union {
+        union_of(&self.atoms, &self.edges, self.interior)
+    }
+
     /// Whether this is a single atom. Other molecules may be round, too: see
     /// [`is_round`](Self::is_round).
     pub fn is_disc(&self) -> bool {
@@ -518,7 +548,9 @@ impl TryFrom<Written> for Molecule {
                 mass,
             } => {
                 refuse_coincident(&atoms)?;
-                mass.map_or(Ok(1.0), |mass| check_positive("the mass of a molecule", mass))?;
+                mass.map_or(Ok(1.0), |mass| {
+                    check_positive("the mass of a molecule", mass)
+                })?;
                 Self::of_parts(atoms, &edges, interior, mass)
             }
             Written::Wall {
@@ -550,10 +582,7 @@ fn refuse_coincident(atoms: &[Atom]) -> Result<(), GeometryError> {
 }
 
 /// The edges between pairs of these atoms.
-fn edges_between(
-    atoms: &[Atom],
-    edges: &[([u32; 2], f64)],
-) -> Result<Vec<Edge>, GeometryError> {
+fn edges_between(atoms: &[Atom], edges: &[([u32; 2], f64)]) -> Result<Vec<Edge>, GeometryError> {
     let mut made: Vec<Edge> = Vec::with_capacity(edges.len());
     for (index, &([first, second], radius)) in edges.iter().enumerate() {
         let refused = |problem| GeometryError::Edge {
@@ -580,6 +609,16 @@ fn edges_between(
         made.push(Edge::between(ends, radius)?);
     }
     Ok(made)
+}
+
+fn union_of(atoms: &[Atom], edges: &[Edge], interior: Interior) -> Union {
+    let circle = |atom: &Atom| (atom.offset(), atom.radius());
+    let bar = |(ends, radius)| Bar { ends, radius };
+    Union {
+        circles: atoms.iter().map(circle).collect(),
+        bars: ends_and_radii(edges).map(bar).collect(),
+        rings: interior::solid_rings(atoms, edges, interior),
+    }
 }
 
 /// The atoms at the ends of each edge, and its radius.

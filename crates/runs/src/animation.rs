@@ -327,7 +327,12 @@ fn walls(view: &View<'_>, part: Option<&VisibleRegion>) -> Vec<[f64; 5]> {
     let wall = |ends: [DVec2; 2], radius| [ends[0].x, ends[0].y, ends[1].x, ends[1].y, radius];
     view.bodies()
         .filter(|body| part.is_none_or(|part| part.has(body.body)))
-        .filter_map(|body| Some(wall(body.wall()?, body.body.molecule().wall_edge()?.radius())))
+        .filter_map(|body| {
+            Some(wall(
+                body.wall()?,
+                body.body.molecule().wall_edge()?.radius(),
+            ))
+        })
         .collect()
 }
 

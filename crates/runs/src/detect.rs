@@ -12,8 +12,7 @@ use std::{
 use anyhow::Result;
 use carom::engine::DetectorName;
 use carom_detection::{
-    Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Part, Touch,
-    skim,
+    Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Part, Touch, skim,
 };
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;

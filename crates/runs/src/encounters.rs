@@ -148,9 +148,8 @@ impl Row<'_> {
             .map(edge)
             .collect::<Result<_>>()
             .with_context(|| format!("column `{edges}`"))?;
-        let molecule = Molecule::with_edges(list, &edge_list, Interior::Hollow).with_context(|| {
-            format!("columns `{atoms}` and `{edges}`")
-        })?;
+        let molecule = Molecule::with_edges(list, &edge_list, Interior::Hollow)
+            .with_context(|| format!("columns `{atoms}` and `{edges}`"))?;
         Ok((molecule, motion))
     }
 

@@ -24,7 +24,7 @@ impl Pockets {
                 continue;
             }
             let region = ExcludedRegion::new(body.molecule(), radius)?;
-            if !region.hidden_arcs().is_empty() {
+            if region.has_pockets() {
                 pockets.push((*motion, region));
             }
         }

@@ -199,8 +199,8 @@ fn walls_and_impossible_probes_are_refused() {
 fn shares_of_contacts_of_a_free_tee() {
     let molecule = Molecule::named(Shape::Tee, 0.005, 2.0).unwrap();
     let inverse_moment = 1.0 / molecule.moment_of_inertia();
-    let weight = |arc: &ExposedArc, normal: f64| {
-        let lever = arc.centre.perp_dot(DVec2::from_angle(normal));
+    let weight = |contact: &BoundaryPoint| {
+        let lever = contact.lever();
         (1.0 + 0.1 + lever * lever * inverse_moment).sqrt()
     };
     let tee = region(Shape::Tee, 0.005, 0.01);
@@ -222,7 +222,7 @@ fn shares_of_contacts_of_a_free_tee() {
 #[test]
 fn sectors_add_up_and_lie_opposite_to_the_normal() {
     let tee = region(Shape::Tee, 0.005, 0.01);
-    let sectors = tee.by_impulse_direction(360, |_, _| 1.0);
+    let sectors = tee.by_impulse_direction(360, |_| 1.0);
     close(sectors.iter().sum::<f64>(), tee.perimeter());
     let level = 0.015 * 1f64.to_radians();
     // The flat top of the bar exposes three atoms; impulses there point down, to 270°.
@@ -311,4 +311,52 @@ proptest! {
             prop_assert!(!region.contains(far));
         }
     }
+}
+
+/// FNV-1a over the bits of the boundaries, areas and integrals of 300 unions of random discs.
+///
+/// Runs of earlier versions follow from these bits; the arithmetic of discs must not change.
+#[test]
+fn boundaries_of_discs_keep_their_bits() {
+    let (mut state, mut digest) = (1u64, 0xcbf2_9ce4_8422_2325_u64);
+    let mut random = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut add = |value: f64| {
+        for byte in value.to_bits().to_le_bytes() {
+            digest = (digest ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    };
+    let weight = |contact: &BoundaryPoint| (1.0 + contact.lever().powi(2)).sqrt();
+    for case in 0..300 {
+        let list: Vec<_> = (0..=case % 12)
+            .map(|_| (4.0 * random() - 2.0, 4.0 * random() - 2.0, 0.1 + random()))
+            .collect();
+        let molecule = discs(&list).unwrap();
+        let region = ExcludedRegion::new(&molecule, 0.5 * random()).unwrap();
+        for arc in region.arcs().iter().chain(region.hidden_arcs()) {
+            add(arc.atom as f64);
+            add(arc.start);
+            add(arc.end);
+        }
+        add(molecule.area());
+        for value in [region.area(), region.perimeter(), region.integral(weight)] {
+            add(value);
+        }
+        for part in region
+            .by_atom(weight)
+            .into_iter()
+            .chain(region.direction_shares(7))
+            .chain(region.atom_shares())
+        {
+            add(part);
+        }
+        add(f64::from(u8::from(
+            region.contains(DVec2::new(random(), random())),
+        )));
+    }
+    assert_eq!(digest, 0xf7cd_4f0c_944b_e536);
 }

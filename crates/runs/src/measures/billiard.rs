@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 use carom::{
     Molecule, View,
     engine::{Body, BodyView},
-    geometry::{ExcludedRegion, ExposedArc},
+    geometry::{BoundaryPoint, ExcludedRegion},
 };
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -91,11 +91,10 @@ impl Billiard {
     }
 
     /// The number of contacts on a piece of the boundary is proportional to this.
-    fn frequency(&self) -> impl Fn(&ExposedArc, f64) -> f64 {
+    fn frequency(&self) -> impl Fn(&BoundaryPoint) -> f64 {
         let ratio = self.ratio;
-        // The point of contact and the centre of the atom have the same lever arm.
-        move |arc, normal| {
-            let lever = arc.centre.perp_dot(DVec2::from_angle(normal));
+        move |contact| {
+            let lever = contact.lever();
             (1.0 + lever * lever * ratio).sqrt()
         }
     }

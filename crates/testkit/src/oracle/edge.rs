@@ -40,17 +40,10 @@ const MIN_INTERVAL: f64 = 1e-26;
 impl<'a> OracleEdgePair<'a> {
     /// The atom `index` of body `body` (0 for A, 1 for B) and the edge `number` of the other,
     /// without an allowance for overlap; `None` if there is no such edge with atoms at its ends.
-    pub fn new(
-        encounter: &'a Encounter,
-        body: usize,
-        index: usize,
-        number: usize,
-    ) -> Option<Self> {
+    pub fn new(encounter: &'a Encounter, body: usize, index: usize, number: usize) -> Option<Self> {
         let other = &encounter.molecules[1 - body];
         let edge = other.edges().get(number)?;
-        let [from, to] = edge
-            .ends()?
-            .map(|end| other.atoms()[end as usize].offset());
+        let [from, to] = edge.ends()?.map(|end| other.atoms()[end as usize].offset());
         let atom = &encounter.molecules[body].atoms()[index];
         let bound = EdgeErrorBound::new(&encounter.motion, body, &Circle::from(atom), edge);
         Some(Self {
@@ -100,10 +93,7 @@ impl<'a> OracleEdgePair<'a> {
 
     /// K while the centres of the bodies are within `distance` (length).
     fn curvature_within(&self, distance: f64) -> f64 {
-        let (fast, spin) = (
-            self.pair.spins[self.edged],
-            self.pair.spins[1 - self.edged],
-        );
+        let (fast, spin) = (self.pair.spins[self.edged], self.pair.spins[1 - self.edged]);
         let arm = self.pair.arms[1 - self.edged];
         let of_edge = fast * fast * distance + 2.0 * fast.abs() * self.pair.speed;
         (of_edge + (spin - fast) * (spin - fast) * arm) * ROUND_UP

@@ -104,8 +104,8 @@ fn search_edges<N: Number>(
 ) -> bool {
     for (body, molecule) in encounter.molecules.iter().enumerate() {
         let edges = encounter.molecules[1 - body].edges().len();
-        let pairs = (0..molecule.atoms().len())
-            .flat_map(|index| (0..edges).map(move |edge| (index, edge)));
+        let pairs =
+            (0..molecule.atoms().len()).flat_map(|index| (0..edges).map(move |edge| (index, edge)));
         for (index, number) in pairs {
             let Some(plain) = OracleEdgePair::new(encounter, body, index, number) else {
                 continue;

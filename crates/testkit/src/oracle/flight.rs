@@ -114,10 +114,7 @@ impl FlyingPair {
         let (offset, arm) = (atom.offset().to_array(), length(atom.offset().to_array()));
         let velocity = motion.velocity.to_array();
         let thickness = edge.radius();
-        let (middle, middle_arm) = (
-            edge.middle().to_array(),
-            length(edge.middle().to_array()),
-        );
+        let (middle, middle_arm) = (edge.middle().to_array(), length(edge.middle().to_array()));
         let rim = motion.angular_velocity[body].abs() * arm
             + motion.angular_velocity[1 - body].abs() * (middle_arm + edge.half_length());
         let bend = motion.angular_velocity[body].powi(2) * arm

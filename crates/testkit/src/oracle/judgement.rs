@@ -4,7 +4,7 @@ use carom_detection::{Answer, Contact, ErrorBound, Outcome, Part, Touch, encount
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ExclusionReference, Number, exclusion::Deep, edge::OracleEdgePair, flight::FlyingPair,
+    ExclusionReference, Number, edge::OracleEdgePair, exclusion::Deep, flight::FlyingPair,
 };
 
 /// Comparison of an answer with the reference.
@@ -201,9 +201,7 @@ fn edge_pair(
     edge: u32,
 ) -> Option<OracleEdgePair<'_>> {
     match part {
-        Part::Atom(index) => {
-            OracleEdgePair::new(encounter, body, index as usize, edge as usize)
-        }
+        Part::Atom(index) => OracleEdgePair::new(encounter, body, index as usize, edge as usize),
         Part::BoundingCircle => None,
     }
 }

@@ -27,8 +27,8 @@
 
 mod big;
 mod double_double;
-mod exclusion;
 mod edge;
+mod exclusion;
 mod flight;
 mod judgement;
 mod number;

@@ -56,11 +56,9 @@ pub fn check(
     report: &mut Report,
 ) -> MeasuredContact {
     let sides = &contact.sides;
-    let part = |side: &Side<'_>| {
-        match (side.atom, side.edge) {
-            (Some(atom), _) => BodyPart::Atom(atom as usize),
-            (None, edge) => BodyPart::Edge(edge.unwrap_or(0) as usize),
-        }
+    let part = |side: &Side<'_>| match (side.atom, side.edge) {
+        (Some(atom), _) => BodyPart::Atom(atom as usize),
+        (None, edge) => BodyPart::Edge(edge.unwrap_or(0) as usize),
     };
     let [a, b] = &bodies;
     let place = |axis: usize| {

@@ -129,8 +129,8 @@ impl<'a> Packing<'a> {
                 }
                 let there = scaled(other);
                 let distance = reach + there.scale * there.molecule.bounding_radius();
-                let is_near = there.molecule.is_wall()
-                    || separation.length_squared() <= distance * distance;
+                let is_near =
+                    there.molecule.is_wall() || separation.length_squared() <= distance * distance;
                 if is_near {
                     // Single bodies are held at their places: collisions do not make room there.
                     let is_held = other < self.first;

@@ -547,7 +547,7 @@ fn of_geometry(kicks: &Kicks, context: &Context<'_>) -> Vec<Figure> {
         ),
         figure("area of the excluded region", region.area(), "length²"),
     ];
-    if !region.hidden_arcs().is_empty() {
+    if region.has_pockets() {
         figures.push(figure(
             "area of pockets that the gas cannot enter",
             region.pocket_area(),

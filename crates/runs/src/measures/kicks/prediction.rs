@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use carom::{
     Molecule,
-    geometry::{ExcludedRegion, ExposedArc, GeometryError},
+    geometry::{BoundaryPoint, ExcludedRegion, GeometryError},
 };
 use glam::DVec2;
 
@@ -76,29 +76,23 @@ impl Prediction {
 
     /// Share of the contacts in each sector of directions, in a dilute gas.
     pub fn count_shares(&self, sectors: usize) -> Vec<f64> {
-        let whole = self
-            .boundary
-            .integral(|arc, normal| self.frequency(arc, normal));
+        let whole = self.boundary.integral(|contact| self.frequency(contact));
         let parts = self
             .boundary
-            .by_impulse_direction(sectors, |arc, normal| self.frequency(arc, normal));
+            .by_impulse_direction(sectors, |contact| self.frequency(contact));
         parts.iter().map(|part| part / whole).collect()
     }
 
     /// Share of the contacts on each atom, in a dilute gas.
     pub fn atom_shares(&self) -> Vec<f64> {
-        let parts = self
-            .boundary
-            .by_atom(|arc, normal| self.frequency(arc, normal));
+        let parts = self.boundary.by_atom(|contact| self.frequency(contact));
         let whole: f64 = parts.iter().sum();
         parts.iter().map(|part| part / whole).collect()
     }
 
     /// Contacts per time in an ideal gas: n √(kT / 2π) ∮ μ^(−1/2) ds.
     pub fn ideal_rate(&self, density: f64, temperature: f64) -> f64 {
-        let integral = self
-            .boundary
-            .integral(|arc, normal| self.frequency(arc, normal));
+        let integral = self.boundary.integral(|contact| self.frequency(contact));
         density * (temperature / TAU).sqrt() * integral
     }
 
@@ -116,16 +110,15 @@ impl Prediction {
 
     /// ∮ μ^(−1/2) ds: proportional to the contacts per time of a gas of given density.
     pub fn contacts(&self) -> f64 {
-        self.boundary
-            .integral(|arc, normal| self.frequency(arc, normal))
+        self.boundary.integral(|contact| self.frequency(contact))
     }
 
     /// The shares of [`Self::forgotten_at_a_contact`] times [`Self::contacts`].
     pub fn forgotten(&self) -> [f64; 2] {
         let over = |weight: &dyn Fn(DVec2, f64) -> f64| {
-            self.boundary.integral(|arc, angle| {
-                let normal = DVec2::from_angle(angle);
-                weight(normal, arc.centre.perp_dot(normal)) / self.frequency(arc, angle)
+            self.boundary.integral(|contact| {
+                let normal = DVec2::from_angle(contact.normal);
+                weight(normal, contact.foot.perp_dot(normal)) / self.frequency(contact)
             })
         };
         let [xx, yy] = [
@@ -140,10 +133,8 @@ impl Prediction {
     }
 
     /// μ^(−1/2); the number of contacts on a piece of the boundary is proportional to it.
-    fn frequency(&self, arc: &ExposedArc, normal: f64) -> f64 {
-        // The point of contact lies on the line along the normal through the atom's centre, so both
-        // have the same lever arm.
-        let lever = arc.centre.perp_dot(DVec2::from_angle(normal));
+    fn frequency(&self, contact: &BoundaryPoint) -> f64 {
+        let lever = contact.lever();
         (1.0 / self.gas_mass + self.inverse_mass + lever * lever * self.inverse_moment).sqrt()
     }
 
@@ -234,12 +225,12 @@ mod tests {
         for shape in [Shape::Tee, Shape::Rod(7), Shape::Ring(9), Shape::Cross] {
             let molecule = Molecule::named(shape, 0.3, 1.0).unwrap();
             let region = ExcludedRegion::new(&molecule, 0.4).unwrap();
-            let mean = |weight: &dyn Fn(&ExposedArc, f64) -> f64| region.integral(weight).abs();
+            let mean = |weight: &dyn Fn(&BoundaryPoint) -> f64| region.integral(weight).abs();
             let [x, y] = [
-                mean(&|_, normal| normal.cos()),
-                mean(&|_, normal| normal.sin()),
+                mean(&|contact| contact.normal.cos()),
+                mean(&|contact| contact.normal.sin()),
             ];
-            let torque = mean(&|arc, normal| arc.centre.perp_dot(DVec2::from_angle(normal)));
+            let torque = mean(&|contact| contact.lever());
             assert!(x.max(y).max(torque) < 1e-9, "{shape}: {x} {y} {torque}");
         }
     }

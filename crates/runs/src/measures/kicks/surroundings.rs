@@ -108,7 +108,7 @@ fn has_full_pocket(view: &View<'_>, body: &BodyView<'_>, disc: &Body) -> bool {
     let Ok(region) = ExcludedRegion::new(molecule, radius) else {
         return false;
     };
-    if region.hidden_arcs().is_empty() {
+    if !region.has_pockets() {
         return false;
     }
     // Turns the frame of the box into that of the body.
