@@ -46,7 +46,7 @@ pub use boundary_point::{BoundaryPart, BoundaryPoint};
 pub use edge::{Edge, HalfPlane, Nearest};
 pub use edged_shape::{DEFAULT_ROUNDING, EdgedShape};
 pub use error::GeometryError;
-pub use excluded_region::ExcludedRegion;
+pub use excluded_region::{DIRECTION_ROUNDING, ExcludedRegion};
 pub use exposed_arc::ExposedArc;
 pub use exposed_side::{EdgeSide, ExposedSide};
 pub use gap::gap_between;

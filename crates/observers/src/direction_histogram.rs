@@ -7,6 +7,7 @@
 use std::f64::consts::TAU;
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
+use carom_geometry::DIRECTION_ROUNDING;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -157,12 +158,12 @@ impl Observer for DirectionHistogram {
     }
 }
 
-/// The bin of a direction, of `bins` equal bins counter-clockwise from +x.
+/// The bin of a direction, of `bins` equal bins counter-clockwise from +x. A direction below the limit
+/// of two bins by rounding counts to the one that begins there.
 pub(crate) fn bin_of(direction: DVec2, bins: usize) -> usize {
     let angle = libm::atan2(direction.y, direction.x);
     let turns = if angle < 0.0 { angle + TAU } else { angle } / TAU;
-    // An angle just below 0 is rounded to a whole turn, which is the end of the last bin.
-    ((turns * bins as f64) as usize).min(bins - 1)
+    ((turns + DIRECTION_ROUNDING) * bins as f64) as usize % bins
 }
 
 #[cfg(test)]

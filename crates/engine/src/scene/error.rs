@@ -1,6 +1,6 @@
 //! Errors: invalid scenes and edits, and the reasons why a run ends early.
 
-use carom_geometry::{GeometryError, MAX_MAGNITUDE, Shape};
+use carom_geometry::{EdgedShape, GeometryError, MAX_MAGNITUDE, Shape};
 use carom_kinematics::EpochTime;
 use carom_response::ElasticityError;
 use thiserror::Error;
@@ -136,7 +136,9 @@ pub enum SceneError {
 /// The named shape nearest to an unknown one.
 fn nearest_shape(reason: &GeometryError) -> String {
     match reason {
-        GeometryError::UnknownShape(name) => did_you_mean(name, Shape::NAMES),
+        GeometryError::UnknownShape(name) => {
+            did_you_mean(name, Shape::NAMES.into_iter().chain(EdgedShape::NAMES))
+        }
         _ => String::new(),
     }
 }
