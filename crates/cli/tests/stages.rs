@@ -11,7 +11,7 @@ use std::{
 
 use carom::{
     BodyKey, Scene, Simulation,
-    engine::{DrawKey, ElasticitySpec, Rotation, ThermostatTarget},
+    engine::{DrawKey, ElasticitySpec, Rotation, ThermostatRule, ThermostatTarget},
     observers::write_extended_xyz,
 };
 use serde_json::Value;
@@ -142,9 +142,9 @@ fn thermostats_equal_the_same_edits_by_code_to_the_bit() {
                 replica: 0,
                 action,
             };
-            let target = ThermostatTarget::Temperature(0.25);
+            let rule = ThermostatRule::Maxwell(ThermostatTarget::Temperature(0.25));
             simulation
-                .edit(|batch| batch.thermostat_maxwell(cold, target, key))
+                .edit(|batch| batch.thermostat(cold, &rule, key))
                 .unwrap();
         }
         heats[usize::from(tag == cold)] += simulation.view().energy() - before;

@@ -8,6 +8,7 @@ pub(crate) mod distribution;
 pub(crate) mod error;
 pub(crate) mod expressions;
 pub(crate) mod gas_spec;
+pub(crate) mod kick_momentum;
 pub(crate) mod least_speed;
 pub(crate) mod max_time;
 pub(crate) mod measure_from;
@@ -19,6 +20,7 @@ pub(crate) mod scene_text;
 pub(crate) mod spelling;
 pub(crate) mod stage_spec;
 pub(crate) mod stop_spec;
+pub(crate) mod thermostat_rule;
 pub(crate) mod thermostat_target;
 pub(crate) mod two_numbers;
 

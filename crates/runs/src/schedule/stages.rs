@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use anyhow::{Context, Result, ensure};
 use carom::{
     Scene,
-    engine::{ElasticitySpec, StageSpec, ThermostatKind, did_you_mean},
+    engine::{ElasticitySpec, StageSpec, ThermostatKind, ThermostatSpec, did_you_mean},
 };
 
 use super::{actions, spans};
@@ -55,12 +55,10 @@ pub fn check(scene: &Scene) -> Result<()> {
             }
         }
         for (number, heat) in stage.set_energy.iter().enumerate() {
-            heat.target(&format!("stage[{index}].set_energy[{number}]"))?;
+            heat.rule(&format!("stage[{index}].set_energy[{number}]"))?;
         }
         for (number, thermostat) in stage.thermostat.iter().enumerate() {
-            thermostat
-                .action()
-                .target(&format!("stage[{index}].thermostat[{number}]"))?;
+            thermostat.rule(&format!("stage[{index}].thermostat[{number}]"))?;
         }
     }
     check_measured(scene)
@@ -305,20 +303,29 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
         parts.push(format!("edits at its start: {}", edits.join(", ")));
     }
     for (thermostat, count) in stage.thermostat.iter().zip(counts) {
-        let kind = match thermostat.kind {
-            ThermostatKind::EnergyReset => "energy reset",
-            ThermostatKind::Maxwell => "Maxwell",
-        };
-        let to = match (thermostat.energy, thermostat.temperature) {
-            (Some(energy), _) => format!("energy {energy}"),
-            (None, kt) => format!("kT {}", kt.unwrap_or(f64::NAN)),
-        };
         parts.push(format!(
-            "thermostat of {} to {to} ({kind}) {count} times",
-            thermostat.tag
+            "thermostat of {} {count} times",
+            thermostat_words(thermostat)
         ));
     }
     parts.join("; ")
+}
+
+/// The bodies and the rule of a thermostat.
+fn thermostat_words(thermostat: &ThermostatSpec) -> String {
+    let tag = &thermostat.tag;
+    let to = match (thermostat.energy, thermostat.temperature) {
+        (Some(energy), _) => format!("energy {energy}"),
+        (None, kt) => format!("kT {}", kt.unwrap_or(f64::NAN)),
+    };
+    match thermostat.kind {
+        ThermostatKind::EnergyReset => format!("{tag} to {to} (energy reset)"),
+        ThermostatKind::Maxwell => format!("{tag} to {to} (Maxwell)"),
+        ThermostatKind::Langevin => format!("{tag} to {to} (Langevin)"),
+        ThermostatKind::Active => format!("{tag} (self-propulsion)"),
+        ThermostatKind::Rotate => format!("{tag} (random directions)"),
+        ThermostatKind::Kick => format!("{tag} (kicks)"),
+    }
 }
 
 /// Number of actions of each thermostat of each stage.
