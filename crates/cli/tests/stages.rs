@@ -384,6 +384,30 @@ set_energy = [{ tag = "cold", kind = "maxwell", temperature = 1.0 }]
 thermostat = [{ tag = "hot", every = 0.007, kind = "maxwell", temperature = 2.0 }]
 "#;
 
+/// Rules that set velocities; the axes of discs are kept with the run.
+const RULES: &str = r#"
+[run]
+sample_interval = 0.1
+observe = ["energy", "thermostat", "correlation:cold"]
+snapshots = "extxyz"
+[[stage]]
+until = 1.0
+thermostat = [{ tag = "cold", every = 0.01, kind = "active", speed = 2.0, rotational_diffusion = 3.0 },
+              { tag = "tee", every = 0.02, kind = "active", speed = 1.0, rotational_diffusion = 1.0,
+                translational_diffusion = 0.01 }]
+[[stage]]
+until = 8.0
+tag = [{ of = "cold", name = "half", count = 20 }]
+thermostat = [{ tag = "half", every = 0.02, kind = "active", speed = 2.0, rotational_diffusion = 3.0 },
+              { tag = "tee", every = 0.01, kind = "langevin", friction = 2.0, temperature = 1.0 },
+              { tag = "cold", every = 0.07, kind = "rotate" }]
+[[stage]]
+until = 12.05
+elasticity = { default = 0.9 }
+thermostat = [{ tag = "cold", every = 0.01, kind = "kick", momentum = 0.1 },
+              { tag = "tee", every = 0.03, kind = "kick", momentum = [0.1, -0.1] }]
+"#;
+
 /// Kills and resumes a run at random moments; returns how often it was killed.
 fn killed(folder: &Path, words: &[&str], longest: Duration) -> usize {
     let (mut killed, mut random) = (0, 12_345_u64);
@@ -461,6 +485,22 @@ fn a_run_in_stages_killed_at_any_moment_resumes_to_the_bit_and_can_be_extended()
 }
 
 #[test]
+fn a_run_with_rules_of_velocities_killed_at_any_moment_resumes_to_the_bit() {
+    let scene = format!("{BODIES}{RULES}");
+    let begun = Instant::now();
+    let straight = run(&scene, &[]);
+    let duration = begun.elapsed();
+    let place = tempfile::tempdir().unwrap();
+    fs::write(place.path().join("scene.toml"), &scene).unwrap();
+    let times = killed(place.path(), &RUN, duration / 6);
+    assert!(times > 3, "{times}");
+    assert_eq!(
+        results(&place.path().join("out")),
+        results(&straight.path().join("out"))
+    );
+}
+
+#[test]
 fn maxwell_thermostats_bring_gases_to_their_temperature() {
     let gas = "[box]\nseed = 4\n[[gas]]\ntags = [\"gas\"]\nradius = 0.008\nmass = 3.0\nenergy = 1.0\ncount = 300\n\
                [[gas]]\ntags = [\"rods\"]\nshape = \"rod:3\"\natom_radius = 0.006\natom_mass = 1.0\nenergy = 1.0\n\
@@ -533,6 +573,16 @@ fn contradictory_and_unknown_keys_are_refused_by_name() {
                 "{stage}thermostat = [{{ tag = \"hot\", every = 0.1, energy = 1, temperature = 1 }}]\n"
             ),
             "stage[0].thermostat[0]: give either",
+        ),
+        (
+            &format!(
+                "{stage}set_energy = [{{ tag = \"cold\", kind = \"active\", energy = 1.0 }}]\n"
+            ),
+            "stage[0].set_energy[0]: kind = \"active\" acts at regular times",
+        ),
+        (
+            &format!("{stage}thermostat = [{{ tag = \"hot\", every = 0.1, kind = \"rotate\" }}]\n"),
+            "stage[0].thermostat[0]: body 1 (tag hot) is fixed",
         ),
         (
             &format!("{stage}thermostat = [{{ tag = \"hot\", every = 0.0, energy = 1 }}]\n"),
