@@ -110,27 +110,42 @@ pub(super) fn langevin(body: &Body, motion: &Motion, step: &LangevinStep, draw: 
     }
 }
 
-/// Velocity along the axis; see [`SelfPropulsion`]. `None` if the axis should diffuse, but the body
-/// is locked.
+/// The axis of a round body in the first action of a self-propulsion: any, at random.
+pub(super) fn first_axis(body: &Body, key: DrawKey) -> Orientation {
+    // Another counter than that of the draw of the action.
+    let bits = philox([key.seed, key.replica], [body.key().0, key.action, 1, 0]);
+    Orientation::from_turns(open_unit(bits[0]))
+}
+
+/// The axis of a round body in the next action, after it has turned by a normal angle.
+pub(super) fn turned_axis(axis: Orientation, rule: &SelfPropulsion, draw: &Draw) -> Orientation {
+    Orientation::from_turns(axis.turns() + spin(rule, draw) * rule.every / TAU)
+}
+
+/// Angular velocity that turns a body by a normal angle until the next action (radians per time).
+fn spin(rule: &SelfPropulsion, draw: &Draw) -> f64 {
+    (2.0 * rule.rotational_diffusion / rule.every).sqrt() * draw.normal()
+}
+
+/// Velocity along the axis, and angular velocity of a body that contacts turn; see
+/// [`SelfPropulsion`].
 pub(super) fn active(
     body: &Body,
     motion: &Motion,
+    axis: Orientation,
     rule: &SelfPropulsion,
     draw: &Draw,
-) -> Option<Motion> {
-    let mut motion = *motion;
-    let spin = (2.0 * rule.rotational_diffusion / rule.every).sqrt() * draw.normal();
-    if body.can_turn() {
-        motion.angular_velocity = spin;
-    } else if !body.is_locked() {
-        let turns = motion.orientation.turns() + spin * rule.every / TAU;
-        motion.orientation = Orientation::from_turns(turns);
-    } else if rule.rotational_diffusion > 0.0 {
-        return None;
-    }
+) -> Motion {
     let random_speed = (2.0 * rule.translational_diffusion / rule.every).sqrt();
-    motion.velocity = rule.speed * motion.orientation.cos_sin() + random_speed * draw.normal_pair();
-    Some(motion)
+    Motion {
+        velocity: rule.speed * axis.cos_sin() + random_speed * draw.normal_pair(),
+        angular_velocity: if body.can_turn() {
+            spin(rule, draw)
+        } else {
+            motion.angular_velocity
+        },
+        ..*motion
+    }
 }
 
 /// A random direction with the present speed; `None` at rest.
@@ -162,6 +177,12 @@ mod tests {
 
     const ACTIONS: u64 = 40_000;
 
+    const KEY: DrawKey = DrawKey {
+        seed: 5,
+        replica: 2,
+        action: 8,
+    };
+
     /// A disc of mass 2 and a tee of mass 5, at orientation 0.3 turns.
     fn bodies() -> [(Body, Motion); 2] {
         let molecule = |shape: &str, mass: f64, x: f64| {
@@ -178,16 +199,9 @@ mod tests {
 
     /// Mean and variance of a quantity of many draws, each with five standard errors of a normal
     /// quantity.
-    fn moments(body: &Body, quantity: impl Fn(&Draw) -> f64) -> [f64; 2] {
+    fn moments(body: &Body, mut quantity: impl FnMut(&Draw) -> f64) -> [f64; 2] {
         let values: Vec<f64> = (0..ACTIONS)
-            .map(|action| {
-                let key = DrawKey {
-                    seed: 5,
-                    replica: 0,
-                    action,
-                };
-                quantity(&Draw::new(body, key))
-            })
+            .map(|action| quantity(&Draw::new(body, DrawKey { action, ..KEY })))
             .collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let square = |value: &f64| (value - mean) * (value - mean);
@@ -244,12 +258,7 @@ mod tests {
             every: 1.0,
         };
         for (body, motion) in bodies() {
-            let key = DrawKey {
-                seed: 5,
-                replica: 2,
-                action: 8,
-            };
-            let draw = Draw::new(&body, key);
+            let draw = Draw::new(&body, KEY);
             let drawn = maxwell(&body, &motion, 1.5, &draw).unwrap();
             assert_eq!(langevin(&body, &motion, &step, &draw), drawn);
         }
@@ -264,25 +273,33 @@ mod tests {
             every: 0.01,
         };
         for (body, motion) in bodies() {
-            let of = |draw: &Draw| active(&body, &motion, &rule, draw).unwrap();
-            // The turn in the action, and in the time until the next.
+            let axis = motion.orientation;
+            // The turn in the action, or in the time until the next.
             let angle = moments(&body, |draw| {
-                let after = of(draw);
-                let turned = (after.orientation.turns() - 0.3) * TAU;
-                turned + after.angular_velocity * rule.every
+                if body.can_turn() {
+                    active(&body, &motion, axis, &rule, draw).angular_velocity * rule.every
+                } else {
+                    (turned_axis(axis, &rule, draw).turns() - 0.3) * TAU
+                }
             });
             assert_moments(angle, [0.0, 2.0 * 0.5 * 0.01]);
-            let draw = Draw::new(
-                &body,
-                DrawKey {
-                    seed: 1,
-                    replica: 0,
-                    action: 0,
-                },
-            );
-            let after = of(&draw);
-            assert_eq!(after.velocity, 2.0 * after.orientation.cos_sin());
-            assert_eq!(body.can_turn(), after.orientation == motion.orientation);
+            let draw = Draw::new(&body, KEY);
+            let after = active(&body, &motion, axis, &rule, &draw);
+            assert_eq!(after.velocity, 2.0 * axis.cos_sin());
+            assert_eq!(body.can_turn(), after.angular_velocity != 0.0);
+        }
+    }
+
+    #[test]
+    fn first_axes_have_no_direction() {
+        let [(body, _), _] = bodies();
+        for component in 0..2 {
+            let mut action = 0;
+            let found = moments(&body, |_| {
+                action += 1;
+                first_axis(&body, DrawKey { action, ..KEY }).cos_sin()[component]
+            });
+            assert_moments(found, [0.0, 0.5]);
         }
     }
 
@@ -298,7 +315,7 @@ mod tests {
         let axis = motion.orientation.cos_sin();
         for component in 0..2 {
             let found = moments(&body, |draw| {
-                active(&body, &motion, &rule, draw).unwrap().velocity[component]
+                active(&body, &motion, motion.orientation, &rule, draw).velocity[component]
             });
             assert_moments(found, [2.0 * axis[component], 2.0 * 0.3 / 0.1]);
         }

@@ -1,15 +1,17 @@
 //! Thermostats: edits by which a rule changes the motions of all bodies of a tag.
 
-use carom_kinematics::{Motion, kinetic_energy};
+use carom_kinematics::{Motion, Orientation, kinetic_energy};
 
 use crate::{
     edit::{
         batch::{Batch, energy_factor},
-        motion_rule::{Draw, active, kicked, langevin, maxwell, rotated},
+        motion_rule::{Draw, active, first_axis, kicked, langevin, maxwell, rotated, turned_axis},
         set_motion::refuse_motion,
     },
     scene::{
-        error::EditError, thermostat_rule::ThermostatRule, thermostat_target::ThermostatTarget,
+        error::EditError,
+        thermostat_rule::{SelfPropulsion, ThermostatRule},
+        thermostat_target::ThermostatTarget,
     },
     world::{
         heat::{ThermostatCounts, exact_sum},
@@ -32,6 +34,8 @@ pub struct DrawKey {
 /// The effect of a thermostat on a body.
 enum Effect {
     Changed(Motion),
+    /// A round body moves along an axis of its own.
+    Driven(Motion, Orientation),
     AtRest,
     Fixed,
 }
@@ -77,7 +81,8 @@ impl Batch {
         let (mut counts, mut changes) = (ThermostatCounts::default(), Vec::new());
         for index in self.members(tag) {
             match self.effect(index, rule, key)? {
-                Effect::Changed(motion) => changes.push((index, motion)),
+                Effect::Changed(motion) => changes.push((index, motion, None)),
+                Effect::Driven(motion, axis) => changes.push((index, motion, Some(axis))),
                 Effect::AtRest => counts.at_rest += 1,
                 Effect::Fixed => counts.fixed += 1,
             }
@@ -85,8 +90,11 @@ impl Batch {
         counts.changed = changes.len() as u64;
         let before = self.energies_of(tag);
         self.moves |= !changes.is_empty();
-        for (index, motion) in changes {
+        for (index, motion, axis) in changes {
             self.world.motions[index] = motion;
+            if let Some(axis) = axis {
+                self.world.set_axis(index, axis);
+            }
         }
         let change = self
             .energies_of(tag)
@@ -115,8 +123,7 @@ impl Batch {
                 return maxwell(body, motion, temperature, &draw).map(Effect::Changed);
             }
             _ if body.is_fixed() => return Err(EditError::Fixed(self.name(index))),
-            ThermostatRule::Active(rule) => active(body, motion, rule, &draw)
-                .ok_or_else(|| EditError::CannotTurn(self.name(index)))?,
+            ThermostatRule::Active(rule) => return self.drive(index, rule, key),
             ThermostatRule::Langevin(step) => langevin(body, motion, step, &draw),
             ThermostatRule::Rotate => match rotated(motion, &draw) {
                 Some(motion) => motion,
@@ -126,6 +133,30 @@ impl Batch {
         };
         refuse_motion(body, &changed, || self.name(index).to_string())?;
         Ok(Effect::Changed(changed))
+    }
+
+    /// Self-propulsion along the axis of a body.
+    fn drive(
+        &self,
+        index: usize,
+        rule: &SelfPropulsion,
+        key: DrawKey,
+    ) -> Result<Effect, EditError> {
+        let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
+        let draw = Draw::new(body, key);
+        let own_axis = body.molecule().is_round().then(|| {
+            let before = self.world.axis(index);
+            let before = before.unwrap_or_else(|| first_axis(body, key));
+            turned_axis(before, rule, &draw)
+        });
+        let diffuses = rule.rotational_diffusion > 0.0;
+        if own_axis.is_none() && body.is_locked() && diffuses {
+            return Err(EditError::CannotTurn(self.name(index)));
+        }
+        let axis = own_axis.unwrap_or(motion.orientation);
+        let motion = active(body, motion, axis, rule, &draw);
+        refuse_motion(body, &motion, || self.name(index).to_string())?;
+        Ok(own_axis.map_or(Effect::Changed(motion), |axis| Effect::Driven(motion, axis)))
     }
 
     fn reset(&self, index: usize, target: ThermostatTarget) -> Result<Effect, EditError> {

@@ -19,10 +19,10 @@ pub enum ThermostatKind {
     #[doc(alias = "Andersen")]
     Maxwell,
     /// Self-propulsion: the velocity is set to `speed` along an axis of the body that diffuses with
-    /// `rotational_diffusion`, plus a random velocity of `translational_diffusion`. The axis is the
-    /// orientation of the body. That of a disc turns in the action itself; a molecule that contacts
-    /// turn gets an angular velocity that turns it by the drawn angle until the next action; a
-    /// locked molecule keeps its axis, and `rotational_diffusion` must then be 0.
+    /// `rotational_diffusion`, plus a random velocity of `translational_diffusion`. A disc has an
+    /// axis of its own, at first in a random direction. The axis of a molecule is its orientation:
+    /// it gets an angular velocity that turns it by the drawn angle until the next action. A locked
+    /// molecule keeps its axis, and `rotational_diffusion` must then be 0.
     #[doc(alias = "active Brownian particle")]
     Active,
     /// A bath of `temperature` and `friction`: an exact step of the Ornstein–Uhlenbeck process over

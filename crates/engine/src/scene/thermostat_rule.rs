@@ -35,8 +35,9 @@ pub enum ThermostatRule {
 ///
 /// The axis of a body that contacts turn is its orientation: its angular velocity is set so that
 /// until the next action the body turns by a normal angle of variance 2 D_r τ, unless a contact
-/// intervenes. The axis of a round body is its orientation too, which contacts do not change: it
-/// turns by such an angle in the action itself. The orientation of a locked body does not diffuse.
+/// intervenes. A round body has an axis of its own ([`View::axis`](crate::View::axis)), at first in
+/// a random direction, which turns by such an angle in the action itself. The axis of a locked body
+/// is its orientation, which does not diffuse.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[doc(alias = "active Brownian particle")]
 pub struct SelfPropulsion {
