@@ -380,6 +380,7 @@ thermostat = [{ tag = "half", every = 0.003, kind = "maxwell", energy = 1.0 },
 [[stage]]
 until = 12.05
 unlock = ["tee"]
+set_velocity = [{ tag = "tee", velocity = [0.5, 0.0], angular_velocity = -1.0 }]
 set_energy = [{ tag = "cold", kind = "maxwell", temperature = 1.0 }]
 thermostat = [{ tag = "hot", every = 0.007, kind = "maxwell", temperature = 2.0 }]
 "#;
@@ -536,9 +537,33 @@ fn maxwell_thermostats_bring_gases_to_their_temperature() {
     }
 }
 
+/// Asserts that a scene with these keys is refused in these words and leaves no folder.
+fn assert_refused(added: &str, said: &str) {
+    let root = tempfile::tempdir().unwrap();
+    // Keys of [run] stand before the tables.
+    let (run, tables) = added
+        .split_once('\n')
+        .filter(|_| added.starts_with("run."))
+        .unwrap_or(("", added));
+    fs::write(
+        root.path().join("scene.toml"),
+        format!("{run}\n{BODIES}{tables}"),
+    )
+    .unwrap();
+    for command in [
+        &["check", "scene.toml"][..],
+        &["run", "scene.toml", "--out", "out"],
+    ] {
+        let output = carom(root.path(), command);
+        let found = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{added}: {found}");
+        assert!(found.contains(said), "{added}: {found}");
+    }
+    assert!(!root.path().join("out").exists(), "{added}");
+}
+
 #[test]
 fn contradictory_and_unknown_keys_are_refused_by_name() {
-    let root = tempfile::tempdir().unwrap();
     let stage = "[[stage]]\nuntil = 1.0\n";
     for (added, said) in [
         (
@@ -575,16 +600,6 @@ fn contradictory_and_unknown_keys_are_refused_by_name() {
             "stage[0].thermostat[0]: give either",
         ),
         (
-            &format!(
-                "{stage}set_energy = [{{ tag = \"cold\", kind = \"active\", energy = 1.0 }}]\n"
-            ),
-            "stage[0].set_energy[0]: kind = \"active\" acts at regular times",
-        ),
-        (
-            &format!("{stage}thermostat = [{{ tag = \"hot\", every = 0.1, kind = \"rotate\" }}]\n"),
-            "stage[0].thermostat[0]: body 1 (tag hot) is fixed",
-        ),
-        (
             &format!("{stage}thermostat = [{{ tag = \"hot\", every = 0.0, energy = 1 }}]\n"),
             "thermostat[0].every",
         ),
@@ -613,34 +628,42 @@ fn contradictory_and_unknown_keys_are_refused_by_name() {
         ("run.snapshot_interval = 0.5\n", "run.snapshots is not"),
         ("run.check_interval = 0.0\n", "run.check_interval"),
     ] {
-        // Keys of [run] stand before the tables.
-        let (run, tables) = added
-            .split_once('\n')
-            .filter(|_| added.starts_with("run."))
-            .unwrap_or(("", added));
-        fs::write(
-            root.path().join("scene.toml"),
-            format!("{run}\n{BODIES}{tables}"),
-        )
-        .unwrap();
-        for command in [
-            &["check", "scene.toml"][..],
-            &["run", "scene.toml", "--out", "out"],
-        ] {
-            let output = carom(root.path(), command);
-            assert_eq!(
-                output.status.code(),
-                Some(2),
-                "{added}: {}",
-                text(&output.stdout)
-            );
-            assert!(
-                text(&output.stderr).contains(said),
-                "{added}: {}",
-                text(&output.stderr)
-            );
-        }
-        assert!(!root.path().join("out").exists(), "{added}");
+        assert_refused(added, said);
+    }
+}
+
+#[test]
+fn velocities_that_cannot_be_set_are_refused_by_name() {
+    let stage = "[[stage]]\nuntil = 1.0\n";
+    for (added, said) in [
+        (
+            format!(
+                "{stage}set_energy = [{{ tag = \"cold\", kind = \"active\", energy = 1.0 }}]\n"
+            ),
+            "stage[0].set_energy[0]: kind = \"active\" acts at regular times",
+        ),
+        (
+            format!("{stage}thermostat = [{{ tag = \"hot\", every = 0.1, kind = \"rotate\" }}]\n"),
+            "stage[0].thermostat[0]: body 1 (tag hot) is fixed",
+        ),
+        (
+            format!("{stage}set_velocity = [{{ tag = \"hot\", velocity = [1, 0] }}]\n"),
+            "stage[0].set_velocity[0]: body 1 (tag hot) is fixed",
+        ),
+        (
+            format!("{stage}set_velocity = [{{ tag = \"cold\", angular_velocity = 1 }}]\n"),
+            "cannot turn, since it is locked or a single disc",
+        ),
+        (
+            format!("{stage}set_velocity = [{{ velocity = [1, 0] }}]\n"),
+            "stage[0].set_velocity[0]: give either `tag` or `body`",
+        ),
+        (
+            format!("{stage}set_velocity = [{{ tag = \"cold\", velocity = [1e61, 0] }}]\n"),
+            "stage[0].set_velocity[0]: body",
+        ),
+    ] {
+        assert_refused(&added, said);
     }
 }
 

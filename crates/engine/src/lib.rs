@@ -80,7 +80,7 @@ pub use scene::method_spec::{
     DetectorName, InstructionsName, MethodSpec, SchedulerName, TilesName,
 };
 pub use scene::region::Region;
-pub use scene::stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec};
+pub use scene::stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec, VelocitySpec};
 pub use scene::stop_spec::StopSpec;
 pub use scene::thermostat_rule::{LangevinStep, SelfPropulsion, ThermostatRule};
 pub use scene::thermostat_target::ThermostatTarget;

@@ -4,7 +4,7 @@
 use carom_geometry::MAX_MAGNITUDE;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::kick_momentum::KickMomentum;
+use crate::scene::{kick_momentum::KickMomentum, two_numbers::optional_vector};
 
 /// How a thermostat changes the motions of bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -109,6 +109,29 @@ pub struct HeatSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(max = MAX_MAGNITUDE), extend("exclusiveMinimum" = 0.0)))]
     pub temperature: Option<f64>,
+}
+
+/// Velocities that bodies get once, at the start of a stage.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct VelocitySpec {
+    /// The tag of the bodies; excludes `body`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub tag: String,
+    /// The number of the only body concerned, as messages name it; excludes `tag`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<u64>,
+    /// Velocity of the centre of mass (length per time); without it the velocity remains.
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "optional_vector"
+    )]
+    pub velocity: Option<[f64; 2]>,
+    /// Angular velocity (radians per time, counter-clockwise); without it the angular velocity
+    /// remains. Discs and locked molecules have none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angular_velocity: Option<f64>,
 }
 
 /// A tag that bodies get or lose at the start of a stage.

@@ -922,13 +922,13 @@ fn partial_correlations_of_two_tags_add_up_to_those_of_all() {
     for (index, total) in all.iter().enumerate() {
         // √(N_a N_b) / N with N_a = 40, N_b = 160.
         let of = |column: &[Option<f64>]| column[index].unwrap();
-        let sum = 0.2 * of(&aa) + 0.8 * of(&bb) + 2.0 * 0.4 * of(&ab);
+        let sum = 0.2 * of(aa) + 0.8 * of(bb) + 2.0 * 0.4 * of(ab);
         assert!((sum - total.unwrap()).abs() < 1e-12, "{sum} {total:?}");
     }
     let [all, aa, bb, ab] = columns("pair-distribution", "pairs");
     for (index, total) in all.iter().enumerate() {
         let of = |column: &[Option<f64>]| column[index].unwrap();
-        assert_eq!(of(&aa) + of(&bb) + 2.0 * of(&ab), total.unwrap());
+        assert_eq!(of(aa) + of(bb) + 2.0 * of(ab), total.unwrap());
     }
     let figure = "g(r) at contact, a-b";
     assert!(

@@ -69,7 +69,8 @@ fn start_with(
         };
         edits.contents(spec, &forgive)?;
         edits.rules(spec)?;
-        edits.energies(spec, action)
+        edits.energies(spec, action)?;
+        edits.velocities(spec)
     });
     edited.with_context(|| match entry.as_str() {
         "" => format!("stage[{stage}]"),
@@ -240,6 +241,24 @@ impl Edits<'_> {
                 let key = draw_key(self.scene, action + index as u64);
                 let rule = heat.rule(self.entry)?;
                 self.batch.thermostat(tag, &rule, key)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn velocities(&mut self, spec: &StageSpec) -> Result<(), EditError> {
+        for (index, set) in spec.set_velocity.iter().enumerate() {
+            *self.entry = format!("set_velocity[{index}]");
+            let keys = set
+                .body
+                .map_or_else(|| self.tagged(&set.tag), |id| vec![BodyKey::of_id(id)]);
+            for key in keys {
+                if let Some(velocity) = set.velocity {
+                    self.batch.set_velocity(key, velocity)?;
+                }
+                if let Some(angular_velocity) = set.angular_velocity {
+                    self.batch.set_angular_velocity(key, angular_velocity)?;
+                }
             }
         }
         // Errors of the batch as a whole belong to no single edit.

@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 use anyhow::{Context, Result, ensure};
 use carom::{
     Scene,
-    engine::{ElasticitySpec, StageSpec, ThermostatKind, ThermostatSpec, did_you_mean},
+    engine::{
+        ElasticitySpec, StageSpec, ThermostatKind, ThermostatSpec, VelocitySpec, did_you_mean,
+    },
 };
 
 use super::{actions, spans};
@@ -57,11 +59,28 @@ pub fn check(scene: &Scene) -> Result<()> {
         for (number, heat) in stage.set_energy.iter().enumerate() {
             heat.rule(&format!("stage[{index}].set_energy[{number}]"))?;
         }
+        for (number, set) in stage.set_velocity.iter().enumerate() {
+            check_velocity(set)
+                .with_context(|| format!("stage[{index}].set_velocity[{number}]"))?;
+        }
         for (number, thermostat) in stage.thermostat.iter().enumerate() {
             thermostat.rule(&format!("stage[{index}].thermostat[{number}]"))?;
         }
     }
     check_measured(scene)
+}
+
+/// Refuses a velocity of no body or of two kinds of bodies, and an entry that sets nothing.
+fn check_velocity(set: &VelocitySpec) -> Result<()> {
+    ensure!(
+        set.tag.is_empty() == set.body.is_some(),
+        "give either `tag` or `body`"
+    );
+    ensure!(
+        set.velocity.is_some() || set.angular_velocity.is_some(),
+        "give `velocity = [x, y]`, `angular_velocity` or both"
+    );
+    Ok(())
 }
 
 fn check_times(stage: &StageSpec, span: (f64, f64)) -> Result<()> {
@@ -244,6 +263,11 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
         for (number, heat) in stage.set_energy.iter().enumerate() {
             known(&carried, &format!("set_energy[{number}]"), &heat.tag)?;
         }
+        for (number, set) in stage.set_velocity.iter().enumerate() {
+            if !set.tag.is_empty() {
+                known(&carried, &format!("set_velocity[{number}]"), &set.tag)?;
+            }
+        }
         for (number, thermostat) in stage.thermostat.iter().enumerate() {
             known(&carried, &format!("thermostat[{number}]"), &thermostat.tag)?;
         }
@@ -293,6 +317,7 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
         ("lock", stage.lock.len()),
         ("unlock", stage.unlock.len()),
         ("set_energy", stage.set_energy.len()),
+        ("set_velocity", stage.set_velocity.len()),
     ];
     let edits: Vec<&str> = edits
         .iter()
