@@ -150,8 +150,9 @@ pub(super) fn active(
 
 /// A random direction with the present speed; `None` at rest.
 pub(super) fn rotated(motion: &Motion, draw: &Draw) -> Option<Motion> {
-    // `hypot`, since the sum of squares may underflow to 0.
-    let speed = motion.velocity.x.hypot(motion.velocity.y);
+    // The sum of squares may underflow to 0. The function of `libm` gives all processors the same
+    // bits.
+    let speed = libm::hypot(motion.velocity.x, motion.velocity.y);
     (speed > 0.0).then(|| Motion {
         velocity: speed * draw.direction(),
         ..*motion
