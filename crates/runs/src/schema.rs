@@ -120,7 +120,7 @@ fn observable() -> Vec<String> {
     let measures = KINDS.iter().flat_map(|kind| match kind.of {
         Of::Group => vec![kind.name.to_owned(), format!("{}:TAG", kind.name)],
         Of::OneBody => vec![format!("{}:TAG", kind.name)],
-        Of::Pair => ["", ":TAG", ":TAG,:TAG"]
+        Of::TwoGroups | Of::Pair => ["", ":TAG", ":TAG,:TAG"]
             .map(|tags| format!("{}{tags}", kind.name))
             .to_vec(),
         Of::System => vec![kind.name.to_owned()],

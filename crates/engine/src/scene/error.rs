@@ -268,9 +268,15 @@ pub enum EditError {
         "an energy must be positive and give a speed from {MIN_SPEED:e} to {MAX_MAGNITUDE:e}, but is {0:e}"
     )]
     Energy(f64),
-    /// The body is fixed: its energy and its rotation cannot be changed.
-    #[error("{0} is fixed: neither its energy nor its rotation can be changed")]
+    /// The body is fixed: its velocity, its energy and its rotation cannot be changed.
+    #[error("{0} is fixed: neither its motion, its energy nor its rotation can be changed")]
     Fixed(BodyName),
+    /// The orientation of the body is locked, or it is a single disc.
+    #[error(
+        "{0} cannot turn, since it is locked or a single disc: unlock it, or give neither an angular velocity nor a \
+         rotational diffusion"
+    )]
+    CannotTurn(BodyName),
     /// The edited system would not be a valid scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
