@@ -21,6 +21,7 @@ mod atom_row;
 mod boundary;
 mod boundary_point;
 mod circle_tree;
+mod contour;
 mod covered_area;
 mod edge;
 mod edged_shape;
@@ -42,6 +43,7 @@ mod union;
 
 pub use atom::Atom;
 pub use boundary_point::{BoundaryPart, BoundaryPoint};
+pub use contour::{Contour, ContourPiece};
 pub use edge::{Edge, HalfPlane, Nearest};
 pub use edged_shape::{DEFAULT_ROUNDING, EdgedShape};
 pub use error::GeometryError;
