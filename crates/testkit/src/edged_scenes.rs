@@ -4,8 +4,8 @@ use anyhow::{Context as _, Result};
 use carom::{Scene, engine::Checkpoint};
 use carom_geometry::Molecule;
 use carom_methods::{AnySimulation, Method};
-use serde::Deserialize as _;
-use serde_json::{Value, json};
+
+use serde_json::json;
 
 /// The simulation of a scene whose shapes, in order of appearance, are replaced by these; more
 /// shapes than these are kept.
@@ -28,7 +28,7 @@ pub fn with_shapes(scene: &str, shapes: &[Molecule]) -> Result<AnySimulation> {
     for time in times.iter_mut().filter(|time| time.is_null()) {
         *time = json!(f64::MIN);
     }
-    let checkpoint: Checkpoint = Value::deserialize(value)?;
+    let checkpoint: Checkpoint = serde_json::from_value(value)?;
     Ok(AnySimulation::resume(&checkpoint, &Method::default())?)
 }
 
