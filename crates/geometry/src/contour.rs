@@ -96,6 +96,7 @@ impl Contour {
 
     /// A closed polygon through points of this contour, the next at least `apart` (length) from the
     /// one before.
+    #[must_use]
     pub fn coarse(&self, apart: f64) -> Self {
         let mut kept: Vec<DVec2> = Vec::new();
         for point in self.points(1.0) {

@@ -35,6 +35,7 @@ mod limits;
 mod molecule;
 mod outline;
 mod periodic_box;
+mod polygon_corners;
 mod properties;
 mod quadrature;
 mod room;

@@ -26,7 +26,7 @@
 //! theirs. `Solid="…"` lists the kinds in which closed lines of edges are filled, and `Uniform="…"`
 //! those whose mass is spread evenly over their area.
 
-use std::io;
+use std::{fmt::Write as _, io};
 
 use carom_engine::{BodyView, View};
 use carom_geometry::{Atom, Interior, Molecule};
@@ -147,11 +147,14 @@ fn edges(view: &View<'_>, kinds: &[usize]) -> String {
             uniform.push(kind.to_string());
         }
     }
-    [("Edges", edges), ("Solid", solid), ("Uniform", uniform)]
-        .into_iter()
-        .filter(|(_, list)| !list.is_empty())
-        .map(|(name, list)| format!(" {name}=\"{}\"", list.join(" ")))
-        .collect()
+    let mut entries = String::new();
+    for (name, list) in [("Edges", edges), ("Solid", solid), ("Uniform", uniform)] {
+        if !list.is_empty() {
+            // Writing to a string cannot fail.
+            let _ = write!(entries, " {name}=\"{}\"", list.join(" "));
+        }
+    }
+    entries
 }
 
 /// Four numbers for each edge: kind, both atoms, and relative radius.

@@ -122,9 +122,10 @@ fn make_up(molecule: &Molecule) -> MakeUp {
         let share = edge.radius() / thinner[0].min(thinner[1]);
         Some((ends, (1e6 * share).round() as u32))
     };
-    let edges = match molecule.is_wall() {
-        true => Vec::new(),
-        false => molecule.edges().iter().filter_map(edge).collect(),
+    let edges = if molecule.is_wall() {
+        Vec::new()
+    } else {
+        molecule.edges().iter().filter_map(edge).collect()
     };
     let is_hollow = molecule.interior() == Interior::Hollow;
     (atoms.len(), edges, is_hollow)

@@ -1,6 +1,10 @@
 //! Bodies with straight edges in a trajectory of atoms: their molecules, centres and shapes.
 
-use std::{borrow::Cow, collections::BTreeMap, fmt::Write as _};
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, btree_map::Entry},
+    fmt::Write as _,
+};
 
 use anyhow::{Context, Result, ensure};
 use carom_geometry::{Atom, Contour, Interior, Molecule};
@@ -25,9 +29,10 @@ pub(super) struct FrameWithBodies<'a> {
     pub(super) atom_kinds: BTreeMap<u32, u32>,
 }
 
-/// The molecules so far, by kind and the radius of their first atom: others are built anew.
+/// The molecules so far, by kind and three lengths to six digits: the radius of the first atom, and
+/// the distances of the second and the last atom from it.
 #[derive(Debug, Default)]
-pub(super) struct KnownBodies(BTreeMap<(u32, u64), Molecule>);
+pub(super) struct KnownBodies(BTreeMap<(u32, [u32; 3]), Molecule>);
 
 impl KnownBodies {
     /// The bodies of a frame of `kinds` kinds; the kinds of their atoms follow after these.
@@ -87,11 +92,24 @@ impl KnownBodies {
         atoms: &[AtomLine],
         edges: &[KindEdge],
     ) -> Result<&Molecule> {
-        let key = (atoms[0].kind, atoms[0].radius.to_bits());
-        if !self.0.contains_key(&key) {
-            self.0.insert(key, molecule(frame, atoms, edges)?);
-        }
-        self.0.get(&key).context("it has just been added")
+        let from_first = |atom: Option<&AtomLine>| {
+            let place = atom.map_or(atoms[0].position, |atom| atom.position);
+            DVec2::from(place).distance(DVec2::from(atoms[0].position))
+        };
+        let lengths = [
+            atoms[0].radius,
+            from_first(atoms.get(1)),
+            from_first(atoms.last()),
+        ];
+        // Without the last three bits: the distances are those of rounded places.
+        let key = (
+            atoms[0].kind,
+            lengths.map(|length| (length as f32).to_bits() >> 3),
+        );
+        Ok(match self.0.entry(key) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => new.insert(molecule(frame, atoms, edges)?),
+        })
     }
 }
 
@@ -152,7 +170,7 @@ fn centre(atoms: &[AtomLine], molecule: &Molecule) -> AtomLine {
 fn shape(molecule: &Molecule) -> String {
     let atoms = molecule.atoms();
     let radius = atoms[0].radius();
-    let (corners, rounding) = match corners(molecule) {
+    let (corners, rounding) = match molecule.corners() {
         Some(corners) => (corners, radius),
         None => (boundary(&molecule.visible_contours()), 0.0),
     };
@@ -169,31 +187,6 @@ fn shape(molecule: &Molecule) -> String {
     }
     text.push_str("]}");
     text
-}
-
-/// The corners of a polygon, counter-clockwise: a molecule of equal atoms, with an edge of their
-/// radius from each to the next, filled.
-fn corners(molecule: &Molecule) -> Option<Vec<DVec2>> {
-    let atoms = molecule.atoms();
-    let (count, radius) = (atoms.len() as u32, atoms[0].radius());
-    let is_next =
-        |[first, second]: [u32; 2]| (first + 1) % count == second || (second + 1) % count == first;
-    let is_polygon = count >= 3
-        && molecule.edges().len() == atoms.len()
-        && molecule.interior() == Interior::Solid
-        && atoms.iter().all(|atom| atom.radius() == radius)
-        && molecule
-            .edges()
-            .iter()
-            .all(|edge| edge.radius() == radius && edge.ends().is_some_and(is_next));
-    is_polygon.then(|| {
-        let corners: Vec<DVec2> = atoms.iter().map(Atom::offset).collect();
-        if doubled_area(&corners) < 0.0 {
-            corners.into_iter().rev().collect()
-        } else {
-            corners
-        }
-    })
 }
 
 /// Twice the area of a closed polygon; positive if it is counter-clockwise.
@@ -224,8 +217,8 @@ fn boundary(contours: &[Contour]) -> Vec<DVec2> {
         };
         let around = line.iter().cycle().skip(j).take(line.len() + 1).copied();
         let back = joined[i];
-        let bridge: Vec<DVec2> = around.chain([back]).collect();
-        joined.splice(i + 1..i + 1, bridge);
+        let rest = joined.split_off(i + 1);
+        joined.extend(around.chain([back]).chain(rest));
     }
     joined
 }
