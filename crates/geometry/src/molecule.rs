@@ -378,6 +378,12 @@ impl Molecule {
         self.interior
     }
 
+    /// Whether the mass is spread evenly over the area, see [`Self::uniform`]; else it is that of the
+    /// atoms.
+    pub fn is_uniform(&self) -> bool {
+        self.is_uniform
+    }
+
     /// Closed lines of edges around a solid interior, each as the indices of its atoms.
     pub(crate) fn solid_rings(&self) -> Vec<Vec<u32>> {
         interior::solid_rings(&self.atoms, &self.edges, self.interior)

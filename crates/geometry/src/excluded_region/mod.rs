@@ -18,6 +18,8 @@ mod outline;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use outline::closed_curves;
+
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
