@@ -1,5 +1,5 @@
-//! Gases of bodies with straight sides: they conserve momentum and energy, never overlap by more than
-//! rounding, and follow the same path with each scheduler, in tiles, and after a resumption.
+//! Gases of bodies with straight sides: they conserve momentum and energy, never overlap by more
+//! than rounding, and follow the same path with each scheduler, in tiles, and after a resumption.
 
 use carom::{EpochTime, Scene, Simulation};
 use carom_engine::{CellScheduler, CellsPerSide, HeapScheduler, Instructions, Tiling};

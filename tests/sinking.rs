@@ -7,7 +7,7 @@ use crate::support::{disc, named, scene, simulate};
 use carom_engine::{
     CollisionReport, MoleculeSpec, Observer, Rotation, RunError, Scene, Scheduler, Side, WallSpec,
 };
-use carom_geometry::{Molecule, gap_between};
+use carom_geometry::{EdgedShape, Molecule, gap_between};
 use carom_kinematics::{EpochTime, Orientation};
 use glam::DVec2;
 use rand::{RngExt, SeedableRng};
@@ -70,19 +70,38 @@ fn depth<S: Scheduler>(scene: &Scene, options: &S::Options, until: f64, most: u6
     result
 }
 
-struct Draw(Pcg64);
+/// Shapes of unions of discs; more often discs.
+const OF_DISCS: [&str; 7] = ["disc", "disc", "dumbbell", "tee", "rod:4", "cross", "rod:9"];
+
+/// Shapes with sides, and two others.
+const WITH_SIDES: [&str; 8] = [
+    "square",
+    "capsule:2",
+    "triangle",
+    "rectangle:8",
+    "polygon:5",
+    "kite:2,0.5",
+    "disc",
+    "dumbbell",
+];
+
+struct Draw {
+    random: Pcg64,
+    shapes: &'static [&'static str],
+}
 
 impl Draw {
-    fn new(seed: u64) -> Self {
-        Self(Pcg64::seed_from_u64(seed))
+    fn new(seed: u64, shapes: &'static [&'static str]) -> Self {
+        let random = Pcg64::seed_from_u64(seed);
+        Self { random, shapes }
     }
 
     fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.0.random::<f64>()
+        low + (high - low) * self.random.random::<f64>()
     }
 
     fn one_of<T: Copy>(&mut self, list: &[T]) -> T {
-        list[self.0.random_range(0..list.len())]
+        list[self.random.random_range(0..list.len())]
     }
 
     fn direction(&mut self) -> DVec2 {
@@ -91,17 +110,17 @@ impl Draw {
 
     /// A body of a random kind near the middle of the box.
     fn body(&mut self) -> MoleculeSpec {
-        let shape = self.one_of(&["disc", "disc", "dumbbell", "tee", "rod:4", "cross", "rod:9"]);
+        let shape = self.one_of(self.shapes);
         let radius = 0.01 * 10f64.powf(self.between(-1.0, 0.0));
         let mass = 10f64.powf(self.between(-2.0, 2.0));
-        let mut body = named(
-            shape,
-            radius,
-            mass,
-            [self.between(0.4, 0.6), self.between(0.4, 0.6)],
-        );
+        let at = [self.between(0.4, 0.6), self.between(0.4, 0.6)];
+        let mut body = named(shape, radius, mass, at);
+        if shape.parse::<EdgedShape>().is_ok() {
+            (body.atom_radius, body.atom_mass) = (None, None);
+            (body.size, body.mass) = (Some(2.0 * radius), Some(mass));
+        }
         body.orientation = Some(self.between(0.0, TAU));
-        let rotates = shape != "disc" && self.0.random::<f64>() < 0.8;
+        let rotates = shape != "disc" && self.random.random::<f64>() < 0.8;
         if rotates {
             body.angular_velocity = self.one_of(&[0.0, 1.0, 80.0]) * self.between(-1.0, 1.0);
         } else if shape != "disc" {
@@ -112,7 +131,7 @@ impl Draw {
 
     /// The initial gap: none, or one between 10⁻¹⁷ and 10⁻⁹.
     fn gap(&mut self) -> f64 {
-        if self.0.random::<f64>() < 0.3 {
+        if self.random.random::<f64>() < 0.3 {
             0.0
         } else {
             10f64.powf(self.between(-17.0, -9.0))
@@ -151,7 +170,7 @@ impl Draw {
         for _ in 0..self.one_of(&[1, 1, 1, 2, 3]) {
             let mut body = self.body();
             for _ in 0..100 {
-                let index = self.0.random_range(0..bodies.len());
+                let index = self.random.random_range(0..bodies.len());
                 let beside = bodies[index].clone();
                 self.put_beside(&beside, &mut body);
                 let is_free = bodies.iter().all(|other| gap_of(other, &body) > -1e-15);
@@ -162,7 +181,7 @@ impl Draw {
             }
         }
         let mut scene = scene(bodies);
-        if self.0.random::<f64>() < 0.2 {
+        if self.random.random::<f64>() < 0.2 {
             let [x, y] = [self.between(0.0, 0.3), self.between(0.0, 1.0)];
             scene.wall.push(WallSpec {
                 x: Some(x),
@@ -183,8 +202,7 @@ impl Draw {
 }
 
 fn molecule(spec: &MoleculeSpec) -> Molecule {
-    let shape = spec.shape.as_ref().unwrap().parse().unwrap();
-    Molecule::named(shape, spec.atom_radius.unwrap(), spec.atom_mass.unwrap()).unwrap()
+    spec.molecule("molecule").unwrap()
 }
 
 fn gap_of(a: &MoleculeSpec, b: &MoleculeSpec) -> f64 {
@@ -222,6 +240,7 @@ test_both_schedulers! {
     dumbbells_with_very_frequent_contacts_do_not_sink: check_chatter;
     pairs_and_clusters_do_not_sink_at_any_elasticity: check_clusters;
     pairs_and_clusters_do_not_sink_without_a_guard: check_unguarded_clusters;
+    bodies_with_sides_do_not_sink_at_any_elasticity: check_clusters_with_sides;
 }
 
 fn check_discs_together<S: Scheduler>(options: &S::Options) {
@@ -269,26 +288,37 @@ fn check_chatter<S: Scheduler>(options: &S::Options) {
 
 fn check_clusters<S: Scheduler>(options: &S::Options) {
     for elasticity in [0.0, 1e-3, 0.5, 1.0] {
-        check::<S>(options, elasticity, None);
+        check::<S>(options, elasticity, None, &OF_DISCS);
     }
 }
 
 fn check_unguarded_clusters<S: Scheduler>(options: &S::Options) {
     for elasticity in [0.0, 1e-3, 0.5] {
-        check::<S>(options, elasticity, Some(0.0));
+        check::<S>(options, elasticity, Some(0.0), &OF_DISCS);
+    }
+}
+
+fn check_clusters_with_sides<S: Scheduler>(options: &S::Options) {
+    for elasticity in [0.0, 0.5, 1.0] {
+        check::<S>(options, elasticity, None, &WITH_SIDES);
     }
 }
 
 /// Runs random clusters; environment variables set their number and duration: `CASES=10000
 /// UNTIL=1e6` takes hours.
-fn check<S: Scheduler>(options: &S::Options, elasticity: f64, contact_time: Option<f64>) {
+fn check<S: Scheduler>(
+    options: &S::Options,
+    elasticity: f64,
+    contact_time: Option<f64>,
+    shapes: &'static [&'static str],
+) {
     let setting = |name: &str, default: f64| {
         std::env::var(name).map_or(default, |text| text.parse().unwrap())
     };
     let (cases, until) = (setting("CASES", 40.0) as u64, setting("UNTIL", 1e3));
     let mut worst = Depth::default();
     for case in 0..cases {
-        let mut scene = Draw::new(case).cluster(elasticity);
+        let mut scene = Draw::new(case, shapes).cluster(elasticity);
         if let Some(contact_time) = contact_time {
             scene.elasticity.contact_time = contact_time;
         }

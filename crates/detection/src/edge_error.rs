@@ -7,23 +7,23 @@
 //! 1. **Position.** The error of D is at most u (2 |X| + 4 |V| t + 13 r + 4 |ω_P| r t). *Proof.* As
 //!    in [`error_bound`](crate::error_bound).
 //! 2. **Distance.** |D| ≤ Λ. *Proof.* The search for an edge that turns is confined to the times at
-//!    which |X + V t| ≤ q + s + r, with q the largest distance of a point of the edge from the centre
-//!    of its body; so Λ = q + s + 2 r, or q + s for an atom whose body does not turn
-//!    ([`edge_pair`](crate::edge_pair), Lemma 4). An edge that does not turn may be a wall of any
-//!    length; for it Λ = |X| + |V| t + r.
-//! 3. **Normal.** The error of the normal n is at most u (12 + 4 |ω_Q| t). *Proof.* Its length takes
-//!    3 u, the orientation of the body 4 u |ω_Q| t and, with cosine and sine, 4 u (see
-//!    `error_bound`), the rotation by them 3 u: in all 10 u, rounded up to 12 u.
-//! 4. **Gap.** The error of the gap is at most E. *Proof.* To Lemma 1, and the error of the normal
-//!    times Λ, the product n·D adds 2 u Λ. The place of the line, c = n·m in the frame of the body,
-//!    has an error of 6 u |m|, and its subtraction adds u (Λ + |m|). The difference |n·D − c| − s adds
-//!    u Λ + u |m| + 2 u s. Beyond an end the gap is |e·D − e·m| less half the length of the edge. The
-//!    3 u of that length are at most 3 u (Λ + |m|) where they matter. These are 18 u Λ and 8 u |m|,
-//!    since the last two cases exclude each other.
-//! 5. **Rate.** The error of the rate n·(D' − ω_Q D^⊥) is at most E'. *Proof.* The error of the
-//!    normal is multiplied by L. D and the rotated arm add |ω_Q| and |ω_P| times their share of E.
-//!    The six operations of the velocity and the scalar product add 6 u L. No term is divided by a
-//!    distance, because the normal of an edge does not depend on the position of the atom.
+//!    which |X + V t| ≤ q + s + r, with q the largest distance of a point of the edge from the
+//! centre of its body; so Λ = q + s + 2 r, or q + s for an atom whose body does not turn
+//! ([`edge_pair`](crate::edge_pair), Lemma 4). An edge that does not turn may be a wall of any
+//! length; for it Λ = |X| + |V| t + r. 3. **Normal.** The error of the normal n is at most u (12 +
+//! 4 |ω_Q| t). *Proof.* Its length takes 3 u, the orientation of the body 4 u |ω_Q| t and, with
+//! cosine and sine, 4 u (see `error_bound`), the rotation by them 3 u: in all 10 u, rounded up to
+//! 12 u. 4. **Gap.** The error of the gap is at most E. *Proof.* To Lemma 1, and the error of the
+//! normal times Λ, the product n·D adds 2 u Λ. The place of the line, c = n·m in the frame of the
+//! body, has an error of 6 u |m|, and its subtraction adds u (Λ + |m|). The difference |n·D − c| −
+//! s adds u Λ + u |m| + 2 u s. Beyond an end the gap is |e·D − e·m| less half the length of the
+//! edge. The 3 u of that length are at most 3 u (Λ + |m|) where they matter. These are 18 u Λ and
+//! 8 u
+//! |m|, since the last two cases exclude each other. 5. **Rate.** The error of the rate n·(D' −
+//! ω_Q D^⊥) is at most E'. *Proof.* The error of the normal is multiplied by L. D and the rotated
+//! arm add |ω_Q| and |ω_P| times their share of E. The six operations of the velocity and the
+//! scalar product add 6 u L. No term is divided by a distance, because the normal of an edge does
+//! not depend on the position of the atom.
 
 use carom_geometry::{Circle, Edge};
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
@@ -34,9 +34,9 @@ use crate::error_bound::one_norm;
 /// body Q, and of its rate.
 ///
 /// With u = 2⁻⁵³, |·|₁ = |x| + |y|, X and V the relative position and velocity of the centres of
-/// mass, r the arm of the atom, m the middle of the edge, ω the angular velocities, s the sum of the
-/// radii of atom and edge, Λ a bound on the distance of the atom from the centre of Q, and δ the
-/// input errors of position, velocity and angles (α for P, β for Q):
+/// mass, r the arm of the atom, m the middle of the edge, ω the angular velocities, s the sum of
+/// the radii of atom and edge, Λ a bound on the distance of the atom from the centre of Q, and δ
+/// the input errors of position, velocity and angles (α for P, β for Q):
 ///
 /// E(t) = u (2 |X|₁ + 13 r + 18 Λ + 8 |m| + 2 s) + δX + r δα + Λ δβ
 ///      + 4 u (|V|₁ + |ω_P| r + |ω_Q| Λ) t

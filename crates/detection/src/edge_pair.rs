@@ -2,28 +2,28 @@
 //!
 //! # Lemmas
 //! In the notation of [`gap_search`](crate::gap_search): the atom of body P has the arm r and the
-//! angular velocity ω_P, the edge of body Q has the normal n, the direction e and the middle m, which
-//! turn with ω_Q. D = X + V t + r leads from the centre of Q to the atom. y = n·(D − m) and x = e·(D
-//! − m) are its coordinates in the frame of the edge, half of whose length is ℓ.
+//! angular velocity ω_P, the edge of body Q has the normal n, the direction e and the middle m,
+//! which turn with ω_Q. D = X + V t + r leads from the centre of Q to the atom. y = n·(D − m) and
+//! x = e·(D − m) are its coordinates in the frame of the edge, half of whose length is ℓ.
 //!
 //! 1. **Gap.** Between the ends, |x| ≤ ℓ, the gap is g = |y| − s. Both sides count, and with s > 0
 //!    they never meet.
-//! 2. **Derivatives.** y' = n·(D' − ω_Q D^⊥) with D' = V + ω_P r^⊥, and y'' = n·(−ω_P² r − 2 ω_Q D'^⊥
-//!    − ω_Q² D); x' and x'' likewise with e. *Proof.* n' = ω_Q n^⊥.
-//! 3. **Bounds for all times.** While |X + V t| ≤ ϱ, y'' and x'' are at most K = ω_Q² ϱ + 2 |ω_Q||V| +
-//!    (ω_P − ω_Q)² r in magnitude, and y''' and x''' at most K₃ = |ω_Q|³ ϱ + 3 ω_Q² |V| + |ω_P − ω_Q|³
-//!    r. *Proof.* In the frame of Q the atom is at p = R_Q⁻¹ (X + V t) + R(θ_P − θ_Q) r, so that p'' =
-//!    −R_Q⁻¹ (ω_Q² (X + V t) + 2 ω_Q V^⊥) − (ω_P − ω_Q)² R r. y and x are linear in p: hence C₃ = K₃,
-//!    and K bounds the curvature to both sides.
-//! 4. **Reach.** A contact needs |D| ≤ q + s, with q the largest distance of a point of the edge from
-//!    the centre of Q, and so |X + V t| ≤ ϱ = q + s + r. The search is confined to the window of time
-//!    in which this holds, which is connected. If P does not turn, X + r takes the place of X, and
-//!    r that of 0: walls are long.
-//! 5. **Growth without cancellation.** y(h) − y(0) = n(h)·(V h + (R(ω_P h) − 1) r) + ((R(ω_Q h) − 1)
-//!    n)·D(0). *Proof.* n·m is constant in time.
-//! 6. **Fast rotors.** The atom stays within r of the centre of P: it does not touch the edge before
-//!    a disc of radius r + s about that centre does. The edge stays within q of the centre of Q: the
-//!    atom does not touch it before it is within q + s of that centre.
+//! 2. **Derivatives.** y' = n·(D' − ω_Q D^⊥) with D' = V + ω_P r^⊥, and y'' = n·(−ω_P² r − 2 ω_Q
+//! D'^⊥ − ω_Q² D); x' and x'' likewise with e. *Proof.* n' = ω_Q n^⊥. 3. **Bounds for all times.**
+//! While |X + V t| ≤ ϱ, y'' and x'' are at most K = ω_Q² ϱ + 2
+//! |ω_Q||V| + (ω_P − ω_Q)² r in magnitude, and y''' and x''' at most K₃ = |ω_Q|³ ϱ + 3 ω_Q² |V| +
+//! |ω_P − ω_Q|³ r. *Proof.* In the frame of Q the atom is at p = R_Q⁻¹ (X + V t) + R(θ_P − θ_Q) r,
+//! so that p'' = −R_Q⁻¹ (ω_Q² (X + V t) + 2 ω_Q V^⊥) − (ω_P − ω_Q)² R r. y and x are linear in p:
+//! hence C₃ = K₃, and K bounds the curvature to both sides. 4. **Reach.** A contact needs |D| ≤ q
+//! + s, with q the largest distance of a point of the edge from the centre of Q, and so |X + V t|
+//! ≤ ϱ = q + s + r. The search is confined to the window of time in which this holds, which is
+//! connected. If P does not turn, X + r takes the place of X, and r that of 0: walls are long. 5.
+//! **Growth without cancellation.** y(h) − y(0) = n(h)·(V h + (R(ω_P h) − 1) r) + ((R(ω_Q h) − 1)
+//! n)·D(0).
+//! *Proof.* n·m is constant in time. 6. **Fast rotors.** The atom stays within r of the centre of
+//! P: it does not touch the edge before a disc of radius r + s about that centre does. The edge
+//! stays within q of the centre of Q: the atom does not touch it before it is within q + s of that
+//! centre.
 
 use carom_geometry::{Circle, Edge};
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
@@ -106,7 +106,7 @@ pub(crate) struct Excess {
 
 impl Side {
     /// The side of the point `place`, of the two in a direction and against it.
-    fn of(direction: DVec2, middle: f64, place: DVec2) -> Self {
+    fn facing(direction: DVec2, middle: f64, place: DVec2) -> Self {
         if direction.dot(place) - middle < 0.0 {
             Self {
                 direction: -direction,
@@ -209,8 +209,8 @@ impl<'a> EdgePair<'a> {
     }
 
     /// The first time from `begin` to `limit` at which the atom touches the line through the edge,
-    /// also beyond its ends, and whether it is beside the edge then; there must be no contact before
-    /// `begin`, and the bounding circles must overlap from then on.
+    /// also beyond its ends, and whether it is beside the edge then; there must be no contact
+    /// before `begin`, and the bounding circles must overlap from then on.
     ///
     /// Orbits are not made use of: they may carry an atom across the line beyond an end.
     pub(crate) fn first_crossing<R: Recorder>(
@@ -328,7 +328,7 @@ impl<'a> EdgePair<'a> {
                 middle: across,
             }
         } else {
-            Side::of(along.perp(), across, place)
+            Side::facing(along.perp(), across, place)
         };
         EdgePose {
             time,
@@ -336,7 +336,7 @@ impl<'a> EdgePair<'a> {
             arm,
             along,
             outwards,
-            endwards: Side::of(along, lengthwise, place),
+            endwards: Side::facing(along, lengthwise, place),
         }
     }
 
@@ -479,8 +479,8 @@ impl GapFunction for EdgePair<'_> {
         self.contact_distance + self.orbit
     }
 
-    /// A certified time for which an atom beyond an end stays there, or for which fast rotors do not
-    /// reach each other.
+    /// A certified time for which an atom beyond an end stays there, or for which fast rotors do
+    /// not reach each other.
     fn other_step(&self, pose: &EdgePose) -> f64 {
         let (beyond, error) = (self.beyond(pose), self.error.at(pose.time));
         let mut step = 0.0;

@@ -3,8 +3,9 @@
 //!
 //! **Lemma.** Two thick segments that come to touch do so at an end of one of them. *Proof.* The
 //! distance of two disjoint segments in the plane is attained at an end of one. The ends of edges
-//! lie inside atoms, so the pairs of atoms with atoms and of atoms with edges are all. A closed line
-//! of edges is not crossed without a contact; whether its interior is solid is of no importance.
+//! lie inside atoms, so the pairs of atoms with atoms and of atoms with edges are all. A closed
+//! line of edges is not crossed without a contact; whether its interior is solid is of no
+//! importance.
 
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -324,7 +325,8 @@ mod tests {
             angular_velocity: [1.0, 0.0],
             ..RelativeMotion::exactly(DVec2::new(0.0, 0.9), DVec2::ZERO)
         };
-        // The line is 0.9 cos θ from the disc; the short wall does not reach the foot of its centre.
+        // The line is 0.9 cos θ from the disc; the short wall does not reach the foot of its
+        // centre.
         let edge = Touch::EdgeOfA {
             edge: 0,
             part: Part::Atom(0),

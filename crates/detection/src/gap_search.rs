@@ -80,13 +80,13 @@
 //! 10. **Gap since the contact.** While a pair is within E of contact, E exceeds the gap, but the
 //!     change of the gap since the contact is still resolved. Let δ = d(h) − d(0) = V h + (R(ω_B h)
 //!     − 1) r_B − (R(ω_A h) − 1) r_A, with (R(φ) − 1) r = −2 sin²(φ/2) r + sin φ r^⊥. Then g(h) −
-//!     g(0) = δ·(2 d(0) + δ)/(|d(h)| + |d(0)|) (for an edge see its own module) is a sum of terms each accurate to
-//!     a few roundings. Its error is at most h (E' + 8 u L). Lemmas 1 to 7 apply with this error in
-//!     place of E as long as it is smaller. The contact is placed where the gap is g(0) again.
-//! 11. **Termination.** While g > E, either g falls by a fixed factor or the step is of the order
-//!     √(E/K). Each pair has at most [`MAX_STEPS`](crate::tolerance::MAX_STEPS) steps, and each
-//!     step advances by at least one floating-point number. A search that reaches the limit ends as
-//!     "certified free until". Comparisons are written so that NaN never counts as free.
+//!     g(0) = δ·(2 d(0) + δ)/(|d(h)| + |d(0)|) (for an edge see its own module) is a sum of terms
+//! each accurate to a few roundings. Its error is at most h (E' + 8 u L). Lemmas 1 to 7 apply with
+//! this error in place of E as long as it is smaller. The contact is placed where the gap is g(0)
+//! again. 11. **Termination.** While g > E, either g falls by a fixed factor or the step is of the
+//! order √(E/K). Each pair has at most [`MAX_STEPS`](crate::tolerance::MAX_STEPS) steps, and each
+//! step advances by at least one floating-point number. A search that reaches the limit ends as
+//! "certified free until". Comparisons are written so that NaN never counts as free.
 
 use carom_kinematics::HALF_ULP as U;
 

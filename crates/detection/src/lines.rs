@@ -5,23 +5,22 @@
 //! Let a line with the outward normal n be fixed in body Q, which lies behind it. y_i is the
 //! distance of corner i of body P (an atom, with its radius) from the line.
 //!
-//! 1. **Line.** While all y_i > 0 the bodies do not touch. *Proof.* P lies in the convex hull of its
-//!    atoms, before the line, Q behind it.
-//! 2. **Corner.** While y_i > 0, corner i touches nothing of Q, and neither does an edge of P whose
-//!    two ends are such corners. Before the first corner crosses, nothing touches.
-//! 3. **Motion.** y_i is n·D less a constant, as for a corner and an edge: K, K₃ and the rounding are
-//!    those of [`edge_pair`](crate::edge_pair), with the bounding radii for arm and reach. In the
-//!    frame of Q its second derivative is n·(−ω_Q² X − 2 ω_Q V^⊥) − (ω_P − ω_Q)² n·r_i, so that one
-//!    rotated normal serves all corners.
-//! 4. **Contact.** If the line is the surface of an edge of Q, the first corner to cross it touches
-//!    Q where it crosses beside the edge. Nothing touches earlier (Lemma 2). If it crosses the line
-//!    beyond an end, the bodies are apart up to that time, and another line may separate them then.
-//! 5. **Rotors.** A crossing must be searched without the orbits of fast rotors, which may carry a
-//!    corner across the line where it is no contact.
+//! 1. **Line.** While all y_i > 0 the bodies do not touch. *Proof.* P lies in the convex hull of
+//! its atoms, before the line, Q behind it. 2. **Corner.** While y_i > 0, corner i touches nothing
+//! of Q, and neither does an edge of P whose two ends are such corners. Before the first corner
+//! crosses, nothing touches. 3. **Motion.** y_i is n·D less a constant, as for a corner and an
+//! edge: K, K₃ and the rounding are those of [`edge_pair`](crate::edge_pair), with the bounding
+//! radii for arm and reach. In the frame of Q its second derivative is n·(−ω_Q² X − 2 ω_Q V^⊥) −
+//! (ω_P − ω_Q)² n·r_i, so that one rotated normal serves all corners. 4. **Contact.** If the line
+//! is the surface of an edge of Q, the first corner to cross it touches Q where it crosses beside
+//! the edge. Nothing touches earlier (Lemma 2). If it crosses the line beyond an end, the bodies
+//! are apart up to that time, and another line may separate them then. 5. **Rotors.** A crossing
+//! must be searched without the orbits of fast rotors, which may carry a corner across the line
+//! where it is no contact.
 //!
-//! Any line is a certificate; that with the largest distance of the nearest corner is taken. Corners
-//! that are behind it already, since none separates the bodies, are searched against all parts of the
-//! other body, the others from the time of their crossing on.
+//! Any line is a certificate; that with the largest distance of the nearest corner is taken.
+//! Corners that are behind it already, since none separates the bodies, are searched against all
+//! parts of the other body, the others from the time of their crossing on.
 
 use carom_geometry::{Circle, Edge, HullSide, Outline};
 use carom_kinematics::HALF_ULP as U;
@@ -99,8 +98,8 @@ enum Verdict {
     Apart(f64),
     /// The bodies are apart until this time, from which on all parts are to be searched.
     Unclear(f64),
-    /// The search is decided: the first corner to cross the line touches the edge, or what lies behind
-    /// the line was searched, or no corner crosses it up to the limit.
+    /// The search is decided: the first corner to cross the line touches the edge, or what lies
+    /// behind the line was searched, or no corner crosses it up to the limit.
     Decided,
 }
 
@@ -224,8 +223,8 @@ impl Lines<'_> {
         best.map(|(body, side)| self.sight(body, side, at))
     }
 
-    /// The least distance of a corner of a body, in a direction of its frame, from its centre of mass
-    /// (length, negative).
+    /// The least distance of a corner of a body, in a direction of its frame, from its centre of
+    /// mass (length, negative).
     fn nearest(&self, body: usize, normal: DVec2) -> f64 {
         self.outlines[body]
             .atoms

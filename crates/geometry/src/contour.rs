@@ -64,7 +64,7 @@ impl Molecule {
         closed_curves(&self.union())
             .into_iter()
             .map(|line| Contour {
-                pieces: line.iter().map(ContourPiece::of).collect(),
+                pieces: line.iter().map(ContourPiece::from_curve).collect(),
             })
             .collect()
     }
@@ -159,7 +159,7 @@ impl Contour {
 }
 
 impl ContourPiece {
-    fn of(curve: &Curve) -> Self {
+    fn from_curve(curve: &Curve) -> Self {
         match curve {
             Curve::Side(side) => Self::Line {
                 from: side.start,

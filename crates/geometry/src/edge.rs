@@ -132,8 +132,8 @@ impl Edge {
         self.radius
     }
 
-    /// Whether everything behind the edge is solid, as with a half-plane; other edges can be touched
-    /// on both sides.
+    /// Whether everything behind the edge is solid, as with a half-plane; other edges can be
+    /// touched on both sides.
     pub fn is_solid_behind(&self) -> bool {
         self.solid_behind
     }

@@ -1,4 +1,5 @@
-//! A molecule: a rigid union of atoms and straight edges, written in the frame of its centre of mass.
+//! A molecule: a rigid union of atoms and straight edges, written in the frame of its centre of
+//! mass.
 
 use glam::DVec2;
 use parry2d_f64::{
@@ -145,7 +146,7 @@ impl Molecule {
         // Twice: the rounding of the centre is then that of lengths of the size of the molecule.
         for _ in 0..2 {
             let edges = edges_between(&atoms, edges)?;
-            let centre = Properties::of(&union_of(&atoms, &edges, interior)).centroid();
+            let centre = Properties::new(&union_of(&atoms, &edges, interior)).centroid();
             for atom in &mut atoms {
                 *atom = atom.moved_by(-centre);
             }
@@ -236,7 +237,7 @@ impl Molecule {
         mass: Option<f64>,
     ) -> Result<Self, GeometryError> {
         let edges = edges_between(&atoms, edges)?;
-        let properties = Properties::of(&union_of(&atoms, &edges, interior));
+        let properties = Properties::new(&union_of(&atoms, &edges, interior));
         let mut molecule = Self {
             sides: hull_sides(&atoms, &edges),
             edges,
@@ -378,8 +379,8 @@ impl Molecule {
         self.interior
     }
 
-    /// Whether the mass is spread evenly over the area, see [`Self::uniform`]; else it is that of the
-    /// atoms.
+    /// Whether the mass is spread evenly over the area, see [`Self::uniform`]; else it is that of
+    /// the atoms.
     pub fn is_uniform(&self) -> bool {
         self.is_uniform
     }
@@ -418,8 +419,8 @@ impl Molecule {
         self.bounding_radius
     }
 
-    /// The covered area (length²): that of the union of atoms and edges, and of the interior if that
-    /// is solid. Overlaps count once; enclosed holes do not count.
+    /// The covered area (length²): that of the union of atoms and edges, and of the interior if
+    /// that is solid. Overlaps count once; enclosed holes do not count.
     ///
     /// ```
     /// use carom_geometry::{Atom, Molecule};
@@ -439,9 +440,9 @@ impl Molecule {
     /// Length of the whole boundary; around enclosed holes, too. For a wall, that of both sides and
     /// of the ends.
     ///
-    /// The second virial coefficient of a convex molecule with others of its kind is A + P²/4π, with
-    /// its area A and its perimeter P (length²; Isihara, J. Chem. Phys. 18 (1950) 1446, in the
-    /// plane).
+    /// The second virial coefficient of a convex molecule with others of its kind is A + P²/4π,
+    /// with its area A and its perimeter P (length²; Isihara, J. Chem. Phys. 18 (1950) 1446, in
+    /// the plane).
     ///
     /// ```
     /// use carom_geometry::Molecule;
@@ -454,7 +455,7 @@ impl Molecule {
         if let Some(wall) = self.wall_edge() {
             return 4.0 * wall.half_length() + std::f64::consts::TAU * wall.radius();
         }
-        Properties::of(&self.union()).perimeter
+        Properties::new(&self.union()).perimeter
     }
 
     /// The union of atoms, edges and solid interiors.
@@ -512,7 +513,7 @@ enum Written {
     /// Atoms relative to their centre of mass. They are read without centring, which would move
     /// them by a rounding.
     Atoms(SmallVec<[Atom; 1]>),
-    /// Atoms as above, and edges between them.
+    /// Atoms relative to their centre of mass, and edges between them.
     Edged {
         atoms: SmallVec<[Atom; 1]>,
         edges: Vec<([u32; 2], f64)>,

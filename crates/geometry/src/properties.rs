@@ -34,7 +34,7 @@ pub(crate) struct Properties {
 
 impl Properties {
     /// The properties of a union.
-    pub fn of(union: &Union) -> Self {
+    pub fn new(union: &Union) -> Self {
         let mut sum = Self::default();
         for piece in boundary(union) {
             let curve = piece.curve;

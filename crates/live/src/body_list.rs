@@ -236,24 +236,25 @@ impl ListedBodies {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carom_testkit::edged_scenes::with_shapes;
+    use carom::Scene;
+    use carom_methods::AnySimulation;
     use serde_json::Value;
 
-    /// The JSON of the list of a scene's bodies with these shapes.
-    fn head(shapes: &[Molecule]) -> Value {
-        let scene = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.3, 0.5]\n\
-                     [[molecule]]\nshape = \"cross\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.7, 0.5]\n";
-        let simulation = with_shapes(scene, shapes).unwrap();
+    /// The JSON of the list of a scene's bodies.
+    fn head(scene: &str) -> Value {
+        let simulation = AnySimulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
         let list = BodyList::new(1, "two", None, &simulation.view());
         let length = u32::from_le_bytes(list.bytes[8..12].try_into().unwrap()) as usize;
         serde_json::from_slice(&list.bytes[16..16 + length]).unwrap()
     }
 
+    const DISC: &str =
+        "[[molecule]]\nshape = \"disc\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.7, 0.2]\n";
+
     #[test]
     fn shapes_with_edges_have_outlines_and_triangles() {
-        let square = carom::geometry::EdgedShape::Square;
-        let square = square.molecule(0.1, 1e-6, 1.0).unwrap();
-        let head = head(std::slice::from_ref(&square));
+        let square = "[[molecule]]\nshape = \"square\"\nsize = 0.1\nmass = 1.0\nat = [0.3, 0.5]\n";
+        let head = head(&format!("{square}{DISC}"));
         let outlines = head["outlines"].as_object().unwrap();
         assert_eq!(outlines.len(), 1);
         let lines = &outlines["0"]["lines"][0];
@@ -269,13 +270,17 @@ mod tests {
 
     #[test]
     fn a_solid_and_a_hollow_body_of_the_same_corners_are_two_shapes_and_discs_have_no_outline() {
-        let corners = [(0.0, 0.0), (0.2, 0.0), (0.2, 0.2), (0.0, 0.2)].map(DVec2::from);
-        let solid = Molecule::polygon(&corners, 0.01, 1.0).unwrap();
-        let edges: Vec<_> = (0..4).map(|k| ([k, (k + 1) % 4], 0.01)).collect();
-        let hollow = Molecule::with_edges(solid.atoms().to_vec(), &edges, Interior::Hollow);
-        let both = head(&[solid, hollow.unwrap()]);
+        let atom = |x: f64, y: f64| format!("{{ at = [{x}, {y}], radius = 0.01, mass = 1.0 }}");
+        let atoms = [(0.0, 0.0), (0.2, 0.0), (0.2, 0.2), (0.0, 0.2)]
+            .map(|(x, y)| atom(x, y))
+            .join(", ");
+        let ring =
+            format!("[[molecule]]\natoms = [{atoms}]\nedges = [[0, 1], [1, 2], [2, 3], [3, 0]]\n");
+        let both = head(&format!(
+            "{ring}at = [0.3, 0.5]\n{ring}hollow = true\nat = [0.7, 0.5]\n"
+        ));
         let lines = |shape: &str| both["outlines"][shape]["lines"].as_array().unwrap().len();
         assert_eq!([lines("0"), lines("1")], [1, 2]);
-        assert!(head(&[]).get("outlines").is_none());
+        assert!(head(DISC).get("outlines").is_none());
     }
 }

@@ -176,8 +176,8 @@ fn lengthen(counts: &mut Vec<u64>, length: usize) {
     counts.resize(length.max(counts.len()), 0);
 }
 
-/// The bin of a direction that many impulses share, to rounding: the next bin, if that begins within
-/// rounding.
+/// The bin of a direction that many impulses share, to rounding: the next bin, if that begins
+/// within rounding.
 fn bin_of_peak(direction: DVec2, bins: usize) -> usize {
     let ahead = DVec2::from_angle(DIRECTION_ROUNDING * TAU).rotate(direction);
     bin_of(ahead, bins)

@@ -42,7 +42,8 @@ pub fn drawn_contours(molecule: &Molecule) -> Vec<Contour> {
 
 /// The [contours](drawn_contours) as numbers for a page, with lengths divided by `unit` (length):
 /// of each contour a list of pieces. A piece is the first point of a straight line, [x, y], or an
-/// arc: x and y of its centre, its radius, and the angles of both ends (radians, counter-clockwise).
+/// arc: x and y of its centre, its radius, and the angles of both ends (radians,
+/// counter-clockwise).
 pub fn packed_contours(molecule: &Molecule, unit: f64) -> Vec<Vec<Vec<f64>>> {
     let packed = |piece: &ContourPiece| match *piece {
         ContourPiece::Line { from, .. } => vec![from.x / unit, from.y / unit],

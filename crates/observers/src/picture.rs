@@ -125,7 +125,7 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
         } else if molecule.edges().is_empty() {
             frame.circles(&body, elements);
         } else {
-            frame.path(&body, contours.of(molecule), elements);
+            frame.path(&body, contours.contours_of(molecule), elements);
         }
     }
     let mut svg = format!(
@@ -233,7 +233,7 @@ impl PictureFrame {
 struct KnownContours(HashMap<usize, Vec<Contour>>);
 
 impl KnownContours {
-    fn of(&mut self, molecule: &Molecule) -> &[Contour] {
+    fn contours_of(&mut self, molecule: &Molecule) -> &[Contour] {
         let address = std::ptr::from_ref(molecule).addr();
         self.0
             .entry(address)

@@ -380,11 +380,11 @@ mod tests {
 
     #[test]
     fn bodies_with_edges_have_lines_beside_their_atoms() {
-        let square = carom::geometry::EdgedShape::Square;
-        let square = square.molecule(0.1, 1e-6, 1.0).unwrap();
-        let scene = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n\
-                     velocity = [1.0, 0.0]\nangular_velocity = 2.0\n[[bumper]]\nradius = 0.05\nat = [0.8, 0.5]\n";
-        let simulation = carom_testkit::edged_scenes::with_shapes(scene, &[square]).unwrap();
+        let scene = Scene::from_toml(
+            "[[molecule]]\nshape = \"square\"\nsize = 0.1\nmass = 1.0\nat = [0.5, 0.5]\n\
+             velocity = [1.0, 0.0]\nangular_velocity = 2.0\n[[bumper]]\nradius = 0.05\nat = [0.8, 0.5]\n",
+        );
+        let simulation = AnySimulation::new(&scene.unwrap()).unwrap();
         let animation: Value = serde_json::from_str(&json(&simulation).unwrap()).unwrap();
         let shapes = animation["shapes"].as_array().unwrap();
         assert_eq!(shapes[0]["atoms"].as_array().unwrap().len(), 4);

@@ -102,8 +102,8 @@ impl fmt::Display for SearchSummary {
 ///
 /// Answers are CSV, `class,id,outcome,t,atomA,atomB,evaluations`, in the order of the cases. The
 /// outcome is `contact`, `free`, or `unresolved` where the search was given up; t is then the time
-/// up to which it looked. The atoms are empty for a contact of bounding circles; where an atom touches
-/// an edge, the edge is named in place of an atom, such as `edge2`.
+/// up to which it looked. The atoms are empty for a contact of bounding circles; where an atom
+/// touches an edge, the edge is named in place of an atom, such as `edge2`.
 ///
 /// # Errors
 /// Invalid input, with file, line and column; an answer file that cannot be written.

@@ -94,7 +94,8 @@ pub fn read(path: &Path) -> Result<Vec<EncounterRecord>> {
     Ok(encounters)
 }
 
-/// Names of the required columns of one molecule: x, y, vx, vy, orientation, angular velocity, atoms.
+/// Names of the required columns of one molecule: x, y, vx, vy, orientation, angular velocity,
+/// atoms.
 type Columns = [&'static str; 7];
 const COLUMNS_OF_A: Columns = ["xA", "yA", "vxA", "vyA", "thA", "wA", "atomsA"];
 const COLUMNS_OF_B: Columns = ["xB", "yB", "vxB", "vyB", "thB", "wB", "atomsB"];

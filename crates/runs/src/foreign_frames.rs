@@ -423,6 +423,31 @@ mod tests {
         ITEM: TIMESTEP\n10\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp pp\n0 1\n0 1\n0 1\n\
         ITEM: ATOMS id element xs ys\n1 Ar 0.25 0.75\n";
 
+    /// A body with edges is a particle of its own in GSD, which is left out when its atoms are read.
+    #[test]
+    fn atoms_of_a_body_with_edges_are_read_back_from_gsd() {
+        let scene = "[[molecule]]\nshape = \"square\"\nsize = 0.2\nmass = 1.0\nat = [0.3, 0.4]\norientation = 0.7\n";
+        let simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
+        let mut original = Vec::new();
+        write_extended_xyz(&simulation.view(), &mut original).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let paths = ["in.extxyz", "out.gsd"].map(|name| folder.path().join(name));
+        std::fs::write(&paths[0], &original).unwrap();
+        convert(&paths[0], &paths[1]).unwrap();
+        let back = extended_xyz(&std::fs::read(&paths[1]).unwrap(), None).unwrap();
+        let original = String::from_utf8(original).unwrap();
+        assert_eq!(back.lines().next(), Some("4"));
+        let place = |line: &str| -> Vec<f64> {
+            let words = line.split_whitespace().skip(1).take(2);
+            words.map(|word| word.parse().unwrap()).collect()
+        };
+        for (back, line) in back.lines().zip(original.lines()).skip(2) {
+            for (found, expected) in place(back).iter().zip(place(line)) {
+                assert!((found - expected).abs() < 1e-6, "{back}\n{line}");
+            }
+        }
+    }
+
     #[test]
     fn atoms_of_a_dump_are_sorted_and_shifted() {
         let first = extended_xyz(TWO_FRAMES.as_bytes(), Some(0)).unwrap();

@@ -217,12 +217,10 @@ mod tests {
 
     #[test]
     fn bodies_with_edges_are_paths_also_in_a_close_up() {
-        let square = carom::geometry::EdgedShape::Square.molecule(0.2, 1e-6, 1.0);
-        let capsule = carom::Molecule::capsule(0.2, 0.05, 1.0);
-        let scene = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.3, 0.5]\n\
-                     [[molecule]]\nshape = \"dumbbell\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.95, 0.5]\n";
-        let shapes = [square.unwrap(), capsule.unwrap()];
-        let simulation = carom_testkit::edged_scenes::with_shapes(scene, &shapes).unwrap();
+        let simulation = simulation(
+            "[[molecule]]\nshape = \"square\"\nsize = 0.2\nmass = 1.0\nat = [0.3, 0.5]\n\
+             [[molecule]]\nshape = \"capsule:2\"\nsize = 0.1\nmass = 1.0\nat = [0.95, 0.5]\n",
+        );
         let svg = picture_of(&simulation.view(), 1000);
         assert!(
             svg.contains(

@@ -11,13 +11,36 @@ const MIN_DIGITS: usize = 5;
 /// Longer integers stay in one piece: spaces would make them wider still.
 const MAX_DIGITS: usize = 21;
 
-/// Formats a value to the digits that its standard error justifies, or to six.
+/// Smaller powers of ten are written as an exponent.
+const MIN_EXPONENT: f64 = -4.0;
+
+/// Formats a value to the digits that its standard error justifies, or to six; below 1e-4 with a
+/// common exponent.
+///
+/// ```
+/// use carom_tables::with_error;
+///
+/// assert_eq!(with_error(0.123456, Some(0.0021)), "0.1235 ± 0.0021");
+/// assert_eq!(with_error(1.23456e-7, Some(2.1e-9)), "(1.235 ± 0.021)e-7");
+/// ```
 pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
     match standard_error {
         // A smaller error is that of rounding.
         Some(error) if error > 1e-12 * value.abs() && error.is_finite() => {
+            let exponent = value.abs().max(error).log10().floor();
+            let unit = if exponent < MIN_EXPONENT {
+                10f64.powi(exponent as i32)
+            } else {
+                1.0
+            };
+            let (value, error) = (value / unit, error / unit);
             let decimals = (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize;
-            format!("{value:.decimals$} ± {error:.decimals$}")
+            let text = format!("{value:.decimals$} ± {error:.decimals$}");
+            if unit == 1.0 {
+                text
+            } else {
+                format!("({text})e{exponent}")
+            }
         }
         _ if value.fract() == 0.0 && value.abs() < 1e15 => format!("{value:.0}"),
         _ => significant(value, 6),
@@ -82,7 +105,7 @@ pub fn two_digits(value: f64) -> f64 {
 /// Formats a prediction with one digit more than the measured value.
 pub fn predicted(value: f64, figure: &Figure) -> String {
     match figure.standard_error {
-        Some(error) if value != 0.0 && error > 0.0 && error.is_finite() => {
+        Some(error) if value.abs() >= 1e-4 && error > 0.0 && error.is_finite() => {
             format!(
                 "{value:.0$}",
                 (2.0 - error.log10().floor()).clamp(0.0, 12.0) as usize

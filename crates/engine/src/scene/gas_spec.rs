@@ -65,8 +65,8 @@ pub struct GasSpec {
     /// `atoms`.
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "pairs")]
     pub edges: Vec<[u32; 2]>,
-    /// Half the thickness of each edge (length). Default: the smaller radius of the two atoms at its
-    /// ends, which it must not exceed.
+    /// Half the thickness of each edge (length). Default: the smaller radius of the two atoms at
+    /// its ends, which it must not exceed.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub edge_radius: Option<f64>,
@@ -74,13 +74,13 @@ pub struct GasSpec {
     /// interior belongs to the molecule.
     #[serde(skip_serializing_if = "is_false")]
     pub hollow: bool,
-    /// Corners of a polygon, convex or not, whose sides do not cross (length), in any frame. Excludes
-    /// `shape` and `atoms`.
+    /// Corners of a polygon, convex or not, whose sides do not cross (length), in any frame.
+    /// Excludes `shape` and `atoms`.
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "vectors")]
     pub polygon: Vec<[f64; 2]>,
-    /// Radius of the corners of a polygon over its size, which is `size`, or the largest distance of
-    /// two corners of `polygon`; at least 1e-10. All points within this radius of the polygon belong
-    /// to it. Default: 1e-6.
+    /// Radius of the corners of a polygon over its size, which is `size`, or the largest distance
+    /// of two corners of `polygon`; at least 1e-10. All points within this radius of the polygon
+    /// belong to it. Default: 1e-6.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_ROUNDING, max = MAX_MAGNITUDE)))]
     pub rounding: Option<f64>,
@@ -112,9 +112,9 @@ pub struct GasSpec {
     /// them. Default: 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<Quantity>,
-    /// Mass of a molecule per area of the union of its atoms and edges (mass / length²), above 0. The atoms
-    /// of a named shape share the mass equally, those of a list in proportion to their masses.
-    /// Excludes `mass` and `atom_mass`.
+    /// Mass of a molecule per area of the union of its atoms and edges (mass / length²), above 0.
+    /// The atoms of a named shape share the mass equally, those of a list in proportion to their
+    /// masses. Excludes `mass` and `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
     /// Mean kinetic energy of a molecule at the start (mass × length² / time²), from 0 to 1e60.

@@ -126,8 +126,8 @@ pub struct MoleculeSpec {
     /// Tags of the molecule.
     pub tags: Vec<String>,
     /// A shape by name: `disc`, `dumbbell`, `rod:N`, `cross`, `tee`, `ring:N` of equal atoms, or
-    /// `capsule:L`, `square`, `rectangle:A`, `triangle`, `polygon:N`, `kite:A,B` of a `size`. One of
-    /// this, `atoms` and `polygon`.
+    /// `capsule:L`, `square`, `rectangle:A`, `triangle`, `polygon:N`, `kite:A,B` of a `size`. One
+    /// of this, `atoms` and `polygon`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
     /// The list of atoms. Excludes `shape` and `polygon`.
@@ -137,8 +137,8 @@ pub struct MoleculeSpec {
     /// `atoms`.
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "pairs")]
     pub edges: Vec<[u32; 2]>,
-    /// Half the thickness of each edge (length). Default: the smaller radius of the two atoms at its
-    /// ends, which it must not exceed.
+    /// Half the thickness of each edge (length). Default: the smaller radius of the two atoms at
+    /// its ends, which it must not exceed.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub edge_radius: Option<f64>,
@@ -146,19 +146,19 @@ pub struct MoleculeSpec {
     /// interior belongs to the molecule.
     #[serde(skip_serializing_if = "is_false")]
     pub hollow: bool,
-    /// Corners of a polygon, convex or not, whose sides do not cross (length), in any frame. Excludes
-    /// `shape` and `atoms`.
+    /// Corners of a polygon, convex or not, whose sides do not cross (length), in any frame.
+    /// Excludes `shape` and `atoms`.
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "vectors")]
     pub polygon: Vec<[f64; 2]>,
-    /// Radius of the corners of a polygon over its size, which is `size`, or the largest distance of
-    /// two corners of `polygon`; at least 1e-10. All points within this radius of the polygon belong
-    /// to it. Default: 1e-6.
+    /// Radius of the corners of a polygon over its size, which is `size`, or the largest distance
+    /// of two corners of `polygon`; at least 1e-10. All points within this radius of the polygon
+    /// belong to it. Default: 1e-6.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_ROUNDING, max = MAX_MAGNITUDE)))]
     pub rounding: Option<f64>,
-    /// Size of a named shape with sides (length): a side, for a rectangle the one that is not A times
-    /// as long; the diameter of a capsule, whose straight part is L times as long; the cross diagonal
-    /// of a kite, whose tips are A and B times as far from it.
+    /// Size of a named shape with sides (length): a side, for a rectangle the one that is not A
+    /// times as long; the diameter of a capsule, whose straight part is L times as long; the cross
+    /// diagonal of a kite, whose tips are A and B times as far from it.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub size: Option<f64>,
@@ -166,8 +166,8 @@ pub struct MoleculeSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub mass: Option<f64>,
-    /// Mass per area (mass / length²). The atoms of a named shape share the mass equally, those of a
-    /// list in proportion to their masses. Excludes `mass` and `atom_mass`.
+    /// Mass per area (mass / length²). The atoms of a named shape share the mass equally, those of
+    /// a list in proportion to their masses. Excludes `mass` and `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub density: Option<f64>,
@@ -499,9 +499,9 @@ pub struct RunSpec {
 ///
 /// A stage starts where the one before it ends, the first at time 0. Its edits are made together or
 /// not at all, in the order `remove`, `add`, `add_wall`, `tag`, `untag`, `elasticity`, `lock`,
-/// `unlock`, `set_energy`, `set_velocity`; those of the first stage before the first sample. At one instant, first
-/// a sample is taken, then a stage starts, then thermostats act in the order of their list.
-/// Instants that differ by less than 1e-9 of the shortest interval of the run are one.
+/// `unlock`, `set_energy`, `set_velocity`; those of the first stage before the first sample. At
+/// one instant, first a sample is taken, then a stage starts, then thermostats act in the order of
+/// their list. Instants that differ by less than 1e-9 of the shortest interval of the run are one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]

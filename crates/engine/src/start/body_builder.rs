@@ -130,7 +130,8 @@ pub(crate) fn template(
 }
 
 impl MoleculeSpec {
-    /// The molecule that `shape`, `atoms` or `polygon` describe; `entry` names this table in errors.
+    /// The molecule that `shape`, `atoms` or `polygon` describe; `entry` names this table in
+    /// errors.
     ///
     /// ```
     /// use carom_engine::MoleculeSpec;
@@ -142,8 +143,8 @@ impl MoleculeSpec {
     /// ```
     ///
     /// # Errors
-    /// [`SceneError`] if there is no description or more than one, or a length, a mass or a place is
-    /// out of range.
+    /// [`SceneError`] if there is no description or more than one, or a length, a mass or a place
+    /// is out of range.
     pub fn molecule(&self, entry: &str) -> Result<Molecule, SceneError> {
         let given = GivenKeys {
             radius: self.atom_radius.is_some(),

@@ -328,9 +328,9 @@ fn fitted(places: &[DVec2], molecule: &Molecule) -> Orientation {
     Orientation::from_radians(libm::atan2(sums.y, sums.x))
 }
 
-/// Velocity and angular velocity of a molecule: ω = Σ m a × v / Σ m a², unless the file has ω, with a
-/// relative to the centre of mass c of the atoms, and V = Σ m v / Σ m − ω × c; those drawn if the
-/// file has no velocities.
+/// Velocity and angular velocity of a molecule: ω = Σ m a × v / Σ m a², unless the file has ω,
+/// with a relative to the centre of mass c of the atoms, and V = Σ m v / Σ m − ω × c; those drawn
+/// if the file has no velocities.
 fn velocities(
     rows: &[SnapshotAtom],
     molecule: &Molecule,

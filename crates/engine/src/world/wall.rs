@@ -113,8 +113,8 @@ pub(crate) fn folded(cell: [i64; 2], counts: [i64; 2]) -> ([i64; 2], [i32; 2]) {
     (here, image)
 }
 
-/// Lever arms and normal of a contact with an edge, and the distance of the touching centre from its
-/// line (length). None if the contact is of another kind.
+/// Lever arms and normal of a contact with an edge, and the distance of the touching centre from
+/// its line (length). None if the contact is of another kind.
 ///
 /// The normal is that of the edge, so that the rounding of the atom's position along it does not
 /// tilt it.

@@ -285,7 +285,8 @@ fn over_arc(arc: &ExposedArc, weight: &impl Fn(&BoundaryPoint) -> f64) -> f64 {
 }
 
 /// A direction so near below the limit of two sectors (turns) counts to the one that begins there:
-/// all contacts of a flat side have one direction, which is such a limit to rounding for many shapes.
+/// all contacts of a flat side have one direction, which is such a limit to rounding for many
+/// shapes.
 pub const DIRECTION_ROUNDING: f64 = 1e-9;
 
 /// The sector of `count` equal ones of the whole turn that contains a direction (radians).

@@ -77,7 +77,7 @@ fn rounded_convex_polygons_agree_with_the_sums_of_their_parts() {
             let points = regular(corners);
             let body = solid(&points, radius).placed(0.3, DVec2::new(0.2, -0.7));
             let placed: Vec<_> = body.circles.iter().map(|(at, _)| (at.x, at.y)).collect();
-            let found = Properties::of(&body);
+            let found = Properties::new(&body);
             let side = 2.0 * (PI / corners as f64).sin();
             let (perimeter, inner) = (
                 corners as f64 * side,
@@ -104,7 +104,7 @@ fn rounded_convex_polygons_agree_with_the_sums_of_their_parts() {
 fn capsules_have_their_moment_of_inertia() {
     for (length, radius) in [(2.0, 0.5), (1.0, 1e-9), (1e-3, 0.7), (300.0, 0.2)] {
         let body = chain(&[(-0.5 * length, 0.0), (0.5 * length, 0.0)], radius);
-        let found = Properties::of(&body);
+        let found = Properties::new(&body);
         let (bar, caps) = (2.0 * length * radius, PI * radius * radius);
         assert_close(found.area, bar + caps);
         assert_close(found.perimeter, 2.0 * length + TAU * radius);
@@ -126,18 +126,18 @@ fn concave_bodies_have_their_area_and_perimeter() {
     for radius in [1e-9, 1e-6, 0.01, 0.3] {
         let (caps, squared) = (PI * radius * radius, radius * radius);
         // The bars of the L overlap in a square at its notch.
-        let found = Properties::of(&ell(radius));
+        let found = Properties::new(&ell(radius));
         assert_close(found.area, 3.0 + 8.0 * radius + 1.25 * caps - squared);
         assert_close(found.perimeter, 8.0 - 2.0 * radius + 2.5 * PI * radius);
-        let found = Properties::of(&plus(radius));
+        let found = Properties::new(&plus(radius));
         assert_close(found.area, 8.0 * radius + 2.0 * caps - 4.0 * squared);
         // A hollow square is that of its outside less that of its inside.
-        let found = Properties::of(&hollow(&SQUARE, radius));
+        let found = Properties::new(&hollow(&SQUARE, radius));
         let inside = (1.0 - 2.0 * radius).powi(2);
         let outside = 1.0 + 4.0 * radius + caps;
         assert!((found.area - (outside - inside)).abs() < 1e-15);
         // Half of each disc of a dumbbell and the bar share a strip and a circular segment.
-        let found = Properties::of(&dumbbell(radius));
+        let found = Properties::new(&dumbbell(radius));
         let shared = radius * (1.0 - squared).sqrt() + radius.asin();
         assert_close(found.area, TAU + 8.0 * radius - 2.0 * shared);
     }
@@ -156,7 +156,7 @@ fn a_thin_star_has_the_moments_of_its_triangles() {
         // centre.
         sum.add(&MassProperties::from_convex_polygon(1.0, &corners));
     }
-    let found = Properties::of(&body);
+    let found = Properties::new(&body);
     // The rim of 10⁻⁹ adds its length times that.
     let rim = 1e-9 * found.perimeter;
     assert!((found.area - rim - sum.0).abs() < 1e-14);
@@ -176,11 +176,11 @@ fn moved_bodies_keep_their_properties() {
         solid(&star(7, 0.3), 1e-6),
         hollow(&star(7, 0.9), 0.02),
     ] {
-        let still = Properties::of(&body);
+        let still = Properties::new(&body);
         for step in 0..50 {
             let angle = 0.25 * f64::from(step) * FRAC_PI_2;
             let shift = 0.1 * f64::from(step % 9) * DVec2::new(1.0, -2.0);
-            let moved = Properties::of(&body.placed(angle, shift));
+            let moved = Properties::new(&body.placed(angle, shift));
             let scale = still.perimeter * (1.0 + shift.length_squared());
             assert!((moved.area - still.area).abs() < 1e-14 * scale);
             assert!((moved.perimeter - still.perimeter).abs() < 1e-13 * scale);
@@ -200,7 +200,7 @@ proptest! {
     #[test]
     fn the_area_of_discs_is_the_covered_area(union in unions()) {
         let discs = Union::of_discs(union.circles);
-        prop_assert_eq!(Properties::of(&discs).area, covered_area(&discs.circles));
+        prop_assert_eq!(Properties::new(&discs).area, covered_area(&discs.circles));
     }
 
     /// The rim of a filled polygon adds about its length times the radius of its edges.
@@ -210,7 +210,7 @@ proptest! {
         let count = polygon.circles.len();
         let corner = |index: usize| polygon.circles[index % count].0;
         let inner: f64 = (0..count).map(|index| 0.5 * corner(index).perp_dot(corner(index + 1))).sum();
-        let found = Properties::of(&polygon);
+        let found = Properties::new(&polygon);
         let radius = polygon.bars[0].radius;
         let rim = (found.area - inner) / (radius * found.perimeter);
         // Discs at the corners add at most 4π times the square of that radius each.
@@ -221,7 +221,7 @@ proptest! {
     /// Sums over the points of a lattice.
     #[test]
     fn integrals_are_sums_over_the_body(union in unions()) {
-        let found = Properties::of(&union);
+        let found = Properties::new(&union);
         let (half, side) = (union.reach(), 240);
         let step = 2.0 * half / f64::from(side);
         let (mut area, mut first, mut second) = (0.0, DVec2::ZERO, 0.0);

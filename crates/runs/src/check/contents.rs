@@ -349,24 +349,13 @@ mod tests {
 
     #[test]
     fn bodies_with_edges_are_named_by_their_shape_with_their_area() {
-        let scene = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.2, 0.5]\n\
-                     [[molecule]]\nshape = \"dumbbell\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n\
-                     [[molecule]]\nshape = \"cross\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.8, 0.5]\n";
-        let atom = |x, radius| carom::Atom::new(glam::DVec2::new(x, 0.0), radius, 1.0).unwrap();
-        let bar = [([0, 1], 0.01)];
-        let shapes = [
-            carom::geometry::EdgedShape::Square.molecule(0.02, 1e-6, 1.0),
-            carom::Molecule::capsule(0.1, 0.02, 1.0),
-            carom::Molecule::with_edges(
-                [atom(0.0, 0.02), atom(0.1, 0.02)],
-                &bar,
-                carom::geometry::Interior::Solid,
-            ),
-        ];
-        let shapes = shapes.map(Result::unwrap);
-        let simulation = carom_testkit::edged_scenes::with_shapes(scene, &shapes).unwrap();
-        let scene = Scene::from_toml(scene).unwrap();
-        let found = CheckedContents::new(&scene, &simulation.view());
+        let found = contents(
+            "[[molecule]]\nshape = \"square\"\nsize = 0.02\nmass = 1.0\nat = [0.2, 0.5]\n\
+             [[molecule]]\nshape = \"capsule:2.5\"\nsize = 0.04\nmass = 1.0\nat = [0.5, 0.5]\n\
+             [[molecule]]\natoms = [{ at = [0.0, 0.0], radius = 0.02, mass = 1.0 }, \
+             { at = [0.1, 0.0], radius = 0.02, mass = 1.0 }]\nedges = [[0, 1]]\nedge_radius = 0.01\n\
+             at = [0.8, 0.5]\n",
+        );
         let named: Vec<&str> = found
             .bodies
             .iter()

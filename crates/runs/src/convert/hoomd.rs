@@ -178,8 +178,8 @@ fn texts(name: &'static str, texts: &[String]) -> Chunk {
     (name, Data::I8(bytes), longest)
 }
 
-/// The shape of each kind: of bodies with edges a polygon, of atoms a disc, which the schema calls a
-/// sphere in two dimensions; none for a kind of several sizes.
+/// The shape of each kind: of bodies with edges a polygon, of atoms a disc, which the schema calls
+/// a sphere in two dimensions; none for a kind of several sizes.
 fn shapes(bodies: &FrameWithBodies<'_>, kinds: usize) -> Vec<String> {
     let mut radii: Vec<Vec<f64>> = vec![Vec::new(); kinds];
     for atom in bodies.particles.iter() {

@@ -216,7 +216,7 @@ fn type_of(schema: &Value, property: &Value) -> String {
             (Some(least), Some(most)) if least == most => format!("{most} {}s", of()),
             (Some(least), Some(most)) => format!("{least} to {most} {}s", of()),
             _ if of().is_empty() => "list".to_owned(),
-            _ => format!("list of {}s", of()),
+            _ => format!("list of {}s", of().trim_end_matches('s')),
         },
         Some("object") => "table".to_owned(),
         Some(name) => name.to_owned(),
@@ -247,6 +247,7 @@ fn type_of(schema: &Value, property: &Value) -> String {
 fn readable(pattern: &str) -> String {
     pattern
         .trim_matches(['^', '$'])
+        .replace(r"[0-9]*\.?[0-9]+(e-?[0-9]+)?", "X")
         .replace("[0-9]+", "N")
         .replace(r"[\w-]+", "TAG")
 }

@@ -78,7 +78,8 @@ pub struct TouchedParts {
     pub gap: f64,
     /// Unit vector from the first to the second.
     pub normal: BodyPair,
-    /// Distance between the centres of two atoms, or between a centre and the line of the edge (length).
+    /// Distance between the centres of two atoms, or between a centre and the line of the edge
+    /// (length).
     pub distance: f64,
     /// Vectors from the centres of mass to the atoms, or to the foot on the edge (length).
     pub arms: [BodyPair; 2],

@@ -46,8 +46,8 @@ const TWO_SIZES: &str = "Jenkins and Mancini (1987), for hard discs of two sizes
 
 /// The means by the quantities of [`Kicks`]: rate, density at the rim, force along x′ and y′,
 /// torque, velocity along x′ and y′, angular velocity, kT along x′ and y′ and of the rotation, the
-/// share of kicks on one side of a mirror axis less that on the other; the share of each atom and each edge; and
-/// those of the directions, of the places on the boundary, and of the components.
+/// share of kicks on one side of a mirror axis less that on the other; the share of each atom and
+/// each edge; and those of the directions, of the places on the boundary, and of the components.
 pub(super) struct KickParts<'a> {
     whole: &'a [BlockMean],
     parts: &'a [BlockMean],
@@ -515,8 +515,8 @@ fn impulse_error(sum: f64, count: f64) -> f64 {
     sum * (4.0 / (PI * count)).sqrt()
 }
 
-/// The share of the kicks on each atom and each edge; none for a body of one atom. In a dense gas only those that
-/// it cannot reach are predicted.
+/// The share of the kicks on each atom and each edge; none for a body of one atom. In a dense gas
+/// only those that it cannot reach are predicted.
 fn of_parts(
     kicks: &Kicks,
     parts: &KickParts<'_>,

@@ -87,8 +87,8 @@ impl Mirror {
     }
 }
 
-/// Index of the image of each part, if each atom has one of equal radius and mass, and each edge one
-/// of equal radius; edges are numbered after the atoms.
+/// Index of the image of each part, if each atom has one of equal radius and mass, and each edge
+/// one of equal radius; edges are numbered after the atoms.
 fn images(molecule: &Molecule, angle: f64) -> Option<Vec<usize>> {
     let double = DVec2::new(libm::cos(2.0 * angle), libm::sin(2.0 * angle));
     let mirrored = |at: DVec2| {
