@@ -59,7 +59,7 @@ pub use cells::{CellScheduler, Instructions};
 pub use contact::limits::{MAX_SPEED_RATIO, MAX_TURNS};
 pub use contact::overlap::OverlapCensus;
 pub use edit::batch::Batch;
-pub use edit::thermostat::DrawKey;
+pub use edit::draw_key::DrawKey;
 pub use grid::{CellsPerSide, MIN_CONTACT_SHARE};
 pub use heap_scheduler::HeapScheduler;
 pub use run::checkpoint::{Checkpoint, CheckpointError};

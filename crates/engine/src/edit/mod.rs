@@ -2,6 +2,7 @@
 //! elasticity, with effect from that time.
 
 pub(crate) mod batch;
+pub(crate) mod draw_key;
 mod motion_rule;
 mod set_motion;
 pub(crate) mod thermostat;

@@ -5,7 +5,10 @@ use carom_kinematics::{Motion, Orientation, kinetic_energy};
 use crate::{
     edit::{
         batch::{Batch, energy_factor},
-        motion_rule::{Draw, active, first_axis, kicked, langevin, maxwell, rotated, turned_axis},
+        draw_key::DrawKey,
+        motion_rule::{
+            ActionDraw, active, first_axis, kicked, langevin, maxwell, rotated, turned_axis,
+        },
         set_motion::refuse_motion,
     },
     scene::{
@@ -18,18 +21,6 @@ use crate::{
         tags::Tag,
     },
 };
-
-/// Selects the random numbers of one draw. Two draws of a run that differ in `action` are
-/// independent; equal keys give each body the same numbers again.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct DrawKey {
-    /// Seed of the scene.
-    pub seed: u64,
-    /// Replica of the scene.
-    pub replica: u64,
-    /// Number of the action in the run.
-    pub action: u64,
-}
 
 /// The effect of a thermostat on a body.
 enum Effect {
@@ -112,7 +103,7 @@ impl Batch {
         key: DrawKey,
     ) -> Result<Effect, EditError> {
         let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
-        let draw = Draw::new(body, key);
+        let draw = ActionDraw::new(body, key);
         let changed = match rule {
             ThermostatRule::EnergyReset(_) | ThermostatRule::Maxwell(_) if body.is_fixed() => {
                 return Ok(Effect::Fixed);
@@ -143,7 +134,7 @@ impl Batch {
         key: DrawKey,
     ) -> Result<Effect, EditError> {
         let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
-        let draw = Draw::new(body, key);
+        let draw = ActionDraw::new(body, key);
         let own_axis = body.molecule().is_round().then(|| {
             let before = self.world.axis(index);
             let before = before.unwrap_or_else(|| first_axis(body, key));

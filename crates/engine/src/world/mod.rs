@@ -37,9 +37,9 @@ pub struct World {
     /// Time of each body's last contact, as an offset in the epoch, −∞ if there was none; empty
     /// without a guard.
     pub(crate) last_contacts: Vec<f64>,
-    /// Axis of each round body that self-propulsion drives, in the order of the bodies; shorter than
-    /// the list of bodies if the last ones have none. Schedulers do not hold the orientations of
-    /// discs.
+    /// Axis of each round body that self-propulsion drives, in the order of the bodies; shorter
+    /// than the list of bodies if the last ones have none. Schedulers do not hold the orientations
+    /// of discs.
     pub(crate) axes: Vec<Option<Orientation>>,
     /// Start of the epoch.
     pub(crate) epoch: EpochTime,

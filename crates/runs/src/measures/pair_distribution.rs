@@ -8,8 +8,8 @@ use super::{
     hard_discs::LIU, in_blocks, resumed,
 };
 
-/// Cutoff of distances in diameters, and bins for each diameter: the sum of the radii of the largest
-/// bodies of both groups.
+/// Cutoff of distances in diameters, and bins for each diameter: the sum of the radii of the
+/// largest bodies of both groups.
 const DIAMETERS: f64 = 5.0;
 const BINS_PER_DIAMETER: f64 = 50.0;
 

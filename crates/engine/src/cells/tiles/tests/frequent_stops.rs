@@ -5,7 +5,7 @@ use super::{
     inelastic_gases, other_bodies, time_of,
 };
 use crate::{
-    edit::thermostat::DrawKey,
+    edit::draw_key::DrawKey,
     run::simulation::Simulation,
     scene::{
         ElasticitySpec, Scene,
