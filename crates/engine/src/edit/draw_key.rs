@@ -1,4 +1,4 @@
-//! The key of the random numbers of an action on bodies.
+//! The key of the random numbers of a thermostat.
 
 /// Selects the random numbers of one draw. Two draws of a run that differ in `action` are
 /// independent; equal keys give each body the same numbers again.

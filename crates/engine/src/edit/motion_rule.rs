@@ -27,9 +27,9 @@ use crate::{
 const MAX_THERMAL_SPEEDS: f64 = 8.6;
 
 /// The random numbers of one body in one action.
-pub(super) struct RuleDraw([f64; 4]);
+pub(super) struct ActionDraw([f64; 4]);
 
-impl RuleDraw {
+impl ActionDraw {
     pub(super) fn new(body: &Body, key: DrawKey) -> Self {
         let bits = philox([key.seed, key.replica], [body.key().0, key.action, 0, 0]);
         Self(bits.map(open_unit))
@@ -57,7 +57,7 @@ pub(super) fn maxwell(
     body: &Body,
     motion: &Motion,
     temperature: f64,
-    draw: &RuleDraw,
+    draw: &ActionDraw,
 ) -> Result<Motion, EditError> {
     let [speed, spin] = thermal_speeds(body, temperature);
     let most = MAX_THERMAL_SPEEDS
@@ -97,7 +97,7 @@ pub(super) fn langevin(
     body: &Body,
     motion: &Motion,
     step: &LangevinStep,
-    draw: &RuleDraw,
+    draw: &ActionDraw,
 ) -> Motion {
     let duration = step.friction * step.every;
     // The functions of `libm` give all processors the same bits.
@@ -126,13 +126,13 @@ pub(super) fn first_axis(body: &Body, key: DrawKey) -> Orientation {
 pub(super) fn turned_axis(
     axis: Orientation,
     rule: &SelfPropulsion,
-    draw: &RuleDraw,
+    draw: &ActionDraw,
 ) -> Orientation {
     Orientation::from_turns(axis.turns() + spin(rule, draw) * rule.every / TAU)
 }
 
 /// Angular velocity that turns a body by a normal angle until the next action (radians per time).
-fn spin(rule: &SelfPropulsion, draw: &RuleDraw) -> f64 {
+fn spin(rule: &SelfPropulsion, draw: &ActionDraw) -> f64 {
     (2.0 * rule.rotational_diffusion / rule.every).sqrt() * draw.normal()
 }
 
@@ -143,7 +143,7 @@ pub(super) fn active(
     motion: &Motion,
     axis: Orientation,
     rule: &SelfPropulsion,
-    draw: &RuleDraw,
+    draw: &ActionDraw,
 ) -> Motion {
     let random_speed = (2.0 * rule.translational_diffusion / rule.every).sqrt();
     Motion {
@@ -158,7 +158,7 @@ pub(super) fn active(
 }
 
 /// A random direction with the present speed; `None` at rest.
-pub(super) fn rotated(motion: &Motion, draw: &RuleDraw) -> Option<Motion> {
+pub(super) fn rotated(motion: &Motion, draw: &ActionDraw) -> Option<Motion> {
     // The sum of squares may underflow to 0. The function of `libm` gives all processors the same
     // bits.
     let speed = libm::hypot(motion.velocity.x, motion.velocity.y);
@@ -173,7 +173,7 @@ pub(super) fn kicked(
     body: &Body,
     motion: &Motion,
     momentum: KickMomentum,
-    draw: &RuleDraw,
+    draw: &ActionDraw,
 ) -> Motion {
     let momentum = match momentum {
         KickMomentum::Magnitude(magnitude) => magnitude * draw.direction(),
@@ -214,9 +214,9 @@ mod tests {
 
     /// Mean and variance of a quantity of many draws, each with five standard errors of a normal
     /// quantity.
-    fn moments(body: &Body, mut quantity: impl FnMut(&RuleDraw) -> f64) -> [f64; 2] {
+    fn moments(body: &Body, mut quantity: impl FnMut(&ActionDraw) -> f64) -> [f64; 2] {
         let values: Vec<f64> = (0..ACTIONS)
-            .map(|action| quantity(&RuleDraw::new(body, DrawKey { action, ..KEY })))
+            .map(|action| quantity(&ActionDraw::new(body, DrawKey { action, ..KEY })))
             .collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let square = |value: &f64| (value - mean) * (value - mean);
@@ -248,7 +248,7 @@ mod tests {
         };
         let (kept, renewed) = ((-0.7f64).exp(), 1.0 - (-1.4f64).exp());
         for (body, motion) in bodies() {
-            let of = |draw: &RuleDraw| langevin(&body, &motion, &step, draw);
+            let of = |draw: &ActionDraw| langevin(&body, &motion, &step, draw);
             let variance = renewed * 1.5 * body.inertia().inverse_mass;
             assert_moments(
                 moments(&body, |draw| of(draw).velocity.x),
@@ -273,7 +273,7 @@ mod tests {
             every: 1.0,
         };
         for (body, motion) in bodies() {
-            let draw = RuleDraw::new(&body, KEY);
+            let draw = ActionDraw::new(&body, KEY);
             let drawn = maxwell(&body, &motion, 1.5, &draw).unwrap();
             assert_eq!(langevin(&body, &motion, &step, &draw), drawn);
         }
@@ -298,7 +298,7 @@ mod tests {
                 }
             });
             assert_moments(angle, [0.0, 2.0 * 0.5 * 0.01]);
-            let draw = RuleDraw::new(&body, KEY);
+            let draw = ActionDraw::new(&body, KEY);
             let after = active(&body, &motion, axis, &rule, &draw);
             assert_eq!(after.velocity, 2.0 * axis.cos_sin());
             assert_eq!(body.can_turn(), after.angular_velocity != 0.0);
@@ -339,13 +339,13 @@ mod tests {
     #[test]
     fn rotations_keep_speeds_and_kicks_add_momenta() {
         for (body, motion) in bodies() {
-            let speed = |draw: &RuleDraw| rotated(&motion, draw).unwrap().velocity.length();
+            let speed = |draw: &ActionDraw| rotated(&motion, draw).unwrap().velocity.length();
             let [mean, variance] = moments(&body, speed);
             assert!((mean - 3.0).abs() < 1e-12 && variance < 1e-24);
             let along = moments(&body, |draw| rotated(&motion, draw).unwrap().velocity.x);
             assert_moments(along, [0.0, 4.5]);
             let mass = body.inertia().inverse_mass.recip();
-            let momentum = |draw: &RuleDraw, kick: KickMomentum| {
+            let momentum = |draw: &ActionDraw, kick: KickMomentum| {
                 mass * (kicked(&body, &motion, kick, draw).velocity - motion.velocity)
             };
             let magnitude = KickMomentum::Magnitude(4.0);

@@ -7,7 +7,7 @@ use crate::{
         batch::{Batch, energy_factor},
         draw_key::DrawKey,
         motion_rule::{
-            RuleDraw, active, first_axis, kicked, langevin, maxwell, rotated, turned_axis,
+            ActionDraw, active, first_axis, kicked, langevin, maxwell, rotated, turned_axis,
         },
         set_motion::refuse_motion,
     },
@@ -103,7 +103,7 @@ impl Batch {
         key: DrawKey,
     ) -> Result<Effect, EditError> {
         let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
-        let draw = RuleDraw::new(body, key);
+        let draw = ActionDraw::new(body, key);
         let changed = match rule {
             ThermostatRule::EnergyReset(_) | ThermostatRule::Maxwell(_) if body.is_fixed() => {
                 return Ok(Effect::Fixed);
@@ -134,7 +134,7 @@ impl Batch {
         key: DrawKey,
     ) -> Result<Effect, EditError> {
         let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
-        let draw = RuleDraw::new(body, key);
+        let draw = ActionDraw::new(body, key);
         let own_axis = body.molecule().is_round().then(|| {
             let before = self.world.axis(index);
             let before = before.unwrap_or_else(|| first_axis(body, key));

@@ -1,5 +1,4 @@
-//! The momentum that a thermostat adds to each body: a magnitude in a random direction, or a
-//! vector.
+//! The momentum that a thermostat adds to each body: a magnitude in a random direction or a vector.
 
 use std::fmt;
 
