@@ -16,6 +16,10 @@
 
 mod class;
 mod contacts;
+mod edged_flights;
+mod edged_grazes;
+mod edged_insides;
+mod edged_shapes;
 mod fast;
 mod flights;
 mod grazes;
