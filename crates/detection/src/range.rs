@@ -40,9 +40,9 @@ pub(crate) const OUT_OF_RANGE: Answer = Answer {
 /// Classifies a query up to `horizon`.
 #[inline]
 pub(crate) fn unit(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Unit {
-    // A half-plane is infinitely long; it does not turn.
+    // A half-plane is infinitely long; that it must not turn is reported elsewhere.
     let radius = |body: Outline<'_>, spin: f64| {
-        if body.is_wall() && spin == 0.0 {
+        if body.is_wall() && (spin == 0.0 || body.bounding_radius == f64::INFINITY) {
             0.0
         } else {
             body.bounding_radius
