@@ -30,7 +30,10 @@ fn has_few_atoms(pair: &Encounter) -> bool {
 
 #[test]
 fn a_recorded_search_gives_the_answer_of_the_detector_to_the_bit() {
-    for (name, pair) in pairs().filter(|(_, pair)| has_few_atoms(pair)) {
+    // Fast rotors with edges take other detectors millions of evaluations.
+    let is_slow = |name: &str| name.starts_with("edged_fast");
+    let pairs = pairs().filter(|(name, pair)| has_few_atoms(pair) && !is_slow(name));
+    for (name, pair) in pairs {
         let [a, b] = pair
             .molecules
             .each_ref()
