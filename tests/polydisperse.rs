@@ -350,9 +350,9 @@ fn distributions_out_of_range_are_refused_by_name() {
         ("radius = 0.01\ndensity = -1.0", "`density` must be from"),
         (
             "radius = { uniform = [0.01, 0.02] }",
-            "a disc needs `mass` or `density`",
+            "a disc needs a mass: `mass` in a gas",
         ),
-        ("density = 1.0", "a disc needs `radius`"),
+        ("density = 1.0", "a disc needs a radius: `radius` in a gas"),
         (
             "atoms = [{ at = [0, 0], radius = 0.01, mass = 1 }]\nradius = { uniform = [1, 2] }",
             "a list of atoms has a `scale`",

@@ -62,14 +62,18 @@ impl EdgeErrorBound {
     /// The bounds for an atom of body number `body` (0 for A, 1 for B) against an edge of the other
     /// body.
     pub fn new(motion: &RelativeMotion, body: usize, atom: &Circle, edge: &Edge) -> Self {
-        Self::with_spins(motion, body, motion.angular_velocity, atom, edge)
+        let spins = motion.angular_velocity;
+        let reach = reach_of_pair(spins[body], atom, edge);
+        Self::within(motion, body, spins, reach, atom, edge)
     }
 
-    /// The bounds for bodies with these angular velocities, 0 for a disc about its centre of mass.
-    pub(crate) fn with_spins(
+    /// The bounds for bodies with these angular velocities, 0 for a disc about its centre of mass,
+    /// while |X + V t| ≤ `reach` (length), which counts only for an edge that turns.
+    pub(crate) fn within(
         motion: &RelativeMotion,
         body: usize,
         spins: [f64; 2],
+        reach: f64,
         atom: &Circle,
         edge: &Edge,
     ) -> Self {
@@ -92,7 +96,7 @@ impl EdgeErrorBound {
             };
         }
         let orbit = if spin == 0.0 { 0.0 } else { atom.arm };
-        let distance = edge.reach() + contact_distance + 2.0 * orbit;
+        let distance = reach + orbit;
         let speed = motion.velocity.length() + rim_speed + spin_of_edge * distance;
         let given = given + distance * tilt;
         Self {
@@ -102,6 +106,32 @@ impl EdgeErrorBound {
             spin: spin + spin_of_edge,
             velocity: motion.velocity_error + speed * (18.0 * U + tilt),
             acceleration: 4.0 * U * spin_of_edge * speed,
+        }
+    }
+
+    /// The bounds for all atoms of body number `body` against all lines that are fixed in the other
+    /// body and pass its centre at most at its bounding radius, while the bounding circles overlap.
+    pub(crate) fn of_bodies(
+        motion: &RelativeMotion,
+        body: usize,
+        spins: [f64; 2],
+        radii: [f64; 2],
+    ) -> Self {
+        let [spin, spin_of_line] = [spins[body], spins[1 - body]].map(f64::abs);
+        let (arm, reach) = (radii[body], radii[1 - body]);
+        let distance = reach + 2.0 * arm;
+        let (place, velocity) = (one_norm(motion.separation), one_norm(motion.velocity));
+        let tilt = motion.orientation_error[1 - body];
+        let given =
+            motion.separation_error + arm * motion.orientation_error[body] + distance * tilt;
+        let speed = motion.velocity.length() + spin * arm + spin_of_line * distance;
+        Self {
+            start: U * (2.0 * place + 15.0 * arm + 18.0 * distance + 10.0 * reach) + given,
+            rate: 4.0 * U * (velocity + spin * arm + spin_of_line * distance),
+            speed,
+            spin: spin + spin_of_line,
+            velocity: motion.velocity_error + speed * (18.0 * U + tilt),
+            acceleration: 4.0 * U * spin_of_line * speed,
         }
     }
 
@@ -120,6 +150,13 @@ impl EdgeErrorBound {
     pub(crate) fn speed(&self) -> f64 {
         self.speed
     }
+}
+
+/// ϱ: the largest distance of the centres of mass at which an atom of a body with this angular
+/// velocity can touch an edge of the other; of the atom, if its body does not turn (length).
+pub(crate) fn reach_of_pair(spin: f64, atom: &Circle, edge: &Edge) -> f64 {
+    let orbit = if spin == 0.0 { 0.0 } else { atom.arm };
+    edge.reach() + (atom.radius + edge.radius()) + orbit
 }
 
 #[cfg(test)]

@@ -39,6 +39,7 @@ use glam::DVec2;
 use crate::{
     EdgeErrorBound, Phase, SearchWindow,
     atom_pair::{centripetal, or_none, swing},
+    edge_error::reach_of_pair,
     error_bound::one_norm,
     flight::{Flight, Pose},
     gap_search::{Gap, GapFunction, contact_within},
@@ -57,6 +58,8 @@ pub(crate) struct EdgePair<'a> {
     body: usize,
     atom: Circle,
     edge: &'a Edge,
+    /// ℓ; infinite where the whole line counts.
+    half_length: f64,
     /// Coordinates of m across and along the edge, in the frame of its body.
     middle: [f64; 2],
     /// s
@@ -65,6 +68,8 @@ pub(crate) struct EdgePair<'a> {
     spins: [f64; 2],
     /// r; 0 if P does not turn.
     orbit: f64,
+    /// ϱ
+    reach: f64,
     /// The bound on y'' of the centre of P, the part of K without r.
     of_centre: f64,
     /// K
@@ -127,38 +132,51 @@ impl Side {
 
 impl<'a> EdgePair<'a> {
     pub(crate) fn new(flight: &'a Flight<'a>, body: usize, atom: Circle, edge: &'a Edge) -> Self {
+        let reach = reach_of_pair(flight.spin[body], &atom, edge);
+        Self::within(flight, body, atom, edge, reach)
+    }
+
+    /// The pair while |X + V t| ≤ `reach` (length).
+    fn within(
+        flight: &'a Flight<'a>,
+        body: usize,
+        atom: Circle,
+        edge: &'a Edge,
+        reach: f64,
+    ) -> Self {
         let spins = [flight.spin[body], flight.spin[1 - body]];
         let [spin, fast] = spins.map(f64::abs);
         let contact_distance = atom.radius + edge.radius();
         let orbit = if spin == 0.0 { 0.0 } else { atom.arm };
         let apart = (spins[0] - spins[1]).abs();
         let of_atom = centripetal(apart, orbit);
-        let error = EdgeErrorBound::with_spins(flight.motion, body, flight.spin, &atom, edge);
+        let error = EdgeErrorBound::within(flight.motion, body, flight.spin, reach, &atom, edge);
         // The border of a half-plane reaches to infinity, and does not turn.
-        let reach = if fast == 0.0 {
+        let way = if fast == 0.0 {
             0.0
         } else {
-            let reach = edge.reach() + contact_distance + orbit;
             let lengths = one_norm(flight.motion.separation) + atom.arm + reach;
             reach + 2.0 * (error.at(0.0) + 16.0 * U * lengths)
         };
-        let of_centre = centripetal(fast, reach) + 2.0 * fast * flight.speed;
-        let jerk = fast * fast * (fast * reach + 3.0 * flight.speed) + apart * of_atom;
+        let of_centre = centripetal(fast, way) + 2.0 * fast * flight.speed;
+        let jerk = fast * fast * (fast * way + 3.0 * flight.speed) + apart * of_atom;
         Self {
             flight,
             body,
             atom,
             edge,
+            half_length: edge.half_length(),
             middle: [edge.normal(), edge.along()].map(|direction| direction.dot(edge.middle())),
             contact_distance,
             spins,
             orbit,
+            reach,
             of_centre,
             largest: of_centre + of_atom,
             jerk: or_none(jerk, of_centre + of_atom > 0.0),
             terms: centripetal(spin, orbit)
                 + 2.0 * fast * (flight.speed + spin * orbit)
-                + fast * fast * (reach + orbit),
+                + fast * fast * (way + orbit),
             error,
         }
     }
@@ -189,6 +207,58 @@ impl<'a> EdgePair<'a> {
         }
     }
 
+    /// The pair for [`Self::first_crossing`], for bodies of these bounding radii (length).
+    pub(crate) fn of_line(
+        flight: &'a Flight<'a>,
+        body: usize,
+        atom: Circle,
+        edge: &'a Edge,
+        radii: [f64; 2],
+    ) -> Self {
+        let spin = flight.spin[body];
+        let offset = if spin == 0.0 { atom.arm } else { 0.0 };
+        let of_bodies = radii[0] + radii[1] + offset;
+        let reach = of_bodies.max(reach_of_pair(spin, &atom, edge));
+        Self::within(flight, body, atom, edge, reach)
+    }
+
+    /// The first time from `begin` to `limit` at which the atom touches the line through the edge,
+    /// also beyond its ends, and whether it is beside the edge then; there must be no contact before
+    /// `begin`, and the bounding circles must overlap from then on.
+    ///
+    /// Orbits are not made use of: they may carry an atom across the line beyond an end.
+    pub(crate) fn first_crossing<R: Recorder>(
+        mut self,
+        begin: f64,
+        limit: f64,
+        search: &mut Search<R>,
+    ) -> (PairOutcome, bool) {
+        let half_length = std::mem::replace(&mut self.half_length, f64::INFINITY);
+        let outcome = if self.largest == 0.0 {
+            search.evaluations += 1;
+            let time = self.straight_contact();
+            search.recorder.step(Phase::ClosedForm, 0.0, Some(time));
+            contact_within(time, limit)
+        } else {
+            self.first_contact(begin, [f64::INFINITY, limit], &mut 0, search)
+        };
+        let PairOutcome::Contact(time) = outcome else {
+            return (outcome, false);
+        };
+        self.half_length = half_length;
+        let is_beside = self.beyond(&self.pose(time)).value <= self.error.at(time);
+        let near = Self::new(self.flight, self.body, self.atom, self.edge);
+        if !is_beside || near.reach == self.reach {
+            return (outcome, is_beside);
+        }
+        // The bounds of the pair are those of a longer reach: a contact has smaller ones.
+        match near.first_contact_in_span(begin, limit, search) {
+            contact @ PairOutcome::Contact(_) => (contact, true),
+            PairOutcome::OutOfBudget(until) => (PairOutcome::OutOfBudget(until), false),
+            PairOutcome::Free | PairOutcome::Paused(_) => (outcome, false),
+        }
+    }
+
     /// The window of time, up to `limit`, in which the atom is within reach of the edge (Lemma 4).
     fn window(&self, limit: f64) -> Option<SearchWindow> {
         let motion = self.flight.motion;
@@ -196,9 +266,8 @@ impl<'a> EdgePair<'a> {
             let room = self.atom.arm + self.atom.radius;
             return Strip::window(motion, self.body, self.edge, room, limit);
         }
-        let reach = self.edge.reach() + self.contact_distance + self.orbit;
         if self.orbit == self.atom.arm {
-            return skim(motion, reach, limit);
+            return skim(motion, self.reach, limit);
         }
         let arm = self.flight.at(0.0).arm(self.body, self.atom.offset);
         let about_the_atom = RelativeMotion {
@@ -206,7 +275,7 @@ impl<'a> EdgePair<'a> {
             separation_error: self.error.at(0.0),
             ..*motion
         };
-        skim(&about_the_atom, reach, limit)
+        skim(&about_the_atom, self.reach, limit)
     }
 
     /// The contact time of an atom in uniform motion with the edge; infinite if there is none.
@@ -250,7 +319,7 @@ impl<'a> EdgePair<'a> {
         }
         let then = pose.place + self.velocity_of(DVec2::ZERO) * time;
         let along = pose.endwards.coordinate(then).abs();
-        let in_span = along - self.edge.half_length() <= self.error.at(time);
+        let in_span = along - self.half_length <= self.error.at(time);
         if in_span && pose.outwards.coordinate(then) > 0.0 || time == 0.0 {
             time
         } else {
@@ -303,7 +372,7 @@ impl<'a> EdgePair<'a> {
 
     /// The distance of the atom's centre beyond the nearer end of the edge; at most 0 in the span.
     pub(crate) fn beyond(&self, pose: &EdgePose) -> Excess {
-        self.excess(pose, pose.endwards, self.edge.half_length())
+        self.excess(pose, pose.endwards, self.half_length)
     }
 
     /// A bound on the rounding of y'' and x'' (Lemma 7).
@@ -440,7 +509,7 @@ impl GapFunction for EdgePair<'_> {
             step = safe_step(beyond.value, rate, &self.curvature(pose, &beyond, error));
         }
         let [spin, spin_of_edge] = self.spins.map(f64::abs);
-        if spin_of_edge > 0.0 {
+        if spin_of_edge > 0.0 && self.half_length < f64::INFINITY {
             let speed = self.flight.speed;
             let (rim, rim_of_edge) = (spin * self.orbit, spin_of_edge * self.edge.reach());
             if rim > FAST_ROTOR * (speed + rim_of_edge) {

@@ -15,6 +15,7 @@ use crate::{
     edge_pair::EdgePair,
     error_bound::ErrorBound,
     flight::{Flight, bounding_circle},
+    lines::{Separation, separate},
     molecule_pair::{straight, turning},
     search::{PairOutcome, Search},
     strip::{a_half_plane_turns, window_of_bodies},
@@ -52,6 +53,15 @@ pub(crate) fn first_contact<R: Recorder>(
     window.begin = window.begin.max(begin);
     let mut search = Search::new(window.end, most_steps, recorder);
     let flight = Flight::new(a, b, motion);
+    let has_lines = !(a.sides().is_empty() && b.sides().is_empty());
+    let mut begin = begin;
+    if has_lines && !a.is_wall() && !b.is_wall() && flight.turns() {
+        match separate(a, b, &flight, window, &mut search) {
+            Separation::Decided => return search.answer(),
+            Separation::Until(time) => begin = time,
+        }
+        window.begin = begin;
+    }
     match a.atoms.is_empty() || b.atoms.is_empty() {
         true => {}
         false if flight.turns() => turning(a, b, &flight, window, &mut search),

@@ -81,6 +81,14 @@ impl Pose {
         Self { time, ..self }
     }
 
+    /// A vector in the frame of a body.
+    #[inline]
+    pub(crate) fn into_frame(&self, body: usize, vector: DVec2) -> DVec2 {
+        // The inverse of a rotation is its conjugate.
+        let rotation = self.rotation[body];
+        DVec2::new(rotation.x, -rotation.y).rotate(vector)
+    }
+
     /// The vector from the centre of mass of a body to a point of its frame, in the present
     /// orientation.
     #[inline]

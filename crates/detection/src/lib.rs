@@ -75,6 +75,7 @@ mod gap_search;
 mod golden_secant;
 mod golden_section;
 mod lanes;
+mod lines;
 mod molecule_pair;
 mod outcome;
 mod query_body;

@@ -76,6 +76,15 @@ pub const THESIS_TOLERANCE: f64 = 5.0 * f64::EPSILON;
 /// share one.
 pub const CROP_FACTOR: f64 = 0.5;
 
+/// Most separating lines that one search tries before it looks at pairs of parts. Smaller: bodies
+/// that pass closely cost more. Larger: no effect on most pairs.
+pub(crate) const MAX_LINES: u32 = 64;
+
+/// A corner that is nearer to a separating line than this share of the sum of the bounding radii is
+/// searched by itself. Smaller: more lines for slow approaches. Larger: searches of corners that
+/// another line would have kept apart.
+pub(crate) const NEAR_LINE: f64 = 1e-3;
+
 /// Limit of rounds of one golden section (75 for five epsilon) or one secant (10; 210 with
 /// bisections only). Smaller: searches end unresolved.
 pub const MAX_ROUNDS: u32 = 250;

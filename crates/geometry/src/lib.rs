@@ -29,6 +29,7 @@ mod excluded_region;
 mod exposed_arc;
 mod exposed_side;
 mod gap;
+mod hull;
 mod interior;
 mod limits;
 mod molecule;
@@ -62,5 +63,7 @@ pub use shape::Shape;
 pub use atom_row::AtomRow;
 #[doc(hidden)]
 pub use circle_tree::{Circle, CircleTree, Node};
+#[doc(hidden)]
+pub use hull::HullSide;
 #[doc(hidden)]
 pub use limits::{check_length, check_positive};

@@ -13,6 +13,7 @@ use crate::{
     atom::reach,
     check_positive,
     covered_area::covered_area,
+    hull::{HullSide, hull_sides},
     interior::{self, Interior},
     properties::Properties,
     union::{Bar, Union},
@@ -57,6 +58,8 @@ pub struct Molecule {
     /// All atoms, if they are between two and [`CircleTree::CROSSOVER`].
     rows: Vec<AtomRow>,
     tree: Option<CircleTree>,
+    /// Sides of the convex hull of a body with edges.
+    sides: Vec<HullSide>,
 }
 
 /// Molecules are equal if their atoms, their edges, their interior and the distribution of their
@@ -221,6 +224,7 @@ impl Molecule {
             edges: Vec::new(),
             interior: Interior::default(),
             is_uniform: false,
+            sides: Vec::new(),
         }
     }
 
@@ -234,6 +238,7 @@ impl Molecule {
         let edges = edges_between(&atoms, edges)?;
         let properties = Properties::of(&union_of(&atoms, &edges, interior));
         let mut molecule = Self {
+            sides: hull_sides(&atoms, &edges),
             edges,
             interior,
             // These would leave out the edges.
@@ -299,6 +304,7 @@ impl Molecule {
             edges: vec![edge],
             interior: Interior::default(),
             is_uniform: false,
+            sides: Vec::new(),
         })
     }
 
@@ -338,14 +344,17 @@ impl Molecule {
         let edges: Vec<_> = ends_and_radii(&self.edges)
             .map(|(ends, radius)| (ends, scale * radius))
             .collect();
+        let edges = edges_between(&atoms, &edges)?;
+        if edges.is_empty() && !self.is_uniform {
+            return Ok(Self::of_area(atoms, scale * scale * self.area));
+        }
         let mut scaled = Self {
-            edges: edges_between(&atoms, &edges)?,
+            sides: hull_sides(&atoms, &edges),
+            edges,
             interior: self.interior,
+            rows: Vec::new(),
             ..Self::of_area(atoms, scale * scale * self.area)
         };
-        if !self.edges.is_empty() {
-            scaled.rows = Vec::new();
-        }
         if self.is_uniform {
             scaled.is_uniform = true;
             scaled.mass = self.mass;
@@ -486,6 +495,7 @@ impl Molecule {
             tree: self.tree.as_ref(),
             edges: &self.edges,
             is_wall: self.is_wall(),
+            sides: &self.sides,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::{Atom, AtomRow, CircleTree, Edge, HalfPlane, atom::reach};
+use crate::{Atom, AtomRow, CircleTree, Edge, HalfPlane, atom::reach, hull::HullSide};
 
 /// The part of a shape that detection needs: its atoms and edges, and what contains them.
 #[derive(Debug, Clone, Copy)]
@@ -16,6 +16,7 @@ pub struct Outline<'a> {
     pub(crate) tree: Option<&'a CircleTree>,
     pub(crate) edges: &'a [Edge],
     pub(crate) is_wall: bool,
+    pub(crate) sides: &'a [HullSide],
 }
 
 impl<'a> Outline<'a> {
@@ -43,6 +44,11 @@ impl<'a> Outline<'a> {
         self.edges
     }
 
+    /// The sides of the convex hull of a body with edges; empty for walls and unions of discs.
+    pub fn sides(&self) -> &'a [HullSide] {
+        self.sides
+    }
+
     /// Whether this is a wall or a half-plane: a single edge through the origin, of any length,
     /// whose ends are as thick as itself.
     pub fn is_wall(&self) -> bool {
@@ -61,6 +67,7 @@ impl Atom {
             tree: None,
             edges: &[],
             is_wall: false,
+            sides: &[],
         }
     }
 }
@@ -76,6 +83,7 @@ impl HalfPlane {
             tree: None,
             edges: std::slice::from_ref(&self.border),
             is_wall: true,
+            sides: &[],
         }
     }
 }

@@ -4,6 +4,7 @@ use carom_geometry::gap_between;
 use glam::DVec2;
 
 use crate::world::{
+    body::Body,
     rounding_bound::rounding_bound,
     view::{BodyView, View},
 };
@@ -14,8 +15,9 @@ use crate::world::{
 pub struct OverlapCensus {
     /// Number of pairs that overlap by more than the rounding bound.
     pub pairs: usize,
-    /// The deepest overlap of any pair, in units of the smaller diameter of the touching parts'
-    /// bodies; 0 if no bodies overlap. It may be due to rounding.
+    /// The deepest overlap of any pair, in units of the smaller diameter of the two bodies: that
+    /// of the smallest atom, or 4 A/P for a body of area A and perimeter P that has edges; 0 if no
+    /// bodies overlap. It may be due to rounding.
     pub deepest: f64,
     /// The deepest overlap of any pair (length).
     pub deepest_length: f64,
@@ -193,21 +195,28 @@ fn look(
     if gap >= 0.0 {
         return;
     }
-    let smallest = |body: &BodyView<'_>| {
-        // A wall has no diameter of its own.
-        let atoms = if body.body.is_wall() {
-            &[]
-        } else {
-            body.body.molecule().atoms()
-        };
-        atoms
-            .iter()
-            .map(|atom| 2.0 * atom.radius())
-            .fold(f64::INFINITY, f64::min)
-    };
     census.deepest_length = census.deepest_length.max(-gap);
-    census.deepest = census.deepest.max(-gap / smallest(a).min(smallest(b)));
+    let diameter = [a, b].map(|body| diameter(body.body));
+    census.deepest = census.deepest.max(-gap / diameter[0].min(diameter[1]));
     if -gap > rounding_bound(sides, reach) {
         census.pairs += 1;
     }
+}
+
+/// The length to which an overlap is compared: the diameter of the smallest atom; for a body with
+/// edges, whose corners may be sharp, the hydraulic diameter 4 A/P; infinite for a wall, which has no
+/// diameter of its own.
+fn diameter(body: &Body) -> f64 {
+    let molecule = body.molecule();
+    if body.is_wall() {
+        return f64::INFINITY;
+    }
+    if !molecule.edges().is_empty() {
+        return 4.0 * molecule.area() / molecule.perimeter();
+    }
+    molecule
+        .atoms()
+        .iter()
+        .map(|atom| 2.0 * atom.radius())
+        .fold(f64::INFINITY, f64::min)
 }

@@ -1,11 +1,18 @@
 //! The description of a gas: its molecules, their number, and their velocities at the start.
 
 #[cfg(feature = "schema")]
-use carom_geometry::MAX_MAGNITUDE;
+use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE, MIN_ROUNDING};
 use serde::{Deserialize, Serialize, Serializer, ser::Error};
 
 use crate::{
-    scene::{atom_spec::AtomSpec, distribution::Quantity, error::SceneError, region::Region},
+    scene::{
+        atom_spec::AtomSpec,
+        distribution::Quantity,
+        error::SceneError,
+        is_false,
+        region::Region,
+        two_numbers::{pairs, vectors},
+    },
     world::body::Rotation,
 };
 
@@ -47,12 +54,40 @@ pub(crate) const TWO_MASSES: &str = "give either `mass` or `atom_mass`, not both
 pub struct GasSpec {
     /// Tags of the molecules.
     pub tags: Vec<String>,
-    /// A shape by name; `disc` if neither this nor `atoms` is given.
+    /// A shape by name, as for a single molecule; `disc` if none of this, `atoms` and `polygon` is
+    /// given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
-    /// The list of atoms. Excludes `shape`.
+    /// The list of atoms. Excludes `shape` and `polygon`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub atoms: Vec<AtomSpec>,
+    /// Pairs of atoms of the list with a straight edge between them, as indices from 0. Only with
+    /// `atoms`.
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "pairs")]
+    pub edges: Vec<[u32; 2]>,
+    /// Half the thickness of each edge (length). Default: the smaller radius of the two atoms at its
+    /// ends, which it must not exceed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
+    pub edge_radius: Option<f64>,
+    /// Whether closed lines of edges are hollow: other bodies may then be inside. Default: their
+    /// interior belongs to the molecule.
+    #[serde(skip_serializing_if = "is_false")]
+    pub hollow: bool,
+    /// Corners of a polygon, convex or not, whose sides do not cross (length), in any frame. Excludes
+    /// `shape` and `atoms`.
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "vectors")]
+    pub polygon: Vec<[f64; 2]>,
+    /// Radius of the corners of a polygon over its size, which is `size`, or the largest distance of
+    /// two corners of `polygon`; at least 1e-10. All points within this radius of the polygon belong
+    /// to it. Default: 1e-6.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_ROUNDING, max = MAX_MAGNITUDE)))]
+    pub rounding: Option<f64>,
+    /// Size of a named shape with sides (length), as for a single molecule: a number, or a
+    /// distribution from which each molecule draws its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<Quantity>,
     /// Radius of each atom of a named shape (length): a number, or a distribution from which each
     /// molecule draws its own.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -69,14 +104,15 @@ pub struct GasSpec {
     #[doc(alias = "polydispersity")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<Quantity>,
-    /// Mass of a disc (mass); equivalent to `atom_mass`.
+    /// Mass of a disc (mass), equivalent to `atom_mass`; of a shape with sides or of a polygon, its
+    /// mass, spread evenly over its area.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass: Option<Quantity>,
     /// A factor on all lengths of a molecule, for any shape. Masses stay, unless `density` sets
     /// them. Default: 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<Quantity>,
-    /// Mass of a molecule per area of the union of its atoms (mass / length²), above 0. The atoms
+    /// Mass of a molecule per area of the union of its atoms and edges (mass / length²), above 0. The atoms
     /// of a named shape share the mass equally, those of a list in proportion to their masses.
     /// Excludes `mass` and `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -157,7 +193,7 @@ impl GasSpec {
 
     /// Whether molecules have different sizes.
     pub(crate) fn has_drawn_sizes(&self) -> bool {
-        let given = [&self.radius, &self.atom_radius, &self.scale];
+        let given = [&self.radius, &self.atom_radius, &self.size, &self.scale];
         given.into_iter().flatten().any(|given| !given.is_one())
     }
 }

@@ -23,7 +23,7 @@ pub(crate) mod thermostat_target;
 pub(crate) mod two_numbers;
 
 #[cfg(feature = "schema")]
-use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE};
+use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE, MIN_ROUNDING};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -37,7 +37,7 @@ use crate::{
         method_spec::MethodSpec,
         stage_spec::{HeatSpec, RelabelSpec, ThermostatSpec},
         stop_spec::StopSpec,
-        two_numbers::{optional_vector, vector},
+        two_numbers::{optional_vector, pairs, vector, vectors},
     },
     world::body::Rotation,
 };
@@ -123,13 +123,52 @@ impl Default for BoxSpec {
 pub struct MoleculeSpec {
     /// Tags of the molecule.
     pub tags: Vec<String>,
-    /// A shape by name: `disc`, `dumbbell`, `rod:N`, `cross`, `tee`, `ring:N`. Either this or
-    /// `atoms`.
+    /// A shape by name: `disc`, `dumbbell`, `rod:N`, `cross`, `tee`, `ring:N` of equal atoms, or
+    /// `capsule:L`, `square`, `rectangle:A`, `triangle`, `polygon:N`, `kite:A,B` of a `size`. One of
+    /// this, `atoms` and `polygon`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
-    /// The list of atoms. Either this or `shape`.
+    /// The list of atoms. Excludes `shape` and `polygon`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub atoms: Vec<AtomSpec>,
+    /// Pairs of atoms of the list with a straight edge between them, as indices from 0. Only with
+    /// `atoms`.
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "pairs")]
+    pub edges: Vec<[u32; 2]>,
+    /// Half the thickness of each edge (length). Default: the smaller radius of the two atoms at its
+    /// ends, which it must not exceed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
+    pub edge_radius: Option<f64>,
+    /// Whether closed lines of edges are hollow: other bodies may then be inside. Default: their
+    /// interior belongs to the molecule.
+    #[serde(skip_serializing_if = "is_false")]
+    pub hollow: bool,
+    /// Corners of a polygon, convex or not, whose sides do not cross (length), in any frame. Excludes
+    /// `shape` and `atoms`.
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "vectors")]
+    pub polygon: Vec<[f64; 2]>,
+    /// Radius of the corners of a polygon over its size, which is `size`, or the largest distance of
+    /// two corners of `polygon`; at least 1e-10. All points within this radius of the polygon belong
+    /// to it. Default: 1e-6.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_ROUNDING, max = MAX_MAGNITUDE)))]
+    pub rounding: Option<f64>,
+    /// Size of a named shape with sides (length): a side, for a rectangle the one that is not A times
+    /// as long; the diameter of a capsule, whose straight part is L times as long; the cross diagonal
+    /// of a kite, whose tips are A and B times as far from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
+    pub size: Option<f64>,
+    /// Mass of a shape with sides or of a polygon, spread evenly over its area (mass).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
+    pub mass: Option<f64>,
+    /// Mass per area (mass / length²). The atoms of a named shape share the mass equally, those of a
+    /// list in proportion to their masses. Excludes `mass` and `atom_mass`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
+    pub density: Option<f64>,
     /// Radius of each atom of a named shape (length).
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
@@ -530,6 +569,11 @@ impl Default for StageSpec {
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_false(value: &bool) -> bool {
+    !*value
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]

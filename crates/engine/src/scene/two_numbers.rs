@@ -68,6 +68,47 @@ pub(crate) fn vector<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64;
     TwoNumbers("[x, y]").deserialize(deserializer)
 }
 
+/// Reads a list of places `[[x, y], …]`.
+pub(crate) fn vectors<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<[f64; 2]>, D::Error> {
+    deserializer.deserialize_seq(List("[x, y]"))
+}
+
+/// Reads a list of pairs of atoms `[[first, second], …]`.
+pub(crate) fn pairs<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<[u32; 2]>, D::Error> {
+    let index = |number: f64| {
+        let is_index = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
+        is_index.then_some(number as u32).ok_or_else(|| {
+            D::Error::custom(format!(
+                "an edge names atoms by index, from 0, not {number:?}"
+            ))
+        })
+    };
+    let pair = |[first, second]: [f64; 2]| Ok([index(first)?, index(second)?]);
+    let lists = deserializer.deserialize_seq(List("[first, second]"))?;
+    lists.into_iter().map(pair).collect()
+}
+
+/// A list of lists of exactly two numbers, with their form for messages.
+struct List(&'static str);
+
+impl<'de> Visitor<'de> for List {
+    type Value = Vec<[f64; 2]>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a list of two numbers {} each", self.0)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
+        let mut all = Vec::new();
+        while let Some(two) = list.next_element_seed(TwoNumbers(self.0))? {
+            all.push(two);
+        }
+        Ok(all)
+    }
+}
+
 /// Reads a vector `[x, y]`, which may be `null` in JSON.
 pub(crate) fn optional_vector<'de, D: Deserializer<'de>>(
     deserializer: D,
@@ -110,7 +151,7 @@ mod tests {
     use crate::scene::Scene;
 
     /// The scene with one list in each place where two numbers stand, and the line of that list.
-    const SCENES: [(&str, &str); 11] = [
+    const SCENES: [(&str, &str); 13] = [
         ("[box]\nsides = LIST\n", "[x, y]"),
         ("[[molecule]]\nshape = \"disc\"\nat = LIST\n", "[x, y]"),
         ("[[molecule]]\nat = [0, 0]\nvelocity = LIST\n", "[x, y]"),
@@ -118,6 +159,8 @@ mod tests {
             "[[molecule]]\nat = [0, 0]\natoms = [{ at = LIST, radius = 0.1, mass = 1 }]\n",
             "[x, y]",
         ),
+        ("[[molecule]]\npolygon = [LIST]\n", "[x, y]"),
+        ("[[gas]]\nenergy = 1\npolygon = [LIST]\n", "[x, y]"),
         ("[[bumper]]\nradius = 0.1\nat = LIST\n", "[x, y]"),
         ("[[wall]]\nto = [1, 1]\nfrom = LIST\n", "[x, y]"),
         ("[[wall]]\nfrom = [1, 1]\nto = LIST\n", "[x, y]"),

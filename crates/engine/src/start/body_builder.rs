@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use carom_geometry::{Atom, GeometryError, Molecule, Shape};
+use carom_geometry::{GeometryError, Molecule, Shape};
 use carom_kinematics::{Inertia, Motion};
-use glam::DVec2;
 
 use crate::{
-    scene::{MoleculeSpec, atom_spec::AtomSpec, error::SceneError},
+    scene::{MoleculeSpec, error::SceneError},
+    start::shape_template::{Refusal, ShapeKeys, Template},
     world::{
         World,
         body::{BodyKind, Rotation},
@@ -48,49 +48,89 @@ pub(crate) fn tags(names: &mut TagNames, requested: &[String]) -> Tags {
     tags
 }
 
-/// Creates a molecule from the name of its shape or from its atoms.
-pub(crate) fn molecule(
-    entry: &str,
-    shape: Option<&str>,
-    atoms: &[AtomSpec],
-    atom_radius: Option<f64>,
-    atom_mass: Option<f64>,
-) -> Result<Molecule, SceneError> {
-    let problem = |problem: &str| SceneError::Entry {
-        entry: entry.to_owned(),
-        problem: problem.to_owned(),
-    };
-    match shape {
-        Some(_) if !atoms.is_empty() => Err(problem("give `shape` or `atoms`, not both")),
-        Some(name) => {
-            let shape: Shape = name.parse().map_err(geometry(entry))?;
-            let [no_radius, no_mass] = match shape {
-                Shape::Disc => [
-                    "a disc needs a radius: `radius` in a gas, `atom_radius` in a molecule",
-                    "a disc needs a mass: `mass` in a gas, `atom_mass` in a molecule",
-                ],
-                _ => [
-                    "a named shape needs `atom_radius`",
-                    "a named shape needs `atom_mass`",
-                ],
-            };
-            let radius = atom_radius.ok_or_else(|| problem(no_radius))?;
-            let mass = atom_mass.ok_or_else(|| problem(no_mass))?;
-            Molecule::named(shape, radius, mass).map_err(geometry(entry))
+/// Which keys of the size and of the mass a molecule or a gas has.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct GivenKeys {
+    /// `atom_radius`, or `radius` in a gas.
+    pub radius: bool,
+    pub size: bool,
+    pub atom_mass: bool,
+    /// `mass`, which in a gas of discs is the same as `atom_mass`.
+    pub mass: bool,
+    pub density: bool,
+}
+
+/// Refuses keys that do not go with a shape, and shapes without size or mass.
+pub(crate) fn check_keys(template: &Template, given: GivenKeys) -> Result<(), String> {
+    let refused = |problem: &str| Err(problem.to_owned());
+    if given.density && (given.mass || given.atom_mass) {
+        return refused("give either `density` or a mass, not both");
+    }
+    match template {
+        Template::Named(_) if given.size => {
+            refused("`size` goes with a shape that has sides; atoms have an `atom_radius`")
         }
-        None if atom_radius.is_some() || atom_mass.is_some() => Err(problem(
-            "`atom_radius` and `atom_mass` go with a named `shape`",
-        )),
-        None => {
-            let atom = |spec: &AtomSpec| Atom::new(DVec2::from(spec.at), spec.radius, spec.mass);
-            let atoms: Result<Vec<Atom>, GeometryError> = atoms.iter().map(atom).collect();
-            atoms.and_then(Molecule::new).map_err(geometry(entry))
+        Template::Named(shape) => {
+            let is_disc = *shape == Shape::Disc;
+            let has_mass = given.mass || given.atom_mass || given.density;
+            match (given.radius, has_mass, is_disc) {
+                (false, _, true) => {
+                    refused("a disc needs a radius: `radius` in a gas, `atom_radius` in a molecule")
+                }
+                (false, _, false) => refused("a named shape needs `atom_radius`"),
+                (true, false, true) => refused(
+                    "a disc needs a mass: `mass` in a gas, `atom_mass` in a molecule, or a `density`",
+                ),
+                (true, false, false) => refused("a named shape needs `atom_mass`, or a `density`"),
+                (true, true, _) => Ok(()),
+            }
+        }
+        Template::Listed { .. } if given.size || given.radius || given.atom_mass || given.mass => {
+            refused(
+                "`size`, radii and masses go with a named `shape`; each atom of a list has its own, and the list may \
+                 have a `density`",
+            )
+        }
+        Template::Listed { .. } => Ok(()),
+        Template::Edged { .. } | Template::Polygon { .. } if given.radius || given.atom_mass => {
+            refused("a shape with sides has `size` and `mass` in place of those of atoms")
+        }
+        Template::Edged { shape, .. } if !given.size => {
+            Err(format!("the shape {shape} needs a `size`"))
+        }
+        Template::Polygon { .. } if given.size => {
+            refused("`polygon` has its own lengths and no `size`")
+        }
+        Template::Edged { .. } | Template::Polygon { .. } => {
+            if given.mass || given.density {
+                Ok(())
+            } else {
+                refused("a shape with sides needs `mass` or `density`")
+            }
         }
     }
 }
 
+/// The template that keys describe, checked; `entry` names the table in errors.
+pub(crate) fn template(
+    entry: &str,
+    keys: ShapeKeys<'_>,
+    given: GivenKeys,
+) -> Result<Template, SceneError> {
+    let problem = |problem| SceneError::Entry {
+        entry: entry.to_owned(),
+        problem,
+    };
+    let template = Template::new(keys).map_err(|refusal| match refusal {
+        Refusal::Keys(reason) => problem(reason),
+        Refusal::Geometry(reason) => geometry(entry)(reason),
+    })?;
+    check_keys(&template, given).map_err(problem)?;
+    Ok(template)
+}
+
 impl MoleculeSpec {
-    /// The molecule that `shape` and `atoms` describe; `entry` names this table in errors.
+    /// The molecule that `shape`, `atoms` or `polygon` describe; `entry` names this table in errors.
     ///
     /// ```
     /// use carom_engine::MoleculeSpec;
@@ -102,16 +142,30 @@ impl MoleculeSpec {
     /// ```
     ///
     /// # Errors
-    /// [`SceneError`] if there is neither a shape nor an atom, there are both, or a radius, a mass
-    /// or a place is out of range.
+    /// [`SceneError`] if there is no description or more than one, or a length, a mass or a place is
+    /// out of range.
     pub fn molecule(&self, entry: &str) -> Result<Molecule, SceneError> {
-        molecule(
-            entry,
-            self.shape.as_deref(),
-            &self.atoms,
-            self.atom_radius,
-            self.atom_mass,
-        )
+        let given = GivenKeys {
+            radius: self.atom_radius.is_some(),
+            size: self.size.is_some(),
+            atom_mass: self.atom_mass.is_some(),
+            mass: self.mass.is_some(),
+            density: self.density.is_some(),
+        };
+        let template = template(entry, self.into(), given)?;
+        if matches!(template, Template::Named(_)) && self.mass.is_some() {
+            return Err(SceneError::Entry {
+                entry: entry.to_owned(),
+                problem: "`mass` goes with a shape that has sides; atoms have an `atom_mass`"
+                    .to_owned(),
+            });
+        }
+        let length = self.atom_radius.or(self.size).unwrap_or(1.0);
+        let molecule = match self.density {
+            Some(density) => template.of_density(length, density),
+            None => template.molecule(length, self.atom_mass.or(self.mass).unwrap_or(1.0)),
+        };
+        molecule.map_err(geometry(entry))
     }
 }
 

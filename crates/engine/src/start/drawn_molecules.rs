@@ -1,19 +1,20 @@
 //! The molecules of a gas: equal ones, or each with its own drawn size and mass.
 
-use carom_geometry::{Atom, GeometryError, Molecule, Shape};
-use glam::DVec2;
+use carom_geometry::Molecule;
 use rand_pcg::Pcg64;
 
 use crate::{
     scene::{
         Scene,
-        atom_spec::AtomSpec,
         distribution::{Distribution, Quantity},
         error::SceneError,
         gas_spec::{GasSpec, TWO_MASSES, TWO_RADII},
         random::RandomStream,
     },
-    start::body_builder::{geometry, molecule},
+    start::{
+        body_builder::{GivenKeys, geometry, template},
+        shape_template::Template,
+    },
 };
 
 /// The molecule that a gas describes, or the rule by which each of its molecules is drawn.
@@ -25,9 +26,10 @@ pub(crate) enum Described {
 /// The rule by which molecules of different sizes and masses are drawn.
 pub(crate) struct DrawnMolecules {
     entry: String,
-    /// The atoms: for a named shape, of radius 1 and mass 1.
-    atoms: Vec<Atom>,
-    radius: Option<Distribution>,
+    /// The shape: discs by name as a list of atoms of radius 1 and mass 1.
+    template: Template,
+    /// Radius of an atom, or size.
+    size: Option<Distribution>,
     mass: Option<Distribution>,
     scale: Option<Distribution>,
     density: Option<f64>,
@@ -47,33 +49,33 @@ impl Described {
         };
         let radius = spec.one_radius().ok_or_else(|| problem(TWO_RADII))?;
         let mass = spec.one_mass().ok_or_else(|| problem(TWO_MASSES))?;
+        let size = radius.or(spec.size.as_ref());
         check(spec, radius, mass).map_err(|reason| problem(&reason))?;
-        let is_drawn = [radius, mass]
+        let template = template(entry, spec.into(), given_keys(spec))?;
+        let is_drawn = [size, mass]
             .into_iter()
             .flatten()
             .any(|given| given.number().is_none());
         if !is_drawn && spec.scale.is_none() && spec.density.is_none() {
-            let [radius, mass] = [radius, mass].map(|given| given.and_then(Quantity::number));
-            let molecule = molecule(entry, shape(spec), &spec.atoms, radius, mass)?;
+            let [size, mass] = [size, mass].map(|given| given.and_then(Quantity::number));
+            let molecule = template
+                .molecule(size.unwrap_or(1.0), mass.unwrap_or(1.0))
+                .map_err(geometry(entry))?;
             return Ok(Self::Equal(Box::new(molecule)));
         }
-        let atoms =
-            atoms(spec, radius.is_some(), mass.is_some()).map_err(|reason| problem(&reason))?;
         let mut random = RandomStream::Sizes.generator(scene.bounds.seed, scene.bounds.replica);
         // A gas needs fewer than 2^64 numbers: its sizes do not depend on the gases before it.
         random.advance((index as u128) << 64);
-        let given = [radius, mass, spec.scale.as_ref()];
+        let given = [size, mass, spec.scale.as_ref()];
         let is_one = given.into_iter().flatten().all(Quantity::is_one);
-        let [radius, mass, scale] = given.map(|given| given.map(Quantity::distribution));
-        let (entry, density) = (entry.to_owned(), spec.density);
-        let atoms = atoms.map_err(geometry(&entry))?;
+        let [size, mass, scale] = given.map(|given| given.map(Quantity::distribution));
         let mut drawing = DrawnMolecules {
-            entry,
-            atoms,
-            radius,
+            template: template.unfolded().map_err(geometry(entry))?,
+            entry: entry.to_owned(),
+            size,
             mass,
             scale,
-            density,
+            density: spec.density,
             random,
         };
         if is_one {
@@ -84,26 +86,28 @@ impl Described {
     }
 }
 
-/// The name of the shape of a gas; `None` for a list of atoms.
-fn shape(spec: &GasSpec) -> Option<&str> {
-    let is_named = spec.atoms.is_empty() || spec.shape.is_some();
-    is_named.then(|| spec.shape.as_deref().unwrap_or("disc"))
+fn given_keys(spec: &GasSpec) -> GivenKeys {
+    GivenKeys {
+        radius: spec.radius.is_some() || spec.atom_radius.is_some(),
+        size: spec.size.is_some(),
+        atom_mass: spec.atom_mass.is_some(),
+        mass: spec.mass.is_some(),
+        density: spec.density.is_some(),
+    }
 }
 
 /// Validates the distributions and the density of a gas.
 fn check(spec: &GasSpec, radius: Option<&Quantity>, mass: Option<&Quantity>) -> Result<(), String> {
-    if let Some(density) = spec.density {
-        if mass.is_some() {
-            return Err("give either `density` or a mass, not both".to_owned());
-        }
-        if !(1e-60..=1e60).contains(&density) {
-            return Err(format!(
-                "`density` must be from 1e-60 to 1e60 (mass / length²), but is {density:?}"
-            ));
-        }
+    if let Some(density) = spec.density
+        && !(1e-60..=1e60).contains(&density)
+    {
+        return Err(format!(
+            "`density` must be from 1e-60 to 1e60 (mass / length²), but is {density:?}"
+        ));
     }
     for (key, given) in [
         ("radius", radius),
+        ("size", spec.size.as_ref()),
         ("mass", mass),
         ("scale", spec.scale.as_ref()),
     ] {
@@ -112,40 +116,6 @@ fn check(spec: &GasSpec, radius: Option<&Quantity>, mass: Option<&Quantity>) -> 
         }
     }
     Ok(())
-}
-
-/// The atoms of a gas whose molecules are drawn: for a named shape, of radius 1 and mass 1.
-fn atoms(
-    spec: &GasSpec,
-    has_radius: bool,
-    has_mass: bool,
-) -> Result<Result<Vec<Atom>, GeometryError>, String> {
-    let Some(name) = shape(spec) else {
-        if has_radius || has_mass {
-            return Err(
-                "`radius` and `mass` go with a named `shape`; a list of atoms has a `scale` and a `density`"
-                    .to_owned(),
-            );
-        }
-        let atom = |atom: &AtomSpec| Atom::new(DVec2::from(atom.at), atom.radius, atom.mass);
-        return Ok(spec.atoms.iter().map(atom).collect());
-    };
-    if !spec.atoms.is_empty() {
-        return Err("give `shape` or `atoms`, not both".to_owned());
-    }
-    if !has_radius {
-        return Err(match spec.shape {
-            Some(_) => "a named shape needs `atom_radius`".to_owned(),
-            None => "a disc needs `radius`".to_owned(),
-        });
-    }
-    if !has_mass && spec.density.is_none() {
-        return Err(match spec.shape {
-            Some(_) => "a named shape needs `atom_mass` or `density`".to_owned(),
-            None => "a disc needs `mass` or `density`".to_owned(),
-        });
-    }
-    Ok(name.parse().and_then(|shape: Shape| shape.atoms(1.0, 1.0)))
 }
 
 impl DrawnMolecules {
@@ -157,10 +127,12 @@ impl DrawnMolecules {
         let square = |distribution: &Option<Distribution>| {
             distribution.as_ref().map_or(1.0, Distribution::mean_square)
         };
-        let of_size_1 = Molecule::new(self.atoms.clone())
+        let of_size_1 = self
+            .template
+            .molecule(1.0, 1.0)
             .map_err(geometry(&self.entry))?
             .area();
-        Ok(of_size_1 * square(&self.radius) * square(&self.scale))
+        Ok(of_size_1 * square(&self.size) * square(&self.scale))
     }
 
     /// Draws the next molecule.
@@ -170,8 +142,8 @@ impl DrawnMolecules {
     pub fn next(&mut self) -> Result<Molecule, SceneError> {
         let Self {
             entry,
-            atoms,
-            radius,
+            template,
+            size,
             mass,
             scale,
             density,
@@ -182,22 +154,12 @@ impl DrawnMolecules {
                 .as_ref()
                 .map_or(1.0, |distribution| distribution.draw(random))
         };
-        let length = draw(radius) * draw(scale);
+        let length = draw(size) * draw(scale);
         let mass = draw(mass);
-        let scaled = |length: f64, mass: f64| -> Result<Molecule, GeometryError> {
-            let atom = |atom: &Atom| {
-                Atom::new(
-                    length * atom.offset(),
-                    length * atom.radius(),
-                    mass * atom.mass(),
-                )
-            };
-            Molecule::new(atoms.iter().map(atom).collect::<Result<Vec<_>, _>>()?)
+        let molecule = match density {
+            Some(density) => template.of_density(length, *density),
+            None => template.molecule(length, mass),
         };
-        let molecule = scaled(length, mass).and_then(|molecule| match density {
-            Some(density) => scaled(length, *density * molecule.area() / molecule.mass()),
-            None => Ok(molecule),
-        });
         molecule.map_err(geometry(entry))
     }
 }

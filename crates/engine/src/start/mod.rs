@@ -8,6 +8,7 @@ pub(crate) mod fitted_box;
 pub(crate) mod placement;
 pub(crate) mod pockets;
 pub(crate) mod selection;
+pub(crate) mod shape_template;
 pub(crate) mod single_bodies;
 pub(crate) mod sites;
 pub(crate) mod snapshot;
