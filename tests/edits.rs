@@ -4,7 +4,10 @@ use crate::support::{
     disc, head_on, named, reference_scene, rule, scene, simulate, test_each_scheduler, velocity,
 };
 use carom_detection::Exact;
-use carom_engine::{EditError, ElasticitySpec, MoleculeSpec, Rotation, Scheduler, Simulation};
+use carom_engine::{
+    DrawKey, EditError, ElasticitySpec, MoleculeSpec, Rotation, Scheduler, SelfPropulsion,
+    Simulation, ThermostatRule,
+};
 use carom_response::Impact;
 use glam::DVec2;
 
@@ -19,6 +22,62 @@ test_each_scheduler! {
     a_locked_molecule_does_not_turn_and_a_freed_one_does: check_locking;
     edits_reset_no_counter: check_counters;
     a_thermostat_and_an_exchange_of_bodies_are_one_transaction: check_thermostat_with_exchange;
+    discs_keep_the_axes_of_self_propulsion: check_axes;
+}
+
+/// Two discs that meet, and the axes along which a rule drives them.
+fn check_axes<S: Scheduler>(options: &S::Options) {
+    let mut simulation = head_on::<S>(options);
+    let axes = |simulation: &Simulation<Exact, Impact, S>| -> Vec<Option<f64>> {
+        let view = simulation.view();
+        let axis = |key| view.axis(key).map(carom_kinematics::Orientation::turns);
+        view.bodies().map(|body| axis(body.body.key())).collect()
+    };
+    assert_eq!(axes(&simulation), [None, None]);
+    let left = simulation.find_tag("left").unwrap();
+    let rule = ThermostatRule::Active(SelfPropulsion {
+        speed: 1.0,
+        rotational_diffusion: 1.0,
+        translational_diffusion: 0.0,
+        every: 0.1,
+    });
+    let mut before = None;
+    for action in 0..20 {
+        let key = DrawKey {
+            seed: 1,
+            replica: 0,
+            action,
+        };
+        simulation
+            .edit(|batch| batch.thermostat(left, &rule, key))
+            .unwrap();
+        let turned = axes(&simulation);
+        assert!(turned[0].is_some() && turned[0] != before && turned[1].is_none());
+        let axis = carom_kinematics::Orientation::from_turns(turned[0].unwrap());
+        assert_eq!(velocity(&simulation.view(), 0), axis.cos_sin());
+        simulation.run_until(0.1 * (action + 1) as f64).unwrap();
+        simulation.end_epoch_here();
+        assert_eq!(axes(&simulation), turned);
+        before = turned[0];
+    }
+    // Another body keeps its axis when one is removed.
+    let keys: Vec<_> = simulation
+        .view()
+        .bodies()
+        .map(|body| body.body.key())
+        .collect();
+    simulation.tag(keys[1], "left").unwrap();
+    let key = DrawKey {
+        seed: 1,
+        replica: 0,
+        action: 20,
+    };
+    simulation
+        .edit(|batch| batch.thermostat(left, &rule, key))
+        .unwrap();
+    let both = axes(&simulation);
+    simulation.remove(keys[0]).unwrap();
+    assert_eq!(axes(&simulation), [both[1]]);
 }
 
 fn check_elasticity<S: Scheduler>(options: &S::Options) {

@@ -30,6 +30,7 @@ mod resume;
 mod run_errors;
 mod scene;
 mod schedulers;
+mod sides;
 mod sinking;
 mod speeds;
 mod start_from_file;

@@ -26,7 +26,7 @@ fn the_rotation_of_a_fixed_body_cannot_be_changed() {
     );
     assert_eq!(
         refused.to_string(),
-        "body 2 is fixed: neither its energy nor its rotation can be changed"
+        "body 2 is fixed: neither its motion, its energy nor its rotation can be changed"
     );
 }
 

@@ -2,11 +2,17 @@
 
 use carom::{
     CollisionReport, Observer, Scene, Simulation,
-    engine::{ElasticitySpec, Tag, ThermostatTarget},
+    engine::{DrawKey, ElasticitySpec, Tag, ThermostatRule, ThermostatTarget},
     observers::{HeatOfTag, ThermostatLedger},
 };
 
 use super::{ByHand, gas, observe};
+
+const KEY: DrawKey = DrawKey {
+    seed: 1,
+    replica: 0,
+    action: 0,
+};
 
 #[test]
 fn heat_from_hot_to_cold_agrees_with_sums_by_hand_to_rounding() {
@@ -164,9 +170,10 @@ fn heat_is_counted_between_actions() {
         if step % 3 == 0 {
             actions += 1;
             ledger.pause(&simulation.view());
-            let target = 1.0 + f64::from(actions);
+            let target = ThermostatTarget::Energy(1.0 + f64::from(actions));
+            let rule = ThermostatRule::EnergyReset(target);
             simulation
-                .edit(|batch| batch.thermostat_energy(gas, ThermostatTarget::Energy(target)))
+                .edit(|batch| batch.thermostat(gas, &rule, KEY))
                 .unwrap();
             ledger.start(&simulation.view());
         }

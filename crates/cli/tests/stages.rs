@@ -11,7 +11,7 @@ use std::{
 
 use carom::{
     BodyKey, Scene, Simulation,
-    engine::{DrawKey, ElasticitySpec, Rotation, ThermostatTarget},
+    engine::{DrawKey, ElasticitySpec, Rotation, ThermostatRule, ThermostatTarget},
     observers::write_extended_xyz,
 };
 use serde_json::Value;
@@ -142,9 +142,9 @@ fn thermostats_equal_the_same_edits_by_code_to_the_bit() {
                 replica: 0,
                 action,
             };
-            let target = ThermostatTarget::Temperature(0.25);
+            let rule = ThermostatRule::Maxwell(ThermostatTarget::Temperature(0.25));
             simulation
-                .edit(|batch| batch.thermostat_maxwell(cold, target, key))
+                .edit(|batch| batch.thermostat(cold, &rule, key))
                 .unwrap();
         }
         heats[usize::from(tag == cold)] += simulation.view().energy() - before;
@@ -380,8 +380,33 @@ thermostat = [{ tag = "half", every = 0.003, kind = "maxwell", energy = 1.0 },
 [[stage]]
 until = 12.05
 unlock = ["tee"]
+set_velocity = [{ tag = "tee", velocity = [0.5, 0.0], angular_velocity = -1.0 }]
 set_energy = [{ tag = "cold", kind = "maxwell", temperature = 1.0 }]
 thermostat = [{ tag = "hot", every = 0.007, kind = "maxwell", temperature = 2.0 }]
+"#;
+
+/// Rules that set velocities; the axes of discs are kept with the run.
+const RULES: &str = r#"
+[run]
+sample_interval = 0.1
+observe = ["energy", "thermostat", "correlation:cold"]
+snapshots = "extxyz"
+[[stage]]
+until = 1.0
+thermostat = [{ tag = "cold", every = 0.01, kind = "active", speed = 2.0, rotational_diffusion = 3.0 },
+              { tag = "tee", every = 0.02, kind = "active", speed = 1.0, rotational_diffusion = 1.0,
+                translational_diffusion = 0.01 }]
+[[stage]]
+until = 8.0
+tag = [{ of = "cold", name = "half", count = 20 }]
+thermostat = [{ tag = "half", every = 0.02, kind = "active", speed = 2.0, rotational_diffusion = 3.0 },
+              { tag = "tee", every = 0.01, kind = "langevin", friction = 2.0, temperature = 1.0 },
+              { tag = "cold", every = 0.07, kind = "rotate" }]
+[[stage]]
+until = 12.05
+elasticity = { default = 0.9 }
+thermostat = [{ tag = "cold", every = 0.01, kind = "kick", momentum = 0.1 },
+              { tag = "tee", every = 0.03, kind = "kick", momentum = [0.1, -0.1] }]
 "#;
 
 /// Kills and resumes a run at random moments; returns how often it was killed.
@@ -461,6 +486,22 @@ fn a_run_in_stages_killed_at_any_moment_resumes_to_the_bit_and_can_be_extended()
 }
 
 #[test]
+fn a_run_with_rules_of_velocities_killed_at_any_moment_resumes_to_the_bit() {
+    let scene = format!("{BODIES}{RULES}");
+    let begun = Instant::now();
+    let straight = run(&scene, &[]);
+    let duration = begun.elapsed();
+    let place = tempfile::tempdir().unwrap();
+    fs::write(place.path().join("scene.toml"), &scene).unwrap();
+    let times = killed(place.path(), &RUN, duration / 6);
+    assert!(times > 3, "{times}");
+    assert_eq!(
+        results(&place.path().join("out")),
+        results(&straight.path().join("out"))
+    );
+}
+
+#[test]
 fn maxwell_thermostats_bring_gases_to_their_temperature() {
     let gas = "[box]\nseed = 4\n[[gas]]\ntags = [\"gas\"]\nradius = 0.008\nmass = 3.0\nenergy = 1.0\ncount = 300\n\
                [[gas]]\ntags = [\"rods\"]\nshape = \"rod:3\"\natom_radius = 0.006\natom_mass = 1.0\nenergy = 1.0\n\
@@ -496,9 +537,33 @@ fn maxwell_thermostats_bring_gases_to_their_temperature() {
     }
 }
 
+/// Asserts that a scene with these keys is refused in these words and leaves no folder.
+fn assert_refused(added: &str, said: &str) {
+    let root = tempfile::tempdir().unwrap();
+    // Keys of [run] stand before the tables.
+    let (run, tables) = added
+        .split_once('\n')
+        .filter(|_| added.starts_with("run."))
+        .unwrap_or(("", added));
+    fs::write(
+        root.path().join("scene.toml"),
+        format!("{run}\n{BODIES}{tables}"),
+    )
+    .unwrap();
+    for command in [
+        &["check", "scene.toml"][..],
+        &["run", "scene.toml", "--out", "out"],
+    ] {
+        let output = carom(root.path(), command);
+        let found = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{added}: {found}");
+        assert!(found.contains(said), "{added}: {found}");
+    }
+    assert!(!root.path().join("out").exists(), "{added}");
+}
+
 #[test]
 fn contradictory_and_unknown_keys_are_refused_by_name() {
-    let root = tempfile::tempdir().unwrap();
     let stage = "[[stage]]\nuntil = 1.0\n";
     for (added, said) in [
         (
@@ -563,34 +628,42 @@ fn contradictory_and_unknown_keys_are_refused_by_name() {
         ("run.snapshot_interval = 0.5\n", "run.snapshots is not"),
         ("run.check_interval = 0.0\n", "run.check_interval"),
     ] {
-        // Keys of [run] stand before the tables.
-        let (run, tables) = added
-            .split_once('\n')
-            .filter(|_| added.starts_with("run."))
-            .unwrap_or(("", added));
-        fs::write(
-            root.path().join("scene.toml"),
-            format!("{run}\n{BODIES}{tables}"),
-        )
-        .unwrap();
-        for command in [
-            &["check", "scene.toml"][..],
-            &["run", "scene.toml", "--out", "out"],
-        ] {
-            let output = carom(root.path(), command);
-            assert_eq!(
-                output.status.code(),
-                Some(2),
-                "{added}: {}",
-                text(&output.stdout)
-            );
-            assert!(
-                text(&output.stderr).contains(said),
-                "{added}: {}",
-                text(&output.stderr)
-            );
-        }
-        assert!(!root.path().join("out").exists(), "{added}");
+        assert_refused(added, said);
+    }
+}
+
+#[test]
+fn velocities_that_cannot_be_set_are_refused_by_name() {
+    let stage = "[[stage]]\nuntil = 1.0\n";
+    for (added, said) in [
+        (
+            format!(
+                "{stage}set_energy = [{{ tag = \"cold\", kind = \"active\", energy = 1.0 }}]\n"
+            ),
+            "stage[0].set_energy[0]: kind = \"active\" acts at regular times",
+        ),
+        (
+            format!("{stage}thermostat = [{{ tag = \"hot\", every = 0.1, kind = \"rotate\" }}]\n"),
+            "stage[0].thermostat[0]: body 1 (tag hot) is fixed",
+        ),
+        (
+            format!("{stage}set_velocity = [{{ tag = \"hot\", velocity = [1, 0] }}]\n"),
+            "stage[0].set_velocity[0]: body 1 (tag hot) is fixed",
+        ),
+        (
+            format!("{stage}set_velocity = [{{ tag = \"cold\", angular_velocity = 1 }}]\n"),
+            "cannot turn, since it is locked or a single disc",
+        ),
+        (
+            format!("{stage}set_velocity = [{{ velocity = [1, 0] }}]\n"),
+            "stage[0].set_velocity[0]: give either `tag` or `body`",
+        ),
+        (
+            format!("{stage}set_velocity = [{{ tag = \"cold\", velocity = [1e61, 0] }}]\n"),
+            "stage[0].set_velocity[0]: body",
+        ),
+    ] {
+        assert_refused(&added, said);
     }
 }
 

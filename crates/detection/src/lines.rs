@@ -36,7 +36,7 @@ use crate::{
     gap_search::GapFunction,
     safe_step::{Curvature, safe_step},
     search::{PairOutcome, Search},
-    tolerance::{MAX_LINES, NEAR_LINE},
+    tolerance::{FEW_PAIRS, MAX_LINES, NEAR_LINE},
     trace::Recorder,
 };
 
@@ -93,6 +93,17 @@ enum Crossing {
     Opened,
 }
 
+/// The result for one line.
+enum Verdict {
+    /// The bodies are apart until this later time, where another line may separate them.
+    Apart(f64),
+    /// The bodies are apart until this time, from which on all parts are to be searched.
+    Unclear(f64),
+    /// The search is decided: the first corner to cross the line touches the edge, or what lies behind
+    /// the line was searched, or no corner crosses it up to the limit.
+    Decided,
+}
+
 /// Searches two bodies of which at least one has sides by separating lines.
 pub(crate) fn separate<R: Recorder>(
     a: Outline<'_>,
@@ -118,8 +129,9 @@ pub(crate) fn separate<R: Recorder>(
             return Separation::Until(time);
         };
         match lines.first_to_cross(&sight, &at, search) {
-            Some(later) => time = later,
-            None => return Separation::Decided,
+            Verdict::Apart(until) => time = until,
+            Verdict::Decided => return Separation::Decided,
+            Verdict::Unclear(from) => return Separation::Until(from),
         }
     }
     Separation::Until(time)
@@ -241,40 +253,39 @@ impl Lines<'_> {
         }
     }
 
-    /// A later time than that of the sight up to which the bodies are apart, where another line may
-    /// separate them. `None` if the search is decided: the first corner to cross the line touches the
-    /// edge, or what lies behind the line was searched, or none crosses it up to the limit.
+    /// Follows the corners up to the first that crosses the line.
     ///
-    /// A corner that is behind the line already may touch any part: it is opened.
+    /// A corner that is behind the line already may touch any part: it is opened, unless the bodies
+    /// have so few parts that all of them are searched at once.
     fn first_to_cross<R: Recorder>(
         &self,
         sight: &Sight,
         at: &Pose,
         search: &mut Search<R>,
-    ) -> Option<f64> {
+    ) -> Verdict {
         let mut corners = self.not_before(sight, at);
         let mut has_opened = false;
         loop {
-            let (index, &(bound, known)) = corners
-                .iter()
-                .enumerate()
-                .min_by(|one, other| one.1.0.total_cmp(&other.1.0))?;
+            let soonest = corners.iter().enumerate();
+            let soonest = soonest.min_by(|one, other| one.1.0.total_cmp(&other.1.0));
+            let Some((index, &(bound, known))) = soonest else {
+                return Verdict::Decided;
+            };
             if bound > search.limit() {
-                return None;
+                return Verdict::Decided;
             }
             let may_restart = bound > at.time && !has_opened;
             let edge = sight.side.edge.filter(|_| self.is_before(sight, at, index));
             corners[index] = match (known, edge) {
-                (Crossing::Beside | Crossing::OutOfBudget, _) => return None,
-                (Crossing::BeyondTheEnd, _) | (Crossing::NotBefore, None) if may_restart => {
-                    return Some(bound);
-                }
-                (Crossing::NotBefore, Some(_)) if may_restart && self.is_far(sight, at, index) => {
-                    return Some(bound);
+                (Crossing::Beside | Crossing::OutOfBudget, _) => return Verdict::Decided,
+                (Crossing::BeyondTheEnd, _) if may_restart => return Verdict::Apart(bound),
+                (Crossing::NotBefore, _) if may_restart && self.is_far(sight, at, index) => {
+                    return Verdict::Apart(bound);
                 }
                 (Crossing::NotBefore, Some(edge)) => {
                     self.crossing(sight, index, edge, bound, search)
                 }
+                _ if !has_opened && self.has_few_parts() => return Verdict::Unclear(bound),
                 _ => {
                     has_opened = true;
                     self.open(sight, index, bound, &corners, search);
@@ -282,6 +293,11 @@ impl Lines<'_> {
                 }
             };
         }
+    }
+
+    fn has_few_parts(&self) -> bool {
+        let [a, b] = self.outlines.map(|outline| outline.atoms.len());
+        a * b <= FEW_PAIRS
     }
 
     /// Whether a corner is before the line or touches it, so that its crossing can be searched.

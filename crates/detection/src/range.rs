@@ -40,9 +40,10 @@ pub(crate) const OUT_OF_RANGE: Answer = Answer {
 /// Classifies a query up to `horizon`.
 #[inline]
 pub(crate) fn unit(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Unit {
-    // A half-plane is infinitely long; that it must not turn is reported elsewhere.
+    // The length of a wall that does not turn is unrelated to the motion; a half-plane has none.
     let radius = |body: Outline<'_>, spin: f64| {
-        if body.is_wall() && (spin == 0.0 || body.bounding_radius == f64::INFINITY) {
+        let is_unbounded = body.bounding_radius == f64::INFINITY;
+        if body.is_wall() && (spin == 0.0 || is_unbounded) {
             0.0
         } else {
             body.bounding_radius

@@ -80,6 +80,11 @@ pub const CROP_FACTOR: f64 = 0.5;
 /// that pass closely cost more. Larger: no effect on most pairs.
 pub(crate) const MAX_LINES: u32 = 64;
 
+/// Two bodies of at most this number of pairs of atoms are searched as a whole where no line separates
+/// them: two capsules, or a disc and a polygon of four corners. Smaller: capsules cost more. Larger:
+/// polygons do.
+pub(crate) const FEW_PAIRS: usize = 4;
+
 /// A corner that is nearer to a separating line than this share of the sum of the bounding radii is
 /// searched by itself. Smaller: more lines for slow approaches. Larger: searches of corners that
 /// another line would have kept apart.

@@ -71,6 +71,7 @@ pub use scene::atom_spec::AtomSpec;
 pub use scene::distribution::{Distribution, Quantity};
 pub use scene::error::{EditError, GridError, RunError, SceneError, StallCause};
 pub use scene::gas_spec::{GasSpec, StartVelocities};
+pub use scene::kick_momentum::KickMomentum;
 pub use scene::least_speed::MIN_SPEED;
 pub use scene::max_time::MAX_TIME;
 pub use scene::measure_from::MeasureFrom;
@@ -79,8 +80,9 @@ pub use scene::method_spec::{
     DetectorName, InstructionsName, MethodSpec, SchedulerName, TilesName,
 };
 pub use scene::region::Region;
-pub use scene::stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec};
+pub use scene::stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec, VelocitySpec};
 pub use scene::stop_spec::StopSpec;
+pub use scene::thermostat_rule::{LangevinStep, SelfPropulsion, ThermostatRule};
 pub use scene::thermostat_target::ThermostatTarget;
 pub use scene::{
     BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene,

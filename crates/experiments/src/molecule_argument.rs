@@ -7,25 +7,25 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail, ensure};
-use carom::{
-    Molecule, Scene, Shape,
-    engine::{AtomSpec, MoleculeSpec},
-};
+use carom::{Molecule, Scene, Shape, engine::MoleculeSpec, geometry::EdgedShape};
 use carom_runs::{command_line::quoted, run::SceneFile};
 use carom_sweeps::{Size, Study};
 use clap::Args;
-use serde::Deserialize;
 
 /// Options that name the molecule of an experiment.
 #[derive(Debug, Clone, Args)]
 pub struct MoleculeArgument {
-    /// The molecule: disc, dumbbell, rod:N, cross, tee, ring:N (with --atom-radius); a TOML file
-    /// with `atoms` or `shape`, as a molecule in a scene has; or a scene or a study (with --body)
+    /// The molecule: disc, dumbbell, rod:N, cross, tee, ring:N (with --atom-radius); capsule:L,
+    /// square, rectangle:A, triangle, polygon:N, kite:A,B (with --size); a TOML file with `atoms`,
+    /// `polygon` or `shape`, as a molecule in a scene has; or a scene or a study (with --body)
     #[arg(value_name = "MOLECULE")]
     pub molecule: String,
     /// Radius of each atom of a named shape (length)
     #[arg(long, value_name = "LENGTH")]
     pub atom_radius: Option<f64>,
+    /// Size of a named shape with sides: the length of a side, the diameter of a capsule
+    #[arg(long, value_name = "LENGTH", conflicts_with = "atom_radius")]
+    pub size: Option<f64>,
     /// Mass of each atom of a named shape
     #[arg(long, value_name = "MASS", conflicts_with = "mass")]
     pub atom_mass: Option<f64>,
@@ -51,18 +51,25 @@ pub struct NamedMolecule {
     pub scene: Option<(Scene, usize)>,
 }
 
-/// A file that describes one molecule, with the keys of a `[[molecule]]`.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct MoleculeFile {
-    shape: Option<String>,
-    atoms: Vec<AtomSpec>,
-    atom_radius: Option<f64>,
-    atom_mass: Option<f64>,
-}
+/// The keys of a `[[molecule]]` that describe it; only a file of one molecule has them at the top.
+const KEYS: [&str; 12] = [
+    "atoms",
+    "shape",
+    "atom_radius",
+    "atom_mass",
+    "size",
+    "mass",
+    "density",
+    "polygon",
+    "rounding",
+    "edges",
+    "edge_radius",
+    "hollow",
+];
 
-/// Keys that only a file of one molecule has.
-const KEYS: [&str; 4] = ["atoms", "shape", "atom_radius", "atom_mass"];
+/// Mass of a named shape with sides, if none is given, in usual masses of an atom: that of the tee
+/// of Montanari (2017) with such atoms.
+const ATOMS_OF_THE_TEE: f64 = 5.0;
 
 impl MoleculeArgument {
     /// Reads the molecule. Atoms of a named shape have the mass `usual_mass` if none is given.
@@ -73,6 +80,7 @@ impl MoleculeArgument {
     pub fn read(&self, usual_mass: f64) -> Result<NamedMolecule> {
         for (option, value) in [
             ("--atom-radius", self.atom_radius),
+            ("--size", self.size),
             ("--atom-mass", self.atom_mass),
             ("--mass", self.mass),
         ] {
@@ -82,6 +90,9 @@ impl MoleculeArgument {
             }
         }
         let path = Path::new(&self.molecule);
+        if let Ok(shape) = self.molecule.parse::<EdgedShape>() {
+            return self.edged(shape, usual_mass);
+        }
         match self.molecule.parse::<Shape>() {
             Ok(shape) => self.named(shape, usual_mass),
             Err(reason) if !path.is_file() => {
@@ -102,6 +113,7 @@ impl MoleculeArgument {
             |name: &str, value: Option<f64>| value.map(|value| format!(" --{name} {value}"));
         let parts = [
             number("atom-radius", self.atom_radius),
+            number("size", self.size),
             number("atom-mass", self.atom_mass),
             number("mass", self.mass),
             self.body
@@ -111,8 +123,36 @@ impl MoleculeArgument {
         quoted(&self.molecule) + &parts.into_iter().flatten().collect::<String>()
     }
 
+    fn edged(&self, shape: EdgedShape, usual_mass: f64) -> Result<NamedMolecule> {
+        self.refuse_body("a named shape")?;
+        for (option, value) in [
+            ("--atom-radius", self.atom_radius),
+            ("--atom-mass", self.atom_mass),
+        ] {
+            ensure!(
+                value.is_none(),
+                "{option}: {shape} has no atoms to choose; give --size and --mass"
+            );
+        }
+        let size = self
+            .size
+            .with_context(|| format!("give its size: {shape} --size LENGTH"))?;
+        let spec = MoleculeSpec {
+            shape: Some(shape.to_string()),
+            size: Some(size),
+            mass: Some(self.mass.unwrap_or(ATOMS_OF_THE_TEE * usual_mass)),
+            ..MoleculeSpec::default()
+        };
+        let name = shape.to_string().replace([':', ','], "-");
+        self.finish(name, spec, None)
+    }
+
     fn named(&self, shape: Shape, usual_mass: f64) -> Result<NamedMolecule> {
         self.refuse_body("a named shape")?;
+        ensure!(
+            self.size.is_none(),
+            "--size: it goes with a shape that has sides; {shape} has an --atom-radius"
+        );
         let spec = MoleculeSpec {
             shape: Some(shape.to_string()),
             atom_radius: Some(self.atom_radius.with_context(|| {
@@ -135,20 +175,25 @@ impl MoleculeArgument {
             return self.in_scene(path);
         }
         self.refuse_body("a file of one molecule")?;
-        let file: MoleculeFile = toml::from_str(&text)?;
-        let is_list = file.shape.is_none();
-        if is_list {
-            self.refuse_atom_options("a list of atoms")?;
+        if let Some(other) = keys.keys().find(|key| !KEYS.contains(&key.as_str())) {
+            bail!("unknown key `{other}`: a molecule has {}", KEYS.join(", "));
         }
+        let file: MoleculeSpec = toml::from_str(&text)?;
+        let is_of_discs = file
+            .shape
+            .as_ref()
+            .is_some_and(|shape| shape.parse::<Shape>().is_ok());
+        if !is_of_discs {
+            self.refuse_atom_options("a molecule with lengths of its own")?;
+        }
+        let has_mass = file.atom_mass.is_some() || file.density.is_some();
         let spec = MoleculeSpec {
             atom_radius: self.atom_radius.or(file.atom_radius),
             atom_mass: self
                 .atom_mass
                 .or(file.atom_mass)
-                .or((!is_list).then_some(usual_mass)),
-            shape: file.shape,
-            atoms: file.atoms,
-            ..MoleculeSpec::default()
+                .or((is_of_discs && !has_mass).then_some(usual_mass)),
+            ..file
         };
         let name = path
             .file_stem()
@@ -261,7 +306,9 @@ impl MoleculeArgument {
         if let Some(mass) = self.mass {
             let factor = mass / molecule.mass();
             spec.atoms.iter_mut().for_each(|atom| atom.mass *= factor);
-            spec.atom_mass = spec.atom_mass.map(|mass| mass * factor);
+            for given in [&mut spec.atom_mass, &mut spec.mass, &mut spec.density] {
+                *given = given.map(|value| value * factor);
+            }
             molecule = spec.molecule("molecule")?;
         }
         Ok(NamedMolecule {
@@ -285,6 +332,7 @@ impl MoleculeArgument {
     fn refuse_atom_options(&self, what: &str) -> Result<()> {
         for (option, value) in [
             ("--atom-radius", self.atom_radius),
+            ("--size", self.size),
             ("--atom-mass", self.atom_mass),
         ] {
             ensure!(

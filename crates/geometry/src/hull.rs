@@ -43,9 +43,14 @@ pub(crate) fn hull_sides(atoms: &[Atom], edges: &[Edge]) -> Vec<HullSide> {
         2 => {
             let along = (at(1) - at(0)).normalize();
             let edge = edge_between(hull[0], hull[1]).filter(|_| is_even);
-            [(along.perp(), edge), (-along.perp(), edge), (along, None), (-along, None)]
-                .map(|(normal, edge)| side(normal, edge))
-                .to_vec()
+            [
+                (along.perp(), edge),
+                (-along.perp(), edge),
+                (along, None),
+                (-along, None),
+            ]
+            .map(|(normal, edge)| side(normal, edge))
+            .to_vec()
         }
         count => (0..count)
             .map(|index| {
@@ -92,7 +97,14 @@ mod tests {
 
     #[test]
     fn a_body_lies_behind_all_sides_and_touches_each() {
-        let corners = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0)];
+        let corners = [
+            (0.0, 0.0),
+            (3.0, 0.0),
+            (3.0, 1.0),
+            (1.0, 1.0),
+            (1.0, 3.0),
+            (0.0, 3.0),
+        ];
         let ell = Molecule::polygon(&corners.map(DVec2::from), 0.01, 1.0).unwrap();
         let of = |shape: EdgedShape| shape.molecule(1.0, 1e-3, 1.0).unwrap();
         let capsule = of(EdgedShape::Capsule(2.0));
@@ -104,11 +116,13 @@ mod tests {
         ] {
             let hull = body.outline().sides();
             assert_eq!(hull.len(), sides);
-            assert_eq!(hull.iter().filter(|side| side.edge.is_some()).count(), edges);
+            assert_eq!(
+                hull.iter().filter(|side| side.edge.is_some()).count(),
+                edges
+            );
             for side in hull {
-                let beyond = |atom: &Atom| {
-                    side.normal.dot(atom.offset()) + atom.radius() - side.distance
-                };
+                let beyond =
+                    |atom: &Atom| side.normal.dot(atom.offset()) + atom.radius() - side.distance;
                 let farthest = body.atoms().iter().map(beyond).fold(f64::MIN, f64::max);
                 assert!(farthest.abs() < 1e-14, "{side:?}: {farthest}");
                 if let Some(edge) = side.edge {
@@ -118,6 +132,12 @@ mod tests {
                 }
             }
         }
-        assert!(Molecule::disc(1.0, 1.0).unwrap().outline().sides().is_empty());
+        assert!(
+            Molecule::disc(1.0, 1.0)
+                .unwrap()
+                .outline()
+                .sides()
+                .is_empty()
+        );
     }
 }

@@ -373,15 +373,15 @@ impl Molecule {
         &self.edges
     }
 
-    /// Whether the mass is spread evenly over the area ([`Self::uniform`]); else it is that of the
-    /// atoms.
-    pub fn is_uniform(&self) -> bool {
-        self.is_uniform
-    }
-
     /// Whether what closed lines of edges enclose belongs to the molecule.
     pub fn interior(&self) -> Interior {
         self.interior
+    }
+
+    /// Whether the mass is spread evenly over the area, see [`Self::uniform`]; else it is that of the
+    /// atoms.
+    pub fn is_uniform(&self) -> bool {
+        self.is_uniform
     }
 
     /// Closed lines of edges around a solid interior, each as the indices of its atoms.

@@ -5,14 +5,21 @@
 //! n; the JSON, with spaces to a multiple of four bytes; then `u32` n numbers of bodies, `f32` n
 //! sizes, `u16` n shapes, `u16` n kinds. Walls are in the JSON and are not counted as bodies.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, HashMap},
+    sync::Arc,
+};
 
 use carom::{
     Molecule, View,
     engine::BodyView,
-    observers::{colour, coloured_kinds, drawn_circles},
+    geometry::{Contour, Interior},
+    observers::{colour, coloured_kinds, drawn_circles, drawn_contours},
 };
+use glam::DVec2;
 use serde::Serialize;
+
+use crate::triangles::triangles;
 
 /// Steps of a length in a shape of size 1 that are distinguished: far below a pixel.
 const STEPS: f64 = 1e6;
@@ -41,6 +48,9 @@ struct Head<'a> {
     method: Option<String>,
     /// Circles of each shape: place and radius, in units of the size of the body.
     shapes: Vec<Vec<[f64; 3]>>,
+    /// How each shape with straight edges is drawn in place of its circles, by its number.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    outlines: BTreeMap<u16, ShapeOutline>,
     kinds: Vec<KindOfBody>,
     /// Ends, and half the thickness (length), of each wall; its number, and whether it is heated.
     walls: Vec<([f64; 5], u64, bool)>,
@@ -62,6 +72,7 @@ impl BodyList {
             sides: view.bounds().sides().to_array(),
             method,
             shapes: Vec::new(),
+            outlines: BTreeMap::new(),
             kinds: Vec::new(),
             walls: Vec::new(),
         };
@@ -84,7 +95,7 @@ impl BodyList {
                 continue;
             }
             reach = reach.max(molecule.bounding_radius());
-            let (shape, size) = known.find(molecule, &mut head.shapes);
+            let (shape, size) = known.find(molecule, &mut head);
             listed.ids.push(body.body.id() as u32);
             listed.sizes.push(size);
             listed.shapes.push(shape);
@@ -117,18 +128,55 @@ impl KindOfBody {
     }
 }
 
+/// Closed lines around a shape, and triangles that fill it, in units of the size of the body.
+#[derive(Debug, Serialize)]
+struct ShapeOutline {
+    /// Corners of each line.
+    lines: Vec<Vec<[f64; 2]>>,
+    /// Corners of the triangles, three by three.
+    triangles: Vec<[f64; 2]>,
+}
+
+/// Angle between two corners on a round part of an outline (radians). Larger: corners that can be
+/// seen at the largest magnification of a body as wide as the page.
+const ARC_STEP: f64 = 0.05;
+
+impl ShapeOutline {
+    /// The outline of a molecule of this size (length); `None` for a union of discs.
+    fn new(molecule: &Molecule, size: f64) -> Option<Self> {
+        let contours = drawn_contours(molecule);
+        let unit = |points: Vec<DVec2>| points.into_iter().map(|at| at / size).collect();
+        let lines: Vec<Vec<DVec2>> = contours
+            .iter()
+            .map(|contour: &Contour| unit(contour.points(ARC_STEP)))
+            .collect();
+        let short = |at: &DVec2| at.to_array().map(|x| (x * STEPS).round() / STEPS);
+        (!lines.is_empty()).then(|| Self {
+            triangles: triangles(&lines).iter().map(short).collect(),
+            lines: lines
+                .iter()
+                .map(|line| line.iter().map(short).collect())
+                .collect(),
+        })
+    }
+}
+
+/// The circles of a shape, rounded; of each of its edges the atoms at the ends and the radius,
+/// rounded; and whether its interior is hollow.
+type ShapeKey = (Vec<[i64; 3]>, Vec<([u32; 2], i64)>, bool);
+
 /// The shapes of the molecules so far.
 #[derive(Debug, Default)]
 struct KnownShapes {
     /// The shape and size of each molecule by its address: equal bodies share a molecule.
     of_molecule: HashMap<usize, (u16, f32)>,
-    /// The number of each shape by its rounded circles.
-    of_circles: HashMap<Vec<[i64; 3]>, u16>,
+    /// The number of each shape.
+    of_key: HashMap<ShapeKey, u16>,
 }
 
 impl KnownShapes {
-    /// The shape and size of a molecule; a new shape is added to the list of `shapes`.
-    fn find(&mut self, molecule: &Molecule, shapes: &mut Vec<Vec<[f64; 3]>>) -> (u16, f32) {
+    /// The shape and size of a molecule; a new shape is added to the `head`.
+    fn find(&mut self, molecule: &Molecule, head: &mut Head<'_>) -> (u16, f32) {
         let address = std::ptr::from_ref(molecule).addr();
         *self.of_molecule.entry(address).or_insert_with(|| {
             let size = molecule.bounding_radius();
@@ -136,14 +184,22 @@ impl KnownShapes {
             let circles: Vec<[f64; 3]> = circles
                 .map(|(at, radius)| [at.x / size, at.y / size, radius / size])
                 .collect();
-            let rounded = circles
-                .iter()
-                .map(|circle| circle.map(|x| (x * STEPS).round() as i64))
-                .collect();
-            let next = self.of_circles.len().min(MAX_KINDS) as u16;
-            let shape = *self.of_circles.entry(rounded).or_insert(next);
-            if usize::from(shape) == shapes.len() {
-                shapes.push(circles);
+            let rounded = |x: f64| (x * STEPS).round() as i64;
+            let edges = molecule.edges().iter();
+            let key = (
+                circles.iter().map(|circle| circle.map(rounded)).collect(),
+                edges
+                    .filter_map(|edge| Some((edge.ends()?, rounded(edge.radius() / size))))
+                    .collect(),
+                molecule.interior() == Interior::Hollow,
+            );
+            let next = self.of_key.len().min(MAX_KINDS) as u16;
+            let shape = *self.of_key.entry(key).or_insert(next);
+            if usize::from(shape) == head.shapes.len() {
+                head.shapes.push(circles);
+                let outline = ShapeOutline::new(molecule, size);
+                head.outlines
+                    .extend(outline.map(|outline| (shape, outline)));
             }
             (shape, size as f32)
         })
@@ -174,5 +230,52 @@ impl ListedBodies {
         let numbers = self.shapes.iter().chain(&self.kinds);
         bytes.extend(numbers.flat_map(|number| number.to_le_bytes()));
         bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_testkit::edged_scenes::with_shapes;
+    use serde_json::Value;
+
+    /// The JSON of the list of a scene's bodies with these shapes.
+    fn head(shapes: &[Molecule]) -> Value {
+        let scene = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.3, 0.5]\n\
+                     [[molecule]]\nshape = \"cross\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.7, 0.5]\n";
+        let simulation = with_shapes(scene, shapes).unwrap();
+        let list = BodyList::new(1, "two", None, &simulation.view());
+        let length = u32::from_le_bytes(list.bytes[8..12].try_into().unwrap()) as usize;
+        serde_json::from_slice(&list.bytes[16..16 + length]).unwrap()
+    }
+
+    #[test]
+    fn shapes_with_edges_have_outlines_and_triangles() {
+        let square = carom::geometry::EdgedShape::Square;
+        let square = square.molecule(0.1, 1e-6, 1.0).unwrap();
+        let head = head(std::slice::from_ref(&square));
+        let outlines = head["outlines"].as_object().unwrap();
+        assert_eq!(outlines.len(), 1);
+        let lines = &outlines["0"]["lines"][0];
+        assert_eq!(lines.as_array().unwrap().len(), 4);
+        let half = 0.5f64.sqrt();
+        for corner in lines.as_array().unwrap() {
+            for axis in 0..2 {
+                assert!((corner[axis].as_f64().unwrap().abs() - half).abs() < 1e-5);
+            }
+        }
+        assert_eq!(outlines["0"]["triangles"].as_array().unwrap().len(), 2 * 3);
+    }
+
+    #[test]
+    fn a_solid_and_a_hollow_body_of_the_same_corners_are_two_shapes_and_discs_have_no_outline() {
+        let corners = [(0.0, 0.0), (0.2, 0.0), (0.2, 0.2), (0.0, 0.2)].map(DVec2::from);
+        let solid = Molecule::polygon(&corners, 0.01, 1.0).unwrap();
+        let edges: Vec<_> = (0..4).map(|k| ([k, (k + 1) % 4], 0.01)).collect();
+        let hollow = Molecule::with_edges(solid.atoms().to_vec(), &edges, Interior::Hollow);
+        let both = head(&[solid, hollow.unwrap()]);
+        let lines = |shape: &str| both["outlines"][shape]["lines"].as_array().unwrap().len();
+        assert_eq!([lines("0"), lines("1")], [1, 2]);
+        assert!(head(&[]).get("outlines").is_none());
     }
 }

@@ -21,7 +21,7 @@ pub struct Exhibit {
 }
 
 /// All scenes.
-pub const EXHIBITS: [Exhibit; 9] = [
+pub const EXHIBITS: [Exhibit; 10] = [
     Exhibit {
         name: "tee",
         about: "The molecule of the thesis: a tee in a gas of discs, which push it about",
@@ -45,6 +45,12 @@ pub const EXHIBITS: [Exhibit; 9] = [
         about: "Heat flows from hot discs to cold ones, each held at its temperature",
         measure: "temperature:cold",
         example: "two-temperatures",
+    },
+    Exhibit {
+        name: "swimmers",
+        about: "Discs that swim along axes of their own gather in clusters",
+        measure: "structure-factor:swimmers",
+        example: "swimmers",
     },
     Exhibit {
         name: "depletion",

@@ -42,9 +42,8 @@ impl Heating {
         let mut trial = run.clone();
         trial.edit(stage, hold, &mut ())?;
         let mut drawn: Vec<HeatSpec> = Vec::new();
-        for (index, heat) in heats.iter().enumerate() {
-            let tag = &heat.tag;
-            if heats[..index].iter().any(|other| other.tag == *tag) {
+        for (index, (tag, heat)) in heats.iter().enumerate() {
+            if heats[..index].iter().any(|(other, _)| other == tag) {
                 continue;
             }
             let changed = counts(&trial.view(), tag).changed - counts(&run.view(), tag).changed;
@@ -61,7 +60,9 @@ impl Heating {
                     ),
                 }
             }
-            if changed == 0 {
+            if let Some(heat) = heat
+                && changed == 0
+            {
                 drawn.push(HeatSpec {
                     kind: ThermostatKind::Maxwell,
                     ..heat.clone()
@@ -87,18 +88,22 @@ impl Heating {
 }
 
 /// The changes of energy at the start of a stage: those of the stage itself, and the first action
-/// of each thermostat in `hold` that does not act yet.
+/// of each thermostat in `hold` that does not act yet, by tag; `None` for a thermostat whose action
+/// is no change of energy.
 fn heats_at_start(
     run: &InteractiveRun,
     stage: &StageSpec,
     hold: Option<&[ThermostatSpec]>,
-) -> Vec<HeatSpec> {
+) -> Vec<(String, Option<HeatSpec>)> {
     let begun = hold
         .unwrap_or(&[])
         .iter()
         .filter(|each| !run.thermostats().contains(each));
-    let begun = begun.map(ThermostatSpec::action);
-    stage.set_energy.iter().cloned().chain(begun).collect()
+    let begun = begun.map(|each| (each.tag.clone(), each.action()));
+    let set = stage.set_energy.iter();
+    set.map(|heat| (heat.tag.clone(), Some(heat.clone())))
+        .chain(begun)
+        .collect()
 }
 
 /// A number of bodies with its verb.

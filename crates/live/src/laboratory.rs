@@ -859,6 +859,7 @@ fn about(view: &View<'_>, key: BodyKey) -> Value {
         "energy": body.energy(),
         "speed": body.motion.velocity.length(),
         "atoms": body.body.molecule().atoms().len(),
+        "edges": body.body.molecule().edges().len(),
         "fixed": body.body.is_fixed(),
         "locked": body.body.is_locked(),
     })

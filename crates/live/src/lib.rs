@@ -18,6 +18,7 @@ mod reserve;
 mod rules;
 mod saved_runs;
 mod server;
+mod triangles;
 mod viewers;
 
 pub use laboratory::LaboratoryEnd;

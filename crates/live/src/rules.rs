@@ -96,7 +96,10 @@ pub fn thermostats(run: &InteractiveRun, edit: &LiveEdit) -> Result<Option<Vec<T
 /// An interval for a thermostat: a share of the time in which a body of its tag crosses the shorter
 /// side of the box, at the target, with two digits; 1 if no body moves.
 fn interval(view: &View<'_>, spec: &ThermostatSpec) -> Result<f64> {
-    let target = spec.action().target("begin_hold")?;
+    let action = spec
+        .action()
+        .context("give `every`: only energies have an interval of their own")?;
+    let target = action.target("begin_hold")?;
     let tagged = view
         .tag_names()
         .find(&spec.tag)

@@ -223,7 +223,7 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
         every: 0.03,
         kind: ThermostatKind::EnergyReset,
         energy: Some(0.7),
-        temperature: None,
+        ..ThermostatSpec::default()
     };
     let heat = HeatSpec {
         tag: "hot".to_owned(),
@@ -521,8 +521,8 @@ fn an_edit_after_an_action_of_a_rare_thermostat_is_made_at_once_and_replayed_to_
         tag: "gas".to_owned(),
         every: 1e12,
         kind: ThermostatKind::Maxwell,
-        energy: None,
         temperature: Some(2.0),
+        ..ThermostatSpec::default()
     };
     let mut run = InteractiveRun::new(&scene).unwrap();
     run.advance(EpochTime::from(0.4), &mut ()).unwrap();

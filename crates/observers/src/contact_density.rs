@@ -96,8 +96,9 @@ pub struct ContactPoint {
 
 impl ContactDensity {
     /// Contacts of discs of `radius` (length) with a body, in `bins` equal bins of the whole turn
-    /// around each of its atoms; `bins` = 0 is taken as 1. A wall has no such boundary: all its
-    /// contacts count as [others](Self::others).
+    /// around each of its atoms; `bins` = 0 is taken as 1. A wall has no such boundary, and straight
+    /// edges of a molecule have no bins: their contacts count as [others](Self::others), and the
+    /// perimeter is that of the arcs alone.
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if the radius is not positive and finite.

@@ -15,9 +15,11 @@ pub struct LoggedContact {
     pub time: f64,
     /// Numbers of the bodies, [`Body::id`]: the one inserted earlier first.
     pub bodies: [u64; 2],
-    /// Indices of the atoms that touch; `None` in the model of bounding circles, and for a wall
-    /// touched between its ends.
+    /// Indices of the atoms that touch; `None` in the model of bounding circles, and for an edge or
+    /// a wall touched between its ends.
     pub atoms: [Option<u32>; 2],
+    /// Indices of the straight edges that are touched between their ends; 0 for a wall.
+    pub edges: [Option<u32>; 2],
     /// The point of contact, in the box (length).
     pub point: DVec2,
     /// Unit vector from the first body to the second.
@@ -112,6 +114,7 @@ impl Observer for ContactLog {
             time: report.time.to_f64(),
             bodies: bodies.map(Body::id),
             atoms: [first.atom, second.atom],
+            edges: [first.edge, second.edge],
             point: bounds.wrap(report.point).0,
             normal: report.normal,
             impulse: report.impulse,

@@ -2,11 +2,13 @@
 //!
 //! J is the impulse on the body (mass × length / time) and θ its orientation at contact. The
 //! direction is the angle of R(−θ) J, counter-clockwise from +x′, in [0, 2π). Bin k of n covers
-//! [2πk/n, 2π(k+1)/n).
+//! [2πk/n, 2π(k+1)/n). All impulses on one side of a straight edge have one direction; if that is
+//! the limit of two bins, they count in the one that begins there.
 
 use std::f64::consts::TAU;
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
+use carom_geometry::DIRECTION_ROUNDING;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -48,6 +50,7 @@ pub struct DirectionHistogram {
     counts: Vec<u64>,
     impulse: Vec<f64>,
     atom_counts: Vec<u64>,
+    edge_counts: Vec<u64>,
 }
 
 /// The observed bodies.
@@ -85,6 +88,7 @@ impl DirectionHistogram {
             counts: vec![0; bins],
             impulse: vec![0.0; bins],
             atom_counts: Vec::new(),
+            edge_counts: Vec::new(),
         }
     }
 
@@ -106,6 +110,12 @@ impl DirectionHistogram {
         &self.atom_counts
     }
 
+    /// Number of contacts of each straight edge of the bodies between its ends, by its place in
+    /// their lists; empty before the start and for unions of discs.
+    pub fn edge_counts(&self) -> &[u64] {
+        &self.edge_counts
+    }
+
     /// Number of contacts.
     pub fn hits(&self) -> u64 {
         self.counts.iter().sum()
@@ -124,13 +134,11 @@ impl Observer for DirectionHistogram {
     }
 
     fn start(&mut self, view: &View<'_>) {
-        let bodies = view.bodies().filter(|view| self.watched.has(view.body));
-        let atoms = bodies
-            .map(|view| view.body.molecule().atoms().len())
-            .max()
-            .unwrap_or(0);
-        self.atom_counts
-            .resize(atoms.max(self.atom_counts.len()), 0);
+        for view in view.bodies().filter(|view| self.watched.has(view.body)) {
+            let molecule = view.body.molecule();
+            lengthen(&mut self.atom_counts, molecule.atoms().len());
+            lengthen(&mut self.edge_counts, molecule.edges().len());
+        }
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
@@ -142,19 +150,37 @@ impl Observer for DirectionHistogram {
             if !self.watched.has(side.body) {
                 continue;
             }
-            let bin = bin_of(
-                in_body_frame(impulse, side.before.orientation),
-                self.counts.len(),
-            );
+            let direction = in_body_frame(impulse, side.before.orientation);
+            let bins = self.counts.len();
+            let bin = match side.edge {
+                Some(_) => bin_of_peak(direction, bins),
+                None => bin_of(direction, bins),
+            };
             self.counts[bin] += 1;
             self.impulse[bin] += impulse.length();
-            if let Some(atom) = side.atom.map(|atom| atom as usize) {
-                self.atom_counts
-                    .resize(self.atom_counts.len().max(atom + 1), 0);
-                self.atom_counts[atom] += 1;
+            for (part, counts) in [
+                (side.atom, &mut self.atom_counts),
+                (side.edge, &mut self.edge_counts),
+            ] {
+                if let Some(part) = part.map(|part| part as usize) {
+                    lengthen(counts, part + 1);
+                    counts[part] += 1;
+                }
             }
         }
     }
+}
+
+/// Adds zeros up to at least this length.
+fn lengthen(counts: &mut Vec<u64>, length: usize) {
+    counts.resize(length.max(counts.len()), 0);
+}
+
+/// The bin of a direction that many impulses share, to rounding: the next bin, if that begins within
+/// rounding.
+fn bin_of_peak(direction: DVec2, bins: usize) -> usize {
+    let ahead = DVec2::from_angle(DIRECTION_ROUNDING * TAU).rotate(direction);
+    bin_of(ahead, bins)
 }
 
 /// The bin of a direction, of `bins` equal bins counter-clockwise from +x.
@@ -168,6 +194,17 @@ pub(crate) fn bin_of(direction: DVec2, bins: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn impulses_on_an_edge_share_a_bin_in_spite_of_rounding() {
+        for (quarter, bin) in [(0, 0), (1, 18), (2, 36), (3, 54)] {
+            let exact = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y][quarter];
+            for off in [-1e-12, 0.0, 1e-12] {
+                let direction = DVec2::from_angle(off).rotate(exact);
+                assert_eq!(bin_of_peak(direction, 72), bin, "{direction}");
+            }
+        }
+    }
 
     #[test]
     fn bins_run_counter_clockwise_from_x_and_cover_all_directions() {

@@ -20,11 +20,16 @@
 //! may lie outside the cell that holds the centre of its molecule. The comment line names the kinds
 //! by their tags, `Kinds="…"`. Walls have no line; the comment line lists them as `Walls="…"` with
 //! five numbers each: x and y of one end, x and y of the other, and half the thickness.
+//!
+//! Straight edges of molecules are in the comment line, too, by kind: `Edges="…"` with four numbers
+//! each, the kind, the two atoms at the ends, and the radius of the edge over the smaller one of
+//! theirs. `Solid="…"` lists the kinds in which closed lines of edges are filled, and `Uniform="…"`
+//! those whose mass is spread evenly over their area.
 
-use std::io;
+use std::{fmt::Write as _, io};
 
 use carom_engine::{BodyView, View};
-use carom_geometry::Atom;
+use carom_geometry::{Atom, Interior, Molecule};
 
 use crate::kinds::{kinds_of_groups, names_of_kinds};
 
@@ -55,8 +60,9 @@ pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Resu
     let count: usize = molecules()
         .map(|view| view.body.molecule().atoms().len())
         .sum();
-    let radii = molecules().flat_map(|view| view.body.molecule().atoms().iter().map(Atom::radius));
-    let largest = radii.fold(0.0, f64::max);
+    let largest = molecules()
+        .map(|view| thickest(view.body.molecule()))
+        .fold(0.0, f64::max);
     let sides = view.bounds().sides();
     let thickness = if largest > 0.0 {
         2.0 * largest
@@ -68,12 +74,13 @@ pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Resu
     writeln!(
         out,
         "Lattice=\"{:?} 0.0 0.0 0.0 {:?} 0.0 0.0 0.0 {thickness:?}\" Properties={PROPERTIES} pbc=\"T T F\" \
-         Kinds=\"{}\" Time={:?}{}",
+         Kinds=\"{}\" Time={:?}{}{}",
         sides.x,
         sides.y,
         names_of_kinds(view, &kinds).join(" "),
         view.time().to_f64(),
-        walls(view)
+        walls(view),
+        edges(view, &kinds)
     )?;
     let mut molecules = view
         .bodies()
@@ -102,6 +109,62 @@ fn walls(view: &View<'_>) -> String {
     } else {
         format!(" Walls=\"{}\"", walls.join(" "))
     }
+}
+
+/// The radius of the largest atom; of a body with edges, whose atoms may be tiny, that of its
+/// bounding circle (length).
+fn thickest(molecule: &Molecule) -> f64 {
+    if molecule.edges().is_empty() {
+        molecule
+            .atoms()
+            .iter()
+            .map(Atom::radius)
+            .fold(0.0, f64::max)
+    } else {
+        molecule.bounding_radius()
+    }
+}
+
+/// The entries of the comment line for the edges of molecules, by kind; empty without edges.
+fn edges(view: &View<'_>, kinds: &[usize]) -> String {
+    let (mut edges, mut solid, mut uniform) = (Vec::new(), Vec::new(), Vec::new());
+    let mut known = 0;
+    for (body, &kind) in view.bodies().map(|view| view.body).zip(kinds) {
+        // Kinds are numbered in order of appearance.
+        if kind < known {
+            continue;
+        }
+        known = kind + 1;
+        let molecule = body.molecule();
+        if molecule.is_wall() || molecule.edges().is_empty() {
+            continue;
+        }
+        edges.extend(edges_of_kind(molecule, kind));
+        if molecule.interior() == Interior::Solid {
+            solid.push(kind.to_string());
+        }
+        if molecule.is_uniform() {
+            uniform.push(kind.to_string());
+        }
+    }
+    let mut entries = String::new();
+    for (name, list) in [("Edges", edges), ("Solid", solid), ("Uniform", uniform)] {
+        if !list.is_empty() {
+            // Writing to a string cannot fail.
+            let _ = write!(entries, " {name}=\"{}\"", list.join(" "));
+        }
+    }
+    entries
+}
+
+/// Four numbers for each edge: kind, both atoms, and relative radius.
+fn edges_of_kind(molecule: &Molecule, kind: usize) -> impl Iterator<Item = String> {
+    let radius = |atom: u32| molecule.atoms()[atom as usize].radius();
+    molecule.edges().iter().filter_map(move |edge| {
+        let [first, second] = edge.ends()?;
+        let share = edge.radius() / radius(first).min(radius(second));
+        Some(format!("{kind} {first} {second} {share:?}"))
+    })
 }
 
 fn write_molecule(view: &BodyView<'_>, kind: usize, out: &mut impl io::Write) -> io::Result<()> {

@@ -12,8 +12,11 @@ use crate::body_frame::in_body_frame;
 pub struct Impulse {
     /// Time of the contact.
     pub time: f64,
-    /// Index of the atom that was touched; `None` in the model of bounding circles.
+    /// Index of the atom that was touched; `None` in the model of bounding circles, and for an edge
+    /// touched between its ends.
     pub atom: Option<u32>,
+    /// Index of the straight edge that was touched between its ends.
+    pub edge: Option<u32>,
     /// Number of the other body, [`Body::id`](carom_engine::Body::id).
     pub other: u64,
     /// Unit vector along the impulse, from the other body to this one, in the frame of the box.
@@ -106,6 +109,7 @@ impl Observer for ImpulseLog {
         self.impulses.push(Impulse {
             time: report.time.to_f64(),
             atom: side.atom,
+            edge: side.edge,
             other: other.body.id(),
             normal: if is_first {
                 -report.normal

@@ -3,14 +3,20 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use carom_engine::{Body, BodyView, Tag, View};
+use carom_geometry::{Edge, Interior, Molecule};
 
-/// The common properties of a kind: fixed or not, tags, number of atoms; size and mass.
-type Likeness<'a> = (bool, &'a [Tag], usize, [u64; 2]);
+/// The common properties of a kind: fixed or not, tags, make-up; size and mass.
+type Likeness<'a> = (bool, &'a [Tag], MakeUp, [u64; 2]);
+
+/// What a molecule is made of: the number of its atoms; of each edge the atoms at its ends, and its
+/// radius over the smaller of theirs in millionths; and whether the interior of its closed lines of
+/// edges is hollow.
+type MakeUp = (usize, Vec<([u32; 2], u32)>, bool);
 
 /// The kind of each body of a view, in its order, numbered 0, 1, … in order of appearance.
 ///
-/// Bodies of one kind have the same tags, number of atoms, size and mass, and all or none of them
-/// are fixed.
+/// Bodies of one kind have the same tags, number of atoms, edges, size and mass, and all or none of
+/// them are fixed.
 fn kinds(view: &View<'_>) -> Vec<usize> {
     numbered(view, likeness)
 }
@@ -23,8 +29,8 @@ pub fn few_kinds(view: &View<'_>, most: usize) -> Vec<usize> {
         return all;
     }
     numbered(view, |body| {
-        let (is_fixed, tags, atoms, _) = likeness(body);
-        (is_fixed, tags, atoms, [0; 2])
+        let (is_fixed, tags, parts, _) = likeness(body);
+        (is_fixed, tags, parts, [0; 2])
     })
 }
 
@@ -37,20 +43,22 @@ const MAX_SIZES: usize = 7;
 /// one kind.
 pub fn kinds_of_groups(view: &View<'_>) -> Vec<usize> {
     let mut sizes: BTreeMap<Likeness<'_>, BTreeSet<[u64; 2]>> = BTreeMap::new();
-    let group = |(is_fixed, tags, atoms, _)| (is_fixed, tags, atoms, [0; 2]);
+    let group = |(is_fixed, tags, parts, _)| (is_fixed, tags, parts, [0; 2]);
     for body in view.bodies() {
         let all = likeness(body.body);
+        let size = all.3;
         let of_group = sizes.entry(group(all)).or_default();
         if of_group.len() <= MAX_SIZES {
-            of_group.insert(all.3);
+            of_group.insert(size);
         }
     }
     numbered(view, |body| {
         let all = likeness(body);
+        let group = group(all.clone());
         let is_drawn = sizes
-            .get(&group(all))
+            .get(&group)
             .is_some_and(|sizes| sizes.len() > MAX_SIZES);
-        if is_drawn { group(all) } else { all }
+        if is_drawn { group } else { all }
     })
 }
 
@@ -103,7 +111,24 @@ fn numbered<'a>(view: &View<'a>, likeness: impl Fn(&'a Body) -> Likeness<'a>) ->
 fn likeness(body: &Body) -> Likeness<'_> {
     let molecule = body.molecule();
     let size = [molecule.bounding_radius(), molecule.mass()].map(f64::to_bits);
-    (body.is_fixed(), body.tags(), molecule.atoms().len(), size)
+    (body.is_fixed(), body.tags(), make_up(molecule), size)
+}
+
+fn make_up(molecule: &Molecule) -> MakeUp {
+    let atoms = molecule.atoms();
+    let edge = |edge: &Edge| {
+        let ends = edge.ends()?;
+        let thinner = ends.map(|end| atoms[end as usize].radius());
+        let share = edge.radius() / thinner[0].min(thinner[1]);
+        Some((ends, (1e6 * share).round() as u32))
+    };
+    let edges = if molecule.is_wall() {
+        Vec::new()
+    } else {
+        molecule.edges().iter().filter_map(edge).collect()
+    };
+    let is_hollow = molecule.interior() == Interior::Hollow;
+    (atoms.len(), edges, is_hollow)
 }
 
 #[cfg(test)]

@@ -66,6 +66,7 @@ mod contact_density;
 mod contact_log;
 mod direction_histogram;
 mod distribution;
+mod drawn_contours;
 mod drift;
 mod energy_ledger;
 mod extended_xyz;
@@ -143,6 +144,8 @@ pub use carom_tables::Estimate;
 // Parts that pictures and reports of runs share; no user of the library needs them.
 #[doc(hidden)]
 pub use coarse_atoms::{MAX_CIRCLES, drawn_circles};
+#[doc(hidden)]
+pub use drawn_contours::{drawn_contours, packed_contours};
 #[doc(hidden)]
 pub use hexatic_order::local_orders;
 #[doc(hidden)]

@@ -1,13 +1,13 @@
-//! A picture of the system as SVG: every atom a circle, coloured by kind, every wall a line, with
-//! all periodic images that reach into the box.
+//! A picture of the system as SVG: every atom a circle, every body with edges a filled path,
+//! coloured by kind, every wall a line, with all periodic images that reach into the box.
 
-use std::fmt::Write;
+use std::{collections::HashMap, fmt::Write};
 
-use carom_engine::{Body, View};
-use carom_geometry::PeriodicBox;
+use carom_engine::{Body, BodyView, View};
+use carom_geometry::{Contour, Molecule, PeriodicBox};
 use glam::DVec2;
 
-use crate::{coarse_atoms::drawn_circles, kinds::few_kinds};
+use crate::{coarse_atoms::drawn_circles, drawn_contours::drawn_contours, kinds::few_kinds};
 
 /// Colours that colour-blind readers can distinguish (Okabe & Ito 2008); fixed bodies are grey. In
 /// charts the curves of a kind of bodies have its colour, and predictions the last one.
@@ -21,7 +21,8 @@ const MIN_LINE_WIDTH: f64 = 1.5;
 /// Returns the system as an SVG document whose longer side is `size` pixels; y points upwards.
 ///
 /// Each atom is drawn with its centre in the box, and again for each periodic image that reaches
-/// into it. Bodies of one kind (tags, number of atoms, and, if there are few kinds, size and mass)
+/// into it. A body with straight edges is drawn as one path, with its interior if that is solid.
+/// Bodies of one kind (tags, number of atoms, and, if there are few kinds, size and mass)
 /// share a colour and a group, whose title lists their tags. A molecule of very many atoms is drawn
 /// coarsely (see [`drawn_circles`](crate::drawn_circles())).
 ///
@@ -103,43 +104,28 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
         x: width,
         y: height,
     } = (window.high - window.low) * scale;
-    let place_of = |point: DVec2| {
-        let place = (point - window.low) * scale;
-        DVec2::new(place.x, height - place.y)
+    let frame = PictureFrame {
+        window,
+        scale,
+        bounds: *view.bounds(),
     };
+    let mut contours = KnownContours::default();
     let mut groups: Vec<Group> = Vec::new();
     for (body, kind) in view.bodies().zip(coloured_kinds(view)) {
         if kind == groups.len() {
             groups.push(Group {
                 open: open_group(view, body.body, kind),
-                circles: String::new(),
+                elements: String::new(),
             });
         }
-        if let (Some(ends), Some(face)) = (body.wall(), body.body.molecule().wall_edge()) {
-            for [from, to] in images_of_wall(ends, face.radius(), window, *view.bounds()) {
-                let [from, to] = [from, to].map(place_of);
-                let stroke = (2.0 * face.radius() * scale).max(MIN_LINE_WIDTH);
-                write_to(
-                    &mut groups[kind].circles,
-                    format_args!(
-                        "<line x1=\"{:.3}\" y1=\"{:.3}\" x2=\"{:.3}\" y2=\"{:.3}\" stroke=\"{FIXED}\" \
-                         stroke-width=\"{stroke:.3}\" stroke-linecap=\"round\"/>\n",
-                        from.x, from.y, to.x, to.y
-                    ),
-                );
-            }
-            continue;
-        }
-        let (position, rotation) = (body.motion.position, body.motion.orientation.cos_sin());
-        for (offset, radius) in drawn_circles(body.body.molecule()) {
-            let centre = position + rotation.rotate(offset);
-            for place in images(centre, radius, window, *view.bounds()) {
-                let (DVec2 { x, y }, r) = (place_of(place), radius * scale);
-                write_to(
-                    &mut groups[kind].circles,
-                    format_args!("<circle cx=\"{x:.3}\" cy=\"{y:.3}\" r=\"{r:.3}\"/>\n"),
-                );
-            }
+        let elements = &mut groups[kind].elements;
+        let molecule = body.body.molecule();
+        if body.body.is_wall() {
+            frame.wall(&body, elements);
+        } else if molecule.edges().is_empty() {
+            frame.circles(&body, elements);
+        } else {
+            frame.path(&body, contours.of(molecule), elements);
         }
     }
     let mut svg = format!(
@@ -148,8 +134,8 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
          <rect width=\"100%\" height=\"100%\" fill=\"white\" stroke=\"black\"/>\n",
         view.time()
     );
-    for Group { open, circles } in &groups {
-        write_to(&mut svg, format_args!("{open}\n{circles}</g>\n"));
+    for Group { open, elements } in &groups {
+        write_to(&mut svg, format_args!("{open}\n{elements}</g>\n"));
     }
     svg.push_str("</svg>\n");
     svg
@@ -174,7 +160,85 @@ pub fn colour(body: &Body, kind: usize) -> &'static str {
 /// The bodies of one kind.
 struct Group {
     open: String,
-    circles: String,
+    elements: String,
+}
+
+/// The visible part of a periodic box, and its scale (pixels / length).
+#[derive(Clone, Copy)]
+struct PictureFrame {
+    window: Window,
+    scale: f64,
+    bounds: PeriodicBox,
+}
+
+impl PictureFrame {
+    /// The pixel of a point; y points downwards.
+    fn place_of(&self, point: DVec2) -> DVec2 {
+        let place = (point - self.window.low) * self.scale;
+        let height = (self.window.high - self.window.low).y * self.scale;
+        DVec2::new(place.x, height - place.y)
+    }
+
+    /// Draws a wall as lines.
+    fn wall(&self, body: &BodyView<'_>, elements: &mut String) {
+        let (Some(ends), Some(edge)) = (body.wall(), body.body.molecule().wall_edge()) else {
+            return;
+        };
+        for ends in images_of_wall(ends, edge.radius(), self.window, self.bounds) {
+            let [from, to] = ends.map(|end| self.place_of(end));
+            let stroke = (2.0 * edge.radius() * self.scale).max(MIN_LINE_WIDTH);
+            write_to(
+                elements,
+                format_args!(
+                    "<line x1=\"{:.3}\" y1=\"{:.3}\" x2=\"{:.3}\" y2=\"{:.3}\" stroke=\"{FIXED}\" \
+                     stroke-width=\"{stroke:.3}\" stroke-linecap=\"round\"/>\n",
+                    from.x, from.y, to.x, to.y
+                ),
+            );
+        }
+    }
+
+    /// Draws a union of discs as circles.
+    fn circles(&self, body: &BodyView<'_>, elements: &mut String) {
+        let (position, rotation) = (body.motion.position, body.motion.orientation.cos_sin());
+        for (offset, radius) in drawn_circles(body.body.molecule()) {
+            let centre = position + rotation.rotate(offset);
+            for place in images(centre, radius, self.window, self.bounds) {
+                let (DVec2 { x, y }, r) = (self.place_of(place), radius * self.scale);
+                write_to(
+                    elements,
+                    format_args!("<circle cx=\"{x:.3}\" cy=\"{y:.3}\" r=\"{r:.3}\"/>\n"),
+                );
+            }
+        }
+    }
+
+    /// Draws a body with edges as one path.
+    fn path(&self, body: &BodyView<'_>, contours: &[Contour], elements: &mut String) {
+        let (position, rotation) = (body.motion.position, body.motion.orientation.cos_sin());
+        let reach = body.body.molecule().bounding_radius();
+        for centre in images(position, reach, self.window, self.bounds) {
+            let place = |point: DVec2| self.place_of(centre + rotation.rotate(point));
+            let mut path = String::new();
+            for contour in contours {
+                contour.append_to_path(&mut path, self.scale, place);
+            }
+            write_to(elements, format_args!("<path d=\"{path}\"/>\n"));
+        }
+    }
+}
+
+/// The contours of the molecules so far, by address: equal bodies share a molecule.
+#[derive(Default)]
+struct KnownContours(HashMap<usize, Vec<Contour>>);
+
+impl KnownContours {
+    fn of(&mut self, molecule: &Molecule) -> &[Contour] {
+        let address = std::ptr::from_ref(molecule).addr();
+        self.0
+            .entry(address)
+            .or_insert_with(|| drawn_contours(molecule))
+    }
 }
 
 fn open_group(view: &View<'_>, body: &Body, kind: usize) -> String {

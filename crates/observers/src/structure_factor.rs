@@ -5,6 +5,11 @@
 //! of any number of bodies, and N at the reciprocal vectors of a perfect lattice. For a fluid at
 //! equilibrium it tends for k → 0 to n kT κ, with n bodies per area and κ the isothermal
 //! compressibility. Wave vectors of one length form a shell; S is its mean over the shell.
+//!
+//! Two groups a and b have the partial structure factor S_ab = ⟨ρ_a(k) ρ_b(−k)⟩ / √(N_a N_b), with
+//! ρ = Σ exp(i k·x) over the group (N. W. Ashcroft & D. C. Langreth, Phys. Rev. 156 (1967) 685). It
+//! is 0 for independent positions of different bodies, and may be negative. For groups that divide
+//! all N bodies, S = Σ √(N_a N_b) S_ab / N over all ordered pairs.
 
 use carom_engine::{Observer, View};
 use carom_geometry::PeriodicBox;
@@ -26,7 +31,8 @@ const SAME_LENGTH: f64 = 1e-9;
 /// Doublings of the area that is searched for shells; 2⁶⁴ times the first is never reached.
 const MAX_DOUBLINGS: usize = 64;
 
-/// Structure factor of a group over the samples; fixed discs and molecules count, walls do not.
+/// Structure factor of two groups, or of one with itself, over the samples; fixed discs and
+/// molecules count, walls do not.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -34,7 +40,7 @@ const MAX_DOUBLINGS: usize = 64;
 ///
 /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 200")?;
 /// let mut simulation = Simulation::new(&scene)?;
-/// let mut structure = StructureFactor::new(Group::All, simulation.view().bounds(), 5)?;
+/// let mut structure = StructureFactor::new([Group::All; 2], simulation.view().bounds(), 5)?;
 /// for sample in 1..=20 {
 ///     simulation.run_until(0.2 * f64::from(sample))?;
 ///     structure.sample(&simulation.view());
@@ -49,7 +55,7 @@ const MAX_DOUBLINGS: usize = 64;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[doc(alias = "scattering")]
 pub struct StructureFactor {
-    group: Group,
+    groups: [Group; 2],
     bounds: PeriodicBox,
     shells: Vec<Shell>,
     samples: u64,
@@ -62,7 +68,7 @@ struct Shell {
     wave_number: f64,
     /// (n_x, n_y).
     vectors: Vec<[i64; 2]>,
-    /// Σ |Σ exp(i k·x)|² / N over samples and vectors.
+    /// Σ ρ_a(k) ρ_b(−k) / √(N_a N_b) over samples and vectors, real part.
     sum: f64,
 }
 
@@ -74,7 +80,7 @@ pub struct StructurePoint {
     pub wave_number: f64,
     /// Number of wave vectors of this length; k and −k count as one.
     pub vectors: usize,
-    /// S, at least 0.
+    /// S; at least 0 for a group with itself.
     pub s: f64,
 }
 
@@ -91,13 +97,17 @@ impl StructureFactor {
     ///
     /// # Errors
     /// [`ShellsError`] if `shells` is 0 or larger.
-    pub fn new(group: Group, bounds: &PeriodicBox, shells: usize) -> Result<Self, ShellsError> {
+    pub fn new(
+        groups: [Group; 2],
+        bounds: &PeriodicBox,
+        shells: usize,
+    ) -> Result<Self, ShellsError> {
         if !(1..=MAX_SHELLS).contains(&shells) {
             return Err(ShellsError { shells });
         }
         let shells = shortest_shells(bounds, shells);
         Ok(Self {
-            group,
+            groups,
             bounds: *bounds,
             shells,
             samples: 0,
@@ -134,8 +144,17 @@ impl StructureFactor {
             .collect()
     }
 
+    /// The places of the bodies of a group in units of the sides.
+    fn places(&self, view: &View<'_>, group: Group) -> Vec<DVec2> {
+        let sides = self.bounds.sides();
+        let members = view
+            .bodies()
+            .filter(|view| !view.body.is_wall() && group.contains(view.body));
+        members.map(|view| view.motion.position / sides).collect()
+    }
+
     /// The number of samples skipped because their box differs from that of the constructor, or
-    /// because the group was empty.
+    /// because a group was empty.
     pub fn passed_over(&self) -> u64 {
         self.passed_over
     }
@@ -148,12 +167,8 @@ impl Observer for StructureFactor {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let sides = self.bounds.sides();
-        let members = view
-            .bodies()
-            .filter(|view| !view.body.is_wall() && self.group.contains(view.body));
-        let places: Vec<DVec2> = members.map(|view| view.motion.position / sides).collect();
-        if *view.bounds() != self.bounds || places.is_empty() {
+        let places = self.groups.map(|group| self.places(view, group));
+        if *view.bounds() != self.bounds || places.iter().any(Vec::is_empty) {
             self.passed_over += 1;
             return;
         }
@@ -162,10 +177,22 @@ impl Observer for StructureFactor {
             .iter()
             .flat_map(|shell| shell.vectors.iter().copied())
             .collect();
-        let mut waves = sums_of_waves(&places, &vectors).into_iter();
+        let [first, second] = &places;
+        let waves = sums_of_waves(first, &vectors);
+        let others = if self.groups[0] == self.groups[1] {
+            waves.clone()
+        } else {
+            sums_of_waves(second, &vectors)
+        };
+        // Exact for equal groups: the root of a square.
+        let count = (first.len() as f64 * second.len() as f64).sqrt();
+        let mut products = waves
+            .iter()
+            .zip(&others)
+            .map(|(one, other)| one.dot(*other));
         for shell in &mut self.shells {
-            for wave in waves.by_ref().take(shell.vectors.len()) {
-                shell.sum += wave.length_squared() / places.len() as f64;
+            for product in products.by_ref().take(shell.vectors.len()) {
+                shell.sum += product / count;
             }
         }
         self.samples += 1;
@@ -322,7 +349,7 @@ mod tests {
 
     fn observe(scenes: &[Scene], shells: usize) -> StructureFactor {
         let bounds = *Simulation::new(&scenes[0]).unwrap().view().bounds();
-        let mut structure = StructureFactor::new(Group::All, &bounds, shells).unwrap();
+        let mut structure = StructureFactor::new([Group::All; 2], &bounds, shells).unwrap();
         for scene in scenes {
             structure.sample(&Simulation::new(scene).unwrap().view());
         }
@@ -371,7 +398,7 @@ mod tests {
     #[test]
     fn shells_are_complete_and_ascend_in_square_and_long_boxes() {
         let square = PeriodicBox::new(DVec2::ONE).unwrap();
-        let structure = StructureFactor::new(Group::All, &square, 12).unwrap();
+        let structure = StructureFactor::new([Group::All; 2], &square, 12).unwrap();
         let squares = [1, 2, 4, 5, 8, 9, 10, 13, 16, 17, 18, 20].map(f64::from);
         // Half of the representations of these numbers as sums of two squares.
         let vectors = [2, 2, 2, 4, 2, 2, 4, 4, 2, 4, 2, 4];
@@ -382,7 +409,7 @@ mod tests {
             assert_eq!(shell.vectors.len(), count, "{square}");
         }
         let long = PeriodicBox::new(DVec2::new(1e6, 1.0)).unwrap();
-        let structure = StructureFactor::new(Group::All, &long, 100).unwrap();
+        let structure = StructureFactor::new([Group::All; 2], &long, 100).unwrap();
         let numbers: Vec<[i64; 2]> = structure
             .shells
             .iter()
@@ -391,7 +418,7 @@ mod tests {
         assert_eq!(numbers, (1..=100).map(|x| [x, 0]).collect::<Vec<_>>());
         for shells in [0, MAX_SHELLS + 1] {
             assert_eq!(
-                StructureFactor::new(Group::All, &long, shells).unwrap_err(),
+                StructureFactor::new([Group::All; 2], &long, shells).unwrap_err(),
                 ShellsError { shells }
             );
         }
@@ -431,5 +458,35 @@ mod tests {
             .iter()
             .fold([0.0, 0.0], |all, sum| [all[0] + sum[0], all[1] + sum[1]]);
         assert!((x / w - 1.0).abs() < 5.0 / w.sqrt());
+    }
+
+    #[test]
+    fn partial_structure_factors_add_up_to_the_total() {
+        let mut scene = random_points(90, [1.0, 1.5], 4);
+        for (index, bumper) in scene.bumper.iter_mut().enumerate() {
+            bumper.tags = vec![["a", "b", "b"][index % 3].to_owned()];
+        }
+        let simulation = Simulation::new(&scene).unwrap();
+        let [a, b] = ["a", "b"].map(|name| Group::from(simulation.find_tag(name).unwrap()));
+        let observe = |groups: [Group; 2]| {
+            let bounds = simulation.view().bounds().to_owned();
+            let mut structure = StructureFactor::new(groups, &bounds, 40).unwrap();
+            structure.sample(&simulation.view());
+            structure.points()
+        };
+        let all = observe([Group::All; 2]);
+        let pairs = [[a, a], [a, b], [b, a], [b, b]].map(observe);
+        // √(N_a N_b) / N with 30 and 60 bodies.
+        let weights = [1.0 / 3.0, 2f64.sqrt() / 3.0, 2f64.sqrt() / 3.0, 2.0 / 3.0];
+        for (index, total) in all.iter().enumerate() {
+            let sum: f64 = pairs
+                .iter()
+                .zip(weights)
+                .map(|(points, weight)| weight * points[index].s)
+                .sum();
+            assert!((sum - total.s).abs() < 1e-12, "{sum} {}", total.s);
+        }
+        assert_eq!(pairs[1], pairs[2]);
+        assert!(pairs[1].iter().any(|point| point.s < 0.0));
     }
 }

@@ -62,6 +62,36 @@ pub fn set_energies(
     })
 }
 
+/// Sets the velocities of bodies by their numbers; `velocities` holds x and y of each.
+///
+/// # Errors
+/// The first body that is refused.
+pub fn set_velocities(
+    simulation: &mut AnySimulation,
+    ids: &[u64],
+    velocities: &[f64],
+) -> Result<(), EditError> {
+    simulation.edit(|batch| {
+        let mut pairs = ids.iter().zip(velocities.chunks_exact(2));
+        pairs.try_for_each(|(&id, row)| batch.set_velocity(BodyKey::of_id(id), [row[0], row[1]]))
+    })
+}
+
+/// Sets the angular velocities of bodies by their numbers.
+///
+/// # Errors
+/// The first body that is refused.
+pub fn set_angular_velocities(
+    simulation: &mut AnySimulation,
+    ids: &[u64],
+    angular_velocities: &[f64],
+) -> Result<(), EditError> {
+    simulation.edit(|batch| {
+        let mut pairs = ids.iter().zip(angular_velocities);
+        pairs.try_for_each(|(&id, &spin)| batch.set_angular_velocity(BodyKey::of_id(id), spin))
+    })
+}
+
 /// The molecule that the text of a scene describes.
 fn template(text: &str) -> Result<MoleculeSpec, SceneError> {
     Ok(Scene::from_toml(text)?.molecule.pop().unwrap_or_default())

@@ -79,6 +79,7 @@ type KindWords = (
 pub fn measure_kinds() -> Vec<KindWords> {
     let of = |kind: &MeasureKind| match kind.of {
         Of::Group => "any",
+        Of::TwoGroups => "any, or two tags",
         Of::OneBody => "one body",
         Of::Pair => "pairs",
         Of::System => "system",

@@ -498,6 +498,30 @@ impl Core {
         })
     }
 
+    fn set_velocity(
+        &self,
+        py: Python<'_>,
+        ids: PyReadonlyArray1<'_, u64>,
+        velocities: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<()> {
+        let (ids, velocities) = (ids.as_slice()?, velocities.as_slice()?);
+        self.edit(py, |state| {
+            edits::set_velocities(&mut state.simulation, ids, velocities)
+        })
+    }
+
+    fn set_angular_velocity(
+        &self,
+        py: Python<'_>,
+        ids: PyReadonlyArray1<'_, u64>,
+        angular_velocities: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<()> {
+        let (ids, spins) = (ids.as_slice()?, angular_velocities.as_slice()?);
+        self.edit(py, |state| {
+            edits::set_angular_velocities(&mut state.simulation, ids, spins)
+        })
+    }
+
     fn set_elasticity(
         &self,
         py: Python<'_>,

@@ -161,6 +161,27 @@ def test_a_mask_selects_the_bodies_of_an_edit():
         sim.set_energy("gas", 2.0)
 
 
+def test_velocities_are_set_in_one_call():
+    sim = tee_in_gas()
+    gas = sim.mask("gas")
+    sim.run(until=0.1)
+    wanted = np.arange(2.0 * gas.sum()).reshape(-1, 2)
+    sim.set_velocity(wanted, "gas")
+    assert (sim.velocities[gas] == wanted).all()
+    sim.set_velocity([0.5, -0.5])
+    assert (sim.velocities == [0.5, -0.5]).all()
+    sim.set_angular_velocity(2.0, ~gas)
+    assert (sim.angular_velocities[~gas] == 2.0).all()
+    energy = sim.energy
+    with pytest.raises(carom.EditError, match="cannot turn"):
+        sim.set_angular_velocity(1.0, "gas")
+    with pytest.raises(carom.EditError, match="velocity"):
+        sim.set_velocity([1e61, 0.0], "gas")
+    with pytest.raises(ValueError, match="shape"):
+        sim.set_velocity(wanted[1:], "gas")
+    assert sim.energy == energy
+
+
 def test_a_simulation_says_how_to_keep_it_in_place_of_a_pickle():
     with pytest.raises(TypeError, match="carom.load"):
         pickle.dumps(gas())

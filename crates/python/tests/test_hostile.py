@@ -205,6 +205,8 @@ def test_edits_of_anything(which, energy):
         orderly(call, which)
     orderly(sim.set_energy, energy, which)
     orderly(sim.set_energy, 1.0, which)
+    orderly(sim.set_velocity, energy, which)
+    orderly(sim.set_angular_velocity, energy, which)
     orderly(sim.tag, which, "x")
     orderly(sim.untag, which, "x")
     sound(sim)

@@ -105,6 +105,25 @@
     for (let k = Math.ceil((from - high) / side); k <= Math.floor((to - low) / side); k++) f(k * side);
   }
 
+  // Adds the closed lines of a body with straight edges to the path. A piece of a line is the first
+  // point of a straight part, or an arc: its centre, its radius and the angles of its ends.
+  function outline(context, lines, [x, y], angle) {
+    const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
+    const place = ([px, py]) => [x + cos * px - sin * py, y + sin * px + cos * py];
+    for (const line of lines) {
+      line.forEach((piece, index) => {
+        const [px, py] = place(piece);
+        const [, , r, start, end] = piece;
+        if (piece.length === 2) context[index ? "lineTo" : "moveTo"](px, py);
+        else {
+          if (!index) context.moveTo(px + r * Math.cos(start + angle), py + r * Math.sin(start + angle));
+          context.arc(px, py, r, start + angle, end + angle);
+        }
+      });
+      context.closePath();
+    }
+  }
+
   function draw({ canvas, windowAt }, time, states) {
     const pixels = Math.max(1, Math.round(canvas.clientWidth * (window.devicePixelRatio || 1)));
     const [left, bottom, wide, high] = windowAt(time);
@@ -126,13 +145,14 @@
         images(y - r, y + r, bottom, bottom + high, height, (dy) => f(dx, dy)),
       );
     for (const shape of order) {
-      const { atoms, colour } = animation.shapes[shape];
+      const { atoms, lines, colour } = animation.shapes[shape];
       context.beginPath();
       animation.bodies.forEach((own, body) => {
         if (own !== shape) return;
         const [x, y, angle] = states[body];
         const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
         around(x, y, reach[shape], (dx, dy) => {
+          if (lines) return outline(context, lines, [x + dx, y + dy], angle);
           for (const [ax, ay, r] of atoms) {
             const [cx, cy] = [x + dx + cos * ax - sin * ay, y + dy + sin * ax + cos * ay];
             context.moveTo(cx + r, cy);

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use carom_geometry::Contour;
 use glam::DVec2;
 
 use crate::{ink::Ink, panels::WIDTH};
@@ -14,8 +15,12 @@ pub type Disc = (DVec2, f64);
 pub struct DrawnPose {
     /// What is shown, in a line or two.
     pub label: [String; 2],
-    /// The atoms of A and B.
+    /// The atoms of A and B; none of a body that has contours.
     pub atoms: [Vec<Disc>; 2],
+    /// The contours of A and B, if they have straight edges, in the frame of the body.
+    pub contours: [Vec<Contour>; 2],
+    /// Cosine and sine of the orientations of A and B, for their contours.
+    pub rotations: [DVec2; 2],
     /// Their bounding circles.
     pub circles: [Disc; 2],
     /// Velocity of B relative to A; only its direction is drawn.
@@ -81,6 +86,15 @@ fn draw(pose: &DrawnPose, middle: DVec2, svg: &mut String) {
             disc(atom, "area", 1.0);
             disc(atom, "thin", 1.0);
         }
+        let turned =
+            |point: DVec2| place(pose.circles[body].0 + pose.rotations[body].rotate(point));
+        let mut path = String::new();
+        for contour in &pose.contours[body] {
+            contour.append_to_path(&mut path, scale, turned);
+        }
+        for style in ["area", "thin"].iter().filter(|_| !path.is_empty()) {
+            let _ = writeln!(svg, "<path d=\"{path}\" {}/>", ink.drawn(style));
+        }
         let (at, radius) = (place(pose.circles[body].0), pose.circles[body].1 * scale);
         // Beside the circle, on the side away from the other body.
         let away = (at - place(pose.circles[1 - body].0)).normalize_or(DVec2::NEG_Y);
@@ -123,6 +137,47 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_turned_square_is_a_path_through_its_corners() {
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(DVec2::from);
+        let square = carom_geometry::Molecule::polygon(&corners, 1e-6, 1.0).unwrap();
+        let reach = square.bounding_radius();
+        let pose = DrawnPose {
+            label: [String::new(), String::new()],
+            atoms: [Vec::new(), vec![(DVec2::new(4.0 * reach, 0.0), 1.0)]],
+            contours: [square.visible_contours(), Vec::new()],
+            rotations: [DVec2::from_angle(std::f64::consts::FRAC_PI_4), DVec2::X],
+            circles: [(DVec2::ZERO, reach), (DVec2::new(4.0 * reach, 0.0), reach)],
+            velocity: DVec2::NEG_X,
+        };
+        let svg = row(&[pose]);
+        // Two circles and the disc; the square with its corners on the axes.
+        assert_eq!(
+            (
+                svg.matches("<circle").count(),
+                svg.matches("blue area").count()
+            ),
+            (2 + 2, 1)
+        );
+        let path = svg.split("<path d=\"").nth(1).unwrap();
+        let path = path.split('"').next().unwrap();
+        assert_eq!(
+            (path.matches('L').count(), path.matches('Z').count()),
+            (4, 1)
+        );
+        let ys: Vec<f64> = path
+            .trim_end_matches('Z')
+            .split(['M', 'L'])
+            .skip(1)
+            .map(|corner| corner.split(' ').nth(1).unwrap().parse().unwrap())
+            .collect();
+        let extent = (SIDE - 2.0 * NAME) / 6.0;
+        for y in ys {
+            let off = (y - (4.0 + 0.5 * SIDE)).abs();
+            assert!(off < 0.01 || (off - extent).abs() < 0.01, "{path}");
+        }
+    }
+
+    #[test]
     fn all_atoms_and_circles_are_inside_the_row() {
         let pose = DrawnPose {
             label: ["start".to_owned(), "t = 0".to_owned()],
@@ -130,6 +185,8 @@ mod tests {
                 vec![(DVec2::ZERO, 1.0)],
                 vec![(DVec2::new(1e6, 3.0), 1.0), (DVec2::new(1e6, 1.0), 1.0)],
             ],
+            contours: [Vec::new(), Vec::new()],
+            rotations: [DVec2::X; 2],
             circles: [(DVec2::ZERO, 1.0), (DVec2::new(1e6, 2.0), 2.0)],
             velocity: DVec2::NEG_X,
         };

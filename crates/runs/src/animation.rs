@@ -16,7 +16,7 @@ use anyhow::{Context, Result};
 use carom::{
     CollisionReport, Observer, View,
     engine::Body,
-    observers::{FlightLog, LoggedFlight, colour, coloured_kinds, drawn_circles},
+    observers::{FlightLog, LoggedFlight, colour, coloured_kinds, drawn_circles, packed_contours},
 };
 use carom_methods::AnySimulation;
 use glam::DVec2;
@@ -88,6 +88,10 @@ struct Shape {
     fixed: bool,
     /// Position in the body frame, and radius (length).
     atoms: Vec<[f64; 3]>,
+    /// Of a body with straight edges, the closed lines that are drawn in place of the atoms, see
+    /// [`packed_contours`].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    lines: Vec<Vec<Vec<f64>>>,
 }
 
 impl Shape {
@@ -106,6 +110,7 @@ impl Shape {
             atoms: circles
                 .map(|(centre, radius)| [centre.x, centre.y, radius])
                 .collect(),
+            lines: packed_contours(body.molecule(), 1.0),
         }
     }
 
@@ -126,6 +131,7 @@ impl Shape {
         let is_near =
             |(one, other): (&f64, &f64)| (one - factor * other).abs() <= 1e-6 * size(self);
         self.atoms.len() == other.atoms.len()
+            && self.lines.is_empty() == other.lines.is_empty()
             && self
                 .atoms
                 .iter()
@@ -370,6 +376,28 @@ mod tests {
             .chunks(3)
             .map(|three| three.iter().fold(0, |sum, byte| 64 * sum + digit(byte)))
             .collect()
+    }
+
+    #[test]
+    fn bodies_with_edges_have_lines_beside_their_atoms() {
+        let square = carom::geometry::EdgedShape::Square;
+        let square = square.molecule(0.1, 1e-6, 1.0).unwrap();
+        let scene = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n\
+                     velocity = [1.0, 0.0]\nangular_velocity = 2.0\n[[bumper]]\nradius = 0.05\nat = [0.8, 0.5]\n";
+        let simulation = carom_testkit::edged_scenes::with_shapes(scene, &[square]).unwrap();
+        let animation: Value = serde_json::from_str(&json(&simulation).unwrap()).unwrap();
+        let shapes = animation["shapes"].as_array().unwrap();
+        assert_eq!(shapes[0]["atoms"].as_array().unwrap().len(), 4);
+        let line = shapes[0]["lines"][0].as_array().unwrap();
+        let corners: Vec<[f64; 2]> = line
+            .iter()
+            .map(|corner| [0, 1].map(|axis| corner[axis].as_f64().unwrap()))
+            .collect();
+        assert_eq!(corners.len(), 4);
+        for [x, y] in corners {
+            assert!((x.abs() - 0.05).abs() < 1e-6 && (y.abs() - 0.05).abs() < 1e-6);
+        }
+        assert!(shapes[1].get("lines").is_none(), "a disc has none");
     }
 
     #[test]

@@ -169,21 +169,26 @@ impl Finding {
     /// t, atomA, atomB
     pub(crate) fn cells(&self) -> [String; 3] {
         match self.outcome {
-            Outcome::Contact(contact) => match contact.touch {
-                Touch::Atoms(a, b) => [contact.time.to_string(), a.to_string(), b.to_string()],
-                Touch::BoundingCircles => [contact.time.to_string(), String::new(), String::new()],
-                Touch::EdgeOfA { edge, part } => {
-                    [contact.time.to_string(), edge_cell(edge), part_cell(part)]
-                }
-                Touch::EdgeOfB { edge, part } => {
-                    [contact.time.to_string(), part_cell(part), edge_cell(edge)]
-                }
-            },
+            Outcome::Contact(contact) => {
+                let [a, b] = cells(contact.touch);
+                [contact.time.to_string(), a, b]
+            }
             Outcome::FreeUntil(time) | Outcome::Unresolved(time) => {
                 [time.to_string(), String::new(), String::new()]
             }
             Outcome::Free | Outcome::OutOfRange => Default::default(),
         }
+    }
+}
+
+/// The part of A and the part of B: the number of an atom, or `edge` and the number of an edge;
+/// empty for bounding circles.
+pub(crate) fn cells(touch: Touch) -> [String; 2] {
+    match touch {
+        Touch::Atoms(a, b) => [a.to_string(), b.to_string()],
+        Touch::BoundingCircles => Default::default(),
+        Touch::EdgeOfA { edge, part } => [edge_cell(edge), part_cell(part)],
+        Touch::EdgeOfB { edge, part } => [part_cell(part), edge_cell(edge)],
     }
 }
 

@@ -43,11 +43,12 @@ macro_rules! example {
 }
 
 /// All examples: scenes, then studies.
-pub const EXAMPLES: [Example; 13] = [
+pub const EXAMPLES: [Example; 14] = [
     example!("tee"),
     example!("mixture"),
     example!("clustering"),
     example!("two-temperatures"),
+    example!("swimmers"),
     example!("depletion"),
     example!("sinai"),
     example!("walls"),

@@ -1,7 +1,8 @@
 //! Frames of GSD files (HOOMD) and LAMMPS dumps as extended XYZ, so that bodies can start from
 //! them.
 //!
-//! Of GSD the places, orientations and velocities of the particles are taken, of a dump the columns
+//! Of GSD the places, orientations and velocities of the particles are taken, without bodies whose
+//! atoms are particles, too (see `convert/hoomd.rs`); of a dump the columns
 //! `x y` (or `xs ys`, `xu yu`), `vx vy`, `radius`, `angle` and `omegaz`; atoms are sorted by `id`.
 //! The lower left corner of their box becomes the origin.
 
@@ -9,6 +10,8 @@ use std::fmt::Write as _;
 
 use anyhow::{Context as _, Result, bail, ensure};
 use carom::engine::frame_of;
+
+use crate::convert::hoomd::ATOMS;
 
 /// The first eight bytes of a GSD file.
 const GSD: [u8; 8] = 0x65DF_65DF_65DF_65DF_u64.to_le_bytes();
@@ -252,8 +255,47 @@ impl<'a> Gsd<'a> {
                 .map(|rows| 2.0 * rows[index][3].atan2(rows[index][0])),
             spin: None,
         };
-        let atoms: Vec<Atom> = places.iter().enumerate().map(atom).collect();
+        let is_body = self.bodies(frame);
+        let atoms: Vec<Atom> = places
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| !is_body.get(*index).is_some_and(|&is_body| is_body))
+            .map(atom)
+            .collect();
         Ok(written([x, y], &atoms))
+    }
+
+    /// Whether each particle is a body whose atoms are particles, too; empty if there is none.
+    fn bodies(&self, frame: u64) -> Vec<bool> {
+        let Some(names) = self.chunk("particles/types", frame) else {
+            return Vec::new();
+        };
+        let bytes = self.rows(names, 1).unwrap_or_default();
+        let names: Vec<&[u8]> = bytes
+            .chunks_exact(names.columns.max(1))
+            .map(|row| row.split(|byte| *byte == 0).next().unwrap_or_default())
+            .collect();
+        let has_atoms = |name: &[u8]| names.contains(&&[name, ATOMS.as_bytes()].concat()[..]);
+        let is_body: Vec<bool> = names.iter().map(|name| has_atoms(name)).collect();
+        if !is_body.contains(&true) {
+            return Vec::new();
+        }
+        let Some(types) = self.chunk("particles/typeid", frame) else {
+            return Vec::new();
+        };
+        let numbers = self.rows(types, 4).unwrap_or_default();
+        numbers
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|&bytes| is_body.get(u32::from_le_bytes(bytes) as usize) == Some(&true))
+            .collect()
+    }
+
+    /// The bytes of a chunk of values of this size (bytes).
+    fn rows(&self, chunk: Chunk, size: usize) -> Option<&'a [u8]> {
+        let length = chunk.rows.checked_mul(chunk.columns)?.checked_mul(size)?;
+        self.bytes.get(chunk.at..chunk.at.checked_add(length)?)
     }
 }
 

@@ -65,6 +65,7 @@ fn moves(scene: &Scene) -> bool {
         || scene.stage.iter().any(|stage| {
             stage.add.iter().any(of_molecule)
                 || !stage.set_energy.is_empty()
+                || !stage.set_velocity.is_empty()
                 || !stage.thermostat.is_empty()
         })
 }

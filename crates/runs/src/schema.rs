@@ -3,6 +3,7 @@
 use carom::{
     Scene, Shape,
     engine::{RunSpec, StartVelocities},
+    geometry::EdgedShape,
 };
 use schemars::{JsonSchema, generate::SchemaSettings, transform::RecursiveTransform};
 use serde_json::{Map, Value, json};
@@ -61,7 +62,7 @@ pub fn scene_schema() -> Value {
     for gas_or_molecule in ["MoleculeSpec", "GasSpec"] {
         add(
             &mut types[gas_or_molecule]["properties"]["shape"],
-            one_of(Shape::NAMES.into_iter()),
+            one_of(Shape::NAMES.into_iter().chain(EdgedShape::NAMES)),
         );
     }
     add(
@@ -119,7 +120,7 @@ fn observable() -> Vec<String> {
     let measures = KINDS.iter().flat_map(|kind| match kind.of {
         Of::Group => vec![kind.name.to_owned(), format!("{}:TAG", kind.name)],
         Of::OneBody => vec![format!("{}:TAG", kind.name)],
-        Of::Pair => ["", ":TAG", ":TAG,:TAG"]
+        Of::TwoGroups | Of::Pair => ["", ":TAG", ":TAG,:TAG"]
             .map(|tags| format!("{}{tags}", kind.name))
             .to_vec(),
         Of::System => vec![kind.name.to_owned()],
@@ -129,12 +130,18 @@ fn observable() -> Vec<String> {
 
 /// A schema of a string with one of these names, where `:N` stands for a number and `:TAG` for a
 /// tag.
+/// A colon and a positive number, in patterns.
+const NUMBER: &str = ":[0-9]*\\.?[0-9]+(e-?[0-9]+)?";
+
 fn one_of<'a>(names: impl Iterator<Item = &'a str>) -> Value {
     let (open, fixed): (Vec<&str>, Vec<&str>) = names.partition(|name| name.contains(':'));
     let pattern = |name: &str| {
         format!(
             "^{}$",
             name.replace(":N", ":[0-9]+")
+                .replace(":L", NUMBER)
+                .replace(":A,B", &format!("{NUMBER},{}", &NUMBER[1..]))
+                .replace(":A", NUMBER)
                 .replace(",:TAG", &format!(",{TAG}"))
                 .replace(":TAG", &format!(":{TAG}"))
         )

@@ -69,7 +69,8 @@ pub const AVERAGES: SeriesFormat<RunningPoint> = SeriesFormat {
 };
 
 /// `events.csv`: every contact, with the first body the one inserted earlier; the normal points to
-/// the second body, and the impulse acts on it.
+/// the second body, and the impulse acts on it. Of each body the number of the atom that touches is
+/// given, or that of the straight edge, which is 0 for a wall.
 pub const EVENTS: SeriesFormat<LoggedContact> = SeriesFormat {
     name: "events.csv",
     header: &[
@@ -87,6 +88,8 @@ pub const EVENTS: SeriesFormat<LoggedContact> = SeriesFormat {
         "relative_velocity_x",
         "relative_velocity_y",
         "elasticity",
+        "edge_a",
+        "edge_b",
     ],
     row: |csv, contact| {
         let LoggedContact {
@@ -106,12 +109,13 @@ pub const EVENTS: SeriesFormat<LoggedContact> = SeriesFormat {
             atom_b,
             vectors,
             contact.elasticity,
+            contact.edges,
         ))
     },
 };
 
 /// `impulses.csv`: normals and impulses in the frame of the box, then the impulse in the body
-/// frame.
+/// frame. A contact has the number of the atom that is touched, or that of the straight edge.
 pub const IMPULSES: SeriesFormat<Impulse> = SeriesFormat {
     name: "impulses.csv",
     header: &[
@@ -124,6 +128,7 @@ pub const IMPULSES: SeriesFormat<Impulse> = SeriesFormat {
         "impulse_y",
         "impulse_body_x",
         "impulse_body_y",
+        "edge",
     ],
     row: |csv, kick| {
         let Impulse {
@@ -140,6 +145,6 @@ pub const IMPULSES: SeriesFormat<Impulse> = SeriesFormat {
             in_body_frame.x,
             in_body_frame.y,
         ];
-        csv.serialize((kick.time, kick.atom, kick.other, vectors))
+        csv.serialize((kick.time, kick.atom, kick.other, vectors, kick.edge))
     },
 };

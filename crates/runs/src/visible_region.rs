@@ -165,9 +165,10 @@ pub fn caption_of(picture: &str) -> String {
         .map_or_else(String::new, |(text, _)| format!(" {text}."))
 }
 
-/// Largest number of circles that draw a body.
+/// Largest number of circles, or of pieces of the boundary, that draw a body.
 fn weight(body: &Body) -> usize {
-    body.molecule().atoms().len().min(MAX_CIRCLES)
+    let molecule = body.molecule();
+    (molecule.atoms().len() + molecule.edges().len()).min(MAX_CIRCLES)
 }
 
 fn tags<'a>(body: &BodyView<'a>) -> &'a [carom::engine::Tag] {
@@ -212,6 +213,31 @@ mod tests {
         let small = simulation("[[gas]]\nradius = 0.001\nmass = 1.0\nenergy = 1.0\ncount = 10000");
         assert!(VisibleRegion::new(&small.view()).is_none());
         assert_eq!(caption_of(&picture_of(&small.view(), 100)), "");
+    }
+
+    #[test]
+    fn bodies_with_edges_are_paths_also_in_a_close_up() {
+        let square = carom::geometry::EdgedShape::Square.molecule(0.2, 1e-6, 1.0);
+        let capsule = carom::Molecule::capsule(0.2, 0.05, 1.0);
+        let scene = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.3, 0.5]\n\
+                     [[molecule]]\nshape = \"dumbbell\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.95, 0.5]\n";
+        let shapes = [square.unwrap(), capsule.unwrap()];
+        let simulation = carom_testkit::edged_scenes::with_shapes(scene, &shapes).unwrap();
+        let svg = picture_of(&simulation.view(), 1000);
+        assert!(
+            svg.contains(
+                "<path d=\"M200.000 600.000L400.000 600.000L400.000 400.000L200.000 400.000Z\"/>"
+            ) || svg.contains("L400.000 600.000L400.000 400.000L200.000 400.000L200.000 600.000Z"),
+            "{svg}"
+        );
+        // The capsule reaches across the right border.
+        assert_eq!(
+            (svg.matches("<path").count(), svg.matches("<circle").count()),
+            (3, 0)
+        );
+        assert_eq!(svg.matches("A50.000 50.000").count(), 2 * 4);
+        let close = close_up(&simulation.view(), DVec2::new(0.0, 0.5), 0.1, 100);
+        assert_eq!(close.matches("<path").count(), 1);
     }
 
     /// Atoms on a spiral, very many for one molecule.

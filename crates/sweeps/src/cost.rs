@@ -63,7 +63,8 @@ fn of_run(scene: &Scene, view: &View<'_>) -> f64 {
         .filter(|body| !body.is_fixed())
     {
         let molecule = body.molecule();
-        let further = molecule.atoms().len().saturating_sub(1) as f64;
+        let parts = molecule.atoms().len() + molecule.edges().len();
+        let further = parts.saturating_sub(1) as f64;
         work += if molecule.is_round() {
             1.0
         } else {

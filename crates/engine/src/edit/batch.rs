@@ -232,7 +232,7 @@ impl Batch {
     }
 
     /// Multiplies velocities and angular velocities of bodies by factors.
-    pub(crate) fn scale(&mut self, factors: &[(usize, f64)]) {
+    fn scale(&mut self, factors: &[(usize, f64)]) {
         if factors.is_empty() {
             return;
         }
@@ -265,7 +265,7 @@ impl Batch {
         Ok(())
     }
 
-    fn index(&self, key: BodyKey) -> Result<usize, EditError> {
+    pub(super) fn index(&self, key: BodyKey) -> Result<usize, EditError> {
         let index = self.world.index(key).filter(|&index| !self.removed[index]);
         index.ok_or(EditError::NoSuchBody(key))
     }

@@ -1,7 +1,9 @@
-//! Edits between events: add and remove bodies, and change tags, energy, rotation or elasticity,
-//! with effect from that time.
+//! Edits between events: add and remove bodies, and change tags, velocities, energy, rotation or
+//! elasticity, with effect from that time.
 
 pub(crate) mod batch;
+mod motion_rule;
+mod set_motion;
 pub(crate) mod thermostat;
 
 use std::sync::Arc;
@@ -76,6 +78,27 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// remain.
     pub fn set_elasticity(&mut self, spec: &ElasticitySpec) -> Result<(), EditError> {
         self.edit(|batch| batch.set_elasticity(spec))
+    }
+
+    /// Sets the velocity of a body (length per time); a batch of one, see [`Self::edit`].
+    ///
+    /// # Errors
+    /// Those of [`Batch::set_velocity`](crate::Batch::set_velocity).
+    pub fn set_velocity(&mut self, key: BodyKey, velocity: [f64; 2]) -> Result<(), EditError> {
+        self.edit(|batch| batch.set_velocity(key, velocity))
+    }
+
+    /// Sets the angular velocity of a body (radians per time, counter-clockwise); a batch of one,
+    /// see [`Self::edit`].
+    ///
+    /// # Errors
+    /// Those of [`Batch::set_angular_velocity`](crate::Batch::set_angular_velocity).
+    pub fn set_angular_velocity(
+        &mut self,
+        key: BodyKey,
+        angular_velocity: f64,
+    ) -> Result<(), EditError> {
+        self.edit(|batch| batch.set_angular_velocity(key, angular_velocity))
     }
 
     /// Scales velocity and angular velocity of a body so that its kinetic energy is `energy`

@@ -1,23 +1,19 @@
-//! Thermostats: edits that set the energies of all bodies of a tag, or draw their velocities from
-//! Maxwell's distribution.
-//!
-//! Maxwell's distribution at kT: each component of the velocity is normal with variance kT/m, and
-//! the angular velocity of a body that contacts turn with variance kT/I. A body does not turn if it
-//! is locked; the spin of a round molecule is no degree of freedom and remains.
+//! Thermostats: edits by which a rule changes the motions of all bodies of a tag.
 
-use carom_geometry::MAX_MAGNITUDE;
-use carom_kinematics::kinetic_energy;
-use glam::DVec2;
+use carom_kinematics::{Motion, Orientation, kinetic_energy};
 
 use crate::{
-    contact::philox::{open_unit, philox},
-    edit::batch::{Batch, energy_factor},
+    edit::{
+        batch::{Batch, energy_factor},
+        motion_rule::{Draw, active, first_axis, kicked, langevin, maxwell, rotated, turned_axis},
+        set_motion::refuse_motion,
+    },
     scene::{
-        error::EditError, least_speed::MIN_SPEED, random::normal_pair_of,
+        error::EditError,
+        thermostat_rule::{SelfPropulsion, ThermostatRule},
         thermostat_target::ThermostatTarget,
     },
     world::{
-        body::Body,
         heat::{ThermostatCounts, exact_sum},
         tags::Tag,
     },
@@ -35,48 +31,23 @@ pub struct DrawKey {
     pub action: u64,
 }
 
-impl Batch {
-    /// Scales the kinetic energy of each body with this tag, like [`Self::reset_energy_of_tag`],
-    /// but leaves out bodies at rest and counts them. The change is booked as heat of the tag
-    /// ([`View::heat`](crate::View::heat)).
-    ///
-    /// # Errors
-    /// [`EditError::Energy`] if an energy is not positive and finite, or gives a speed out of
-    /// range; then nothing changes.
-    #[doc(alias = "energy reset")]
-    pub fn thermostat_energy(
-        &mut self,
-        tag: Tag,
-        target: ThermostatTarget,
-    ) -> Result<ThermostatCounts, EditError> {
-        let (mut counts, mut factors) = (ThermostatCounts::default(), Vec::new());
-        for index in self.members(tag) {
-            let body = &self.world.bodies[index];
-            if body.is_fixed() {
-                counts.fixed += 1;
-                continue;
-            }
-            match energy_factor(&self.world, &self.names, index, target.energy_of(body)) {
-                Ok(factor) => factors.push((index, factor)),
-                Err(EditError::NoEnergy(_)) => counts.at_rest += 1,
-                Err(error) => return Err(error),
-            }
-        }
-        counts.changed = factors.len() as u64;
-        let before = self.energies_of(tag);
-        self.scale(&factors);
-        self.book(tag, &before, counts);
-        Ok(counts)
-    }
+/// The effect of a thermostat on a body.
+enum Effect {
+    Changed(Motion),
+    /// A round body moves along an axis of its own.
+    Driven(Motion, Orientation),
+    AtRest,
+    Fixed,
+}
 
-    /// Draws velocity and angular velocity of each moving body with this tag from Maxwell's
-    /// distribution at rest. Bodies that are locked get no angular velocity. The change of energy
-    /// is booked as heat of the tag ([`View::heat`](crate::View::heat)).
+impl Batch {
+    /// Lets a thermostat act once on each body with this tag. The change of energy is booked as
+    /// heat of the tag ([`View::heat`](crate::View::heat)).
     ///
-    /// The numbers of a body depend on `key` and on its handle alone.
+    /// The random numbers of a body depend on `key` and on its handle alone.
     ///
     /// ```
-    /// use carom_engine::{DrawKey, Scene, Simulation, ThermostatTarget};
+    /// use carom_engine::{DrawKey, Scene, Simulation, ThermostatRule, ThermostatTarget};
     ///
     /// let scene = Scene::from_toml(
     ///     "[[gas]]\ntags = [\"gas\"]\nradius = 1e-3\nmass = 2.0\nenergy = 1.0\ncount = 2000",
@@ -84,7 +55,8 @@ impl Batch {
     /// let mut simulation = Simulation::new(&scene)?;
     /// let gas = simulation.find_tag("gas").expect("the scene names it");
     /// let key = DrawKey { seed: 1, replica: 0, action: 0 };
-    /// simulation.edit(|batch| batch.thermostat_maxwell(gas, ThermostatTarget::Temperature(3.0), key))?;
+    /// let rule = ThermostatRule::Maxwell(ThermostatTarget::Temperature(3.0));
+    /// simulation.edit(|batch| batch.thermostat(gas, &rule, key))?;
     /// let temperature = simulation.view().temperature().expect("the discs move");
     /// // The relative standard error is 1/√2000 = 2.2 %.
     /// assert!((temperature / 3.0 - 1.0).abs() < 0.07);
@@ -94,38 +66,111 @@ impl Batch {
     ///
     /// # Errors
     /// [`EditError::Energy`] if an energy or temperature is not positive and finite, or gives a
-    /// speed out of range; then nothing changes.
+    /// speed out of range. [`EditError::Fixed`] if a rule that sets velocities meets a fixed body.
+    /// [`EditError::CannotTurn`] if the axis of a locked body should diffuse. [`EditError::Scene`]
+    /// if a velocity is out of range. In each case nothing changes.
+    #[doc(alias = "energy reset")]
     #[doc(alias = "Andersen")]
-    pub fn thermostat_maxwell(
+    pub fn thermostat(
         &mut self,
         tag: Tag,
-        target: ThermostatTarget,
+        rule: &ThermostatRule,
         key: DrawKey,
     ) -> Result<ThermostatCounts, EditError> {
-        let (mut counts, mut motions) = (ThermostatCounts::default(), Vec::new());
-        for index in self.members(tag) {
-            let body = &self.world.bodies[index];
-            if body.is_fixed() {
-                counts.fixed += 1;
-                continue;
-            }
-            motions.push((index, maxwell(body, target.temperature_of(body), key)?));
-        }
-        counts.changed = motions.len() as u64;
-        if motions.is_empty() {
-            self.heat.give(tag, 0.0, counts);
-            return Ok(counts);
-        }
-        let before = self.energies_of(tag);
         self.start_to_move();
-        for (index, (velocity, angular_velocity)) in motions {
-            let motion = &mut self.world.motions[index];
-            motion.velocity = velocity;
-            motion.angular_velocity = angular_velocity.unwrap_or(motion.angular_velocity);
+        let (mut counts, mut changes) = (ThermostatCounts::default(), Vec::new());
+        for index in self.members(tag) {
+            match self.effect(index, rule, key)? {
+                Effect::Changed(motion) => changes.push((index, motion, None)),
+                Effect::Driven(motion, axis) => changes.push((index, motion, Some(axis))),
+                Effect::AtRest => counts.at_rest += 1,
+                Effect::Fixed => counts.fixed += 1,
+            }
         }
-        self.moves = true;
-        self.book(tag, &before, counts);
+        counts.changed = changes.len() as u64;
+        let before = self.energies_of(tag);
+        self.moves |= !changes.is_empty();
+        for (index, motion, axis) in changes {
+            self.world.motions[index] = motion;
+            if let Some(axis) = axis {
+                self.world.set_axis(index, axis);
+            }
+        }
+        let change = self
+            .energies_of(tag)
+            .into_iter()
+            .chain(before.iter().map(|energy| -energy));
+        self.heat.give(tag, exact_sum(change), counts);
         Ok(counts)
+    }
+
+    /// The motion that a rule gives to a body.
+    fn effect(
+        &self,
+        index: usize,
+        rule: &ThermostatRule,
+        key: DrawKey,
+    ) -> Result<Effect, EditError> {
+        let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
+        let draw = Draw::new(body, key);
+        let changed = match rule {
+            ThermostatRule::EnergyReset(_) | ThermostatRule::Maxwell(_) if body.is_fixed() => {
+                return Ok(Effect::Fixed);
+            }
+            ThermostatRule::EnergyReset(target) => return self.reset(index, *target),
+            ThermostatRule::Maxwell(target) => {
+                let temperature = target.temperature_of(body);
+                return maxwell(body, motion, temperature, &draw).map(Effect::Changed);
+            }
+            _ if body.is_fixed() => return Err(EditError::Fixed(self.name(index))),
+            ThermostatRule::Active(rule) => return self.drive(index, rule, key),
+            ThermostatRule::Langevin(step) => langevin(body, motion, step, &draw),
+            ThermostatRule::Rotate => match rotated(motion, &draw) {
+                Some(motion) => motion,
+                None => return Ok(Effect::AtRest),
+            },
+            ThermostatRule::Kick(momentum) => kicked(body, motion, *momentum, &draw),
+        };
+        refuse_motion(body, &changed, || self.name(index).to_string())?;
+        Ok(Effect::Changed(changed))
+    }
+
+    /// Self-propulsion along the axis of a body.
+    fn drive(
+        &self,
+        index: usize,
+        rule: &SelfPropulsion,
+        key: DrawKey,
+    ) -> Result<Effect, EditError> {
+        let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
+        let draw = Draw::new(body, key);
+        let own_axis = body.molecule().is_round().then(|| {
+            let before = self.world.axis(index);
+            let before = before.unwrap_or_else(|| first_axis(body, key));
+            turned_axis(before, rule, &draw)
+        });
+        let diffuses = rule.rotational_diffusion > 0.0;
+        if own_axis.is_none() && body.is_locked() && diffuses {
+            return Err(EditError::CannotTurn(self.name(index)));
+        }
+        let axis = own_axis.unwrap_or(motion.orientation);
+        let motion = active(body, motion, axis, rule, &draw);
+        refuse_motion(body, &motion, || self.name(index).to_string())?;
+        Ok(own_axis.map_or(Effect::Changed(motion), |axis| Effect::Driven(motion, axis)))
+    }
+
+    fn reset(&self, index: usize, target: ThermostatTarget) -> Result<Effect, EditError> {
+        let energy = target.energy_of(&self.world.bodies[index]);
+        match energy_factor(&self.world, &self.names, index, energy) {
+            Ok(factor) => {
+                let mut motion = self.world.motions[index];
+                motion.velocity *= factor;
+                motion.angular_velocity *= factor;
+                Ok(Effect::Changed(motion))
+            }
+            Err(EditError::NoEnergy(_)) => Ok(Effect::AtRest),
+            Err(error) => Err(error),
+        }
     }
 
     /// Kinetic energy of each body with a tag (mass × length² / time²).
@@ -136,52 +181,19 @@ impl Batch {
             .map(|index| kinetic_energy(&world.motions[index], world.bodies[index].inertia()));
         energies.collect()
     }
-
-    /// Books the change of the energies of the bodies with a tag as heat.
-    fn book(&mut self, tag: Tag, before: &[f64], counts: ThermostatCounts) {
-        let change = self
-            .energies_of(tag)
-            .into_iter()
-            .chain(before.iter().map(|energy| -energy));
-        self.heat.give(tag, exact_sum(change), counts);
-    }
-}
-
-/// Largest number of thermal speeds that a drawn component can have: √(2 · 53 ln 2) = 8.6.
-const MAX_THERMAL_SPEEDS: f64 = 8.6;
-
-/// Velocity of a body from Maxwell's distribution, and its angular velocity if contacts turn it.
-fn maxwell(body: &Body, temperature: f64, key: DrawKey) -> Result<(DVec2, Option<f64>), EditError> {
-    let inertia = body.inertia();
-    let [speed, spin] = [inertia.inverse_mass, inertia.inverse_moment]
-        .map(|inverse| (temperature * inverse).sqrt());
-    let most = MAX_THERMAL_SPEEDS
-        * if body.can_turn() {
-            speed.max(spin)
-        } else {
-            speed
-        };
-    // NaN and negative temperatures are out of range as well.
-    if !(temperature > 0.0
-        && temperature <= MAX_MAGNITUDE
-        && speed >= MIN_SPEED
-        && most <= MAX_MAGNITUDE)
-    {
-        return Err(EditError::Energy(temperature));
-    }
-    let bits = philox([key.seed, key.replica], [body.key().0, key.action, 0, 0]);
-    let [one, two, three, four] = bits.map(open_unit);
-    let velocity = speed * normal_pair_of([one, two]);
-    let angular_velocity = body
-        .can_turn()
-        .then(|| spin * normal_pair_of([three, four]).x);
-    Ok((velocity, angular_velocity))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{run::simulation::Simulation, scene::Scene};
+    use crate::{
+        run::simulation::Simulation,
+        scene::{
+            Scene,
+            kick_momentum::KickMomentum,
+            thermostat_rule::{LangevinStep, SelfPropulsion},
+        },
+    };
 
     const MIXTURE: &str = r#"
         [box]
@@ -237,7 +249,7 @@ mod tests {
         let (mut simulation, a) = mixture();
         let target = ThermostatTarget::Temperature(2.0);
         let counts = simulation
-            .edit(|batch| batch.thermostat_energy(a, target))
+            .edit(|batch| batch.thermostat(a, &ThermostatRule::EnergyReset(target), KEY))
             .unwrap();
         assert_eq!(
             counts,
@@ -260,7 +272,7 @@ mod tests {
         assert!((simulation.view().heat().heat(a) - ledger.put_in).abs() < 1e-14);
         assert!((ledger.booked() - simulation.view().energy()).abs() < 1e-14);
         let counts = simulation
-            .edit(|batch| batch.thermostat_maxwell(a, target, KEY))
+            .edit(|batch| batch.thermostat(a, &ThermostatRule::Maxwell(target), KEY))
             .unwrap();
         assert_eq!(
             counts,
@@ -292,7 +304,7 @@ mod tests {
                 simulation.remove(first).unwrap();
             }
             simulation
-                .edit(|batch| batch.thermostat_maxwell(a, target, key))
+                .edit(|batch| batch.thermostat(a, &ThermostatRule::Maxwell(target), key))
                 .unwrap();
             let disc = simulation
                 .view()
@@ -320,13 +332,80 @@ mod tests {
             ] {
                 let (mut simulation, a) = mixture();
                 let before = simulation.view().energy();
-                let refused = simulation.edit(|batch| batch.thermostat_energy(a, target));
+                let refused = simulation
+                    .edit(|batch| batch.thermostat(a, &ThermostatRule::EnergyReset(target), KEY));
                 assert!(matches!(refused, Err(EditError::Energy(_))), "{target:?}");
-                let refused = simulation.edit(|batch| batch.thermostat_maxwell(a, target, KEY));
+                let refused = simulation
+                    .edit(|batch| batch.thermostat(a, &ThermostatRule::Maxwell(target), KEY));
                 assert!(matches!(refused, Err(EditError::Energy(_))), "{target:?}");
                 assert_eq!(simulation.view().energy(), before);
                 assert!(simulation.view().heat().all().is_empty());
             }
         }
+    }
+
+    #[test]
+    fn rules_that_set_velocities_refuse_fixed_and_locked_bodies_by_name() {
+        let active = |diffusion: f64| {
+            ThermostatRule::Active(SelfPropulsion {
+                speed: 1.0,
+                rotational_diffusion: diffusion,
+                translational_diffusion: 0.0,
+                every: 0.1,
+            })
+        };
+        let (mut simulation, a) = mixture();
+        let before = simulation.view().energy();
+        let refused = simulation.edit(|batch| batch.thermostat(a, &ThermostatRule::Rotate, KEY));
+        let kick = ThermostatRule::Kick(KickMomentum::Magnitude(1e300));
+        let EditError::Fixed(name) = refused.unwrap_err() else {
+            panic!("another error")
+        };
+        simulation.remove(name.key).unwrap();
+        let refused = simulation.edit(|batch| batch.thermostat(a, &active(0.5), KEY));
+        assert!(matches!(refused, Err(EditError::CannotTurn(name)) if name.id == 0));
+        let refused = simulation.edit(|batch| batch.thermostat(a, &kick, KEY));
+        let words = refused.unwrap_err().to_string();
+        assert!(words.contains("body 0 (tag a)"), "{words}");
+        assert_eq!(simulation.view().energy(), before);
+        simulation
+            .edit(|batch| batch.thermostat(a, &active(0.0), KEY))
+            .unwrap();
+        let locked = simulation.view().bodies().next().unwrap().motion;
+        assert_eq!(locked.velocity, locked.orientation.cos_sin());
+    }
+
+    /// Masses 2 and 5 with kT = 1.5 for a time of many relaxations.
+    #[test]
+    fn a_bath_without_contacts_reaches_its_temperature() {
+        let gas = |tag: &str, shape: &str| {
+            format!(
+                "[[gas]]\ntags = [\"{tag}\"]\nshape = \"{shape}\"\natom_radius = 1e-4\natom_mass = 1.0\n\
+                 energy = 9.0\ncount = 2000\n"
+            )
+        };
+        let text = gas("bath", "disc") + &gas("bath", "tee");
+        let mut simulation = Simulation::new(&Scene::from_toml(&text).unwrap()).unwrap();
+        let bath = simulation.find_tag("bath").unwrap();
+        let rule = ThermostatRule::Langevin(LangevinStep {
+            friction: 2.0,
+            temperature: 1.5,
+            every: 0.25,
+        });
+        for action in 0..40 {
+            simulation
+                .edit(|batch| batch.thermostat(bath, &rule, DrawKey { action, ..KEY }))
+                .unwrap();
+        }
+        let energy = |turns: bool| {
+            let view = simulation.view();
+            let bodies = view.bodies().filter(|body| body.body.can_turn() == turns);
+            bodies.map(|body| body.energy()).sum::<f64>() / 2000.0
+        };
+        // Standard deviations of a mean energy: kT √(f/2N).
+        assert!((energy(false) - 1.5).abs() < 5.0 * 1.5 / 2000f64.sqrt());
+        assert!((energy(true) - 2.25).abs() < 5.0 * 1.5 * (1.5 / 2000.0f64).sqrt());
+        let view = simulation.view();
+        assert!((view.heat().heat(bath) - view.ledger().put_in).abs() < 1e-9);
     }
 }

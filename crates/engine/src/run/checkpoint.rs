@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use carom_detection::{Detection, Exact};
 use carom_geometry::{MAX_MAGNITUDE, Molecule, PeriodicBox};
-use carom_kinematics::{EpochTime, Inertia, Motion};
+use carom_kinematics::{EpochTime, Inertia, Motion, Orientation};
 use carom_response::{Impact, Response};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -70,6 +70,8 @@ pub struct Checkpoint {
     /// Times of last contacts, for the guard against inelastic collapse; −∞ for a body without
     /// contacts.
     last_contacts: Vec<f64>,
+    /// Axes of round bodies that self-propulsion drives, by the order of the bodies.
+    axes: Vec<Option<Orientation>>,
     names: TagNames,
     elasticity: ElasticitySpec,
     counters: Counters,
@@ -138,6 +140,11 @@ pub enum CheckpointError {
         "the checkpoint has {0} times of last contacts; it must have one per body with a guard, else none"
     )]
     LastContacts(usize),
+    /// An axis that is no orientation, or of a body that is not there.
+    #[error(
+        "the checkpoint has {0} axes; it must have at most one per body, from -0.5 to 0.5 turns"
+    )]
+    Axes(usize),
     /// A tag with heat has no name.
     #[error("the checkpoint has heat of a tag without a name")]
     UnnamedHeat,
@@ -199,6 +206,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             motions: _,
             windings: _,
             last_contacts,
+            axes,
             epoch,
             next_id,
             random_key,
@@ -213,6 +221,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             molecules,
             bodies,
             last_contacts: last_contacts.clone(),
+            axes: axes.clone(),
             names: names.clone(),
             elasticity: elasticity.spec(),
             counters: *counters,
@@ -271,12 +280,19 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_unresolved(&world, &elasticity).map_err(|reason| {
             reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
         })?;
+        let is_axis = |axis: &Orientation| axis.turns().abs() <= 0.5;
+        if checkpoint.axes.len() > world.bodies.len()
+            || !checkpoint.axes.iter().flatten().all(is_axis)
+        {
+            return Err(CheckpointError::Axes(checkpoint.axes.len()));
+        }
         if checkpoint.last_contacts.len() != world.last_contacts.len() {
             return Err(CheckpointError::LastContacts(
                 checkpoint.last_contacts.len(),
             ));
         }
         world.last_contacts.clone_from(&checkpoint.last_contacts);
+        world.axes.clone_from(&checkpoint.axes);
         if let Some((index, value)) = too_slow(&world) {
             return Err(CheckpointError::Speed {
                 index,
@@ -839,6 +855,10 @@ mod tests {
             (
                 "elasticity.default",
                 refusal(|c| c.elasticity.default = -1.0),
+            ),
+            (
+                "checkpoint has 1 axes",
+                refusal(|c| c.axes = vec![Some(Orientation::from_turns(f64::NAN))]),
             ),
             (
                 "last contact is not finite",

@@ -1,6 +1,6 @@
 //! Errors: invalid scenes and edits, and the reasons why a run ends early.
 
-use carom_geometry::{GeometryError, MAX_MAGNITUDE, Shape};
+use carom_geometry::{EdgedShape, GeometryError, MAX_MAGNITUDE, Shape};
 use carom_kinematics::EpochTime;
 use carom_response::ElasticityError;
 use thiserror::Error;
@@ -136,7 +136,9 @@ pub enum SceneError {
 /// The named shape nearest to an unknown one.
 fn nearest_shape(reason: &GeometryError) -> String {
     match reason {
-        GeometryError::UnknownShape(name) => did_you_mean(name, Shape::NAMES),
+        GeometryError::UnknownShape(name) => {
+            did_you_mean(name, Shape::NAMES.into_iter().chain(EdgedShape::NAMES))
+        }
         _ => String::new(),
     }
 }
@@ -266,9 +268,15 @@ pub enum EditError {
         "an energy must be positive and give a speed from {MIN_SPEED:e} to {MAX_MAGNITUDE:e}, but is {0:e}"
     )]
     Energy(f64),
-    /// The body is fixed: its energy and its rotation cannot be changed.
-    #[error("{0} is fixed: neither its energy nor its rotation can be changed")]
+    /// The body is fixed: its velocity, its energy and its rotation cannot be changed.
+    #[error("{0} is fixed: neither its motion, its energy nor its rotation can be changed")]
     Fixed(BodyName),
+    /// The orientation of the body is locked, or it is a single disc.
+    #[error(
+        "{0} cannot turn, since it is locked or a single disc: unlock it, or give neither an angular velocity nor a \
+         rotational diffusion"
+    )]
+    CannotTurn(BodyName),
     /// The edited system would not be a valid scene.
     #[error(transparent)]
     Scene(#[from] SceneError),

@@ -8,6 +8,7 @@ pub(crate) mod distribution;
 pub(crate) mod error;
 pub(crate) mod expressions;
 pub(crate) mod gas_spec;
+pub(crate) mod kick_momentum;
 pub(crate) mod least_speed;
 pub(crate) mod max_time;
 pub(crate) mod measure_from;
@@ -19,6 +20,7 @@ pub(crate) mod scene_text;
 pub(crate) mod spelling;
 pub(crate) mod stage_spec;
 pub(crate) mod stop_spec;
+pub(crate) mod thermostat_rule;
 pub(crate) mod thermostat_target;
 pub(crate) mod two_numbers;
 
@@ -35,7 +37,7 @@ use crate::{
         measure_from::MeasureFrom,
         measure_spec::MeasureSpec,
         method_spec::MethodSpec,
-        stage_spec::{HeatSpec, RelabelSpec, ThermostatSpec},
+        stage_spec::{HeatSpec, RelabelSpec, ThermostatSpec, VelocitySpec},
         stop_spec::StopSpec,
         two_numbers::{optional_vector, pairs, vector, vectors},
     },
@@ -497,7 +499,7 @@ pub struct RunSpec {
 ///
 /// A stage starts where the one before it ends, the first at time 0. Its edits are made together or
 /// not at all, in the order `remove`, `add`, `add_wall`, `tag`, `untag`, `elasticity`, `lock`,
-/// `unlock`, `set_energy`; those of the first stage before the first sample. At one instant, first
+/// `unlock`, `set_energy`, `set_velocity`; those of the first stage before the first sample. At one instant, first
 /// a sample is taken, then a stage starts, then thermostats act in the order of their list.
 /// Instants that differ by less than 1e-9 of the shortest interval of the run are one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -542,6 +544,9 @@ pub struct StageSpec {
     /// Bodies whose energies are set once.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub set_energy: Vec<HeatSpec>,
+    /// Bodies whose velocities are set once.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub set_velocity: Vec<VelocitySpec>,
     /// Thermostats that act at regular times while the stage lasts.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub thermostat: Vec<ThermostatSpec>,
@@ -562,6 +567,7 @@ impl Default for StageSpec {
             lock: Vec::new(),
             unlock: Vec::new(),
             set_energy: Vec::new(),
+            set_velocity: Vec::new(),
             thermostat: Vec::new(),
         }
     }

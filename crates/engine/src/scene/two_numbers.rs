@@ -151,7 +151,7 @@ mod tests {
     use crate::scene::Scene;
 
     /// The scene with one list in each place where two numbers stand, and the line of that list.
-    const SCENES: [(&str, &str); 13] = [
+    const SCENES: [(&str, &str); 14] = [
         ("[box]\nsides = LIST\n", "[x, y]"),
         ("[[molecule]]\nshape = \"disc\"\nat = LIST\n", "[x, y]"),
         ("[[molecule]]\nat = [0, 0]\nvelocity = LIST\n", "[x, y]"),
@@ -165,6 +165,10 @@ mod tests {
         ("[[wall]]\nto = [1, 1]\nfrom = LIST\n", "[x, y]"),
         ("[[wall]]\nfrom = [1, 1]\nto = LIST\n", "[x, y]"),
         ("[[stage]]\nuntil = 1\n[[stage.add]]\nat = LIST\n", "[x, y]"),
+        (
+            "[[stage]]\nuntil = 1\n[[stage.set_velocity]]\ntag = \"a\"\nvelocity = LIST\n",
+            "[x, y]",
+        ),
         (
             "[[gas]]\nenergy = 1\nregion = { y = LIST }\n",
             "[first, last]",

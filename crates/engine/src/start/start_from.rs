@@ -271,7 +271,7 @@ fn motion(
             return Err(problem(text));
         }
     }
-    let (velocity, angular_velocity) = velocities(rows, atoms, &arms, turns, &drawn);
+    let (velocity, angular_velocity) = velocities(rows, molecule, &arms, turns, &drawn);
     for component in velocity.to_array() {
         check_length("the velocity", component)
             .map_err(geometry(&format!("{ENTRY}, line {line}")))?;
@@ -292,35 +292,53 @@ fn motion(
     Ok(motion)
 }
 
+/// The mean of vectors of the atoms, with their masses as weights.
+fn mean_of_atoms(atoms: &[Atom], vectors: impl Iterator<Item = DVec2>) -> DVec2 {
+    let mass: f64 = atoms.iter().map(Atom::mass).sum();
+    let weighted = atoms
+        .iter()
+        .zip(vectors)
+        .map(|(atom, vector)| atom.mass() * vector);
+    weighted.sum::<DVec2>() / mass
+}
+
+/// The centre of mass of the atoms relative to that of the molecule: 0 unless the mass is spread
+/// over the molecule, as in a polygon.
+fn centre_of_atoms(molecule: &Molecule, arms: impl Iterator<Item = DVec2>) -> DVec2 {
+    if molecule.is_uniform() {
+        mean_of_atoms(molecule.atoms(), arms)
+    } else {
+        DVec2::ZERO
+    }
+}
+
 /// The orientation at which the molecule fits these places best: the angle of Σ m a · q and Σ m a ×
-/// q over its atoms, with a and q relative to the centre of mass.
+/// q over its atoms, with a and q relative to the centre of mass of the atoms.
 fn fitted(places: &[DVec2], molecule: &Molecule) -> Orientation {
     let atoms = molecule.atoms();
-    let centre = atoms
-        .iter()
-        .zip(places)
-        .map(|(atom, &place)| atom.mass() * place)
-        .sum::<DVec2>()
-        / molecule.mass();
+    let centre = mean_of_atoms(atoms, places.iter().copied());
+    let own = centre_of_atoms(molecule, atoms.iter().map(Atom::offset));
     let sums = atoms
         .iter()
         .zip(places)
         .fold(DVec2::ZERO, |sums, (atom, &place)| {
-            let (arm, there) = (atom.offset(), place - centre);
+            let (arm, there) = (atom.offset() - own, place - centre);
             sums + atom.mass() * DVec2::new(arm.dot(there), arm.perp_dot(there))
         });
     Orientation::from_radians(libm::atan2(sums.y, sums.x))
 }
 
-/// Velocity and angular velocity of a molecule: V = Σ m v / Σ m and ω = Σ m a × v / Σ m a², unless
-/// the file has ω; those drawn if the file has no velocities.
+/// Velocity and angular velocity of a molecule: ω = Σ m a × v / Σ m a², unless the file has ω, with a
+/// relative to the centre of mass c of the atoms, and V = Σ m v / Σ m − ω × c; those drawn if the
+/// file has no velocities.
 fn velocities(
     rows: &[SnapshotAtom],
-    atoms: &[Atom],
+    molecule: &Molecule,
     arms: &[DVec2],
     turns: bool,
     drawn: &Motion,
 ) -> (DVec2, f64) {
+    let atoms = molecule.atoms();
     let of = |row: &SnapshotAtom, atom: &Atom| {
         row.velocity
             .or(row.momentum.map(|momentum| momentum / atom.mass()))
@@ -332,7 +350,9 @@ fn velocities(
         return (first, 0.0);
     }
     let (mut mass, mut momentum, mut spin, mut inertia) = (0.0, DVec2::ZERO, 0.0, 0.0);
+    let own = centre_of_atoms(molecule, arms.iter().copied());
     for ((row, atom), arm) in rows.iter().zip(atoms).zip(arms) {
+        let arm = *arm - own;
         let velocity = of(row, atom).unwrap_or(first);
         mass += atom.mass();
         momentum += atom.mass() * velocity;
@@ -344,7 +364,11 @@ fn velocities(
         (true, Some(given)) => given,
         (true, None) => spin / inertia,
     };
-    (momentum / mass, angular_velocity)
+    let velocity = momentum / mass;
+    if own == DVec2::ZERO {
+        return (velocity, angular_velocity);
+    }
+    (velocity - angular_velocity * own.perp(), angular_velocity)
 }
 
 fn refuse_overlaps(contents: &SceneContents, lines: &[usize]) -> Result<(), SceneError> {
@@ -375,4 +399,49 @@ fn refuse_overlaps(contents: &SceneContents, lines: &[usize]) -> Result<(), Scen
         sites.add(world, index);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The corners of an L are not spread evenly about its centre of mass.
+    #[test]
+    fn the_motion_of_a_polygon_follows_from_its_corners() {
+        let corners = [
+            (0.0, 0.0),
+            (0.3, 0.0),
+            (0.3, 0.1),
+            (0.1, 0.1),
+            (0.1, 0.3),
+            (0.0, 0.3),
+        ];
+        let ell = Molecule::polygon(&corners.map(DVec2::from), 1e-6, 5.0).unwrap();
+        let expected = Motion {
+            velocity: DVec2::new(0.4, -0.7),
+            angular_velocity: 3.0,
+            orientation: Orientation::from_radians(0.7),
+            ..Motion::at_rest(DVec2::new(0.5, 0.4))
+        };
+        let row = |atom: &Atom| {
+            let arm = expected.orientation.cos_sin().rotate(atom.offset());
+            SnapshotAtom {
+                line: 3,
+                place: expected.position + arm,
+                velocity: Some(expected.velocity_of(arm)),
+                momentum: None,
+                angle: None,
+                angular_velocity: None,
+                radius: None,
+            }
+        };
+        let rows: Vec<SnapshotAtom> = ell.atoms().iter().map(row).collect();
+        let drawn = Motion::at_rest(DVec2::ZERO);
+        let bounds = PeriodicBox::new(DVec2::ONE).unwrap();
+        let found = motion(&rows, &ell, true, drawn, &bounds).unwrap();
+        assert!((found.position - expected.position).length() < 1e-14);
+        assert!((found.velocity - expected.velocity).length() < 1e-14);
+        assert!((found.angular_velocity - 3.0).abs() < 1e-13);
+        assert!((found.orientation.radians() - 0.7).abs() < 1e-14);
+    }
 }

@@ -17,7 +17,7 @@ pub(crate) mod wrapped;
 use std::sync::Arc;
 
 use carom_geometry::PeriodicBox;
-use carom_kinematics::{EpochTime, Motion, kinetic_energy};
+use carom_kinematics::{EpochTime, Motion, Orientation, kinetic_energy};
 
 use crate::world::body::{Body, BodyKey, BodyKind};
 
@@ -37,6 +37,10 @@ pub struct World {
     /// Time of each body's last contact, as an offset in the epoch, −∞ if there was none; empty
     /// without a guard.
     pub(crate) last_contacts: Vec<f64>,
+    /// Axis of each round body that self-propulsion drives, in the order of the bodies; shorter than
+    /// the list of bodies if the last ones have none. Schedulers do not hold the orientations of
+    /// discs.
+    pub(crate) axes: Vec<Option<Orientation>>,
     /// Start of the epoch.
     pub(crate) epoch: EpochTime,
     pub(crate) next_id: u64,
@@ -54,6 +58,7 @@ impl World {
             motions: Vec::new(),
             windings: Vec::new(),
             last_contacts: Vec::new(),
+            axes: Vec::new(),
             epoch: EpochTime::ZERO,
             next_id: 0,
             random_key: [0; 2],
@@ -189,6 +194,7 @@ impl World {
             + self.motions.capacity() * size_of::<Motion>()
             + self.windings.capacity() * size_of::<[i64; 2]>()
             + self.last_contacts.capacity() * size_of::<f64>()
+            + self.axes.capacity() * size_of::<Option<Orientation>>()
     }
 
     pub(crate) fn insert(&mut self, kind: BodyKind, motion: Motion) -> BodyKey {
@@ -243,6 +249,7 @@ impl World {
         keep(&mut self.motions, &keeps);
         keep(&mut self.windings, &keeps);
         keep(&mut self.last_contacts, &keeps);
+        keep(&mut self.axes, &keeps);
     }
 
     /// Removes the body added last, and makes its key available again.
@@ -250,7 +257,21 @@ impl World {
         self.bodies.pop();
         self.motions.pop();
         self.windings.pop();
+        self.axes.truncate(self.bodies.len());
         self.next_id -= 1;
+    }
+
+    /// The axis of a round body that self-propulsion drives.
+    pub(crate) fn axis(&self, index: usize) -> Option<Orientation> {
+        self.axes.get(index).copied().flatten()
+    }
+
+    /// Sets the axis of a body.
+    pub(crate) fn set_axis(&mut self, index: usize, axis: Orientation) {
+        if self.axes.len() <= index {
+            self.axes.resize(self.bodies.len(), None);
+        }
+        self.axes[index] = Some(axis);
     }
 
     /// Starts or stops keeping the times of last contacts; new bodies have −∞.

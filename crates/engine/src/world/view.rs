@@ -1,7 +1,7 @@
 //! A read-only view of all bodies at one time.
 
 use carom_geometry::PeriodicBox;
-use carom_kinematics::{EpochTime, Motion, kinetic_energy, momentum};
+use carom_kinematics::{EpochTime, Motion, Orientation, kinetic_energy, momentum};
 use glam::DVec2;
 
 use crate::world::{
@@ -98,6 +98,14 @@ impl<'a> View<'a> {
         self.world
             .index(key)
             .map(|index| body_at(self.world, index, self.offset))
+    }
+
+    /// The axis along which self-propulsion drives a round body ([`SelfPropulsion`]); `None` if it
+    /// has not done so.
+    ///
+    /// [`SelfPropulsion`]: crate::SelfPropulsion
+    pub fn axis(&self, key: BodyKey) -> Option<Orientation> {
+        self.world.axis(self.world.index(key)?)
     }
 
     /// Kinetic energy of all bodies (mass × length² / time²).

@@ -354,8 +354,14 @@ fn expected_figures(mover: &str, named: &NamedMolecule) -> Vec<ExpectedFigures> 
         format!("directions, χ² per degree of freedom, {TARGET}"),
     ];
     if named.molecule.atoms().len() > 1 {
+        let edges = named.molecule.edges();
+        let parts = if edges.is_empty() {
+            "atom"
+        } else {
+            "atom and edge"
+        };
         expected.push(format!(
-            "contacts by atom, χ² per degree of freedom, {TARGET}"
+            "contacts by {parts}, χ² per degree of freedom, {TARGET}"
         ));
     }
     expected

@@ -18,6 +18,8 @@ mod outline;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use outline::closed_curves;
+
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
@@ -282,12 +284,14 @@ fn over_arc(arc: &ExposedArc, weight: &impl Fn(&BoundaryPoint) -> f64) -> f64 {
     arc.integral(arc.start, arc.end, weight)
 }
 
+/// A direction so near below the limit of two sectors (turns) counts to the one that begins there:
+/// all contacts of a flat side have one direction, which is such a limit to rounding for many shapes.
+pub const DIRECTION_ROUNDING: f64 = 1e-9;
+
 /// The sector of `count` equal ones of the whole turn that contains a direction (radians).
 fn sector_of(direction: f64, count: usize) -> usize {
-    let place = direction.rem_euclid(TAU) / TAU * count as f64;
-    let limit = place.round();
-    let is_limit = (place - limit).abs() < 4.0 * f64::EPSILON * count as f64;
-    (if is_limit { limit } else { place } as usize) % count.max(1)
+    let turns = direction.rem_euclid(TAU) / TAU + DIRECTION_ROUNDING;
+    (turns * count as f64) as usize % count.max(1)
 }
 
 /// Arcs and then sides.

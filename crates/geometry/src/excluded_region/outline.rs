@@ -21,8 +21,7 @@ const MIN_PIECE: f64 = 1e-12;
 /// The pieces that can be reached from outside, and the others; both in the order of
 /// [`boundary`].
 pub(super) fn outline(union: &Union) -> (Vec<Curve>, Vec<Curve>) {
-    let mut pieces = boundary(union);
-    pieces.retain(|piece| !is_rounding(union, &piece.curve));
+    let pieces = exposed_pieces(union);
     let lines = closed_lines(&pieces);
     let curves =
         |line: &[usize]| -> Vec<Curve> { line.iter().map(|&index| pieces[index].curve).collect() };
@@ -51,6 +50,22 @@ pub(super) fn outline(union: &Union) -> (Vec<Curve>, Vec<Curve>) {
         }
     }
     (outer, hidden)
+}
+
+/// The closed lines of the boundary of a union, each from end to start.
+pub(crate) fn closed_curves(union: &Union) -> Vec<Vec<Curve>> {
+    let pieces = exposed_pieces(union);
+    closed_lines(&pieces)
+        .iter()
+        .map(|line| line.iter().map(|&index| pieces[index].curve).collect())
+        .collect()
+}
+
+/// The pieces of the boundary that are longer than rounding.
+fn exposed_pieces(union: &Union) -> Vec<Piece> {
+    let mut pieces = boundary(union);
+    pieces.retain(|piece| !is_rounding(union, &piece.curve));
+    pieces
 }
 
 /// Whether a closed line lies inside another one. The outer lines of two parts do not cross, but

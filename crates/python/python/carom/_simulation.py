@@ -839,6 +839,61 @@ class Simulation:
         chosen = self._which(which)
         self._core.set_energy(chosen, _spread("energy", energies, (len(chosen),)))
 
+    def set_velocity(self, velocity: ArrayLike, which: Which = None) -> None:
+        """Sets the velocities of bodies.
+
+        Parameters
+        ----------
+        velocity : array_like, shape (2,) or (n, 2)
+            Velocity of each body (length / time).
+        which : str or array_like of int or bool, optional
+            A tag, numbers of bodies, or a mask. Default: all that move.
+
+        Raises
+        ------
+        EditError
+            A body is fixed or not in the system, or a speed is out of range; nothing has changed.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> sim.set_velocity(-sim.velocities)
+        >>> sim.set_velocity([1.0, 0.5], [7])
+        >>> sim.velocities[7].tolist()
+        [1.0, 0.5]
+        """
+        chosen = self._which(which)
+        rows = _spread("velocity", vectors("velocity", velocity), (len(chosen), 2))
+        self._core.set_velocity(chosen, rows.reshape(-1))
+
+    def set_angular_velocity(self, angular_velocity: ArrayLike, which: Which = None) -> None:
+        """Sets the angular velocities of molecules that can turn.
+
+        Parameters
+        ----------
+        angular_velocity : array_like, shape () or (n,)
+            Angular velocity of each body (radians / time, counter-clockwise).
+        which : str or array_like of int or bool, optional
+            A tag, numbers of bodies, or a mask. Default: all that move.
+
+        Raises
+        ------
+        EditError
+            A body is fixed, locked, a single disc or not in the system; nothing has changed.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation(carom.Scene(molecule=carom.Molecule.tee(0.01).at(0.5, 0.5)))
+        >>> sim.set_angular_velocity(2.0)
+        >>> sim.angular_velocities.tolist()
+        [2.0]
+        """
+        chosen = self._which(which)
+        spins = _spread("angular_velocity", array("angular_velocity", angular_velocity), (len(chosen),))
+        self._core.set_angular_velocity(chosen, spins)
+
     def set_elasticity(
         self,
         default: float = 1.0,

@@ -55,9 +55,9 @@ struct Kind {
     first: usize,
 }
 
-/// What the bodies on one line have in common: tags, wall or not, number of atoms, fixed or not,
-/// and locked or not.
-type Group<'a> = (&'a [Tag], bool, usize, bool, bool);
+/// What the bodies on one line have in common: tags, wall or not, numbers of atoms and of edges,
+/// fixed or not, and locked or not.
+type Group<'a> = (&'a [Tag], bool, [usize; 2], bool, bool);
 
 /// Equal bodies of a group.
 struct Equal<'a> {
@@ -69,7 +69,7 @@ struct Equal<'a> {
 impl CheckedContents {
     pub(super) fn new(scene: &Scene, view: &View<'_>) -> Self {
         let (mut moving, mut turning, mut area) = (0, 0, 0.0);
-        let mut groups: BTreeMap<Group<'_>, HashMap<[u64; 3], Equal<'_>>> = BTreeMap::new();
+        let mut groups: BTreeMap<Group<'_>, HashMap<[u64; 4], Equal<'_>>> = BTreeMap::new();
         for (index, body) in view.bodies().map(|view| view.body).enumerate() {
             let molecule = body.molecule();
             area += molecule.area();
@@ -78,12 +78,18 @@ impl CheckedContents {
             let group = (
                 body.tags(),
                 body.is_wall(),
-                molecule.atoms().len(),
+                [molecule.atoms().len(), molecule.edges().len()],
                 body.is_fixed(),
                 body.is_locked(),
             );
             let kt = body.wall_temperature().unwrap_or(0.0);
-            let key = [molecule.bounding_radius(), molecule.mass(), kt].map(f64::to_bits);
+            // Other shapes of one bounding radius differ in their area.
+            let area = if molecule.edges().is_empty() {
+                0.0
+            } else {
+                molecule.area()
+            };
+            let key = [molecule.bounding_radius(), molecule.mass(), kt, area].map(f64::to_bits);
             let new = Equal {
                 first: index,
                 number: 0,
@@ -224,11 +230,6 @@ impl Kind {
             .map(|one| one.number as f64 * one.body.molecule().area())
             .sum();
         let atoms = body.molecule().atoms().len();
-        let shape = match (body.is_wall(), atoms) {
-            (true, _) => "wall".to_owned(),
-            (false, 1) => "disc".to_owned(),
-            (false, atoms) => format!("molecule of {atoms} atoms"),
-        };
         let radii = spread(all, |body| body.molecule().bounding_radius());
         let size = match (body.is_wall(), atoms) {
             (true, _) => format!(
@@ -236,6 +237,10 @@ impl Kind {
                 spread(all, |body| 2.0 * body.molecule().bounding_radius())
             ),
             (false, 1) => format!("radius {radii}"),
+            (false, _) if !body.molecule().edges().is_empty() => {
+                let areas = spread(all, |body| body.molecule().area());
+                format!("bounding radius {radii}, area {areas}")
+            }
             (false, _) => format!("bounding radius {radii}"),
         };
         let masses = || spread(all, |body| body.molecule().mass());
@@ -252,12 +257,32 @@ impl Kind {
                 .iter()
                 .map(|&tag| view.tag_names().name(tag).to_owned())
                 .collect(),
-            shape,
+            shape: shape_of(body),
             size,
             mass,
             area_fraction: area / view.bounds().area(),
             first: all.iter().map(|one| one.first).min().unwrap_or(0),
         }
+    }
+}
+
+/// What a body is, in a few words.
+fn shape_of(body: &Body) -> String {
+    let molecule = body.molecule();
+    let (atoms, edges) = (molecule.atoms().len(), molecule.edges());
+    if body.is_wall() {
+        return "wall".to_owned();
+    }
+    if let Some(corners) = molecule.corners() {
+        return format!("polygon of {} corners", corners.len());
+    }
+    let radii = molecule.atoms().iter().map(carom::Atom::radius);
+    match (atoms, edges) {
+        (1, _) => "disc".to_owned(),
+        (_, []) => format!("molecule of {atoms} atoms"),
+        (2, [edge]) if radii.clone().all(|radius| radius == edge.radius()) => "capsule".to_owned(),
+        (_, [_]) => format!("molecule of {atoms} atoms and 1 edge"),
+        (_, edges) => format!("molecule of {atoms} atoms and {} edges", edges.len()),
     }
 }
 
@@ -319,6 +344,45 @@ mod tests {
         assert!(
             text.contains("101 move, 1 of which turn") && text.contains("to t = 2, 4 samples"),
             "{text}"
+        );
+    }
+
+    #[test]
+    fn bodies_with_edges_are_named_by_their_shape_with_their_area() {
+        let scene = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.2, 0.5]\n\
+                     [[molecule]]\nshape = \"dumbbell\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n\
+                     [[molecule]]\nshape = \"cross\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.8, 0.5]\n";
+        let atom = |x, radius| carom::Atom::new(glam::DVec2::new(x, 0.0), radius, 1.0).unwrap();
+        let bar = [([0, 1], 0.01)];
+        let shapes = [
+            carom::geometry::EdgedShape::Square.molecule(0.02, 1e-6, 1.0),
+            carom::Molecule::capsule(0.1, 0.02, 1.0),
+            carom::Molecule::with_edges(
+                [atom(0.0, 0.02), atom(0.1, 0.02)],
+                &bar,
+                carom::geometry::Interior::Solid,
+            ),
+        ];
+        let shapes = shapes.map(Result::unwrap);
+        let simulation = carom_testkit::edged_scenes::with_shapes(scene, &shapes).unwrap();
+        let scene = Scene::from_toml(scene).unwrap();
+        let found = CheckedContents::new(&scene, &simulation.view());
+        let named: Vec<&str> = found
+            .bodies
+            .iter()
+            .map(|kind| kind.shape.as_str())
+            .collect();
+        assert_eq!(
+            named,
+            [
+                "polygon of 4 corners",
+                "capsule",
+                "molecule of 2 atoms and 1 edge"
+            ]
+        );
+        assert_eq!(
+            found.bodies[0].size,
+            "bounding radius 0.01414216, area 0.00040000"
         );
     }
 

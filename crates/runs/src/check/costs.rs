@@ -63,9 +63,18 @@ fn molecules(view: &View<'_>, contents: &CheckedContents) -> Cost {
         .map(|body| body.molecule().atoms().len())
         .max()
         .unwrap_or(0);
+    let edges = bodies()
+        .map(|body| body.molecule().edges().len())
+        .max()
+        .unwrap_or(0);
+    let parts = if edges > 0 {
+        format!("{atoms} atoms and {edges} edges")
+    } else {
+        format!("{atoms} atoms")
+    };
     let paid = (molecules > 0).then(|| {
         format!(
-            "{molecules} of up to {atoms} atoms, {} turning: orientations, searches of their pairs",
+            "{molecules} of up to {parts}, {} turning: orientations, searches of their pairs",
             contents.turning
         )
     });

@@ -110,11 +110,13 @@ impl Extremes {
                 continue;
             }
             let reach = body.body.reach();
-            let smallest = molecule
-                .atoms()
-                .iter()
-                .map(carom::Atom::radius)
-                .fold(reach, f64::min);
+            let radii = molecule.atoms().iter().map(carom::Atom::radius);
+            // The radius of the corners of a polygon is not its size.
+            let smallest = if molecule.edges().is_empty() {
+                radii.fold(reach, f64::min)
+            } else {
+                molecule.mean_half_width().min(reach)
+            };
             all.radii = widen(widen(all.radii, reach), smallest);
             all.atoms = all.atoms.max(molecule.atoms().len());
             all.area += molecule.area();

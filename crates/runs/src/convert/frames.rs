@@ -36,9 +36,25 @@ pub(super) struct TrajectoryFrame {
     pub(super) thickness: f64,
     /// Five numbers a wall: x and y of one end, x and y of the other, half the thickness (length).
     pub(super) walls: Vec<f64>,
+    /// Straight edges of the molecules.
+    pub(super) edges: Vec<KindEdge>,
+    /// Kinds in which closed lines of edges are filled.
+    pub(super) solid: Vec<u32>,
+    /// Kinds whose mass is spread evenly over their area.
+    pub(super) uniform: Vec<u32>,
     /// Names of the kinds, as far as they are known.
     pub(super) kinds: Vec<String>,
     pub(super) atoms: Vec<AtomLine>,
+}
+
+/// A straight edge of all molecules of a kind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct KindEdge {
+    pub(super) kind: u32,
+    /// The atoms at its ends.
+    pub(super) ends: [u32; 2],
+    /// Its radius over the smaller one of those of the atoms.
+    pub(super) share: f64,
 }
 
 /// One atom.
@@ -162,6 +178,14 @@ impl<R: BufRead> Frames<R> {
             frame.walls.len().is_multiple_of(5),
             "Walls: expected five numbers a wall"
         );
+        frame.edges = entry("Edges")
+            .map_or(Ok(Vec::new()), edges)
+            .context("Edges")?;
+        for (name, kinds) in [("Solid", &mut frame.solid), ("Uniform", &mut frame.uniform)] {
+            let list = entry(name).map_or(Ok(Vec::new()), numbers);
+            let list = list.and_then(|list| list.into_iter().map(whole).collect());
+            *kinds = list.context(name)?;
+        }
         let kinds = entry("Kinds").unwrap_or_default();
         frame.kinds = kinds.split_ascii_whitespace().map(str::to_owned).collect();
         places(needed("Properties")?).context("Properties")
@@ -312,6 +336,33 @@ fn places(properties: &str) -> Result<Places> {
         );
     }
     Ok(found)
+}
+
+/// The edges of the comment line, four numbers each.
+fn edges(text: &str) -> Result<Vec<KindEdge>> {
+    let numbers = numbers(text)?;
+    let (rows, []) = numbers.as_chunks::<4>() else {
+        bail!("expected four numbers an edge: kind, two atoms, relative radius");
+    };
+    let edge = |&[kind, first, second, share]: &[f64; 4]| {
+        ensure!(
+            share > 0.0 && share <= 1.0,
+            "the relative radius {share} is not between 0 and 1"
+        );
+        Ok(KindEdge {
+            kind: whole(kind)?,
+            ends: [whole(first)?, whole(second)?],
+            share,
+        })
+    };
+    rows.iter().map(edge).collect()
+}
+
+/// A number without fraction.
+fn whole(value: f64) -> Result<u32> {
+    let number = value as u32;
+    ensure!(f64::from(number) == value, "{value} is not a number from 0");
+    Ok(number)
 }
 
 fn numbers(text: &str) -> Result<Vec<f64>> {

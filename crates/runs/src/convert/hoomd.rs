@@ -6,18 +6,26 @@
 //! `log/time`; the step is the number of the frame. Walls are `log/walls`, five numbers each, in
 //! the coordinates of the scene. What does not change is in the first frame only, as the schema
 //! provides.
+//!
+//! A body with straight edges is a particle at its centre of mass, with the shape `Polygon`, its
+//! mass, and twice its bounding radius as diameter. Its atoms follow it, with the number of the
+//! molecule as `body` as well, and the type of the body with [`ATOMS`] at the end.
 
 use std::io::{Seek, Write};
 
 use anyhow::{Context, Result, ensure};
 
 use super::{
+    body_shapes::{FrameWithBodies, KnownBodies},
     frames::{AtomLine, TrajectoryFrame},
     gsd::{Data, Writer},
 };
 
 /// Name and version of the schema.
 const SCHEMA: (&str, [u16; 2]) = ("hoomd", [1, 4]);
+
+/// End of the name of the type of the atoms of bodies that are particles, too.
+pub(crate) const ATOMS: &str = ".atom";
 
 /// Most kinds of molecules. More: a wrong number in the input takes much memory.
 const MAX_KINDS: u32 = 1 << 16;
@@ -29,6 +37,7 @@ type Chunk = (&'static str, Data, usize);
 pub(super) struct Trajectory<'a, W> {
     file: Writer<'a, W>,
     step: u64,
+    bodies: KnownBodies,
     /// Number of particles and constant chunks of the first frame.
     first: Option<(usize, Vec<Chunk>)>,
 }
@@ -38,6 +47,7 @@ impl<'a, W: Write + Seek> Trajectory<'a, W> {
         Ok(Self {
             file: Writer::new(out)?,
             step: 0,
+            bodies: KnownBodies::default(),
             first: None,
         })
     }
@@ -47,25 +57,29 @@ impl<'a, W: Write + Seek> Trajectory<'a, W> {
     /// # Errors
     /// A number is too large or too small for single precision, or the file cannot be written.
     pub(super) fn write(&mut self, frame: &TrajectoryFrame) -> Result<()> {
-        let constant = constant(frame)?;
+        let kinds = number_of_kinds(&frame.atoms)?;
+        let bodies = self.bodies.of_frame(frame, kinds)?;
+        let particles = &bodies.particles[..];
+        let constant = constant(frame, &bodies, kinds)?;
         self.file
             .chunk("configuration/step", &Data::U64(vec![self.step]), 1)?;
         for (index, (name, data, columns)) in constant.iter().enumerate() {
             // The defaults of a later frame are those of the first one if the numbers of particles
             // are equal.
-            let is_default = self.first.as_ref().is_some_and(|(count, first)| {
-                *count == frame.atoms.len() && first[index].1 == *data
-            });
+            let is_default = self
+                .first
+                .as_ref()
+                .is_some_and(|(count, first)| *count == particles.len() && first[index].1 == *data);
             if !is_default {
                 self.file.chunk(name, data, *columns)?;
             }
         }
-        for (name, data, columns) in changing(frame)? {
+        for (name, data, columns) in changing(frame, particles)? {
             self.file.chunk(name, &data, columns)?;
         }
         self.file.end_frame();
         self.step += 1;
-        self.first.get_or_insert((frame.atoms.len(), constant));
+        self.first.get_or_insert((particles.len(), constant));
         Ok(())
     }
 
@@ -76,16 +90,19 @@ impl<'a, W: Write + Seek> Trajectory<'a, W> {
 }
 
 /// The chunks that mostly do not change from frame to frame.
-fn constant(frame: &TrajectoryFrame) -> Result<Vec<Chunk>> {
+fn constant(
+    frame: &TrajectoryFrame,
+    bodies: &FrameWithBodies<'_>,
+    kinds: u32,
+) -> Result<Vec<Chunk>> {
     let [x, y] = [single(frame.sides[0])?, single(frame.sides[1])?];
     ensure!(
         x > 0.0 && y > 0.0,
         "the box {:?} is too small for single precision",
         frame.sides
     );
-    let atoms = &frame.atoms;
+    let atoms = &bodies.particles[..];
     let count = u32::try_from(atoms.len()).context("more than 2³² atoms")?;
-    let kinds = number_of_kinds(atoms)?;
     let name = |kind: u32| {
         frame
             .kinds
@@ -93,7 +110,11 @@ fn constant(frame: &TrajectoryFrame) -> Result<Vec<Chunk>> {
             .cloned()
             .unwrap_or_else(|| format!("kind {kind}"))
     };
-    let names: Vec<String> = (0..kinds).map(name).collect();
+    let of_atoms = bodies
+        .atom_kinds
+        .keys()
+        .map(|&kind| format!("{}{ATOMS}", name(kind)));
+    let names: Vec<String> = (0..kinds).map(name).chain(of_atoms).collect();
     let positive = |value: f64| -> Result<f32> {
         let value_single = single(value)?;
         ensure!(
@@ -115,7 +136,7 @@ fn constant(frame: &TrajectoryFrame) -> Result<Vec<Chunk>> {
         ("configuration/dimensions", Data::U8(vec![2]), 1),
         ("particles/N", Data::U32(vec![count]), 1),
         texts("particles/types", &names),
-        texts("particles/type_shapes", &shapes(atoms, kinds)),
+        texts("particles/type_shapes", &shapes(bodies, names.len())),
         (
             "particles/typeid",
             Data::U32(atoms.iter().map(|atom| atom.kind).collect()),
@@ -127,7 +148,7 @@ fn constant(frame: &TrajectoryFrame) -> Result<Vec<Chunk>> {
             floats(&|atom| positive(2.0 * atom.radius))?,
             1,
         ),
-        ("particles/body", Data::I32(bodies(atoms)?), 1),
+        ("particles/body", Data::I32(molecules(atoms)?), 1),
     ])
 }
 
@@ -157,28 +178,30 @@ fn texts(name: &'static str, texts: &[String]) -> Chunk {
     (name, Data::I8(bytes), longest)
 }
 
-/// The shape of the atoms of each kind: a disc, which the schema calls a sphere in two dimensions;
-/// none for a kind of atoms of several sizes.
-fn shapes(atoms: &[AtomLine], kinds: u32) -> Vec<String> {
-    let mut radii: Vec<Vec<f64>> = vec![Vec::new(); kinds as usize];
-    for atom in atoms {
+/// The shape of each kind: of bodies with edges a polygon, of atoms a disc, which the schema calls a
+/// sphere in two dimensions; none for a kind of several sizes.
+fn shapes(bodies: &FrameWithBodies<'_>, kinds: usize) -> Vec<String> {
+    let mut radii: Vec<Vec<f64>> = vec![Vec::new(); kinds];
+    for atom in bodies.particles.iter() {
         let radii = &mut radii[atom.kind as usize];
         if radii.len() < 2 && !radii.contains(&atom.radius) {
             radii.push(atom.radius);
         }
     }
-    let shape = |radii: &Vec<f64>| match radii[..] {
-        [radius] => format!("{{\"type\": \"Sphere\", \"diameter\": {:?}}}", 2.0 * radius),
-        _ => "{}".to_owned(),
+    let none = || "{}".to_owned();
+    let shape = |(kind, radii): (u32, &Vec<f64>)| match (bodies.shapes.get(&kind), &radii[..]) {
+        (Some(shape), _) => shape.clone().unwrap_or_else(none),
+        (None, [radius]) => format!("{{\"type\": \"Sphere\", \"diameter\": {:?}}}", 2.0 * radius),
+        (None, _) => none(),
     };
-    radii.iter().map(shape).collect()
+    (0..).zip(&radii).map(shape).collect()
 }
 
 /// The chunks of every frame.
-fn changing(frame: &TrajectoryFrame) -> Result<Vec<Chunk>> {
+fn changing(frame: &TrajectoryFrame, particles: &[AtomLine]) -> Result<Vec<Chunk>> {
     let (mut positions, mut images) = (Vec::new(), Vec::new());
     let (mut velocities, mut orientations) = (Vec::new(), Vec::new());
-    for atom in &frame.atoms {
+    for atom in particles {
         for axis in 0..2 {
             let (place, image) = wrapped(atom.position[axis], frame.sides[axis])?;
             let image = image
@@ -222,7 +245,7 @@ fn wrapped(place: f64, side: f64) -> Result<(f32, i32)> {
 }
 
 /// The number of the molecule of each atom; −1 for a molecule of one atom.
-fn bodies(atoms: &[AtomLine]) -> Result<Vec<i32>> {
+fn molecules(atoms: &[AtomLine]) -> Result<Vec<i32>> {
     let is_alone = |index: usize| {
         let same = |other: Option<&AtomLine>| {
             other.is_some_and(|other| other.molecule == atoms[index].molecule)

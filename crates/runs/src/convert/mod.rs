@@ -5,9 +5,10 @@
 //! a text dump of LAMMPS (`.lammpstrj`, `.dump`), or a structured array of NumPy (`.npy`). A table
 //! of a run, such as `events.csv`, becomes an array too.
 
+mod body_shapes;
 mod frames;
 mod gsd;
-mod hoomd;
+pub(crate) mod hoomd;
 mod lammps;
 mod npy;
 
@@ -168,5 +169,7 @@ impl Format {
     }
 }
 
+#[cfg(test)]
+mod edged_tests;
 #[cfg(test)]
 mod tests;

@@ -41,10 +41,10 @@ fn converted(text: &str, name: &str) -> Result<Vec<u8>> {
 }
 
 /// The chunks of a GSD file by frame and name: type, rows, columns, bytes.
-type Chunks = HashMap<(u64, String), (u8, u64, u32, Vec<u8>)>;
+pub(super) type Chunks = HashMap<(u64, String), (u8, u64, u32, Vec<u8>)>;
 
 /// A strict reader of the GSD 2.0 file layer.
-fn chunks(file: &[u8]) -> Chunks {
+pub(super) fn chunks(file: &[u8]) -> Chunks {
     let u64_at = |at: usize| u64::from_le_bytes(file[at..at + 8].try_into().unwrap());
     let u32_at = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap());
     assert_eq!(
@@ -90,7 +90,7 @@ fn chunks(file: &[u8]) -> Chunks {
     found
 }
 
-fn floats(chunks: &Chunks, frame: u64, name: &str) -> Vec<f32> {
+pub(super) fn floats(chunks: &Chunks, frame: u64, name: &str) -> Vec<f32> {
     let (kind, .., data) = &chunks[&(frame, name.to_owned())];
     assert_eq!(*kind, 9, "{name}");
     data.chunks(4)
@@ -98,7 +98,7 @@ fn floats(chunks: &Chunks, frame: u64, name: &str) -> Vec<f32> {
         .collect()
 }
 
-fn integers(chunks: &Chunks, frame: u64, name: &str) -> Vec<i32> {
+pub(super) fn integers(chunks: &Chunks, frame: u64, name: &str) -> Vec<i32> {
     let (kind, .., data) = &chunks[&(frame, name.to_owned())];
     assert!(*kind == 7 || *kind == 3, "{name}");
     data.chunks(4)

@@ -113,9 +113,12 @@ impl Billiard {
         Some([shares(by_count), region.direction_shares(sectors)])
     }
 
-    /// Share of each atom in the contacts.
-    pub(super) fn atom_shares(&self) -> Option<Vec<f64>> {
-        Some(shares(self.region()?.by_atom(self.frequency())))
+    /// Share of each atom, and then of each straight edge, in the contacts.
+    pub(super) fn part_shares(&self) -> Option<Vec<f64>> {
+        let region = self.region()?;
+        let mut parts = region.by_atom(self.frequency());
+        parts.extend(region.by_edge(self.frequency()));
+        Some(shares(parts))
     }
 }
 
@@ -199,7 +202,7 @@ mod tests {
         let [free, locked] = ["", "rotation = \"locked\"\n"].map(|keys| mover("rod:3", keys));
         assert!(!free.molecule_is_fixed && free.ratio > 0.0 && locked.ratio == 0.0);
         assert!(free.mean_free_path().unwrap() < locked.mean_free_path().unwrap());
-        let [of_free, of_locked] = [free, locked].map(|billiard| billiard.atom_shares().unwrap());
+        let [of_free, of_locked] = [free, locked].map(|billiard| billiard.part_shares().unwrap());
         assert!(of_free[0] > of_locked[0] && (of_free[0] - of_free[2]).abs() < 1e-12);
         let disc = mover("disc", "");
         assert!(

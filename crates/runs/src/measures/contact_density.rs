@@ -27,6 +27,11 @@ pub(super) const KIND: MeasureKind = MeasureKind {
 /// The contacts of a body with the discs of a gas, all of one radius.
 pub(super) fn observer(selection: &Selection<'_>) -> Result<ContactDensity> {
     let body = selection.only_body()?;
+    let edges = body.body.molecule().edges();
+    ensure!(
+        body.body.is_wall() || edges.is_empty(),
+        "the body has straight edges, and bins exist around atoms only; `kicks` measures the shares of the edges"
+    );
     let is_of_a_gas = |other: &BodyView<'_>| {
         let disc = other.body.molecule().is_disc() && !other.body.is_fixed();
         disc && other.body.key() != body.body.key()

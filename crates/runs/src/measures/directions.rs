@@ -12,8 +12,8 @@ use super::{
     resumed,
 };
 
-/// Most atoms whose shares are figures of their own.
-const MAX_ATOMS: usize = 16;
+/// Most atoms and edges whose shares are figures of their own.
+const MAX_PARTS: usize = 16;
 
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "directions",
@@ -47,33 +47,34 @@ pub(super) const KIND: MeasureKind = MeasureKind {
 
 impl Measured for Known<DirectionHistogram, Option<Billiard>> {
     /// The share of the contacts in each sector, then that of the impulse, and the share of the
-    /// contacts of each atom.
+    /// contacts of each atom and each edge.
     fn sums(&self) -> Vec<[f64; 2]> {
         let hits = self.observer.hits() as f64;
-        let atoms = self
-            .observer
-            .atom_counts()
-            .iter()
-            .map(|&count| [count as f64, hits]);
-        sums(&self.observer).into_iter().chain(atoms).collect()
+        let parts = part_counts(&self.observer)
+            .into_iter()
+            .map(|count| [count as f64, hits]);
+        sums(&self.observer).into_iter().chain(parts).collect()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let histogram = &self.observer;
         let exact = self.facts.as_ref().filter(|_| context.is_equilibrium);
         let parts = exact.and_then(|billiard| billiard.direction_shares(histogram.counts().len()));
-        let of_atoms = exact.and_then(Billiard::atom_shares);
+        let of_parts = exact.and_then(Billiard::part_shares);
+        let counts = part_counts(histogram);
+        let atoms = histogram.atom_counts().len();
+        let by_part = if histogram.edge_counts().is_empty() {
+            "contacts by atom"
+        } else {
+            "contacts by atom and edge"
+        };
         let chi = [
             (
                 "directions",
                 histogram.counts(),
                 parts.as_ref().map(|parts| &parts[0]),
             ),
-            (
-                "contacts by atom",
-                histogram.atom_counts(),
-                of_atoms.as_ref(),
-            ),
+            (by_part, &counts, of_parts.as_ref()),
         ];
         let chi = chi.into_iter().filter_map(|(what, counts, shares)| {
             chi_square(what, ChiSquare::new(counts, shares?), ARCS, context)
@@ -84,25 +85,35 @@ impl Measured for Known<DirectionHistogram, Option<Billiard>> {
             label: "exposed arcs",
             source: ARCS,
         });
-        let (directions, atoms) = means.split_at(means.len().min(2 * histogram.counts().len()));
-        let share = |(atom, mean): (usize, &BlockMean)| {
-            let figure = context.figure(
-                &format!("share of contacts on atom {}", name(atom)),
-                "1",
-                mean,
-            )?;
-            let predicted = of_atoms
+        let (directions, parts) = means.split_at(means.len().min(2 * histogram.counts().len()));
+        let share = |(part, mean): (usize, &BlockMean)| {
+            let name = format!("share of contacts on {}", part_name(part, atoms));
+            let figure = context.figure(&name, "1", mean)?;
+            let predicted = of_parts
                 .as_ref()
-                .and_then(|shares| shares.get(atom).copied());
+                .and_then(|shares| shares.get(part).copied());
             Some(figure.predicted(predicted, ARCS))
         };
-        let count = if atoms.len() > 1 { MAX_ATOMS } else { 0 };
-        let shares = atoms.iter().enumerate().take(count).filter_map(share);
+        let count = if parts.len() > 1 { MAX_PARTS } else { 0 };
+        let shares = parts.iter().enumerate().take(count).filter_map(share);
         Results {
             tables: vec![table(histogram, directions, context, predicted.as_ref())],
             figures: chi.into_iter().chain(shares).collect(),
             ..Results::default()
         }
+    }
+}
+
+/// The number of contacts of each atom, and then of each straight edge.
+pub(super) fn part_counts(histogram: &DirectionHistogram) -> Vec<u64> {
+    [histogram.atom_counts(), histogram.edge_counts()].concat()
+}
+
+/// The name of an atom, or of an edge if the number is not below that of the `atoms`.
+pub(super) fn part_name(part: usize, atoms: usize) -> String {
+    match part.checked_sub(atoms) {
+        None => format!("atom {}", name(part)),
+        Some(edge) => format!("edge {edge}"),
     }
 }
 

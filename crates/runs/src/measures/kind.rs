@@ -33,6 +33,9 @@ pub enum Of {
     /// All bodies, or those with the tag after the colon; each measure says whether fixed ones
     /// count.
     Group,
+    /// All bodies, those with one tag, or the pairs of a body of one tag and a body of another,
+    /// `A,B`.
+    TwoGroups,
     /// The only body with the tag after the colon, which is required.
     OneBody,
     /// All pairs of bodies, those with a body of one tag, or those of two tags, `A,B`.
@@ -181,7 +184,9 @@ impl MeasureKind {
         match (self.of, tags.len()) {
             (Of::OneBody, 0) => bail!("'{name}' needs the tag of a body: {kind}:TAG"),
             (Of::System, 1..) => bail!("'{name}': it covers the whole system and takes no tag"),
-            (Of::Pair, 3..) => bail!("'{name}': it takes at most two tags: {kind}:TAG,TAG"),
+            (Of::TwoGroups | Of::Pair, 3..) => {
+                bail!("'{name}': it takes at most two tags: {kind}:TAG,TAG")
+            }
             (Of::Group | Of::OneBody, 2..) => bail!("'{name}': it takes one tag"),
             _ => {}
         }
@@ -194,7 +199,7 @@ impl MeasureKind {
         let tag = match self.of {
             Of::Group => "[:TAG]",
             Of::OneBody => ":TAG",
-            Of::Pair => "[:TAG[,TAG]]",
+            Of::TwoGroups | Of::Pair => "[:TAG[,TAG]]",
             Of::System => "",
         };
         format!("{}{tag}", self.name)

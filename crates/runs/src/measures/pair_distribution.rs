@@ -1,4 +1,4 @@
-//! `pair-distribution`: g(r) of the centres of mass of a group.
+//! `pair-distribution`: g(r) of the centres of mass of a group, or of two, `A,B`.
 
 use carom::PairDistribution;
 use carom_tables::{BlockMean, Figure, Table};
@@ -8,7 +8,8 @@ use super::{
     hard_discs::LIU, in_blocks, resumed,
 };
 
-/// Cutoff of distances in diameters of the largest body of the group, and bins for each diameter.
+/// Cutoff of distances in diameters, and bins for each diameter: the sum of the radii of the largest
+/// bodies of both groups.
 const DIAMETERS: f64 = 5.0;
 const BINS_PER_DIAMETER: f64 = 50.0;
 
@@ -21,8 +22,8 @@ const CONTACT_BINS: usize = 5;
 
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "pair-distribution",
-    summary: "pair distribution function g(r) of the centres of mass",
-    of: Of::Group,
+    summary: "pair distribution function g(r) of the centres of mass; with two tags, of the pairs of both groups",
+    of: Of::TwoGroups,
     span: Span::Measurement,
     parameters: &[
         Parameter::whole(
@@ -32,7 +33,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         ),
         Parameter::positive(
             "max",
-            Default::FromScene("5 diameters of the largest body"),
+            Default::FromScene("5 diameters of the largest bodies"),
             "longest distance (length)",
         ),
     ],
@@ -42,7 +43,9 @@ pub(super) const KIND: MeasureKind = MeasureKind {
 };
 
 fn observer(selection: &Selection<'_>) -> anyhow::Result<PairDistribution> {
-    let diameter = 2.0 * selection.largest_radius();
+    let groups = selection.groups();
+    let [one, other] = groups.map(|group| selection.largest_radius(group));
+    let diameter = one + other;
     // Slightly less than half the shorter side: beyond it, periodic images would be missed.
     let half = 0.499 * selection.view.bounds().sides().min_element();
     // A whole number of bins, so that contact is the edge of a bin.
@@ -56,7 +59,7 @@ fn observer(selection: &Selection<'_>) -> anyhow::Result<PairDistribution> {
         None => (bins * width, bins as usize),
     };
     Ok(PairDistribution::new(
-        [selection.group; 2],
+        groups,
         selection.view.bounds(),
         cutoff,
         bins,

@@ -62,6 +62,11 @@ impl<'a> Selection<'a> {
         self.tags
     }
 
+    /// Two groups: those of two tags, or the group twice.
+    pub fn groups(&self) -> [Group; 2] {
+        [self.group, self.tags[1].map_or(self.group, Group::from)]
+    }
+
     /// The only body of the group.
     ///
     /// # Errors
@@ -135,12 +140,9 @@ impl<'a> Selection<'a> {
             .unwrap_or(0)
     }
 
-    /// The largest bounding radius of a body of the group, without walls (length).
-    pub fn largest_radius(&self) -> f64 {
-        let members = self
-            .view
-            .bodies()
-            .filter(|body| self.group.contains(body.body));
+    /// The largest bounding radius of a body of a group, without walls (length).
+    pub fn largest_radius(&self, group: Group) -> f64 {
+        let members = self.view.bodies().filter(|body| group.contains(body.body));
         members
             .filter(|body| !body.body.is_wall())
             .map(|body| body.body.molecule().bounding_radius())

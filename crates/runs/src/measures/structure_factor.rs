@@ -1,4 +1,4 @@
-//! `structure-factor`: S(k) of the centres of mass of a group.
+//! `structure-factor`: S(k) of the centres of mass of a group, or of two, `A,B`.
 
 use carom::StructureFactor;
 use carom_tables::{BlockMean, Table};
@@ -9,8 +9,8 @@ use super::{
 
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "structure-factor",
-    summary: "structure factor S(k) in the smallest shells of wave vectors",
-    of: Of::Group,
+    summary: "structure factor S(k) in the smallest shells of wave vectors; with two tags, the partial S of both groups",
+    of: Of::TwoGroups,
     span: Span::Measurement,
     // More: a sample costs more, in proportion.
     parameters: &[Parameter::whole(
@@ -21,7 +21,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     figures: &[],
     start: |selection| {
         Ok(in_blocks(StructureFactor::new(
-            selection.group,
+            selection.groups(),
             selection.view.bounds(),
             selection.whole("shells"),
         )?))
@@ -39,7 +39,8 @@ impl Measured for StructureFactor {
             .abscissa("wave_number", "1/length", self.wave_numbers())
             .means("s", "1", means)
             .caption(
-                "Of the centres of mass, averaged over the directions of k; 1 for independent positions.",
+                "Of the centres of mass, averaged over the directions of k; 1 for independent positions. Of two groups: \
+                 ⟨ρ_a ρ_b*⟩/√(N_a N_b), 0 for independent positions.",
             );
         Results {
             tables: vec![table],

@@ -23,6 +23,8 @@ fn names_are_refused_with_their_reason() {
         "contact-density:the_tee",
         "thermostat",
         "events:a,b",
+        "pair-distribution:a,b",
+        "structure-factor:a,b",
     ] {
         assert!(asked(&[good]).is_ok(), "{good}");
     }
@@ -37,6 +39,7 @@ fn names_are_refused_with_their_reason() {
         ("velocities:../x", "letters"),
         ("velocities:a,b", "one tag"),
         ("events:a,b,c", "two tags"),
+        ("structure-factor:a,b,c", "two tags"),
     ] {
         let error = format!("{:#}", asked(&[bad]).unwrap_err());
         assert!(error.contains(said), "{error}");
@@ -883,4 +886,55 @@ fn only_the_mean_force_on_a_body_that_moves_is_predicted_to_vanish() {
     let thermostat =
         "[[stage]]\nuntil = 1.0\nthermostat = [{ tag = \"gas\", every = 0.1, temperature = 1.0 }]";
     assert_eq!(predictions("", thermostat), [None; 6]);
+}
+
+#[test]
+fn partial_correlations_of_two_tags_add_up_to_those_of_all() {
+    let (results, _) = measured(
+        r#"
+            [[gas]]
+            tags = ["a"]
+            radius = 0.01
+            mass = 1.0
+            energy = 1.0
+            count = 40
+
+            [[gas]]
+            tags = ["b"]
+            radius = 0.01
+            mass = 1.0
+            energy = 1.0
+            count = 160
+
+            [run]
+            until = 4.0
+            sample_interval = 0.1
+            observe = ["structure-factor", "structure-factor:a", "structure-factor:b", "structure-factor:a,b",
+                "pair-distribution", "pair-distribution:a", "pair-distribution:b", "pair-distribution:a,b"]
+        "#,
+    );
+    let columns = |name: &str, value: &str| {
+        ["", "-a", "-b", "-a-b"]
+            .map(|tags| column(table(&results, &format!("{name}{tags}")), value))
+    };
+    let [all, aa, bb, ab] = columns("structure-factor", "s");
+    assert_eq!(all.len(), 200);
+    for (index, total) in all.iter().enumerate() {
+        // √(N_a N_b) / N with N_a = 40, N_b = 160.
+        let of = |column: &[Option<f64>]| column[index].unwrap();
+        let sum = 0.2 * of(aa) + 0.8 * of(bb) + 2.0 * 0.4 * of(ab);
+        assert!((sum - total.unwrap()).abs() < 1e-12, "{sum} {total:?}");
+    }
+    let [all, aa, bb, ab] = columns("pair-distribution", "pairs");
+    for (index, total) in all.iter().enumerate() {
+        let of = |column: &[Option<f64>]| column[index].unwrap();
+        assert_eq!(of(aa) + of(bb) + 2.0 * of(ab), total.unwrap());
+    }
+    let figure = "g(r) at contact, a-b";
+    assert!(
+        self::figure(&results, figure)
+            .unwrap()
+            .standard_error
+            .is_some()
+    );
 }

@@ -15,8 +15,17 @@ pub fn growth(view: &View<'_>, tau: f64) -> f64 {
     for body in view.bodies().filter(|body| !body.body.is_fixed()) {
         squares += body.motion.velocity.length_squared();
         moving += 1.0;
-        let radii = body.body.molecule().atoms().iter().map(Atom::radius);
-        least = radii.fold(least, f64::min);
+        let molecule = body.body.molecule();
+        least = if molecule.edges().is_empty() {
+            molecule
+                .atoms()
+                .iter()
+                .map(Atom::radius)
+                .fold(least, f64::min)
+        } else {
+            // Contacts at the tiny corners of a polygon are rare.
+            least.min(molecule.mean_half_width())
+        };
     }
     if moving == 0.0 {
         return MIN_GROWTH;

@@ -138,7 +138,7 @@ fn measure(kind: &MeasureKind) -> Result<Vec<String>> {
         }
         Of::Group if kind.name == "wall-pressure" => (kind.name.to_owned(), format!("{WALL}{GAS}")),
         Of::OneBody => (format!("{}:body", kind.name), format!("{BODY}{GAS}")),
-        Of::Group | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),
+        Of::Group | Of::TwoGroups | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),
     };
     let results = run(&format!("{text}observe = [\"{asked}\"]\n"))?;
     let written = |name: &str| name.replace("-body", "-TAG").replace(", body", "");

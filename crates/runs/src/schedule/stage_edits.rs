@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use carom::{
     BodyKey, EditError, Scene, SceneError,
-    engine::{Batch, DrawKey, HeatSpec, RelabelSpec, Rotation, StageSpec, Tag, ThermostatKind},
+    engine::{Batch, DrawKey, RelabelSpec, Rotation, StageSpec, ThermostatSpec},
 };
 use carom_methods::AnySimulation;
 
@@ -23,19 +23,31 @@ pub fn start(
     start_with(simulation, scene, stage, action, |result| result)
 }
 
-/// Makes the edits of all stages one after another on a copy of the system, so that most of those
-/// that would be refused are refused before the run. What overlaps now is left out, as are edits of
-/// single bodies that are missing for that reason: there may be room when the stage starts.
+/// Makes the edits of all stages one after another on a copy of the system, with one action of each
+/// thermostat that sets velocities, so that most of those that would be refused are refused before
+/// the run. What overlaps now is left out, as are edits of single bodies that are missing for that
+/// reason: there may be room when the stage starts.
 ///
 /// # Errors
 /// The edit that is refused, with its entry.
 fn rehearse(simulation: &AnySimulation, scene: &Scene) -> Result<()> {
     let mut copy = simulation.clone();
-    for stage in 1..scene.stage.len() {
-        start_with(&mut copy, scene, stage, 0, |result| match result {
-            Err(EditError::Scene(SceneError::Overlap { .. }) | EditError::NoSuchBody(_)) => Ok(()),
-            other => other,
-        })?;
+    for (stage, spec) in scene.stage.iter().enumerate() {
+        if stage > 0 {
+            start_with(&mut copy, scene, stage, 0, |result| match result {
+                Err(EditError::Scene(SceneError::Overlap { .. }) | EditError::NoSuchBody(_)) => {
+                    Ok(())
+                }
+                other => other,
+            })?;
+        }
+        // An energy may be out of range for the present speeds and not for later ones.
+        let sets_velocities = |spec: &ThermostatSpec| spec.action().is_none();
+        for (index, _) in
+            (spec.thermostat.iter().enumerate()).filter(|(_, one)| sets_velocities(one))
+        {
+            act(&mut copy, scene, (stage, index), 0)?;
+        }
     }
     Ok(())
 }
@@ -57,7 +69,8 @@ fn start_with(
         };
         edits.contents(spec, &forgive)?;
         edits.rules(spec)?;
-        edits.energies(spec, action)
+        edits.energies(spec, action)?;
+        edits.velocities(spec)
     });
     edited.with_context(|| match entry.as_str() {
         "" => format!("stage[{stage}]"),
@@ -103,20 +116,23 @@ pub fn change(
 /// One action of a thermostat. `action` is the number of draws before.
 ///
 /// # Errors
-/// The energies are out of range for a body, with the entry.
+/// The rule is refused for a body, with the entry.
 fn act(
     simulation: &mut AnySimulation,
     scene: &Scene,
     (stage, index): (usize, usize),
     action: u64,
 ) -> Result<()> {
-    let (entry, heat) = (
+    let (entry, thermostat) = (
         format!("stage[{stage}].thermostat[{index}]"),
-        scene.stage[stage].thermostat[index].action(),
+        &scene.stage[stage].thermostat[index],
     );
+    let rule = thermostat.rule(&entry)?;
     simulation
-        .edit(|batch| match batch.find_tag(&heat.tag) {
-            Some(tag) => give_heat(batch, tag, &heat, &entry, draw_key(scene, action)),
+        .edit(|batch| match batch.find_tag(&thermostat.tag) {
+            Some(tag) => batch
+                .thermostat(tag, &rule, draw_key(scene, action))
+                .map(|_| ()),
             None => Ok(()),
         })
         .with_context(|| entry.clone())
@@ -128,21 +144,6 @@ fn draw_key(scene: &Scene, action: u64) -> DrawKey {
         replica: scene.bounds.replica,
         action,
     }
-}
-
-fn give_heat(
-    batch: &mut Batch,
-    tag: Tag,
-    heat: &HeatSpec,
-    entry: &str,
-    key: DrawKey,
-) -> Result<(), EditError> {
-    let target = heat.target(entry)?;
-    match heat.kind {
-        ThermostatKind::EnergyReset => batch.thermostat_energy(tag, target)?,
-        ThermostatKind::Maxwell => batch.thermostat_maxwell(tag, target, key)?,
-    };
-    Ok(())
 }
 
 /// The edits of a stage in progress.
@@ -238,8 +239,26 @@ impl Edits<'_> {
             *self.entry = format!("set_energy[{index}]");
             if let Some(tag) = self.batch.find_tag(&heat.tag) {
                 let key = draw_key(self.scene, action + index as u64);
-                let entry = self.entry.clone();
-                give_heat(self.batch, tag, heat, &entry, key)?;
+                let rule = heat.rule(self.entry)?;
+                self.batch.thermostat(tag, &rule, key)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn velocities(&mut self, spec: &StageSpec) -> Result<(), EditError> {
+        for (index, set) in spec.set_velocity.iter().enumerate() {
+            *self.entry = format!("set_velocity[{index}]");
+            let keys = set
+                .body
+                .map_or_else(|| self.tagged(&set.tag), |id| vec![BodyKey::of_id(id)]);
+            for key in keys {
+                if let Some(velocity) = set.velocity {
+                    self.batch.set_velocity(key, velocity)?;
+                }
+                if let Some(angular_velocity) = set.angular_velocity {
+                    self.batch.set_angular_velocity(key, angular_velocity)?;
+                }
             }
         }
         // Errors of the batch as a whole belong to no single edit.

@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 use anyhow::{Context, Result, ensure};
 use carom::{
     Scene,
-    engine::{ElasticitySpec, StageSpec, ThermostatKind, did_you_mean},
+    engine::{
+        ElasticitySpec, StageSpec, ThermostatKind, ThermostatSpec, VelocitySpec, did_you_mean,
+    },
 };
 
 use super::{actions, spans};
@@ -55,15 +57,30 @@ pub fn check(scene: &Scene) -> Result<()> {
             }
         }
         for (number, heat) in stage.set_energy.iter().enumerate() {
-            heat.target(&format!("stage[{index}].set_energy[{number}]"))?;
+            heat.rule(&format!("stage[{index}].set_energy[{number}]"))?;
+        }
+        for (number, set) in stage.set_velocity.iter().enumerate() {
+            check_velocity(set)
+                .with_context(|| format!("stage[{index}].set_velocity[{number}]"))?;
         }
         for (number, thermostat) in stage.thermostat.iter().enumerate() {
-            thermostat
-                .action()
-                .target(&format!("stage[{index}].thermostat[{number}]"))?;
+            thermostat.rule(&format!("stage[{index}].thermostat[{number}]"))?;
         }
     }
     check_measured(scene)
+}
+
+/// Refuses a velocity of no body or of two kinds of bodies, and an entry that sets nothing.
+fn check_velocity(set: &VelocitySpec) -> Result<()> {
+    ensure!(
+        set.tag.is_empty() == set.body.is_some(),
+        "give either `tag` or `body`"
+    );
+    ensure!(
+        set.velocity.is_some() || set.angular_velocity.is_some(),
+        "give `velocity = [x, y]`, `angular_velocity` or both"
+    );
+    Ok(())
 }
 
 fn check_times(stage: &StageSpec, span: (f64, f64)) -> Result<()> {
@@ -246,6 +263,11 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
         for (number, heat) in stage.set_energy.iter().enumerate() {
             known(&carried, &format!("set_energy[{number}]"), &heat.tag)?;
         }
+        for (number, set) in stage.set_velocity.iter().enumerate() {
+            if !set.tag.is_empty() {
+                known(&carried, &format!("set_velocity[{number}]"), &set.tag)?;
+            }
+        }
         for (number, thermostat) in stage.thermostat.iter().enumerate() {
             known(&carried, &format!("thermostat[{number}]"), &thermostat.tag)?;
         }
@@ -295,6 +317,7 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
         ("lock", stage.lock.len()),
         ("unlock", stage.unlock.len()),
         ("set_energy", stage.set_energy.len()),
+        ("set_velocity", stage.set_velocity.len()),
     ];
     let edits: Vec<&str> = edits
         .iter()
@@ -305,20 +328,29 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
         parts.push(format!("edits at its start: {}", edits.join(", ")));
     }
     for (thermostat, count) in stage.thermostat.iter().zip(counts) {
-        let kind = match thermostat.kind {
-            ThermostatKind::EnergyReset => "energy reset",
-            ThermostatKind::Maxwell => "Maxwell",
-        };
-        let to = match (thermostat.energy, thermostat.temperature) {
-            (Some(energy), _) => format!("energy {energy}"),
-            (None, kt) => format!("kT {}", kt.unwrap_or(f64::NAN)),
-        };
         parts.push(format!(
-            "thermostat of {} to {to} ({kind}) {count} times",
-            thermostat.tag
+            "thermostat of {} {count} times",
+            thermostat_words(thermostat)
         ));
     }
     parts.join("; ")
+}
+
+/// The bodies and the rule of a thermostat.
+fn thermostat_words(thermostat: &ThermostatSpec) -> String {
+    let tag = &thermostat.tag;
+    let to = match (thermostat.energy, thermostat.temperature) {
+        (Some(energy), _) => format!("energy {energy}"),
+        (None, kt) => format!("kT {}", kt.unwrap_or(f64::NAN)),
+    };
+    match thermostat.kind {
+        ThermostatKind::EnergyReset => format!("{tag} to {to} (energy reset)"),
+        ThermostatKind::Maxwell => format!("{tag} to {to} (Maxwell)"),
+        ThermostatKind::Langevin => format!("{tag} to {to} (Langevin)"),
+        ThermostatKind::Active => format!("{tag} (self-propulsion)"),
+        ThermostatKind::Rotate => format!("{tag} (random directions)"),
+        ThermostatKind::Kick => format!("{tag} (kicks)"),
+    }
 }
 
 /// Number of actions of each thermostat of each stage.

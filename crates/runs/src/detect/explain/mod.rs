@@ -8,7 +8,8 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use carom::engine::DetectorName;
 use carom_detection::{
-    BoundingCircles, Exact, FixedStep, GoldenSecant, Outcome, SearchStep, SearchWindow, Trace,
+    BoundingCircles, Exact, FixedStep, GoldenSecant, Outcome, SearchStep, SearchWindow, Touch,
+    Trace,
 };
 
 use super::{Finding, search};
@@ -164,7 +165,12 @@ impl Course {
             Outcome::Contact(_) if a.is_empty() => {
                 format!("contact of the bounding circles at t = {time}")
             }
-            Outcome::Contact(_) => format!("contact at t = {time}, atom {a} of A and {b} of B"),
+            Outcome::Contact(contact) => match contact.touch {
+                Touch::EdgeOfA { .. } => {
+                    format!("contact at t = {time}, {a} of A and atom {b} of B")
+                }
+                _ => format!("contact at t = {time}, atom {a} of A and {b} of B"),
+            },
             Outcome::Free => "no contact".to_owned(),
             Outcome::FreeUntil(_) => {
                 format!("certified free up to t = {time}, not searched further")
@@ -248,6 +254,31 @@ mod tests {
             );
             assert!(svg.len() < 400_000, "{}: {} bytes", encounter.id, svg.len());
         }
+    }
+
+    /// A disc that falls on the middle of the upper side of a square.
+    const EDGED: &str = "class,id,xA,yA,vxA,vyA,thA,wA,atomsA,edgesA,xB,yB,vxB,vyB,thB,wB,atomsB,edgesB,t_first,window_end\n\
+        square_disc,0,0,0,0,0,0,0,-1:-1:1:1e-6;1:-1:1:1e-6;1:1:1:1e-6;-1:1:1:1e-6,0:1:1e-6;1:2:1e-6;2:3:1e-6;3:0:1e-6,\
+        0.3,3,0,-1,0,0,0:0:1:0.5,,1.499999,5\n";
+
+    #[test]
+    fn a_contact_with_an_edge_is_drawn_and_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let [cases, out] = ["cases.csv", "out.svg"].map(|name| folder.path().join(name));
+        fs::write(&cases, EDGED).unwrap();
+        let text = explain(&cases, "square_disc/0", &out).unwrap();
+        assert!(
+            text.contains("exact: contact at t = 1.499999")
+                && text.contains("edge2 of A and atom 0 of B"),
+            "{text}"
+        );
+        let svg = fs::read_to_string(&out).unwrap();
+        assert!(
+            svg.contains("exact, edge2 and 0") && svg.contains("least gap of the atoms and edges")
+        );
+        // Three poses with the square as an area and its line, around a hollow interior.
+        assert_eq!(svg.matches("blue area").count(), 3);
+        assert!(!svg.contains("NaN"));
     }
 
     #[test]

@@ -4,8 +4,8 @@ mod comparison;
 
 use std::fmt::Write as _;
 
-use carom_detection::{MAX_RECORDED, Parts, Phase, SearchStep, SearchWindow, Touch};
-use carom_geometry::Molecule;
+use carom_detection::{MAX_RECORDED, Part, Parts, Phase, SearchStep, SearchWindow, Touch};
+use carom_geometry::{Contour, Molecule};
 use carom_report::{
     axis::Axis,
     panels::{ColumnSample, Ink, MarkedPoint, Panel, PanelColumn, PanelMark, Stroke, Vertical},
@@ -19,7 +19,7 @@ use super::{
 };
 use crate::encounters::EncounterRecord;
 
-/// Most atom pairs with a curve and a row of their own.
+/// Most pairs with a curve and a row of their own.
 const MAX_PAIRS: usize = 5;
 
 /// A window of more crops than this is drawn in part.
@@ -41,15 +41,25 @@ struct Subject<'a> {
     gaps: Gaps<'a>,
     /// The time in which the bounding circles overlap.
     window: Option<SearchWindow>,
-    contact: Option<(f64, [u32; 2])>,
+    contact: Option<(f64, Touch)>,
+    /// The contours of the molecules that have straight edges.
+    contours: [Vec<Contour>; 2],
 }
 
 /// Draws the searches of one pair.
 pub(super) fn svg(encounter: &EncounterRecord, courses: &[Course]) -> String {
     let exact = &courses[0];
     let contact = exact.contact().and_then(|contact| match contact.touch {
-        Touch::Atoms(a, b) => Some((contact.time, [a, b])),
-        _ => None,
+        Touch::BoundingCircles
+        | Touch::EdgeOfA {
+            part: Part::BoundingCircle,
+            ..
+        }
+        | Touch::EdgeOfB {
+            part: Part::BoundingCircle,
+            ..
+        } => None,
+        touch => Some((contact.time, touch)),
     });
     let gaps = Gaps::new(encounter);
     let subject = Subject {
@@ -58,6 +68,7 @@ pub(super) fn svg(encounter: &EncounterRecord, courses: &[Course]) -> String {
         gaps,
         window: exact.window,
         contact,
+        contours: encounter.molecules.each_ref().map(drawn_contours),
     };
     let mut column = PanelColumn::default();
     let title = format!(
@@ -119,7 +130,9 @@ impl Subject<'_> {
             .map(Molecule::bounding_radius);
         let pose = |(what, time): (String, f64)| DrawnPose {
             label: [what, format!("t = {}", significant(time, 6))],
-            atoms: self.gaps.atoms(time),
+            atoms: self.discs(time),
+            contours: self.contours.clone(),
+            rotations: self.gaps.rotations(time),
             circles: [
                 (glam::DVec2::ZERO, radii[0]),
                 (self.gaps.separation(time), radii[1]),
@@ -127,6 +140,27 @@ impl Subject<'_> {
             velocity: self.encounter.motions[1].velocity - self.encounter.motions[0].velocity,
         };
         moments.into_iter().map(pose).collect()
+    }
+
+    /// The atoms of both molecules at a time; none of one that is drawn by its contours.
+    fn discs(&self, time: f64) -> [Vec<pose_picture::Disc>; 2] {
+        let mut atoms = self.gaps.atoms(time);
+        for (atoms, contours) in atoms.iter_mut().zip(&self.contours) {
+            if !contours.is_empty() {
+                atoms.clear();
+            }
+        }
+        atoms
+    }
+
+    /// "atoms", or "atoms and edges" if a molecule has edges.
+    fn parts(&self) -> &'static str {
+        let has_edges = |molecule: &Molecule| !molecule.edges().is_empty();
+        if self.encounter.molecules.iter().any(has_edges) {
+            "atoms and edges"
+        } else {
+            "atoms"
+        }
     }
 
     /// The time at which the centres are closest.
@@ -179,7 +213,7 @@ impl Subject<'_> {
             marks.extend(self.met(Stroke::Thick, least));
             legend.push((
                 ColumnSample::Line(Ink::Blue, Stroke::Thick),
-                "least gap of the atoms".to_owned(),
+                format!("least gap of the {}", self.parts()),
             ));
         }
         marks.push(PanelMark::Line(Ink::Purple, Stroke::Dashed, circles));
@@ -194,7 +228,7 @@ impl Subject<'_> {
     }
 
     /// The golden-section and secant evaluations.
-    fn golden_secant(&self, view: SearchWindow, curves: &Curves, pairs: &[[u32; 2]]) -> Panel {
+    fn golden_secant(&self, view: SearchWindow, curves: &Curves, pairs: &[Touch]) -> Panel {
         let course = &self.courses[1];
         let (mut marks, mut legend) = self.gap_curves(view, curves, pairs);
         let mut borders: Vec<f64> = course
@@ -246,7 +280,7 @@ impl Subject<'_> {
 
     /// The certified steps as a staircase: from each evaluation at its height to the time up to
     /// which it certifies.
-    fn exact(&self, view: SearchWindow, pairs: &[[u32; 2]]) -> Panel {
+    fn exact(&self, view: SearchWindow, pairs: &[Touch]) -> Panel {
         let course = &self.courses[0];
         let curves = self.gaps.curves(view.begin, view.end, 0);
         let (mut marks, mut legend) = self.gap_curves(view, &curves, pairs);
@@ -292,9 +326,10 @@ impl Subject<'_> {
 
     fn caption(&self, view: SearchWindow, window: SearchWindow) -> String {
         let fixed = &self.courses[2];
-        let mut text = String::from(
-            "Numbers of atoms count from 0 in the order of the file. In a row of exact, lines are evaluations, \
+        let mut text = format!(
+            "Numbers of {} count from 0 in the order of the file. In a row of exact, lines are evaluations, \
              and the bar is the time for which they prove the pair free: all time up to the contact.",
+            self.parts()
         );
         if let Some(step) = fixed
             .segments
@@ -378,9 +413,9 @@ impl Subject<'_> {
         }
     }
 
-    /// The atom pairs that are drawn: the one that touches, and the nearest ones.
-    fn pairs(&self, curves: &Curves) -> Vec<[u32; 2]> {
-        let mut pairs: Vec<[u32; 2]> = self.contact.map(|contact| contact.1).into_iter().collect();
+    /// The pairs that are drawn: the one that touches, and the nearest ones.
+    fn pairs(&self, curves: &Curves) -> Vec<Touch> {
+        let mut pairs: Vec<Touch> = self.contact.map(|contact| contact.1).into_iter().collect();
         for (pair, _) in &curves.nearest {
             if pairs.len() < MAX_PAIRS && !pairs.contains(pair) {
                 pairs.push(*pair);
@@ -393,7 +428,7 @@ impl Subject<'_> {
     fn evaluations(
         &self,
         course: &Course,
-        pairs: &[[u32; 2]],
+        pairs: &[Touch],
         is_drawn: impl Fn(&SearchStep) -> bool,
     ) -> Vec<(f64, f64)> {
         let steps = steps(course, pairs).filter(|(_, step)| is_drawn(step));
@@ -407,7 +442,7 @@ impl Subject<'_> {
         &self,
         view: SearchWindow,
         curves: &Curves,
-        pairs: &[[u32; 2]],
+        pairs: &[Touch],
     ) -> (Vec<PanelMark>, Vec<(ColumnSample, String)>) {
         let mut marks = Vec::new();
         if let Some(window) = self.window {
@@ -436,15 +471,14 @@ impl Subject<'_> {
         marks.extend(self.met(Stroke::Thick, least));
         let mut legend = vec![(
             ColumnSample::Line(Ink::Blue, Stroke::Thick),
-            "least gap of the atoms".to_owned(),
+            format!("least gap of the {}", self.parts()),
         )];
         if pairs.len() > 1 {
-            let [a, b] = self
-                .encounter
-                .molecules
-                .each_ref()
-                .map(|molecule| molecule.atoms().len());
-            let name = format!("{} of {} atom pairs", pairs.len(), a * b);
+            let all = self.gaps.pairs().len();
+            let name = match self.parts() {
+                "atoms" => format!("{} of {all} atom pairs", pairs.len()),
+                parts => format!("{} of {all} pairs of {parts}", pairs.len()),
+            };
             legend.push((ColumnSample::Line(Ink::Quiet, Stroke::Thin), name));
         }
         (marks, legend)
@@ -504,16 +538,24 @@ fn gap_range(curves: &Curves) -> (f64, f64) {
 /// The steps of a search that concern one of the pairs, with the pair.
 fn steps<'a>(
     course: &'a Course,
-    pairs: &'a [[u32; 2]],
-) -> impl Iterator<Item = ([u32; 2], &'a SearchStep)> {
+    pairs: &'a [Touch],
+) -> impl Iterator<Item = (Touch, &'a SearchStep)> {
     let pair_of = |step: &SearchStep| match step.parts {
-        Parts::Pair(Touch::Atoms(a, b)) if pairs.contains(&[a, b]) => Some([a, b]),
+        Parts::Pair(touch) if pairs.contains(&touch) => Some(touch),
         _ => None,
     };
     course
         .steps
         .iter()
         .filter_map(move |step| Some((pair_of(step)?, step)))
+}
+
+/// The contours of a molecule with edges; none of a union of discs.
+fn drawn_contours(molecule: &Molecule) -> Vec<Contour> {
+    if molecule.edges().is_empty() {
+        return Vec::new();
+    }
+    molecule.visible_contours()
 }
 
 fn time_axis(range: (f64, f64)) -> Axis {

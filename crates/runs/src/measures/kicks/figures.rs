@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use carom::observers::Isotropy;
-use carom_report::molecule_picture::{self, name};
+use carom_report::molecule_picture;
 use carom_tables::{BlockMean, Estimate, Figure, MIN_BLOCKS, Table, chi_square::ChiSquare};
 
 use super::{
@@ -32,7 +32,7 @@ const HARMONICS: usize = 6;
 /// Least mean number of kicks in a sector for which χ² has Gaussian errors.
 const MIN_KICKS: u64 = 20;
 
-/// Number of quantities before those of the atoms.
+/// Number of quantities before those of the atoms and edges.
 const WHOLE: usize = 12;
 
 const EQUILIBRIUM: &str = "equilibrium";
@@ -46,11 +46,11 @@ const TWO_SIZES: &str = "Jenkins and Mancini (1987), for hard discs of two sizes
 
 /// The means by the quantities of [`Kicks`]: rate, density at the rim, force along x′ and y′,
 /// torque, velocity along x′ and y′, angular velocity, kT along x′ and y′ and of the rotation, the
-/// share of kicks on one side of a mirror axis less that on the other; the share of each atom; and
+/// share of kicks on one side of a mirror axis less that on the other; the share of each atom and each edge; and
 /// those of the directions, of the places on the boundary, and of the components.
 pub(super) struct KickParts<'a> {
     whole: &'a [BlockMean],
-    atoms: &'a [BlockMean],
+    parts: &'a [BlockMean],
     directions: &'a [BlockMean],
     places: &'a [BlockMean],
     densities: &'a [BlockMean],
@@ -61,20 +61,20 @@ impl<'a> KickParts<'a> {
         let (directions, components, places) = &kicks.from_gas.observer;
         let lengths = [
             WHOLE,
-            kicks.shape.molecule.atoms().len(),
+            kicks.shape.parts(),
             2 * directions.counts().len(),
             places.as_ref().map_or(0, |places| places.sums().len()),
             components.sums().len(),
         ];
         let mut rest = means;
-        let [whole, atoms, directions, places, _] = lengths.map(|length| {
+        let [whole, parts, directions, places, _] = lengths.map(|length| {
             let (part, after) = rest.split_at(length.min(rest.len()));
             rest = after;
             part
         });
         Self {
             whole,
-            atoms,
+            parts,
             directions,
             places,
             densities: rest,
@@ -166,7 +166,7 @@ pub(super) fn results(kicks: &Kicks, parts: &KickParts<'_>, context: &Context<'_
     figures.extend(motion(kicks, parts, theory, context));
     figures.extend(symmetry(kicks, parts, context));
     figures.extend(against_arcs(kicks, theory, context));
-    figures.extend(of_atoms(kicks, parts, theory, context));
+    figures.extend(of_parts(kicks, parts, theory, context));
     figures.extend(of_geometry(kicks, context));
     let drawings = drawing(kicks, context).into_iter().collect();
     Results {
@@ -189,7 +189,12 @@ fn drawing(kicks: &Kicks, context: &Context<'_>) -> Option<Drawing> {
     };
     let caption = format!(
         "The body in its own frame (x′, y′). The line bounds the region that the centre of {disc} (dashed) cannot \
-         enter; each arc belongs to the touched atom. An atom with a dashed outline cannot be touched."
+         enter; each arc belongs to the touched atom{}. An atom with a dashed outline cannot be touched.",
+        if kicks.shape.molecule.edges().is_empty() {
+            ""
+        } else {
+            ", each straight side to the touched edge"
+        }
     );
     let svg = molecule_picture::svg(&kicks.shape.molecule, &prediction.boundary, around.probe);
     Some(Drawing {
@@ -372,7 +377,7 @@ fn symmetry(kicks: &Kicks, parts: &KickParts<'_>, context: &Context<'_>) -> Vec<
         return isotropy(kicks, context).into_iter().collect();
     }
     let [left, right] = shape.sides.each_ref().map(|side| {
-        let names: Vec<String> = side.iter().map(|&atom| name(atom)).collect();
+        let names: Vec<String> = side.iter().map(|&part| shape.part_name(part)).collect();
         names.join(", ")
     });
     let sides =
@@ -397,7 +402,7 @@ fn counts_of_blocks<'a>(
     kicks: &Kicks,
     context: &Context<'a>,
 ) -> impl Iterator<Item = &'a [[f64; 2]]> + Clone {
-    let begin = WHOLE + kicks.shape.molecule.atoms().len();
+    let begin = WHOLE + kicks.shape.parts();
     let end = begin + kicks.directions().counts().len();
     context
         .blocks
@@ -457,7 +462,7 @@ fn isotropy(kicks: &Kicks, context: &Context<'_>) -> Option<Figure> {
     ))
 }
 
-/// χ² per degree of freedom of the shares by direction, by number and by impulse, and by atom,
+/// χ² per degree of freedom of the shares by direction, by number and by impulse, and by part,
 /// against the exposed arcs; none in a dense gas or with few kicks.
 fn against_arcs(kicks: &Kicks, theory: Option<&Theory<'_>>, context: &Context<'_>) -> Vec<Figure> {
     let Some(theory) = theory.filter(|theory| theory.few.is_some()) else {
@@ -488,11 +493,16 @@ fn against_arcs(kicks: &Kicks, theory: Option<&Theory<'_>>, context: &Context<'_
         value: terms.iter().sum(),
         freedom: terms.len().saturating_sub(1),
     };
-    let by_atom = ChiSquare::new(&kicks.by_atom(), &theory.prediction.atom_shares());
+    let by_part = ChiSquare::new(&kicks.by_part(), &theory.prediction.part_shares());
+    let of_parts = if kicks.shape.molecule.edges().is_empty() {
+        "kicks by atom"
+    } else {
+        "kicks by atom and edge"
+    };
     let all = [
         ("kicks by direction", by_count),
         ("impulse by direction", by_impulse),
-        ("kicks by atom", by_atom),
+        (of_parts, by_part),
     ];
     // A single atom receives all kicks in any case.
     all.into_iter()
@@ -505,9 +515,9 @@ fn impulse_error(sum: f64, count: f64) -> f64 {
     sum * (4.0 / (PI * count)).sqrt()
 }
 
-/// The share of the kicks on each atom; none for a body of one atom. In a dense gas only those that
+/// The share of the kicks on each atom and each edge; none for a body of one atom. In a dense gas only those that
 /// it cannot reach are predicted.
-fn of_atoms(
+fn of_parts(
     kicks: &Kicks,
     parts: &KickParts<'_>,
     theory: Option<&Theory<'_>>,
@@ -516,11 +526,12 @@ fn of_atoms(
     if kicks.shape.molecule.is_disc() {
         return Vec::new();
     }
-    let shares = theory.map(|theory| theory.prediction.atom_shares());
-    let figure = |(atom, mean): (usize, &BlockMean)| {
-        let figure =
-            context.figure(&format!("share of kicks on atom {}", name(atom)), "1", mean)?;
-        let share = shares.as_ref().and_then(|shares| shares.get(atom).copied());
+    let shares = theory.map(|theory| theory.prediction.part_shares());
+    let atoms = kicks.shape.molecule.atoms().len();
+    let figure = |(part, mean): (usize, &BlockMean)| {
+        let name = format!("share of kicks on {}", directions::part_name(part, atoms));
+        let figure = context.figure(&name, "1", mean)?;
+        let share = shares.as_ref().and_then(|shares| shares.get(part).copied());
         let is_dilute = theory.is_some_and(|theory| theory.few.is_some());
         let source = if share == Some(0.0) {
             UNREACHABLE
@@ -529,7 +540,7 @@ fn of_atoms(
         };
         Some(figure.predicted(share.filter(|&share| share == 0.0 || is_dilute), source))
     };
-    parts.atoms.iter().enumerate().filter_map(figure).collect()
+    parts.parts.iter().enumerate().filter_map(figure).collect()
 }
 
 /// Lengths and areas that follow from the atoms alone, without errors.
@@ -557,7 +568,7 @@ fn of_geometry(kicks: &Kicks, context: &Context<'_>) -> Vec<Figure> {
     figures
 }
 
-/// The tables: shares by atom, directions, components, and places on the boundary.
+/// The tables: shares by atom and edge, directions, components, and places on the boundary.
 fn tables(
     kicks: &Kicks,
     parts: &KickParts<'_>,
@@ -596,39 +607,46 @@ fn tables(
     for table in &mut tables {
         table.name = format!("kicks-{}", table.name);
     }
-    tables.insert(0, by_atom(kicks, parts, theory, context));
+    tables.insert(0, by_part(kicks, parts, theory, context));
     tables
 }
 
-/// The table of the shares of the atoms.
-fn by_atom(
+/// The table of the shares of the atoms, and of the edges after them.
+fn by_part(
     kicks: &Kicks,
     parts: &KickParts<'_>,
     theory: Option<&Theory<'_>>,
     context: &Context<'_>,
 ) -> Table {
-    let counts = kicks.by_atom();
-    let table = Table::new(context.table("kicks"), "Kicks by atom")
+    let counts = kicks.by_part();
+    let (title, column) = if kicks.shape.molecule.edges().is_empty() {
+        ("Kicks by atom", "atom")
+    } else {
+        ("Kicks by atom and edge", "part")
+    };
+    let names = (0..parts.parts.len()).map(|part| kicks.shape.part_name(part));
+    let table = Table::new(context.table("kicks"), title)
         .abscissa(
-            "atom",
+            column,
             "1",
-            (0..counts.len()).map(|atom| atom as f64).collect(),
+            (0..counts.len()).map(|part| part as f64).collect(),
         )
         .counts("kicks", counts)
-        .named((0..parts.atoms.len()).map(name).collect());
-    let exposed = |atom: usize, theory: &Theory<'_>| {
-        theory.prediction.boundary.exposed_angle(atom).to_degrees()
+        .named(names.collect());
+    // Each side of an edge is exposed in one direction: it has no angle.
+    let exposed = |part: usize, theory: &Theory<'_>| {
+        theory.prediction.boundary.exposed_angle(part).to_degrees()
     };
-    let atoms = 0..parts.atoms.len();
+    let all = 0..parts.parts.len();
     let table = match theory {
         Some(theory) => table.undrawn(
             "exposed_angle",
             "°",
-            atoms.map(|atom| exposed(atom, theory)).collect(),
+            all.map(|part| exposed(part, theory)).collect(),
         ),
         None => table,
     };
-    let table = table.means("share_of_kicks", "1", parts.atoms);
+    let table = table.means("share_of_kicks", "1", parts.parts);
     let Some(theory) = theory else { return table };
     let is_dilute = theory.few.is_some();
     let label = if is_dilute {
@@ -642,7 +660,7 @@ fn by_atom(
         label,
         theory
             .prediction
-            .atom_shares()
+            .part_shares()
             .into_iter()
             .map(known)
             .collect(),

@@ -1,4 +1,5 @@
-//! Mirror symmetry of a molecule: an axis through its centre of mass, and the image of each atom.
+//! Mirror symmetry of a molecule: an axis through its centre of mass, and the image of each atom
+//! and each straight edge.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,7 +11,7 @@ use glam::DVec2;
 pub struct Mirror {
     /// Angle of the axis from x′, from 0 to below π (radians).
     pub angle: f64,
-    /// Index of the image of each atom.
+    /// Index of the image of each part: of the atoms, and of the edges with numbers after them.
     pub images: Vec<usize>,
 }
 
@@ -23,7 +24,7 @@ const CLOSE: f64 = 1e-9;
 const SAME_ANGLE: f64 = 1e-9;
 
 impl Mirror {
-    /// The axis that moves most atoms; of several the one with the smallest angle. `None` if the
+    /// The axis that moves most parts; of several the one with the smallest angle. `None` if the
     /// molecule has no mirror symmetry, or is one disc.
     pub fn new(molecule: &Molecule) -> Option<Self> {
         let atoms = molecule.atoms();
@@ -58,8 +59,8 @@ impl Mirror {
         axes.min_by(|a, b| moved(b).cmp(&moved(a)).then(a.angle.total_cmp(&b.angle)))
     }
 
-    /// Atoms on the left of the axis and their images, by index; none if the axis passes through
-    /// all atoms.
+    /// Parts on the left of the axis and their images, by index; none if the axis passes through
+    /// all of them. An edge across the axis is on neither side.
     pub fn sides(&self) -> [Vec<usize>; 2] {
         let left = |&(i, &j): &(usize, &usize)| i < j;
         self.images
@@ -86,7 +87,8 @@ impl Mirror {
     }
 }
 
-/// Index of the image of each atom, if each has one of equal radius and mass.
+/// Index of the image of each part, if each atom has one of equal radius and mass, and each edge one
+/// of equal radius; edges are numbered after the atoms.
 fn images(molecule: &Molecule, angle: f64) -> Option<Vec<usize>> {
     let double = DVec2::new(libm::cos(2.0 * angle), libm::sin(2.0 * angle));
     let mirrored = |at: DVec2| {
@@ -105,7 +107,31 @@ fn images(molecule: &Molecule, angle: f64) -> Option<Vec<usize>> {
         };
         molecule.atoms().iter().position(is_image)
     };
-    molecule.atoms().iter().map(image).collect()
+    let mut images: Vec<usize> = molecule.atoms().iter().map(image).collect::<Option<_>>()?;
+    let edges = edges_of(molecule);
+    let image = |&(ends, radius): &([usize; 2], f64)| {
+        let mut moved = ends.map(|end| images[end]);
+        moved.sort_unstable();
+        let is_image =
+            |&(other, thick): &([usize; 2], f64)| other == moved && (thick - radius).abs() <= close;
+        edges.iter().position(is_image)
+    };
+    let moved: Vec<usize> = edges.iter().map(image).collect::<Option<_>>()?;
+    let atoms = images.len();
+    images.extend(moved.into_iter().map(|edge| atoms + edge));
+    Some(images)
+}
+
+/// The atoms at the ends of each edge, the one of lower index first, and its radius.
+fn edges_of(molecule: &Molecule) -> Vec<([usize; 2], f64)> {
+    let edges = molecule.edges().iter();
+    let ends = edges.filter_map(|edge| Some((edge.ends()?, edge.radius())));
+    ends.map(|(ends, radius)| {
+        let mut ends = ends.map(|end| end as usize);
+        ends.sort_unstable();
+        (ends, radius)
+    })
+    .collect()
 }
 
 #[cfg(test)]
@@ -165,6 +191,27 @@ mod tests {
             None
         );
         assert_eq!(Mirror::new(&named(Shape::Disc)), None);
+    }
+
+    #[test]
+    fn edges_have_images_and_break_the_symmetry_without() {
+        let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (0.0, 2.0)].map(DVec2::from);
+        let rectangle = Molecule::polygon(&corners, 1e-6, 1.0).unwrap();
+        let mirror = Mirror::new(&rectangle).unwrap();
+        // About x′: the long edges 0 and 2 change places; the short ones cross the axis.
+        assert_eq!(mirror.images, [3, 2, 1, 0, 4 + 2, 4 + 1, 4, 4 + 3]);
+        assert_eq!(mirror.sides(), [vec![0, 1, 4], vec![3, 2, 6]]);
+        let open = |edges: &[([u32; 2], f64)]| {
+            let atoms = rectangle.atoms().iter().copied();
+            let molecule =
+                Molecule::with_edges(atoms, edges, carom::geometry::Interior::Hollow).unwrap();
+            Mirror::new(&molecule)
+        };
+        assert_eq!(
+            open(&[([0, 1], 1e-6), ([2, 3], 1e-7)]).unwrap().angle,
+            0.5 * PI
+        );
+        assert_eq!(open(&[([0, 1], 1e-6), ([1, 2], 1e-6)]), None);
     }
 
     #[test]

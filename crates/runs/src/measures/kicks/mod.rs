@@ -2,7 +2,7 @@
 //!
 //! At equilibrium no body is driven, whatever its shape: the means of its velocity and of the force
 //! on it along its own axes are 0. The boundary that the body shows to the discs of a gas gives the
-//! shares of the kicks by direction and by atom in a dilute gas.
+//! shares of the kicks by direction, by atom and by straight edge in a dilute gas.
 
 mod few_discs;
 mod figures;
@@ -20,6 +20,7 @@ use carom::{
     geometry::ExcludedRegion,
     observers::{AdaptiveHistogram, Drift},
 };
+use carom_report::molecule_picture::name;
 use carom_tables::BlockMean;
 use serde::{Deserialize, Serialize};
 
@@ -88,8 +89,23 @@ struct Shape {
     molecule: Molecule,
     is_fixed: bool,
     can_turn: bool,
-    /// The atoms on both sides of an axis of mirror symmetry; none without such an axis.
+    /// The parts on both sides of an axis of mirror symmetry; none without such an axis.
     sides: [Vec<usize>; 2],
+}
+
+impl Shape {
+    /// The number of its atoms and straight edges.
+    fn parts(&self) -> usize {
+        self.molecule.atoms().len() + self.molecule.edges().len()
+    }
+
+    /// The name of a part: the letter of an atom, or "edge" and a number.
+    fn part_name(&self, part: usize) -> String {
+        match part.checked_sub(self.molecule.atoms().len()) {
+            None => name(part),
+            Some(edge) => format!("edge {edge}"),
+        }
+    }
 }
 
 impl Kicks {
@@ -137,12 +153,14 @@ impl Kicks {
         }
     }
 
-    /// The number of kicks of each atom.
-    fn by_atom(&self) -> Vec<u64> {
-        let counts = self.directions().atom_counts();
-        (0..self.shape.molecule.atoms().len())
-            .map(|atom| counts.get(atom).copied().unwrap_or(0))
-            .collect()
+    /// The number of kicks of each atom, and then of each straight edge.
+    fn by_part(&self) -> Vec<u64> {
+        let molecule = &self.shape.molecule;
+        let mut atoms = self.directions().atom_counts().to_vec();
+        let mut edges = self.directions().edge_counts().to_vec();
+        atoms.resize(molecule.atoms().len(), 0);
+        edges.resize(molecule.edges().len(), 0);
+        [atoms, edges].concat()
     }
 }
 
@@ -196,12 +214,12 @@ impl Measured for Kicks {
         let rim = self
             .ideal_impulse
             .map_or([0.0; 2], |ideal| [directions.total_impulse() / ideal, time]);
-        let by_atom: Vec<f64> = self
-            .by_atom()
+        let by_part: Vec<f64> = self
+            .by_part()
             .into_iter()
             .map(|count| count as f64)
             .collect();
-        let on = |side: &[usize]| side.iter().map(|&atom| by_atom[atom]).sum::<f64>();
+        let on = |side: &[usize]| side.iter().map(|&part| by_part[part]).sum::<f64>();
         let [left, right] = self.shape.sides.each_ref().map(|side| on(side));
         let whole = [
             [hits, time],
@@ -225,8 +243,8 @@ impl Measured for Kicks {
                 places.as_ref().map_or_else(Vec::new, Measured::sums),
             )
         };
-        let atoms = by_atom.into_iter().map(|count| [count, hits]);
-        let whole = whole.into_iter().chain(atoms);
+        let parts = by_part.into_iter().map(|count| [count, hits]);
+        let whole = whole.into_iter().chain(parts);
         whole
             .chain(of_directions)
             .chain(of_places)

@@ -83,9 +83,10 @@ impl Prediction {
         parts.iter().map(|part| part / whole).collect()
     }
 
-    /// Share of the contacts on each atom, in a dilute gas.
-    pub fn atom_shares(&self) -> Vec<f64> {
-        let parts = self.boundary.by_atom(|contact| self.frequency(contact));
+    /// Share of the contacts on each atom, and then on each straight edge, in a dilute gas.
+    pub fn part_shares(&self) -> Vec<f64> {
+        let mut parts = self.boundary.by_atom(|contact| self.frequency(contact));
+        parts.extend(self.boundary.by_edge(|contact| self.frequency(contact)));
         let whole: f64 = parts.iter().sum();
         parts.iter().map(|part| part / whole).collect()
     }
@@ -254,8 +255,29 @@ mod tests {
     fn a_free_molecule_is_hit_more_often_far_from_its_centre() {
         let (free, locked) = (of_tee(true), of_tee(false));
         assert!((free.ideal_rate(1.0, 1.0) - 0.070_917_76).abs() < 1e-8);
-        assert!(free.atom_shares()[4] > locked.atom_shares()[4]);
+        assert!(free.part_shares()[4] > locked.part_shares()[4]);
         assert!((free.count_shares(360).iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+
+    /// A fixed square of side 4 r and sharp corners: sides 16 r of the perimeter 16 r + 2π r.
+    #[test]
+    fn the_sides_of_a_square_have_peaks_and_the_corners_the_rest() {
+        let square = carom::geometry::EdgedShape::Square;
+        let square = square.molecule(4.0 * GAS[0], 1e-9, 1.0).unwrap();
+        let prediction = Prediction::with(&square, [false, false], GAS).unwrap();
+        let shares = prediction.part_shares();
+        let side = 4.0 / (16.0 + TAU);
+        for share in &shares[4..] {
+            assert!((share / side - 1.0).abs() < 1e-6, "{share}");
+        }
+        assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!((shares[4..].iter().sum::<f64>() - 0.71803).abs() < 1e-5);
+        let directions = prediction.count_shares(360);
+        let corner = (1.0 - 4.0 * side) / 360.0;
+        for peak in [0, 90, 180, 270] {
+            assert!((directions[peak] - side - corner).abs() < 1e-6);
+        }
+        assert!((directions[45] - corner).abs() < 1e-6);
     }
 
     #[test]

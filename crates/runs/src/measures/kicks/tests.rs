@@ -90,7 +90,7 @@ fn the_sums_are_those_of_the_contacts_with_bodies_that_move() {
     drift.sample(&simulation.view());
     let directions = kicks.directions();
     assert_eq!(
-        (directions.counts(), kicks.by_atom()),
+        (directions.counts(), kicks.by_part()),
         (by_hand.counts.as_slice(), by_hand.by_atom)
     );
     for (found, expected) in directions.impulse().iter().zip(&by_hand.impulse) {

@@ -5,8 +5,13 @@ use super::{
     inelastic_gases, other_bodies, time_of,
 };
 use crate::{
+    edit::thermostat::DrawKey,
     run::simulation::Simulation,
-    scene::{ElasticitySpec, Scene},
+    scene::{
+        ElasticitySpec, Scene,
+        kick_momentum::KickMomentum,
+        thermostat_rule::{LangevinStep, SelfPropulsion, ThermostatRule},
+    },
     tiling::{TileCounters, Tiling},
     world::counters::SchedulerCounters,
 };
@@ -239,6 +244,44 @@ fn edits_at_each_stop_end_the_running_ahead() {
     let (found, tiles) = without_work(run(&scene, &Tiling { side: 25, ..SMALL }, until, 100, edit));
     assert_same("edits", &expected, &found, &tiles);
     assert_eq!(tiles.given_up, 0, "{tiles:?}");
+}
+
+#[test]
+fn rules_that_set_velocities_at_each_stop_change_no_bit() {
+    let mut scene = gas(8000, 0.4, 53);
+    scene.gas[0].tags = vec!["all".to_owned()];
+    let until = time_of(&scene, 20.0);
+    let every = until / 100.0;
+    let rules = [
+        ThermostatRule::Active(SelfPropulsion {
+            speed: 1.0,
+            rotational_diffusion: 1.0,
+            translational_diffusion: 0.01,
+            every,
+        }),
+        ThermostatRule::Langevin(LangevinStep {
+            friction: 10.0,
+            temperature: 1.0,
+            every,
+        }),
+        ThermostatRule::Rotate,
+        ThermostatRule::Kick(KickMomentum::Magnitude(0.1)),
+    ];
+    let edit = |stop: u32, simulation: &mut Simulation, _: &mut Contacts| {
+        let all = simulation.find_tag("all").unwrap();
+        let rule = rules[stop as usize / 25 % rules.len()];
+        let key = DrawKey {
+            seed: 1,
+            replica: 0,
+            action: u64::from(stop),
+        };
+        simulation
+            .edit(|batch| batch.thermostat(all, &rule, key))
+            .unwrap();
+    };
+    let (expected, _) = without_work(run(&scene, &Tiling::NONE, until, 100, edit));
+    let (found, tiles) = without_work(run(&scene, &Tiling { side: 25, ..SMALL }, until, 100, edit));
+    assert_same("rules", &expected, &found, &tiles);
 }
 
 #[test]

@@ -8,20 +8,22 @@ use carom_report::{
 };
 
 use super::{Subject, extent, time_axis, widened};
+use crate::detect::cells;
 
 /// Most evaluations of one detector in the panel of errors, the last ones.
 const MAX_ERRORS: usize = 150;
 
 impl Subject<'_> {
-    /// What each detector looks at, a row a detector, and a row for each pair of atoms for the
-    /// exact one.
-    pub(super) fn rows(&self, view: SearchWindow, pairs: &[[u32; 2]]) -> Panel {
+    /// What each detector looks at, a row a detector, and a row for each pair for the exact
+    /// one.
+    pub(super) fn rows(&self, view: SearchWindow, pairs: &[Touch]) -> Panel {
         let (mut rows, mut marks) = (Vec::new(), Vec::new());
         if let Some(window) = self.window {
             marks.push(PanelMark::Span(Ink::Purple, window.begin, window.end));
         }
-        for &[a, b] in pairs {
-            marks.extend(self.pair_marks([a, b], rows.len()));
+        for &pair in pairs {
+            marks.extend(self.pair_marks(pair, rows.len()));
+            let [a, b] = cells(pair);
             rows.push(format!("exact, {a} and {b}"));
         }
         for course in &self.courses[1..] {
@@ -70,19 +72,19 @@ impl Subject<'_> {
         }
     }
 
-    /// What the exact detector looks at for a pair of atoms, and what it finds, in this row.
-    fn pair_marks(&self, [a, b]: [u32; 2], row: usize) -> Vec<PanelMark> {
+    /// What the exact detector looks at for a pair, and what it finds, in this row.
+    fn pair_marks(&self, pair: Touch, row: usize) -> Vec<PanelMark> {
         let of_pair: Vec<&SearchStep> = self.courses[0]
             .steps
             .iter()
-            .filter(|step| step.parts.contain(a, b))
+            .filter(|step| concern(&step.parts, pair))
             .collect();
         let times = of_pair.iter().map(|step| step.time).collect();
         let mut marks = vec![
             PanelMark::Bars(Ink::Green, row, self.certified(&of_pair)),
             PanelMark::Ticks(Ink::Green, row, times),
         ];
-        if let Some((time, _)) = self.contact.filter(|contact| contact.1 == [a, b]) {
+        if let Some((time, _)) = self.contact.filter(|contact| contact.1 == pair) {
             marks.push(PanelMark::Answer(Ink::Vermillion, row, time));
         }
         marks
@@ -111,7 +113,7 @@ impl Subject<'_> {
     }
 
     /// How far the evaluations of the pair that touches are from the contact, one after another.
-    pub(super) fn convergence(&self, contact: f64, [a, b]: [u32; 2]) -> Panel {
+    pub(super) fn convergence(&self, contact: f64, pair: Touch) -> Panel {
         let (mut marks, mut legend) = (Vec::new(), Vec::new());
         let mut longest = 2;
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -123,7 +125,7 @@ impl Subject<'_> {
             let of_pair = course
                 .steps
                 .iter()
-                .filter(|step| step.parts == Parts::Pair(Touch::Atoms(a, b)));
+                .filter(|step| step.parts == Parts::Pair(pair));
             // An evaluation of exact ends at a later time than its own.
             let error = |step: &SearchStep| (step.free_until.unwrap_or(step.time) - contact).abs();
             let digits =
@@ -148,12 +150,25 @@ impl Subject<'_> {
         };
         let label = "log₁₀ of the error (time)".to_owned();
         Panel {
-            title: "Error of the contact time, evaluation by evaluation of the atoms that touch"
-                .to_owned(),
+            title: format!(
+                "Error of the contact time, evaluation by evaluation of the {} that touch",
+                match pair {
+                    Touch::Atoms(..) => "atoms",
+                    _ => "parts",
+                }
+            ),
             x: Axis::new("evaluation", (0.0, longest as f64 + 1.0)),
             y: Vertical::Scale(Axis::new(label, widened((low, high), 0.06))),
             marks,
             legend,
         }
+    }
+}
+
+/// Whether a step concerns a pair.
+fn concern(parts: &Parts, pair: Touch) -> bool {
+    match pair {
+        Touch::Atoms(a, b) => parts.contain(a, b),
+        _ => *parts == Parts::Pair(pair),
     }
 }
