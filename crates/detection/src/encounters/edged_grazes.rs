@@ -86,6 +86,7 @@ struct CornerOnEdge {
 }
 
 /// Position and velocity of B relative to A, and how long before the encounter begins.
+#[derive(Clone, Copy)]
 struct Meeting {
     separation: DVec2,
     velocity: DVec2,
