@@ -8,22 +8,22 @@
 //!    in [`error_bound`](crate::error_bound).
 //! 2. **Distance.** |D| ≤ Λ. *Proof.* The search for an edge that turns is confined to the times at
 //!    which |X + V t| ≤ q + s + r, with q the largest distance of a point of the edge from the
-//! centre of its body; so Λ = q + s + 2 r, or q + s for an atom whose body does not turn
-//! ([`edge_pair`](crate::edge_pair), Lemma 4). An edge that does not turn may be a wall of any
-//! length; for it Λ = |X| + |V| t + r. 3. **Normal.** The error of the normal n is at most u (12 +
-//! 4 |ω_Q| t). *Proof.* Its length takes 3 u, the orientation of the body 4 u |ω_Q| t and, with
-//! cosine and sine, 4 u (see `error_bound`), the rotation by them 3 u: in all 10 u, rounded up to
-//! 12 u. 4. **Gap.** The error of the gap is at most E. *Proof.* To Lemma 1, and the error of the
-//! normal times Λ, the product n·D adds 2 u Λ. The place of the line, c = n·m in the frame of the
-//! body, has an error of 6 u |m|, and its subtraction adds u (Λ + |m|). The difference |n·D − c| −
-//! s adds u Λ + u |m| + 2 u s. Beyond an end the gap is |e·D − e·m| less half the length of the
-//! edge. The 3 u of that length are at most 3 u (Λ + |m|) where they matter. These are 18 u Λ and
-//! 8 u
-//! |m|, since the last two cases exclude each other. 5. **Rate.** The error of the rate n·(D' −
-//! ω_Q D^⊥) is at most E'. *Proof.* The error of the normal is multiplied by L. D and the rotated
-//! arm add |ω_Q| and |ω_P| times their share of E. The six operations of the velocity and the
-//! scalar product add 6 u L. No term is divided by a distance, because the normal of an edge does
-//! not depend on the position of the atom.
+//!    centre of its body; so Λ = q + s + 2 r, or q + s for an atom whose body does not turn
+//!    ([`edge_pair`](crate::edge_pair), Lemma 4). An edge that does not turn may be a wall of any
+//!    length; for it Λ = |X| + |V| t + r.
+//! 3. **Normal.** The error of the normal n is at most u (12 + 4 |ω_Q| t). *Proof.* Its length
+//!    takes 3 u, the orientation of the body 4 u |ω_Q| t and, with cosine and sine, 4 u (see
+//!    `error_bound`), the rotation by them 3 u: in all 10 u, rounded up to 12 u.
+//! 4. **Gap.** The error of the gap is at most E. *Proof.* To Lemma 1, and the error of the normal
+//!    times Λ, the product n·D adds 2 u Λ. The place of the line, c = n·m in the frame of the body,
+//!    has an error of 6 u |m|, and its subtraction adds u (Λ + |m|). The difference |n·D − c| − s
+//!    adds u Λ + u |m| + 2 u s. Beyond an end the gap is |e·D − e·m| less half the length of the
+//!    edge. The 3 u of that length are at most 3 u (Λ + |m|) where they matter. These are 18 u Λ
+//!    and 8 u |m|, since the last two cases exclude each other.
+//! 5. **Rate.** The error of the rate n·(D' − ω_Q D^⊥) is at most E'. *Proof.* The error of the
+//!    normal is multiplied by L. D and the rotated arm add |ω_Q| and |ω_P| times their share of E.
+//!    The six operations of the velocity and the scalar product add 6 u L. No term is divided by a
+//!    distance, because the normal of an edge does not depend on the position of the atom.
 
 use carom_geometry::{Circle, Edge};
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
@@ -160,189 +160,4 @@ pub(crate) fn reach_of_pair(spin: f64, atom: &Circle, edge: &Edge) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        edge_pair::EdgePair,
-        error_bound::tests::{Big, PRECISION, Random, arm, big, directed_search},
-        flight::Flight,
-        gap_search::GapFunction,
-    };
-    use carom_geometry::{Atom, Molecule};
-    use carom_kinematics::Orientation;
-    use glam::DVec2;
-
-    /// Excess across and along the face, and their rates, to about 40 digits.
-    fn exact(
-        motion: &RelativeMotion,
-        body: usize,
-        atom: &Atom,
-        wall: &Molecule,
-        time: f64,
-    ) -> [Big; 4] {
-        let pi = Big::pi(PRECISION);
-        let half = wall.atoms()[1].offset();
-        let [half, _] = arm(half, motion.orientation[1 - body], 0.0, 0.0, &pi);
-        let [turned, swing] = arm(
-            atom.offset(),
-            motion.orientation[body],
-            motion.angular_velocity[body],
-            time,
-            &pi,
-        );
-        let sign = big(if body == 1 { 1.0 } else { -1.0 });
-        let component = |k: usize| {
-            let centre = big(motion.separation[k]) + big(motion.velocity[k]) * big(time);
-            (
-                &sign * centre + &turned[k],
-                &sign * big(motion.velocity[k]) + &swing[k],
-            )
-        };
-        let ((x, vx), (y, vy)) = (component(0), component(1));
-        let length = (&half[0] * &half[0] + &half[1] * &half[1]).sqrt();
-        let along = |x: &Big, y: &Big| (x * &half[0] + y * &half[1]) / &length;
-        let across = |x: &Big, y: &Big| (y * &half[0] - x * &half[1]) / &length;
-        let magnitude = |value: Big, rate: Big| {
-            if value.to_f64().value() < 0.0 {
-                (-value, -rate)
-            } else {
-                (value, rate)
-            }
-        };
-        let (gap, gap_rate) = magnitude(across(&x, &y), across(&vx, &vy));
-        let (beyond, beyond_rate) = magnitude(along(&x, &y), along(&vx, &vy));
-        let s = big(atom.radius()) + big(wall.atoms()[0].radius());
-        [gap - s, gap_rate, beyond - length, beyond_rate]
-    }
-
-    /// Error over bound of the excesses and of their rates, for an atom of body number `body` and a
-    /// wall.
-    fn ratios(
-        body: usize,
-        atom: &Atom,
-        wall: &Molecule,
-        motion: &RelativeMotion,
-        time: f64,
-    ) -> [f64; 2] {
-        let outlines = if body == 0 {
-            [atom.outline(), wall.outline()]
-        } else {
-            [wall.outline(), atom.outline()]
-        };
-        let flight = Flight::new(outlines[0], outlines[1], motion);
-        let edge = &wall.edges()[0];
-        let pair = EdgePair::new(&flight, body, atom.into(), edge);
-        let pose = pair.pose(time);
-        let (across, along) = (pair.gap(&pose), pair.beyond(&pose));
-        let [gap, gap_rate, beyond, beyond_rate] = exact(motion, body, atom, wall, time);
-        let off = |computed: f64, exact: Big| (big(computed) - exact).to_f64().value().abs();
-        let bound = EdgeErrorBound::new(motion, body, &atom.into(), edge);
-        let place = off(across.value, gap).max(off(along.value, beyond));
-        let rate = off(across.rate, gap_rate).max(off(along.rate, beyond_rate));
-        [place / bound.at(time), rate / bound.of_rate(time)]
-    }
-
-    /// The largest `ratios` among `count` random states.
-    fn worst_ratios(count: u32, distance: f64, spin: f64, duration: f64) -> [f64; 2] {
-        let mut random = Random(2026);
-        let mut worst = [0.0f64; 2];
-        for index in 0..count {
-            let body = (index % 2) as usize;
-            let atom = Atom::new(random.vector(), random.next().abs() + 1e-3, 1.0).unwrap();
-            let wall =
-                Molecule::wall(3.0 * random.vector(), (0.1 * random.next()).max(0.0)).unwrap();
-            let mut angular_velocity = [0.0; 2];
-            angular_velocity[body] = spin * random.next();
-            let motion = RelativeMotion {
-                orientation: [0, 1].map(|_| Orientation::from_turns(0.5 * random.next())),
-                angular_velocity,
-                ..RelativeMotion::exactly(distance * random.vector(), random.vector())
-            };
-            let time = duration * random.next().abs();
-            let found = ratios(body, &atom, &wall, &motion, time);
-            worst = [worst[0].max(found[0]), worst[1].max(found[1])];
-        }
-        worst
-    }
-
-    #[test]
-    fn no_directed_search_exceeds_the_bounds() {
-        let ratios = |state: &[f64; 13]| {
-            let [
-                x,
-                y,
-                radius,
-                length,
-                turns_wall,
-                tx,
-                ty,
-                vx,
-                vy,
-                turns,
-                spin,
-                time,
-                thick,
-            ] = *state;
-            let atom = Atom::new(DVec2::new(x, y), radius.abs() + 1e-9, 1.0).unwrap();
-            let span = DVec2::new(length.abs() + 1e-3, 0.0);
-            let wall = Molecule::wall(span, thick.abs()).unwrap();
-            let motion = RelativeMotion {
-                orientation: [turns_wall, turns].map(Orientation::from_turns),
-                angular_velocity: [0.0, spin],
-                ..RelativeMotion::exactly(DVec2::new(tx, ty), DVec2::new(vx, vy))
-            };
-            ratios(1, &atom, &wall, &motion, time.abs())
-        };
-        let mut random = Random(20);
-        for which in 0..2 {
-            for [place, arm, velocity, spin, time] in [
-                [1.0, 1e-6, 1e-9, 1e-9, 0.0],
-                [1e-6, 1.0, 1e-9, 1.0, 1e-6],
-                [1e-6, 1.0, 1e-9, 1e6, 1.0],
-                [1e-3, 1e-6, 1.0, 1e-9, 1e6],
-                [1.0; 5],
-            ] {
-                let scales = [
-                    arm, arm, 1e-3, 1.0, 0.5, place, place, velocity, velocity, 0.5, spin, time,
-                    1e-3,
-                ];
-                let state = |random: &mut Random| scales.map(|scale| scale * random.next());
-                let worst =
-                    directed_search(&mut random, 100, 500, state, |state| ratios(state)[which]);
-                assert!(worst <= 1.0, "number {which}, {scales:?}: {worst}");
-            }
-        }
-    }
-
-    #[test]
-    fn bounds_hold_for_random_states() {
-        for (distance, spin, duration) in [
-            (3.0, 3.0, 3.0),
-            (2.0, 1.0, 0.0),
-            (3.0, 1e8, 6.0),
-            (1e6, 3.0, 1e6),
-        ] {
-            let [gap, rate] = worst_ratios(1_000, distance, spin, duration);
-            eprintln!(
-                "distance {distance:e}, spin {spin:e}: worst |error|/E {gap:.2}, |error|/E' {rate:.2}"
-            );
-            assert!(gap <= 1.0 && rate <= 1.0, "{gap} {rate}");
-            // The bounds are not trivially wide.
-            assert!(gap > 0.05 && rate > 0.01, "{gap} {rate}");
-        }
-    }
-
-    #[test]
-    fn the_error_of_a_tilted_wall_grows_with_the_distance_from_its_centre() {
-        let wall = Molecule::wall(DVec2::X, 0.0).unwrap();
-        let atom = Circle::from(&Atom::new(DVec2::ZERO, 0.1, 1.0).unwrap());
-        let at = |separation: DVec2| {
-            let motion = RelativeMotion {
-                orientation_error: [0.0, 1e-9],
-                ..RelativeMotion::exactly(separation, DVec2::ZERO)
-            };
-            EdgeErrorBound::new(&motion, 0, &atom, &wall.edges()[0]).at(0.0)
-        };
-        assert!((at(DVec2::X) - 1e-9).abs() < 1e-13 && (at(1e3 * DVec2::X) - 1e-6).abs() < 1e-10);
-    }
-}
+pub(crate) mod tests;

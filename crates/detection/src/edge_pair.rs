@@ -3,27 +3,34 @@
 //! # Lemmas
 //! In the notation of [`gap_search`](crate::gap_search): the atom of body P has the arm r and the
 //! angular velocity ω_P, the edge of body Q has the normal n, the direction e and the middle m,
-//! which turn with ω_Q. D = X + V t + r leads from the centre of Q to the atom. y = n·(D − m) and
-//! x = e·(D − m) are its coordinates in the frame of the edge, half of whose length is ℓ.
+//! which turn with ω_Q. D = X + V t + r leads from the centre of Q to the atom. y = n·(D − m) and x
+//! = e·(D − m) are its coordinates in the frame of the edge, half of whose length is ℓ.
 //!
 //! 1. **Gap.** Between the ends, |x| ≤ ℓ, the gap is g = |y| − s. Both sides count, and with s > 0
 //!    they never meet.
 //! 2. **Derivatives.** y' = n·(D' − ω_Q D^⊥) with D' = V + ω_P r^⊥, and y'' = n·(−ω_P² r − 2 ω_Q
-//! D'^⊥ − ω_Q² D); x' and x'' likewise with e. *Proof.* n' = ω_Q n^⊥. 3. **Bounds for all times.**
-//! While |X + V t| ≤ ϱ, y'' and x'' are at most K = ω_Q² ϱ + 2
-//! |ω_Q||V| + (ω_P − ω_Q)² r in magnitude, and y''' and x''' at most K₃ = |ω_Q|³ ϱ + 3 ω_Q² |V| +
-//! |ω_P − ω_Q|³ r. *Proof.* In the frame of Q the atom is at p = R_Q⁻¹ (X + V t) + R(θ_P − θ_Q) r,
-//! so that p'' = −R_Q⁻¹ (ω_Q² (X + V t) + 2 ω_Q V^⊥) − (ω_P − ω_Q)² R r. y and x are linear in p:
-//! hence C₃ = K₃, and K bounds the curvature to both sides. 4. **Reach.** A contact needs |D| ≤ q
-//! + s, with q the largest distance of a point of the edge from the centre of Q, and so |X + V t|
-//! ≤ ϱ = q + s + r. The search is confined to the window of time in which this holds, which is
-//! connected. If P does not turn, X + r takes the place of X, and r that of 0: walls are long. 5.
-//! **Growth without cancellation.** y(h) − y(0) = n(h)·(V h + (R(ω_P h) − 1) r) + ((R(ω_Q h) − 1)
-//! n)·D(0).
-//! *Proof.* n·m is constant in time. 6. **Fast rotors.** The atom stays within r of the centre of
-//! P: it does not touch the edge before a disc of radius r + s about that centre does. The edge
-//! stays within q of the centre of Q: the atom does not touch it before it is within q + s of that
-//! centre.
+//!    D'^⊥ − ω_Q² D); x' and x'' likewise with e. *Proof.* n' = ω_Q n^⊥.
+//! 3. **Bounds for all times.** While |X + V t| ≤ ϱ, y'' and x'' are at most K = ω_Q² ϱ + 2
+//!    |ω_Q||V| + (ω_P − ω_Q)² r in magnitude, and y''' and x''' at most K₃ = |ω_Q|³ ϱ + 3 ω_Q² |V|
+//!    + |ω_P − ω_Q|³ r. *Proof.* In the frame of Q the atom is at p = R_Q⁻¹ (X + V t) + R(θ_P −
+//!    θ_Q) r, so that p'' = −R_Q⁻¹ (ω_Q² (X + V t) + 2 ω_Q V^⊥) − (ω_P − ω_Q)² R r. y and x are
+//!    linear in p: hence C₃ = K₃, and K bounds the curvature to both sides.
+//! 4. **Reach.** A contact needs |D| ≤ q + s, with q the largest distance of a point of the edge
+//!    from the centre of Q, and so |X + V t| ≤ ϱ = q + s + r. The search is confined to the window
+//!    of time in which this holds, which is connected. If P does not turn, X + r takes the place of
+//!    X, and 0 that of r: walls are long. The window is rounded outwards by at most 2 (E(0) + 16 u
+//!    (|X|₁ + r + ϱ)); K and K₃ are those of ϱ plus this length.
+//! 5. **Growth without cancellation.** y(h) − y(0) = n(h)·(V h + (R(ω_P h) − 1) r) + ((R(ω_Q h) −
+//!    1) n)·D(0). *Proof.* n·m is constant in time.
+//! 6. **Fast rotors.** The atom stays within r of the centre of P: it does not touch the edge
+//!    before a disc of radius r + s about that centre does, nor before that centre is within ℓ + r
+//!    of the middle along the edge. The edge stays within q of the centre of Q: the atom does not
+//!    touch it before it is within q + s of that centre.
+//! 7. **Rounding of y''.** Let T be the sum of the magnitudes of all terms of y''. Its error is at
+//!    most T (24 u + 4 u |ω_Q| t + δβ) + (|ω_P| + |ω_Q|)² E + 2 |ω_Q| δV. *Proof.* The direction
+//!    has an error of (12 + 4 |ω_Q| t) u and that of the orientation, and each term fewer than 12
+//!    roundings. An error δr of the rotated arm enters as ω_P² + 2 |ω_P ω_Q| times itself, and one
+//!    of D as ω_Q² times; both are parts of E.
 
 use carom_geometry::{Circle, Edge};
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
@@ -33,6 +40,7 @@ use crate::{
     EdgeErrorBound, Phase, SearchWindow,
     atom_pair::{centripetal, or_none, swing},
     edge_error::reach_of_pair,
+    error_bound::one_norm,
     flight::{Flight, Pose},
     gap_search::{Gap, GapFunction, contact_within},
     safe_step::{Curvature, safe_step},
@@ -142,8 +150,14 @@ impl<'a> EdgePair<'a> {
         let orbit = if spin == 0.0 { 0.0 } else { atom.arm };
         let apart = (spins[0] - spins[1]).abs();
         let of_atom = centripetal(apart, orbit);
+        let error = EdgeErrorBound::within(flight.motion, body, flight.spin, reach, &atom, edge);
         // The border of a half-plane reaches to infinity, and does not turn.
-        let way = if fast == 0.0 { 0.0 } else { reach };
+        let way = if fast == 0.0 {
+            0.0
+        } else {
+            let lengths = one_norm(flight.motion.separation) + atom.arm + reach;
+            reach + 2.0 * (error.at(0.0) + 16.0 * U * lengths)
+        };
         let of_centre = centripetal(fast, way) + 2.0 * fast * flight.speed;
         let jerk = fast * fast * (fast * way + 3.0 * flight.speed) + apart * of_atom;
         Self {
@@ -163,7 +177,7 @@ impl<'a> EdgePair<'a> {
             terms: centripetal(spin, orbit)
                 + 2.0 * fast * (flight.speed + spin * orbit)
                 + fast * fast * (way + orbit),
-            error: EdgeErrorBound::within(flight.motion, body, flight.spin, reach, &atom, edge),
+            error,
         }
     }
 
@@ -209,8 +223,8 @@ impl<'a> EdgePair<'a> {
     }
 
     /// The first time from `begin` to `limit` at which the atom touches the line through the edge,
-    /// also beyond its ends, and whether it is beside the edge then; there must be no contact
-    /// before `begin`, and the bounding circles must overlap from then on.
+    /// also beyond its ends, and whether it is beside the edge then; there must be no contact before
+    /// `begin`, and the bounding circles must overlap from then on.
     ///
     /// Orbits are not made use of: they may carry an atom across the line beyond an end.
     pub(crate) fn first_crossing<R: Recorder>(
@@ -361,17 +375,20 @@ impl<'a> EdgePair<'a> {
         self.excess(pose, pose.endwards, self.half_length)
     }
 
-    /// The curvature of the excess in a direction (Lemma 3).
-    fn curvature(&self, excess: &Excess, error: f64) -> Curvature {
+    /// A bound on the rounding of y'' and x'' (Lemma 7).
+    pub(crate) fn second_error(&self, time: f64, error: f64) -> f64 {
         let [spin, spin_of_edge] = self.spins.map(f64::abs);
         let motion = self.flight.motion;
-        // The direction has an error of 12 u and that of the orientation, place and arms have their
-        // shares of E, the velocity has δV, and there are fewer than 12 roundings.
         let both = spin + spin_of_edge;
-        let tilt = motion.orientation_error[1 - self.body];
-        let second_error = self.terms * (24.0 * U + tilt)
+        let tilt = motion.orientation_error[1 - self.body] + 4.0 * U * (spin_of_edge * time);
+        self.terms * (24.0 * U + tilt)
             + both * both * error
-            + 2.0 * spin_of_edge * motion.velocity_error;
+            + 2.0 * spin_of_edge * motion.velocity_error
+    }
+
+    /// The curvature of the excess in a direction (Lemma 3), with the error E.
+    fn curvature(&self, pose: &EdgePose, excess: &Excess, error: f64) -> Curvature {
+        let second_error = self.second_error(pose.time, error);
         let least = excess.second - second_error;
         Curvature {
             along_normal: least,
@@ -384,20 +401,23 @@ impl<'a> EdgePair<'a> {
     }
 
     /// The step to the time at which the disc of radius r + s about the centre of P may reach the
-    /// line of the edge (Lemma 6).
+    /// line of the edge, and its centre be within r of the ends (Lemma 6).
     #[cold]
     fn step_of_orbiting_atom(&self, pose: &EdgePose) -> f64 {
         let place = pose.place - pose.arm;
         let centre = self.pose_of(pose.time, pose.along, place, DVec2::ZERO);
-        let distance = self.contact_distance + self.orbit;
-        let excess = self.excess(&centre, centre.outwards, distance);
-        let gap = excess.value - self.error.at(pose.time);
-        if gap > 0.0 {
-            let rate = excess.rate - self.error.of_rate(pose.time);
-            safe_step(gap, rate, &Curvature::at_most(self.of_centre))
-        } else {
-            0.0
-        }
+        let step = |side: Side, distance: f64| {
+            let excess = self.excess(&centre, side, distance + self.orbit);
+            let gap = excess.value - self.error.at(pose.time);
+            if gap > 0.0 {
+                let rate = excess.rate - self.error.of_rate(pose.time);
+                safe_step(gap, rate, &Curvature::at_most(self.of_centre))
+            } else {
+                0.0
+            }
+        };
+        let across = step(centre.outwards, self.contact_distance);
+        across.max(step(centre.endwards, self.edge.half_length()))
     }
 
     /// The step to the time at which the atom may reach the disc about the centre of Q in which the
@@ -445,7 +465,7 @@ impl GapFunction for EdgePair<'_> {
             slowness: 1.0 / (rate_error - across.rate),
             error,
             rate_error,
-            curvature: self.curvature(&across, error),
+            curvature: self.curvature(pose, &across, error),
         }
     }
 
@@ -479,14 +499,14 @@ impl GapFunction for EdgePair<'_> {
         self.contact_distance + self.orbit
     }
 
-    /// A certified time for which an atom beyond an end stays there, or for which fast rotors do
-    /// not reach each other.
+    /// A certified time for which an atom beyond an end stays there, or for which fast rotors do not
+    /// reach each other.
     fn other_step(&self, pose: &EdgePose) -> f64 {
         let (beyond, error) = (self.beyond(pose), self.error.at(pose.time));
         let mut step = 0.0;
         if beyond.value > error {
             let rate = beyond.rate - self.error.of_rate(pose.time);
-            step = safe_step(beyond.value, rate, &self.curvature(&beyond, error));
+            step = safe_step(beyond.value, rate, &self.curvature(pose, &beyond, error));
         }
         let [spin, spin_of_edge] = self.spins.map(f64::abs);
         if spin_of_edge > 0.0 && self.half_length < f64::INFINITY {
@@ -512,3 +532,6 @@ impl GapFunction for EdgePair<'_> {
         Some(time)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,17 +6,18 @@
 //! distance of corner i of body P (an atom, with its radius) from the line.
 //!
 //! 1. **Line.** While all y_i > 0 the bodies do not touch. *Proof.* P lies in the convex hull of
-//! its atoms, before the line, Q behind it. 2. **Corner.** While y_i > 0, corner i touches nothing
-//! of Q, and neither does an edge of P whose two ends are such corners. Before the first corner
-//! crosses, nothing touches. 3. **Motion.** y_i is n·D less a constant, as for a corner and an
-//! edge: K, K₃ and the rounding are those of [`edge_pair`](crate::edge_pair), with the bounding
-//! radii for arm and reach. In the frame of Q its second derivative is n·(−ω_Q² X − 2 ω_Q V^⊥) −
-//! (ω_P − ω_Q)² n·r_i, so that one rotated normal serves all corners. 4. **Contact.** If the line
-//! is the surface of an edge of Q, the first corner to cross it touches Q where it crosses beside
-//! the edge. Nothing touches earlier (Lemma 2). If it crosses the line beyond an end, the bodies
-//! are apart up to that time, and another line may separate them then. 5. **Rotors.** A crossing
-//! must be searched without the orbits of fast rotors, which may carry a corner across the line
-//! where it is no contact.
+//!    its atoms, before the line, Q behind it.
+//! 2. **Corner.** While y_i > 0, corner i touches nothing of Q, and neither does an edge of P whose
+//!    two ends are such corners. Before the first corner crosses, nothing touches.
+//! 3. **Motion.** y_i is n·D less a constant, as for a corner and an edge: K, K₃ and the rounding
+//!    are those of [`edge_pair`](crate::edge_pair), with the bounding radii for arm and reach. In
+//!    the frame of Q its second derivative is n·(−ω_Q² X − 2 ω_Q V^⊥) − (ω_P − ω_Q)² n·r_i, so that
+//!    one rotated normal serves all corners.
+//! 4. **Contact.** If the line is the surface of an edge of Q, the first corner to cross it touches
+//!    Q where it crosses beside the edge. Nothing touches earlier (Lemma 2). If it crosses the line
+//!    beyond an end, the bodies are apart up to that time, and another line may separate them then.
+//! 5. **Rotors.** A crossing must be searched without the orbits of fast rotors, which may carry a
+//!    corner across the line where it is no contact.
 //!
 //! Any line is a certificate; that with the largest distance of the nearest corner is taken.
 //! Corners that are behind it already, since none separates the bodies, are searched against all

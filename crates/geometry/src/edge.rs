@@ -32,6 +32,7 @@ pub struct Edge {
     middle: DVec2,
     along: DVec2,
     half_length: f64,
+    reach: f64,
     radius: f64,
     solid_behind: bool,
 }
@@ -61,6 +62,7 @@ impl Edge {
             middle: DVec2::ZERO,
             along: span / length,
             half_length: 0.5 * length,
+            reach: 0.5 * length,
             radius,
             solid_behind: false,
         })
@@ -75,12 +77,15 @@ impl Edge {
         let span = to - from;
         let length = check_positive("the length of an edge", span.length())?;
         check_positive("the radius of an edge", radius)?;
+        // The largest distance from a point of a line is that of an end.
+        let reach = from.length().max(to.length()) * (1.0 + 4.0 * f64::EPSILON);
         Ok(Self {
             ends: Some([first, second]),
             span,
             middle: 0.5 * (from + to),
             along: span / length,
             half_length: 0.5 * length,
+            reach,
             radius,
             solid_behind: false,
         })
@@ -139,9 +144,9 @@ impl Edge {
     }
 
     /// Distance of its farthest point, without its thickness, from the origin of the body's frame
-    /// (length).
+    /// (length), rounded up.
     pub fn reach(&self) -> f64 {
-        self.middle.length() + self.half_length
+        self.reach
     }
 
     /// The position of `place` (in the frame of the edge's body, length) relative to the nearest
@@ -210,6 +215,7 @@ impl HalfPlane {
         Ok(Self {
             border: Edge {
                 half_length: f64::INFINITY,
+                reach: f64::INFINITY,
                 solid_behind: true,
                 ..border
             },

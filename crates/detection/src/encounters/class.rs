@@ -2,7 +2,10 @@
 
 use std::{fmt, str::FromStr};
 
-use super::{Encounter, contacts, fast, flights, grazes, random::Draw, walls};
+use super::{
+    Encounter, contacts, edged_flights, edged_grazes, edged_insides, edged_shapes, fast, flights,
+    grazes, random::Draw, walls,
+};
 
 /// A class of encounters.
 ///
@@ -66,11 +69,51 @@ pub enum Class {
     WallGraze(u8),
     /// Leaves a contact with a wall and returns after 10^−n natural times.
     WallRecontact(u8),
+    /// Two squares with corners of 1e-9 to 0.1 sides.
+    Squares,
+    /// Two capsules, stout to slender.
+    Capsules,
+    /// Two capsules with a radius of 1e-6 lengths.
+    Needles,
+    /// Two triangles of height 1e-4 to 0.1 widths.
+    SharpTriangles,
+    /// Two polygons of 3 to 9 corners, most of them concave.
+    Polygons,
+    /// Two bodies in the shape of an L.
+    Ells,
+    /// Two regular polygons of sixteen sides, of sizes 1 : 1 to 1 : 3.5.
+    SixteenGons,
+    /// Two chains of discs of different radii, connected by thinner edges.
+    BondedDiscs,
+    /// A disc and a body with edges of any family.
+    DiscAndEdges,
+    /// An L begins in the notch of another.
+    EllInNotch,
+    /// A rod begins in the slot of a fork.
+    RodInSlot,
+    /// A small body begins in a hollow ring of 6 to 24 sides.
+    InsideRing,
+    /// A wall that turns, and a molecule of discs or a body with edges.
+    TurningWall,
+    /// Bodies with edges that turn by 10 to 300 radians while they move by the size of the pair.
+    EdgedLargeOmega,
+    /// As [`Self::EdgedLargeOmega`], by 10³ to 10⁵ radians.
+    EdgedFast,
+    /// Rectangles with equal spins and faces that are parallel to within 1e-12 to 1e-3, 1e-9 to 1e-2
+    /// apart.
+    ParallelFaces,
+    /// Bodies with edges, up to 10⁶ sizes away from each other.
+    EdgedFar,
+    /// A corner comes to a moving edge within 1e-12 to 1e-2 of its end, on it or beyond.
+    EdgeEnd,
+    /// A corner overlaps another corner or an edge by 10^−n sizes as it passes, or misses it by as
+    /// much.
+    CornerGraze(u8),
 }
 
 impl Class {
     /// All classes; those with a parameter at selected values.
-    pub const ALL: [Self; 41] = [
+    pub const ALL: [Self; 62] = [
         Self::DiscT1,
         Self::Generic,
         Self::ZeroOmega,
@@ -112,7 +155,33 @@ impl Class {
         Self::WallRecontact(3),
         Self::WallRecontact(6),
         Self::WallRecontact(9),
+        Self::Squares,
+        Self::Capsules,
+        Self::Needles,
+        Self::SharpTriangles,
+        Self::Polygons,
+        Self::Ells,
+        Self::SixteenGons,
+        Self::BondedDiscs,
+        Self::DiscAndEdges,
+        Self::EllInNotch,
+        Self::RodInSlot,
+        Self::InsideRing,
+        Self::TurningWall,
+        Self::EdgedLargeOmega,
+        Self::EdgedFast,
+        Self::ParallelFaces,
+        Self::EdgedFar,
+        Self::EdgeEnd,
+        Self::CornerGraze(9),
+        Self::CornerGraze(13),
+        Self::CornerGraze(15),
     ];
+
+    /// Whether a body of this class has straight edges that turn; walls at rest do not count.
+    pub fn has_edges(self) -> bool {
+        self.number() >= Self::Squares.number()
+    }
 
     /// The number of the class, which selects its stream of random numbers.
     pub(super) fn number(self) -> u64 {
@@ -144,6 +213,25 @@ impl Class {
             Self::WallLargeOmega => (24, 0),
             Self::WallGraze(exponent) => (25, exponent),
             Self::WallRecontact(exponent) => (26, exponent),
+            Self::Squares => (27, 0),
+            Self::Capsules => (28, 0),
+            Self::Needles => (29, 0),
+            Self::SharpTriangles => (30, 0),
+            Self::Polygons => (31, 0),
+            Self::Ells => (32, 0),
+            Self::SixteenGons => (33, 0),
+            Self::BondedDiscs => (34, 0),
+            Self::DiscAndEdges => (35, 0),
+            Self::EllInNotch => (36, 0),
+            Self::RodInSlot => (37, 0),
+            Self::InsideRing => (38, 0),
+            Self::TurningWall => (39, 0),
+            Self::EdgedLargeOmega => (40, 0),
+            Self::EdgedFast => (41, 0),
+            Self::ParallelFaces => (42, 0),
+            Self::EdgedFar => (43, 0),
+            Self::EdgeEnd => (44, 0),
+            Self::CornerGraze(exponent) => (45, exponent),
         };
         256 * kind + u64::from(parameter)
     }
@@ -186,6 +274,25 @@ impl Class {
             Self::WallLargeOmega => walls::fly_at(draw, [1e2, 1e4]),
             Self::WallGraze(exponent) => walls::graze(draw, exponent),
             Self::WallRecontact(exponent) => walls::recontact(draw, exponent),
+            Self::Squares => edged_flights::of_family(draw, edged_shapes::square),
+            Self::Capsules => edged_flights::of_family(draw, edged_shapes::capsule),
+            Self::Needles => edged_flights::of_family(draw, edged_shapes::needle),
+            Self::SharpTriangles => edged_flights::of_family(draw, edged_shapes::sharp_triangle),
+            Self::Polygons => edged_flights::of_family(draw, edged_shapes::star),
+            Self::Ells => edged_flights::of_family(draw, edged_shapes::ell),
+            Self::SixteenGons => edged_flights::sixteen_gons(draw),
+            Self::BondedDiscs => edged_flights::of_family(draw, edged_shapes::bonded_discs),
+            Self::DiscAndEdges => edged_flights::disc_and_edges(draw),
+            Self::EllInNotch => edged_insides::ell_in_notch(draw),
+            Self::RodInSlot => edged_insides::rod_in_slot(draw),
+            Self::InsideRing => edged_insides::inside_ring(draw),
+            Self::TurningWall => edged_flights::turning_wall(draw),
+            Self::EdgedLargeOmega => edged_flights::spinning(draw, [10.0, 300.0]),
+            Self::EdgedFast => edged_flights::spinning(draw, [1e3, 1e5]),
+            Self::ParallelFaces => edged_flights::parallel_faces(draw),
+            Self::EdgedFar => edged_flights::far(draw),
+            Self::EdgeEnd => edged_grazes::edge_end(draw),
+            Self::CornerGraze(exponent) => edged_grazes::corner_graze(draw, exponent),
         }
     }
 }
@@ -222,6 +329,25 @@ impl fmt::Display for Class {
             Self::WallRecontact(exponent) => {
                 return f.pad(&format!("wall_recontact_1e-{exponent}"));
             }
+            Self::Squares => "squares",
+            Self::Capsules => "capsules",
+            Self::Needles => "needles",
+            Self::SharpTriangles => "sharp_triangles",
+            Self::Polygons => "polygons",
+            Self::Ells => "ells",
+            Self::SixteenGons => "sixteen_gons",
+            Self::BondedDiscs => "bonded_discs",
+            Self::DiscAndEdges => "disc_and_edges",
+            Self::EllInNotch => "ell_in_notch",
+            Self::RodInSlot => "rod_in_slot",
+            Self::InsideRing => "inside_ring",
+            Self::TurningWall => "turning_wall",
+            Self::EdgedLargeOmega => "edged_large_omega",
+            Self::EdgedFast => "edged_fast",
+            Self::ParallelFaces => "parallel_faces",
+            Self::EdgedFar => "edged_far",
+            Self::EdgeEnd => "edge_end",
+            Self::CornerGraze(exponent) => return f.pad(&format!("corner_graze_1e-{exponent}")),
         })
     }
 }

@@ -60,7 +60,11 @@ pub(super) fn fly_by(
     Encounter::until_parted(molecules, motion, passed)
 }
 
-fn fly_by_from_near(draw: &mut Draw, molecules: [Molecule; 2], speeds: Speeds) -> Encounter {
+pub(super) fn fly_by_from_near(
+    draw: &mut Draw,
+    molecules: [Molecule; 2],
+    speeds: Speeds,
+) -> Encounter {
     let (distance, across) = (draw.between(1.05, 6.0), draw.between(-1.0, 1.0));
     fly_by(draw, molecules, speeds, distance, across)
 }

@@ -26,7 +26,8 @@ pub(super) fn graze(draw: &mut Draw, exponent: u8) -> Encounter {
 fn graze_of(draw: &mut Draw, depth: f64) -> Encounter {
     let depth = if draw.happens(0.7) { depth } else { -depth };
     for _ in 0..MAX_TRIES {
-        let encounter = planted(draw, depth);
+        let molecules = [ordinary(draw), ordinary(draw)];
+        let encounter = planted(draw, molecules, depth);
         if starts_apart(&encounter) {
             return encounter;
         }
@@ -42,7 +43,7 @@ fn starts_apart(encounter: &Encounter) -> bool {
 
 /// The arm (in the present orientation) and the radius of the atom that reaches farthest in a
 /// direction.
-fn outermost(molecule: &Molecule, turn: DVec2, direction: DVec2) -> (DVec2, f64) {
+pub(super) fn outermost(molecule: &Molecule, turn: DVec2, direction: DVec2) -> (DVec2, f64) {
     let reach = |atom: &&Atom| turn.rotate(atom.offset()).dot(direction) + atom.radius();
     let atom = molecule
         .atoms()
@@ -54,8 +55,7 @@ fn outermost(molecule: &Molecule, turn: DVec2, direction: DVec2) -> (DVec2, f64)
 
 /// A pair whose two outermost atoms along a line have, at some time, the gap −`depth` sizes with g'
 /// = 0 < g''.
-fn planted(draw: &mut Draw, depth: f64) -> Encounter {
-    let molecules = [ordinary(draw), ordinary(draw)];
+pub(super) fn planted(draw: &mut Draw, molecules: [Molecule; 2], depth: f64) -> Encounter {
     let [a, b] = &molecules;
     let normal = draw.direction();
     let then = [draw.orientation(), draw.orientation()];

@@ -16,6 +16,10 @@
 
 mod class;
 mod contacts;
+mod edged_flights;
+mod edged_grazes;
+mod edged_insides;
+mod edged_shapes;
 mod fast;
 mod flights;
 mod grazes;
@@ -136,7 +140,7 @@ fn size(molecules: &[Molecule; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Exact;
+    use crate::{Exact, Outcome, Touch};
     use carom_geometry::gap_between;
 
     /// Smallest gap at the start in units of the size of the pair.
@@ -216,6 +220,45 @@ mod tests {
                 (rest.time + half - contact.time).abs()
                     < 1e-12 * case.natural_time().max(contact.time)
             );
+        }
+    }
+
+    /// The outcome with the bits of its time, which is multiplied by a factor.
+    fn bits(outcome: Outcome, factor: f64) -> (Option<Touch>, u64) {
+        let time = match outcome {
+            Outcome::Contact(contact) => contact.time,
+            Outcome::FreeUntil(time) | Outcome::Unresolved(time) => time,
+            Outcome::Free | Outcome::OutOfRange => f64::INFINITY,
+        };
+        let touch = outcome.contact().map(|contact| contact.touch);
+        (touch, (factor * time).to_bits())
+    }
+
+    #[test]
+    fn exchanged_bodies_and_faster_motions_give_the_same_bits() {
+        const FASTER: f64 = 1024.0;
+        for class in Class::ALL {
+            for index in 0..100 {
+                let case = Encounter::draw(class, 6, index);
+                let answer = case.first_contact(&Exact::default());
+                let (touch, time) = bits(answer.outcome, 1.0);
+                let exchanged = case.clone().exchanged().first_contact(&Exact::default());
+                let (mirrored, same) = bits(exchanged.outcome, 1.0);
+                assert_eq!(same, time, "{class} {index}: {answer:?}, {exchanged:?}");
+                // Parts that touch at one time may be reported in either order.
+                assert_eq!(mirrored.is_some(), touch.is_some(), "{class} {index}");
+                let mut fast = case.clone();
+                fast.horizon /= FASTER;
+                fast.motion.velocity *= FASTER;
+                fast.motion.velocity_error *= FASTER;
+                fast.motion.angular_velocity = case.motion.angular_velocity.map(|w| FASTER * w);
+                let faster = fast.first_contact(&Exact::default());
+                assert_eq!(
+                    bits(faster.outcome, FASTER),
+                    (touch, time),
+                    "{class} {index}: {answer:?}, {faster:?}"
+                );
+            }
         }
     }
 

@@ -8,18 +8,18 @@
 use carom_detection::{EdgeErrorBound, encounters::Encounter};
 use carom_geometry::{Circle, Edge};
 
-use super::{Number, flight::FlyingPair, search_end::SearchEnd};
+use super::{Number, flight::FlyingPair, search_end::SearchEnd, sketch::Sketch};
 
 /// An atom of one body and an edge of the other.
 #[derive(Debug, Clone, Copy)]
 pub struct OracleEdgePair<'a> {
     /// The atom, and the middle of the edge as a second atom.
-    pair: FlyingPair,
+    pub(super) pair: FlyingPair,
     /// Half of the vector from end to end, in the frame of its body (length).
-    half: [f64; 2],
-    edge: &'a Edge,
+    pub(super) half: [f64; 2],
+    pub(super) edge: &'a Edge,
     /// The number of the body with the edge.
-    edged: usize,
+    pub(super) edged: usize,
     bound: EdgeErrorBound,
 }
 
@@ -159,17 +159,17 @@ impl<'a> OracleEdgePair<'a> {
             *budget -= 1;
             let half = 0.5 * width;
             let middle = begin.plus(&N::new(half));
-            let now = self.sight(&middle);
-            let [x, y] = self.pair.separation;
-            let [u, v] = self.pair.velocity;
-            let (x, y) = (x + u * middle.value(), y + v * middle.value());
-            let distance = (x.hypot(y) + self.pair.speed * half) * ROUND_UP;
-            let curvature = self.curvature_within(distance);
-            let stays_out = |[value, rate]: &[N; 2]| {
-                let bend = 0.5 * curvature * half * half;
-                value.value() > (rate.value().abs() * half + bend) * ROUND_UP
+            let sketch = if N::SKETCH_FIRST {
+                self.sketch(middle.value(), half)
+            } else {
+                Sketch::Unclear
             };
-            if stays_out(&now.across) || stays_out(&now.beyond) {
+            let is_free = match sketch {
+                Sketch::Free => true,
+                Sketch::Halve => false,
+                Sketch::Unclear => self.stays_out(&middle, half),
+            };
+            if is_free {
                 continue;
             }
             if half <= shortest {
@@ -179,6 +179,27 @@ impl<'a> OracleEdgePair<'a> {
             rest.push((begin, half));
         }
         SearchEnd::Nothing
+    }
+
+    /// Whether the atom stays away from the line or beyond the ends for `half` (time) to either side
+    /// of a time.
+    ///
+    /// Lemma 3 of the detector's search of edges: in the frame of the edge the atom is at R_Q⁻¹ (X +
+    /// V t) + R r, so that both second derivatives are at most ω_Q² |X + V t| + 2 |ω_Q||V| + (ω_P −
+    /// ω_Q)² r, here with the largest |X + V t| in the interval. The allowance is linear in time.
+    fn stays_out<N: Number>(&self, middle: &N, half: f64) -> bool {
+        let now = self.sight(middle);
+        let component = |k: usize| {
+            let way = self.pair.velocity[k] * middle.value();
+            let rounding = 4.0 * f64::EPSILON * (self.pair.separation[k].abs() + way.abs());
+            (self.pair.separation[k] + way).abs() + rounding
+        };
+        let centre = component(0).hypot(component(1));
+        let distance = (centre + self.pair.speed * half) * ROUND_UP;
+        let bend = 0.5 * self.curvature_within(distance) * half * half;
+        let stays_positive =
+            |[value, rate]: &[N; 2]| value.value() > (rate.value().abs() * half + bend) * ROUND_UP;
+        stays_positive(&now.across) || stays_positive(&now.beyond)
     }
 
     /// Last time before `time` at which an atom in deep contact began to touch; 0 if it did from

@@ -28,6 +28,7 @@
 mod big;
 mod double_double;
 mod edge;
+mod edge_sketch;
 mod exclusion;
 mod flight;
 mod judgement;

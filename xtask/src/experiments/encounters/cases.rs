@@ -146,6 +146,35 @@ fn about(class: Class) -> String {
         Class::WallLargeOmega => "wall, spins × 1e2 to 1e4".to_owned(),
         Class::WallGraze(exponent) => format!("dips into a wall by ±1e-{exponent} sizes"),
         Class::WallRecontact(exponent) => format!("leaves a wall, back after 1e-{exponent}"),
-        other => other.to_string(),
+        other => about_edges(other),
     }
+}
+
+/// Short description of a class of bodies with edges that turn.
+fn about_edges(class: Class) -> String {
+    let text = match class {
+        Class::Squares => "squares, corners of 1e-9 to 0.1 sides",
+        Class::Capsules => "capsules, stout to slender",
+        Class::Needles => "capsules with r/L = 1e-6",
+        Class::SharpTriangles => "triangles of height 1e-4 to 0.1",
+        Class::Polygons => "polygons of 3 to 9 corners, most concave",
+        Class::Ells => "L and L",
+        Class::SixteenGons => "regular polygons of 16 sides, sizes to 1 : 3.5",
+        Class::BondedDiscs => "discs connected by thinner edges",
+        Class::DiscAndEdges => "a disc and a body with edges",
+        Class::EllInNotch => "L begins in the notch of L",
+        Class::RodInSlot => "rod begins in the slot of a fork",
+        Class::InsideRing => "begins in a hollow ring of 6 to 24 sides",
+        Class::TurningWall => "wall that turns",
+        Class::EdgedLargeOmega => "edges, spins of 10 to 300 a passage",
+        Class::EdgedFast => "edges, spins of 1e3 to 1e5 a passage",
+        Class::ParallelFaces => "faces parallel to within 1e-12 to 1e-3, equal spins",
+        Class::EdgedFar => "edges, to 1e6 sizes apart",
+        Class::EdgeEnd => "corner within 1e-12 to 1e-2 of the end of an edge",
+        Class::CornerGraze(exponent) => {
+            return format!("corner passes by ±1e-{exponent} sizes");
+        }
+        other => return other.to_string(),
+    };
+    text.to_owned()
 }

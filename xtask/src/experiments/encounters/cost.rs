@@ -6,15 +6,9 @@ use carom_methods::AnyDetector;
 /// Upper bound on the number of gap evaluations for an encounter; too expensive encounters are
 /// skipped.
 pub fn most_evaluations(detector: &AnyDetector, encounter: &Encounter) -> f64 {
-    let [a, b] = encounter
-        .molecules
-        .each_ref()
-        .map(|molecule| molecule.atoms().len());
-    let has_wall = encounter
-        .molecules
-        .iter()
-        .any(|molecule| molecule.is_wall());
-    let pairs = a * b + if has_wall { a + b } else { 0 };
+    let [a, b] = &encounter.molecules;
+    let (atoms_a, atoms_b) = (a.atoms().len(), b.atoms().len());
+    let pairs = atoms_a * atoms_b + atoms_a * b.edges().len() + atoms_b * a.edges().len();
     let window = skim(&encounter.motion, encounter.size(), encounter.horizon);
     let duration = window.map_or(0.0, |window| window.end - window.begin);
     let evaluations = match detector {

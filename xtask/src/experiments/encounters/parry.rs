@@ -13,7 +13,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use carom_detection::{Answer, Contact, Exact, Outcome, Touch, encounters::Encounter};
-use carom_geometry::{Atom, Molecule};
+use carom_geometry::{Atom, Interior, Molecule};
 use carom_kinematics::{Orientation, RelativeMotion};
 use carom_tables::averages::median;
 use cpu_time::ThreadTime;
@@ -246,10 +246,22 @@ fn to_line(encounter: &Encounter) -> String {
             ]);
             continue;
         }
-        numbers.push(molecule.atoms().len() as f64);
+        numbers.extend([molecule.atoms().len(), molecule.edges().len()].map(|count| count as f64));
         for atom in molecule.atoms() {
             numbers.extend([atom.offset().x, atom.offset().y, atom.radius(), atom.mass()]);
         }
+        for edge in molecule.edges() {
+            numbers.extend(edge.ends().unwrap_or_default().map(f64::from));
+            numbers.push(edge.radius());
+        }
+        // A mass that is not spread evenly is that of the atoms.
+        let even = if molecule.is_uniform() {
+            molecule.mass()
+        } else {
+            0.0
+        };
+        let is_hollow = molecule.interior() == Interior::Hollow;
+        numbers.extend([even, f64::from(u8::from(is_hollow))]);
     }
     let words: Vec<String> = numbers
         .iter()
@@ -273,19 +285,7 @@ fn from_line(line: &str) -> Result<Encounter> {
     ];
     let angular_velocity = [next()?, next()?];
     let horizon = next()?;
-    let mut molecule = || -> Result<Molecule> {
-        let count = next()? as usize;
-        if count == 0 {
-            return Ok(Molecule::wall(DVec2::new(next()?, next()?), next()?)?);
-        }
-        let mut atoms = Vec::new();
-        for _ in 0..count {
-            let (offset, radius, mass) = (DVec2::new(next()?, next()?), next()?, next()?);
-            atoms.push(Atom::new(offset, radius, mass)?);
-        }
-        Ok(Molecule::new(atoms)?)
-    };
-    let molecules = [molecule()?, molecule()?];
+    let molecules = [molecule_from(&mut next)?, molecule_from(&mut next)?];
     let motion = RelativeMotion {
         orientation,
         angular_velocity,
@@ -295,6 +295,34 @@ fn from_line(line: &str) -> Result<Encounter> {
         molecules,
         motion,
         horizon,
+    })
+}
+
+fn molecule_from(next: &mut impl FnMut() -> Result<f64>) -> Result<Molecule> {
+    let count = next()? as usize;
+    if count == 0 {
+        return Ok(Molecule::wall(DVec2::new(next()?, next()?), next()?)?);
+    }
+    let edge_count = next()? as usize;
+    let mut atoms = Vec::new();
+    for _ in 0..count {
+        let (offset, radius, mass) = (DVec2::new(next()?, next()?), next()?, next()?);
+        atoms.push(Atom::new(offset, radius, mass)?);
+    }
+    let mut edges = Vec::new();
+    for _ in 0..edge_count {
+        edges.push(([next()? as u32, next()? as u32], next()?));
+    }
+    let (even, hollow) = (next()?, next()?);
+    let interior = if hollow == 0.0 {
+        Interior::Solid
+    } else {
+        Interior::Hollow
+    };
+    Ok(if even > 0.0 {
+        Molecule::uniform(atoms, &edges, interior, even)?
+    } else {
+        Molecule::with_edges(atoms, &edges, interior)?
     })
 }
 
@@ -310,6 +338,10 @@ mod tests {
             Class::Recontact(6),
             Class::Rods,
             Class::Wall,
+            Class::Squares,
+            Class::BondedDiscs,
+            Class::InsideRing,
+            Class::TurningWall,
         ] {
             for index in 0..8 {
                 let sent = Encounter::draw(class, 1, index);
@@ -318,6 +350,8 @@ mod tests {
                 assert_eq!(received.horizon, sent.horizon);
                 for (one, other) in sent.molecules.iter().zip(&received.molecules) {
                     assert_eq!(one.atoms().len(), other.atoms().len());
+                    assert_eq!(one.edges().len(), other.edges().len());
+                    assert_eq!(one.interior(), other.interior());
                     // The centre of mass is computed again, with rounding.
                     let off = one.atoms()[0].offset() - other.atoms()[0].offset();
                     assert!(off.length() <= 1e-15 * one.bounding_radius());

@@ -104,7 +104,13 @@ mod tests {
             ) {
                 continue;
             }
-            for class in [Class::Generic, Class::ZeroOmega, Class::Grazing] {
+            for class in [
+                Class::Generic,
+                Class::ZeroOmega,
+                Class::Grazing,
+                Class::Squares,
+                Class::TurningWall,
+            ] {
                 for index in 0..10 {
                     let encounter = Encounter::draw(class, 1, index);
                     let most = most_evaluations(&setting.detector, &encounter);

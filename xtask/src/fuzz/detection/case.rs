@@ -7,6 +7,8 @@ use carom_kinematics::{Orientation, RelativeMotion};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
+use super::edged_body::{EdgedBody, without_each};
+
 /// The shape of a body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -15,6 +17,8 @@ pub enum CaseBody {
     Atoms(Vec<[f64; 4]>),
     /// A wall: x and y of the vector from end to end, and its radius.
     Wall([f64; 3]),
+    /// Atoms with straight edges between them.
+    Edged(EdgedBody),
 }
 
 /// A [`RelativeMotion`] as plain numbers.
@@ -66,6 +70,7 @@ impl CaseBody {
                 let span = second.offset() - first.offset();
                 Self::Wall([span.x, span.y, face.radius()])
             }
+            _ if !molecule.edges().is_empty() => Self::Edged(EdgedBody::new(molecule)),
             (_, atoms) => Self::Atoms(
                 atoms
                     .iter()
@@ -90,6 +95,7 @@ impl CaseBody {
             Self::Wall([x, y, radius]) => {
                 Molecule::wall(factor * DVec2::new(*x, *y), factor * radius)?
             }
+            Self::Edged(body) => body.molecule(factor)?,
         })
     }
 
@@ -101,6 +107,7 @@ impl CaseBody {
                 .flat_map(|&[x, y, radius, _]| [x, y, radius])
                 .collect(),
             Self::Wall(numbers) => numbers.to_vec(),
+            Self::Edged(body) => body.lengths(),
         }
     }
 
@@ -109,25 +116,19 @@ impl CaseBody {
         match self {
             Self::Atoms(atoms) => atoms.iter_mut().flatten().collect(),
             Self::Wall(numbers) => numbers.iter_mut().collect(),
+            Self::Edged(body) => body.numbers_mut(),
         }
     }
 
-    /// The body without one of its atoms, for each atom.
+    /// The body without one of its atoms or edges, for each of them.
     pub fn with_less(&self) -> Vec<Self> {
         match self {
             Self::Atoms(atoms) if atoms.len() > 1 => {
-                let half = atoms.len() / 2;
-                let mut less = vec![
-                    Self::Atoms(atoms[..half].to_vec()),
-                    Self::Atoms(atoms[half..].to_vec()),
-                ];
-                less.extend((0..atoms.len()).map(|index| {
-                    let mut atoms = atoms.clone();
-                    atoms.remove(index);
-                    Self::Atoms(atoms)
-                }));
-                less
+                let (first, second) = atoms.split_at(atoms.len() / 2);
+                let halves = [first.to_vec(), second.to_vec()].into_iter();
+                halves.chain(without_each(atoms)).map(Self::Atoms).collect()
             }
+            Self::Edged(body) => body.with_less().into_iter().map(Self::Edged).collect(),
             _ => vec![],
         }
     }

@@ -11,11 +11,14 @@ use carom_geometry::{Atom, Molecule, Shape, gap_between};
 use carom_kinematics::{HALF_ULP, Orientation, RelativeMotion};
 use glam::DVec2;
 
-use super::case::{Query, exp2};
+use super::{
+    case::{Query, exp2},
+    edged_shapes::edged,
+};
 use crate::fuzz::random::FuzzDraw;
 
 /// Generated numbers are inside the accepted range.
-const VALID: &str = "radii and masses are positive, and centres differ";
+pub const VALID: &str = "radii and masses are positive, and centres differ";
 
 /// Bound on lengths and speeds of scaled queries; its inverse is the lower bound on lengths.
 const MAX_SCALED: f64 = 1e59;
@@ -23,14 +26,16 @@ const MAX_SCALED: f64 = 1e59;
 /// A random query.
 pub fn draw(seed: u64) -> Query {
     let draw = &mut FuzzDraw::new(seed);
-    let (class, encounter) = match draw.index(12) {
+    let (class, encounter) = match draw.index(15) {
         0..=3 => of_class(draw),
         4 => ("bisected graze", bisected_graze(draw)),
         5 | 6 => ("after an impulse", after_impulse(draw)),
-        7 => ("equal or opposite spins", paired_spins(draw)),
+        7 => ("equal or opposite spins", paired_spins_of_discs(draw)),
         8 => ("tiny atoms on long arms", tiny_atoms(draw)),
         9 => ("many atoms", many_atoms(draw)),
         10 => ("wall", wall(draw)),
+        11 | 12 => ("edges", edges(draw)),
+        13 => ("equal or opposite spins", paired_spins_of_edges(draw)),
         _ => ("rods of six", rods(draw)),
     };
     let mut query = Query::new(class, &encounter);
@@ -179,6 +184,7 @@ fn bisected_graze(draw: &mut FuzzDraw) -> Encounter {
         Class::Graze(10),
         Class::WallGraze(6),
         Class::WallGraze(10),
+        Class::CornerGraze(9),
     ];
     let class = draw.one_of(&classes);
     let encounter = Encounter::draw(class, draw.bits() >> 1, draw.integer(0, 1000) as u64);
@@ -225,6 +231,9 @@ fn after_impulse(draw: &mut FuzzDraw) -> Encounter {
         Class::LargeOmega,
         Class::Wall,
         Class::SizeRatio,
+        Class::Squares,
+        Class::Polygons,
+        Class::BondedDiscs,
     ]);
     let encounter = Encounter::draw(class, draw.bits() >> 1, draw.integer(0, 1000) as u64);
     let answer = encounter.first_contact(&Exact::default());
@@ -328,9 +337,18 @@ fn normal_and_arms(encounter: &Encounter, touch: Touch) -> Option<(DVec2, [DVec2
     })
 }
 
-/// Two molecules with equal or opposite spins and a gap of 1e-3 to 1e-13 sizes.
-fn paired_spins(draw: &mut FuzzDraw) -> Encounter {
+fn paired_spins_of_discs(draw: &mut FuzzDraw) -> Encounter {
     let molecules = [named(draw), named(draw)];
+    paired_spins(draw, molecules)
+}
+
+fn paired_spins_of_edges(draw: &mut FuzzDraw) -> Encounter {
+    let molecules = [edged(draw), edged(draw)];
+    paired_spins(draw, molecules)
+}
+
+/// Two molecules with equal or opposite spins and a gap of 1e-3 to 1e-13 sizes.
+fn paired_spins(draw: &mut FuzzDraw, molecules: [Molecule; 2]) -> Encounter {
     let size = molecules[0].bounding_radius() + molecules[1].bounding_radius();
     let turns = [draw.between(-0.5, 0.5), draw.between(-0.5, 0.5)].map(Orientation::from_turns);
     let (direction, gap) = (draw.direction(), draw.scale(1e-13, 1e-3) * size);
@@ -491,6 +509,47 @@ fn wall(draw: &mut FuzzDraw) -> Encounter {
     flight(draw, &molecules)
 }
 
+/// A body with edges, and another, a union of discs or a wall that turns; a tenth of the pairs turn
+/// by 10 to 10⁴ times as much.
+fn edges(draw: &mut FuzzDraw) -> Encounter {
+    let body = edged(draw);
+    let other = match draw.index(4) {
+        0 => named(draw),
+        1 => {
+            let length = draw.scale(0.1, 10.0) * body.bounding_radius();
+            let radius = draw.one_of(&[0.0, 1e-3, 0.1]) * length;
+            Molecule::wall(length * draw.direction(), radius).expect(VALID)
+        }
+        _ => edged(draw),
+    };
+    let molecules = if draw.happens(0.5) {
+        [body, other]
+    } else {
+        [other, body]
+    };
+    let mut encounter = flight(draw, &molecules);
+    let factor = if draw.happens(0.1) {
+        draw.scale(10.0, 1e4)
+    } else {
+        1.0
+    };
+    let spin_of_wall = draw.normal() / encounter.size();
+    for (spin, molecule) in encounter
+        .motion
+        .angular_velocity
+        .iter_mut()
+        .zip(&encounter.molecules)
+    {
+        *spin = factor
+            * if molecule.is_wall() {
+                spin_of_wall
+            } else {
+                *spin
+            };
+    }
+    encounter
+}
+
 /// Two rods of six atoms with positions, velocities and spins on a coarse grid, which gives many
 /// simple motions.
 fn rods(draw: &mut FuzzDraw) -> Encounter {
@@ -525,7 +584,7 @@ mod tests {
     fn all_kinds_are_drawn_and_many_of_them_touch() {
         let queries: Vec<Query> = (0..400).map(draw).collect();
         let kinds: BTreeSet<&str> = queries.iter().map(|query| &query.class[..]).collect();
-        assert_eq!(kinds.len(), 8, "{kinds:?}");
+        assert_eq!(kinds.len(), 9, "{kinds:?}");
         let touch = |query: &&Query| {
             query
                 .encounter()

@@ -1,10 +1,10 @@
 //! Judges the answers of a detector to one query by the oracle's search in extended precision.
 
 use carom_detection::{
-    Answer, Contact, Detection, DiscLanes, ErrorBound, Outcome, QueryBody, Touch,
+    Answer, Contact, Detection, DiscLanes, EdgeErrorBound, ErrorBound, Outcome, QueryBody, Touch,
     encounters::Encounter,
 };
-use carom_geometry::gap_between;
+use carom_geometry::{Circle, gap_between};
 use carom_kinematics::{HALF_ULP, Motion};
 use carom_testkit::oracle::{
     DoubleDouble, ExclusionReference, Oracle, OracleVerdict, gap_over_bound,
@@ -35,6 +35,7 @@ pub fn check(detector: &impl Detection, query: &Query) -> Report {
     }
     report.count("queries", 1);
     refuse_wide_bounds(&base, &mut report);
+    refuse_wide_bounds_of_edges(&base, &mut report);
     let reference = Oracle {
         most_intervals: MAX_INTERVALS,
     }
@@ -333,6 +334,35 @@ fn refuse_wide_bounds(encounter: &Encounter, report: &mut Report) {
                     "bound too wide",
                     format!("E = {bound:e}, expected at most {allowed:e}"),
                 );
+            }
+        }
+    }
+}
+
+/// Checks that E of atoms and edges is at most some roundings of the lengths involved plus the errors
+/// of the query.
+fn refuse_wide_bounds_of_edges(encounter: &Encounter, report: &mut Report) {
+    let (motion, time) = (&encounter.motion, encounter.horizon);
+    for (body, molecule) in encounter.molecules.iter().enumerate() {
+        let [spin, fast] = [body, 1 - body].map(|index| motion.angular_velocity[index].abs());
+        for edge in encounter.molecules[1 - body].edges() {
+            for atom in molecule.atoms() {
+                let way = motion.separation.length() + motion.velocity.length() * time;
+                let near = edge.reach() + edge.radius() + atom.radius() + 2.0 * atom.arm();
+                // An edge at rest may be a long wall, which the atom passes anywhere.
+                let far = if fast == 0.0 { way + near } else { near };
+                let lengths = way + near + (spin * atom.arm() + fast * near) * time;
+                let given = motion.separation_error
+                    + atom.arm() * motion.orientation_error[body]
+                    + far * motion.orientation_error[1 - body];
+                let allowed = MAX_BOUND * HALF_ULP * lengths + 2.0 * given;
+                let bound = EdgeErrorBound::new(motion, body, &Circle::from(atom), edge).at(time);
+                if exceeds(bound, allowed) {
+                    return report.fail(
+                        "bound too wide",
+                        format!("E = {bound:e} of an edge, expected at most {allowed:e}"),
+                    );
+                }
             }
         }
     }

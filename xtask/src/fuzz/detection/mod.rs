@@ -4,6 +4,8 @@
 pub mod bad_numbers;
 pub mod case;
 pub mod classes;
+pub mod edged_body;
+pub mod edged_shapes;
 pub mod judge;
 
 use anyhow::Result;
