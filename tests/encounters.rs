@@ -208,3 +208,29 @@ fn velocities_times_a_power_of_two_give_the_same_bits() {
         }
     }
 }
+
+/// Bodies of atoms and edges with known first contacts, to the double at which each was computed in
+/// binary128 by another program: `class,id` of all that differ by more than 1e-9 of the window.
+#[test]
+fn bodies_with_edges_meet_at_the_known_times() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/encounters-shapes.csv");
+    let all = encounters::read(&file).unwrap();
+    assert_eq!(all.len(), 466);
+    let is_wrong = |encounter: &&EncounterRecord| {
+        let window = encounter.window_end.unwrap();
+        let found = ask(&Exact::default(), &pair(encounter), window).outcome;
+        match (encounter.expected.unwrap(), found) {
+            (ExpectedAnswer::Free, Outcome::Free) => false,
+            (ExpectedAnswer::Contact { time, .. }, Outcome::Contact(found)) => {
+                (found.time - time).abs() > 1e-9 * window
+            }
+            _ => true,
+        }
+    };
+    let wrong: Vec<String> = all
+        .iter()
+        .filter(is_wrong)
+        .map(|encounter| format!("{}/{}", encounter.class, encounter.id))
+        .collect();
+    assert!(wrong.is_empty(), "{wrong:?}");
+}

@@ -252,7 +252,10 @@ impl<'a> EdgePair<'a> {
             return (outcome, is_beside);
         }
         // The bounds of the pair are those of a longer reach: a contact has smaller ones.
-        match near.first_contact_in_span(begin, limit, search) {
+        let gap = self.gap(&self.pose(time));
+        let closing = (-gap.rate).max(gap.rate_error);
+        let until = (time + 4.0 * gap.error / closing).min(limit);
+        match near.first_contact_in_span(begin, until, search) {
             contact @ PairOutcome::Contact(_) => (contact, true),
             PairOutcome::OutOfBudget(until) => (PairOutcome::OutOfBudget(until), false),
             PairOutcome::Free | PairOutcome::Paused(_) => (outcome, false),

@@ -1,12 +1,12 @@
-//! Separating lines: as long as a side of the convex hull of one body has all corners of the other
-//! before it, the bodies do not touch.
+//! Separating lines: as long as all corners of one body are in front of a side of the convex hull of
+//! the other, the bodies do not touch.
 //!
 //! # Lemmas
 //! Let a line with the outward normal n be fixed in body Q, which lies behind it. y_i is the
 //! distance of corner i of body P (an atom, with its radius) from the line.
 //!
 //! 1. **Line.** While all y_i > 0 the bodies do not touch. *Proof.* P lies in the convex hull of
-//!    its atoms, before the line, Q behind it.
+//!    its atoms, in front of the line, Q behind it.
 //! 2. **Corner.** While y_i > 0, corner i touches nothing of Q, and neither does an edge of P whose
 //!    two ends are such corners. Before the first corner crosses, nothing touches.
 //! 3. **Motion.** y_i is n·D less a constant, as for a corner and an edge: K, K₃ and the rounding
@@ -36,6 +36,7 @@ use crate::{
     gap_search::GapFunction,
     safe_step::{Curvature, safe_step},
     search::{PairOutcome, Search},
+    skimming::rounding_within,
     tolerance::{FEW_PAIRS, MAX_LINES, NEAR_LINE},
     trace::Recorder,
 };
@@ -71,7 +72,7 @@ struct Bounds {
     terms: f64,
 }
 
-/// A line at one time, as the corners of the other body see it.
+/// A line at one time, relative to the corners of the other body.
 struct Sight {
     /// The body with the corners.
     body: usize,
@@ -82,7 +83,7 @@ struct Sight {
     centre: [f64; 3],
 }
 
-/// How a bound on the time at which a corner crosses a line is known.
+/// The state of the search for the crossing of a corner and a line.
 #[derive(Clone, Copy, PartialEq)]
 enum Crossing {
     NotBefore,
@@ -149,8 +150,16 @@ fn other_end(edge: &Edge, atom: u32) -> Option<u32> {
 fn inner_radius(body: Outline<'_>) -> f64 {
     let distances = body.sides().iter().map(|side| side.distance);
     let least = distances.fold(f64::INFINITY, f64::min);
-    // A disc, or a union of discs, has no sides.
-    if least < f64::INFINITY { least } else { 0.0 }
+    let is_even = body
+        .atoms
+        .iter()
+        .all(|atom| atom.radius() == body.atoms[0].radius());
+    // A disc, or a union of discs, has no sides; sides of a body of uneven atoms lie outside its hull.
+    if is_even && least < f64::INFINITY {
+        least
+    } else {
+        0.0
+    }
 }
 
 impl Bounds {
@@ -158,7 +167,9 @@ impl Bounds {
         let radii = outlines.map(|outline| outline.bounding_radius);
         let (spin, spin_of_line) = (flight.spin[body], flight.spin[1 - body]);
         let (apart, fast) = ((spin - spin_of_line).abs(), spin_of_line.abs());
-        let (arm, reach) = (radii[body], radii[0] + radii[1]);
+        let arm = radii[body];
+        let reach = radii[0] + radii[1];
+        let reach = reach + rounding_within(flight.motion, reach);
         Self {
             error: EdgeErrorBound::of_bodies(flight.motion, body, flight.spin, radii),
             of_line: centripetal(fast, reach) + 2.0 * fast * flight.speed,
@@ -169,12 +180,14 @@ impl Bounds {
     }
 
     /// Bounds on the curvature of y_i for a corner on this arm with this y_i''.
-    fn curvature(&self, flight: &Flight<'_>, arm: f64, second: f64, error: f64) -> Curvature {
+    fn curvature(&self, flight: &Flight<'_>, time: f64, arm: f64, second: f64) -> Curvature {
+        let error = self.error.at(time);
         let of_corner = centripetal(self.apart, arm);
         let largest = self.of_line + of_corner;
         let motion = flight.motion;
-        let tilt = motion.orientation_error[0] + motion.orientation_error[1];
         let both = flight.spin[0].abs() + flight.spin[1].abs();
+        let tilt =
+            motion.orientation_error[0] + motion.orientation_error[1] + 4.0 * U * both * time;
         let second_error = self.terms * (32.0 * U + tilt)
             + both * both * error
             + 2.0 * both * motion.velocity_error;
@@ -195,7 +208,10 @@ impl Lines<'_> {
     fn best(&self, at: &Pose) -> Option<Sight> {
         let mut best: Option<(usize, HullSide)> = None;
         let mut least = f64::NEG_INFINITY;
-        for body in [0, 1] {
+        // Of equal distances the same one for exchanged bodies.
+        let is_ahead = at.separation.x > 0.0 || (at.separation.x == 0.0 && at.separation.y > 0.0);
+        let first = usize::from(is_ahead);
+        for body in [first, 1 - first] {
             let sides = self.outlines[1 - body].sides();
             let to_corners = if body == 1 {
                 at.separation
@@ -300,7 +316,7 @@ impl Lines<'_> {
         a * b <= FEW_PAIRS
     }
 
-    /// Whether a corner is before the line or touches it, so that its crossing can be searched.
+    /// Whether a corner is in front of the line or touches it, so that its crossing can be searched.
     fn is_before(&self, sight: &Sight, at: &Pose, index: usize) -> bool {
         let atom = &self.outlines[sight.body].atoms[index];
         let (y, ..) = self.corner(sight, atom.offset());
@@ -366,7 +382,7 @@ impl Lines<'_> {
             let (y, rate, second) = self.corner(sight, atom.offset());
             let gap = y - atom.radius() - error;
             let time = if gap > 0.0 {
-                let curvature = bounds.curvature(self.flight, atom.arm(), second, error);
+                let curvature = bounds.curvature(self.flight, at.time, atom.arm(), second);
                 at.time + safe_step(gap, rate - rate_error, &curvature)
             } else {
                 at.time

@@ -187,12 +187,17 @@ impl MoleculeArgument {
             self.refuse_atom_options("a molecule with lengths of its own")?;
         }
         let has_mass = file.atom_mass.is_some() || file.density.is_some();
+        let is_listed = !file.atoms.is_empty();
+        let needs_mass = !is_of_discs && !is_listed && file.density.is_none();
         let spec = MoleculeSpec {
             atom_radius: self.atom_radius.or(file.atom_radius),
             atom_mass: self
                 .atom_mass
                 .or(file.atom_mass)
                 .or((is_of_discs && !has_mass).then_some(usual_mass)),
+            mass: file
+                .mass
+                .or(needs_mass.then(|| self.mass.unwrap_or(ATOMS_OF_THE_TEE * usual_mass))),
             ..file
         };
         let name = path

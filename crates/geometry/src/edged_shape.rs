@@ -4,7 +4,7 @@ use std::{f64::consts::PI, fmt, str::FromStr};
 
 use glam::DVec2;
 
-use crate::{GeometryError, Molecule, check_positive};
+use crate::{GeometryError, Molecule, check_positive, interior::MAX_CORNERS};
 
 /// A body with straight sides and uniform density, by name.
 ///
@@ -38,9 +38,6 @@ pub enum EdgedShape {
     Kite(f64, f64),
 }
 
-/// The most corners of a regular polygon by name.
-const MAX_CORNERS: usize = 1024;
-
 /// The radius of the corners of a polygon over its size, if none is given.
 pub const DEFAULT_ROUNDING: f64 = 1e-6;
 
@@ -58,11 +55,12 @@ impl EdgedShape {
     /// The shape of this `size` (length) and `mass`, with corners of radius `rounding` sizes.
     ///
     /// All points within that radius of the polygon belong to the body, so that a square of size 1
-    /// is 1 + 2 `rounding` across. A capsule takes no notice of `rounding`.
+    /// is 1 + 2 `rounding` across. A capsule ignores `rounding`.
     ///
     /// # Errors
     /// [`GeometryError`] if a number is out of range.
     pub fn molecule(self, size: f64, rounding: f64, mass: f64) -> Result<Molecule, GeometryError> {
+        self.check()?;
         check_positive("the size of a shape", size)?;
         check_positive("the mass of a molecule", mass)?;
         if let Self::Capsule(length) = self {

@@ -20,7 +20,7 @@ pub enum Interior {
 }
 
 /// The most corners of a polygon; a larger number is probably an error.
-const MAX_CORNERS: usize = 1024;
+pub const MAX_CORNERS: usize = 1024;
 
 /// The smallest radius of the corners of a polygon, as a share of the largest distance of a corner
 /// from the first. At smaller radii the rounding of positions hides on which side of an edge a
@@ -54,7 +54,10 @@ pub(crate) fn simple_polygon(corners: &[DVec2], radius: f64) -> Result<&[DVec2],
     for second in 0..count {
         let [from, to] = side(second);
         let before = corners[(second + count - 1) % count];
-        if from == to || folds_back(before - from, to - from) {
+        if from == to {
+            return refused(format!("has corner {second} twice"));
+        }
+        if folds_back(before - from, to - from) {
             return refused(format!("folds back on itself at corner {second}"));
         }
         for first in 0..second.saturating_sub(1) {
@@ -95,6 +98,76 @@ pub(crate) fn closed_line(count: u32, radius: f64) -> Vec<([u32; 2], f64)> {
         .collect()
 }
 
+/// Refuses edges of which it is not clear what they enclose, if that is to be solid: connected edges
+/// that close a line and branch, and closed lines that cross themselves.
+pub(crate) fn check_lines(
+    atoms: &[Atom],
+    edges: &[Edge],
+    interior: Interior,
+) -> Result<(), GeometryError> {
+    let refused = |index: usize, problem| {
+        let ends = edges[index].ends().unwrap_or_default();
+        Err(GeometryError::Edge {
+            index,
+            ends,
+            problem,
+        })
+    };
+    if interior == Interior::Hollow {
+        return Ok(());
+    }
+    let neighbours = neighbours(atoms.len(), edges);
+    let mut seen = vec![false; atoms.len()];
+    for start in 0..atoms.len() as u32 {
+        let line = line_from(start, &neighbours, &mut seen);
+        let of_line = |edge: &Edge| edge.ends().is_some_and(|[end, _]| line.contains(&end));
+        let numbers: Vec<usize> = (0..edges.len())
+            .filter(|&index| of_line(&edges[index]))
+            .collect();
+        if numbers.is_empty() || numbers.len() < line.len() {
+            continue;
+        }
+        if line
+            .iter()
+            .any(|&atom| neighbours[atom as usize].len() != 2)
+        {
+            return refused(
+                numbers[0],
+                "belongs to a closed line with branches, of which it is not clear what they enclose: give \
+                 `hollow = true`",
+            );
+        }
+        let segment = |index: usize| {
+            let half = edges[index].half_length() * edges[index].along();
+            [edges[index].middle() - half, edges[index].middle() + half]
+        };
+        let is_apart = |one: usize, other: usize| {
+            let ends = edges[one].ends().unwrap_or_default();
+            let others = edges[other].ends().unwrap_or_default();
+            !ends.iter().any(|end| others.contains(end))
+        };
+        for (place, &second) in numbers.iter().enumerate() {
+            let crosses = |&&first: &&usize| {
+                is_apart(first, second) && segments_meet(segment(first), segment(second))
+            };
+            if numbers[..place].iter().any(|first| crosses(&first)) {
+                return refused(second, "crosses another edge of its closed line");
+            }
+        }
+    }
+    Ok(())
+}
+
+/// For each atom those with which an edge joins it.
+fn neighbours(atoms: usize, edges: &[Edge]) -> Vec<Vec<u32>> {
+    let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); atoms];
+    for [first, second] in edges.iter().filter_map(Edge::ends) {
+        neighbours[first as usize].push(second);
+        neighbours[second as usize].push(first);
+    }
+    neighbours
+}
+
 /// Closed lines of edges whose interior is solid: the indices of their atoms, counter-clockwise.
 ///
 /// A closed line is a connected part in which each atom is at the end of exactly two edges.
@@ -102,11 +175,7 @@ pub(crate) fn solid_rings(atoms: &[Atom], edges: &[Edge], interior: Interior) ->
     if interior == Interior::Hollow {
         return Vec::new();
     }
-    let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); atoms.len()];
-    for [first, second] in edges.iter().filter_map(Edge::ends) {
-        neighbours[first as usize].push(second);
-        neighbours[second as usize].push(first);
-    }
+    let neighbours = neighbours(atoms.len(), edges);
     let mut seen = vec![false; atoms.len()];
     let mut rings = Vec::new();
     for start in 0..atoms.len() as u32 {

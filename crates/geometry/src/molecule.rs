@@ -15,7 +15,7 @@ use crate::{
     check_positive,
     covered_area::covered_area,
     hull::{HullSide, hull_sides},
-    interior::{self, Interior},
+    interior::{self, Interior, MIN_ROUNDING},
     properties::Properties,
     union::{Bar, Union},
 };
@@ -71,6 +71,7 @@ impl PartialEq for Molecule {
             && self.edges == other.edges
             && self.interior == other.interior
             && self.is_uniform == other.is_uniform
+            && self.mass == other.mass
     }
 }
 
@@ -237,7 +238,10 @@ impl Molecule {
         mass: Option<f64>,
     ) -> Result<Self, GeometryError> {
         let edges = edges_between(&atoms, edges)?;
+        interior::check_lines(&atoms, &edges, interior)?;
         let properties = Properties::new(&union_of(&atoms, &edges, interior));
+        check_positive("the area of a molecule", properties.area)?;
+        check_positive("the second moment of the area", properties.second_moment)?;
         let mut molecule = Self {
             sides: hull_sides(&atoms, &edges),
             edges,
@@ -623,7 +627,13 @@ fn edges_between(atoms: &[Atom], edges: &[([u32; 2], f64)]) -> Result<Vec<Edge>,
         if made.iter().any(is_same) {
             return Err(refused("lies between the same atoms as another"));
         }
-        made.push(Edge::between(ends, radius)?);
+        let edge = Edge::between(ends, radius)?;
+        if radius < MIN_ROUNDING * edge.half_length() {
+            return Err(refused(
+                "is too thin for its length: rounding hides its two sides",
+            ));
+        }
+        made.push(edge);
     }
     Ok(made)
 }

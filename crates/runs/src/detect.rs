@@ -22,7 +22,7 @@ use serde::Serialize;
 
 use crate::{
     console::put,
-    encounters::{self, EncounterRecord},
+    encounters::{self, EncounterRecord, EncounterRow},
     output::write_whole,
     print_line,
     progress::Progress,
@@ -76,6 +76,8 @@ pub struct SearchSummary {
     pub free: u64,
     /// Pairs that the detector could not decide.
     pub unresolved: u64,
+    /// Pairs with bodies that are not supported, which were not searched.
+    pub unsupported: u64,
     /// Evaluations of the gap of an atom pair.
     pub evaluations: u64,
 }
@@ -87,11 +89,15 @@ impl fmt::Display for SearchSummary {
             contacts,
             free,
             unresolved,
+            unsupported,
             evaluations,
         } = self;
         write!(f, "{cases} encounters: {contacts} contacts, {free} free")?;
         if *unresolved > 0 {
             write!(f, ", {unresolved} unresolved")?;
+        }
+        if *unsupported > 0 {
+            write!(f, ", {unsupported} not supported")?;
         }
         write!(f, "; {evaluations} evaluations")
     }
@@ -101,14 +107,15 @@ impl fmt::Display for SearchSummary {
 /// answers to `out`.
 ///
 /// Answers are CSV, `class,id,outcome,t,atomA,atomB,evaluations`, in the order of the cases. The
-/// outcome is `contact`, `free`, or `unresolved` where the search was given up; t is then the time
+/// outcome is `contact`, `free`, `unsupported` for bodies with ellipses, or `unresolved` where the
+/// search was given up; t is then the time
 /// up to which it looked. The atoms are empty for a contact of bounding circles; where an atom
 /// touches an edge, the edge is named in place of an atom, such as `edge2`.
 ///
 /// # Errors
 /// Invalid input, with file, line and column; an answer file that cannot be written.
 pub fn detect(cases: &Path, detector: DetectorName, out: &Path) -> Result<SearchSummary> {
-    let encounters = encounters::read(cases)?;
+    let rows = encounters::rows(cases)?;
     let mut summary = SearchSummary::default();
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record([
@@ -120,8 +127,17 @@ pub fn detect(cases: &Path, detector: DetectorName, out: &Path) -> Result<Search
         "atomB",
         "evaluations",
     ])?;
-    let progress = Progress::items("pairs", encounters.len() as u64);
-    for encounter in &encounters {
+    let progress = Progress::items("pairs", rows.len() as u64);
+    for row in &rows {
+        let encounter = match row {
+            EncounterRow::Pair(encounter) => encounter,
+            EncounterRow::Unsupported { class, id } => {
+                summary.unsupported += 1;
+                table.write_record([class, id, "unsupported", "", "", "", "0"])?;
+                progress.count(1);
+                continue;
+            }
+        };
         let finding = match detector {
             DetectorName::Exact => first_contact(&Exact::default(), encounter),
             DetectorName::GoldenSecant => first_contact(&GoldenSecant::default(), encounter),

@@ -15,7 +15,8 @@
 //! | `t_first` | time of the first contact, or `none`; optional |
 //! | `atomA`, `atomB` | its atoms; optional |
 //!
-//! A column `ellipsesA` or `ellipsesB` must be empty: ellipses are not supported yet.
+//! Rows with a column `ellipsesA` or `ellipsesB` that is not empty have bodies that are not supported
+//! yet; they are listed as such.
 
 use std::path::Path;
 
@@ -63,11 +64,37 @@ impl EncounterRecord {
     }
 }
 
-/// Reads an encounter file.
+/// A row of an encounter file.
+#[derive(Debug, Clone)]
+pub enum EncounterRow {
+    /// Two molecules of atoms and edges.
+    Pair(Box<EncounterRecord>),
+    /// A body has ellipses, which are not supported.
+    Unsupported {
+        /// Class of the case.
+        class: String,
+        /// Name within the class.
+        id: String,
+    },
+}
+
+/// Reads the pairs of an encounter file that are supported.
+///
+/// # Errors
+/// See [`rows`].
+pub fn read(path: &Path) -> Result<Vec<EncounterRecord>> {
+    let pair = |row| match row {
+        EncounterRow::Pair(pair) => Some(*pair),
+        EncounterRow::Unsupported { .. } => None,
+    };
+    Ok(rows(path)?.into_iter().filter_map(pair).collect())
+}
+
+/// Reads all rows of an encounter file.
 ///
 /// # Errors
 /// An entry is invalid; the message names its line and column.
-pub fn read(path: &Path) -> Result<Vec<EncounterRecord>> {
+pub fn rows(path: &Path) -> Result<Vec<EncounterRow>> {
     let name = || format!("encounter file {}", path.display());
     let mut reader = csv::Reader::from_path(path).with_context(name)?;
     let headers = reader.headers().with_context(name)?.clone();
@@ -86,10 +113,10 @@ pub fn read(path: &Path) -> Result<Vec<EncounterRecord>> {
             headers: &headers,
             record: &record,
         };
-        let encounter = row
-            .encounter()
+        let row = row
+            .row()
             .with_context(|| format!("{}, line {line}", name()))?;
-        encounters.push(encounter);
+        encounters.push(row);
     }
     Ok(encounters)
 }
@@ -106,9 +133,19 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
+    fn row(&self) -> Result<EncounterRow> {
+        if ["ellipsesA", "ellipsesB"].map(|name| self.given(name)) == [None; 2] {
+            return Ok(EncounterRow::Pair(Box::new(self.encounter()?)));
+        }
+        Ok(EncounterRow::Unsupported {
+            class: self.text("class")?.to_owned(),
+            id: self.text("id")?.to_owned(),
+        })
+    }
+
     fn encounter(&self) -> Result<EncounterRecord> {
-        let (molecule_a, motion_a) = self.body(COLUMNS_OF_A, ["edgesA", "ellipsesA"])?;
-        let (molecule_b, motion_b) = self.body(COLUMNS_OF_B, ["edgesB", "ellipsesB"])?;
+        let (molecule_a, motion_a) = self.body(COLUMNS_OF_A, "edgesA")?;
+        let (molecule_b, motion_b) = self.body(COLUMNS_OF_B, "edgesB")?;
         Ok(EncounterRecord {
             class: self.text("class")?.to_owned(),
             id: self.text("id")?.to_owned(),
@@ -122,12 +159,8 @@ impl Row<'_> {
     fn body(
         &self,
         [x, y, vx, vy, orientation, spin, atoms]: Columns,
-        [edges, ellipses]: [&str; 2],
+        edges: &str,
     ) -> Result<(Molecule, Motion)> {
-        ensure!(
-            self.given(ellipses).is_none(),
-            "column `{ellipses}`: ellipses are not supported; leave it empty"
-        );
         let motion = Motion {
             position: DVec2::new(self.number(x)?, self.number(y)?),
             velocity: DVec2::new(self.number(vx)?, self.number(vy)?),

@@ -116,6 +116,18 @@ fn touching(
         {
             add(on_edge(wall, 0, atom));
         }
+        // A side that is wider than the wall rests on its ends.
+        let body = 1 - wall;
+        let shift = world.bounds.shift(contact.image);
+        let shift = if wall == 1 { shift } else { -shift };
+        let to_wall = (before[wall].position - before[body].position) + shift;
+        let ends = placed(pair[wall], &before[wall]).collect::<SmallVec<[Placed; 8]>>();
+        for [edge, end] in beside_edges(pair[body], &before[body], to_wall, &ends, tolerance) {
+            let parts = on_edge(body, edge, end);
+            if parts != contact.parts {
+                add(parts);
+            }
+        }
         return frames;
     }
     let between = (before[1].position - before[0].position) + world.bounds.shift(contact.image);
@@ -128,17 +140,31 @@ fn touching(
             pair[1 - n].molecule().bounding_radius() + tolerance,
         )
     });
+    let mut at_ends: SmallVec<[[u32; 2]; 4]> = SmallVec::new();
     for (edged, atoms) in [(0, &of_b), (1, &of_a)] {
         let to_atoms = if edged == 0 { between } else { -between };
-        let beside = beside_edges(pair[edged], &before[edged], to_atoms, atoms, tolerance);
-        for parts in beside.map(|[edge, atom]| on_edge(edged, edge, atom)) {
+        for [edge, atom] in beside_edges(pair[edged], &before[edged], to_atoms, atoms, tolerance) {
+            let ends = pair[edged].molecule().edges()[edge as usize].ends();
+            let with = |end: u32| if edged == 0 { [end, atom] } else { [atom, end] };
+            at_ends.extend(ends.into_iter().flatten().map(with));
+            let parts = on_edge(edged, edge, atom);
             if parts != contact.parts {
                 add(parts);
             }
         }
     }
+    // A corner on an edge next to its end is one point; the normal of the edge is the exact one.
+    let is_at_end = |a: u32, b: u32| at_ends.contains(&[a, b]);
+    if let TouchingParts::Atoms(a, b) = contact.parts
+        && is_at_end(a, b)
+    {
+        frames.remove(0);
+    }
     for a in &of_a {
         for b in &of_b {
+            if is_at_end(a.index, b.index) {
+                continue;
+            }
             let line_of_centres = between + (b.arm - a.arm);
             let reach = a.radius + b.radius + tolerance;
             let touches = line_of_centres.length_squared() <= reach * reach;
@@ -214,18 +240,22 @@ struct Placed {
 
 /// The atoms of a body within `reach` of the centre of the other (length).
 fn near(body: &Body, motion: &Motion, to_other: DVec2, reach: f64) -> SmallVec<[Placed; 8]> {
-    let rotation = motion.orientation.cos_sin();
-    let atoms = body.molecule().atoms().iter().enumerate();
-    let placed = atoms.map(|(index, atom)| Placed {
-        index: index as u32,
-        arm: rotation.rotate(atom.offset()),
-        radius: atom.radius(),
-    });
     let is_near = |atom: &Placed| {
         let most = reach + atom.radius;
         (to_other - atom.arm).length_squared() <= most * most
     };
-    placed.filter(is_near).collect()
+    placed(body, motion).filter(is_near).collect()
+}
+
+/// All atoms of a body in its present orientation.
+fn placed<'a>(body: &'a Body, motion: &Motion) -> impl Iterator<Item = Placed> + 'a {
+    let rotation = motion.orientation.cos_sin();
+    let atoms = body.molecule().atoms().iter().enumerate();
+    atoms.map(move |(index, atom)| Placed {
+        index: index as u32,
+        arm: rotation.rotate(atom.offset()),
+        radius: atom.radius(),
+    })
 }
 
 /// A frame on the line of action of the resultant of these impulses on the second body. Where they

@@ -112,7 +112,7 @@ pub struct GasSpec {
     /// them. Default: 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<Quantity>,
-    /// Mass of a molecule per area of the union of its atoms and edges (mass / length²), above 0.
+    /// Mass of a molecule per area that it covers (mass / length²), above 0.
     /// The atoms of a named shape share the mass equally, those of a list in proportion to their
     /// masses. Excludes `mass` and `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]

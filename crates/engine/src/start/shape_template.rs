@@ -1,7 +1,7 @@
 //! The shape that the keys of a molecule or of a gas describe, before its size and mass are given.
 
 use carom_geometry::{
-    Atom, DEFAULT_ROUNDING, EdgedShape, GeometryError, Interior, Molecule, Shape,
+    Atom, DEFAULT_ROUNDING, EdgedShape, GeometryError, Interior, MAX_CORNERS, Molecule, Shape,
 };
 use glam::DVec2;
 
@@ -99,6 +99,9 @@ impl Template {
                 "`edges`, `edge_radius` and `hollow` go with a list of `atoms`",
             ));
         }
+        if given.edges.is_empty() && (given.edge_radius.is_some() || given.hollow) {
+            return Err(keys("`edge_radius` and `hollow` go with `edges`"));
+        }
         if !given.polygon.is_empty() {
             return Self::polygon(given);
         }
@@ -124,6 +127,13 @@ impl Template {
     }
 
     fn polygon(given: ShapeKeys<'_>) -> Result<Self, Refusal> {
+        if given.polygon.len() > MAX_CORNERS {
+            let problem = format!(
+                "needs 3 to {MAX_CORNERS} corners, but has {}",
+                given.polygon.len()
+            );
+            return Err(GeometryError::Polygon(problem).into());
+        }
         let corners: Vec<DVec2> = given.polygon.iter().map(|&corner| corner.into()).collect();
         let size = corners
             .iter()
