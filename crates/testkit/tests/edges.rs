@@ -152,7 +152,7 @@ fn next_part(touch: Touch, encounter: &Encounter) -> Touch {
             let count = encounter.molecules[body].atoms().len() as u32;
             Part::Atom((index + 1) % count)
         }
-        part => part,
+        Part::BoundingCircle => part,
     };
     match touch {
         Touch::EdgeOfA { edge, part } => Touch::EdgeOfA {
@@ -163,7 +163,7 @@ fn next_part(touch: Touch, encounter: &Encounter) -> Touch {
             edge,
             part: next(part, 0),
         },
-        touch => touch,
+        Touch::Atoms(..) | Touch::BoundingCircles => touch,
     }
 }
 

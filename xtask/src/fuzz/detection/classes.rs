@@ -18,7 +18,7 @@ use super::{
 use crate::fuzz::random::FuzzDraw;
 
 /// Generated numbers are inside the accepted range.
-pub const VALID: &str = "radii and masses are positive, and centres differ";
+pub(super) const VALID: &str = "radii and masses are positive, and centres differ";
 
 /// Bound on lengths and speeds of scaled queries; its inverse is the lower bound on lengths.
 const MAX_SCALED: f64 = 1e59;

@@ -9,7 +9,7 @@ use super::classes::VALID;
 use crate::fuzz::random::FuzzDraw;
 
 /// A capsule, a convex or concave polygon, a hollow ring, or discs some of which are connected.
-pub fn edged(draw: &mut FuzzDraw) -> Molecule {
+pub(super) fn edged(draw: &mut FuzzDraw) -> Molecule {
     match draw.index(5) {
         0 => Molecule::capsule(draw.scale(0.1, 3.0), draw.scale(1e-6, 1.0), 1.0).expect(VALID),
         1 => regular(draw),

@@ -5,7 +5,7 @@ pub mod bad_numbers;
 pub mod case;
 pub mod classes;
 pub mod edged_body;
-pub mod edged_shapes;
+mod edged_shapes;
 pub mod judge;
 
 use anyhow::Result;
