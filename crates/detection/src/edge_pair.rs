@@ -11,10 +11,10 @@
 //! 2. **Derivatives.** y' = n·(D' − ω_Q D^⊥) with D' = V + ω_P r^⊥, and y'' = n·(−ω_P² r − 2 ω_Q
 //!    D'^⊥ − ω_Q² D); x' and x'' likewise with e. *Proof.* n' = ω_Q n^⊥.
 //! 3. **Bounds for all times.** While |X + V t| ≤ ϱ, y'' and x'' are at most K = ω_Q² ϱ + 2
-//!    |ω_Q||V| + (ω_P − ω_Q)² r in magnitude, and y''' and x''' at most K₃ = |ω_Q|³ ϱ + 3 ω_Q² |V|
-//!    + |ω_P − ω_Q|³ r. *Proof.* In the frame of Q the atom is at p = R_Q⁻¹ (X + V t) + R(θ_P −
-//!    θ_Q) r, so that p'' = −R_Q⁻¹ (ω_Q² (X + V t) + 2 ω_Q V^⊥) − (ω_P − ω_Q)² R r. y and x are
-//!    linear in p: hence C₃ = K₃, and K bounds the curvature to both sides.
+//!    |ω_Q||V| + (ω_P − ω_Q)² r in magnitude, and y''' and x''' at most K₃ = |ω_Q|³ ϱ +
+//!    3 ω_Q² |V| + |ω_P − ω_Q|³ r. *Proof.* In the frame of Q the atom is at p = R_Q⁻¹ (X + V t) +
+//!    R(θ_P − θ_Q) r, so that p'' = −R_Q⁻¹ (ω_Q² (X + V t) + 2 ω_Q V^⊥) − (ω_P − ω_Q)² R r.
+//!    y and x are linear in p: hence C₃ = K₃, and K bounds the curvature to both sides.
 //! 4. **Reach.** A contact needs |D| ≤ q + s, with q the largest distance of a point of the edge
 //!    from the centre of Q, and so |X + V t| ≤ ϱ = q + s + r. The search is confined to the window
 //!    of time in which this holds, which is connected. If P does not turn, X + r takes the place of

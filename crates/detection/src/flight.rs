@@ -83,7 +83,7 @@ impl Pose {
 
     /// A vector in the frame of a body.
     #[inline]
-    pub(crate) fn into_frame(&self, body: usize, vector: DVec2) -> DVec2 {
+    pub(crate) fn in_frame_of(&self, body: usize, vector: DVec2) -> DVec2 {
         // The inverse of a rotation is its conjugate.
         let rotation = self.rotation[body];
         DVec2::new(rotation.x, -rotation.y).rotate(vector)

@@ -23,7 +23,8 @@
 //! # Lemmas
 //! 1. **Step.** Let n be the normal at the start of the step. If −n·d'' ≤ k over the next h, then
 //!    the exact gap after h is at least g + g' h − k h²/2. *Proof.* |d(t+h)| ≥ n·d(t+h) = n·d +
-//!    n·d' h + ∬ n·d''. For an edge see its own module, with the coordinate y for n·d.
+//!    n·d' h + ∬ n·d''. For an edge y replaces n·d, and the relation is an
+//!    equality ([`edge_pair`](crate::edge_pair), Lemma 3).
 //! 2. **Growing bounds.** A bound k₀ + k₁ τ on −n·d'' at the time τ from now may be replaced by the
 //!    constant k₀ + k₁ H/3 for all h ≤ H. *Proof.* ∬ (k₀ + k₁ τ) = k₀ h²/2 + k₁ h³/6.
 //! 3. **Bounds on the curvature.** Each of the following is a valid k for h ≤ H; the search uses
@@ -38,8 +39,8 @@
 //!    * C₃ H/3 − g''. *Proof.* Taylor expansion of g. Let p and q be the components of d' and d''
 //!      across n. Then g'' = n·d'' + p²/|d| and g''' = n·d''' + 3 p q/|d| − 3 p² g'/|d|². Since p²
 //!      |g'| ≤ 2 |d'|³/√27, and |d| ≥ s up to the first contact, |g'''| ≤ C₃ = K₃ + 3 L K/s + 1.2
-//! L³/s². Here 2·3/√27 = 1.1547; the difference to 1.2 covers |d| ≥ s − 2 E as long as s ≥ 53 E.
-//! For smaller atoms the `GapFunction` gives no C₃. For an edge C₃ = K₃.
+//!      L³/s². Here 2·3/√27 = 1.1547; the difference to 1.2 covers |d| ≥ s − 2 E as long as s ≥ 53
+//!      E. For smaller atoms the `GapFunction` gives no C₃. For an edge C₃ = K₃.
 //! 4. **Other certificates.** The search takes the longest of several certified steps.
 //!    * An atom of a fast rotor stays on a circle of radius r about the centre of its body, so the
 //!      other atom may be stepped against the disc of radius r + s about that centre.
@@ -79,10 +80,10 @@
 //! 10. **Gap since the contact.** While a pair is within E of contact, E exceeds the gap, but the
 //!     change of the gap since the contact is still resolved. Let δ = d(h) − d(0) = V h + (R(ω_B h)
 //!     − 1) r_B − (R(ω_A h) − 1) r_A, with (R(φ) − 1) r = −2 sin²(φ/2) r + sin φ r^⊥. Then g(h) −
-//!     g(0) = δ·(2 d(0) + δ)/(|d(h)| + |d(0)|) (for an edge see its own module) is a sum of terms
-//!     each accurate to a few roundings. Its error is at most h (E' + 8 u L). Lemmas 1 to 7 apply
-//!     with this error in place of E as long as it is smaller. The contact is placed where the gap
-//!     is g(0) again.
+//!     g(0) = δ·(2 d(0) + δ)/(|d(h)| + |d(0)|) (for an edge: [`edge_pair`](crate::edge_pair), Lemma
+//!     5) is a sum of terms each accurate to a few roundings. Its error is at most h (E' + 8 u L).
+//!     Lemmas 1 to 7 apply with this error in place of E as long as it is smaller. The contact is
+//!     placed where the gap is g(0) again.
 //! 11. **Termination.** While g > E, either g falls by a fixed factor or the step is of the order
 //!     √(E/K). Each pair has at most [`MAX_STEPS`](crate::tolerance::MAX_STEPS) steps, and each
 //!     step advances by at least one floating-point number. A search that reaches the limit ends as

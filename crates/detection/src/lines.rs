@@ -23,7 +23,7 @@
 //! Corners that are behind it already, since none separates the bodies, are searched against all
 //! parts of the other body, the others from the time of their crossing on.
 
-use carom_geometry::{Circle, Edge, HullSide, Outline};
+use carom_geometry::{Atom, Circle, Edge, HullSide, Outline};
 use carom_kinematics::HALF_ULP as U;
 use glam::DVec2;
 use smallvec::SmallVec;
@@ -129,13 +129,24 @@ pub(crate) fn separate<R: Recorder>(
         let Some(sight) = lines.best(&at) else {
             return Separation::Until(time);
         };
-        match lines.first_to_cross(&sight, &at, search) {
-            Verdict::Apart(until) => time = until,
+        let verdict = lines.first_to_cross(&sight, &at, search);
+        let until = match verdict {
+            Verdict::Apart(until) | Verdict::Unclear(until) => until,
+            Verdict::Decided => search.limit(),
+        };
+        search.recorder.concerns(|| all_parts(a, b));
+        search.recorder.step(Phase::Shared, time, Some(until));
+        match verdict {
+            Verdict::Apart(_) => time = until,
             Verdict::Decided => return Separation::Decided,
-            Verdict::Unclear(from) => return Separation::Until(from),
+            Verdict::Unclear(_) => return Separation::Until(until),
         }
     }
     Separation::Until(time)
+}
+
+fn all_parts(a: Outline<'_>, b: Outline<'_>) -> Parts {
+    Parts::Circles([a, b].map(|outline| (0..outline.atoms.len() as u32).collect()))
 }
 
 /// The other end of an edge that ends at an atom.
@@ -147,16 +158,21 @@ fn other_end(edge: &Edge, atom: u32) -> Option<u32> {
     }
 }
 
+/// The radius of a circle about the centre of mass inside the convex hull (length).
+///
+/// The hull of the centres, widened by the least radius, lies in that of the atoms; each side is
+/// moved outwards from it by at most the largest radius.
 fn inner_radius(body: Outline<'_>) -> f64 {
     let distances = body.sides().iter().map(|side| side.distance);
-    let least = distances.fold(f64::INFINITY, f64::min);
-    let is_even = body
-        .atoms
-        .iter()
-        .all(|atom| atom.radius() == body.atoms[0].radius());
-    // A disc, or a union of discs, has no sides; sides of a body of uneven atoms lie outside its hull.
-    if is_even && least < f64::INFINITY {
-        least
+    let nearest = distances.fold(f64::INFINITY, f64::min);
+    let radii = || body.atoms.iter().map(Atom::radius);
+    let (least, largest) = (
+        radii().fold(f64::INFINITY, f64::min),
+        radii().fold(0.0, f64::max),
+    );
+    // A disc, or a union of discs, has no sides.
+    if nearest < f64::INFINITY {
+        nearest - (largest - least)
     } else {
         0.0
     }
@@ -167,9 +183,10 @@ impl Bounds {
         let radii = outlines.map(|outline| outline.bounding_radius);
         let (spin, spin_of_line) = (flight.spin[body], flight.spin[1 - body]);
         let (apart, fast) = ((spin - spin_of_line).abs(), spin_of_line.abs());
-        let arm = radii[body];
+        // The window of the bounding circles is rounded outwards.
         let reach = radii[0] + radii[1];
-        let reach = reach + rounding_within(flight.motion, reach);
+        let reach = reach + 2.0 * rounding_within(flight.motion, reach);
+        let arm = radii[body];
         Self {
             error: EdgeErrorBound::of_bodies(flight.motion, body, flight.spin, radii),
             of_line: centripetal(fast, reach) + 2.0 * fast * flight.speed,
@@ -180,14 +197,15 @@ impl Bounds {
     }
 
     /// Bounds on the curvature of y_i for a corner on this arm with this y_i''.
-    fn curvature(&self, flight: &Flight<'_>, time: f64, arm: f64, second: f64) -> Curvature {
-        let error = self.error.at(time);
+    fn curvature(&self, at: &Pose, flight: &Flight<'_>, arm: f64, second: f64) -> Curvature {
+        let error = self.error.at(at.time);
         let of_corner = centripetal(self.apart, arm);
         let largest = self.of_line + of_corner;
         let motion = flight.motion;
         let both = flight.spin[0].abs() + flight.spin[1].abs();
+        // The normal is turned with both bodies.
         let tilt =
-            motion.orientation_error[0] + motion.orientation_error[1] + 4.0 * U * both * time;
+            motion.orientation_error[0] + motion.orientation_error[1] + 4.0 * U * (both * at.time);
         let second_error = self.terms * (32.0 * U + tilt)
             + both * both * error
             + 2.0 * both * motion.velocity_error;
@@ -218,7 +236,7 @@ impl Lines<'_> {
             } else {
                 -at.separation
             };
-            let place = at.into_frame(1 - body, to_corners);
+            let place = at.in_frame_of(1 - body, to_corners);
             let of_centre = |side: &HullSide| side.normal.dot(place) - side.distance;
             // Mostly the side that faces the other centre.
             let facing = sides
@@ -230,7 +248,7 @@ impl Lines<'_> {
                 if most <= least {
                     continue;
                 }
-                let normal = at.into_frame(body, at.arm(1 - body, side.normal));
+                let normal = at.in_frame_of(body, at.arm(1 - body, side.normal));
                 let distance = of_centre(side) + self.nearest(body, normal);
                 if distance > least {
                     (best, least) = (Some((body, *side)), distance);
@@ -260,7 +278,7 @@ impl Lines<'_> {
         Sight {
             body,
             side,
-            normal: at.into_frame(body, normal),
+            normal: at.in_frame_of(body, normal),
             centre: [
                 normal.dot(place) - side.distance,
                 normal.dot(velocity - spin_of_line * place.perp()),
@@ -382,7 +400,7 @@ impl Lines<'_> {
             let (y, rate, second) = self.corner(sight, atom.offset());
             let gap = y - atom.radius() - error;
             let time = if gap > 0.0 {
-                let curvature = bounds.curvature(self.flight, at.time, atom.arm(), second);
+                let curvature = bounds.curvature(at, self.flight, atom.arm(), second);
                 at.time + safe_step(gap, rate - rate_error, &curvature)
             } else {
                 at.time

@@ -104,15 +104,9 @@ fn the_last_step_of_the_touching_parts_is_the_contact() {
     assert!(contacts > 40, "{contacts}");
 }
 
-/// Whether the search may use separating lines, whose steps are not recorded.
-fn has_lines(pair: &Encounter) -> bool {
-    let has_sides = |body: &Molecule| !body.outline().sides().is_empty();
-    pair.molecules.iter().any(has_sides)
-}
-
 #[test]
 fn the_certified_steps_cover_all_time_up_to_the_contact() {
-    for (name, pair) in pairs().filter(|(_, pair)| !has_lines(pair)) {
+    for (name, pair) in pairs() {
         let [a, b] = pair.molecules.each_ref().map(Molecule::outline);
         let trace = Exact::default().trace(a, b, &pair.motion, pair.horizon);
         let end = match trace.answer.outcome {

@@ -50,6 +50,10 @@ pub(crate) fn tags(names: &mut TagNames, requested: &[String]) -> Tags {
 
 /// Which keys of the size and of the mass a molecule or a gas has.
 #[derive(Debug, Clone, Copy)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "one for each key that a file may give"
+)]
 pub(crate) struct GivenKeys {
     /// `atom_radius`, or `radius` in a gas.
     pub radius: bool,
