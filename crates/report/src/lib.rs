@@ -18,6 +18,7 @@ pub mod molecule_picture;
 pub mod page;
 pub mod panels;
 pub mod polar;
+mod part_places;
 pub mod pose_picture;
 pub mod scatter;
 mod svg;
