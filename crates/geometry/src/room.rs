@@ -179,7 +179,11 @@ mod tests {
             |(count, size, notch, radius)| {
                 // Regular, or a star.
                 let corner = |index: u32| {
-                    let size = if index.is_multiple_of(2) { size } else { notch * size };
+                    let size = if index.is_multiple_of(2) {
+                        size
+                    } else {
+                        notch * size
+                    };
                     let turn = f64::from(index) / f64::from(2 * count);
                     size * DVec2::from_angle(std::f64::consts::TAU * turn)
                 };

@@ -1,6 +1,6 @@
 //! Places for the names of atoms and edges in a picture of a body.
 
-use carom_geometry::Molecule;
+use carom_geometry::{Edge, Molecule};
 use glam::DVec2;
 
 /// Angle between two points of a round part of the boundary (radians); only which side of the
@@ -33,7 +33,7 @@ impl<'a> PartPlaces<'a> {
     pub(crate) fn beside_atom(&self, atom: usize) -> DVec2 {
         let atoms = self.molecule.atoms();
         let at = atoms[atom].offset();
-        let ends = self.molecule.edges().iter().filter_map(|edge| edge.ends());
+        let ends = self.molecule.edges().iter().filter_map(Edge::ends);
         // From the atom along each of its edges.
         let along = ends.filter_map(|[first, second]| {
             let [first, second] = [first, second].map(|end| end as usize);
