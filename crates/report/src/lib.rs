@@ -17,6 +17,7 @@ pub mod map;
 pub mod molecule_picture;
 pub mod page;
 pub mod panels;
+mod part_places;
 pub mod polar;
 pub mod pose_picture;
 pub mod scatter;

@@ -8,6 +8,7 @@ use glam::DVec2;
 
 use crate::{
     ink::Ink,
+    part_places::PartPlaces,
     svg::{Anchor, Svg},
 };
 
@@ -106,33 +107,30 @@ impl BodyFrame {
         contour.append_to_path(path, self.scale, |point| self.place(point).into());
     }
 
-    /// The letters of the atoms and the numbers of the edges of a body, in it where it is thick
-    /// enough, else beside them towards the centre of mass.
+    /// The letters of the atoms and the numbers of the edges of a body, in them if they are thick
+    /// enough, else beside them.
     fn names(self, molecule: &Molecule, svg: &mut Svg) {
         if molecule.atoms().len() > MAX_NAMED {
             return;
         }
-        let inwards = |at: DVec2, radius: f64| {
-            let is_thick = radius * self.scale > SMALL;
-            let away = if is_thick {
-                0.0
-            } else {
-                1.3 * SMALL / self.scale
-            };
-            self.place(at - away * at.normalize_or_zero())
-        };
+        let places = PartPlaces::new(molecule, 1.3 * SMALL / self.scale);
+        let is_thick = |radius: f64| radius * self.scale > SMALL;
         for (index, atom) in molecule.atoms().iter().enumerate() {
+            let place = if is_thick(atom.radius()) {
+                atom.offset()
+            } else {
+                places.beside_atom(index)
+            };
             let size = (0.9 * atom.radius() * self.scale).max(SMALL);
-            label(
-                inwards(atom.offset(), atom.radius()),
-                size,
-                &name(index),
-                svg,
-            );
+            label(self.place(place), size, &name(index), svg);
         }
         for (index, edge) in molecule.edges().iter().enumerate() {
-            let place = inwards(edge.middle(), edge.radius());
-            label(place, SMALL, &index.to_string(), svg);
+            let place = if is_thick(edge.radius()) {
+                edge.middle()
+            } else {
+                places.beside_edge(index)
+            };
+            label(self.place(place), SMALL, &index.to_string(), svg);
         }
     }
 

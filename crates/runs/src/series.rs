@@ -5,6 +5,7 @@ use carom::observers::{
 };
 
 use carom_tables::fifteen_digits;
+use serde::Serialize;
 
 use crate::append_file::SeriesFormat;
 
@@ -69,10 +70,32 @@ pub const AVERAGES: SeriesFormat<RunningPoint> = SeriesFormat {
 };
 
 /// `events.csv`: every contact, with the first body the one inserted earlier; the normal points to
-/// the second body, and the impulse acts on it. Of each body the number of the atom that touches is
-/// given, or that of the straight edge, which is 0 for a wall.
+/// the second body, and the impulse acts on it.
 pub const EVENTS: SeriesFormat<LoggedContact> = SeriesFormat {
     name: "events.csv",
+    header: &[
+        "time",
+        "body_a",
+        "atom_a",
+        "body_b",
+        "atom_b",
+        "x",
+        "y",
+        "normal_x",
+        "normal_y",
+        "impulse_x",
+        "impulse_y",
+        "relative_velocity_x",
+        "relative_velocity_y",
+        "elasticity",
+    ],
+    row: |csv, contact| csv.serialize(contact_cells(contact)),
+};
+
+/// As [`EVENTS`], in a system of bodies with straight edges: a body that is touched between the ends
+/// of an edge has the number of the edge in place of that of an atom; a wall has edge 0.
+pub const EVENTS_OF_EDGES: SeriesFormat<LoggedContact> = SeriesFormat {
+    name: EVENTS.name,
     header: &[
         "time",
         "body_a",
@@ -91,31 +114,11 @@ pub const EVENTS: SeriesFormat<LoggedContact> = SeriesFormat {
         "edge_a",
         "edge_b",
     ],
-    row: |csv, contact| {
-        let LoggedContact {
-            point,
-            normal,
-            impulse,
-            relative_velocity: velocity,
-            ..
-        } = contact;
-        let ([a, b], [atom_a, atom_b]) = (contact.bodies, contact.atoms);
-        let vectors = [point, normal, impulse, velocity].map(|vector| [vector.x, vector.y]);
-        csv.serialize((
-            contact.time,
-            a,
-            atom_a,
-            b,
-            atom_b,
-            vectors,
-            contact.elasticity,
-            contact.edges,
-        ))
-    },
+    row: |csv, contact| csv.serialize((contact_cells(contact), contact.edges)),
 };
 
 /// `impulses.csv`: normals and impulses in the frame of the box, then the impulse in the body
-/// frame. A contact has the number of the atom that is touched, or that of the straight edge.
+/// frame.
 pub const IMPULSES: SeriesFormat<Impulse> = SeriesFormat {
     name: "impulses.csv",
     header: &[
@@ -128,23 +131,64 @@ pub const IMPULSES: SeriesFormat<Impulse> = SeriesFormat {
         "impulse_y",
         "impulse_body_x",
         "impulse_body_y",
+    ],
+    row: |csv, kick| csv.serialize(impulse_cells(kick)),
+};
+
+/// As [`IMPULSES`], for a body with straight edges: a contact between the ends of an edge has the
+/// number of the edge in place of that of an atom.
+pub const IMPULSES_OF_EDGES: SeriesFormat<Impulse> = SeriesFormat {
+    name: IMPULSES.name,
+    header: &[
+        "time",
+        "atom",
+        "other_body",
+        "normal_x",
+        "normal_y",
+        "impulse_x",
+        "impulse_y",
+        "impulse_body_x",
+        "impulse_body_y",
         "edge",
     ],
-    row: |csv, kick| {
-        let Impulse {
-            normal,
-            impulse,
-            in_body_frame,
-            ..
-        } = kick;
-        let vectors = [
-            normal.x,
-            normal.y,
-            impulse.x,
-            impulse.y,
-            in_body_frame.x,
-            in_body_frame.y,
-        ];
-        csv.serialize((kick.time, kick.atom, kick.other, vectors, kick.edge))
-    },
+    row: |csv, kick| csv.serialize((impulse_cells(kick), kick.edge)),
 };
+
+fn contact_cells(contact: &LoggedContact) -> impl Serialize + use<> {
+    let LoggedContact {
+        point,
+        normal,
+        impulse,
+        relative_velocity: velocity,
+        ..
+    } = contact;
+    let ([a, b], [atom_a, atom_b]) = (contact.bodies, contact.atoms);
+    let vectors = [point, normal, impulse, velocity].map(|vector| [vector.x, vector.y]);
+    (
+        contact.time,
+        a,
+        atom_a,
+        b,
+        atom_b,
+        vectors,
+        contact.elasticity,
+    )
+}
+
+fn impulse_cells(kick: &Impulse) -> impl Serialize + use<> {
+    let Impulse {
+        normal,
+        impulse,
+        in_body_frame,
+        ..
+    } = kick;
+    let vectors = [
+        normal.x,
+        normal.y,
+        impulse.x,
+        impulse.y,
+        in_body_frame.x,
+        in_body_frame.y,
+    ];
+    (kick.time, kick.atom, kick.other, vectors)
+}

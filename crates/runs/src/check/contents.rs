@@ -371,7 +371,7 @@ mod tests {
         );
         assert_eq!(
             found.bodies[0].size,
-            "bounding radius 0.01414216, area 0.00040000"
+            "bounding radius 0.0141422, area 0.000400002"
         );
     }
 

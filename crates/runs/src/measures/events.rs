@@ -6,9 +6,16 @@ use carom::observers::{ContactLog, TagFilter};
 use carom_tables::BlockMean;
 
 use super::{
-    Context, Label, MeasureKind, Measured, Of, Results, Selection, Span, in_blocks, resumed,
+    Context, Label, MeasureKind, Measured, Of, Results, Selection, Span, in_blocks, known::Known,
+    resumed,
 };
-use crate::{append_file::AppendFiles, series::EVENTS};
+use crate::{
+    append_file::AppendFiles,
+    series::{EVENTS, EVENTS_OF_EDGES},
+};
+
+/// The contacts, and whether bodies other than walls have straight edges.
+type Contacts = Known<ContactLog, bool>;
 
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "events",
@@ -17,9 +24,21 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::EveryContact,
     parameters: &[],
     figures: &[],
-    start: |selection| Ok(in_blocks(ContactLog::new(filter(selection)))),
-    resume: resumed::<ContactLog>,
+    start: |selection| {
+        Ok(in_blocks(Known {
+            observer: ContactLog::new(filter(selection)),
+            facts: has_edges(selection),
+        }))
+    },
+    resume: resumed::<Contacts>,
 };
+
+fn has_edges(selection: &Selection<'_>) -> bool {
+    let bodies = selection.view.bodies().map(|view| view.body);
+    bodies
+        .filter(|body| !body.is_wall())
+        .any(|body| !body.molecule().edges().is_empty())
+}
 
 fn filter(selection: &Selection<'_>) -> TagFilter {
     match selection.tags() {
@@ -29,7 +48,7 @@ fn filter(selection: &Selection<'_>) -> TagFilter {
     }
 }
 
-impl Measured for ContactLog {
+impl Measured for Contacts {
     fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
         Results {
             files: vec![context.label.file(EVENTS.name)],
@@ -38,6 +57,11 @@ impl Measured for ContactLog {
     }
 
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
-        files.append_new_to(&label.file(EVENTS.name), &EVENTS, &self.take())
+        let format = if self.facts {
+            &EVENTS_OF_EDGES
+        } else {
+            &EVENTS
+        };
+        files.append_new_to(&label.file(EVENTS.name), format, &self.observer.take())
     }
 }

@@ -6,9 +6,15 @@ use carom_tables::BlockMean;
 
 use super::{
     Context, Default, Label, MeasureKind, Measured, Of, Parameter, Results, Span, in_blocks,
-    resumed,
+    known::Known, resumed,
 };
-use crate::{append_file::AppendFiles, series::IMPULSES};
+use crate::{
+    append_file::AppendFiles,
+    series::{IMPULSES, IMPULSES_OF_EDGES},
+};
+
+/// The impulses, and whether the body has straight edges.
+type Impulses = Known<ImpulseLog, bool>;
 
 /// Its name in `run.observe`.
 pub(crate) const NAME: &str = "impulses";
@@ -25,12 +31,13 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     )],
     figures: &[],
     start: |selection| {
-        Ok(in_blocks(ImpulseLog::new(
-            selection.only_body()?.body.key(),
-            selection.whole("max") as u64,
-        )))
+        let body = selection.only_body()?.body;
+        Ok(in_blocks(Known {
+            observer: ImpulseLog::new(body.key(), selection.whole("max") as u64),
+            facts: !body.molecule().edges().is_empty(),
+        }))
     },
-    resume: resumed::<ImpulseLog>,
+    resume: resumed::<Impulses>,
 };
 
 /// The file's name has no tag.
@@ -42,7 +49,7 @@ fn file(label: &Label) -> String {
     .file(IMPULSES.name)
 }
 
-impl Measured for ImpulseLog {
+impl Measured for Impulses {
     fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
         Results {
             files: vec![file(context.label)],
@@ -51,6 +58,11 @@ impl Measured for ImpulseLog {
     }
 
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
-        files.append_new_to(&file(label), &IMPULSES, &self.take())
+        let format = if self.facts {
+            &IMPULSES_OF_EDGES
+        } else {
+            &IMPULSES
+        };
+        files.append_new_to(&file(label), format, &self.observer.take())
     }
 }

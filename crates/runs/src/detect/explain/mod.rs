@@ -268,7 +268,7 @@ mod tests {
         fs::write(&cases, EDGED).unwrap();
         let text = explain(&cases, "square_disc/0", &out).unwrap();
         assert!(
-            text.contains("exact: contact at t = 1.499999")
+            text.contains("exact: contact at t = 1.49999")
                 && text.contains("edge2 of A and atom 0 of B"),
             "{text}"
         );
