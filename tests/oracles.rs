@@ -1,6 +1,6 @@
 //! The exact detector against an oracle in double-double arithmetic on encounters of all classes of
-//! discs and of walls at rest, and this oracle against another with 200 bits. The test of those with
-//! edges that turn is in `crates/testkit`.
+//! discs and of walls at rest, and this oracle against another with 200 bits. The test of those
+//! with edges that turn is in `crates/testkit`.
 
 use carom_detection::{
     Answer, Contact, Exact, Outcome, Touch,

@@ -209,9 +209,9 @@ fn squares_that_meet_flat_and_centrally_exchange_their_velocities_without_spin()
     );
 }
 
-/// At an impact parameter of 1/4 the faces share the part from -1/4 to 1/2 of the first. Each of its
-/// ends separates as fast as it has closed, 3/2: two impulses of 24/35 do that, in the limit of sharp
-/// corners, with moments of inertia of 1/6.
+/// At an impact parameter of 1/4 the faces share the part from -1/4 to 1/2 of the first. Each of
+/// its ends separates as fast as it has closed, 3/2: two impulses of 24/35 do that, in the limit
+/// of sharp corners, with moments of inertia of 1/6.
 #[test]
 fn squares_that_meet_flat_beside_their_centres_turn_alike() {
     let [[first, spin], [second, other_spin]] = after_flat_contact(0.25);

@@ -223,8 +223,8 @@ impl<'a> EdgePair<'a> {
     }
 
     /// The first time from `begin` to `limit` at which the atom touches the line through the edge,
-    /// also beyond its ends, and whether it is beside the edge then; there must be no contact before
-    /// `begin`, and the bounding circles must overlap from then on.
+    /// also beyond its ends, and whether it is beside the edge then; there must be no contact
+    /// before `begin`, and the bounding circles must overlap from then on.
     ///
     /// Orbits are not made use of: they may carry an atom across the line beyond an end.
     pub(crate) fn first_crossing<R: Recorder>(
@@ -502,8 +502,8 @@ impl GapFunction for EdgePair<'_> {
         self.contact_distance + self.orbit
     }
 
-    /// A certified time for which an atom beyond an end stays there, or for which fast rotors do not
-    /// reach each other.
+    /// A certified time for which an atom beyond an end stays there, or for which fast rotors do
+    /// not reach each other.
     fn other_step(&self, pose: &EdgePose) -> f64 {
         let (beyond, error) = (self.beyond(pose), self.error.at(pose.time));
         let mut step = 0.0;

@@ -1,5 +1,5 @@
-//! Separating lines: as long as all corners of one body are in front of a side of the convex hull of
-//! the other, the bodies do not touch.
+//! Separating lines: as long as all corners of one body are in front of a side of the convex hull
+//! of the other, the bodies do not touch.
 //!
 //! # Lemmas
 //! Let a line with the outward normal n be fixed in body Q, which lies behind it. y_i is the
@@ -334,7 +334,8 @@ impl Lines<'_> {
         a * b <= FEW_PAIRS
     }
 
-    /// Whether a corner is in front of the line or touches it, so that its crossing can be searched.
+    /// Whether a corner is in front of the line or touches it, so that its crossing can be
+    /// searched.
     fn is_before(&self, sight: &Sight, at: &Pose, index: usize) -> bool {
         let atom = &self.outlines[sight.body].atoms[index];
         let (y, ..) = self.corner(sight, atom.offset());

@@ -98,8 +98,8 @@ pub(crate) fn closed_line(count: u32, radius: f64) -> Vec<([u32; 2], f64)> {
         .collect()
 }
 
-/// Refuses edges of which it is not clear what they enclose, if that is to be solid: connected edges
-/// that close a line and branch, and closed lines that cross themselves.
+/// Refuses edges of which it is not clear what they enclose, if that is to be solid: connected
+/// edges that close a line and branch, and closed lines that cross themselves.
 pub(crate) fn check_lines(
     atoms: &[Atom],
     edges: &[Edge],

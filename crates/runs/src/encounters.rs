@@ -15,8 +15,8 @@
 //! | `t_first` | time of the first contact, or `none`; optional |
 //! | `atomA`, `atomB` | its atoms; optional |
 //!
-//! Rows with a column `ellipsesA` or `ellipsesB` that is not empty have bodies that are not supported
-//! yet; they are listed as such.
+//! Rows with a column `ellipsesA` or `ellipsesB` that is not empty have bodies that are not
+//! supported yet; they are listed as such.
 
 use std::path::Path;
 

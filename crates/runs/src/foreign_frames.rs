@@ -423,7 +423,8 @@ mod tests {
         ITEM: TIMESTEP\n10\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp pp\n0 1\n0 1\n0 1\n\
         ITEM: ATOMS id element xs ys\n1 Ar 0.25 0.75\n";
 
-    /// A body with edges is a particle of its own in GSD, which is left out when its atoms are read.
+    /// A body with edges is a particle of its own in GSD, which is left out when its atoms are
+    /// read.
     #[test]
     fn atoms_of_a_body_with_edges_are_read_back_from_gsd() {
         let scene = "[[molecule]]\nshape = \"square\"\nsize = 0.2\nmass = 1.0\nat = [0.3, 0.4]\norientation = 0.7\n";

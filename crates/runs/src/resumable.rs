@@ -710,9 +710,6 @@ mod tests {
             },
         ))
         .unwrap();
-        assert_eq!(
-            (FORMAT, kept.len(), crc32fast::hash(&kept)),
-            (17, 913, 0)
-        );
+        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (17, 913, 0));
     }
 }

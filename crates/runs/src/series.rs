@@ -92,8 +92,8 @@ pub const EVENTS: SeriesFormat<LoggedContact> = SeriesFormat {
     row: |csv, contact| csv.serialize(contact_cells(contact)),
 };
 
-/// As [`EVENTS`], in a system of bodies with straight edges: a body that is touched between the ends
-/// of an edge has the number of the edge in place of that of an atom; a wall has edge 0.
+/// As [`EVENTS`], in a system of bodies with straight edges: a body that is touched between the
+/// ends of an edge has the number of the edge in place of that of an atom; a wall has edge 0.
 pub const EVENTS_OF_EDGES: SeriesFormat<LoggedContact> = SeriesFormat {
     name: EVENTS.name,
     header: &[

@@ -99,8 +99,8 @@ pub enum Class {
     EdgedLargeOmega,
     /// As [`Self::EdgedLargeOmega`], by 10³ to 10⁵ radians.
     EdgedFast,
-    /// Rectangles with equal spins and faces that are parallel to within 1e-12 to 1e-3, 1e-9 to 1e-2
-    /// apart.
+    /// Rectangles with equal spins and faces that are parallel to within 1e-12 to 1e-3, 1e-9 to
+    /// 1e-2 apart.
     ParallelFaces,
     /// Bodies with edges, up to 10⁶ sizes away from each other.
     EdgedFar,

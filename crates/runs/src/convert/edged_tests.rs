@@ -12,7 +12,8 @@ use super::{
     tests::{chunks, floats, integers},
 };
 
-/// A notched polygon that turns, a dumbbell with a bar, and a disc. The corners have a radius of 1e-6.
+/// A notched polygon that turns, a dumbbell with a bar, and a disc. The corners have a radius of
+/// 1e-6.
 const SCENE: &str = r#"
     [[molecule]]
     tags = ["ell"]

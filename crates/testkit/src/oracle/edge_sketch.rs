@@ -1,9 +1,9 @@
-//! Examination of an interval for an atom and an edge in double precision, with a generous allowance
-//! for rounding.
+//! Examination of an interval for an atom and an edge in double precision, with a generous
+//! allowance for rounding.
 //!
-//! Besides the bounds of the full arithmetic it uses the orbits of fast rotors: an atom stays within
-//! its arm of the centre of its body, and an edge stays between its least and its largest distance
-//! from the centre of its own.
+//! Besides the bounds of the full arithmetic it uses the orbits of fast rotors: an atom stays
+//! within its arm of the centre of its body, and an edge stays between its least and its largest
+//! distance from the centre of its own.
 
 use std::f64::consts::TAU;
 

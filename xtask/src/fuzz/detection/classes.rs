@@ -13,12 +13,9 @@ use glam::DVec2;
 
 use super::{
     case::{Query, exp2},
-    edged_shapes::edged,
+    edged_shapes::{VALID, edged},
 };
 use crate::fuzz::random::FuzzDraw;
-
-/// Generated numbers are inside the accepted range.
-pub(super) const VALID: &str = "radii and masses are positive, and centres differ";
 
 /// Bound on lengths and speeds of scaled queries; its inverse is the lower bound on lengths.
 const MAX_SCALED: f64 = 1e59;

@@ -5,8 +5,10 @@ use std::f64::consts::TAU;
 use carom_geometry::{Atom, Interior, Molecule};
 use glam::DVec2;
 
-use super::classes::VALID;
 use crate::fuzz::random::FuzzDraw;
+
+/// Generated numbers are inside the accepted range.
+pub(super) const VALID: &str = "radii and masses are positive, and centres differ";
 
 /// A capsule, a convex or concave polygon, a hollow ring, or discs some of which are connected.
 pub(super) fn edged(draw: &mut FuzzDraw) -> Molecule {
@@ -70,5 +72,5 @@ fn network(draw: &mut FuzzDraw) -> Molecule {
             }
         }
     }
-    Molecule::with_edges(atoms, &edges, Interior::Solid).expect(VALID)
+    Molecule::with_edges(atoms, &edges, Interior::Hollow).expect(VALID)
 }

@@ -339,8 +339,8 @@ fn refuse_wide_bounds(encounter: &Encounter, report: &mut Report) {
     }
 }
 
-/// Checks that E of atoms and edges is at most some roundings of the lengths involved plus the errors
-/// of the query.
+/// Checks that E of atoms and edges is at most some roundings of the lengths involved plus the
+/// errors of the query.
 fn refuse_wide_bounds_of_edges(encounter: &Encounter, report: &mut Report) {
     let (motion, time) = (&encounter.motion, encounter.horizon);
     for (body, molecule) in encounter.molecules.iter().enumerate() {
