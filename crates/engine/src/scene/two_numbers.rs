@@ -159,7 +159,7 @@ mod tests {
             "[[molecule]]\nat = [0, 0]\natoms = [{ at = LIST, radius = 0.1, mass = 1 }]\n",
             "[x, y]",
         ),
-        ("[[molecule]]\npolygon = [LIST]\n", "[x, y]"),
+        ("[[molecule]]\nat = [0, 0]\npolygon = [LIST]\n", "[x, y]"),
         ("[[gas]]\nenergy = 1\npolygon = [LIST]\n", "[x, y]"),
         ("[[bumper]]\nradius = 0.1\nat = LIST\n", "[x, y]"),
         ("[[wall]]\nto = [1, 1]\nfrom = LIST\n", "[x, y]"),
