@@ -184,10 +184,10 @@ impl<'a> OracleEdgePair<'a> {
     /// Whether the atom stays away from the line or beyond the ends for `half` (time) to either
     /// side of a time.
     ///
-    /// Lemma 3 of the detector's search of edges: in the frame of the edge the atom is at R_Q⁻¹ (X
-    /// + V t) + R r, so that both second derivatives are at most ω_Q² |X + V t| + 2 |ω_Q||V| +
-    /// (ω_P − ω_Q)² r, here with the largest |X + V t| in the interval. The allowance is linear in
-    /// time.
+    /// Lemma 3 of the detector's search of edges: in the frame of the edge the atom is at
+    /// R_Q⁻¹ (X + V t) + R r, so that both second derivatives are at most
+    /// ω_Q² |X + V t| + 2 |ω_Q||V| + (ω_P − ω_Q)² r, here with the largest |X + V t| in the
+    /// interval. The allowance is linear in time.
     fn stays_out<N: Number>(&self, middle: &N, half: f64) -> bool {
         let now = self.sight(middle);
         let component = |k: usize| {
