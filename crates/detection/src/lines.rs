@@ -16,7 +16,11 @@
 //! 4. **Contact.** If the line is the surface of an edge of Q, the first corner to cross it touches
 //!    Q where it crosses beside the edge. Nothing touches earlier (Lemma 2). If it crosses the line
 //!    beyond an end, the bodies are apart up to that time, and another line may separate them then.
-//! 5. **Rotors.** A crossing must be searched without the orbits of fast rotors, which may carry a
+//! 5. **Rounding.** A contact found in this way has |y_i| ≤ 2 E, with E of the line. Another pair
+//!    of parts may have a smaller E, and touch before by more than 2 E of its own, if the corner is
+//!    near an end of the edge or another corner near the line: then all parts of the corner are
+//!    searched from a time on at which it is still in front of the line.
+//! 6. **Rotors.** A crossing must be searched without the orbits of fast rotors, which may carry a
 //!    corner across the line where it is no contact.
 //!
 //! Any line is a certificate; that with the largest distance of the nearest corner is taken.
@@ -37,7 +41,7 @@ use crate::{
     safe_step::{Curvature, safe_step},
     search::{PairOutcome, Search},
     skimming::rounding_within,
-    tolerance::{FEW_PAIRS, MAX_LINES, NEAR_LINE},
+    tolerance::{FEW_PAIRS, MAX_LINES, NEAR_LINE, NEAR_OTHERS},
     trace::Recorder,
 };
 
@@ -90,6 +94,8 @@ enum Crossing {
     Beside,
     BeyondTheEnd,
     OutOfBudget,
+    /// It touches the edge soon after this time, as other parts may.
+    AmongOthers,
     /// All pairs of parts to which the corner belongs are searched.
     Opened,
 }
@@ -436,6 +442,35 @@ impl Lines<'_> {
         !crosses && gap > NEAR_LINE * (radii[0] + radii[1])
     }
 
+    /// A time before the contact of a corner and an edge at which it is certainly apart, if another
+    /// pair of parts may touch so soon before that its own, smaller bound on the rounding decides:
+    /// near an end of the edge, or with another corner at the line.
+    fn just_before_others(&self, sight: &Sight, index: usize, edge: u32, time: f64) -> Option<f64> {
+        let (body, other) = (sight.body, 1 - sight.body);
+        let at = self.flight.at(time);
+        let now = self.sight(body, sight.side, &at);
+        let radii = self.outlines.map(|outline| outline.bounding_radius);
+        let near = NEAR_OTHERS * (radii[0] + radii[1]);
+        let atoms = self.outlines[body].atoms;
+        let is_at_line = |atom: &Atom| self.corner(&now, atom.offset()).0 - atom.radius() < near;
+        let edge = &self.outlines[other].edges()[edge as usize];
+        let to_corners = if body == 1 {
+            at.separation
+        } else {
+            -at.separation
+        };
+        let place = at.in_frame_of(other, to_corners + at.arm(body, atoms[index].offset()));
+        let along = edge.along().dot(place - edge.middle()).abs();
+        let is_alone = atoms.iter().filter(|atom| is_at_line(atom)).count() < 2;
+        if is_alone && along < edge.half_length() - near {
+            return None;
+        }
+        let (_, rate, _) = self.corner(&now, atoms[index].offset());
+        let bounds = &self.bounds[body];
+        let closing = (-rate).max(bounds.error.of_rate(time));
+        Some(time - 4.0 * bounds.error.at(time) / closing)
+    }
+
     /// Searches the crossing of one corner and the line of an edge; a contact is recorded.
     fn crossing<R: Recorder>(
         &self,
@@ -456,6 +491,9 @@ impl Lines<'_> {
         let (outcome, is_beside) = pair.first_crossing(begin, limit, search);
         match outcome {
             PairOutcome::Contact(time) if is_beside => {
+                if let Some(before) = self.just_before_others(sight, index, edge, time) {
+                    return (before.max(begin), Crossing::AmongOthers);
+                }
                 search.record_touch(outcome, touch);
                 (time, Crossing::Beside)
             }

@@ -80,6 +80,12 @@ pub const CROP_FACTOR: f64 = 0.5;
 /// that pass closely cost more. Larger: no effect on most pairs.
 pub(crate) const MAX_LINES: u32 = 64;
 
+/// Parts within this share of the sum of the bounding radii of a contact that a line has found are
+/// searched as well, since their smaller rounding may decide. Smaller than the root of the rounding
+/// of a gap times the radius of a corner: contacts of edge and end are confused. Larger: such
+/// contacts cost more.
+pub(crate) const NEAR_OTHERS: f64 = 1e-6;
+
 /// Two bodies of at most this number of pairs of atoms are searched as a whole where no line
 /// separates them: two capsules, or a disc and a polygon of four corners. Smaller: capsules cost
 /// more. Larger: polygons do.
