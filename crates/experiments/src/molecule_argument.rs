@@ -187,8 +187,8 @@ impl MoleculeArgument {
             self.refuse_atom_options("a molecule with lengths of its own")?;
         }
         let has_mass = file.atom_mass.is_some() || file.density.is_some();
-        let is_listed = !file.atoms.is_empty();
-        let needs_mass = !is_of_discs && !is_listed && file.density.is_none();
+        let has_sides = !file.polygon.is_empty() || (file.shape.is_some() && !is_of_discs);
+        let needs_mass = has_sides && file.density.is_none();
         let spec = MoleculeSpec {
             atom_radius: self.atom_radius.or(file.atom_radius),
             atom_mass: self

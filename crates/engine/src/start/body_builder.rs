@@ -91,8 +91,8 @@ pub(crate) fn check_keys(template: &Template, given: GivenKeys) -> Result<(), St
         }
         Template::Listed { .. } if given.size || given.radius || given.atom_mass || given.mass => {
             refused(
-                "`size`, radii and masses go with a named `shape`; each atom of a list has its own, and the list may \
-                 have a `density`",
+                "`size`, radii and masses go with a named `shape`; a list of atoms has a `scale`, in a gas, and a \
+                 `density`",
             )
         }
         Template::Listed { .. } => Ok(()),

@@ -146,9 +146,9 @@ impl Capability {
                 "geometry/src/circle_tree.rs",
             ],
             Self::Walls => &[
-                "geometry/src/face.rs",
-                "detection/src/face_error.rs",
-                "detection/src/face_pair.rs",
+                "geometry/src/edge.rs",
+                "detection/src/edge_error.rs",
+                "detection/src/edge_pair.rs",
                 "detection/src/strip.rs",
                 "detection/src/walls.rs",
                 "engine/src/cells/walls.rs",
