@@ -2,8 +2,9 @@
 
 use glam::DVec2;
 
-/// Heights closer than this part of the size of the shape are taken as equal.
-const SAME: f64 = 1e-9;
+/// Heights closer than this part of the size of the shape are taken as equal: the two ends of a
+/// corner that is too small to be drawn.
+const SAME: f64 = 1e-4;
 
 /// Corners of triangles, three by three, that cover what closed polygons enclose by the even-odd
 /// rule: holes stay free.
@@ -98,8 +99,7 @@ mod tests {
         ];
         let ell = Molecule::polygon(&ell.map(DVec2::from), 1e-6, 1.0).unwrap();
         let triangles = of(&ell);
-        // Of six corners at least four triangles; round corners add small ones.
-        assert!(triangles.len() >= 4 * 3 && triangles.len().is_multiple_of(3));
+        assert_eq!(triangles.len(), 4 * 3);
         assert!((area(&triangles) / ell.area() - 1.0).abs() < 1e-5);
         let rim = (0..6).map(|k| DVec2::from_angle(std::f64::consts::FRAC_PI_3 * f64::from(k)));
         let atoms = rim.map(|at| (at, 0.1)).chain([(DVec2::ZERO, 0.3)]);
