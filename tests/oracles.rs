@@ -7,7 +7,8 @@ use carom_detection::{
     encounters::{Class, Encounter},
 };
 use carom_testkit::oracle::{
-    BigFloat, DoubleDouble, ExclusionReference, Number, Oracle, OracleVerdict,
+    DoubleDouble, ExclusionReference, Number, Oracle, OracleVerdict, assert_agreement,
+    assert_guarantee,
 };
 
 const SEED: u64 = 20_170;
@@ -31,22 +32,12 @@ fn exact_satisfies_its_guarantee_on_all_classes_of_molecules() {
             100
         };
         for index in 0..count {
-            let encounter = Encounter::draw(class, SEED, index);
-            let answer = encounter.first_contact(&Exact::default());
-            let reference = oracle.first_contact::<DoubleDouble>(&encounter);
-            let Some(judgement) = reference.judge(&encounter, &answer) else {
+            let (_, judgement) = assert_guarantee(oracle, (class, SEED, index));
+            let Some(judgement) = judgement else {
                 unresolved += 1;
                 continue;
             };
             judged += 1;
-            let kept = matches!(
-                judgement.verdict,
-                OracleVerdict::Right | OracleVerdict::Graze | OracleVerdict::FreeUntil
-            );
-            assert!(
-                kept,
-                "{class} {index}: {judgement:?}, {answer:?}, {reference:?}, {encounter:?}"
-            );
             if class == Class::Generic {
                 deviations.extend(judgement.deviation);
             }
@@ -81,27 +72,17 @@ fn exact_satisfies_its_guarantee_at_walls() {
             (200, 1e-6)
         };
         for index in 0..count {
-            let encounter = Encounter::draw(class, SEED + 1, index);
-            let answer = encounter.first_contact(&Exact::default());
+            let (answer, judgement) = assert_guarantee(oracle, (class, SEED + 1, index));
             match answer.outcome.contact().map(|contact| contact.touch) {
                 Some(Touch::EdgeOfA { .. } | Touch::EdgeOfB { .. }) => faces += 1,
                 Some(_) => ends += 1,
                 None => {}
             }
-            let reference = oracle.first_contact::<DoubleDouble>(&encounter);
-            let Some(judgement) = reference.judge(&encounter, &answer) else {
+            let Some(judgement) = judgement else {
                 unresolved += 1;
                 continue;
             };
             judged += 1;
-            let kept = matches!(
-                judgement.verdict,
-                OracleVerdict::Right | OracleVerdict::Graze | OracleVerdict::FreeUntil
-            );
-            assert!(
-                kept,
-                "{class} {index}: {judgement:?}, {answer:?}, {reference:?}, {encounter:?}"
-            );
             deviations.extend(judgement.deviation);
         }
         deviations.sort_by(f64::total_cmp);
@@ -136,28 +117,8 @@ fn the_oracle_agrees_with_another_at_200_bits() {
             {
                 continue;
             }
-            let one = oracle.first_contact::<DoubleDouble>(&encounter);
-            let other = oracle.first_contact::<BigFloat>(&encounter);
-            match (&one, &other) {
-                (ExclusionReference::Deep(one), ExclusionReference::Deep(other)) => {
-                    contacts += 1;
-                    assert_eq!(one.parts, other.parts, "{class} {index}");
-                    // Angles in double-double arithmetic have an error of 1e-31 radians per radian.
-                    let scale = encounter.natural_time().max(other.time.value());
-                    for (one, other) in [(&one.time, &other.time), (&one.touch, &other.touch)] {
-                        let off = BigFloat::new(one.value()).minus(other).value()
-                            + one.minus(&DoubleDouble::new(one.value())).value();
-                        assert!(
-                            off.abs() < 1e-20 * scale,
-                            "{class} {index}: off by {off:e} of {scale:e}"
-                        );
-                    }
-                }
-                (ExclusionReference::Free, ExclusionReference::Free)
-                | (ExclusionReference::Unresolved, _)
-                | (_, ExclusionReference::Unresolved) => {}
-                _ => panic!("{class} {index}: {one:?} and {other:?}"),
-            }
+            let name = format!("{class} {index}");
+            contacts += u32::from(assert_agreement(oracle, &encounter, &name).is_some());
         }
     }
     assert!(contacts > 15, "{contacts} contacts compared");

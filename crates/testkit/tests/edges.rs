@@ -8,7 +8,7 @@ use carom_detection::{
 use carom_geometry::gap_between;
 use carom_kinematics::Orientation;
 use carom_testkit::oracle::{
-    BigFloat, DoubleDouble, ExclusionReference, Number, Oracle, OracleVerdict,
+    DoubleDouble, Oracle, OracleVerdict, assert_agreement, assert_guarantee,
 };
 
 const SEED: u64 = 20_170;
@@ -31,27 +31,17 @@ fn exact_satisfies_its_guarantee_on_all_classes_with_edges() {
         let count = if class == Class::EdgedFast { 40 } else { 150 };
         let mut deviations = Vec::new();
         for index in 0..count {
-            let encounter = Encounter::draw(class, SEED, index);
-            let answer = encounter.first_contact(&Exact::default());
+            let (answer, judgement) = assert_guarantee(oracle, (class, SEED, index));
             match answer.outcome.contact() {
                 Some(contact) if is_of_edge(contact.touch) => edges += 1,
                 Some(_) => atoms += 1,
                 None => {}
             }
-            let reference = oracle.first_contact::<DoubleDouble>(&encounter);
-            let Some(judgement) = reference.judge(&encounter, &answer) else {
+            let Some(judgement) = judgement else {
                 undecided += 1;
                 continue;
             };
             judged += 1;
-            let kept = matches!(
-                judgement.verdict,
-                OracleVerdict::Right | OracleVerdict::Graze | OracleVerdict::FreeUntil
-            );
-            assert!(
-                kept,
-                "{class} {index}: {judgement:?}, {answer:?}, {reference:?}, {encounter:?}"
-            );
             deviations.extend(judgement.deviation);
         }
         deviations.sort_by(f64::total_cmp);
@@ -119,27 +109,8 @@ fn the_oracle_of_edges_agrees_with_another_at_200_bits() {
             if counts[0] * counts[1] > 16 {
                 continue;
             }
-            let one = oracle.first_contact::<DoubleDouble>(&encounter);
-            let other = oracle.first_contact::<BigFloat>(&encounter);
-            match (&one, &other) {
-                (ExclusionReference::Deep(one), ExclusionReference::Deep(other)) => {
-                    contacts += u32::from(is_of_edge(one.parts));
-                    assert_eq!(one.parts, other.parts, "{class} {index}");
-                    let scale = encounter.natural_time().max(other.time.value());
-                    for (one, other) in [(&one.time, &other.time), (&one.touch, &other.touch)] {
-                        let off = BigFloat::new(one.value()).minus(other).value()
-                            + one.minus(&DoubleDouble::new(one.value())).value();
-                        assert!(
-                            off.abs() < 1e-20 * scale,
-                            "{class} {index}: off by {off:e} of {scale:e}"
-                        );
-                    }
-                }
-                (ExclusionReference::Free, ExclusionReference::Free)
-                | (ExclusionReference::Unresolved, _)
-                | (_, ExclusionReference::Unresolved) => {}
-                _ => panic!("{class} {index}: {one:?} and {other:?}"),
-            }
+            let touch = assert_agreement(oracle, &encounter, &format!("{class} {index}"));
+            contacts += u32::from(touch.is_some_and(is_of_edge));
         }
     }
     assert!(contacts > 10, "{contacts} contacts compared");

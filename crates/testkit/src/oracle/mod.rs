@@ -25,6 +25,7 @@
 //!
 //! The arithmetic is [`DoubleDouble`], or `dashu_float` at 200 bits to verify it.
 
+mod assertions;
 mod big;
 mod double_double;
 mod edge;
@@ -36,6 +37,7 @@ mod number;
 mod search_end;
 mod sketch;
 
+pub use assertions::{assert_agreement, assert_guarantee};
 pub use big::BigFloat;
 pub use double_double::DoubleDouble;
 pub use exclusion::{Deep, ExclusionReference, Oracle};
