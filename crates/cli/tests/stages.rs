@@ -445,20 +445,27 @@ const RUN: [&str; 6] = [
     "0.01",
 ];
 
-#[test]
-fn a_run_in_stages_killed_at_any_moment_resumes_to_the_bit_and_can_be_extended() {
-    let scene = format!("{BODIES}{STAGES}");
+/// The folder of a run of a scene that was killed again and again, which ended with the results of
+/// one that was not.
+fn killed_and_resumed(scene: &str) -> TempDir {
     let begun = Instant::now();
-    let straight = run(&scene, &[]);
+    let straight = run(scene, &[]);
     let duration = begun.elapsed();
     let place = tempfile::tempdir().unwrap();
-    fs::write(place.path().join("scene.toml"), &scene).unwrap();
+    fs::write(place.path().join("scene.toml"), scene).unwrap();
     let times = killed(place.path(), &RUN, duration / 6);
     assert!(times > 3, "{times}");
     assert_eq!(
         results(&place.path().join("out")),
         results(&straight.path().join("out"))
     );
+    place
+}
+
+#[test]
+fn a_run_in_stages_killed_at_any_moment_resumes_to_the_bit_and_can_be_extended() {
+    let scene = format!("{BODIES}{STAGES}");
+    let place = killed_and_resumed(&scene);
 
     let longer = run(&scene, &["--until", "13"]);
     let extended = carom(
@@ -487,18 +494,7 @@ fn a_run_in_stages_killed_at_any_moment_resumes_to_the_bit_and_can_be_extended()
 
 #[test]
 fn a_run_with_rules_of_velocities_killed_at_any_moment_resumes_to_the_bit() {
-    let scene = format!("{BODIES}{RULES}");
-    let begun = Instant::now();
-    let straight = run(&scene, &[]);
-    let duration = begun.elapsed();
-    let place = tempfile::tempdir().unwrap();
-    fs::write(place.path().join("scene.toml"), &scene).unwrap();
-    let times = killed(place.path(), &RUN, duration / 6);
-    assert!(times > 3, "{times}");
-    assert_eq!(
-        results(&place.path().join("out")),
-        results(&straight.path().join("out"))
-    );
+    killed_and_resumed(&format!("{BODIES}{RULES}"));
 }
 
 #[test]

@@ -69,26 +69,45 @@ pub const AVERAGES: SeriesFormat<RunningPoint> = SeriesFormat {
     },
 };
 
+/// The columns of `events.csv`, those of edges at the end.
+const EVENT_COLUMNS: [&str; 16] = [
+    "time",
+    "body_a",
+    "atom_a",
+    "body_b",
+    "atom_b",
+    "x",
+    "y",
+    "normal_x",
+    "normal_y",
+    "impulse_x",
+    "impulse_y",
+    "relative_velocity_x",
+    "relative_velocity_y",
+    "elasticity",
+    "edge_a",
+    "edge_b",
+];
+
+/// The columns of `impulses.csv`, that of edges at the end.
+const IMPULSE_COLUMNS: [&str; 10] = [
+    "time",
+    "atom",
+    "other_body",
+    "normal_x",
+    "normal_y",
+    "impulse_x",
+    "impulse_y",
+    "impulse_body_x",
+    "impulse_body_y",
+    "edge",
+];
+
 /// `events.csv`: every contact, with the first body the one inserted earlier; the normal points to
 /// the second body, and the impulse acts on it.
 pub const EVENTS: SeriesFormat<LoggedContact> = SeriesFormat {
     name: "events.csv",
-    header: &[
-        "time",
-        "body_a",
-        "atom_a",
-        "body_b",
-        "atom_b",
-        "x",
-        "y",
-        "normal_x",
-        "normal_y",
-        "impulse_x",
-        "impulse_y",
-        "relative_velocity_x",
-        "relative_velocity_y",
-        "elasticity",
-    ],
+    header: EVENT_COLUMNS.split_at(14).0,
     row: |csv, contact| csv.serialize(contact_cells(contact)),
 };
 
@@ -96,24 +115,7 @@ pub const EVENTS: SeriesFormat<LoggedContact> = SeriesFormat {
 /// ends of an edge has the number of the edge in place of that of an atom; a wall has edge 0.
 pub const EVENTS_OF_EDGES: SeriesFormat<LoggedContact> = SeriesFormat {
     name: EVENTS.name,
-    header: &[
-        "time",
-        "body_a",
-        "atom_a",
-        "body_b",
-        "atom_b",
-        "x",
-        "y",
-        "normal_x",
-        "normal_y",
-        "impulse_x",
-        "impulse_y",
-        "relative_velocity_x",
-        "relative_velocity_y",
-        "elasticity",
-        "edge_a",
-        "edge_b",
-    ],
+    header: &EVENT_COLUMNS,
     row: |csv, contact| csv.serialize((contact_cells(contact), contact.edges)),
 };
 
@@ -121,17 +123,7 @@ pub const EVENTS_OF_EDGES: SeriesFormat<LoggedContact> = SeriesFormat {
 /// frame.
 pub const IMPULSES: SeriesFormat<Impulse> = SeriesFormat {
     name: "impulses.csv",
-    header: &[
-        "time",
-        "atom",
-        "other_body",
-        "normal_x",
-        "normal_y",
-        "impulse_x",
-        "impulse_y",
-        "impulse_body_x",
-        "impulse_body_y",
-    ],
+    header: IMPULSE_COLUMNS.split_at(9).0,
     row: |csv, kick| csv.serialize(impulse_cells(kick)),
 };
 
@@ -139,18 +131,7 @@ pub const IMPULSES: SeriesFormat<Impulse> = SeriesFormat {
 /// number of the edge in place of that of an atom.
 pub const IMPULSES_OF_EDGES: SeriesFormat<Impulse> = SeriesFormat {
     name: IMPULSES.name,
-    header: &[
-        "time",
-        "atom",
-        "other_body",
-        "normal_x",
-        "normal_y",
-        "impulse_x",
-        "impulse_y",
-        "impulse_body_x",
-        "impulse_body_y",
-        "edge",
-    ],
+    header: &IMPULSE_COLUMNS,
     row: |csv, kick| csv.serialize((impulse_cells(kick), kick.edge)),
 };
 
