@@ -91,14 +91,14 @@ pub(crate) struct EdgePose {
     arm: DVec2,
     /// e
     along: DVec2,
-    outwards: Side,
-    endwards: Side,
+    outwards: AxisSide,
+    endwards: AxisSide,
 }
 
 /// A direction, and the coordinate of the middle of the edge in it: the normal on the atom's side,
 /// or the direction along the edge to the nearer end.
 #[derive(Clone, Copy)]
-struct Side {
+struct AxisSide {
     direction: DVec2,
     middle: f64,
 }
@@ -112,7 +112,7 @@ pub(crate) struct Excess {
     second: f64,
 }
 
-impl Side {
+impl AxisSide {
     /// The side of the point `place`, of the two in a direction and against it.
     fn facing(direction: DVec2, middle: f64, place: DVec2) -> Self {
         if direction.dot(place) - middle < 0.0 {
@@ -340,12 +340,12 @@ impl<'a> EdgePair<'a> {
     fn pose_of(&self, time: f64, along: DVec2, place: DVec2, arm: DVec2) -> EdgePose {
         let [across, lengthwise] = self.middle;
         let outwards = if self.edge.is_solid_behind() {
-            Side {
+            AxisSide {
                 direction: along.perp(),
                 middle: across,
             }
         } else {
-            Side::facing(along.perp(), across, place)
+            AxisSide::facing(along.perp(), across, place)
         };
         EdgePose {
             time,
@@ -353,13 +353,13 @@ impl<'a> EdgePair<'a> {
             arm,
             along,
             outwards,
-            endwards: Side::facing(along, lengthwise, place),
+            endwards: AxisSide::facing(along, lengthwise, place),
         }
     }
 
     /// The distance of the atom from the middle of the edge in one direction (length) less
     /// `distance`, and its derivatives (Lemma 2).
-    fn excess(&self, pose: &EdgePose, side: Side, distance: f64) -> Excess {
+    fn excess(&self, pose: &EdgePose, side: AxisSide, distance: f64) -> Excess {
         let [spin, spin_of_edge] = self.spins;
         let velocity = self.velocity_of(pose.arm);
         let of_atom = -(spin * spin) * pose.arm;
@@ -409,7 +409,7 @@ impl<'a> EdgePair<'a> {
     fn step_of_orbiting_atom(&self, pose: &EdgePose) -> f64 {
         let place = pose.place - pose.arm;
         let centre = self.pose_of(pose.time, pose.along, place, DVec2::ZERO);
-        let step = |side: Side, distance: f64| {
+        let step = |side: AxisSide, distance: f64| {
             let excess = self.excess(&centre, side, distance + self.orbit);
             let gap = excess.value - self.error.at(pose.time);
             if gap > 0.0 {
@@ -477,7 +477,7 @@ impl GapFunction for EdgePair<'_> {
         let swing_of_atom = swing(spin, elapsed, start.arm);
         let moved = self.velocity_of(DVec2::ZERO) * elapsed + swing_of_atom;
         let turned = swing(spin_of_edge, elapsed, start.outwards.direction);
-        let outwards = Side {
+        let outwards = AxisSide {
             direction: start.outwards.direction + turned,
             ..start.outwards
         };

@@ -32,7 +32,10 @@
 //!    of bodies that turn begins at that bound.
 //! 5. **Discs.** Contacts of bodies that do not turn follow from the closed form of
 //!    [`disc_contact`].
-//! 6. **Range.** A query that holds NaN, an infinity, or a magnitude whose square could overflow
+//! 6. **Edges.** An atom is searched against a straight edge by its coordinates in the frame of the
+//!    edge ([`edge_pair`](crate::edge_pair)). Bodies with edges are first kept apart by lines along
+//!    their sides ([`lines`](crate::lines)).
+//! 7. **Range.** A query that holds NaN, an infinity, or a magnitude whose square could overflow
 //!    results in [`Outcome::OutOfRange`]. Very slow and very fast pairs are searched in another
 //!    unit of time, in which no product of velocities underflows.
 //!

@@ -54,7 +54,7 @@ pub(crate) enum Separation {
 }
 
 /// The corners of one body against the lines of the other.
-struct Lines<'a> {
+struct LineSearch<'a> {
     flight: &'a Flight<'a>,
     outlines: [Outline<'a>; 2],
     /// Radii of circles about the centres of mass inside the convex hulls (length).
@@ -77,7 +77,7 @@ struct Bounds {
 }
 
 /// A line at one time, relative to the corners of the other body.
-struct Sight {
+struct LineAtTime {
     /// The body with the corners.
     body: usize,
     side: HullSide,
@@ -89,7 +89,7 @@ struct Sight {
 
 /// The state of the search for the crossing of a corner and a line.
 #[derive(Clone, Copy, PartialEq)]
-enum Crossing {
+enum CornerState {
     NotBefore,
     Beside,
     BeyondTheEnd,
@@ -101,7 +101,7 @@ enum Crossing {
 }
 
 /// The result for one line.
-enum Verdict {
+enum LineOutcome {
     /// The bodies are apart until this later time, where another line may separate them.
     Apart(f64),
     /// The bodies are apart until this time, from which on all parts are to be searched.
@@ -119,7 +119,7 @@ pub(crate) fn separate<R: Recorder>(
     window: SearchWindow,
     search: &mut Search<R>,
 ) -> Separation {
-    let lines = Lines {
+    let lines = LineSearch {
         flight,
         outlines: [a, b],
         inner_radii: [a, b].map(inner_radius),
@@ -137,15 +137,15 @@ pub(crate) fn separate<R: Recorder>(
         };
         let verdict = lines.first_to_cross(&sight, &at, search);
         let until = match verdict {
-            Verdict::Apart(until) | Verdict::Unclear(until) => until,
-            Verdict::Decided => search.limit(),
+            LineOutcome::Apart(until) | LineOutcome::Unclear(until) => until,
+            LineOutcome::Decided => search.limit(),
         };
         search.recorder.concerns(|| all_parts(a, b));
         search.recorder.step(Phase::Shared, time, Some(until));
         match verdict {
-            Verdict::Apart(_) => time = until,
-            Verdict::Decided => return Separation::Decided,
-            Verdict::Unclear(_) => return Separation::Until(until),
+            LineOutcome::Apart(_) => time = until,
+            LineOutcome::Decided => return Separation::Decided,
+            LineOutcome::Unclear(_) => return Separation::Until(until),
         }
     }
     Separation::Until(time)
@@ -227,9 +227,9 @@ impl Bounds {
     }
 }
 
-impl Lines<'_> {
+impl LineSearch<'_> {
     /// The line with the largest distance of the nearest corner.
-    fn best(&self, at: &Pose) -> Option<Sight> {
+    fn best(&self, at: &Pose) -> Option<LineAtTime> {
         let mut best: Option<(usize, HullSide)> = None;
         let mut least = f64::NEG_INFINITY;
         // Of equal distances the same one for exchanged bodies.
@@ -274,14 +274,14 @@ impl Lines<'_> {
             .fold(f64::INFINITY, |least, y| if y < least { y } else { least })
     }
 
-    fn sight(&self, body: usize, side: HullSide, at: &Pose) -> Sight {
+    fn sight(&self, body: usize, side: HullSide, at: &Pose) -> LineAtTime {
         let spin_of_line = self.flight.spin[1 - body];
         let normal = at.arm(1 - body, side.normal);
         let sign = if body == 1 { 1.0 } else { -1.0 };
         let place = sign * at.separation;
         let velocity = sign * self.flight.motion.velocity;
         let turned = 2.0 * velocity.perp() + spin_of_line * place;
-        Sight {
+        LineAtTime {
             body,
             side,
             normal: at.in_frame_of(body, normal),
@@ -299,37 +299,37 @@ impl Lines<'_> {
     /// have so few parts that all of them are searched at once.
     fn first_to_cross<R: Recorder>(
         &self,
-        sight: &Sight,
+        sight: &LineAtTime,
         at: &Pose,
         search: &mut Search<R>,
-    ) -> Verdict {
+    ) -> LineOutcome {
         let mut corners = self.not_before(sight, at);
         let mut has_opened = false;
         loop {
             let soonest = corners.iter().enumerate();
             let soonest = soonest.min_by(|one, other| one.1.0.total_cmp(&other.1.0));
             let Some((index, &(bound, known))) = soonest else {
-                return Verdict::Decided;
+                return LineOutcome::Decided;
             };
             if bound > search.limit() {
-                return Verdict::Decided;
+                return LineOutcome::Decided;
             }
             let may_restart = bound > at.time && !has_opened;
             let edge = sight.side.edge.filter(|_| self.is_before(sight, at, index));
             corners[index] = match (known, edge) {
-                (Crossing::Beside | Crossing::OutOfBudget, _) => return Verdict::Decided,
-                (Crossing::BeyondTheEnd, _) if may_restart => return Verdict::Apart(bound),
-                (Crossing::NotBefore, _) if may_restart && self.is_far(sight, at, index) => {
-                    return Verdict::Apart(bound);
+                (CornerState::Beside | CornerState::OutOfBudget, _) => return LineOutcome::Decided,
+                (CornerState::BeyondTheEnd, _) if may_restart => return LineOutcome::Apart(bound),
+                (CornerState::NotBefore, _) if may_restart && self.is_far(sight, at, index) => {
+                    return LineOutcome::Apart(bound);
                 }
-                (Crossing::NotBefore, Some(edge)) => {
+                (CornerState::NotBefore, Some(edge)) => {
                     self.crossing(sight, index, edge, bound, search)
                 }
-                _ if !has_opened && self.has_few_parts() => return Verdict::Unclear(bound),
+                _ if !has_opened && self.has_few_parts() => return LineOutcome::Unclear(bound),
                 _ => {
                     has_opened = true;
                     self.open(sight, index, bound, &corners, search);
-                    (f64::INFINITY, Crossing::Opened)
+                    (f64::INFINITY, CornerState::Opened)
                 }
             };
         }
@@ -342,7 +342,7 @@ impl Lines<'_> {
 
     /// Whether a corner is in front of the line or touches it, so that its crossing can be
     /// searched.
-    fn is_before(&self, sight: &Sight, at: &Pose, index: usize) -> bool {
+    fn is_before(&self, sight: &LineAtTime, at: &Pose, index: usize) -> bool {
         let atom = &self.outlines[sight.body].atoms[index];
         let (y, ..) = self.corner(sight, atom.offset());
         y - atom.radius() >= -self.bounds[sight.body].error.at(at.time)
@@ -352,10 +352,10 @@ impl Lines<'_> {
     /// all corners of the other, from `begin` on.
     fn open<R: Recorder>(
         &self,
-        sight: &Sight,
+        sight: &LineAtTime,
         index: usize,
         begin: f64,
-        corners: &[(f64, Crossing)],
+        corners: &[(f64, CornerState)],
         search: &mut Search<R>,
     ) {
         let (own, other) = (sight.body, 1 - sight.body);
@@ -376,7 +376,7 @@ impl Lines<'_> {
                 continue;
             };
             // Searched from an earlier time on, when its other end was opened.
-            if corners[end as usize].1 == Crossing::Opened {
+            if corners[end as usize].1 == CornerState::Opened {
                 continue;
             }
             for (number, atom) in (0..).zip(other_outline.atoms) {
@@ -399,7 +399,7 @@ impl Lines<'_> {
     }
 
     /// Times at which the corners cross the line at the earliest.
-    fn not_before(&self, sight: &Sight, at: &Pose) -> SmallVec<[(f64, Crossing); 16]> {
+    fn not_before(&self, sight: &LineAtTime, at: &Pose) -> SmallVec<[(f64, CornerState); 16]> {
         let bounds = &self.bounds[sight.body];
         let (error, rate_error) = (bounds.error.at(at.time), bounds.error.of_rate(at.time));
         let atoms = self.outlines[sight.body].atoms.iter();
@@ -412,13 +412,13 @@ impl Lines<'_> {
             } else {
                 at.time
             };
-            (time, Crossing::NotBefore)
+            (time, CornerState::NotBefore)
         });
         bound.collect()
     }
 
     /// y_i without the radius, y_i' and y_i'' of a corner.
-    fn corner(&self, sight: &Sight, offset: DVec2) -> (f64, f64, f64) {
+    fn corner(&self, sight: &LineAtTime, offset: DVec2) -> (f64, f64, f64) {
         let [y, rate, second] = sight.centre;
         let apart = self.flight.spin[sight.body] - self.flight.spin[1 - sight.body];
         let along = sight.normal.dot(offset);
@@ -430,7 +430,7 @@ impl Lines<'_> {
     }
 
     /// Whether a corner is so far from the line that a step is worth more than a search.
-    fn is_far(&self, sight: &Sight, at: &Pose, index: usize) -> bool {
+    fn is_far(&self, sight: &LineAtTime, at: &Pose, index: usize) -> bool {
         let atom = &self.outlines[sight.body].atoms[index];
         let (y, rate, _) = self.corner(sight, atom.offset());
         let bounds = &self.bounds[sight.body];
@@ -445,7 +445,13 @@ impl Lines<'_> {
     /// A time before the contact of a corner and an edge at which it is certainly apart, if another
     /// pair of parts may touch so soon before that its own, smaller bound on the rounding decides:
     /// near an end of the edge, or with another corner at the line.
-    fn just_before_others(&self, sight: &Sight, index: usize, edge: u32, time: f64) -> Option<f64> {
+    fn just_before_others(
+        &self,
+        sight: &LineAtTime,
+        index: usize,
+        edge: u32,
+        time: f64,
+    ) -> Option<f64> {
         let (body, other) = (sight.body, 1 - sight.body);
         let at = self.flight.at(time);
         let now = self.sight(body, sight.side, &at);
@@ -474,12 +480,12 @@ impl Lines<'_> {
     /// Searches the crossing of one corner and the line of an edge; a contact is recorded.
     fn crossing<R: Recorder>(
         &self,
-        sight: &Sight,
+        sight: &LineAtTime,
         index: usize,
         edge: u32,
         begin: f64,
         search: &mut Search<R>,
-    ) -> (f64, Crossing) {
+    ) -> (f64, CornerState) {
         let (body, outlines) = (sight.body, &self.outlines);
         let line = &outlines[1 - body].edges()[edge as usize];
         let radii = outlines.map(|outline| outline.bounding_radius);
@@ -492,19 +498,19 @@ impl Lines<'_> {
         match outcome {
             PairOutcome::Contact(time) if is_beside => {
                 if let Some(before) = self.just_before_others(sight, index, edge, time) {
-                    return (before.max(begin), Crossing::AmongOthers);
+                    return (before.max(begin), CornerState::AmongOthers);
                 }
                 search.record_touch(outcome, touch);
-                (time, Crossing::Beside)
+                (time, CornerState::Beside)
             }
-            PairOutcome::Contact(time) => (time, Crossing::BeyondTheEnd),
+            PairOutcome::Contact(time) => (time, CornerState::BeyondTheEnd),
             PairOutcome::OutOfBudget(time) => {
                 search.record_touch(outcome, touch);
-                (time, Crossing::OutOfBudget)
+                (time, CornerState::OutOfBudget)
             }
             PairOutcome::Free | PairOutcome::Paused(_) => {
                 search.recorder.step(Phase::Shared, begin, Some(limit));
-                (f64::INFINITY, Crossing::NotBefore)
+                (f64::INFINITY, CornerState::NotBefore)
             }
         }
     }

@@ -116,6 +116,12 @@ impl Edge {
         self.middle
     }
 
+    /// Its ends, in the frame of the body (length).
+    pub(crate) fn segment(&self) -> [DVec2; 2] {
+        let half = self.half_length * self.along;
+        [self.middle - half, self.middle + half]
+    }
+
     /// Unit vector along the edge.
     pub fn along(&self) -> DVec2 {
         self.along

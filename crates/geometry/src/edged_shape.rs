@@ -4,7 +4,7 @@ use std::{f64::consts::PI, fmt, str::FromStr};
 
 use glam::DVec2;
 
-use crate::{GeometryError, Molecule, check_positive, interior::MAX_CORNERS};
+use crate::{GeometryError, Molecule, check_positive, interior::check_corner_count};
 
 /// A body with straight sides and uniform density, by name.
 ///
@@ -110,12 +110,8 @@ impl EdgedShape {
                 number("A of kite:A,B", ahead)?;
                 number("B of kite:A,B", behind)
             }
-            Self::Polygon(count) if !(3..=MAX_CORNERS).contains(&count) => {
-                Err(GeometryError::Polygon(format!(
-                    "needs 3 to {MAX_CORNERS} corners, but has {count}"
-                )))
-            }
-            Self::Square | Self::Triangle | Self::Polygon(_) => Ok(self),
+            Self::Polygon(count) => check_corner_count(count).map(|()| self),
+            Self::Square | Self::Triangle => Ok(self),
         }
     }
 }

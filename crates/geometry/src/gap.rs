@@ -44,8 +44,8 @@ pub fn gap_between(
         return least;
     }
     let views = [
-        View::new(a, rotation_a, b, rotation_b, separation),
-        View::new(b, rotation_b, a, rotation_a, -separation),
+        RelativeParts::new(a, rotation_a, b, rotation_b, separation),
+        RelativeParts::new(b, rotation_b, a, rotation_a, -separation),
     ];
     for view in &views {
         for edge in view.body.edges() {
@@ -55,7 +55,7 @@ pub fn gap_between(
     if a.is_wall() && b.is_wall() {
         return least;
     }
-    let depths = views.iter().map(View::depth_inside);
+    let depths = views.iter().map(RelativeParts::depth_inside);
     match depths.fold(views[0].depth_of_crossings(), f64::max) {
         0.0 => least,
         depth => least.min(-depth),
@@ -63,13 +63,13 @@ pub fn gap_between(
 }
 
 /// A body, and the atoms and edges of another in its frame: centre or ends, and radius.
-struct View<'a> {
+struct RelativeParts<'a> {
     body: &'a Molecule,
     atoms: SmallVec<[(DVec2, f64); 8]>,
     edges: SmallVec<[([DVec2; 2], f64); 8]>,
 }
 
-impl<'a> View<'a> {
+impl<'a> RelativeParts<'a> {
     fn new(
         body: &'a Molecule,
         rotation: DVec2,
@@ -84,11 +84,10 @@ impl<'a> View<'a> {
             .atoms()
             .iter()
             .map(|atom| (place(atom.offset()), atom.radius()));
-        let edges = other.edges().iter().map(|edge| {
-            let half = edge.half_length() * edge.along();
-            let ends = [edge.middle() - half, edge.middle() + half];
-            (ends.map(place), edge.radius())
-        });
+        let edges = other
+            .edges()
+            .iter()
+            .map(|edge| (edge.segment().map(place), edge.radius()));
         Self {
             body,
             atoms: atoms.collect(),
@@ -126,10 +125,8 @@ impl<'a> View<'a> {
     fn depth_of_crossings(&self) -> f64 {
         let mut deepest: f64 = 0.0;
         for edge in self.body.edges() {
-            let half = edge.half_length() * edge.along();
-            let line = [edge.middle() - half, edge.middle() + half];
             for &(ends, radius) in &self.edges {
-                if segments_meet(line, ends) {
+                if segments_meet(edge.segment(), ends) {
                     let way = ends.map(|end| edge.nearest(end).distance);
                     deepest = deepest.max(way[0].min(way[1]) + edge.radius() + radius);
                 }

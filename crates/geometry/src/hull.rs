@@ -15,6 +15,17 @@ pub struct HullSide {
     pub edge: Option<u32>,
 }
 
+/// Whether all atoms and edges have one radius.
+pub(crate) fn are_of_one_radius(atoms: &[Atom], edges: &[Edge]) -> bool {
+    let mut radii = atoms
+        .iter()
+        .map(Atom::radius)
+        .chain(edges.iter().map(Edge::radius));
+    radii
+        .next()
+        .is_none_or(|first| radii.all(|radius| radius == first))
+}
+
 /// The sides of the convex hull of the centres, moved outwards to the farthest atom; for centres on
 /// one line, the four sides of the rectangle about them.
 pub(crate) fn hull_sides(atoms: &[Atom], edges: &[Edge]) -> Vec<HullSide> {
@@ -28,9 +39,7 @@ pub(crate) fn hull_sides(atoms: &[Atom], edges: &[Edge]) -> Vec<HullSide> {
             .fold(f64::NEG_INFINITY, f64::max),
         edge,
     };
-    let thickness = atoms.first().map_or(0.0, Atom::radius);
-    let is_even = atoms.iter().all(|atom| atom.radius() == thickness)
-        && edges.iter().all(|edge| edge.radius() == thickness);
+    let is_even = are_of_one_radius(atoms, edges);
     let edge_between = |first: u32, second: u32| {
         let joins = |edge: &Edge| {
             edge.ends()

@@ -20,7 +20,7 @@ pub enum Interior {
 }
 
 /// The most corners of a polygon; a larger number is probably an error.
-pub const MAX_CORNERS: usize = 1024;
+pub(crate) const MAX_CORNERS: usize = 1024;
 
 /// The smallest radius of the corners of a polygon, as a share of the largest distance of a corner
 /// from the first. At smaller radii the rounding of positions hides on which side of an edge a
@@ -32,9 +32,7 @@ pub const MIN_ROUNDING: f64 = 1e-10;
 pub(crate) fn simple_polygon(corners: &[DVec2], radius: f64) -> Result<&[DVec2], GeometryError> {
     let refused = |problem: String| Err(GeometryError::Polygon(problem));
     let count = corners.len();
-    if !(3..=MAX_CORNERS).contains(&count) {
-        return refused(format!("needs 3 to {MAX_CORNERS} corners, but has {count}"));
-    }
+    check_corner_count(count)?;
     for corner in corners {
         check_length("the x of a corner", corner.x)?;
         check_length("the y of a corner", corner.y)?;
@@ -60,14 +58,41 @@ pub(crate) fn simple_polygon(corners: &[DVec2], radius: f64) -> Result<&[DVec2],
         if folds_back(before - from, to - from) {
             return refused(format!("folds back on itself at corner {second}"));
         }
-        for first in 0..second.saturating_sub(1) {
-            let is_neighbour = first == 0 && second + 1 == count;
-            if !is_neighbour && segments_meet(side(first), side(second)) {
-                return refused(format!("has sides {first} and {second} that meet"));
-            }
-        }
+    }
+    let sides: Vec<_> = (0..count).map(side).collect();
+    let is_apart =
+        |first: usize, second: usize| first + 1 < second && !(first == 0 && second + 1 == count);
+    if let Some([first, second]) = first_meeting(&sides, is_apart) {
+        return refused(format!("has sides {first} and {second} that meet"));
     }
     Ok(corners)
+}
+
+/// Refuses a number of corners that no polygon has, before time is spent on their places.
+///
+/// # Errors
+/// [`GeometryError::Polygon`] with the number.
+pub fn check_corner_count(count: usize) -> Result<(), GeometryError> {
+    if (3..=MAX_CORNERS).contains(&count) {
+        return Ok(());
+    }
+    Err(GeometryError::Polygon(format!(
+        "needs 3 to {MAX_CORNERS} corners, but has {count}"
+    )))
+}
+
+/// The first two of these segments, in ascending order, that have a point in common, among those
+/// that must be apart.
+fn first_meeting(
+    segments: &[[DVec2; 2]],
+    is_apart: impl Fn(usize, usize) -> bool,
+) -> Option<[usize; 2]> {
+    (0..segments.len()).find_map(|second| {
+        let meets = |&first: &usize| {
+            is_apart(first, second) && segments_meet(segments[first], segments[second])
+        };
+        (0..second).find(meets).map(|first| [first, second])
+    })
 }
 
 /// Whether two sides from one corner lie on each other.
@@ -137,22 +162,17 @@ pub(crate) fn check_lines(
                  `hollow = true`",
             );
         }
-        let segment = |index: usize| {
-            let half = edges[index].half_length() * edges[index].along();
-            [edges[index].middle() - half, edges[index].middle() + half]
-        };
+        let ends = |place: usize| edges[numbers[place]].ends().unwrap_or_default();
         let is_apart = |one: usize, other: usize| {
-            let ends = edges[one].ends().unwrap_or_default();
-            let others = edges[other].ends().unwrap_or_default();
-            !ends.iter().any(|end| others.contains(end))
+            let others = ends(other);
+            !ends(one).iter().any(|end| others.contains(end))
         };
-        for (place, &second) in numbers.iter().enumerate() {
-            let crosses = |&&first: &&usize| {
-                is_apart(first, second) && segments_meet(segment(first), segment(second))
-            };
-            if numbers[..place].iter().any(|first| crosses(&first)) {
-                return refused(second, "crosses another edge of its closed line");
-            }
+        let segments: Vec<_> = numbers
+            .iter()
+            .map(|&index| edges[index].segment())
+            .collect();
+        if let Some([_, second]) = first_meeting(&segments, is_apart) {
+            return refused(numbers[second], "crosses another edge of its closed line");
         }
     }
     Ok(())

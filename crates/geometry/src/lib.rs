@@ -53,7 +53,7 @@ pub use excluded_region::{DIRECTION_ROUNDING, ExcludedRegion};
 pub use exposed_arc::ExposedArc;
 pub use exposed_side::{EdgeSide, ExposedSide};
 pub use gap::gap_between;
-pub use interior::{Interior, MAX_CORNERS, MIN_ROUNDING};
+pub use interior::{Interior, MIN_ROUNDING};
 pub use limits::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 pub use molecule::Molecule;
 pub use outline::Outline;
@@ -68,5 +68,7 @@ pub use atom_row::AtomRow;
 pub use circle_tree::{Circle, CircleTree, Node};
 #[doc(hidden)]
 pub use hull::HullSide;
+#[doc(hidden)]
+pub use interior::check_corner_count;
 #[doc(hidden)]
 pub use limits::{check_length, check_positive};

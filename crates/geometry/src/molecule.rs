@@ -61,6 +61,8 @@ pub struct Molecule {
     tree: Option<CircleTree>,
     /// Sides of the convex hull of a body with edges.
     sides: Vec<HullSide>,
+    /// Closed lines of edges around a solid interior, each as the indices of its atoms.
+    rings: Vec<Vec<u32>>,
 }
 
 /// Molecules are equal if their atoms, their edges, their interior and the distribution of their
@@ -227,6 +229,20 @@ impl Molecule {
             interior: Interior::default(),
             is_uniform: false,
             sides: Vec::new(),
+            rings: Vec::new(),
+        }
+    }
+
+    /// These atoms with edges between them, and all that follows from the edges but area and mass.
+    fn joined_by(self, edges: Vec<Edge>, interior: Interior) -> Self {
+        Self {
+            sides: hull_sides(&self.atoms, &edges),
+            rings: interior::solid_rings(&self.atoms, &edges, interior),
+            edges,
+            interior,
+            // These would leave out the edges.
+            rows: Vec::new(),
+            ..self
         }
     }
 
@@ -242,14 +258,7 @@ impl Molecule {
         let properties = Properties::new(&union_of(&atoms, &edges, interior));
         check_positive("the area of a molecule", properties.area)?;
         check_positive("the second moment of the area", properties.second_moment)?;
-        let mut molecule = Self {
-            sides: hull_sides(&atoms, &edges),
-            edges,
-            interior,
-            // These would leave out the edges.
-            rows: Vec::new(),
-            ..Self::of_area(atoms, properties.area)
-        };
+        let mut molecule = Self::of_area(atoms, properties.area).joined_by(edges, interior);
         if let Some(mass) = mass {
             molecule.is_uniform = true;
             molecule.mass = mass;
@@ -310,6 +319,7 @@ impl Molecule {
             interior: Interior::default(),
             is_uniform: false,
             sides: Vec::new(),
+            rings: Vec::new(),
         })
     }
 
@@ -353,13 +363,8 @@ impl Molecule {
         if edges.is_empty() && !self.is_uniform {
             return Ok(Self::of_area(atoms, scale * scale * self.area));
         }
-        let mut scaled = Self {
-            sides: hull_sides(&atoms, &edges),
-            edges,
-            interior: self.interior,
-            rows: Vec::new(),
-            ..Self::of_area(atoms, scale * scale * self.area)
-        };
+        let area = scale * scale * self.area;
+        let mut scaled = Self::of_area(atoms, area).joined_by(edges, self.interior);
         if self.is_uniform {
             scaled.is_uniform = true;
             scaled.mass = self.mass;
@@ -390,8 +395,8 @@ impl Molecule {
     }
 
     /// Closed lines of edges around a solid interior, each as the indices of its atoms.
-    pub(crate) fn solid_rings(&self) -> Vec<Vec<u32>> {
-        interior::solid_rings(&self.atoms, &self.edges, self.interior)
+    pub(crate) fn solid_rings(&self) -> &[Vec<u32>] {
+        &self.rings
     }
 
     /// The edge of a wall; `None` unless this is one.
@@ -670,8 +675,7 @@ impl From<&Molecule> for Compound {
                 )
             });
         let edges = molecule.edges().iter().map(|edge| {
-            let half = edge.half_length() * edge.along();
-            let (from, to) = (edge.middle() - half, edge.middle() + half);
+            let [from, to] = edge.segment();
             let line = if edge.radius() > 0.0 {
                 SharedShape::capsule(from, to, edge.radius())
             } else {

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::Molecule;
+use crate::{Molecule, hull::are_of_one_radius};
 
 impl Molecule {
     /// The corners from the centre of mass (length), counter-clockwise, if this is a solid polygon
@@ -19,10 +19,7 @@ impl Molecule {
     /// ```
     pub fn corners(&self) -> Option<Vec<DVec2>> {
         let (atoms, edges) = (self.atoms(), self.edges());
-        let radius = atoms.first()?.radius();
-        let is_even = atoms.iter().all(|atom| atom.radius() == radius)
-            && edges.iter().all(|edge| edge.radius() == radius);
-        if !is_even || edges.len() != atoms.len() {
+        if !are_of_one_radius(atoms, edges) || edges.len() != atoms.len() {
             return None;
         }
         let rings = self.solid_rings();

@@ -212,7 +212,7 @@ fn diameter(body: &Body) -> f64 {
         return f64::INFINITY;
     }
     if !molecule.edges().is_empty() {
-        return 4.0 * molecule.area() / molecule.perimeter();
+        return 2.0 * molecule.mean_half_width();
     }
     molecule
         .atoms()

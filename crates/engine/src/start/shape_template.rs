@@ -1,7 +1,8 @@
 //! The shape that the keys of a molecule or of a gas describe, before its size and mass are given.
 
 use carom_geometry::{
-    Atom, DEFAULT_ROUNDING, EdgedShape, GeometryError, Interior, MAX_CORNERS, Molecule, Shape,
+    Atom, DEFAULT_ROUNDING, EdgedShape, GeometryError, Interior, Molecule, Shape,
+    check_corner_count,
 };
 use glam::DVec2;
 
@@ -127,13 +128,7 @@ impl Template {
     }
 
     fn polygon(given: ShapeKeys<'_>) -> Result<Self, Refusal> {
-        if given.polygon.len() > MAX_CORNERS {
-            let problem = format!(
-                "needs 3 to {MAX_CORNERS} corners, but has {}",
-                given.polygon.len()
-            );
-            return Err(GeometryError::Polygon(problem).into());
-        }
+        check_corner_count(given.polygon.len())?;
         let corners: Vec<DVec2> = given.polygon.iter().map(|&corner| corner.into()).collect();
         let size = corners
             .iter()
