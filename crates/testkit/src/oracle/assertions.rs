@@ -8,8 +8,8 @@ use carom_detection::{
 
 use super::{BigFloat, DoubleDouble, ExclusionReference, Judgement, Number, Oracle, OracleVerdict};
 
-/// The answer of the exact detector to a case of a class, and the judgement of the oracle; `None` for
-/// the judgement if the oracle cannot decide.
+/// The answer of the exact detector to a case of a class, and the judgement of the oracle; `None`
+/// for the judgement if the oracle cannot decide.
 ///
 /// # Panics
 /// If the answer is wrong.
