@@ -13,6 +13,8 @@ pub const EVERY_RUN: [&str; 3] = ["energy", "overlap", "collision-rate"];
 pub enum Capability {
     /// Molecules that rotate.
     Turning,
+    /// Molecules with straight sides, which rotate.
+    Sides,
     /// Molecules of locked rotation.
     Locked,
     /// Fixed discs.
@@ -56,8 +58,9 @@ pub enum Variant {
 
 impl Capability {
     /// All capabilities.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Turning,
+        Self::Sides,
         Self::Locked,
         Self::Bumpers,
         Self::Walls,
@@ -73,6 +76,7 @@ impl Capability {
     pub fn name(self) -> &'static str {
         match self {
             Self::Turning => "turning molecules",
+            Self::Sides => "sides",
             Self::Locked => "locked rotation",
             Self::Bumpers => "bumpers",
             Self::Walls => "walls",
@@ -90,6 +94,8 @@ impl Capability {
         match (self, level) {
             (Self::Turning, CapabilityLevel::Idle) => "one dumbbell among the discs",
             (Self::Turning, CapabilityLevel::Used) => "200 dumbbells among the discs",
+            (Self::Sides, CapabilityLevel::Idle) => "one square among the discs",
+            (Self::Sides, CapabilityLevel::Used) => "200 squares among the discs",
             (Self::Locked, CapabilityLevel::Idle) => {
                 "the discs are locked, although they never rotate"
             }
@@ -145,12 +151,19 @@ impl Capability {
                 "detection/src/skimming.rs",
                 "geometry/src/circle_tree.rs",
             ],
+            Self::Sides => &[
+                "geometry/src/edged_shape.rs",
+                "geometry/src/hull.rs",
+                "geometry/src/interior.rs",
+                "geometry/src/union.rs",
+                "detection/src/lines.rs",
+            ],
             Self::Walls => &[
                 "geometry/src/edge.rs",
                 "detection/src/edge_error.rs",
                 "detection/src/edge_pair.rs",
+                "detection/src/edges.rs",
                 "detection/src/strip.rs",
-                "detection/src/walls.rs",
                 "engine/src/cells/walls.rs",
                 "engine/src/world/wall.rs",
             ],

@@ -272,6 +272,16 @@ pub fn scene(variant: Variant) -> Scene {
                 discs(DISCS - others, radius, 1.0),
             ];
         }
+        Capability::Sides => {
+            let squares = GasSpec {
+                shape: Some("square".to_owned()),
+                // The area of a disc.
+                size: Some((radius * PI.sqrt()).into()),
+                radius: None,
+                ..discs(others, radius, 1.0)
+            };
+            scene.gas = vec![squares, discs(DISCS - others, radius, 1.0)];
+        }
         Capability::Locked if used => {
             scene.gas = vec![
                 dumbbells(others, Rotation::Locked),
