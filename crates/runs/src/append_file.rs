@@ -121,6 +121,10 @@ impl CheckpointLengths {
     /// wait. `None`, and nothing is truncated, if a file is being written.
     pub fn cut_back(&self) -> Option<MutexGuard<'_, ()>> {
         let guard = self.writing.try_lock().ok()?;
+        // What another process has written since is not this one's to cut.
+        if self.folder.check_holder().is_err() {
+            return Some(guard);
+        }
         for length in self.lengths.iter().flatten() {
             let path = self.folder.path().join(&length.name);
             if let Ok(file) = OpenOptions::new().write(true).open(path)
@@ -163,10 +167,11 @@ impl AppendFiles {
     /// Opens the files of a checkpoint and truncates them to their lengths there.
     ///
     /// # Errors
-    /// A file is missing or shorter than at the checkpoint.
+    /// A file is missing or shorter than at the checkpoint; another process writes into the folder.
     pub fn resume(folder: &Folder, lengths: &[Length]) -> Result<Self> {
         let mut resumed = Self::new(folder);
         for length in lengths {
+            folder.check_holder()?;
             let file = cut_back(&folder.file(&length.name)?, length)?;
             let (name, out) = (length.name.clone(), resumed.appender(file, length.bytes));
             resumed.files.push(AppendFile {
@@ -297,6 +302,7 @@ impl AppendFiles {
         let place = self.files.iter().position(|file| file.name == name);
         let place = place.unwrap_or(self.files.len());
         if place == self.files.len() {
+            self.folder.check_holder()?;
             let path = self.folder.file(name)?;
             // Truncated separately: not every system truncates a file that is opened for appending.
             let made =
@@ -469,6 +475,31 @@ mod tests {
         let mut other = AppendFiles::resume(&folder, &lengths).unwrap();
         other.append_new(&SQUARES, &[3.0, 4.0]).unwrap();
         spoilt(&mut files);
+    }
+
+    /// A process that is slow to begin may find that another has come and has written its files.
+    #[cfg(unix)]
+    #[test]
+    fn a_process_that_is_not_the_last_to_come_truncates_nothing() {
+        let root = tempfile::tempdir().unwrap();
+        let (folder, _lock) = Folder::claim(root.path(), Existing::Refuse).unwrap();
+        let mut files = AppendFiles::new(&folder);
+        let mut checkpoint = CheckpointLengths::new(&files);
+        files.append_new(&SQUARES, &[1.0]).unwrap();
+        let lengths = files.lengths().unwrap();
+        files.append_new(&SQUARES, &[2.0]).unwrap();
+        drop(files);
+        checkpoint.set(Some(lengths.clone()));
+        let read = || fs::read_to_string(root.path().join("squares.csv")).unwrap();
+        let whole = read();
+        let name = "writes into\nprocess 1 on moon since ever\n0\n";
+        fs::write(root.path().join(crate::folder_lock::LOCK), name).unwrap();
+        let refused = AppendFiles::resume(&folder, &lengths).unwrap_err();
+        assert!(refused.is::<crate::folder_lock::Ousted>(), "{refused:#}");
+        let refused = AppendFiles::new(&folder).append_new(&SQUARES, &[3.0]);
+        assert!(refused.unwrap_err().is::<crate::folder_lock::Ousted>());
+        drop(checkpoint.cut_back().unwrap());
+        assert_eq!(read(), whole);
     }
 
     /// Without the guard the next row would be written after the last row of the checkpoint.

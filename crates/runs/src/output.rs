@@ -292,8 +292,9 @@ impl Folder {
     /// the states from which a run can be resumed.
     ///
     /// # Errors
-    /// A file cannot be removed.
+    /// Another process has come, where locks do not reach it, or a file cannot be removed.
     pub(crate) fn remove_earlier_results(&self) -> Result<()> {
+        self.check_holder()?;
         self.written
             .as_ref()
             .map_or(Ok(()), |written| written.files.remove_earlier())
