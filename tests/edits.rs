@@ -578,7 +578,7 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
     // One body has no energy to scale: the edit changes neither bodies nor energies.
     let before = (
         crate::support::bits(&simulation.view()),
-        *simulation.view().ledger(),
+        simulation.view().ledger(),
     );
     let mut newcomer = None;
     let refused = simulation.edit(|batch| {
@@ -591,7 +591,7 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
     assert_eq!(
         (
             crate::support::bits(&simulation.view()),
-            *simulation.view().ledger()
+            simulation.view().ledger()
         ),
         before
     );
@@ -606,7 +606,7 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
     assert_eq!(
         (
             crate::support::bits(&simulation.view()),
-            *simulation.view().ledger()
+            simulation.view().ledger()
         ),
         before
     );

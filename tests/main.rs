@@ -5,6 +5,7 @@ mod analytic_runs;
 mod conservation;
 mod constructed_contacts;
 mod determinism;
+mod drag;
 mod edits;
 mod encounters;
 mod energy_drift;

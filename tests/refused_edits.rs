@@ -187,7 +187,7 @@ fn check_refused_batches<S: Scheduler>(options: &S::Options) {
     let before = (
         bits(&simulation.view()),
         *simulation.view().counters(),
-        *simulation.view().ledger(),
+        simulation.view().ledger(),
     );
     let moving: Vec<_> = simulation
         .view()
@@ -220,7 +220,7 @@ fn check_refused_batches<S: Scheduler>(options: &S::Options) {
         let after = (
             bits(&simulation.view()),
             *simulation.view().counters(),
-            *simulation.view().ledger(),
+            simulation.view().ledger(),
         );
         assert!(before == after, "{error}");
         assert_eq!(simulation.find_tag("never heard of"), None);

@@ -26,6 +26,7 @@
 //! exact.
 
 mod conserved;
+mod drag_clock;
 mod epoch_time;
 mod error_free;
 mod motion;
@@ -33,6 +34,7 @@ mod orientation;
 mod relative_motion;
 
 pub use conserved::{Inertia, angular_momentum, kinetic_energy, momentum};
+pub use drag_clock::DragClock;
 pub use epoch_time::EpochTime;
 pub use motion::Motion;
 pub use orientation::Orientation;

@@ -50,6 +50,17 @@ impl Motion {
         }
     }
 
+    /// This motion with velocity and angular velocity multiplied by a factor.
+    #[must_use]
+    #[inline]
+    pub fn slowed(&self, factor: f64) -> Self {
+        Self {
+            velocity: self.velocity * factor,
+            angular_velocity: self.angular_velocity * factor,
+            ..*self
+        }
+    }
+
     /// Position of the centre of mass at `time` (length).
     pub fn position_at(&self, time: f64) -> DVec2 {
         self.position + self.velocity * (time - self.time)

@@ -44,16 +44,16 @@ pub struct StateWatch {
 /// which may be far larger than what remains in a gas that has lost nearly all of it.
 #[derive(Debug, Default)]
 struct Exchange {
-    /// Energy lost in contacts, put in by edits and thermostats, and received from heated walls, at
-    /// the last look.
-    last: [f64; 3],
+    /// Energy lost in contacts, put in by edits and thermostats, received from heated walls, and
+    /// taken by drag, at the last look.
+    last: [f64; 4],
     /// Sum of the magnitudes of the changes between two looks.
     sum: f64,
 }
 
 impl Exchange {
     fn so_far(&mut self, ledger: &Ledger) -> f64 {
-        let now = [ledger.lost, ledger.put_in, ledger.heat];
+        let now = [ledger.lost, ledger.put_in, ledger.heat, ledger.dragged];
         self.sum += now
             .iter()
             .zip(self.last)
@@ -104,7 +104,7 @@ impl StateWatch {
         let view = run.view();
         let (totals, ledger) = (Totals::new(&view), view.ledger());
         let energy = totals.energy;
-        let scale = ledger.initial + self.exchange.so_far(ledger);
+        let scale = ledger.initial + self.exchange.so_far(&ledger);
         if scale > 0.0 {
             self.drift = self.drift.max((energy - ledger.booked()).abs() / scale);
         }

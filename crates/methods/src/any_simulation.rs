@@ -330,6 +330,11 @@ dynamic! {
     /// # Errors
     /// Those of [`Simulation::set_elasticity`].
     fn set_elasticity([&mut] self, spec: &ElasticitySpec) -> Result<(), EditError>;
+    /// Changes the drag of all bodies from now on (1/time). See [`Simulation::set_drag`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::set_drag`].
+    fn set_drag([&mut] self, drag: f64) -> Result<(), EditError>;
 }
 
 impl Clone for AnySimulation {

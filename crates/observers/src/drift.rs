@@ -11,7 +11,7 @@
 //! with a spin that is not the effect of r × J. These sums are bounded. The other sums diffuse.
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
-use carom_kinematics::{EpochTime, Motion};
+use carom_kinematics::{DragClock, EpochTime, Motion};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -115,11 +115,13 @@ impl Drift {
     }
 
     /// Adds the flight that ends with this motion.
-    fn follow(&mut self, motion: &Motion, now: EpochTime) {
+    fn follow(&mut self, motion: &Motion, now: EpochTime, clock: DragClock) {
         let Some(before) = self.followed_until.replace(now) else {
             return;
         };
-        let time = now.since(before);
+        let duration = now.since(before);
+        // With drag, the time in which the body would have flown here at its last velocity.
+        let time = -clock.reading(-duration);
         let half_turn = 0.5 * motion.angular_velocity * time;
         // ∫ R(ωs) ds over the flight is a rotation by half its angle, times the ratio of chord to
         // arc.
@@ -132,7 +134,7 @@ impl Drift {
         let at_end = in_body_frame(motion.velocity, motion.orientation);
         self.path += DVec2::new(cos, sin).rotate(at_end) * (time * shortened);
         self.turn += 2.0 * half_turn;
-        self.duration += time;
+        self.duration += duration;
     }
 }
 
@@ -150,7 +152,8 @@ impl Observer for Drift {
         let Some((side, impulse)) = report.side_of(self.body) else {
             return;
         };
-        self.follow(&side.before, report.time);
+        let clock = DragClock::new(report.drag);
+        self.follow(&side.before, report.time, clock);
         self.impulse += in_body_frame(impulse, side.before.orientation);
         // The line of the impulse passes through the centre of the touched atom, so its arm gives
         // the torque.
@@ -161,7 +164,8 @@ impl Observer for Drift {
         let Some(watched) = view.body(self.body) else {
             return;
         };
-        self.follow(&watched.motion, view.time());
+        let clock = DragClock::new(view.drag());
+        self.follow(&watched.motion, view.time(), clock);
         let velocity = in_body_frame(watched.motion.velocity, watched.motion.orientation);
         self.velocity_squares += velocity * velocity;
         self.spin_squares += watched.motion.angular_velocity * watched.motion.angular_velocity;

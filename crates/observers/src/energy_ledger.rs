@@ -40,8 +40,8 @@ pub struct LedgerPoint {
     pub energy: f64,
     /// The expected kinetic energy (mass × length² / time²).
     pub booked: f64,
-    /// The largest of the energies lost in contacts, put in by edits and given by thermal walls so
-    /// far, by magnitude (mass × length² / time²).
+    /// The largest of the energies lost in contacts, put in by edits, given by thermal walls and
+    /// taken by drag so far, by magnitude (mass × length² / time²).
     pub exchanged: f64,
     /// Total momentum (mass × length / time).
     pub momentum: DVec2,
@@ -69,7 +69,7 @@ impl EnergyLedger {
     }
 }
 
-/// The largest of the energies lost in contacts, put in by edits, and given by walls.
+/// The largest of the energies lost in contacts, put in by edits, given by walls, and taken by drag.
 fn largest_exchange(view: &View<'_>) -> f64 {
     let ledger = view.ledger();
     ledger
@@ -77,6 +77,7 @@ fn largest_exchange(view: &View<'_>) -> f64 {
         .abs()
         .max(ledger.put_in.abs())
         .max(ledger.heat.abs())
+        .max(ledger.dragged)
 }
 
 impl Observer for EnergyLedger {

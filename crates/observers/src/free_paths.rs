@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 use carom_engine::{Body, CollisionReport, Observer, View};
 use carom_geometry::{GeometryError, check_positive};
-use carom_kinematics::EpochTime;
+use carom_kinematics::{DragClock, EpochTime};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +72,10 @@ pub struct FreePaths {
     interrupted: u64,
 }
 
+/// Largest rounding of a velocity that drag has slowed, relative to the velocity before. Larger:
+/// edits of velocities are overlooked.
+const SAME_VELOCITY: f64 = 1e-9;
+
 /// A flight that has not ended.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct OpenFlight {
@@ -80,13 +84,27 @@ struct OpenFlight {
     /// The time of the last change of velocity, and the velocity since.
     since: EpochTime,
     velocity: DVec2,
+    /// The clock of the drag since then.
+    clock: DragClock,
     /// Whether it began at an observed contact.
     has_begun: bool,
 }
 
 impl OpenFlight {
     fn length_until(&self, time: EpochTime) -> f64 {
-        self.length + self.velocity.length() * time.since(self.since)
+        self.length + self.velocity.length() * self.clock.reading(time.since(self.since))
+    }
+
+    /// Whether this is its velocity at a time: to the bit, or with drag to rounding.
+    fn goes_at(&self, velocity: DVec2, time: EpochTime) -> bool {
+        if self.clock.is_free() {
+            return self.velocity == velocity;
+        }
+        let slowing = self
+            .clock
+            .slowing(self.clock.reading(time.since(self.since)));
+        let difference = (self.velocity * slowing - velocity).length();
+        difference <= SAME_VELOCITY * self.velocity.length()
     }
 }
 
@@ -177,19 +195,22 @@ impl Observer for FreePaths {
         let mut open = BTreeMap::new();
         for body in view.bodies().filter(|view| self.measures(view.body)) {
             let (id, velocity) = (body.body.id(), body.motion.velocity);
+            let clock = DragClock::new(view.drag());
             let begun = || OpenFlight {
                 length: 0.0,
                 since: view.time(),
                 velocity,
+                clock,
                 has_begun: false,
             };
             let mut flight = before.remove(&id).unwrap_or_else(begun);
-            if flight.velocity != velocity {
+            if !flight.goes_at(velocity, view.time()) || flight.clock != clock {
                 let length = flight.length_until(view.time());
                 flight = OpenFlight {
                     length,
                     since: view.time(),
                     velocity,
+                    clock,
                     ..flight
                 };
             }
@@ -217,12 +238,13 @@ impl Observer for FreePaths {
                 length: 0.0,
                 since: report.time,
                 velocity,
+                clock: DragClock::new(report.drag),
                 has_begun: true,
             };
             let Some(ended) = self.open.insert(side.body.id(), flight) else {
                 continue;
             };
-            if ended.velocity == side.before.velocity {
+            if ended.goes_at(side.before.velocity, report.time) {
                 let length = ended.length_until(report.time);
                 self.ended += length;
                 self.contacts += 1;

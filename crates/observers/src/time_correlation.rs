@@ -8,7 +8,7 @@
 
 use carom_engine::{Observer, View};
 use carom_geometry::GeometryError;
-use carom_kinematics::EpochTime;
+use carom_kinematics::{DragClock, EpochTime};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -91,6 +91,8 @@ struct MovingFrame {
     since: Option<EpochTime>,
     velocity: DVec2,
     displacement: DVec2,
+    /// The clock of the drag since then.
+    clock: DragClock,
 }
 
 /// One body at one time, relative to the frame of the centre of mass.
@@ -200,9 +202,11 @@ impl MovingFrame {
     /// only an edit, which takes no time, changes it.
     fn follow(&mut self, view: &View<'_>) {
         if let Some(since) = self.since {
-            self.displacement += view.time().since(since) * self.velocity;
+            let duration = view.time().since(since);
+            self.displacement += self.clock.reading(duration) * self.velocity;
         }
         self.since = Some(view.time());
+        self.clock = DragClock::new(view.drag());
         self.velocity = view.centre_of_mass_frame().velocity();
     }
 }

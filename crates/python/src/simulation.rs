@@ -537,6 +537,14 @@ impl Core {
         })
     }
 
+    fn set_drag(&self, py: Python<'_>, drag: f64) -> PyResult<()> {
+        self.edit(py, |state| {
+            state.simulation.set_drag(drag)?;
+            state.scene.bounds.drag = drag;
+            Ok(())
+        })
+    }
+
     fn reverse(&self, py: Python<'_>) -> PyResult<()> {
         self.edit(py, |state| {
             state.simulation.reverse();

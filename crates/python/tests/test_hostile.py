@@ -235,6 +235,7 @@ def test_walls_of_anything(x, y, ends, radius, temperature, tags):
 def test_elasticities_of_anything(default, contact_time, pairs):
     sim = fresh()
     orderly(sim.set_elasticity, default)
+    orderly(sim.set_drag, default)
     orderly(sim.set_elasticity, 0.9, contact_time=contact_time, pairs=pairs)
     orderly(sim.run, 0.05)
 

@@ -1,4 +1,5 @@
 // Plays recorded flights: between contacts, position = recorded position + velocity × time, exactly.
+// With a drag γ, the time is replaced by (1 − exp(−γ time)) / γ.
 (() => {
   "use strict";
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -57,7 +58,7 @@
   function stateAt(body, time) {
     const list = flights[body];
     const [t, x, y, vx, vy, angle, spin] = list[flightAt(list, time)];
-    const passed = time - t;
+    const passed = animation.drag ? -Math.expm1(animation.drag * (t - time)) / animation.drag : time - t;
     return [
       wrap(x + vx * passed, animation.sides[0]),
       wrap(y + vy * passed, animation.sides[1]),

@@ -64,6 +64,9 @@ struct Animation {
     window: Option<[f64; 4]>,
     from: f64,
     until: f64,
+    /// Drag of all bodies (1/time); absent if there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drag: Option<f64>,
     /// Largest velocity component.
     fastest: f64,
     /// Largest angular velocity.
@@ -275,6 +278,7 @@ impl Animation {
             window: part.map(VisibleRegion::window),
             from: view.time().to_f64(),
             until,
+            drag: Some(view.drag()).filter(|drag| *drag > 0.0),
             fastest: largest(|flight| flight.velocity.abs().max_element()),
             fastest_spin: largest(|flight| flight.angular_velocity.abs()),
             watched: watched(&shapes, &bodies),

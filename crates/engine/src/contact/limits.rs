@@ -6,7 +6,7 @@
     reason = "compiled with the instructions of the caller"
 )]
 
-use carom_kinematics::{HALF_ULP, Motion};
+use carom_kinematics::{DragClock, HALF_ULP, Motion};
 use glam::DVec2;
 
 use crate::{
@@ -101,7 +101,8 @@ impl Limits {
         contacts: u64,
     ) -> Self {
         let way = way_per_epoch(world);
-        let time = stretch(way, fastest_squared, fastest_spin);
+        let longest = longest_epoch(world.clock);
+        let time = stretch(way, fastest_squared, fastest_spin).min(longest);
         let contacts_left = contacts;
         Self {
             time,
@@ -188,7 +189,7 @@ impl Limits {
             let body = &world.bodies[body as usize];
             let speed = velocity.length() + spin * body.kind.molecule.bounding_radius();
             if !(speed <= carom_geometry::MAX_MAGNITUDE && spin.is_finite()) {
-                let (time, body) = (world.epoch.after(now), BodyName::new(body, names));
+                let (time, body) = (world.time_at(now), BodyName::new(body, names));
                 return Err(RunError::BlowUp { time, body, speed });
             }
         }
@@ -211,6 +212,13 @@ impl Limits {
         self.contacts_left -= 1;
         self.contacts_left == 0
     }
+}
+
+/// The longest epoch of a clock of drag (offset, time): it ends when all velocities have halved.
+/// Longer: the clock comes near its end, where its readings resolve no time.
+pub(crate) fn longest_epoch(clock: DragClock) -> f64 {
+    // ∞ without drag.
+    0.5 / clock.drag()
 }
 
 /// The longest path of the fastest body in an epoch, in sides of the box: one, or more for a dilute

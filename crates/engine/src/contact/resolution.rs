@@ -147,7 +147,7 @@ impl<R: Response> Rules<'_, R> {
             let partner = |n: usize| Partner {
                 body: pair[n],
                 motion: &before[n],
-                since: time - last[n],
+                since: self.world.clock.duration(time) - self.world.clock.duration(last[n]),
             };
             let raised = self
                 .elasticity

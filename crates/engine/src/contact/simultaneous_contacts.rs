@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use carom_kinematics::DragClock;
 use serde::{Deserialize, Serialize};
 
 use crate::world::body::Body;
@@ -78,9 +79,9 @@ impl SimultaneousContacts {
     }
 
     /// Moves the origin of time by `offset`, at the end of an epoch.
-    pub fn rebase(&mut self, offset: f64) {
+    pub fn rebase(&mut self, offset: f64, clock: DragClock) {
         self.enter_first();
-        self.time -= offset;
+        self.time = clock.restarted(self.time, offset);
     }
 
     /// Resets the counts at the start of the epoch, unless this is the same instant.

@@ -51,6 +51,9 @@ pub(crate) fn resolve<R>(
     let draw = draw(world.random_key, number);
     let (old, inertia, arm) = (&before[moving], inertias[moving], frame.arms[moving]);
     let mut after = *before;
+    // In the clock of a drag all velocities are larger by the same factor.
+    let slowing = world.clock.slowing(contact.time);
+    let temperature = temperature / (slowing * slowing);
     after[moving] = thermal_motion(old, inertia, arm, away, temperature, &draw, body.can_turn());
     let [first, second] = after;
     // So slow a body, one among 10²⁰, gets the least speed of separation, like any other.

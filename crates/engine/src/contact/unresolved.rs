@@ -1,7 +1,7 @@
 //! Contacts whose surfaces separate by rounding alone; a high rate of them is an inelastic
 //! collapse.
 
-use carom_kinematics::Motion;
+use carom_kinematics::{DragClock, Motion};
 use serde::{Deserialize, Serialize};
 
 use crate::world::body::Body;
@@ -48,7 +48,7 @@ impl Unresolved {
     }
 
     /// Moves the origin of time by `offset`.
-    pub fn rebase(&mut self, offset: f64) {
-        self.since -= offset;
+    pub fn rebase(&mut self, offset: f64, clock: DragClock) {
+        self.since = clock.restarted(self.since, offset);
     }
 }

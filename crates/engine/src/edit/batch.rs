@@ -16,6 +16,7 @@ use crate::{
     run::simulation::{Epoch, Simulation},
     scene::{
         ElasticitySpec, MoleculeSpec, WallSpec,
+        drag::drag_clock,
         error::{EditError, SceneError},
         least_speed::MIN_SPEED,
     },
@@ -188,6 +189,20 @@ impl Batch {
         self.elasticity = ElasticityTable::new(spec, &mut self.names)
             .inspect_err(|_| self.names.forget_after(known))?;
         self.relabels = true;
+        Ok(())
+    }
+
+    /// Changes the drag of all bodies from now on.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::set_drag`].
+    pub fn set_drag(&mut self, drag: f64) -> Result<(), EditError> {
+        let clock = drag_clock("drag", drag)?;
+        if clock != self.world.clock {
+            self.start_to_move();
+            self.world.clock = clock;
+            self.moves = true;
+        }
         Ok(())
     }
 
@@ -433,6 +448,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             heat: self.heat.clone(),
             edited: EditedKinds::default(),
         };
+        if !batch.world.clock.is_free() {
+            // The batch sees the true velocities.
+            batch.start_to_move();
+        }
         let result = edits(&mut batch);
         // Also after a refused batch: the closure may have kept the keys of bodies that it added.
         self.world.next_id = batch.world.next_id;
@@ -477,11 +496,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let scheduler = S::new(&self.scheduler_options, &world).map_err(|reason| {
             reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
         })?;
+        let slowing = self.world.clock.slowing(self.offset);
+        let before = self.world.energies();
         self.ledger.put_in += exact_sum(
             world
                 .energies()
-                .chain(self.world.energies().map(|energy| -energy)),
+                .chain(before.map(|energy| -energy * (slowing * slowing))),
         );
+        self.book_drag();
         self.work_before = self.counters.scheduler;
         (self.offset, self.epoch) = (0.0, Epoch::ToBegin);
         (self.simultaneous, self.unresolved) =

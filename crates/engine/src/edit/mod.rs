@@ -81,6 +81,33 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.edit(|batch| batch.set_elasticity(spec))
     }
 
+    /// Changes the drag γ of all bodies (1/time): from now on v' = −γ v and ω' = −γ ω between
+    /// contacts. All paths and the order of contacts are those without drag, only later
+    /// ([`DragClock`](carom_kinematics::DragClock)); walls that have a temperature keep it. The
+    /// energy that the drag takes is [`Ledger::dragged`](crate::Ledger::dragged). A batch of one,
+    /// see [`Self::edit`].
+    ///
+    /// ```
+    /// # use carom_engine::{Scene, Simulation};
+    /// let gas = "[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100";
+    /// let mut simulation = Simulation::new(&Scene::from_toml(gas)?)?;
+    /// simulation.set_drag(0.5)?;
+    /// simulation.run_until(2.0)?;
+    /// let energy = simulation.view().energy();
+    /// assert!((energy - 100.0 * (-2.0_f64 * 0.5 * 2.0).exp()).abs() < 1e-11);
+    /// let ledger = simulation.view().ledger();
+    /// assert!((ledger.booked() - energy).abs() < 1e-11);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if the drag is negative, not finite, or above 10⁶⁰.
+    #[doc(alias = "damping")]
+    #[doc(alias = "viscous friction")]
+    pub fn set_drag(&mut self, drag: f64) -> Result<(), EditError> {
+        self.edit(|batch| batch.set_drag(drag))
+    }
+
     /// Sets the velocity of a body (length per time); a batch of one, see [`Self::edit`].
     ///
     /// # Errors
@@ -113,6 +140,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     #[doc(alias = "thermostat")]
     pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
         let index = self.index(key)?;
+        self.settle();
         let factor = energy_factor(&self.world, &self.names, index, energy)?;
         self.scale(index, factor);
         Ok(())
@@ -141,6 +169,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         energy: f64,
         which: impl Fn(&Body) -> bool,
     ) -> Result<(), EditError> {
+        self.settle();
         let chosen = |index: usize| which(&self.world.bodies[index]);
         let factors = energy_factors(&self.world, &self.names, energy, chosen)?;
         for (index, factor) in factors {
@@ -232,6 +261,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     fn index(&self, key: BodyKey) -> Result<usize, EditError> {
         self.world.index(key).ok_or(EditError::NoSuchBody(key))
+    }
+
+    /// With drag, begins an epoch at the present: its velocities are the true ones.
+    fn settle(&mut self) {
+        if !self.world.clock.is_free() {
+            self.end_epoch(self.offset);
+        }
     }
 
     /// Changes the motion of one body at the present time, and records the energy in the ledger.

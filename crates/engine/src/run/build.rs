@@ -9,7 +9,7 @@ use crate::{
     cells::CellScheduler,
     contact::{elasticity_table::ElasticityTable, separation::refuse_unresolved},
     run::{growth::Growth, simulation::Simulation},
-    scene::{Placement, Scene, error::SceneError},
+    scene::{Placement, Scene, drag::drag_clock, error::SceneError},
     scheduler::Scheduler,
     start::{contents::SceneContents, placement, start_from},
     world::World,
@@ -93,6 +93,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         elasticity.classify(&mut world)?;
         refuse_unresolved(&world, &elasticity)
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
+        world.clock = drag_clock("box.drag", scene.bounds.drag)?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
         let scheduler = S::new(&options, &world)

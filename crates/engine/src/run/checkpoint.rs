@@ -21,7 +21,7 @@ use crate::{
         simultaneous_contacts::SimultaneousContacts, unresolved::Unresolved,
     },
     run::simulation::{Epoch, Simulation},
-    scene::{ElasticitySpec, error::SceneError, least_speed::MIN_SPEED},
+    scene::{ElasticitySpec, drag::drag_clock, error::SceneError, least_speed::MIN_SPEED},
     scheduler::Scheduler,
     start::{
         body_builder::inertia,
@@ -63,6 +63,8 @@ pub struct Checkpoint {
     /// Seed and replica, for walls that have a temperature.
     random_key: [u64; 2],
     bounds: PeriodicBox,
+    /// Drag of all bodies (1/time).
+    drag: f64,
     next_key: BodyKey,
     /// Shapes, each once for all bodies that share it.
     molecules: Vec<Molecule>,
@@ -210,6 +212,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             epoch,
             next_id,
             random_key,
+            clock,
+            stop: _,
             has_thermal_walls: _,
         } = world;
         let (molecules, bodies) = records(world);
@@ -217,6 +221,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             epoch: *epoch,
             random_key: *random_key,
             bounds: *bounds,
+            drag: clock.drag(),
             next_key: BodyKey(*next_id),
             molecules,
             bodies,
@@ -358,13 +363,6 @@ impl Checkpoint {
     }
 
     fn refuse_infinite(&self) -> Result<(), CheckpointError> {
-        let Ledger {
-            initial,
-            lost,
-            spared,
-            put_in,
-            heat,
-        } = self.ledger;
         let finite = |what, numbers: &[f64]| {
             let all = numbers.iter().all(|number| number.is_finite());
             if all {
@@ -385,7 +383,7 @@ impl Checkpoint {
             "time of the last contact",
             &[self.simultaneous.time, self.unresolved.since],
         )?;
-        finite("ledger", &[initial, lost, spared, put_in, heat])?;
+        finite("ledger", &self.ledger.entries())?;
         if !self.heat.is_finite() {
             return Err(CheckpointError::NotFinite("heat of a tag"));
         }
@@ -482,6 +480,7 @@ impl Checkpoint {
             epoch: self.epoch,
             next_id: self.next_key.0,
             random_key: self.random_key,
+            clock: drag_clock("drag", self.drag)?,
             ..World::new(bounds)
         };
         let molecules: Vec<Arc<Molecule>> = self.molecules.iter().cloned().map(Arc::new).collect();

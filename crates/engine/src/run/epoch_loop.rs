@@ -160,7 +160,8 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         };
         self.record(encounter, &resolved)?;
         self.counters.thermal_collisions += 1;
-        self.ledger.heat += heat;
+        let slowing = self.world.clock.slowing(encounter.contact.time);
+        self.ledger.heat(heat, slowing);
         Ok(resolved)
     }
 
@@ -259,10 +260,11 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             after,
             ..
         } = resolved;
+        let slowing = self.world.clock.slowing(time);
         let side = |n: usize| {
             let [position, velocity] = flights[n];
             let before = Motion {
-                velocity,
+                velocity: velocity * slowing,
                 time,
                 ..Motion::at_rest(position)
             };
@@ -273,7 +275,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                 arm: DVec2::ZERO,
                 before,
                 after: Motion {
-                    velocity: after[n],
+                    velocity: after[n] * slowing,
                     ..before
                 },
             }
@@ -286,11 +288,12 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         .normal();
         let radius = sides[0].body.kind.molecule.bounding_radius();
         let report = CollisionReport {
-            time: self.world.epoch.after(time),
+            time: self.world.time_at(time),
             point: flights[0][0] + radius * normal,
             sides,
             normal,
-            impulse,
+            impulse: impulse * slowing,
+            drag: self.world.clock.drag(),
             elasticity: Elasticity::ELASTIC,
             image,
             points: 1,
@@ -345,8 +348,9 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         self.counters.guarded_collisions += u64::from(resolved.spared.is_some());
         self.counters.fixed_collisions += u64::from(resolved.met_fixed);
         self.counters.joint_collisions += u64::from(resolved.points > 1);
-        self.ledger.spared += resolved.spared.unwrap_or(0.0);
-        self.ledger.lost += resolved.lost.unwrap_or(0.0);
+        let slowing = self.world.clock.slowing(time);
+        self.ledger.spared += resolved.spared.unwrap_or(0.0) * (slowing * slowing);
+        self.ledger.lose(resolved.lost.unwrap_or(0.0), slowing);
         if let Some(observer) = &mut self.observer
             && observer.watches(pair)
         {
@@ -357,19 +361,20 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                 atom: atoms[n],
                 edge: edges[n],
                 arm: frame.arms[n],
-                before: before[n],
-                after: after[n],
+                before: before[n].slowed(slowing),
+                after: after[n].slowed(slowing),
             };
             let normal = frame.normal();
             observer.collision(&CollisionReport {
-                time: self.world.epoch.after(time),
+                time: self.world.time_at(time),
                 sides: [side(0), side(1)],
                 point: before[0].position + (frame.arms[0] + radius * normal),
                 normal,
-                impulse: resolved.impulse,
+                impulse: resolved.impulse * slowing,
                 elasticity: resolved.elasticity,
                 image,
                 points: resolved.points,
+                drag: self.world.clock.drag(),
             });
         }
         Ok(())
@@ -389,7 +394,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     fn stalled(&self, body: u32, time: f64, contacts: u32) -> RunError {
         let body = BodyName::new(&self.world.bodies[body as usize], self.names);
         RunError::Stalled {
-            time: self.world.epoch.after(time),
+            time: self.world.time_at(time),
             body,
             contacts,
             cause: self.stall_cause(),

@@ -1,14 +1,14 @@
 //! The simulation: it owns the state and advances it from event to event.
 
 use carom_detection::{Detection, Exact};
-use carom_kinematics::{EpochTime, Motion};
+use carom_kinematics::{EpochTime, HALF_ULP, Motion};
 use carom_response::{Impact, Response};
 
 use crate::{
     cells::CellScheduler,
     contact::{
         elasticity_table::ElasticityTable,
-        limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
+        limits::{Limits, longest_epoch, refuse_time_scales_too_far_apart, too_slow},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
     },
@@ -103,7 +103,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// The present time.
     pub fn time(&self) -> EpochTime {
-        self.world.epoch.after(self.offset)
+        self.world.time_at(self.offset)
     }
 
     /// Memory used by the bodies and their events (bytes), without the shapes that bodies share.
@@ -301,7 +301,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             return Err(RunError::Time(until.to_f64()));
         }
         // `until` may lie in the past from the start, or after the rounding of the epoch's start.
-        let reached = if *contacts == most || until.since(self.world.epoch) < self.offset {
+        let reached = if *contacts == most || self.world.offset_at(until) < self.offset {
             Ok(true)
         } else {
             self.advance_in_epoch(until, most, contacts, observer)
@@ -324,7 +324,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         contacts: &mut u64,
         observer: &mut dyn Observer,
     ) -> Result<bool, RunError> {
-        let target = until.since(self.world.epoch);
+        let target = self.world.offset_at(until);
         // Whether the world holds the scheduler's motions, as after each call that ends within an
         // epoch.
         let is_stored = matches!(self.epoch, Epoch::Running(_));
@@ -343,6 +343,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             Some(ended) => ended,
             None => pass.run_in_order(scheduler)?,
         };
+        if matches!(ended, EpochEnd::TargetReached) && !self.world.clock.is_free() {
+            self.world.stop = Some((target, until));
+        }
         match ended {
             EpochEnd::TargetReached if in_windows || is_stored && *contacts == 0 => {
                 self.scheduler
@@ -433,6 +436,17 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.counters.scheduler = self.work_before + self.scheduler.counters();
     }
 
+    /// Books what the drag has taken in the epoch that ends now. The world holds the present
+    /// velocities.
+    pub(crate) fn book_drag(&mut self) {
+        let clock = self.world.clock;
+        if !clock.is_free() {
+            let slowing = clock.slowing(self.offset);
+            self.ledger.drag(self.world.energy(), slowing);
+            self.ledger.restart_drag();
+        }
+    }
+
     /// Begins the epoch if it has not begun; the run continues to `target` (offset in the epoch,
     /// time).
     fn begin_epoch(&mut self, target: f64) -> Result<(), RunError> {
@@ -452,6 +466,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if fastest_squared < MIN_SPEED * MIN_SPEED
             && let Some((index, speed)) = too_slow(&self.world)
         {
+            if self.comes_to_rest(speed) {
+                self.stop_all();
+                return self.begin_epoch(target);
+            }
             let body = BodyName::new(&self.world.bodies[index], &self.names);
             return Err(RunError::TooSlow {
                 time: self.world.epoch,
@@ -478,19 +496,37 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             fastest_spin,
             contacts,
         );
-        refuse_time_scales_too_far_apart(
-            &self.world,
-            &self.names,
-            limits.time(),
-            self.simultaneous.time,
-            target,
-        )?;
+        // A drag that ends the epoch lets no body move much farther, and the run ends.
+        if limits.time() < longest_epoch(self.world.clock) {
+            refuse_time_scales_too_far_apart(
+                &self.world,
+                &self.names,
+                limits.time(),
+                self.simultaneous.time,
+                target,
+            )?;
+        }
         self.epoch = Epoch::Running(limits);
         self.counters.epochs += 1;
         self.scheduler.set_tiling(&self.tiling);
         self.scheduler
             .begin_epoch(&self.world, &self.detection, limits.time());
         Ok(())
+    }
+
+    /// Whether the fastest body, at this speed of centre or rim, comes to rest within the rounding
+    /// of a position.
+    fn comes_to_rest(&self, speed: f64) -> bool {
+        let side = self.world.bounds.sides().min_element();
+        let clock = self.world.clock;
+        !clock.is_free() && speed / clock.drag() < HALF_ULP * side
+    }
+
+    /// Stops all bodies, which the drag has slowed to less than [`MIN_SPEED`].
+    fn stop_all(&mut self) {
+        for motion in &mut self.world.motions {
+            *motion = motion.slowed(0.0);
+        }
     }
 
     /// Ends the epoch with a contact at `time` (offset in the epoch).
@@ -519,10 +555,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Moves all bodies to `offset` and makes it the start of the next epoch.
     pub(crate) fn end_epoch(&mut self, offset: f64) {
         self.store_motions();
+        self.offset = offset;
+        self.book_drag();
         self.world.rebase(offset);
         self.offset = 0.0;
-        self.simultaneous.rebase(offset);
-        self.unresolved.rebase(offset);
+        let clock = self.world.clock;
+        self.simultaneous.rebase(offset, clock);
+        self.unresolved.rebase(offset, clock);
         self.epoch = Epoch::ToBegin;
     }
 }

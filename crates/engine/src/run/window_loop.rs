@@ -157,8 +157,9 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
         self.counters.fixed_collisions += window.with_fixed;
         self.counters.guarded_collisions += window.inelastic.guarded;
         for energy in &window.inelastic.energies {
-            self.ledger.spared += energy.spared.unwrap_or(0.0);
-            self.ledger.lost += energy.lost;
+            let slowing = self.world.clock.slowing(energy.time);
+            self.ledger.spared += energy.spared.unwrap_or(0.0) * (slowing * slowing);
+            self.ledger.lose(energy.lost, slowing);
         }
         for &(body, time) in &window.inelastic.last_contacts {
             // Several tiles may have contacts of one fixed body; the latest counts.

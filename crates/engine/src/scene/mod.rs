@@ -5,6 +5,7 @@
 
 pub(crate) mod atom_spec;
 pub(crate) mod distribution;
+pub(crate) mod drag;
 pub(crate) mod error;
 pub(crate) mod expressions;
 pub(crate) mod gas_spec;
@@ -106,6 +107,11 @@ pub struct BoxSpec {
     pub seed: u64,
     /// Index of the replica. Replicas differ in their random numbers only.
     pub replica: u64,
+    /// Drag γ of all bodies (1/time): between contacts v' = −γ v and ω' = −γ ω. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
+    #[doc(alias = "damping")]
+    pub drag: f64,
 }
 
 impl Default for BoxSpec {
@@ -114,6 +120,7 @@ impl Default for BoxSpec {
             sides: [1.0, 1.0],
             seed: 0,
             replica: 0,
+            drag: 0.0,
         }
     }
 }
@@ -535,6 +542,10 @@ pub struct StageSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[doc(alias = "quench")]
     pub elasticity: Option<ElasticitySpec>,
+    /// The drag of all bodies from here on (1/time); it replaces `box.drag`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
+    pub drag: Option<f64>,
     /// Tags of bodies whose orientation is locked.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lock: Vec<String>,
@@ -564,6 +575,7 @@ impl Default for StageSpec {
             tag: Vec::new(),
             untag: Vec::new(),
             elasticity: None,
+            drag: None,
             lock: Vec::new(),
             unlock: Vec::new(),
             set_energy: Vec::new(),

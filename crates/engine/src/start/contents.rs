@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use crate::{
     grid::Grid,
-    scene::{Placement, Scene, error::SceneError},
+    scene::{Placement, Scene, drag::drag_clock, error::SceneError},
     start::{
         body_builder::geometry,
         single_bodies::Singles,
@@ -27,6 +27,7 @@ pub(crate) struct SceneContents {
 impl SceneContents {
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         let bounds = PeriodicBox::new(DVec2::from(scene.bounds.sides)).map_err(geometry("box"))?;
+        drag_clock("box.drag", scene.bounds.drag)?;
         let singles = Singles::new(scene, bounds)?;
         let species = species(scene, &bounds)?;
         // Refused before placement: in such a box the number of lattice sites may be unbounded.

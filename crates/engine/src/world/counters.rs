@@ -76,7 +76,7 @@ impl Add for SchedulerCounters {
 
 /// Energy lost and put in since the system was built (mass × length² / time²).
 ///
-/// At any time the kinetic energy is `initial − lost + put_in + heat`, to rounding: each contact
+/// At any time the kinetic energy is `initial − lost + put_in + heat − dragged`, to rounding: each contact
 /// and each edit may add an error of some roundings of the largest energy and of the largest entry
 /// so far. After a large energy has been put in and taken out again, the error may exceed the
 /// energy left.
@@ -98,11 +98,72 @@ pub struct Ledger {
     /// ([`WallSpec::temperature`](crate::WallSpec::temperature)). Observers see each contact, and
     /// can sum it by wall.
     pub heat: f64,
+    /// Energy taken by the drag of all bodies ([`Simulation::set_drag`](crate::Simulation::set_drag)).
+    pub dragged: f64,
+    /// `dragged` at the start of the epoch.
+    pub(crate) dragged_before: f64,
+    /// What contacts have taken in this epoch, each at the share 1 − (1 − γ s)² that the drag had
+    /// taken of it before, so that it is not counted twice.
+    pub(crate) dragged_from_lost: f64,
 }
 
 impl Ledger {
-    /// The kinetic energy according to the ledger: `initial − lost + put_in + heat`.
+    /// The kinetic energy according to the ledger: `initial − lost + put_in + heat − dragged`.
     pub fn booked(&self) -> f64 {
-        self.initial - self.lost + self.put_in + self.heat
+        self.initial - self.lost + self.put_in + self.heat - self.dragged
+    }
+
+    /// Books an energy lost in a contact, at the velocities of the epoch's clock, when the drag has
+    /// slowed all bodies to this share.
+    pub(crate) fn lose(&mut self, lost: f64, slowing: f64) {
+        let squared = slowing * slowing;
+        self.lost += lost * squared;
+        self.dragged_from_lost += lost * (1.0 - squared);
+    }
+
+    /// Books the heat of a contact with a wall that has a temperature, like [`Self::lose`].
+    pub(crate) fn heat(&mut self, heat: f64, slowing: f64) {
+        let squared = slowing * slowing;
+        self.heat += heat * squared;
+        self.dragged_from_lost -= heat * (1.0 - squared);
+    }
+
+    /// Books what the drag has taken in this epoch up to now, when it has slowed all bodies to this
+    /// share, from the energy at the velocities of the epoch's clock.
+    ///
+    /// With that energy E and true energies E f², f = 1 − γ s, the drag takes −∫ E d(f²) =
+    /// E (1 − f²) + Σ δₖ (1 − fₖ²), of which the sum is over the energies δₖ lost in contacts.
+    pub(crate) fn drag(&mut self, energy: f64, slowing: f64) {
+        let taken = energy * (1.0 - slowing * slowing) + self.dragged_from_lost;
+        self.dragged = self.dragged_before + taken;
+    }
+
+    /// Begins an epoch.
+    pub(crate) fn restart_drag(&mut self) {
+        (self.dragged_before, self.dragged_from_lost) = (self.dragged, 0.0);
+    }
+
+    /// All entries, to be checked.
+    pub(crate) fn entries(&self) -> [f64; 8] {
+        let Self {
+            initial,
+            lost,
+            spared,
+            put_in,
+            heat,
+            dragged,
+            dragged_before,
+            dragged_from_lost,
+        } = *self;
+        [
+            initial,
+            lost,
+            spared,
+            put_in,
+            heat,
+            dragged,
+            dragged_before,
+            dragged_from_lost,
+        ]
     }
 }

@@ -17,7 +17,7 @@ pub(crate) mod wrapped;
 use std::sync::Arc;
 
 use carom_geometry::PeriodicBox;
-use carom_kinematics::{EpochTime, Motion, Orientation, kinetic_energy};
+use carom_kinematics::{DragClock, EpochTime, Motion, Orientation, kinetic_energy};
 
 use crate::world::body::{Body, BodyKey, BodyKind};
 
@@ -46,6 +46,12 @@ pub struct World {
     pub(crate) next_id: u64,
     /// Seed and replica of the scene, for walls that have a temperature.
     pub(crate) random_key: [u64; 2],
+    /// The clock of the drag of all bodies. Motions and offsets are those of this clock, with the
+    /// true velocities at the start of the epoch.
+    pub(crate) clock: DragClock,
+    /// The last time to which a run with drag was asked to go, and its offset: the clock would
+    /// return it with a rounding.
+    pub(crate) stop: Option<(f64, EpochTime)>,
     /// Whether any body is such a wall; without one, contacts with it are not looked for.
     pub(crate) has_thermal_walls: bool,
 }
@@ -62,6 +68,8 @@ impl World {
             epoch: EpochTime::ZERO,
             next_id: 0,
             random_key: [0; 2],
+            clock: DragClock::FREE,
+            stop: None,
             has_thermal_walls: false,
         }
     }
@@ -104,12 +112,25 @@ impl World {
         self.epoch
     }
 
+    /// The time at an offset in the epoch.
+    pub(crate) fn time_at(&self, offset: f64) -> EpochTime {
+        match self.stop {
+            Some((stop, time)) if stop == offset => time,
+            _ => self.epoch.after(self.clock.duration(offset)),
+        }
+    }
+
+    /// The offset in the epoch at a time.
+    pub(crate) fn offset_at(&self, time: EpochTime) -> f64 {
+        self.clock.reading(time.since(self.epoch))
+    }
+
     /// Index of a body in the order of [`Self::bodies`]; `None` if it is not in the system.
     pub fn index(&self, key: BodyKey) -> Option<usize> {
         self.bodies.binary_search_by_key(&key, Body::key).ok()
     }
 
-    /// Kinetic energy of all bodies (mass × length² / time²).
+    /// Kinetic energy of all bodies (mass × length² / time²), at the velocities of the epoch's clock.
     pub fn energy(&self) -> f64 {
         self.energies().sum()
     }
@@ -282,6 +303,7 @@ impl World {
 
     /// Moves all bodies to `offset` in the epoch and begins a new epoch there.
     pub(crate) fn rebase(&mut self, offset: f64) {
+        let slowing = self.clock.slowing(offset);
         for ((motion, body), winding) in self
             .motions
             .iter_mut()
@@ -291,7 +313,7 @@ impl World {
             if body.is_fixed() {
                 continue;
             }
-            let here = motion.at(offset);
+            let here = motion.at(offset).slowed(slowing);
             let (position, image) = self.bounds.wrap(here.position);
             *motion = Motion {
                 position,
@@ -302,9 +324,14 @@ impl World {
             winding[1] += image[1];
         }
         for time in &mut self.last_contacts {
-            *time -= offset;
+            *time = self.clock.restarted(*time, offset);
         }
-        self.epoch = self.epoch.new_epoch(offset);
+        self.epoch = if self.clock.is_free() {
+            self.epoch.new_epoch(offset)
+        } else {
+            self.time_at(offset).new_epoch(0.0)
+        };
+        self.stop = None;
     }
 }
 

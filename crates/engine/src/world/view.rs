@@ -41,7 +41,7 @@ pub struct BodyView<'a> {
 impl<'a> View<'a> {
     /// The time of the view.
     pub fn time(&self) -> EpochTime {
-        self.world.epoch.after(self.offset)
+        self.world.time_at(self.offset)
     }
 
     /// The periodic box.
@@ -55,8 +55,13 @@ impl<'a> View<'a> {
     }
 
     /// The energy lost and put in so far.
-    pub fn ledger(&self) -> &'a Ledger {
-        self.ledger
+    pub fn ledger(&self) -> Ledger {
+        let mut ledger = *self.ledger;
+        let clock = self.world.clock;
+        if !clock.is_free() {
+            ledger.drag(self.world.energy(), clock.slowing(self.offset));
+        }
+        ledger
     }
 
     /// The energy that thermostats have given to the bodies of each tag so far.
@@ -108,9 +113,15 @@ impl<'a> View<'a> {
         self.world.axis(self.world.index(key)?)
     }
 
+    /// The drag γ of all bodies (1/time); 0 if there is none.
+    pub fn drag(&self) -> f64 {
+        self.world.clock.drag()
+    }
+
     /// Kinetic energy of all bodies (mass × length² / time²).
     pub fn energy(&self) -> f64 {
-        self.world.energy()
+        let slowing = self.world.clock.slowing(self.offset);
+        self.world.energy() * (slowing * slowing)
     }
 
     /// Total momentum (mass × length / time).
@@ -152,7 +163,9 @@ impl BodyView<'_> {
 }
 
 fn body_at(world: &World, index: usize, offset: f64) -> BodyView<'_> {
-    let motion = world.motions[index].at(offset);
+    let motion = world.motions[index]
+        .at(offset)
+        .slowed(world.clock.slowing(offset));
     let (position, image) = world.bounds.wrap(motion.position);
     let winding = world.windings[index];
     BodyView {

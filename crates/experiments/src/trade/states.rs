@@ -83,7 +83,7 @@ impl<'a> Along<'a> {
         if met.is_none() {
             notes.push("no body met another in the time allowed".to_owned());
         }
-        let is_unchanged = scene.stage.is_empty() && is_elastic(scene);
+        let is_unchanged = scene.stage.is_empty() && scene.bounds.drag == 0.0 && is_elastic(scene);
         Ok(Self {
             course,
             tau,

@@ -925,6 +925,25 @@ class Simulation:
         time = None if contact_time is None else number("contact_time", contact_time)
         self._core.set_elasticity(number("default", default), time, rules)
 
+    def set_drag(self, drag: float) -> None:
+        """Changes the drag γ of all bodies: from now on v' = −γ v and ω' = −γ ω between contacts.
+
+        Parameters
+        ----------
+        drag : float
+            γ (1/time), from 0 to 1e60.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> sim.set_drag(0.5)
+        >>> sim.run(until=2)
+        >>> round(sim.energy, 6)
+        2.706706
+        """
+        self._core.set_drag(number("drag", drag))
+
     def lock(self, which: Which = None) -> None:
         """Locks the present orientation of bodies; they stop turning.
 

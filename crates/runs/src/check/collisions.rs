@@ -17,7 +17,7 @@ use std::{
     f64::consts::{PI, TAU},
 };
 
-use carom::{Molecule, Scene, View, engine::BodyView};
+use carom::{Molecule, Scene, View, engine::BodyView, kinematics::DragClock};
 use glam::DVec2;
 use serde::Serialize;
 
@@ -75,7 +75,9 @@ impl ExpectedCollisions {
             .temperature()
             .filter(|kt| *kt > 0.0)
             .map(|kt| rate(view, &kinds, kt));
-        let number = rate.map(|rate| rate * scene.run.until);
+        // With drag, all paths end where those without it are at an earlier time.
+        let time = DragClock::new(view.drag()).reading(scene.run.until);
+        let number = rate.map(|rate| rate * time);
         let mut reasons = reasons(scene, view, &kinds);
         if number.is_some_and(|number| 2.0 * number < MIN_COLLISIONS * view.len() as f64) {
             reasons.push("a short run keeps the order of its start".to_owned());

@@ -201,7 +201,9 @@ impl Entry {
         let block = (measure.records_per_block() * head.every) as f64 * scene.run.sample_interval;
         let is_heated = scene.wall.iter().any(|wall| wall.temperature.is_some());
         let is_equilibrium = is_elastic && !is_heated && stages::is_disturbed(scene).is_none();
-        let is_alone = !is_heated && scene.stage.iter().all(|stage| stage.thermostat.is_empty());
+        let is_alone = !is_heated
+            && !stages::is_dragged(scene)
+            && scene.stage.iter().all(|stage| stage.thermostat.is_empty());
         let is_cooling = is_alone && loses;
         let label = &head.label;
         let context = Context {

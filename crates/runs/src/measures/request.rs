@@ -7,9 +7,11 @@ use carom::Scene;
 use carom::engine::{MeasureParameter, MeasureSpec, did_you_mean};
 
 use super::{
-    KINDS, MeasureKind,
+    KINDS, MeasureKind, heat_conductivity,
     kind::{EVERY, INTERVAL, check_word},
+    viscosity,
 };
+use crate::schedule::stages;
 
 /// The interval of a measure may differ from a multiple of the run's by this share: rounding.
 const ROUNDING: f64 = 1e-9;
@@ -175,6 +177,19 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
         let request =
             Request::from_spec(spec, scene.run.sample_interval).with_context(|| entry.clone())?;
         requests.push(Request { entry, ..request });
+    }
+    let needs_free_flight = |request: &&Request| {
+        [viscosity::KIND.name, heat_conductivity::KIND.name].contains(&request.kind.name)
+    };
+    if stages::is_dragged(scene)
+        && let Some(request) = requests.iter().find(needs_free_flight)
+    {
+        bail!(
+            "{}: '{}' needs velocities that are constant between contacts, but a drag slows the bodies: remove it, or \
+             the drag",
+            request.entry,
+            request.kind.name
+        );
     }
     for (index, request) in requests.iter().enumerate() {
         let key = |request: &Request| (request.kind.name, request.distinction());

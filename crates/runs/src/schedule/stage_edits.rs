@@ -219,6 +219,10 @@ impl Edits<'_> {
             "elasticity".clone_into(self.entry);
             self.batch.set_elasticity(elasticity)?;
         }
+        if let Some(drag) = spec.drag {
+            "drag".clone_into(self.entry);
+            self.batch.set_drag(drag)?;
+        }
         let locks = [
             (Rotation::Locked, "lock", &spec.lock),
             (Rotation::Free, "unlock", &spec.unlock),

@@ -180,6 +180,9 @@ pub fn measured_elasticities(scene: &Scene) -> Vec<&ElasticitySpec> {
 /// The reason why no theory of a gas that is left alone predicts what is measured; `None` if
 /// nothing changes the system after the start of the measured part.
 pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
+    if is_dragged(scene) {
+        return Some("a drag slows the bodies");
+    }
     let first = scene.stage.iter().position(|stage| stage.measure)?;
     let stages = scene.stage.iter().enumerate().skip(first);
     let mut reasons = stages.filter_map(|(index, stage)| {
@@ -190,6 +193,17 @@ pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
             .or(is_heated.then_some("thermostats act after the start of the measurement"))
     });
     reasons.next()
+}
+
+/// Whether a drag acts in the measured part of a run.
+pub fn is_dragged(scene: &Scene) -> bool {
+    let mut drag = scene.bounds.drag;
+    let mut acts = scene.stage.is_empty() && drag > 0.0;
+    for stage in &scene.stage {
+        drag = stage.drag.unwrap_or(drag);
+        acts |= stage.measure && drag > 0.0;
+    }
+    acts
 }
 
 fn has_edits(stage: &StageSpec) -> bool {

@@ -115,7 +115,7 @@ fn run(scene: &Scene, tiling: &Tiling, times: &[f64]) -> (Computed, TileCounters
         simulation.run_until(time).unwrap();
         add_motions(&simulation, &mut bits);
     }
-    let (counters, ledger) = (*simulation.view().counters(), *simulation.view().ledger());
+    let (counters, ledger) = (*simulation.view().counters(), simulation.view().ledger());
     // Times of last contacts decide what the guard against inelastic collapse does next.
     add_last_contacts(&simulation, &mut bits);
     (
@@ -170,7 +170,7 @@ fn assert_same_reports(name: &str, scene: &Scene, until: f64) {
         );
         (
             contacts.0,
-            *simulation.view().ledger(),
+            simulation.view().ledger(),
             *simulation.view().counters(),
         )
     });
@@ -347,7 +347,7 @@ fn a_gas_that_heats_up_without_end_stops_with_the_same_error() {
         );
         let mut bits = Vec::new();
         add_motions(&simulation, &mut bits);
-        (error.to_string(), bits, *simulation.view().ledger())
+        (error.to_string(), bits, simulation.view().ledger())
     });
     assert!(expected == found, "{}, {}", expected.0, found.0);
 }
@@ -376,7 +376,7 @@ fn a_collapse_is_left_to_the_global_order() {
         );
         let mut bits = Vec::new();
         add_motions(&simulation, &mut bits);
-        (ended, bits, *simulation.view().ledger())
+        (ended, bits, simulation.view().ledger())
     });
     assert!(expected == found, "{:?}, {:?}", expected.0, found.0);
     assert!(expected.0.is_err());

@@ -42,7 +42,7 @@ fn run(
     simulation
         .step(simulation.time().to_f64(), &mut ())
         .unwrap();
-    let (counters, ledger) = (*simulation.view().counters(), *simulation.view().ledger());
+    let (counters, ledger) = (*simulation.view().counters(), simulation.view().ledger());
     (
         Computed {
             bits,

@@ -217,7 +217,7 @@ fn their_runs_in_pieces_and_single_steps_change_no_bit() {
                 .iter()
                 .map(|time| time.to_bits()),
         );
-        let (counters, ledger) = (*simulation.view().counters(), *simulation.view().ledger());
+        let (counters, ledger) = (*simulation.view().counters(), simulation.view().ledger());
         assert_same(
             name,
             &expected,
