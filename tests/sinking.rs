@@ -306,8 +306,8 @@ fn check_clusters_with_sides<S: Scheduler>(options: &S::Options) {
     }
 }
 
-/// Gases of bodies with sides lose all but 10⁻²⁶ of their energy: speeds fall by 10¹³, and with them
-/// the speeds at which bodies part, while the rounding of places stays.
+/// Gases of bodies with sides lose all but 10⁻²⁶ of their energy: speeds fall by 10¹³, and with
+/// them the speeds at which bodies part, while the rounding of places stays.
 fn check_cooling_sides<S: Scheduler>(options: &S::Options) {
     for (shape, size) in [("square", 0.06), ("capsule:2", 0.03)] {
         let cooling = Scene::from_toml(&format!(
@@ -339,8 +339,8 @@ fn check_cooling_sides<S: Scheduler>(options: &S::Options) {
     }
 }
 
-/// A square in a closed slot, wider than the square by a share `gap` of its side, at elasticity 0: it
-/// is in lasting contact, in which the guard lets it rattle. `CONTACTS=1e6` sets their number.
+/// A square in a closed slot, wider than the square by a share `gap` of its side, at elasticity 0:
+/// it is in lasting contact, in which the guard lets it rattle. `CONTACTS=1e6` sets their number.
 fn check_slot<S: Scheduler>(options: &S::Options) {
     let contacts: f64 = std::env::var("CONTACTS").map_or(3e4, |text| text.parse().unwrap());
     for gap in [1e-6, 1e-10] {
