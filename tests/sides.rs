@@ -225,6 +225,78 @@ fn squares_that_meet_flat_beside_their_centres_turn_alike() {
     }
 }
 
+/// Two unit squares, one flat on a wall and at rest, the other above it and shifted by `aside`,
+/// after the upper one has fallen flat on it at a speed of 1.
+fn stacked(elasticity: f64, aside: f64, until: f64) -> Simulation {
+    let half = 0.5 + 1e-6;
+    let scene = Scene::from_toml(&format!(
+        r#"
+        [box]
+        sides = [10.0, 10.0]
+        [elasticity]
+        default = {elasticity}
+        contact_time = 0.0
+        [[wall]]
+        y = 2.0
+        [[molecule]]
+        shape = "square"
+        size = 1.0
+        mass = 1.0
+        at = [5.0, {}]
+        [[molecule]]
+        shape = "square"
+        size = 1.0
+        mass = 1.0
+        at = [{}, {}]
+        velocity = [0.0, -1.0]
+        "#,
+        2.0 + half,
+        5.0 + aside,
+        3.0 + 3.0 * half,
+    ))
+    .unwrap();
+    let mut simulation = Simulation::new(&scene).unwrap();
+    simulation.run_until(until).unwrap();
+    assert_eq!(simulation.view().overlaps().pairs, 0);
+    simulation
+}
+
+/// The blow passes through the lower square to the wall and back, as through balls in a row.
+#[test]
+fn a_blow_passes_through_a_square_that_lies_on_a_wall() {
+    let simulation = stacked(1.0, 0.0, 3.0);
+    let motions: Vec<_> = simulation.view().bodies().map(|body| body.motion).collect();
+    let [lower, upper] = [motions[0], motions[1]];
+    assert!(lower.velocity.length() < 1e-13, "{motions:?}");
+    assert!((upper.velocity - DVec2::Y).length() < 1e-13, "{motions:?}");
+    assert!(
+        lower
+            .angular_velocity
+            .abs()
+            .max(upper.angular_velocity.abs())
+            < 1e-13
+    );
+    // Beside its middle the blow turns the lower one, which returns it to the upper one.
+    let simulation = stacked(1.0, 0.25, 3.0);
+    assert!((simulation.view().energy() - 0.5).abs() < 1e-13);
+}
+
+/// At an elasticity of 0 the two squares keep one velocity at each blow, the wall takes that of the
+/// lower one, and so on without end: all energy is lost, and neither turns nor sinks.
+#[test]
+fn two_squares_that_fall_flat_stay_stacked() {
+    let simulation = stacked(0.0, 0.0, 1e6);
+    let view = simulation.view();
+    assert!(view.energy() < 1e-30, "{:e}", view.energy());
+    assert!(view.counters().joint_collisions > 100);
+    for body in view.bodies().take(2) {
+        let spin = body.motion.angular_velocity.abs();
+        assert!(spin < 1e-25, "{spin:e}");
+    }
+    let deepest = view.overlaps().deepest_length / f64::EPSILON;
+    assert!(deepest < 64.0 * 10.0, "{deepest} roundings of a side of 10");
+}
+
 /// A square that falls flat on a narrower wall rests on the two ends of it and returns unturned.
 #[test]
 fn a_square_returns_flat_from_a_wall_narrower_than_its_side() {

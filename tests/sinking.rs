@@ -241,6 +241,8 @@ test_both_schedulers! {
     pairs_and_clusters_do_not_sink_at_any_elasticity: check_clusters;
     pairs_and_clusters_do_not_sink_without_a_guard: check_unguarded_clusters;
     bodies_with_sides_do_not_sink_at_any_elasticity: check_clusters_with_sides;
+    squares_and_capsules_cool_to_nothing_without_sinking: check_cooling_sides;
+    a_square_that_rattles_in_a_slot_does_not_sink: check_slot;
 }
 
 fn check_discs_together<S: Scheduler>(options: &S::Options) {
@@ -301,6 +303,73 @@ fn check_unguarded_clusters<S: Scheduler>(options: &S::Options) {
 fn check_clusters_with_sides<S: Scheduler>(options: &S::Options) {
     for elasticity in [0.0, 0.5, 1.0] {
         check::<S>(options, elasticity, None, &WITH_SIDES);
+    }
+}
+
+/// Gases of bodies with sides lose all but 10⁻²⁶ of their energy: speeds fall by 10¹³, and with
+/// them the speeds at which bodies part, while the rounding of places stays.
+fn check_cooling_sides<S: Scheduler>(options: &S::Options) {
+    for (shape, size) in [("square", 0.06), ("capsule:2", 0.03)] {
+        let cooling = Scene::from_toml(&format!(
+            "[[gas]]\nshape = \"{shape}\"\nsize = {size}\nmass = 1.0\nenergy = 1.0\ncount = 60\n\
+             zero_momentum = true\n[elasticity]\ndefault = 0.9\n"
+        ));
+        let mut simulation = simulate::<S>(&cooling.unwrap(), options);
+        let mut deepest = 0.0f64;
+        let mut time = 0.1;
+        while simulation.view().energy() > 1e-26 * simulation.view().ledger().initial {
+            simulation.run_until(time).unwrap();
+            let overlaps = simulation.view().overlaps();
+            assert_eq!(overlaps.pairs, 0, "{shape} at {time:e}: {overlaps:?}");
+            deepest = deepest.max(overlaps.deepest_length / f64::EPSILON);
+            time *= 2.0;
+            assert!(time < 1e20, "{shape}: the gas keeps its energy");
+        }
+        let (view, ledger) = (simulation.view(), simulation.view().ledger());
+        assert!(deepest <= MAX_DEPTH, "{shape}: {deepest}");
+        assert!((view.energy() - ledger.booked()).abs() < 1e-13 * ledger.initial);
+        let momentum = view.momentum().length();
+        // Of 60 bodies that started at a speed of about 1.
+        assert!(momentum < 1e-12, "{shape}: {momentum:e}");
+        eprintln!(
+            "{shape}: {} contacts, {} guarded, {time:e}, {deepest} roundings",
+            view.counters().collisions,
+            view.counters().guarded_collisions
+        );
+    }
+}
+
+/// A square in a closed slot, wider than the square by a share `gap` of its side, at elasticity 0:
+/// it is in lasting contact, in which the guard lets it rattle. `CONTACTS=1e6` sets their number.
+fn check_slot<S: Scheduler>(options: &S::Options) {
+    let contacts: f64 = std::env::var("CONTACTS").map_or(3e4, |text| text.parse().unwrap());
+    for gap in [1e-6, 1e-10] {
+        let [half, size] = [0.05 * (1.0 + gap), 0.1 - 2e-7];
+        let side = |x: f64, y: f64, x2: f64, y2: f64| WallSpec {
+            from: Some([0.5 + x * half, 0.5 + y * half]),
+            to: Some([0.5 + x2 * half, 0.5 + y2 * half]),
+            ..WallSpec::default()
+        };
+        let mut slot = scene(vec![MoleculeSpec {
+            shape: Some("square".to_owned()),
+            size: Some(size),
+            mass: Some(1.0),
+            at: [0.5, 0.5],
+            velocity: [0.3, -1.0],
+            angular_velocity: 2.0,
+            ..MoleculeSpec::default()
+        }]);
+        slot.wall = vec![
+            side(-1.0, -1.0, 1.0, -1.0),
+            side(-1.0, -1.0, -1.0, 1.5),
+            side(1.0, -1.0, 1.0, 1.5),
+            side(-1.0, 1.0, 1.0, 1.0),
+        ];
+        slot.elasticity.default = 0.0;
+        let result = depth::<S>(&slot, options, 1e30, contacts as u64);
+        eprintln!("gap {gap:e}: {result:?}");
+        assert!(result.contacts as f64 >= contacts, "{gap}: {result:?}");
+        assert!(result.deepest <= MAX_DEPTH, "{gap}: {result:?}");
     }
 }
 

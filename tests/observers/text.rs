@@ -1,5 +1,7 @@
 //! Output formats: extended XYZ and a picture of a sample, read back.
 
+use std::{fs, path::Path};
+
 use carom::{
     Scene, Simulation,
     engine::{BumperSpec, GasSpec, MoleculeSpec, WallSpec},
@@ -253,6 +255,24 @@ fn walls_are_in_the_comment_line_of_extended_xyz() {
     // The middle of the segment, at (0.375, 1.0), is wrapped to (0.375, 0.0).
     let walls = "Walls=\"0.75 0.0 0.75 1.0 0.0 0.25 -0.25 0.5 0.25 0.01\"";
     assert!(text.lines().nth(1).unwrap().ends_with(walls), "{text}");
+}
+
+#[test]
+fn pictures_of_the_chapter_on_shapes_are_current() {
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/book/src");
+    let read = |name: &str| fs::read_to_string(book.join(name)).unwrap();
+    let chapter = read("shapes.md");
+    let mut listings = chapter.split("```toml\n").skip(1);
+    for name in ["pictures/shapes.svg", "pictures/sides.svg"] {
+        let scene = listings.next().and_then(|rest| rest.split("```").next());
+        let scene = Scene::from_toml(scene.unwrap()).unwrap();
+        let simulation = Simulation::new(&scene).unwrap();
+        let renew = "copy `start.svg` of `carom run` with the listing";
+        assert!(
+            picture(&simulation.view(), 720) == read(name),
+            "{name}: {renew}"
+        );
+    }
 }
 
 #[test]

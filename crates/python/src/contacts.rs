@@ -5,7 +5,7 @@ use carom::{
     engine::DetectorName,
     kinematics::{Motion, Orientation},
 };
-use carom_detection::{Outcome, Touch};
+use carom_detection::{Outcome, Part, Touch};
 use carom_runs::{detect, encounters::EncounterRecord};
 use glam::DVec2;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
@@ -75,6 +75,14 @@ pub fn first_contact<'py>(
     ))
 }
 
+/// The index of the atom that touches an edge; −1 for a bounding circle.
+fn atom(part: Part) -> i64 {
+    match part {
+        Part::Atom(index) => i64::from(index),
+        Part::BoundingCircle => -1,
+    }
+}
+
 fn search(
     detector: &impl Detection,
     molecules: [carom::Molecule; 2],
@@ -108,7 +116,9 @@ fn search(
         let (time, touch, outcome) = match detect::first_contact(detector, &pair).outcome {
             Outcome::Contact(contact) => match contact.touch {
                 Touch::Atoms(a, b) => (contact.time, [i64::from(a), i64::from(b)], 1),
-                _ => (contact.time, [-1; 2], 1),
+                Touch::EdgeOfA { part, .. } => (contact.time, [-1, atom(part)], 1),
+                Touch::EdgeOfB { part, .. } => (contact.time, [atom(part), -1], 1),
+                Touch::BoundingCircles => (contact.time, [-1; 2], 1),
             },
             Outcome::Free => (f64::INFINITY, [-1; 2], 0),
             Outcome::FreeUntil(time) | Outcome::Unresolved(time) => (time, [-1; 2], 2),

@@ -95,7 +95,8 @@ pub fn measure_kinds() -> Vec<KindWords> {
         .collect()
 }
 
-fn table_of(dictionary: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
+/// A table of the entries of a dictionary.
+pub fn table_of(dictionary: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
     let mut table = Table::new();
     for (key, value) in dictionary.iter() {
         let Ok(key) = key.cast::<PyString>() else {

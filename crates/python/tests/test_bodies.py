@@ -491,3 +491,78 @@ def test_exports_agree_with_the_arrays_for_any_molecule():
     assert np.allclose(copy.get_velocities()[:, :2], particles.velocity[:, :2], rtol=1e-6)
     box, points = sim.to_freud()
     assert isinstance(box, freud.box.Box) and points.shape == (51, 3)
+
+
+SIDED = [
+    carom.Molecule.capsule(2, size=0.02),
+    carom.Molecule.square(0.04),
+    carom.Molecule.rectangle(2.5, size=0.02),
+    carom.Molecule.triangle(0.05, mass=2.0),
+    carom.Molecule.regular_polygon(8, size=0.02, rounding=0.1),
+    carom.Molecule.kite(1.0, 0.4, size=0.03),
+    carom.Molecule.polygon([[0, 0], [0.04, 0], [0.04, 0.02], [0.02, 0.02], [0.02, 0.05], [0, 0.05]]),
+    carom.Molecule([(0, 0, 0.01, 1), (0.04, 0, 0.01, 1), (0.04, 0.03, 0.01, 2)], edges=[[0, 1], (1, 2)], edge_radius=0.002),
+    carom.Molecule([(0, 0, 0.002, 1), (0.1, 0, 0.002, 1), (0, 0.1, 0.002, 1)], edges=[(0, 1), (1, 2), (2, 0)],
+                   hollow=True),
+]
+
+
+def test_molecules_with_sides_have_their_area_and_inertia():
+    # Rounded by r: A + P r + pi r^2 for a convex polygon.
+    octagon, side = SIDED[4], 0.02
+    sharp, r = 2 * (1 + np.sqrt(2)) * side**2, 0.1 * side
+    assert np.isclose(octagon.area, sharp + 8 * side * r + np.pi * r**2, rtol=1e-12)
+    assert np.isclose(SIDED[1].moment_of_inertia, 0.04**2 / 6, rtol=1e-5)
+    assert np.isclose(SIDED[2].area, 2.5 * 0.02**2, rtol=1e-5)
+    assert np.isclose(SIDED[5].area, 0.5 * 1.4 * 0.03**2, rtol=1e-5)
+    assert [len(molecule) for molecule in SIDED] == [2, 4, 4, 3, 8, 4, 6, 3, 3]
+    assert [len(molecule.edges) for molecule in SIDED] == [1, 4, 4, 3, 8, 4, 6, 2, 3]
+    # The ring without its interior, and with it.
+    ring = SIDED[8]
+    solid = carom.Molecule(ring.atoms.tolist(), edges=ring.edges.tolist())
+    assert ring != solid and ring.area < 0.3 * solid.area
+    shares = octagon.edge_shares(0.01)
+    assert np.allclose(shares, shares[0]) and np.isclose(shares.sum() + octagon.atom_shares(0.01).sum(), 1)
+
+
+def test_molecules_with_sides_move_in_simulations():
+    sim = carom.Simulation(carom.Scene(box=[1, 1]))
+    for index, molecule in enumerate(SIDED):
+        again = pickle.loads(pickle.dumps(molecule))
+        assert again == molecule and hash(again) == hash(molecule) and repr(again) == repr(molecule)
+        at = [[0.1 * (index + 0.5), 0.25], [0.1 * (index + 0.5), 0.75]]
+        sim.add(molecule, at, velocity=[[1, 0.5], [-0.3, 1]], angular_velocity=[3, -2], tags="sided")
+    assert np.allclose(sim.masses, np.repeat([molecule.mass for molecule in SIDED], 2))
+    before = sim.energies.sum()
+    sim.run(until=2.0)
+    assert sim.overlapping_pairs == 0 and np.isclose(sim.energies.sum(), before, rtol=1e-12)
+    # The entry of a scene gives the same molecule.
+    scene = carom.Scene(molecule=[SIDED[7].at(0.3, 0.5), SIDED[3].at(0.7, 0.5, angle=1.0)])
+    assert np.allclose(carom.Simulation(scene).masses, [4.0, 2.0])
+
+
+def test_a_corner_meets_a_face_at_a_planted_time():
+    square, corner = carom.Molecule.square(1.0), np.sqrt(0.5)
+    # B comes with its corner ahead: 3 - 1/2 - sqrt(1/2), and the roundings of 1e-6 on both.
+    found = carom.first_contact(square, square, [3, 0], [-1, 0], angles=[0, np.pi / 4])
+    assert abs(found.time - (2.5 - corner - 2e-6)) < 1e-12
+    assert found.atoms[0] == -1 and found.atoms[1] in range(4)
+
+
+@pytest.mark.parametrize("make, words", [
+    (lambda: carom.Molecule.square(1.0, rounding=0), "`rounding` must be positive"),
+    (lambda: carom.Molecule.square(1.0, rounding=1e-12), "at least 1e-10 of its size"),
+    (lambda: carom.Molecule.square(-1.0), "the size of a shape must be positive"),
+    (lambda: carom.Molecule.capsule(0, size=1.0), "capsule:L"),
+    (lambda: carom.Molecule.regular_polygon(2, size=1.0), "3 to 1024 corners"),
+    (lambda: carom.Molecule.kite(1, np.nan, size=1.0), "kite:A,B"),
+    (lambda: carom.Molecule.polygon([[0, 0], [1, 1], [1, 0], [0, 1]]), "sides 0 and 2 that meet"),
+    (lambda: carom.Molecule.polygon([0, 1]), "3 to 1024 corners"),
+    (lambda: carom.Molecule([(0, 0, 1, 1)], edges=[(0, 1)]), "edge 0, between atoms 0 and 1"),
+    (lambda: carom.Molecule([(0, 0, 1, 1), (3, 0, 1, 1)], edges=[(0,)]), "an edge is a pair"),
+    (lambda: carom.Molecule([(0, 0, 1, 1), (3, 0, 1, 1)], edges=[(0, 1)], edge_radius=2), "edge 0"),
+    (lambda: carom.Molecule([(0, 0, 1, 1)], hollow=True), "`hollow` go with `edges`"),
+])
+def test_other_molecules_with_sides_are_refused(make, words):
+    with pytest.raises(carom.MoleculeError, match=words):
+        make()

@@ -143,6 +143,31 @@ def test_named_molecules_of_anything(shape, radius, mass, count):
     orderly(carom.Molecule.ring, count, radius=radius)
 
 
+@given(st.sampled_from(["square", "triangle"]), objects, objects, objects, st.one_of(objects, st.integers()))
+def test_molecules_with_sides_of_anything(shape, size, mass, rounding, number):
+    orderly(getattr(carom.Molecule, shape), size, mass=mass, rounding=rounding)
+    orderly(carom.Molecule.capsule, number, size=size, mass=mass)
+    orderly(carom.Molecule.rectangle, number, size=size, mass=mass, rounding=rounding)
+    orderly(carom.Molecule.regular_polygon, number, size=size, rounding=rounding)
+    orderly(carom.Molecule.kite, number, size, size=1.0, mass=mass)
+
+
+@given(arrays, arrays, objects, objects)
+def test_polygons_and_edges_of_anything(corners, edges, radius, hollow):
+    orderly(carom.Molecule.polygon, corners, rounding=radius)
+    orderly(carom.Molecule, [(0, 0, 1, 1), (3, 0, 1, 2)], edges=edges, edge_radius=radius, hollow=hollow)
+
+
+@given(st.lists(st.tuples(small, small), min_size=3, max_size=7), st.floats(1e-10, 2), numbers)
+def test_outlines_of_any_polygon(corners, rounding, probe):
+    molecule = orderly(carom.Molecule.polygon, corners, rounding=rounding)
+    if molecule is not None:
+        assert molecule.area > 0 and len(molecule.edges) == len(corners)
+        for method in (molecule.exposed_sides, molecule.exposed_arcs, molecule.excluded_area,
+                       molecule.edge_shares, molecule.svg):
+            orderly(method, probe)
+
+
 @given(arrays, arrays, arrays, arrays, arrays, objects)
 def test_first_contact_of_anything(separation, velocity, angles, spins, until, detector):
     disc, tee = carom.Molecule.disc(0.5), carom.Molecule.tee(0.5)

@@ -8,7 +8,7 @@ use glam::DVec2;
 
 use crate::{
     ink::Ink,
-    part_places::PartPlaces,
+    part_places::{PartPlaces, on_edge},
     svg::{Anchor, Svg},
 };
 
@@ -126,7 +126,7 @@ impl BodyFrame {
         }
         for (index, edge) in molecule.edges().iter().enumerate() {
             let place = if is_thick(edge.radius()) {
-                edge.middle()
+                on_edge(edge)
             } else {
                 places.beside_edge(index)
             };

@@ -48,10 +48,10 @@ impl<'a> PartPlaces<'a> {
         self.inside(at, between)
     }
 
-    /// Beside the middle of an edge, inside the body if there is room.
+    /// Beside an edge, inside the body if there is room.
     pub(crate) fn beside_edge(&self, edge: usize) -> DVec2 {
         let edge = &self.molecule.edges()[edge];
-        self.inside(edge.middle(), edge.normal())
+        self.inside(on_edge(edge), edge.normal())
     }
 
     /// The place in this direction or the opposite one that is in the body; else towards the centre
@@ -83,6 +83,11 @@ impl<'a> PartPlaces<'a> {
     }
 }
 
+/// A place on the line of an edge for its name: off the middle, through which an axis may pass.
+pub(crate) fn on_edge(edge: &Edge) -> DVec2 {
+    edge.middle() + 0.25 * edge.half_length() * edge.along()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +116,6 @@ mod tests {
             assert!(places.holds(*place + origin), "{place}");
         }
         assert!(of_atoms[3].x < 1.0 && of_atoms[3].y < 1.0);
-        assert!((of_edges[2] - DVec2::new(2.0, 0.8)).length() < 1e-12);
+        assert!((of_edges[2] - DVec2::new(1.75, 0.8)).length() < 1e-12);
     }
 }

@@ -75,11 +75,16 @@ pub struct MutatedFile {
 
 /// Files, and the commands that read them. A `*` in the path stands for any characters, and `POINT`
 /// in a command for the folder of a point.
-const READERS: [(World, &str, &[&str]); 15] = [
+const READERS: [(World, &str, &[&str]); 16] = [
     (
         World::Runs,
         "scene.toml",
         &["check scene.toml", "run scene.toml --out new"],
+    ),
+    (
+        World::Runs,
+        "sides.toml",
+        &["check sides.toml", "run sides.toml --out new"],
     ),
     (
         World::Runs,
@@ -187,6 +192,7 @@ const FROM: &str = "[start]\nfrom = \"from.extxyz\"\n[[gas]]\ntags = [\"gas\"]\n
 const START: &str =
     "[run]\nuntil = 0.2\nsample_interval = 0.1\nobserve = [\"energy\", \"pressure\"]\n";
 const STUDY: &str = include_str!("inputs/study.toml");
+const SIDES: &str = include_str!("inputs/sides.toml");
 
 impl World {
     /// Runs the commands that make the files.
@@ -196,6 +202,7 @@ impl World {
             Self::Runs => {
                 place.write("molecule.toml", MOLECULE.as_bytes())?;
                 place.write("start.toml", START.as_bytes())?;
+                place.write("sides.toml", SIDES.as_bytes())?;
                 let snapshots = FROM.replace("[start]\nfrom = \"from.extxyz\"\n", "")
                     + "snapshots = \"extxyz\"\n";
                 place.write("from.toml", snapshots.as_bytes())?;

@@ -158,8 +158,9 @@ pub struct MoleculeSpec {
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "vectors")]
     pub polygon: Vec<[f64; 2]>,
     /// Radius of the corners of a polygon over its size, which is `size`, or the largest distance
-    /// of two corners of `polygon`; at least 1e-10. All points within this radius of the polygon
-    /// belong to it. Default: 1e-6.
+    /// of two corners of `polygon`. All points within this radius of the polygon belong to it. At
+    /// least 1e-10, and the radius at least 1e-10 of the largest distance of two corners. Default:
+    /// 1e-6.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_ROUNDING, max = MAX_MAGNITUDE)))]
     pub rounding: Option<f64>,

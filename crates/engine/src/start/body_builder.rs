@@ -59,24 +59,30 @@ pub(crate) struct GivenKeys {
     pub radius: bool,
     pub size: bool,
     pub atom_mass: bool,
-    /// `mass`, which in a gas of discs is the same as `atom_mass`.
+    /// `mass` of a single molecule, which is that of a body with sides.
     pub mass: bool,
+    /// `mass` of a gas, which is that of a body with sides or of an atom of a named shape.
+    pub mass_in_gas: bool,
     pub density: bool,
 }
 
 /// Refuses keys that do not go with a shape, and shapes without size or mass.
 pub(crate) fn check_keys(template: &Template, given: GivenKeys) -> Result<(), String> {
     let refused = |problem: &str| Err(problem.to_owned());
-    if given.density && (given.mass || given.atom_mass) {
+    let of_body = given.mass || given.mass_in_gas;
+    if given.density && (of_body || given.atom_mass) {
         return refused("give either `density` or a mass, not both");
     }
     match template {
         Template::Named(_) if given.size => {
             refused("`size` goes with a shape that has sides; atoms have an `atom_radius`")
         }
+        Template::Named(_) if given.mass => {
+            refused("`mass` goes with a shape that has sides; atoms have an `atom_mass`")
+        }
         Template::Named(shape) => {
             let is_disc = *shape == Shape::Disc;
-            let has_mass = given.mass || given.atom_mass || given.density;
+            let has_mass = given.mass_in_gas || given.atom_mass || given.density;
             match (given.radius, has_mass, is_disc) {
                 (false, _, true) => {
                     refused("a disc needs a radius: `radius` in a gas, `atom_radius` in a molecule")
@@ -89,7 +95,7 @@ pub(crate) fn check_keys(template: &Template, given: GivenKeys) -> Result<(), St
                 (true, true, _) => Ok(()),
             }
         }
-        Template::Listed { .. } if given.size || given.radius || given.atom_mass || given.mass => {
+        Template::Listed { .. } if given.size || given.radius || given.atom_mass || of_body => {
             refused(
                 "`size`, radii and masses go with a named `shape`; a list of atoms has a `scale`, in a gas, and a \
                  `density`",
@@ -106,7 +112,7 @@ pub(crate) fn check_keys(template: &Template, given: GivenKeys) -> Result<(), St
             refused("`polygon` has its own lengths and no `size`")
         }
         Template::Edged { .. } | Template::Polygon { .. } => {
-            if given.mass || given.density {
+            if of_body || given.density {
                 Ok(())
             } else {
                 refused("a shape with sides needs `mass` or `density`")
@@ -155,16 +161,10 @@ impl MoleculeSpec {
             size: self.size.is_some(),
             atom_mass: self.atom_mass.is_some(),
             mass: self.mass.is_some(),
+            mass_in_gas: false,
             density: self.density.is_some(),
         };
         let template = template(entry, self.into(), given)?;
-        if matches!(template, Template::Named(_)) && self.mass.is_some() {
-            return Err(SceneError::Entry {
-                entry: entry.to_owned(),
-                problem: "`mass` goes with a shape that has sides; atoms have an `atom_mass`"
-                    .to_owned(),
-            });
-        }
         let length = self.atom_radius.or(self.size).unwrap_or(1.0);
         let molecule = match self.density {
             Some(density) => template.of_density(length, density),

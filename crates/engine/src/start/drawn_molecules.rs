@@ -91,7 +91,8 @@ fn given_keys(spec: &GasSpec) -> GivenKeys {
         radius: spec.radius.is_some() || spec.atom_radius.is_some(),
         size: spec.size.is_some(),
         atom_mass: spec.atom_mass.is_some(),
-        mass: spec.mass.is_some(),
+        mass: false,
+        mass_in_gas: spec.mass.is_some(),
         density: spec.density.is_some(),
     }
 }

@@ -242,20 +242,22 @@ impl BilliardOptions {
                 ..GasSpec::default()
             }
         } else {
-            let MoleculeSpec {
-                shape,
-                atoms,
-                atom_radius,
-                atom_mass,
-                ..
-            } = named.spec.clone();
+            let spec = named.spec.clone();
             let is_locked = self.moves == Mover::LockedMolecule;
             GasSpec {
                 tags: vec![TARGET.to_owned()],
-                shape,
-                atoms,
-                atom_radius: atom_radius.map(Into::into),
-                atom_mass: atom_mass.map(Into::into),
+                shape: spec.shape,
+                atoms: spec.atoms,
+                edges: spec.edges,
+                edge_radius: spec.edge_radius,
+                hollow: spec.hollow,
+                polygon: spec.polygon,
+                rounding: spec.rounding,
+                size: spec.size.map(Into::into),
+                mass: spec.mass.map(Into::into),
+                density: spec.density,
+                atom_radius: spec.atom_radius.map(Into::into),
+                atom_mass: spec.atom_mass.map(Into::into),
                 energy: 0.5 * named.molecule.mass(),
                 rotation: if is_locked {
                     Rotation::Locked
@@ -290,27 +292,23 @@ impl BilliardOptions {
     fn fixed(&self, named: &NamedMolecule, places: &[glam::DVec2]) -> Result<Value> {
         // In a scene the molecule may have a place, a motion, and other tags.
         let MoleculeSpec {
-            shape,
-            atoms,
-            atom_radius,
-            atom_mass,
-            ..
-        } = named.spec.clone();
+            velocity, rotation, ..
+        } = MoleculeSpec::default();
         let molecule = MoleculeSpec {
-            shape,
-            atoms,
-            atom_radius,
-            atom_mass,
-            ..MoleculeSpec::default()
+            tags: vec![TARGET.to_owned()],
+            orientation: None,
+            orientation_turns: None,
+            velocity,
+            angular_velocity: 0.0,
+            rotation,
+            fixed: true,
+            ..named.spec.clone()
         };
         let entry = |place: &glam::DVec2| {
             let at = (*place).into();
             if self.moves == Mover::Disc {
-                let tags = vec![TARGET.to_owned()];
                 Value::try_from(MoleculeSpec {
-                    tags,
                     at,
-                    fixed: true,
                     ..molecule.clone()
                 })
             } else {
@@ -411,6 +409,10 @@ mod tests {
         { at = [0.008, 0.0], radius = 0.004, mass = 1.0 },\n\
         { at = [0.016, 0.0], radius = 0.005, mass = 1.0 },\n]\n";
 
+    /// An L of straight sides.
+    const CORNERS: &str = "polygon = [[0, 0], [0.06, 0], [0.06, 0.02], [0.02, 0.02], [0.02, 0.06], [0, 0.06]]\n\
+        rounding = 0.02\ndensity = 1000.0\n";
+
     #[test]
     fn any_molecule_moves_or_is_fixed_in_any_layout() {
         let root = tempfile::tempdir().unwrap();
@@ -438,6 +440,13 @@ mod tests {
                 assert_as_expected(&words);
             }
         }
+        let corners = root.path().join("corners.toml");
+        fs::write(&corners, CORNERS).unwrap();
+        let corners = corners.to_str().unwrap();
+        for moves in ["disc", "molecule", "locked-molecule"] {
+            assert_as_expected(&[corners, "--moves", moves, "--hits", "60000"]);
+        }
+        assert_as_expected(&["capsule:2", "--size", "0.02", "--hits", "60000"]);
         for (shape, radius) in [("tee", "0.0025"), ("ring:12", "0.005"), ("disc", "0.01")] {
             assert_as_expected(&[
                 shape,

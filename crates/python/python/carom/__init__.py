@@ -31,7 +31,7 @@ from ._errors import (
     SceneError,
 )
 from ._html import Html
-from ._molecule import ExposedArc, Molecule
+from ._molecule import ExposedArc, ExposedSide, Molecule
 from ._replicas import measures, replicas, run
 from ._results import Column, Figure, Results, Table, open_run
 from ._scene import Scene
@@ -46,6 +46,7 @@ __all__ = [
     "Column",
     "EditError",
     "ExposedArc",
+    "ExposedSide",
     "Figure",
     "FirstContact",
     "Html",

@@ -26,7 +26,8 @@ class FirstContact(NamedTuple):
     time : numpy.ndarray
         Time of the first contact; infinite if there is none.
     atoms : numpy.ndarray
-        Indices of the atoms of A and B that touch, in the last axis; −1 without a contact.
+        Indices of the atoms of A and B that touch, in the last axis; −1 without a contact, and for
+        the body of which an edge is touched.
     is_decided : numpy.ndarray
         False where the search has been given up; ``time`` is then the time up to which there is
         no contact. The detector ``"exact"`` is always decided in practice.

@@ -1,7 +1,8 @@
-"""Molecules: rigid unions of discs."""
+"""Molecules: rigid unions of discs and of straight edges between them."""
 
 from __future__ import annotations
 
+import copy
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,12 +13,12 @@ import numpy as np
 
 from . import _carom
 from ._errors import MoleculeError
-from ._plain import number, plain, vectors
+from ._plain import number, plain, vectors, whole
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ExposedArc", "Molecule"]
+__all__ = ["ExposedArc", "ExposedSide", "Molecule"]
 
 # As in `molecule.rs`.
 _MOST_ATOMS = 65_536
@@ -79,8 +80,56 @@ class ExposedArc:
         return self.radius * self.angle
 
 
+@dataclass(frozen=True)
+class ExposedSide:
+    """A straight line of places of a round probe at which it touches an edge of a molecule.
+
+    Attributes
+    ----------
+    edge : int
+        Index of the edge.
+    start, end : tuple of float
+        First and last place of the probe's centre, from the centre of mass (length); the molecule
+        is on the left.
+    normal : float
+        Direction of the contact normal in the molecule's frame, counter-clockwise (radians).
+    radius : float
+        Distance from the middle of the edge: its radius plus that of the probe (length).
+
+    Examples
+    --------
+    Examples of the members continue from this one.
+
+    >>> import carom
+    >>> sides = carom.Molecule.square(1.0).exposed_sides(probe=0.5)
+    >>> [round(side.length, 6) for side in sides]
+    [1.0, 1.0, 1.0, 1.0]
+    """
+
+    __module__ = "carom"
+
+    edge: int
+    start: tuple[float, float]
+    end: tuple[float, float]
+    normal: float
+    radius: float
+
+    @property
+    def length(self) -> float:
+        """Length of the path of the probe's centre (length).
+
+        Examples
+        --------
+        >>> round(sides[0].length, 6)
+        1.0
+        """
+        return math.dist(self.start, self.end)
+
+
 class Molecule:
-    """A rigid union of discs, called atoms, in the frame of its centre of mass.
+    """A rigid union of discs, called atoms, and of straight edges between them.
+
+    All numbers are in the frame of its centre of mass.
 
     Parameters
     ----------
@@ -88,11 +137,20 @@ class Molecule:
         For each atom, ``(x, y, radius, mass)``, or a mapping with ``at``, ``radius`` and ``mass``.
         Lengths and masses are positive, from 1e-60 to 1e60. Atoms may overlap; each adds its own
         mass.
+    edges : iterable
+        Pairs of indices of atoms that a straight edge joins. Edges have no mass.
+    edge_radius : float, optional
+        Half the thickness of all edges (length), at most the radius of the atoms at their ends.
+        Default: the smaller radius of the two.
+    hollow : bool
+        Whether other bodies may be inside a closed line of edges. Default: its interior belongs to
+        the molecule.
 
     Raises
     ------
     MoleculeError
-        A number is out of range, there is no atom, or two atoms have one centre.
+        A number is out of range, there is no atom, two atoms have one centre, or an edge joins
+        atoms that are not there.
 
     Examples
     --------
@@ -105,22 +163,48 @@ class Molecule:
     """
 
     __module__ = "carom"
-    __slots__ = ("_core", "_given", "_name")
+    __slots__ = ("_core", "_keys")
 
-    def __init__(self, atoms: Iterable[Sequence[float] | Mapping[str, Any]]) -> None:
+    def __init__(
+        self,
+        atoms: Iterable[Sequence[float] | Mapping[str, Any]],
+        *,
+        edges: Iterable[Sequence[int]] = (),
+        edge_radius: float | None = None,
+        hollow: bool = False,
+    ) -> None:
         # As given: atoms moved to their centre of mass twice would differ by roundings.
-        self._given = [_atom(atom) for atom in _listed(atoms)]
-        self._core = _carom.MoleculeCore(self._given)
-        self._name: tuple[str, float, float] | None = None
+        given = [_atom(atom) for atom in _listed("atoms", atoms)]
+        keys: dict[str, Any] = {
+            "atoms": [{"at": [x, y], "radius": r, "mass": m} for x, y, r, m in given]
+        }
+        joined = [_ends(pair) for pair in _listed("edges", edges)]
+        if joined:
+            keys["edges"] = joined
+        if edge_radius is not None:
+            keys["edge_radius"] = number("edge_radius", edge_radius)
+        if hollow:
+            keys["hollow"] = True
+        # The keys of a scene that give its shape, size and mass.
+        self._keys = keys
+        self._core = _core_of(keys)
+
+    @classmethod
+    def _of(cls, keys: dict[str, Any]) -> Molecule:
+        molecule = cls.__new__(cls)
+        molecule._keys = keys
+        molecule._core = _core_of(keys)
+        return molecule
 
     @classmethod
     def _named(cls, shape: str, radius: float, mass: float) -> Molecule:
-        molecule = cls.__new__(cls)
         radius, mass = number("radius", radius), number("mass", mass)
-        molecule._core = _carom.MoleculeCore.named(shape, radius, mass)
-        molecule._given = []
-        molecule._name = (shape, radius, mass)
-        return molecule
+        return cls._of({"shape": shape, "atom_radius": radius, "atom_mass": mass})
+
+    @classmethod
+    def _sided(cls, shape: str, size: float, mass: float, rounding: float | None = None) -> Molecule:
+        size, mass = number("size", size), number("mass", mass)
+        return cls._of({"shape": shape, "size": size, "mass": mass, **_rounding(rounding)})
 
     @classmethod
     def disc(cls, radius: float, *, mass: float = 1.0) -> Molecule:
@@ -202,6 +286,159 @@ class Molecule:
         """
         return cls._named("tee", radius, mass)
 
+    @classmethod
+    def capsule(cls, length: float, *, size: float, mass: float = 1.0) -> Molecule:
+        """All points within half the ``size`` of a straight line along x.
+
+        Parameters
+        ----------
+        length : float
+            Length of that line over the size.
+        size : float
+            Diameter (length).
+        mass : float
+            Mass, spread evenly over the area.
+
+        Examples
+        --------
+        >>> import carom, math
+        >>> capsule = carom.Molecule.capsule(2, size=0.5)
+        >>> math.isclose(capsule.area, 0.5 + math.pi / 16)
+        True
+        """
+        return cls._sided(f"capsule:{number('length', length)!r}", size, mass)
+
+    @classmethod
+    def square(cls, size: float, *, mass: float = 1.0, rounding: float | None = None) -> Molecule:
+        """Four equal sides.
+
+        Parameters
+        ----------
+        size : float
+            Length of a side.
+        mass : float
+            Mass, spread evenly over the area.
+        rounding : float, optional
+            Radius of the corners over the size, from 1e-10. All points within this radius of the
+            sharp polygon belong to the molecule. Default: 1e-6, as for all polygons.
+
+        Examples
+        --------
+        >>> import carom
+        >>> square = carom.Molecule.square(1.0, mass=6.0)
+        >>> round(square.moment_of_inertia, 4), square.edges.tolist()
+        (1.0, [[0, 1], [1, 2], [2, 3], [3, 0]])
+        """
+        return cls._sided("square", size, mass, rounding)
+
+    @classmethod
+    def rectangle(
+        cls, aspect: float, *, size: float, mass: float = 1.0, rounding: float | None = None
+    ) -> Molecule:
+        """Sides of ``aspect`` sizes along x and of one ``size`` (length) along y.
+
+        Examples
+        --------
+        >>> import carom
+        >>> round(carom.Molecule.rectangle(3, size=0.5).area, 4)
+        0.75
+        """
+        return cls._sided(f"rectangle:{number('aspect', aspect)!r}", size, mass, rounding)
+
+    @classmethod
+    def triangle(cls, size: float, *, mass: float = 1.0, rounding: float | None = None) -> Molecule:
+        """Three equal sides of this length.
+
+        Examples
+        --------
+        >>> import carom
+        >>> round(carom.Molecule.triangle(2.0).area, 4)
+        1.7321
+        """
+        return cls._sided("triangle", size, mass, rounding)
+
+    @classmethod
+    def regular_polygon(
+        cls, count: int, *, size: float, mass: float = 1.0, rounding: float | None = None
+    ) -> Molecule:
+        """``count`` equal sides of length ``size``, from 3 to 1024; the lowest one lies along x.
+
+        Examples
+        --------
+        >>> import carom
+        >>> round(carom.Molecule.regular_polygon(6, size=1.0).bounding_radius, 4)
+        1.0
+        """
+        return cls._sided(f"polygon:{_count(count)}", size, mass, rounding)
+
+    @classmethod
+    def kite(
+        cls,
+        ahead: float,
+        behind: float,
+        *,
+        size: float,
+        mass: float = 1.0,
+        rounding: float | None = None,
+    ) -> Molecule:
+        """Four corners, symmetric about x.
+
+        Parameters
+        ----------
+        ahead, behind : float
+            Distances of the tips on the x axis from the cross diagonal, over the size.
+        size : float
+            Length of the cross diagonal.
+        mass, rounding : float
+            As those of :meth:`square`.
+
+        Examples
+        --------
+        >>> import carom
+        >>> round(carom.Molecule.kite(1.0, 0.5, size=2.0).area, 4)
+        3.0
+        """
+        tips = f"{number('ahead', ahead)!r},{number('behind', behind)!r}"
+        return cls._sided(f"kite:{tips}", size, mass, rounding)
+
+    @classmethod
+    def polygon(
+        cls, corners: ArrayLike, *, mass: float = 1.0, rounding: float | None = None
+    ) -> Molecule:
+        """A polygon with these corners, convex or not, whose sides do not cross.
+
+        Parameters
+        ----------
+        corners : array_like, shape (n, 2)
+            The corners in their order, in any frame (length): 3 to 1024.
+        mass : float
+            Mass, spread evenly over the area.
+        rounding : float, optional
+            Radius of the corners over the largest distance of two of them, from 1e-10. Default:
+            1e-6.
+
+        Examples
+        --------
+        >>> import carom
+        >>> ell = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 3], [0, 3]]
+        >>> round(carom.Molecule.polygon(ell).area, 3)
+        5.0
+        """
+        places = vectors("corners", corners).reshape(-1, 2).tolist()
+        return cls._of({"polygon": places, "mass": number("mass", mass), **_rounding(rounding)})
+
+    @property
+    def edges(self) -> NDArray[np.int64]:
+        """Indices of the two atoms that each edge joins: shape (n, 2).
+
+        Examples
+        --------
+        >>> import carom
+        >>> carom.Molecule.capsule(2, size=0.5).edges
+        array([[0, 1]])
+        """
+        return self._core.edges()
+
     @property
     def atoms(self) -> NDArray[np.float64]:
         """x, y, radius (length) and mass of each atom, about the centre of mass: shape (n, 4).
@@ -227,7 +464,10 @@ class Molecule:
 
     @property
     def moment_of_inertia(self) -> float:
-        """Σ m (r²/2 + d²) about the centre of mass, each atom a uniform disc (mass · length²).
+        """Moment of inertia about the centre of mass (mass · length²).
+
+        That of shapes with sides by name and of polygons is that of a uniform body; else Σ m (r²/2
+        + d²), each atom a uniform disc.
 
         Examples
         --------
@@ -238,7 +478,9 @@ class Molecule:
 
     @property
     def area(self) -> float:
-        """Area of the union of the atoms; overlaps count once (length²).
+        """Area of the union of the atoms, the edges, and what they enclose unless that is hollow.
+
+        Overlaps count once (length²).
 
         Examples
         --------
@@ -280,6 +522,33 @@ class Molecule:
         arcs = self._core.arcs(number("probe", probe)).tolist()
         return [ExposedArc(int(a), start, end, r, (x, y)) for a, start, end, r, x, y in arcs]
 
+    def exposed_sides(self, probe: float = 0.0) -> list[ExposedSide]:
+        """The straight lines that a round probe from outside can touch, by edge.
+
+        Parameters
+        ----------
+        probe : float
+            Radius of the probe (length, 0 or more).
+
+        Returns
+        -------
+        list of ExposedSide
+
+        Examples
+        --------
+        >>> import carom
+        >>> square = carom.Molecule.square(1.0)
+        >>> lines = sum(side.length for side in square.exposed_sides(0.5))
+        >>> arcs = sum(arc.length for arc in square.exposed_arcs(0.5))
+        >>> abs(lines + arcs - square.exposed_perimeter(0.5)) < 1e-12
+        True
+        """
+        rows = self._core.sides(number("probe", probe)).tolist()
+        return [
+            ExposedSide(int(edge), (x, y), (to_x, to_y), normal, radius)
+            for edge, x, y, to_x, to_y, normal, radius in rows
+        ]
+
     def exposed_perimeter(self, probe: float = 0.0) -> float:
         """Length of the outer boundary of the region that the probe's centre cannot enter.
 
@@ -314,6 +583,17 @@ class Molecule:
         array([0.5, 0.5])
         """
         return self._core.atom_shares(number("probe", probe))
+
+    def edge_shares(self, probe: float = 0.0) -> NDArray[np.float64]:
+        """Predicted share of each edge in these contacts; those of the atoms make it 1.
+
+        Examples
+        --------
+        >>> import carom
+        >>> round(float(carom.Molecule.square(4.0).edge_shares(1.0).sum()), 5)
+        0.71803
+        """
+        return self._core.edge_shares(number("probe", probe))
 
     def mean_free_path(self, area: float, probe: float = 0.0) -> float:
         """Predicted mean path of one probe between two contacts with this fixed molecule.
@@ -399,14 +679,11 @@ class Molecule:
         return entry
 
     def _description(self) -> dict[str, Any]:
-        """The keys of a scene that give its shape."""
-        if self._name is not None:
-            shape, radius, mass = self._name
-            return {"shape": shape, "atom_radius": radius, "atom_mass": mass}
-        return {"atoms": [{"at": [x, y], "radius": r, "mass": m} for x, y, r, m in self._given]}
+        """The keys of a scene that give its shape, size and mass."""
+        return copy.deepcopy(self._keys)
 
     def svg(self, probe: float = 0.0) -> str:
-        """A picture of the atoms with the outline that the probe can touch.
+        """A picture of the molecule with the outline that the probe can touch.
 
         Examples
         --------
@@ -420,38 +697,63 @@ class Molecule:
         return len(self._core.atoms())
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Molecule) and np.array_equal(self.atoms, other.atoms)
+        return isinstance(other, Molecule) and self._core.equals(other._core)
 
     def __hash__(self) -> int:
         return hash(self.atoms.tobytes())
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> tuple[Any, ...]:
-        if self._name is not None:
-            return (Molecule._named, self._name)
-        return (Molecule, (self._given,))
+        return (Molecule._of, (self._keys,))
 
     def __repr__(self) -> str:
-        if self._name is not None:
-            shape, radius, mass = self._name
-            return f"<carom.Molecule {shape}, atoms of radius {radius:g} and mass {mass:g}>"
-        return f"<carom.Molecule of {len(self)} atoms, mass {self.mass:g}>"
+        shape = self._keys.get("shape")
+        if shape is None:
+            edges = f" and {len(self.edges)} edges" if len(self.edges) else ""
+            return f"<carom.Molecule of {len(self)} atoms{edges}, mass {self.mass:g}>"
+        if "size" in self._keys:
+            size = self._keys["size"]
+            return f"<carom.Molecule {shape}, of size {size:g} and mass {self.mass:g}>"
+        radius, mass = self._keys["atom_radius"], self._keys["atom_mass"]
+        return f"<carom.Molecule {shape}, atoms of radius {radius:g} and mass {mass:g}>"
 
     def _repr_html_(self) -> str:
         return self.svg()
 
 
+def _core_of(keys: dict[str, Any]) -> _carom.MoleculeCore:
+    """The molecule that these keys of a scene describe."""
+    if "atom_radius" in keys:
+        return _carom.MoleculeCore.named(keys["shape"], keys["atom_radius"], keys["atom_mass"])
+    if keys.keys() == {"atoms"}:
+        rows = [[*atom["at"], atom["radius"], atom["mass"]] for atom in keys["atoms"]]
+        return _carom.MoleculeCore(rows)
+    return _carom.MoleculeCore.described(keys)
+
+
+def _rounding(rounding: object) -> dict[str, float]:
+    """The key of the radius of corners, if it is given."""
+    return {} if rounding is None else {"rounding": number("rounding", rounding)}
+
+
 def _count(count: object) -> int:
     if isinstance(count, (bool, np.bool_)) or not isinstance(count, (int, np.integer)):
-        raise TypeError(f"the number of atoms must be an integer, but is {count!r:.60}")
+        raise TypeError(f"the number of atoms or sides must be an integer, but is {count!r:.60}")
     return int(count)
 
 
-def _listed(atoms: Any) -> list[Any]:
+def _listed(name: str, entries: Any) -> list[Any]:
     try:
         # One more than the compiled part accepts: an endless iterable is refused as well.
-        return list(itertools.islice(atoms, _MOST_ATOMS + 1))
+        return list(itertools.islice(entries, _MOST_ATOMS + 1))
     except TypeError:
-        raise TypeError(f"`atoms` must be a sequence of atoms, but is {atoms!r:.60}") from None
+        raise TypeError(f"`{name}` must be a sequence of {name}, but is {entries!r:.60}") from None
+
+
+def _ends(pair: Any) -> list[int]:
+    entry = plain(pair)
+    if not isinstance(entry, list) or len(entry) != 2:
+        raise MoleculeError(f"an edge is a pair of indices of atoms, but one is {entry!r:.60}")
+    return [whole("index of an atom", end, 0, 2**32 - 1) for end in entry]
 
 
 def _atom(atom: Any) -> list[float]:

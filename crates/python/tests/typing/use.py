@@ -25,6 +25,10 @@ found = carom.first_contact(carom.Molecule.disc(1.0), carom.Molecule.rod(3, radi
 print(found.time.sum(), found.atoms, sim.positions.mean(), total.runs[0][0], str(sim.show()))
 new = sim.add(carom.Molecule([(0, 0, 1, 1)]), [0.5, 0.5], velocity=[1, 0], tags="x")
 sim.remove(new)
+square: carom.Molecule = carom.Molecule.square(0.1, rounding=1e-3)
+needle = carom.Molecule([(0, 0, 0.1, 1), (1, 0, 0.1, 1)], edges=[(0, 1)], edge_radius=0.05, hollow=False)
+lines: list[carom.ExposedSide] = carom.Molecule.polygon([[0, 0], [1, 0], [0, 1]]).exposed_sides(0.1)
+print(square.edges[0, 1], needle.edge_shares().sum(), lines[0].length, carom.Molecule.kite(1, 0.5, size=1.0).area)
 sim.set_energy(1.0, sim.positions[:, 0] > 0.5)
 carom.load("x").run(1)
 carom.open_run("y")["x"]

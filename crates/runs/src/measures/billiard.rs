@@ -27,7 +27,7 @@ pub(super) const SANTALO: &str =
     "integral geometry: π (A/N − A_excluded) / ∮ √(1 + m (r × n)²/I) ds (Santaló 1976)";
 
 /// Source of the shares of directions and atoms.
-pub(super) const ARCS: &str = "integral geometry: exposed arcs";
+pub(super) const ARCS: &str = "integral geometry: exposed boundary";
 
 /// With more fixed bodies it takes long to verify that their regions do not overlap.
 const MAX_FIXED: usize = 2000;

@@ -82,7 +82,7 @@ impl Measured for Known<DirectionHistogram, Option<Billiard>> {
         let chi: Vec<Figure> = chi.collect();
         let predicted = parts.map(|parts| Shares {
             parts,
-            label: "exposed arcs",
+            label: "exposed boundary",
             source: ARCS,
         });
         let (directions, parts) = means.split_at(means.len().min(2 * histogram.counts().len()));

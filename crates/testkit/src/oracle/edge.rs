@@ -8,7 +8,12 @@
 use carom_detection::{EdgeErrorBound, encounters::Encounter};
 use carom_geometry::{Circle, Edge};
 
-use super::{Number, flight::FlyingPair, search_end::SearchEnd, sketch::Sketch};
+use super::{
+    Number,
+    flight::FlyingPair,
+    interval_search::{IntervalVerdict, SearchEnd, SearchedGap, TimeInterval, first_zero},
+    sketch::Sketch,
+};
 
 /// An atom of one body and an edge of the other.
 #[derive(Debug, Clone, Copy)]
@@ -150,35 +155,7 @@ impl<'a> OracleEdgePair<'a> {
     /// The first time up to `end` at which the atom is near the line and between the ends.
     pub fn first_contact<N: Number>(&self, end: f64, budget: &mut u64) -> SearchEnd<N> {
         debug_assert!(!self.edge.is_solid_behind());
-        let shortest = MIN_INTERVAL * end;
-        let mut rest = vec![(N::new(0.0), end)];
-        while let Some((begin, width)) = rest.pop() {
-            if *budget == 0 {
-                return SearchEnd::OutOfBudget;
-            }
-            *budget -= 1;
-            let half = 0.5 * width;
-            let middle = begin.plus(&N::new(half));
-            let sketch = if N::SKETCH_FIRST {
-                self.sketch(middle.value(), half)
-            } else {
-                Sketch::Unclear
-            };
-            let is_free = match sketch {
-                Sketch::Free => true,
-                Sketch::Halve => false,
-                Sketch::Unclear => self.stays_out(&middle, half),
-            };
-            if is_free {
-                continue;
-            }
-            if half <= shortest {
-                return SearchEnd::Zero(begin);
-            }
-            rest.push((middle, half));
-            rest.push((begin, half));
-        }
-        SearchEnd::Nothing
+        first_zero(self, [0.0, end], MIN_INTERVAL * end, budget)
     }
 
     /// Whether the atom stays away from the line or beyond the ends for `half` (time) to either
@@ -232,5 +209,24 @@ impl<'a> OracleEdgePair<'a> {
             }
         }
         below
+    }
+}
+
+impl<N: Number> SearchedGap<N> for OracleEdgePair<'_> {
+    fn sketch(&self, middle: f64, half: f64) -> Sketch {
+        self.sketch_around(middle, half)
+    }
+
+    fn look(&self, interval: &TimeInterval<N>) -> IntervalVerdict<N> {
+        if self.stays_out(&interval.middle, interval.half) {
+            IntervalVerdict::Free
+        } else {
+            IntervalVerdict::Halve
+        }
+    }
+
+    /// Nothing else tells a zero from a time at which both distances are small.
+    fn at_shortest(&self, begin: N) -> SearchEnd<N> {
+        SearchEnd::Zero(begin)
     }
 }

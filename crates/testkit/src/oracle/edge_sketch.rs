@@ -111,7 +111,7 @@ impl OracleEdgePair<'_> {
     }
 
     /// Examines an interval from `middle` − `half` to `middle` + `half`.
-    pub fn sketch(&self, middle: f64, half: f64) -> Sketch {
+    pub fn sketch_around(&self, middle: f64, half: f64) -> Sketch {
         let rough = self.rough(middle);
         let [spin, fast] = self.spins();
         let (arm, radii) = (self.pair.arms[1 - self.edged], self.radii());

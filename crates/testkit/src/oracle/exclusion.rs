@@ -3,7 +3,11 @@
 use carom_detection::{Part, Touch, encounters::Encounter};
 
 use super::{
-    Number, edge::OracleEdgePair, flight::FlyingPair, search_end::SearchEnd, sketch::Sketch,
+    Number,
+    edge::OracleEdgePair,
+    flight::FlyingPair,
+    interval_search::{self, IntervalVerdict, SearchEnd, SearchedGap, TimeInterval},
+    sketch::Sketch,
 };
 
 /// Effort limit of the oracle.
@@ -177,66 +181,39 @@ fn first_zero<N: Number>(pair: &FlyingPair, end: f64, budget: &mut u64) -> Searc
     let Some((begin, end)) = window(pair, end) else {
         return SearchEnd::Nothing;
     };
-    let shortest = MIN_INTERVAL * end;
-    let mut rest = vec![(N::new(begin), end - begin)];
-    while let Some((begin, width)) = rest.pop() {
-        if *budget == 0 {
-            return SearchEnd::OutOfBudget;
+    interval_search::first_zero(pair, [begin, end], MIN_INTERVAL * end, budget)
+}
+
+impl<N: Number> SearchedGap<N> for FlyingPair {
+    fn sketch(&self, middle: f64, half: f64) -> Sketch {
+        self.sketch_around(middle, half)
+    }
+
+    fn look(&self, interval: &TimeInterval<N>) -> IntervalVerdict<N> {
+        let half = interval.half;
+        let now = self.squared(&interval.middle);
+        let (value, slope) = (now.value.value(), now.rate.value());
+        let distance = now.distance.value().max(0.0).sqrt() * (1.0 + 4.0 * f64::EPSILON);
+        let (sag, bend) = self.curvatures(distance, half);
+        let drop = (slope.abs() * half + 0.5 * sag * half * half) * (1.0 + 8.0 * f64::EPSILON);
+        if value > drop || slope > bend * half {
+            return IntervalVerdict::Free;
         }
-        *budget -= 1;
-        let half = 0.5 * width;
-        let middle = begin.plus(&N::new(half));
-        let sketch = if N::SKETCH_FIRST {
-            pair.sketch(middle.value(), half)
+        if -slope <= bend * half {
+            return IntervalVerdict::Halve;
+        }
+        // F decreases throughout.
+        let end = interval.begin.plus(&N::new(2.0 * half));
+        if self.squared(&end).value.value() > 0.0 {
+            IntervalVerdict::Free
         } else {
-            Sketch::Unclear
-        };
-        let halve = match sketch {
-            Sketch::Free => false,
-            Sketch::Halve => true,
-            Sketch::Unclear => match look(pair, &begin, &middle, width) {
-                Look::Free => false,
-                Look::Halve => true,
-                Look::Falls(end) => return SearchEnd::Zero(zero_between(pair, begin, end)),
-            },
-        };
-        if halve {
-            if half <= shortest {
-                return SearchEnd::OutOfBudget;
-            }
-            rest.push((middle, half));
-            rest.push((begin, half));
+            IntervalVerdict::Zero(zero_between(self, interval.begin.clone(), end))
         }
     }
-    SearchEnd::Nothing
-}
 
-/// Result of the full arithmetic for an interval before which F is positive.
-enum Look<N> {
-    Free,
-    Halve,
-    /// F decreases throughout, from positive to negative at the given end.
-    Falls(N),
-}
-
-fn look<N: Number>(pair: &FlyingPair, begin: &N, middle: &N, width: f64) -> Look<N> {
-    let half = 0.5 * width;
-    let now = pair.squared(middle);
-    let (value, slope) = (now.value.value(), now.rate.value());
-    let distance = now.distance.value().max(0.0).sqrt() * (1.0 + 4.0 * f64::EPSILON);
-    let (sag, bend) = pair.curvatures(distance, half);
-    let drop = (slope.abs() * half + 0.5 * sag * half * half) * (1.0 + 8.0 * f64::EPSILON);
-    if value > drop || slope > bend * half {
-        return Look::Free;
-    }
-    if -slope <= bend * half {
-        return Look::Halve;
-    }
-    let end = begin.plus(&N::new(width));
-    if pair.squared(&end).value.value() > 0.0 {
-        Look::Free
-    } else {
-        Look::Falls(end)
+    /// F touches 0, to rounding: whether there is a contact is not decided.
+    fn at_shortest(&self, _begin: N) -> SearchEnd<N> {
+        SearchEnd::OutOfBudget
     }
 }
 

@@ -32,9 +32,9 @@ mod edge;
 mod edge_sketch;
 mod exclusion;
 mod flight;
+mod interval_search;
 mod judgement;
 mod number;
-mod search_end;
 mod sketch;
 
 pub use assertions::{assert_agreement, assert_guarantee};

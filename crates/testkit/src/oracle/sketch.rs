@@ -52,7 +52,7 @@ impl FlyingPair {
     }
 
     /// Examines F from `middle` − `half` to `middle` + `half`.
-    pub fn sketch(&self, middle: f64, half: f64) -> Sketch {
+    pub fn sketch_around(&self, middle: f64, half: f64) -> Sketch {
         let rough = self.rough(middle);
         let growth = self.allowed[1];
         let reach = self.radii[0] + self.radii[1] - self.allowed[0] - growth * middle;

@@ -132,15 +132,21 @@ fn size(scene: &Scene) -> f64 {
         let named = shape
             .and_then(|shape| shape.split_once(':'))
             .and_then(|(_, count)| count.parse().ok());
-        named.unwrap_or(5.0_f64).max(list as f64)
+        // What follows the name of a shape with sides may be a length below 1.
+        named.unwrap_or(5.0_f64).max(1.0).max(list as f64)
     };
     let of_molecules: f64 = scene
         .molecule
         .iter()
-        .map(|molecule| atoms(molecule.shape.as_ref(), molecule.atoms.len()))
+        .map(|molecule| {
+            let list = molecule.atoms.len().max(molecule.polygon.len());
+            atoms(molecule.shape.as_ref(), list)
+        })
         .sum();
     let of_gas = |gas: &GasSpec| {
-        let given = gas.radius.as_ref().or(gas.atom_radius.as_ref());
+        let given = [&gas.radius, &gas.atom_radius, &gas.size]
+            .into_iter()
+            .find_map(Option::as_ref);
         let radius = given
             .map(small)
             .or(gas.atoms.first().map(|atom| atom.radius));
@@ -150,7 +156,7 @@ fn size(scene: &Scene) -> f64 {
             .area_fraction
             .map_or(0.0, |share| share * (width * height / covered).abs());
         let count = gas.count.map_or(by_area, |count| count as f64);
-        let atoms = atoms(gas.shape.as_ref(), gas.atoms.len());
+        let atoms = atoms(gas.shape.as_ref(), gas.atoms.len().max(gas.polygon.len()));
         // A scene with more molecules is refused, at once if they are equal.
         let is_equal = given.is_none_or(|given| given.number().is_some()) && gas.scale.is_none();
         if is_equal && count > 134_217_728.0 * atoms {

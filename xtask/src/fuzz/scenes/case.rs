@@ -213,6 +213,17 @@ impl Variants<'_> {
                     molecule.atom_radius =
                         molecule.atom_radius.map(|radius| shortened(radius, digits));
                     molecule.atom_mass = molecule.atom_mass.map(|mass| shortened(mass, digits));
+                    molecule.size = molecule.size.map(|size| shortened(size, digits));
+                });
+            }
+            for corner in 0..self.original.scene.molecule[index].polygon.len() {
+                self.with(|case| {
+                    case.scene.molecule[index].polygon.remove(corner);
+                });
+            }
+            for edge in 0..self.original.scene.molecule[index].edges.len() {
+                self.with(|case| {
+                    case.scene.molecule[index].edges.remove(edge);
                 });
             }
             for atom in 0..self.original.scene.molecule[index].atoms.len() {

@@ -4,12 +4,13 @@ use carom::engine::{
     AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Quantity,
     Rotation, Scene, StartVelocities, WallSpec,
 };
-use carom_geometry::{Atom, Molecule, Shape};
+use carom_geometry::{Molecule, Shape, gap_between};
 use glam::DVec2;
 
 use super::{
     case::{CaseEdit, RunStretch, SceneCase},
-    kinematics::{BodyOutline, BodyPair, OutlineEdge, Placed, along, smallest_gap},
+    kinematics::{BodyOutline, BodyPair, Placed, along, for_each_image},
+    sided::{sided_body, sided_gas},
 };
 use crate::fuzz::{detection::case::exp2, random::FuzzDraw};
 
@@ -21,6 +22,7 @@ const TAGS: [&str; 3] = ["a", "b", "c"];
 
 /// A body that has been placed.
 struct Standing {
+    molecule: Molecule,
     outline: BodyOutline,
     placed: Placed,
 }
@@ -48,6 +50,11 @@ pub fn draw(seed: u64) -> SceneCase {
         "discs",
         "walls",
         "walls",
+        "sides",
+        "sides",
+        "sides",
+        "sides in walls",
+        "sides in walls",
     ]);
     let aspect = draw.between(0.3, 2.0);
     let mut sketch = Sketch {
@@ -57,7 +64,7 @@ pub fn draw(seed: u64) -> SceneCase {
     };
     sketch.scene.bounds.sides = sketch.sides;
     sketch.scene.bounds.seed = draw.bits() >> 1;
-    if class == "walls" || draw.happens(0.15) {
+    if class == "walls" || class == "sides in walls" || draw.happens(0.15) {
         for _ in 0..draw.integer(1, 4) {
             sketch.wall(draw);
         }
@@ -74,7 +81,15 @@ pub fn draw(seed: u64) -> SceneCase {
         sketch.body(draw, class, size, close);
     }
     if class == "discs" && draw.happens(0.5) {
-        sketch.scene.gas.push(gas(draw, size));
+        let of_discs = |draw: &mut FuzzDraw, radius: f64| GasSpec {
+            radius: Some(radius.into()),
+            mass: Some(draw.scale(0.1, 10.0).into()),
+            ..GasSpec::default()
+        };
+        sketch.scene.gas.push(gas(draw, size, of_discs));
+    }
+    if class == "sides" && draw.happens(0.5) {
+        sketch.scene.gas.push(gas(draw, size, sided_gas));
     }
     sketch.scene.elasticity = elasticity(draw, class);
     let stretch = stretches(draw, class, &sketch);
@@ -88,16 +103,19 @@ pub fn draw(seed: u64) -> SceneCase {
     case
 }
 
-/// A gas of discs, smaller than bodies of this size.
-fn gas(draw: &mut FuzzDraw, size: f64) -> GasSpec {
+/// A gas of molecules, which `of_radius` describes, smaller than bodies of this size.
+fn gas(
+    draw: &mut FuzzDraw,
+    size: f64,
+    of_radius: impl Fn(&mut FuzzDraw, f64) -> GasSpec,
+) -> GasSpec {
+    let radius = draw.scale(0.1, 0.5) * size;
     GasSpec {
         tags: vec!["a".to_owned()],
-        radius: Some((draw.scale(0.1, 0.5) * size).into()),
-        mass: Some(draw.scale(0.1, 10.0).into()),
         energy: draw.scale(1e-3, 1.0),
         count: Some(draw.integer(1, 30) as usize),
         velocities: draw.one_of(&[StartVelocities::EqualEnergy, StartVelocities::Maxwell]),
-        ..GasSpec::default()
+        ..of_radius(draw, radius)
     }
 }
 
@@ -151,11 +169,14 @@ fn molecule(draw: &mut FuzzDraw, class: &str, radius: f64) -> Option<(Molecule, 
         radius
     };
     let mass = draw.scale(0.1, 10.0);
+    if class.starts_with("sides") && draw.happens(0.8) {
+        return described(sided_body(draw, radius, mass));
+    }
     let discs = if class == "long run of few" { 0.8 } else { 0.3 };
     let kind = if class == "discs" || draw.happens(discs) {
         0
     } else {
-        draw.integer(0, 6)
+        draw.integer(0, 7)
     };
     let shape = match kind {
         0 => Shape::Disc,
@@ -164,42 +185,38 @@ fn molecule(draw: &mut FuzzDraw, class: &str, radius: f64) -> Option<(Molecule, 
         3 => Shape::Rod(draw.integer(2, 9) as usize),
         4 => Shape::Ring(draw.integer(3, 12) as usize),
         5 => Shape::Cross,
-        _ => return blob(draw, radius, mass),
+        6 => return described(sided_body(draw, radius, mass)),
+        _ => return described(blob(draw, radius, mass)),
     };
     let atom_radius = if kind == 0 { radius } else { 0.5 * radius };
-    let spec = MoleculeSpec {
+    described(MoleculeSpec {
         shape: Some(shape.to_string()),
         atom_radius: Some(atom_radius),
         atom_mass: Some(mass),
         ..MoleculeSpec::default()
-    };
-    Some((Molecule::named(shape, atom_radius, mass).ok()?, spec))
+    })
+}
+
+/// A description with its molecule, if it is one.
+fn described(spec: MoleculeSpec) -> Option<(Molecule, MoleculeSpec)> {
+    Some((spec.molecule("molecule").ok()?, spec))
 }
 
 /// Atoms at random positions with random radii and masses.
-fn blob(draw: &mut FuzzDraw, radius: f64, mass: f64) -> Option<(Molecule, MoleculeSpec)> {
+fn blob(draw: &mut FuzzDraw, radius: f64, mass: f64) -> MoleculeSpec {
     let count = draw.integer(2, 18);
-    let atoms: Vec<AtomSpec> = (0..count)
-        .map(|_| AtomSpec {
-            at: [
-                draw.between(-1.0, 1.0) * radius,
-                draw.between(-1.0, 1.0) * radius,
-            ],
-            radius: draw.scale(0.05, 0.6) * radius,
-            mass: draw.scale(0.1, 1.0) * mass,
-        })
-        .collect();
-    let built = atoms
-        .iter()
-        .map(|atom| Atom::new(DVec2::from(atom.at), atom.radius, atom.mass));
-    let molecule = Molecule::new(built.collect::<Result<Vec<_>, _>>().ok()?).ok()?;
-    Some((
-        molecule,
-        MoleculeSpec {
-            atoms,
-            ..MoleculeSpec::default()
-        },
-    ))
+    let atom = |_| AtomSpec {
+        at: [
+            draw.between(-1.0, 1.0) * radius,
+            draw.between(-1.0, 1.0) * radius,
+        ],
+        radius: draw.scale(0.05, 0.6) * radius,
+        mass: draw.scale(0.1, 1.0) * mass,
+    };
+    MoleculeSpec {
+        atoms: (0..count).map(atom).collect(),
+        ..MoleculeSpec::default()
+    }
 }
 
 /// Velocity and spin at a temperature of about 1.
@@ -272,21 +289,13 @@ impl Sketch {
                 )
             }
         };
-        let ends = vec![([-half[0], -half[1]], radius), (half, radius)];
-        let reach = half[0].hypot(half[1]) + radius;
+        let Ok(wall) = Molecule::wall(2.0 * DVec2::from(half), radius) else {
+            return;
+        };
         self.scene.wall.push(spec);
         self.standing.push(Standing {
-            outline: BodyOutline {
-                atoms: ends,
-                edges: vec![OutlineEdge {
-                    middle: [0.0; 2],
-                    half,
-                    radius,
-                }],
-                is_wall: true,
-                reach,
-                thickness: radius,
-            },
+            outline: BodyOutline::new(&wall),
+            molecule: wall,
             placed: Placed {
                 place: middle,
                 rotation: [1.0, 0.0],
@@ -294,26 +303,27 @@ impl Sketch {
         });
     }
 
-    /// Smallest gap to all placed bodies and to the body's own images.
-    fn gap(&self, outline: &BodyOutline, placed: &Placed) -> f64 {
-        let room = self.sides[0].min(self.sides[1]) - 2.0 * outline.reach;
-        self.standing
-            .iter()
-            .map(|other| {
-                smallest_gap(
-                    (outline, placed),
-                    (&other.outline, &other.placed),
-                    self.sides,
-                )
-            })
-            .fold(room, f64::min)
+    /// Smallest gap to all placed bodies and to the body's own images. A body inside another
+    /// overlaps it, unless that is hollow.
+    fn gap(&self, molecule: &Molecule, outline: &BodyOutline, placed: &Placed) -> f64 {
+        let mut least = self.sides[0].min(self.sides[1]) - 2.0 * outline.reach;
+        let rotation = DVec2::from(placed.rotation);
+        for other in &self.standing {
+            let pair = [(outline, placed), (&other.outline, &other.placed)];
+            for_each_image(pair[0], pair[1], self.sides, |separation| {
+                let turned = DVec2::from(other.placed.rotation);
+                let (body, separation) = (&other.molecule, DVec2::from(separation));
+                least = least.min(gap_between(molecule, rotation, body, turned, separation));
+            });
+        }
+        least
     }
 
     /// A free position for a body; next to the last body if `close` and possible.
     fn free_position(
         &self,
         draw: &mut FuzzDraw,
-        outline: &BodyOutline,
+        (molecule, outline): (&Molecule, &BodyOutline),
         rotation: BodyPair,
         close: bool,
     ) -> Option<BodyPair> {
@@ -331,7 +341,7 @@ impl Sketch {
             let (mut near, mut far) = (0.0, 1.01 * reach);
             for _ in 0..80 {
                 let middle = 0.5 * (near + far);
-                let gap = self.gap(outline, &at(along(origin, middle, direction)));
+                let gap = self.gap(molecule, outline, &at(along(origin, middle, direction)));
                 if gap < requested {
                     near = middle;
                 } else {
@@ -339,13 +349,13 @@ impl Sketch {
                 }
             }
             let place = along(origin, far, direction);
-            if self.gap(outline, &at(place)) >= requested {
+            if self.gap(molecule, outline, &at(place)) >= requested {
                 return Some(place);
             }
         }
         for _ in 0..TRIES {
             let place = self.anywhere(draw);
-            if self.gap(outline, &at(place)) > 1e-12 {
+            if self.gap(molecule, outline, &at(place)) > 1e-12 {
                 return Some(place);
             }
         }
@@ -360,7 +370,7 @@ impl Sketch {
         let outline = BodyOutline::new(&molecule);
         let turns = draw.between(-0.5, 0.5);
         let (sin, cos) = libm::sincos(turns * std::f64::consts::TAU);
-        let Some(place) = self.free_position(draw, &outline, [cos, sin], close) else {
+        let Some(place) = self.free_position(draw, (&molecule, &outline), [cos, sin], close) else {
             return;
         };
         let placed = Placed {
@@ -375,7 +385,11 @@ impl Sketch {
                 radius,
                 at: place,
             });
-            self.standing.push(Standing { outline, placed });
+            self.standing.push(Standing {
+                molecule,
+                outline,
+                placed,
+            });
             return;
         }
         spec.tags = tags(draw);
@@ -399,7 +413,11 @@ impl Sketch {
             spec.velocity = along(first.velocity, speed, along(first.at, -1.0, place));
         }
         self.scene.molecule.push(spec);
-        self.standing.push(Standing { outline, placed });
+        self.standing.push(Standing {
+            molecule,
+            outline,
+            placed,
+        });
     }
 }
 
@@ -518,6 +536,7 @@ fn scale_scene(scene: &mut Scene, length: f64, speed: f64, mass: f64) {
     }
     for gas in &mut scene.gas {
         gas.radius = scaled(gas.radius.as_ref(), length);
+        gas.size = scaled(gas.size.as_ref(), length);
         gas.mass = scaled(gas.mass.as_ref(), mass);
         gas.energy *= mass * speed * speed;
     }
@@ -536,6 +555,13 @@ fn scale_molecule(spec: &mut MoleculeSpec, length: f64, speed: f64, mass: f64) {
     spec.angular_velocity *= speed / length;
     spec.atom_radius = spec.atom_radius.map(|radius| radius * length);
     spec.atom_mass = spec.atom_mass.map(|one| one * mass);
+    spec.size = spec.size.map(|size| size * length);
+    spec.edge_radius = spec.edge_radius.map(|radius| radius * length);
+    spec.mass = spec.mass.map(|one| one * mass);
+    spec.density = spec.density.map(|one| one * mass / (length * length));
+    for corner in &mut spec.polygon {
+        *corner = corner.map(|x| x * length);
+    }
     for atom in &mut spec.atoms {
         atom.at = atom.at.map(|x| x * length);
         atom.radius *= length;

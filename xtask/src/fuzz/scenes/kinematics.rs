@@ -276,7 +276,7 @@ fn from_edge(half: BodyPair, point: BodyPair) -> (f64, BodyPair) {
 }
 
 /// Calls `visit` with the separation of every image of B within reach of A.
-fn for_each_image(
+pub fn for_each_image(
     (a, at_a): (&BodyOutline, &Placed),
     (b, at_b): (&BodyOutline, &Placed),
     sides: BodyPair,
@@ -329,8 +329,41 @@ pub fn smallest_gap(
                 }
             }
         }
+        let depth = depth_of_crossings((a, at_a.rotation), (b, at_b.rotation), separation);
+        least = least.min(-depth);
     });
     least
+}
+
+/// The largest depth to which an edge of A crosses one of B, 0 if none does (length): the smallest
+/// distance of an end of one from the line of the other, and their radii.
+fn depth_of_crossings(
+    (a, turn_a): (&BodyOutline, BodyPair),
+    (b, turn_b): (&BodyOutline, BodyPair),
+    separation: BodyPair,
+) -> f64 {
+    let mut deepest = 0.0f64;
+    for one in &a.edges {
+        let (middle, half) = (rotated(one.middle, turn_a), rotated(one.half, turn_a));
+        for other in &b.edges {
+            let place = along(separation, 1.0, rotated(other.middle, turn_b));
+            let between = along(place, -1.0, middle);
+            let half_of_other = rotated(other.half, turn_b);
+            // Heights of the ends of each above the line of the other.
+            let heights = |line: BodyPair, from: BodyPair, half: BodyPair| {
+                [-1.0, 1.0].map(|end| cross(line, along(from, end, half)) / length(line))
+            };
+            let of_other = heights(half, between, half_of_other);
+            let of_one = heights(half_of_other, [-between[0], -between[1]], half);
+            let is_split = |[low, high]: [f64; 2]| low * high < 0.0;
+            if is_split(of_other) && is_split(of_one) {
+                let ends = of_other.into_iter().chain(of_one);
+                let nearest = ends.map(f64::abs).fold(f64::INFINITY, f64::min);
+                deepest = deepest.max(nearest + one.radius + other.radius);
+            }
+        }
+    }
+    deepest
 }
 
 /// Relative placement of two given parts, in the image of B whose centre relative to A's is nearest
@@ -393,6 +426,22 @@ mod tests {
             let apart = ours == f64::INFINITY && theirs > 0.0;
             assert!(apart || (ours - theirs).abs() < 1e-15, "{ours} {theirs}");
         }
+    }
+
+    #[test]
+    fn needles_that_cross_overlap() {
+        let needle = Molecule::capsule(0.2, 1e-9, 1.0).unwrap();
+        let outline = BodyOutline::new(&needle);
+        let gap = |x: f64| {
+            let (a, b) = (
+                placed(0.5, 0.5, 0.0),
+                placed(0.5 + x, 0.5, std::f64::consts::FRAC_PI_2),
+            );
+            smallest_gap((&outline, &a), (&outline, &b), [10.0; 2])
+        };
+        // The end of one is 0.03 beyond, or before, the line of the other.
+        assert!((gap(0.07) + (0.03 + 2e-9)).abs() < 1e-15);
+        assert!((gap(0.13) - (0.03 - 2e-9)).abs() < 1e-15);
     }
 
     #[test]

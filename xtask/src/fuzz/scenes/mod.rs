@@ -6,6 +6,7 @@ pub mod draw;
 pub mod kinematics;
 pub mod run;
 pub mod schedulers;
+pub mod sided;
 pub mod watcher;
 
 use anyhow::Result;

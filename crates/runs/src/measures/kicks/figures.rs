@@ -41,7 +41,7 @@ const EQUIPARTITION: &str = "equipartition";
 const OF_ALL: &str =
     "equipartition relative to the centre of mass of all bodies, whose momentum is conserved";
 const UNREACHABLE: &str = "geometry: the gas discs cannot reach it";
-const ARCS: &str = "exposed arcs, with weight μ^(−1/2)";
+const ARCS: &str = "exposed boundary, with weight μ^(−1/2)";
 const TWO_SIZES: &str = "Jenkins and Mancini (1987), for hard discs of two sizes; accurate to 1 %";
 
 /// The means by the quantities of [`Kicks`]: rate, density at the rim, force along x′ and y′,
@@ -107,8 +107,8 @@ impl<'a> Theory<'a> {
         })
     }
 
-    /// Whether the distribution of the kicks in a dilute gas is known: that of the exposed arcs, or
-    /// the isotropic one on a round body.
+    /// Whether the distribution of the kicks in a dilute gas is known: that of the exposed
+    /// boundary, or the isotropic one on a round body.
     fn has_arcs(&self) -> bool {
         self.around.is_one_gas || self.kicks.shape.molecule.is_round()
     }
@@ -123,10 +123,10 @@ impl<'a> Theory<'a> {
         let is_round = self.kicks.shape.molecule.is_round();
         let (label, source) = match self.few {
             _ if is_round => ("isotropic", "symmetry"),
-            Some(_) => ("exposed arcs", ARCS),
+            Some(_) => ("exposed boundary", ARCS),
             None => (
-                "dilute gas: exposed arcs",
-                "exposed arcs; in a dense gas the density is larger in corners",
+                "dilute gas: exposed boundary",
+                "exposed boundary; in a dense gas the density is larger in corners",
             ),
         };
         self.has_arcs().then_some(Shares {
@@ -463,7 +463,7 @@ fn isotropy(kicks: &Kicks, context: &Context<'_>) -> Option<Figure> {
 }
 
 /// χ² per degree of freedom of the shares by direction, by number and by impulse, and by part,
-/// against the exposed arcs; none in a dense gas or with few kicks.
+/// against the exposed boundary; none in a dense gas or with few kicks.
 fn against_arcs(kicks: &Kicks, theory: Option<&Theory<'_>>, context: &Context<'_>) -> Vec<Figure> {
     let Some(theory) = theory.filter(|theory| theory.few.is_some()) else {
         return Vec::new();
@@ -650,9 +650,9 @@ fn by_part(
     let Some(theory) = theory else { return table };
     let is_dilute = theory.few.is_some();
     let label = if is_dilute {
-        "exposed arcs"
+        "exposed boundary"
     } else {
-        "dilute gas: exposed arcs"
+        "dilute gas: exposed boundary"
     };
     // What the smallest disc cannot reach, no other can.
     let known = |share: f64| (share == 0.0 || theory.has_arcs()).then_some(share);
