@@ -179,6 +179,16 @@ impl FieldBins {
         }
     }
 
+    /// Letters of both axes: x and y, away from a point and turned (r, t), or away from a wall and
+    /// along it (n, t).
+    pub fn axis_names(&self) -> [&'static str; 2] {
+        match self.layout {
+            Layout::Grid(_) => ["x", "y"],
+            Layout::Point { .. } => ["r", "t"],
+            Layout::Wall { .. } => ["n", "t"],
+        }
+    }
+
     /// The box.
     pub fn bounds(&self) -> &PeriodicBox {
         &self.bounds

@@ -454,3 +454,276 @@ fn carried_by(report: &CollisionReport<'_>, bins: &FieldBins, drift: DVec2) -> C
         energy: half * (gain_of_second - gain_of_first),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use carom_engine::{Scene, Simulation};
+    use carom_geometry::PeriodicBox;
+
+    use super::*;
+    use crate::{PressureTensor, WallHeat};
+
+    fn bounds(simulation: &Simulation) -> PeriodicBox {
+        *simulation.view().bounds()
+    }
+
+    /// A run with samples at equal intervals, with an edit between two of them.
+    fn observed(simulation: &mut Simulation, observer: &mut impl Observer, samples: u32) {
+        observer.start(&simulation.view());
+        for sample in 1..=samples {
+            let until = 0.2 * f64::from(sample);
+            simulation.observe_until(until - 0.05, observer).unwrap();
+            observer.pause(&simulation.view());
+            if let Some(tag) = simulation.find_tag("heated") {
+                simulation
+                    .reset_energy_of_tag(tag, 1.0 + f64::from(sample))
+                    .unwrap();
+            }
+            observer.start(&simulation.view());
+            simulation.observe_until(until, observer).unwrap();
+            observer.sample(&simulation.view());
+        }
+    }
+
+    const GAS: &str = r#"
+        [box]
+        sides = [2.0, 1.0]
+        [[gas]]
+        tags = ["heated"]
+        radius = 0.02
+        mass = 1.0
+        energy = 1.0
+        count = 150
+        [[gas]]
+        tags = ["dumbbells"]
+        shape = "dumbbell"
+        atom_radius = 0.02
+        atom_mass = 2.0
+        energy = 1.0
+        count = 50
+    "#;
+
+    /// The sum of the stress over all bins, times duration and area.
+    fn total(fields: &Fields) -> [f64; 4] {
+        let bins = 0..fields.bins().len();
+        bins.fold([0.0; 4], |mut total, bin| {
+            for (sum, [stress, _]) in total.iter_mut().zip(fields.stress(bin)) {
+                *sum += stress;
+            }
+            total
+        })
+    }
+
+    #[test]
+    fn the_mean_stress_is_the_pressure_tensor() {
+        // Of components with r along a wall, only those of forces normal to the wall count: others
+        // depend on where the middle of the wall is.
+        let free = [true; 4];
+        let smooth = [true, true, false, true];
+        let thermal = [true, true, false, false];
+        for (more, counts) in [
+            ("", free),
+            ("[[bumper]]\nradius = 0.1\nat = [1.9, 0.5]", free),
+            ("[[wall]]\nx = 0.0\nradius = 0.01", smooth),
+            ("[[wall]]\nx = 0.7\ntemperature = 2.0", thermal),
+        ] {
+            let scene = Scene::from_toml(&format!("{GAS}\n{more}")).unwrap();
+            let mut simulation = Simulation::new(&scene).unwrap();
+            let bounds = bounds(&simulation);
+            let all = |bins| Fields::new(Group::All, bins);
+            let mut grid = all(FieldBins::grid(&bounds, [7, 5]).unwrap());
+            let mut columns = all(FieldBins::grid(&bounds, [50, 1]).unwrap());
+            let centre = DVec2::new(0.3, 0.2);
+            let mut rings = all(FieldBins::around_point(&bounds, centre, 1.2, 9).unwrap());
+            let mut layers = all(FieldBins::beside_wall(&bounds, 0, 0.7, 1.0, 8).unwrap());
+            let mut tensor = PressureTensor::default();
+            let mut observers = (
+                (&mut tensor, &mut grid),
+                (&mut columns, (&mut rings, &mut layers)),
+            );
+            observed(&mut simulation, &mut observers, 4);
+            let sums = tensor.sums();
+            let area = bounds.area();
+            let expected = [0, 1, 2, 3].map(|component: usize| area * sums[component][0]);
+            let close = |found: f64, expected: f64| {
+                let allowed = 1e-12 * area * sums[0][0];
+                assert!(
+                    (found - expected).abs() < allowed,
+                    "{more}: {found} {expected}"
+                );
+            };
+            for fields in [&grid, &columns] {
+                let found = total(fields);
+                for component in (0..4).filter(|&component| counts[component]) {
+                    close(found[component], expected[component]);
+                }
+                assert!((fields.duration / sums[0][1] - 1.0).abs() < 1e-12);
+            }
+            let [rr, _, _, tt] = total(&rings);
+            let [nn, _, _, along] = total(&layers);
+            close(nn, expected[0]);
+            if counts[3] {
+                close(rr + tt, expected[0] + expected[3]);
+                close(along, expected[3]);
+            }
+        }
+    }
+
+    #[test]
+    fn fields_of_tags_add_up_to_those_of_all() {
+        let mut simulation = Simulation::new(&Scene::from_toml(GAS).unwrap()).unwrap();
+        let bounds = bounds(&simulation);
+        let tag = |name| Group::from(simulation.find_tag(name).unwrap());
+        let of = |group| Fields::new(group, FieldBins::grid(&bounds, [4, 4]).unwrap());
+        let (mut one, mut other) = (of(tag("heated")), of(tag("dumbbells")));
+        let mut all = of(Group::All);
+        observed(&mut simulation, &mut (&mut one, (&mut other, &mut all)), 3);
+        for bin in 0..16 {
+            let sum =
+                |of: fn(&Fields, usize) -> f64| [of(&one, bin) + of(&other, bin), of(&all, bin)];
+            for [parts, whole] in [
+                sum(|fields, bin| fields.density(bin)[0]),
+                sum(|fields, bin| fields.area_fraction(bin)[0]),
+                sum(|fields, bin| fields.velocity(bin)[0][0]),
+                sum(|fields, bin| fields.spin(bin)[0]),
+                sum(|fields, bin| fields.stress(bin)[0][0]),
+                sum(|fields, bin| fields.stress(bin)[1][0]),
+                sum(|fields, bin| fields.heat_current(bin)[1][0]),
+            ] {
+                assert!(
+                    (parts - whole).abs() < 1e-10 * whole.abs().max(1.0),
+                    "{parts} {whole}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_uniform_gas_has_flat_fields_and_no_heat_current() {
+        let scene =
+            "[box]\nseed = 4\n[[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 1.5\ncount = 400";
+        let mut simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
+        let bins = FieldBins::grid(&bounds(&simulation), [3, 3]).unwrap();
+        let mut fields = Fields::new(Group::All, bins);
+        observed(&mut simulation, &mut fields, 200);
+        let mean = |[sum, weight]: [f64; 2]| sum / weight;
+        let pressure = mean(fields.stress(0)[0]);
+        for bin in 0..9 {
+            assert!((mean(fields.density(bin)) / 400.0 - 1.0).abs() < 0.02);
+            assert!((mean(fields.area_fraction(bin)) / 0.12566 - 1.0).abs() < 0.02);
+            assert!((mean(fields.temperature(bin)) / 1.5 - 1.0).abs() < 0.03);
+            assert!((mean(fields.stress(bin)[3]) / pressure - 1.0).abs() < 0.04);
+            let current = mean(fields.heat_current(bin)[0]) / (pressure * 1.5_f64.sqrt());
+            assert!(current.abs() < 0.03, "{current}");
+            assert!(mean(fields.velocity(bin)[0]).abs() < 0.05);
+        }
+    }
+
+    /// Discs on a lattice with v_x = 3 y, twice as many for x > ½.
+    #[test]
+    fn a_planted_shear_flow_and_a_planted_step_of_density_are_read_back() {
+        let disc = |x: f64, y: f64| {
+            format!(
+                "[[molecule]]\natoms = [{{ at = [0, 0], radius = 0.004, mass = 1 }}]\nat = [{x}, {y}]\n\
+                 velocity = [{}, 0.0]\n",
+                3.0 * y
+            )
+        };
+        let left = (0..10).flat_map(|i| (0..20).map(move |j| (0.025 + 0.05 * f64::from(i), j)));
+        let right = (0..20).flat_map(|i| (0..20).map(move |j| (0.5125 + 0.025 * f64::from(i), j)));
+        let all = left.chain(right);
+        let scene: String = all
+            .map(|(x, j)| disc(x, 0.025 + 0.05 * f64::from(j)))
+            .collect();
+        let simulation = Simulation::new(&Scene::from_toml(&scene).unwrap()).unwrap();
+        let bounds = bounds(&simulation);
+        let mut columns = Fields::new(Group::All, FieldBins::grid(&bounds, [10, 1]).unwrap());
+        let mut rows = Fields::new(Group::All, FieldBins::grid(&bounds, [1, 20]).unwrap());
+        let mut rings = Fields::new(
+            Group::All,
+            FieldBins::around_point(&bounds, DVec2::new(0.75, 0.5), 0.25, 5).unwrap(),
+        );
+        for fields in [&mut columns, &mut rows, &mut rings] {
+            fields.sample(&simulation.view());
+        }
+        let mean = |[sum, weight]: [f64; 2]| sum / weight;
+        for bin in 0..10 {
+            let expected = if bin < 5 { 400.0 } else { 800.0 };
+            assert!((mean(columns.density(bin)) / expected - 1.0).abs() < 1e-12);
+            let covered = expected * std::f64::consts::PI * 0.004 * 0.004;
+            assert!((mean(columns.area_fraction(bin)) / covered - 1.0).abs() < 1e-12);
+            // A shear within the bin is no thermal motion of its own, but it counts as one.
+            assert!(mean(columns.temperature(bin)) > 0.1);
+        }
+        for bin in 0..20 {
+            let y = 0.05 * (bin as f64 + 0.5);
+            assert!((mean(rows.velocity(bin)[0]) / (3.0 * y) - 1.0).abs() < 1e-12);
+            assert!(mean(rows.temperature(bin)).abs() < 1e-28);
+            assert_eq!(mean(rows.velocity(bin)[1]), 0.0);
+        }
+        // A shear about a point has no mean radial and an angular velocity of −½ · 3 r.
+        let radial = mean(rings.velocity(4)[0]);
+        let turning = mean(rings.velocity(4)[1]);
+        assert!(
+            radial.abs() < 0.02 && (turning / (-1.5 * 0.225) - 1.0).abs() < 0.1,
+            "{radial} {turning}"
+        );
+    }
+
+    #[test]
+    fn heat_flows_from_the_hot_wall_to_the_cold_one() {
+        let scene = r#"
+            [box]
+            sides = [4.0, 1.0]
+            seed = 2
+            [[wall]]
+            x = 0.0
+            temperature = 1.0
+            [[wall]]
+            x = 2.0
+            temperature = 3.0
+            tags = ["hot"]
+            [[gas]]
+            radius = 0.02
+            mass = 1.0
+            temperature = 2.0
+            count = 200
+        "#;
+        let mut simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
+        let bins = FieldBins::grid(&bounds(&simulation), [8, 1]).unwrap();
+        let mut fields = Fields::new(Group::All, bins);
+        simulation.run_until(5.0).unwrap();
+        fields.start(&simulation.view());
+        let hot = simulation.find_tag("hot").unwrap();
+        let mut heat = WallHeat::new(hot.into());
+        heat.start(&simulation.view());
+        for sample in 1..=300 {
+            simulation
+                .observe_until(5.0 + 0.2 * f64::from(sample), &mut (&mut fields, &mut heat))
+                .unwrap();
+            fields.sample(&simulation.view());
+            heat.sample(&simulation.view());
+        }
+        let mean = |[sum, weight]: [f64; 2]| sum / weight;
+        let currents: Vec<f64> = (0..8)
+            .map(|bin| mean(fields.heat_current(bin)[0]))
+            .collect();
+        // What the wall gives flows away from it on both sides.
+        let half = |currents: &[f64]| currents.iter().sum::<f64>() / 4.0;
+        let [left, right] = [half(&currents[..4]), half(&currents[4..])];
+        let given = heat.heat() / heat.duration();
+        assert!(
+            given > 0.0 && ((right - left) / given - 1.0).abs() < 0.1,
+            "{left} {right} {given}"
+        );
+        assert!(left < 0.0 && right > 0.0, "{currents:?}");
+        for (half, mean) in [(&currents[..4], left), (&currents[4..], right)] {
+            assert!(
+                half.iter()
+                    .all(|current| (current / mean - 1.0).abs() < 0.2),
+                "{currents:?}"
+            );
+        }
+        assert!(mean(fields.temperature(0)) < mean(fields.temperature(3)));
+    }
+}

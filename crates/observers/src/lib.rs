@@ -144,7 +144,7 @@ pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{SpeedMoments, VelocityDistribution, VelocityPoint};
 pub use wall_heat::{WallHeat, WallHeatPoint};
-pub use wall_pressure::{WallLayer, WallPressure, WallsError};
+pub use wall_pressure::{WallLayer, WallPressure, WallsAcross, WallsError};
 
 pub use carom_tables::Estimate;
 // Parts that pictures and reports of runs share; no user of the library needs them.
