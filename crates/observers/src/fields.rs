@@ -434,8 +434,8 @@ fn carried_by(report: &CollisionReport<'_>, bins: &FieldBins, drift: DVec2) -> C
     } else {
         0.5
     };
-    // From a centre to the point of contact; along the normal as far as the wall's own centre, which
-    // counts for walls with a thickness.
+    // From a centre to the point of contact; along the normal as far as the wall's own centre, so
+    // that walls with a thickness count as in the pressure tensor.
     let reach =
         |arm: DVec2, separation: DVec2| arm + report.normal * report.normal.dot(separation - arm);
     let (from, way) = if second.body.is_wall() {

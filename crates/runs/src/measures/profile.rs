@@ -220,8 +220,8 @@ impl Measured for Profile {
     }
 }
 
-/// The heat conductivity by Boltzmann's constant, −q / (dkT/dx) in the middle between two walls with
-/// a temperature.
+/// The heat conductivity by Boltzmann's constant, −q / (dkT/dx) in the middle between two walls
+/// with a temperature.
 ///
 /// q is the mean heat current, and dkT/dx = Σ c_i kT_i with the weights of a line by least squares.
 /// The error is that of the linear combination of all bins, λ ∝ −Σ q_i/(n s) + q Σ c_i kT_i/s².
