@@ -253,8 +253,14 @@ fn figure(figure: &Figure) -> Value {
     })
 }
 
-/// A table with each curve's errors and prediction beside it.
+/// A table with each curve's errors and prediction beside it, or with its maps.
 fn table(table: &Table) -> Value {
+    if table.grid().is_some() {
+        // A map that cannot be drawn is left out.
+        let maps = carom_runs::report::maps_of(table).unwrap_or_default();
+        let curves: [Value; 0] = [];
+        return json!({ "name": table.name, "title": table.title, "caption": table.caption, "maps": maps, "curves": curves });
+    }
     let rows = table
         .columns
         .iter()

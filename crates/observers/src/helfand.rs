@@ -291,7 +291,7 @@ impl Current {
 }
 
 /// Kinetic energy in a frame of this velocity; 0 for a fixed body (mass × length² / time²).
-fn energy(body: &Body, motion: &Motion, drift: DVec2) -> f64 {
+pub(crate) fn energy(body: &Body, motion: &Motion, drift: DVec2) -> f64 {
     let relative = Motion {
         velocity: motion.velocity - drift,
         ..*motion

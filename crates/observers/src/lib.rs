@@ -29,6 +29,7 @@
 //! | collisions per body and time | [`CollisionRate`] | samples |
 //! | pressure from the virial of the contacts, momentum flux | [`Pressure`] | contacts, samples |
 //! | pressure tensor | [`PressureTensor`] | contacts, samples |
+//! | fields over the place: density, velocity, kT, stress, heat current | [`Fields`] | contacts, samples |
 //! | translational and rotational temperature of a group | [`TemperatureByTag`] | samples |
 //! | path lengths between contacts | [`FreePaths`] | contacts |
 //! | shear viscosity and heat conductivity: Helfand moments | [`HelfandMoment`] | contacts, samples |
@@ -65,11 +66,14 @@ mod collision_rate;
 mod contact_density;
 mod contact_log;
 mod direction_histogram;
+mod disc_area;
 mod distribution;
 mod drawn_contours;
 mod drift;
 mod energy_ledger;
 mod extended_xyz;
+mod field_bins;
+mod fields;
 mod flight_log;
 mod free_paths;
 mod friction;
@@ -112,6 +116,8 @@ pub use distribution::{AdaptiveHistogram, Bins};
 pub use drift::Drift;
 pub use energy_ledger::{EnergyLedger, LedgerPoint};
 pub use extended_xyz::write_extended_xyz;
+pub use field_bins::FieldBins;
+pub use fields::Fields;
 pub use flight_log::{FlightLog, LoggedFlight};
 pub use free_paths::FreePaths;
 pub use friction::Friction;
@@ -138,7 +144,7 @@ pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{SpeedMoments, VelocityDistribution, VelocityPoint};
 pub use wall_heat::{WallHeat, WallHeatPoint};
-pub use wall_pressure::{WallLayer, WallPressure, WallsError};
+pub use wall_pressure::{WallLayer, WallPressure, WallsAcross, WallsError};
 
 pub use carom_tables::Estimate;
 // Parts that pictures and reports of runs share; no user of the library needs them.

@@ -22,13 +22,13 @@ pub(crate) struct OpenInterval<T> {
     is_paused: bool,
 }
 
-impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> OpenInterval<T> {
+impl<T: Clone + Add<Output = T> + Mul<f64, Output = T>> OpenInterval<T> {
     /// An interval that begins at this time with this value.
     pub(crate) fn new(time: EpochTime, first: T) -> Self {
         Self {
             began: time,
             earlier: 0.0,
-            mean: first,
+            mean: first.clone(),
             first,
             is_paused: false,
         }
@@ -43,21 +43,21 @@ impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> OpenInterval<T> {
     pub(crate) fn mean(&self, time: EpochTime, last: T) -> T {
         let duration = self.duration(time);
         if duration <= self.earlier {
-            return self.mean;
+            return self.mean.clone();
         }
         let share = self.earlier / duration;
-        let part = (self.first + last) * 0.5;
+        let part = (self.first.clone() + last) * 0.5;
         if share == 0.0 {
             part
         } else {
-            self.mean * share + part * (1.0 - share)
+            self.mean.clone() * share + part * (1.0 - share)
         }
     }
 
     /// Ends the present part, before an edit. If the edit fails, the next part begins with the same
     /// value.
     pub(crate) fn pause(&mut self, time: EpochTime, last: T) {
-        self.mean = self.mean(time, last);
+        self.mean = self.mean(time, last.clone());
         self.earlier = self.duration(time);
         self.first = last;
         self.is_paused = true;

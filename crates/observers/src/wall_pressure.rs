@@ -88,18 +88,26 @@ pub enum WallsError {
     NotParallel,
 }
 
-impl WallPressure {
-    /// The walls of a group; its other bodies have no effect. `bins` (at least 1) layers reach to
-    /// the middle between the walls. The density far from the walls is that of the centres at least
-    /// `far` (length) away.
+/// Parallel walls that cross the whole box.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct WallsAcross {
+    /// The axis across the walls: 0 for walls x = …, 1 for y = ….
+    pub axis: usize,
+    /// Places of the walls along it, in the box, in ascending order (length).
+    pub places: Vec<f64>,
+}
+
+impl WallsAcross {
+    /// The walls of a group; its other bodies have no effect.
     ///
     /// # Errors
     /// [`WallsError`] if there is no wall, or if one of them is not a line across the box parallel
     /// to the others.
-    pub fn new(view: &View<'_>, walls: Group, bins: usize, far: f64) -> Result<Self, WallsError> {
+    pub fn new(view: &View<'_>, walls: Group) -> Result<Self, WallsError> {
         let sides = view.bounds().sides();
         let is_wall = |body: &BodyView<'_>| body.body.is_wall() && walls.contains(body.body);
-        let (mut axis, mut planes) = (None, Vec::new());
+        let (mut axis, mut places) = (None, Vec::new());
         for wall in view.bodies().filter(is_wall) {
             let [from, to] = wall.wall().ok_or(WallsError::NotParallel)?;
             let span = (to - from).abs();
@@ -110,10 +118,28 @@ impl WallPressure {
             if *axis.get_or_insert(own) != own {
                 return Err(WallsError::NotParallel);
             }
-            planes.push(from[own].rem_euclid(sides[own]));
+            places.push(from[own].rem_euclid(sides[own]));
         }
         let axis = axis.ok_or(WallsError::None)?;
-        planes.sort_by(f64::total_cmp);
+        places.sort_by(f64::total_cmp);
+        Ok(Self { axis, places })
+    }
+}
+
+impl WallPressure {
+    /// The walls of a group; its other bodies have no effect. `bins` (at least 1) layers reach to
+    /// the middle between the walls. The density far from the walls is that of the centres at least
+    /// `far` (length) away.
+    ///
+    /// # Errors
+    /// [`WallsError`] if there is no wall, or if one of them is not a line across the box parallel
+    /// to the others.
+    pub fn new(view: &View<'_>, walls: Group, bins: usize, far: f64) -> Result<Self, WallsError> {
+        let WallsAcross {
+            axis,
+            places: planes,
+        } = WallsAcross::new(view, walls)?;
+        let sides = view.bounds().sides();
         let (across, bins) = (sides[axis], bins.max(1));
         let mut walls = Self {
             walls,

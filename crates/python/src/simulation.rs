@@ -12,7 +12,7 @@ use std::{
 
 use carom::{
     EpochTime,
-    engine::{Growth, MeasureSpec},
+    engine::{Growth, MeasureParameter, MeasureSpec},
     observers::TagFilter,
 };
 use carom_methods::{AnySimulation, Method};
@@ -45,6 +45,24 @@ pub struct Core {
     state: Mutex<State>,
     /// Whether a run is in progress, also while it calls Python.
     is_running: AtomicBool,
+}
+
+/// The value of a parameter of a measure.
+#[derive(FromPyObject)]
+enum Parameter {
+    Number(f64),
+    Text(String),
+    Numbers(Vec<f64>),
+}
+
+impl From<Parameter> for MeasureParameter {
+    fn from(value: Parameter) -> Self {
+        match value {
+            Parameter::Number(number) => Self::Number(number),
+            Parameter::Text(text) => Self::Text(text),
+            Parameter::Numbers(numbers) => Self::Numbers(numbers),
+        }
+    }
 }
 
 /// Energy, momentum, temperature, collisions, and energy lost, put in and given as heat.
@@ -399,7 +417,7 @@ impl Core {
         of: Option<String>,
         name: Option<String>,
         every: f64,
-        parameters: Vec<(String, f64)>,
+        parameters: Vec<(String, Parameter)>,
     ) -> PyResult<usize> {
         let mut guard = self.lock()?;
         let State {
@@ -408,8 +426,10 @@ impl Core {
             watching,
             ..
         } = &mut *guard;
-        let number = |(key, value)| (key, carom::engine::MeasureParameter::Number(value));
-        let parameters = parameters.into_iter().map(number).collect();
+        let parameters = parameters
+            .into_iter()
+            .map(|(key, value)| (key, value.into()))
+            .collect();
         let spec = MeasureSpec {
             kind: kind.to_owned(),
             of,

@@ -2,15 +2,20 @@
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
+use carom_tables::significant;
+
 use crate::{
+    axis::range,
     chart::TEXT,
     ink::Ink,
     svg::{Anchor, CHARACTER, Svg},
 };
 
-/// Length of the longer side of the map, width of the colour bar beside it, and the spaces around
-/// both (pixels).
-const LONGER: f64 = 720.0;
+/// Length of the longer side of a map that fills the page, and of one of two side by side (pixels).
+pub const WIDE: f64 = 720.0;
+pub const NARROW: f64 = 400.0;
+
+/// Width of the colour bar beside the map, and the spaces around both (pixels).
 const BAR: f64 = 22.0;
 const TITLE: f64 = 40.0;
 const LEFT: f64 = 12.0;
@@ -22,6 +27,12 @@ const MIN_BAR: f64 = 160.0;
 
 /// Number of colours of a bar. More: larger files.
 const SHADES: usize = 48;
+
+/// Digits of a number beside a colour bar.
+const LABEL_DIGITS: u8 = 4;
+
+/// The colour of a cell without a value.
+pub const NO_VALUE: Colour = [178, 178, 178];
 
 /// Red, green and blue.
 pub type Colour = [u8; 3];
@@ -46,6 +57,45 @@ impl ColourBar {
             [250, 225, 60],
         ];
         Self { colours, labels }
+    }
+
+    /// Blue for 0, light for ½, red for 1: negative and positive numbers on a scale about 0.
+    pub fn diverging(labels: Vec<(f64, String)>) -> Self {
+        let colours = vec![
+            [25, 70, 140],
+            [115, 165, 205],
+            [240, 238, 232],
+            [225, 140, 100],
+            [150, 30, 45],
+        ];
+        Self { colours, labels }
+    }
+
+    /// The bar of numbers, and the numbers at its ends: the least and the greatest, or ± the greatest
+    /// magnitude if there are negative and positive ones. Equal numbers have a narrow range.
+    pub fn of_values(values: impl IntoIterator<Item = f64>) -> (Self, [f64; 2]) {
+        let (least, most) = range(values.into_iter()).unwrap_or((0.0, 1.0));
+        let is_signed = least < 0.0 && most > 0.0;
+        let ends = if is_signed {
+            let most = most.max(-least);
+            [-most, most]
+        } else if most > least {
+            [least, most]
+        } else {
+            let half = 1e-6 * most.abs().max(1e-6);
+            [least - half, most + half]
+        };
+        let label = |share: f64| {
+            let value = ends[0] + share * (ends[1] - ends[0]);
+            (share, significant(value, LABEL_DIGITS))
+        };
+        let labels = [0.0, 0.25, 0.5, 0.75, 1.0].map(label).to_vec();
+        let bar = if is_signed {
+            Self::diverging(labels)
+        } else {
+            Self::sequence(labels)
+        };
+        (bar, ends)
     }
 
     /// A circle of colours for angles: 0 and 1 have the same one. Opposite angles differ in
@@ -86,6 +136,8 @@ pub struct Map {
     pub title: String,
     /// Width and height (length), of which the ratio counts.
     pub sides: [f64; 2],
+    /// Length of the longer side of the picture, such as [`WIDE`] (pixels).
+    pub longer: f64,
     /// Columns and rows.
     pub counts: [usize; 2],
     /// The colour of each cell, row by row from the lower left corner.
@@ -99,7 +151,7 @@ impl Map {
     pub fn svg(&self) -> String {
         let [columns, rows] = self.counts;
         let longest = self.sides[0].max(self.sides[1]);
-        let [width, height] = self.sides.map(|side| LONGER * side / longest);
+        let [width, height] = self.sides.map(|side| self.longer * side / longest);
         let bar_height = height.max(MIN_BAR);
         let title_width = CHARACTER * TEXT * self.title.chars().count() as f64;
         let full = (
@@ -189,6 +241,7 @@ mod tests {
         let map = Map {
             title: "t & u".to_owned(),
             sides: [3.0, 2.0],
+            longer: WIDE,
             counts: [3, 2],
             colours,
             bar,
@@ -213,6 +266,7 @@ mod tests {
             let svg = Map {
                 title: title.clone(),
                 sides,
+                longer: WIDE,
                 counts: [1, 1],
                 colours,
                 bar: bar.clone(),
@@ -260,12 +314,27 @@ mod tests {
         let map = Map {
             title: String::new(),
             sides: [1.0; 2],
+            longer: WIDE,
             counts: [180, 180],
             colours,
             bar,
         };
         let bytes = map.svg().len();
         assert!((300_000..500_000).contains(&bytes), "{bytes}");
+    }
+
+    #[test]
+    fn numbers_of_both_signs_have_a_bar_about_0_and_equal_ones_a_narrow_one() {
+        let (bar, ends) = ColourBar::of_values([-1.0, 4.0]);
+        assert_eq!((ends, bar.labels[2].1.as_str()), ([-4.0, 4.0], "0"));
+        assert_eq!(bar.labels[0].1, "-4");
+        let (bar, ends) = ColourBar::of_values([2.0, 3.0]);
+        assert_eq!((ends, bar.labels[1].1.as_str()), ([2.0, 3.0], "2.25"));
+        for equal in [0.0, 7.0, -1e-300] {
+            let (bar, [low, high]) = ColourBar::of_values([equal; 3]);
+            assert!(low < high && bar.labels.len() == 5, "{equal}");
+        }
+        assert_eq!(ColourBar::of_values([]).1, [0.0, 1.0]);
     }
 
     #[test]

@@ -1,13 +1,14 @@
 //! Charts of a table: measured columns with error bands, and predictions.
 
 use anyhow::Result;
-use carom_tables::{Column, Guide, Level, Role, Spacing, Table, named};
+use carom_tables::{Column, Guide, Level, Role, Spacing, Table, TableGrid, named};
 
 use crate::{
     axis::{Axis, height, range},
     chart::{Chart, Layer, LayerShape},
     error_bars::{Abscissa, ErrorBarCurve, ErrorBars, MeasuredValue},
     ink::Ink,
+    map::{ColourBar, Map, NARROW, NO_VALUE},
     polar::Polar,
 };
 
@@ -18,8 +19,8 @@ const MAX_POINTS: usize = 4000;
 /// Half width of an error band, in standard errors.
 const BAND: f64 = 2.0;
 
-/// Draws the charts of a table: one for all neighbouring quantities of the same unit. A table with
-/// fewer than two points has none.
+/// Draws the charts of a table: one for all neighbouring quantities of the same unit, or, over a
+/// [grid](Table::grid), a map of each quantity. A table with fewer than two points has none.
 ///
 /// # Errors
 /// A chart cannot be drawn.
@@ -47,6 +48,14 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
             _ => groups.push(vec![column]),
         }
     }
+    if let Some(grid) = table.grid() {
+        let has_values = |column: &&Column| column.values.iter().any(Option::is_some);
+        let curves = table.columns.iter().filter(|column| column.role.is_curve());
+        return Ok(curves
+            .filter(has_values)
+            .map(|column| map(table, grid, column))
+            .collect());
+    }
     let places = Places::new(abscissa, table.spacing);
     let mut charts = Vec::new();
     for group in &groups {
@@ -60,6 +69,24 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
         });
     }
     Ok(charts)
+}
+
+/// A quantity over a grid as a map with a colour bar.
+fn map(table: &Table, grid: TableGrid, column: &Column) -> String {
+    let (bar, [low, high]) = ColourBar::of_values(column.values.iter().flatten().copied());
+    let colour = |value: &Option<f64>| {
+        value.map_or(NO_VALUE, |value| bar.colour((value - low) / (high - low)))
+    };
+    let colours = column.values.iter().map(colour).collect();
+    Map {
+        title: format!("{}: {}", table.title, named(&column.label, &column.unit)),
+        sides: grid.sides,
+        longer: NARROW,
+        counts: grid.counts,
+        colours,
+        bar,
+    }
+    .svg()
 }
 
 /// One of the tables of an overlay.
@@ -83,11 +110,10 @@ pub fn overlay(tables: &[NamedTable<'_>], column: &str) -> Result<Option<String>
     let mut count = 0;
     for &NamedTable { name, ink, table } in tables {
         let table = table.as_drawn();
-        let Some(abscissa) = table
-            .columns
-            .iter()
-            .find(|column| column.role == Role::Abscissa)
-        else {
+        let mut abscissae = table.columns.iter();
+        let abscissa = abscissae.find(|column| column.role == Role::Abscissa);
+        // A map is no curve.
+        let Some(abscissa) = abscissa.filter(|_| table.grid().is_none()) else {
             continue;
         };
         let Some(place) = table.columns.iter().position(|other| other.name == column) else {
@@ -498,6 +524,31 @@ fn curve(name: &str, ink: Ink, pieces: Vec<Vec<(f64, f64)>>) -> Vec<Layer> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_table_over_a_grid_has_a_map_of_each_quantity_that_has_values() {
+        let table = Table::new("fields", "Fields")
+            .abscissa("x", "length", vec![0.5, 1.5, 0.5, 1.5])
+            .abscissa("y", "length", vec![0.5, 0.5, 1.5, 1.5])
+            .counts("bodies", vec![1, 2, 3, 4])
+            .value("spin", "1/time", vec![None; 4])
+            .value("kT", "energy", vec![Some(1.0), Some(2.0), None, Some(3.0)])
+            .errors(vec![Some(0.1); 4]);
+        let charts = charts(&table).unwrap();
+        let [map] = &charts[..] else {
+            panic!("{} charts", charts.len())
+        };
+        assert!(
+            map.contains("Fields: kT (energy)") && map.contains(">2.5</text>"),
+            "{map}"
+        );
+        let named = NamedTable {
+            name: "a",
+            ink: Ink::Blue,
+            table: &table,
+        };
+        assert_eq!(overlay(&[named, named], "kT").unwrap(), None);
+    }
 
     #[test]
     fn quantities_of_one_unit_share_a_chart() {

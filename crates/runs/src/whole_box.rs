@@ -5,7 +5,7 @@ use carom::{
     View,
     observers::{density_map, order_map},
 };
-use carom_report::map::{ColourBar, Map};
+use carom_report::map::{ColourBar, Map, WIDE};
 use carom_tables::with_error;
 
 use crate::visible_region::VisibleRegion;
@@ -58,6 +58,7 @@ fn density(view: &View<'_>) -> String {
     Map {
         title,
         sides: view.bounds().sides().to_array(),
+        longer: WIDE,
         counts: map.counts,
         colours,
         bar,
@@ -83,6 +84,7 @@ fn order(view: &View<'_>) -> String {
     Map {
         title,
         sides: view.bounds().sides().to_array(),
+        longer: WIDE,
         counts: map.counts,
         colours,
         bar,

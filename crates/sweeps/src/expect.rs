@@ -405,6 +405,10 @@ impl Expect {
         let at = self.at.unwrap_or(f64::NAN);
         let table = find_table(name, tables)?;
         let place = find_column(requested, table)?;
+        ensure!(
+            table.grid().is_none(),
+            "the table {name} is a map: only a table with one abscissa has a value `at` one number"
+        );
         let (column, abscissa) = (&table.columns[place], &table.columns[0]);
         let rows: Vec<(f64, usize)> = abscissa
             .values

@@ -33,4 +33,4 @@ pub use numbers::{
 pub use run_sums::{MergeError, MergedSums, Replica, RunSums, SumsError};
 pub use stationarity::Stationarity;
 pub use summary::*;
-pub use table::{Column, Guide, Level, Role, Spacing, Table};
+pub use table::{Column, Guide, Level, Role, Spacing, Table, TableGrid};

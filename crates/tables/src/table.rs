@@ -61,6 +61,15 @@ pub struct Level {
     pub source: String,
 }
 
+/// The grid of a table that has two abscissae: cells row by row from the lower left corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TableGrid {
+    /// Columns and rows.
+    pub counts: [usize; 2],
+    /// Width and height, from 0 to as far beyond the last middle of a cell as the first is from 0.
+    pub sides: [f64; 2],
+}
+
 /// A power of the abscissa, drawn beside a column whose axes are both logarithmic.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Guide {
@@ -398,6 +407,38 @@ impl Table {
             source: source.to_owned(),
         };
         self.column(&name, label, &unit, role, values)
+    }
+
+    /// The grid of a table with two abscissae, whose values are drawn as maps; `None` if it has one
+    /// abscissa, or if its rows are not those of a full grid.
+    ///
+    /// ```
+    /// use carom_tables::Table;
+    ///
+    /// let table = Table::new("t", "T")
+    ///     .abscissa("x", "length", vec![0.5, 1.5, 0.5, 1.5, 0.5, 1.5])
+    ///     .abscissa("y", "length", vec![1.0, 1.0, 3.0, 3.0, 5.0, 5.0]);
+    /// let grid = table.grid().expect("two abscissae");
+    /// assert_eq!((grid.counts, grid.sides), ([2, 3], [2.0, 6.0]));
+    /// ```
+    pub fn grid(&self) -> Option<TableGrid> {
+        let mut abscissae = self
+            .columns
+            .iter()
+            .filter(|column| column.role == Role::Abscissa);
+        let places = |column: &Column| column.values.iter().copied().collect::<Option<Vec<f64>>>();
+        let (x, y) = (places(abscissae.next()?)?, places(abscissae.next()?)?);
+        let columns = y
+            .iter()
+            .take_while(|&place| Some(place) == y.first())
+            .count();
+        let is_full = columns > 0 && x.len() == y.len() && x.len().is_multiple_of(columns);
+        let sides = [&x, &y].map(|places| Some(places.first()? + places.last()?));
+        Some(TableGrid {
+            counts: [columns, x.len().checked_div(columns)?],
+            sides: [sides[0]?, sides[1]?],
+        })
+        .filter(|grid| is_full && grid.sides.iter().all(|side| *side > 0.0))
     }
 
     /// The columns of the file, without the [derived](Role::Derived) ones.

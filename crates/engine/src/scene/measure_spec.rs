@@ -46,8 +46,10 @@ pub struct MeasureSpec {
 pub enum MeasureParameter {
     /// A number; an integer of the file is read as a number.
     Number(f64),
-    /// A text, which no kind accepts yet.
+    /// A text: one of the words of the parameter, or a tag.
     Text(String),
     /// A truth value, which no kind accepts yet.
     Flag(bool),
+    /// Numbers, such as both coordinates of a point.
+    Numbers(Vec<f64>),
 }

@@ -211,6 +211,34 @@ class Table:
         """
         return next(name for name, column in self.columns.items() if column.role == "abscissa")
 
+    def grid(self, name: str) -> NDArray[np.float64]:
+        """A column of a table over the cells of a grid, such as that of the measure ``fields``.
+
+        Parameters
+        ----------
+        name : str
+            Name of the column.
+
+        Returns
+        -------
+        numpy.ndarray, shape (rows, columns)
+            The values; the first row has the least y, the first column the least x.
+
+        Raises
+        ------
+        ValueError
+            The table is not over a grid.
+
+        Examples
+        --------
+        >>> sim.measure("fields", columns=4, rows=3).results["fields"].grid("density").shape
+        (3, 4)
+        """
+        places = [column for column in self.columns.values() if column.role == "abscissa"]
+        if len(places) != 2:
+            raise ValueError(f"the table {self.name} is not over a grid: it has {len(places)} abscissa")
+        return self[name].reshape(-1, int(np.sum(places[1].values == places[1].values[0])))
+
     @property
     def units(self) -> dict[str, str]:
         """Unit of each column.
@@ -315,8 +343,8 @@ class Table:
     ) -> matplotlib.axes.Axes:
         """Draws the measured columns with bands of two standard errors, and the predictions.
 
-        It draws the neighbouring columns of one unit that a chart of the report has. Needs
-        Matplotlib.
+        It draws the neighbouring columns of one unit that a chart of the report has, or, over a
+        grid, a map of one column. Needs Matplotlib.
 
         Parameters
         ----------
@@ -345,6 +373,17 @@ class Table:
             raise ImportError("`plot` needs Matplotlib: pip install matplotlib") from error
         if ax is None:
             _, ax = pyplot.subplots()
+        places = [of for of in self.columns.values() if of.role == "abscissa"]
+        if len(places) == 2:
+            shown = drawn[column if column is not None else next(iter(drawn))]
+            x, y = (np.unique(of.values) for of in places)
+            mesh = ax.pcolormesh(x, y, self.grid(shown.name), shading="nearest")
+            ax.figure.colorbar(mesh, ax=ax, label=_axis(shown.label, shown.unit))
+            ax.set_aspect("equal")
+            ax.set_title(self.title)
+            ax.set_xlabel(_axis(places[0].label, places[0].unit))
+            ax.set_ylabel(_axis(places[1].label, places[1].unit))
+            return ax
         x, unit = self.columns[self.abscissa], None
         color: Any = None
         last = np.zeros(0)

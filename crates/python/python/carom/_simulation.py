@@ -601,7 +601,7 @@ class Simulation:
         *,
         every: float | None = None,
         name: str | None = None,
-        **parameters: float,
+        **parameters: float | str | Sequence[float],
     ) -> Measure:
         """Measures a quantity from now on.
 
@@ -615,8 +615,8 @@ class Simulation:
             Time between samples. Default: ``run.sample_interval`` of the scene.
         name : str, optional
             Name in tables and figures. Default: the tag.
-        **parameters : float
-            Parameters of the measure.
+        **parameters : float, str or sequence of float
+            Parameters of the measure; a point is two numbers.
 
         Returns
         -------
@@ -643,7 +643,7 @@ class Simulation:
         for key in ("every", "interval"):
             if key in parameters:
                 raise MeasureError(f"'{key}' is given as `every`, a time")
-        given = [(key, number(key, value)) for key, value in parameters.items()]
+        given = [(key, _parameter(key, value)) for key, value in parameters.items()]
         tags = None if of is None else ",".join(_between(of))
         label = None if name is None else word("name", name)
         index = self._core.measure(kind, tags, label, number("every", every), given)
@@ -1200,6 +1200,15 @@ def _receiver(callback: Callable[[Collision], object]) -> Callable[[bytes], None
         callback(Collision(of_bytes(report)[0]))
 
     return receive
+
+
+def _parameter(name: str, value: object) -> float | str | list[float]:
+    """The value of a parameter of a measure: a number, a word or a tag, or numbers."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (list, tuple, np.ndarray)) and np.ndim(value) > 0:
+        return [number(name, each) for each in value]
+    return number(name, value)
 
 
 def _between(tags: str | Sequence[str]) -> list[str]:

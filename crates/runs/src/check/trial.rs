@@ -72,7 +72,8 @@ pub(super) struct TrialEstimate {
     pub(super) memory: u64,
     /// A checkpoint at the start of the run (bytes).
     pub(super) checkpoint: u64,
-    /// Series of the measures at the end of the run, in memory and in the checkpoint (bytes).
+    /// Series and blocks of the measures at the end of the run, in memory and in the checkpoint
+    /// (bytes).
     pub(super) series: u64,
     /// All snapshots (bytes); 0 without.
     pub(super) snapshots: u64,
@@ -206,7 +207,9 @@ impl Trial {
             is_epoch_measured,
             memory,
             checkpoint: state as u64,
-            series: measures.bytes_at_end(&scene.run),
+            series: measures
+                .bytes_at_end(&scene.run)
+                .saturating_add(measures.bytes_of_blocks(&scene.run)),
             snapshots,
             actions,
         })

@@ -1,18 +1,22 @@
 //! One measure of a run: when it begins, and which samples it receives.
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, bail, ensure};
 use carom::{
     CollisionReport, Observer, Scene, View,
     engine::{Body, MeasureFrom, RunSpec},
 };
-use carom_tables::{Estimate, Figure, Stationarity, Sums, block_sums};
+use carom_tables::{Estimate, Figure, Stationarity, Sums, block_sums, blocking::MAX_BLOCKS};
 use serde::{Deserialize, Serialize};
 
 use crate::{record::MeasureRecord, sampling_times::sampling_count, schedule::stages};
 
 use super::{
     Context, HardDiscs, Label, Measure, MeasureKind, Request, Results, Selection, Span,
-    correlation, heat_conductivity, overlap, request::find, viscosity,
+    correlation, heat_conductivity,
+    kind::{FROM, UNTIL},
+    overlap,
+    request::find,
+    viscosity,
 };
 
 /// Samples of the run after which it is judged for the first time whether it has settled. Fewer:
@@ -84,6 +88,13 @@ impl Entry {
         } else {
             (0.0, f64::INFINITY)
         };
+        let given = [FROM, UNTIL].map(|key| selection.given(key.name));
+        let (from, until) = (given[0].unwrap_or(from), given[1].unwrap_or(until));
+        ensure!(
+            from <= until,
+            "{}: it begins at {from}, but ends at {until}: give an earlier 'from' or a later 'until'",
+            request.entry
+        );
         let head = Head {
             kind: request.kind.name.to_owned(),
             label: Label {
@@ -98,7 +109,9 @@ impl Entry {
             every: request.every,
             seen: 0,
             kind_of_body: selection.kind_of_body(),
-            judged_at: (is_measured && scene.run.measure_from == MeasureFrom::Auto)
+            judged_at: (is_measured
+                && given == [None; 2]
+                && scene.run.measure_from == MeasureFrom::Auto)
                 .then_some(FIRST_JUDGED),
         };
         Ok(Self {
@@ -126,12 +139,22 @@ impl Entry {
 
     /// Memory that its series takes at the end of the run (bytes).
     pub(super) fn bytes_at_end(&self, run: &RunSpec) -> u64 {
+        let bytes = self.measure.bytes_per_sample() as u64;
+        self.samples(run).saturating_mul(bytes)
+    }
+
+    /// Memory that the sums of its blocks take at the end of the run (bytes).
+    pub(super) fn bytes_of_blocks(&self, run: &RunSpec) -> u64 {
+        let sums = self.measure.run_sums().total.len() * size_of::<[f64; 2]>();
+        self.samples(run).min(MAX_BLOCKS as u64) * sums as u64
+    }
+
+    /// The number of its samples in a run.
+    fn samples(&self, run: &RunSpec) -> u64 {
         let Head {
             from, until, every, ..
         } = self.head;
-        let samples =
-            sampling_count(from, until.min(run.until), run.sample_interval) / every.max(1) + 1;
-        samples.saturating_mul(self.measure.bytes_per_sample() as u64)
+        sampling_count(from, until.min(run.until), run.sample_interval) / every.max(1) + 1
     }
 
     /// Gives the measure its last sample, if it lies between two of its own.

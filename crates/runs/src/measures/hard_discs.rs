@@ -91,6 +91,11 @@ impl HardDiscs {
         Ok(gas)
     }
 
+    /// Whether theory is known at this density and temperature.
+    pub(super) fn is_known(&self) -> bool {
+        self.temperature > 0.0 && (0.0..=DENSEST).contains(&self.area_fraction())
+    }
+
     /// Discs per area (1 / length²).
     pub fn density(&self) -> f64 {
         self.count as f64 / self.area

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use anyhow::{Result, bail, ensure};
+use carom::engine::{MeasureParameter, did_you_mean};
 
 use super::{Measure, Selection};
 
@@ -55,7 +56,7 @@ pub enum Span {
     EveryContact,
 }
 
-/// A number that changes what a measure does.
+/// A number, word, tag or point that changes what a measure does.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {
     /// Its key in `[[measure]]`.
@@ -64,8 +65,22 @@ pub struct Parameter {
     pub default: Default,
     /// What it is, with its unit.
     pub about: &'static str,
-    /// Largest value, if it must be a whole number; else it must be positive.
-    most: Option<f64>,
+    accepts: Accepts,
+}
+
+/// The values that a parameter accepts.
+#[derive(Debug, Clone, Copy)]
+enum Accepts {
+    /// A positive number.
+    Positive,
+    /// A whole number from 1 to this one.
+    WholeUpTo(f64),
+    /// One of these words.
+    Words(&'static [&'static str]),
+    /// The tag of a body.
+    Tag,
+    /// Both coordinates of a point, of any magnitude that a scene may have.
+    Point,
 }
 
 /// The value of a parameter that is not given.
@@ -92,6 +107,9 @@ const MAX_BINS: f64 = 1e5;
 /// Largest number of samples or rows; more is taken as a mistake.
 const MAX_RECORDS: f64 = 1e12;
 
+/// Largest magnitude of a coordinate, as of other lengths of a scene.
+const MAX_COORDINATE: f64 = 1e60;
+
 impl Parameter {
     /// A number of bins, shells or the like, from 1 to 100 000.
     pub const fn whole(name: &'static str, default: Default, about: &'static str) -> Self {
@@ -99,7 +117,7 @@ impl Parameter {
             name,
             default,
             about,
-            most: Some(MAX_BINS),
+            accepts: Accepts::WholeUpTo(MAX_BINS),
         }
     }
 
@@ -109,7 +127,7 @@ impl Parameter {
             name,
             default,
             about,
-            most: Some(MAX_RECORDS),
+            accepts: Accepts::WholeUpTo(MAX_RECORDS),
         }
     }
 
@@ -119,25 +137,82 @@ impl Parameter {
             name,
             default,
             about,
-            most: None,
+            accepts: Accepts::Positive,
+        }
+    }
+
+    /// One of some words.
+    pub const fn word(
+        name: &'static str,
+        words: &'static [&'static str],
+        default: Default,
+        about: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            default,
+            about,
+            accepts: Accepts::Words(words),
+        }
+    }
+
+    /// The tag of a body.
+    pub const fn tag(name: &'static str, default: Default, about: &'static str) -> Self {
+        Self {
+            name,
+            default,
+            about,
+            accepts: Accepts::Tag,
+        }
+    }
+
+    /// A point, `[x, y]`.
+    pub const fn point(name: &'static str, default: Default, about: &'static str) -> Self {
+        Self {
+            name,
+            default,
+            about,
+            accepts: Accepts::Point,
         }
     }
 
     /// Validates a value.
-    pub(super) fn check(&self, value: f64) -> Result<()> {
-        if let Some(most) = self.most {
-            ensure!(
-                value.fract() == 0.0 && (1.0..=most).contains(&value),
-                "'{}' must be a whole number from 1 to {most:e}, but is {value}",
-                self.name
-            );
+    pub(super) fn check(&self, value: &MeasureParameter) -> Result<()> {
+        let name = self.name;
+        match (self.accepts, value) {
+            (Accepts::Positive, MeasureParameter::Number(value)) => ensure!(
+                value.is_finite() && *value > 0.0,
+                "'{name}' must be positive and finite, but is {value:?}"
+            ),
+            (Accepts::WholeUpTo(most), MeasureParameter::Number(value)) => ensure!(
+                value.fract() == 0.0 && (1.0..=most).contains(value),
+                "'{name}' must be a whole number from 1 to {most:e}, but is {value}"
+            ),
+            (Accepts::Words(words), MeasureParameter::Text(word)) => ensure!(
+                words.contains(&word.as_str()),
+                "'{name}' must be one of {}, but is {word:?}{}",
+                words.join(", "),
+                did_you_mean(word, words.iter().copied())
+            ),
+            (Accepts::Tag, MeasureParameter::Text(_)) => {}
+            (Accepts::Point, MeasureParameter::Numbers(numbers)) => ensure!(
+                numbers.len() == 2 && numbers.iter().all(|x| x.abs() <= MAX_COORDINATE),
+                "'{name}' must be two numbers of magnitude up to {MAX_COORDINATE:e}, [x, y], but is {numbers:?}"
+            ),
+            _ => bail!("'{name}' must be {}", self.accepts),
         }
-        ensure!(
-            value.is_finite() && value > 0.0,
-            "'{}' must be positive and finite, but is {value:?}",
-            self.name
-        );
         Ok(())
+    }
+}
+
+impl fmt::Display for Accepts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Positive | Self::WholeUpTo(_) => f.write_str("a number"),
+            Self::Words(words) => write!(f, "one of {}", words.join(", ")),
+            Self::Tag => f.write_str("the tag of a body, as a text"),
+            Self::Point => f.write_str("two numbers, [x, y]"),
+        }
     }
 }
 
@@ -155,6 +230,20 @@ pub(super) const INTERVAL: Parameter = Parameter::positive(
     "time between its samples, a multiple of run.sample_interval; excludes 'every'",
 );
 
+/// The time at which a measure begins.
+pub(super) const FROM: Parameter = Parameter::positive(
+    "from",
+    Default::FromScene("run.measure_from"),
+    "time of its first sample, or that of the next sample of the run (time)",
+);
+
+/// The time at which a measure ends.
+pub(super) const UNTIL: Parameter = Parameter::positive(
+    "until",
+    Default::FromScene("the end of the run"),
+    "time of its last sample, or that of the next sample of the run (time)",
+);
+
 /// The longest lag of correlations in time.
 pub(super) const MAX_LAG: Parameter = Parameter::positive(
     "max",
@@ -166,7 +255,7 @@ impl Span {
     /// The parameters of all measures with this span.
     pub fn parameters(self) -> &'static [Parameter] {
         match self {
-            Self::Measurement | Self::WholeRun => &[EVERY, INTERVAL],
+            Self::Measurement | Self::WholeRun => &[EVERY, INTERVAL, FROM, UNTIL],
             Self::EveryContact => &[],
         }
     }

@@ -13,8 +13,10 @@ mod drift;
 mod energy;
 mod entry;
 mod events;
+mod fields;
 mod free_path;
 mod friction;
+mod front;
 mod hard_discs;
 mod heat_conductivity;
 mod hexatic_order;
@@ -29,6 +31,7 @@ mod overlap;
 mod pair_distribution;
 mod pressure;
 mod pressure_tensor;
+mod profile;
 mod projections;
 mod range;
 mod request;
@@ -73,7 +76,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 27] = [
+pub const KINDS: [MeasureKind; 30] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -90,6 +93,9 @@ pub const KINDS: [MeasureKind; 27] = [
     free_path::KIND,
     viscosity::KIND,
     heat_conductivity::KIND,
+    fields::KIND,
+    profile::KIND,
+    front::KIND,
     kicks::KIND,
     directions::KIND,
     projections::KIND,
@@ -154,6 +160,12 @@ impl Measures {
             .iter()
             .map(|entry| entry.bytes_at_end(run))
             .fold(0, u64::saturating_add)
+    }
+
+    /// Memory that the sums of the blocks of all measures take at the end of the run (bytes), in a
+    /// checkpoint about as much.
+    pub(crate) fn bytes_of_blocks(&self, run: &RunSpec) -> u64 {
+        self.0.iter().map(|entry| entry.bytes_of_blocks(run)).sum()
     }
 
     /// The measures that the scene asks for and that watch contacts, by name and label.

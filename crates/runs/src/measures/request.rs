@@ -30,7 +30,7 @@ pub struct Request {
     /// Samples of the run for each of its samples.
     pub every: u64,
     /// The parameters given.
-    pub given: BTreeMap<String, f64>,
+    pub given: BTreeMap<String, MeasureParameter>,
 }
 
 impl Request {
@@ -122,11 +122,8 @@ impl Request {
                     allowed.join(", ")
                 );
             };
-            let MeasureParameter::Number(value) = value else {
-                bail!("'{key}' must be a number")
-            };
-            parameter.check(*value)?;
-            given.insert(key.clone(), *value);
+            parameter.check(value)?;
+            given.insert(key.clone(), value.clone());
         }
         let every = every(&given, sample_interval)?;
         let tags = tags.into_iter().map(str::to_owned).collect();
@@ -141,14 +138,15 @@ impl Request {
 }
 
 /// Samples of the run for each sample of a measure.
-fn every(given: &BTreeMap<String, f64>, sample_interval: f64) -> Result<u64> {
-    let (every, interval) = (given.get(EVERY.name), given.get(INTERVAL.name));
+fn every(given: &BTreeMap<String, MeasureParameter>, sample_interval: f64) -> Result<u64> {
+    let number = |name: &str| number(given.get(name)?);
+    let (every, interval) = (number(EVERY.name), number(INTERVAL.name));
     ensure!(
         every.is_none() || interval.is_none(),
         "'every' and 'interval' exclude each other"
     );
     let Some(interval) = interval else {
-        return Ok(every.map_or(1, |every| *every as u64));
+        return Ok(every.map_or(1, |every| every as u64));
     };
     let ratio = interval / sample_interval;
     let whole = ratio.round().max(1.0);
@@ -157,6 +155,14 @@ fn every(given: &BTreeMap<String, f64>, sample_interval: f64) -> Result<u64> {
         "'interval' must be a multiple of run.sample_interval = {sample_interval:?}, but is {interval:?}"
     );
     Ok(whole as u64)
+}
+
+/// The value of a parameter that is a number.
+pub(super) fn number(value: &MeasureParameter) -> Option<f64> {
+    match value {
+        MeasureParameter::Number(value) => Some(*value),
+        _ => None,
+    }
 }
 
 /// All measures of a scene, validated: those of `run.observe` first.
@@ -208,7 +214,7 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
 }
 
 /// Other names of measures, as in the literature and in other programs.
-const ALIASES: [(&str, &str); 7] = [
+const ALIASES: [(&str, &str); 8] = [
     ("msd", "correlation"),
     ("vacf", "correlation"),
     ("rdf", "pair-distribution"),
@@ -216,6 +222,7 @@ const ALIASES: [(&str, &str); 7] = [
     ("s(k)", "structure-factor"),
     ("psi6", "hexatic-order"),
     ("stress", "pressure-tensor"),
+    ("maps", "fields"),
 ];
 
 /// The kind of measure with this name.

@@ -1,20 +1,35 @@
 //! The bodies and parameters of a measure.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use carom::{
     Group, View,
-    engine::{BodyView, RunSpec, Tag, did_you_mean},
+    engine::{BodyView, MeasureParameter, RunSpec, Tag, did_you_mean},
     observers::coloured_kinds,
 };
 
 use super::{
     Request,
     kind::{Default, MAX_LAG},
+    request::number,
 };
 
 /// Longest lag of correlations in samples. It does not depend on the end of the run, so an extended
 /// run measures the same as a long one.
 const MAX_LAGS: f64 = 1e6;
+
+/// The tag with this name.
+///
+/// # Errors
+/// No body carries it.
+fn tag_of(view: &View<'_>, name: &str) -> Result<Tag> {
+    let found = view.tag_names().find(name);
+    let found = found.filter(|&found| view.tagged(found).next().is_some());
+    found.with_context(|| {
+        let tags = view.bodies().flat_map(|body| body.body.tags().iter());
+        let nearest = did_you_mean(name, tags.map(|&tag| view.tag_names().name(tag)));
+        format!("no body in the scene carries the tag {name:?}{nearest}")
+    })
+}
 
 /// The run, the bodies and the parameters of a measure.
 #[derive(Debug, Clone, Copy)]
@@ -37,16 +52,8 @@ impl<'a> Selection<'a> {
     pub fn new(request: &'a Request, run: &'a RunSpec, view: &'a View<'a>) -> Result<Self> {
         let mut tags = [None; 2];
         for (tag, name) in tags.iter_mut().zip(&request.tags) {
-            let found = view.tag_names().find(name);
-            let found = found.filter(|&found| view.tagged(found).next().is_some());
-            *tag = Some(found.with_context(|| {
-                let tags = view.bodies().flat_map(|body| body.body.tags().iter());
-                let nearest = did_you_mean(name, tags.map(|&tag| view.tag_names().name(tag)));
-                format!(
-                    "{}: no body in the scene carries the tag {name:?}{nearest}",
-                    request.entry
-                )
-            })?);
+            let found = tag_of(view, name);
+            *tag = Some(found.map_err(|error| anyhow!("{}: {error}", request.entry))?);
         }
         Ok(Self {
             request,
@@ -84,9 +91,35 @@ impl<'a> Selection<'a> {
         first.context("no body carries that tag")
     }
 
-    /// A parameter, if the scene gives it.
+    /// A parameter that is a number, if the scene gives it.
     pub fn given(&self, name: &str) -> Option<f64> {
-        self.request.given.get(name).copied()
+        number(self.request.given.get(name)?)
+    }
+
+    /// A parameter that is a word or a tag, if the scene gives it.
+    pub fn given_word(&self, name: &str) -> Option<&'a str> {
+        match self.request.given.get(name)? {
+            MeasureParameter::Text(word) => Some(word),
+            _ => None,
+        }
+    }
+
+    /// A parameter that is a point, if the scene gives it (length).
+    pub fn given_point(&self, name: &str) -> Option<[f64; 2]> {
+        match self.request.given.get(name)? {
+            MeasureParameter::Numbers(numbers) => numbers.as_slice().try_into().ok(),
+            _ => None,
+        }
+    }
+
+    /// The bodies of a parameter that is a tag, if the scene gives it.
+    ///
+    /// # Errors
+    /// No body carries the tag.
+    pub fn given_group(&self, name: &str) -> Result<Option<Group>> {
+        let group = |tag| tag_of(self.view, tag).map(Group::from);
+        let found = self.given_word(name).map(group).transpose();
+        found.with_context(|| format!("'{name}'"))
     }
 
     /// A parameter that is a number of things: as given, or its default.

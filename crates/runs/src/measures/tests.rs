@@ -79,7 +79,7 @@ fn parameters_are_refused_by_name() {
         ),
         (
             "kind = \"directions\"\nof = \"tee\"\nmax = 9",
-            "expected one of kind, of, name, every, interval, bins",
+            "expected one of kind, of, name, every, interval, from, until, bins",
         ),
         (
             "kind = \"directions\"\nof = \"tee\"\nbins = 0",
@@ -97,6 +97,17 @@ fn parameters_are_refused_by_name() {
             "kind = \"correlation\"\nmax = -1.0",
             "'max' must be positive",
         ),
+        (
+            "kind = \"profile\"\naxis = \"z\"",
+            "'axis' must be one of x, y, but is \"z\"",
+        ),
+        ("kind = \"profile\"\naxis = 1", "'axis' must be one of x, y"),
+        (
+            "kind = \"profile\"\npoint = [1.0, 2.0, 3.0]",
+            "[x, y], but is [1.0, 2.0, 3.0]",
+        ),
+        ("kind = \"profile\"\npoint = 1.0", "two numbers"),
+        ("kind = \"profile\"\nwall = 3", "the tag of a body"),
         (
             "kind = \"correlation\"\ninterval = 0.25",
             "multiple of run.sample_interval",
@@ -242,7 +253,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
                 "directions:tee", "projections:tee", "drift:tee", "running-average:tee", "temperature:gas", "orientation:tee",
                 "structure-factor", "hexatic-order:gas", "pressure-tensor", "free-path:gas", "viscosity",
                 "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee",
-                "kicks:tee"]
+                "kicks:tee", "fields:gas", "profile:gas", "front:gas"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
@@ -288,9 +299,16 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
         let is_of = |name: &str| name.starts_with(kind.name);
         let has_table = results.tables.iter().any(|table| is_of(&table.name));
         let has_file = results.files.iter().any(|file| is_of(file));
-        // This scene has no walls.
-        let is_absent =
-            ["drift", "friction", "overlap", "wall-heat", "wall-pressure"].contains(&kind.name);
+        // This scene has no walls, and nothing leaves a point.
+        let is_absent = [
+            "drift",
+            "friction",
+            "overlap",
+            "wall-heat",
+            "wall-pressure",
+            "front",
+        ]
+        .contains(&kind.name);
         assert!(has_table || has_file || is_absent, "{}", kind.name);
     }
     // The names by which a scene is refused before its bodies are placed are those of its figures.
@@ -937,4 +955,90 @@ fn partial_correlations_of_two_tags_add_up_to_those_of_all() {
             .standard_error
             .is_some()
     );
+}
+
+/// Two walls at different temperatures; their two sides make two slabs of the periodic box.
+#[test]
+fn profiles_between_walls_have_a_heat_conductivity_and_their_own_times() {
+    let (results, _) = measured(
+        r#"
+            [box]
+            sides = [2.0, 1.0]
+            [[wall]]
+            x = 0.5
+            temperature = 1.0
+            [[wall]]
+            tags = ["hot"]
+            x = 1.5
+            temperature = 2.0
+            [[gas]]
+            radius = 0.02
+            mass = 1.0
+            temperature = 1.5
+            count = 200
+            [run]
+            until = 40.0
+            sample_interval = 0.1
+            observe = ["profile", "fields"]
+            [[measure]]
+            kind = "profile"
+            name = "wall"
+            wall = "hot"
+            bins = 10
+            from = 10.0
+            until = 20.0
+            [[measure]]
+            kind = "profile"
+            name = "rings"
+            point = [0.5, 0.5]
+            bins = 7
+            every = 10
+        "#,
+    );
+    let conductivity = figure(&results, "heat conductivity λ/k from the profile").unwrap();
+    let (error, predicted) = (
+        conductivity.standard_error.unwrap(),
+        conductivity.prediction.unwrap(),
+    );
+    assert!(
+        (conductivity.value - predicted).abs() < 4.0 * error && error < 0.4 * predicted,
+        "{conductivity:?}"
+    );
+    assert_eq!(table(&results, "profile").rows().len(), 50);
+    assert_eq!(table(&results, "fields").grid().unwrap().counts, [20, 10]);
+    // 200 bodies at 101 samples from 10 to 20; the farthest place is half a side away.
+    let layers = table(&results, "profile-wall");
+    let bodies: f64 = column(layers, "bodies").iter().flatten().sum();
+    assert_eq!(bodies, 200.0 * 101.0);
+    let hot = column(layers, "kT")[0].unwrap();
+    let cold = column(layers, "kT")[9].unwrap();
+    assert!(hot > cold, "{hot} {cold}");
+    assert!(column(layers, "stress_nn_error")[3].unwrap() > 0.0);
+    let rings = table(&results, "profile-rings");
+    let area: f64 = column(rings, "area").iter().flatten().sum();
+    assert!((area - std::f64::consts::PI * 0.25).abs() < 1e-12);
+}
+
+/// Discs that all run away from a point with the same speed.
+#[test]
+fn a_front_grows_in_proportion_to_the_time_where_nothing_is_in_its_way() {
+    let disc = |k: i32| {
+        let (sin, cos) = (0.1 * std::f64::consts::PI * f64::from(k)).sin_cos();
+        format!(
+            "[[molecule]]\natoms = [{{ at = [0, 0], radius = 0.001, mass = 1 }}]\nat = [{}, {}]\n\
+             velocity = [{cos}, {sin}]\n",
+            0.5 + 0.01 * cos,
+            0.5 + 0.01 * sin
+        )
+    };
+    let discs: String = (0..20).map(disc).collect();
+    let (results, _) = measured(&format!(
+        "{discs}[run]\nuntil = 0.4\nsample_interval = 0.05\nobserve = [\"front\"]"
+    ));
+    let front = table(&results, "front");
+    for (time, distance) in column(front, "time").iter().zip(column(front, "distance")) {
+        assert!((distance.unwrap() - time.unwrap() - 0.01).abs() < 1e-12);
+    }
+    let power = figure(&results, "power of time of the front").unwrap();
+    assert!((0.85..0.98).contains(&power.value), "{power:?}");
 }

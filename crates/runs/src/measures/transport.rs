@@ -74,7 +74,7 @@ pub(super) struct Plateau {
 
 impl TransportCurve<'_> {
     /// The sum of some of its means by their places, each times a factor.
-    fn combination(&self, factors: &[(usize, f64)]) -> Option<TransportValue> {
+    pub(super) fn combination(&self, factors: &[(usize, f64)]) -> Option<TransportValue> {
         let mut value = 0.0;
         let mut deviations = vec![0.0; self.blocks.len()];
         for &(place, factor) in factors {

@@ -18,8 +18,8 @@ mod verdict;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
-use carom_report::page::DataChart;
-use carom_tables::Verdict;
+use carom_report::{page::DataChart, table_chart};
+use carom_tables::{Table, Verdict};
 use clap::Args;
 
 use contents::{FolderContents, FolderKind};
@@ -37,6 +37,17 @@ use crate::{
 
 /// Name of the page in a folder.
 pub const PAGE: &str = "report.html";
+
+/// The maps of a table over a grid, as SVG; none of a table with one abscissa.
+///
+/// # Errors
+/// A map cannot be drawn.
+pub fn maps_of(table: &Table) -> Result<Vec<String>> {
+    if table.grid().is_none() {
+        return Ok(Vec::new());
+    }
+    table_chart::charts(table)
+}
 
 /// Options of `carom report`.
 #[derive(Debug, Clone, Args)]

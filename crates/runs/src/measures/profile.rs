@@ -1,0 +1,302 @@
+//! `profile`: density, velocity, kT, stress and heat current along an axis, or over the distance
+//! from a point or a wall.
+
+use anyhow::{Result, ensure};
+use carom::{
+    Group, View,
+    engine::BodyView,
+    observers::{FieldBins, Fields, WallsAcross},
+};
+use carom_tables::{BlockMean, Figure, Sums, Table};
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Context, Default, HardDiscs, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
+    fields::{CAPTION, DENSITY, HEAT_ALONG, KT, columns, of_quantity},
+    hard_discs::SONINE,
+    in_blocks,
+    known::Known,
+    resumed,
+    transport::{Taken, TransportCurve},
+};
+
+/// Bins of a profile.
+const BINS: f64 = 50.0;
+
+/// Most bins of a profile. More: blocks of all fields take more than 200 MB.
+const MAX_BINS: usize = 10_000;
+
+/// The heat conductivity is taken between walls, without this share of their distance at each: the
+/// temperature jumps at a wall.
+const AT_WALLS: f64 = 0.25;
+
+/// Fewest bins of a slope.
+const MIN_BINS: usize = 4;
+
+/// The number of discs of a gas that counts as infinite.
+const INFINITE: usize = 1_000_000_000;
+
+/// The point of a profile or front.
+pub(super) const POINT: Parameter = Parameter::point(
+    "point",
+    Default::FromScene("none"),
+    "the profile is over the distance from this point (length)",
+);
+
+pub(super) const KIND: MeasureKind = MeasureKind {
+    name: "profile",
+    summary: "density, area fraction, velocity, kT, spin, stress and heat current along an axis, or by the distance \
+              from a point or a wall",
+    of: Of::Group,
+    span: Span::Measurement,
+    parameters: &[
+        Parameter::word(
+            "axis",
+            &["x", "y"],
+            Default::FromScene("x"),
+            "axis of the profile; excludes 'point' and 'wall'",
+        ),
+        POINT,
+        Parameter::tag(
+            "wall",
+            Default::FromScene("none"),
+            "the profile is over the distance from the wall across the box with this tag",
+        ),
+        Parameter::whole("bins", Default::Number(BINS), "bins, at most 10 000"),
+        Parameter::positive(
+            "max",
+            Default::FromScene("half a side of the box"),
+            "longest distance from the point or the wall (length)",
+        ),
+    ],
+    figures: &["heat conductivity λ/k from the profile"],
+    start: |selection| Ok(in_blocks(profile(selection)?)),
+    resume: resumed::<Profile>,
+};
+
+/// Fields in bins, and what they are bins of.
+type Profile = Known<Fields, Facts>;
+
+/// What the table and the prediction of a profile depend on.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Facts {
+    /// Where the bins are, in words.
+    place: String,
+    /// The places along the profile between which heat flows from one wall to another.
+    slab: Option<[f64; 2]>,
+    /// Mass and diameter of equal discs.
+    discs: Option<[f64; 2]>,
+}
+
+fn profile(selection: &Selection<'_>) -> Result<Profile> {
+    let bins = selection.whole("bins");
+    ensure!(
+        bins <= MAX_BINS,
+        "'bins' must be at most {MAX_BINS}, but is {bins}"
+    );
+    let bounds = selection.view.bounds();
+    let (axis, point) = (selection.given_word("axis"), selection.given_point("point"));
+    let wall = selection.given_group("wall")?;
+    let given = usize::from(axis.is_some()) + usize::from(point.is_some());
+    ensure!(
+        given + usize::from(wall.is_some()) <= 1,
+        "'axis', 'point' and 'wall' exclude each other: give one of them"
+    );
+    let longest = selection.given("max");
+    let (layout, place, slab) = if let Some(point) = point {
+        let longest = longest.unwrap_or(0.5 * bounds.sides().min_element());
+        let layout = FieldBins::around_point(bounds, DVec2::from(point), longest, bins)?;
+        let [x, y] = point;
+        (layout, format!("by the distance from ({x}, {y})"), None)
+    } else if let Some(wall) = wall {
+        let WallsAcross { axis, places, .. } = WallsAcross::new(selection.view, wall)?;
+        let [place] = places[..] else {
+            anyhow::bail!(
+                "'wall' must name a single wall, but {} carry its tag",
+                places.len()
+            );
+        };
+        let longest = longest.unwrap_or(0.5 * bounds.sides()[axis]);
+        let layout = FieldBins::beside_wall(bounds, axis, place, longest, bins)?;
+        let name = selection.given_word("wall").unwrap_or_default();
+        (
+            layout,
+            format!("by the distance from the wall {name}"),
+            None,
+        )
+    } else {
+        ensure!(
+            longest.is_none(),
+            "'max' is the longest distance from a point or a wall; a profile along an axis covers the whole box: \
+             leave 'max' out"
+        );
+        let axis = axis.unwrap_or("x");
+        let along = usize::from(axis == "y");
+        let counts = if along == 0 { [bins, 1] } else { [1, bins] };
+        let slab = slab(selection.view, along);
+        (
+            FieldBins::grid(bounds, counts)?,
+            format!("along {axis}"),
+            slab,
+        )
+    };
+    Ok(Known {
+        observer: Fields::new(selection.group, layout),
+        facts: Facts {
+            place,
+            slab,
+            discs: equal_discs(selection),
+        },
+    })
+}
+
+/// The first two neighbouring walls across an axis that have different temperatures (length).
+fn slab(view: &View<'_>, axis: usize) -> Option<[f64; 2]> {
+    let heated = |body: &BodyView<'_>| body.body.wall_temperature().is_some();
+    let place = |wall: BodyView<'_>| {
+        let [from, to] = wall.wall()?;
+        let is_across = from[axis] == to[axis];
+        let side = view.bounds().sides()[axis];
+        is_across.then_some((from[axis].rem_euclid(side), wall.body.wall_temperature()?))
+    };
+    let walls = view.bodies().filter(heated);
+    let mut walls: Vec<(f64, f64)> = walls.map(place).collect::<Option<_>>()?;
+    walls.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let mut pairs = walls.windows(2);
+    let pair = pairs.find(|pair| pair[0].1 != pair[1].1 && pair[0].0 < pair[1].0)?;
+    Some([pair[0].0, pair[1].0])
+}
+
+/// Mass and diameter of the moving bodies, if they are equal discs and belong to the group.
+fn equal_discs(selection: &Selection<'_>) -> Option<[f64; 2]> {
+    let moving = || {
+        let bodies = selection.view.bodies();
+        bodies.filter(|body| !body.body.is_fixed())
+    };
+    let facts = |body: BodyView<'_>| {
+        let molecule = body.body.molecule();
+        let is_member = selection.group == Group::All || selection.group.contains(body.body);
+        (molecule.is_disc() && is_member)
+            .then(|| [molecule.mass(), 2.0 * molecule.bounding_radius()])
+    };
+    let first = facts(moving().next()?)?;
+    moving()
+        .all(|body| facts(body) == Some(first))
+        .then_some(first)
+}
+
+impl Measured for Profile {
+    const OF_INTERVALS: bool = true;
+
+    fn sums(&self) -> Sums {
+        self.observer.sums()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let (fields, facts) = (&self.observer, &self.facts);
+        let bins = fields.bins();
+        let (name, axis) = match bins.counts() {
+            None => ("distance", 0),
+            Some([_, 1]) => ("x", 0),
+            Some(_) => ("y", 1),
+        };
+        let places: Vec<f64> = (0..bins.len()).map(|bin| bins.middle(bin)[axis]).collect();
+        let title = format!("Profile {}", facts.place);
+        let table = Table::new(context.table(KIND.name), title)
+            .abscissa(name, "length", places.clone())
+            .undrawn(
+                "area",
+                "length²",
+                (0..bins.len()).map(|bin| bins.area(bin)).collect(),
+            );
+        Results {
+            tables: vec![columns(table, fields, means).caption(CAPTION)],
+            figures: conductivity(facts, axis, &places, means, context)
+                .into_iter()
+                .collect(),
+            ..Results::default()
+        }
+    }
+}
+
+/// The heat conductivity by Boltzmann's constant, −q / (dkT/dx) in the middle between two walls
+/// with a temperature.
+///
+/// q is the mean heat current, and dkT/dx = Σ c_i kT_i with the weights of a line by least squares.
+/// The error is that of the linear combination of all bins, λ ∝ −Σ q_i/(n s) + q Σ c_i kT_i/s².
+fn conductivity(
+    facts: &Facts,
+    axis: usize,
+    places: &[f64],
+    means: &[BlockMean],
+    context: &Context<'_>,
+) -> Option<Figure> {
+    let [low, high] = facts.slab?;
+    let margin = AT_WALLS * (high - low);
+    let is_inside = |place: f64| (low + margin..high - margin).contains(&place);
+    let inside: Vec<usize> = (0..places.len())
+        .filter(|&bin| is_inside(places[bin]))
+        .collect();
+    if inside.len() < MIN_BINS {
+        return None;
+    }
+    let count = inside.len() as f64;
+    let mean = |quantity: usize| -> Option<f64> {
+        let all = of_quantity(means, places.len(), quantity);
+        let values = inside.iter().map(|&bin| all.get(bin)?.value);
+        Some(values.sum::<Option<f64>>()? / count)
+    };
+    let centre = inside.iter().map(|&bin| places[bin]).sum::<f64>() / count;
+    let spread: f64 = inside
+        .iter()
+        .map(|&bin| (places[bin] - centre).powi(2))
+        .sum();
+    let weight = |bin: usize| (places[bin] - centre) / spread;
+    let kt = of_quantity(means, places.len(), KT);
+    let slope = inside
+        .iter()
+        .map(|&bin| Some(weight(bin) * kt.get(bin)?.value?))
+        .sum::<Option<f64>>()?;
+    let along = HEAT_ALONG + axis;
+    let current = mean(along)?;
+    let factors = inside.iter().flat_map(|&bin| {
+        [
+            (along * places.len() + bin, -1.0 / (count * slope)),
+            (
+                KT * places.len() + bin,
+                current * weight(bin) / (slope * slope),
+            ),
+        ]
+    });
+    let factors: Vec<(usize, f64)> = factors.collect();
+    let curve = TransportCurve {
+        lags: places,
+        means,
+        blocks: context.blocks,
+        of: Taken::Itself,
+    };
+    // The combination of the deviations; its value is 0, since both terms are equal.
+    let error = curve
+        .combination(&factors)
+        .map(|value| value.standard_error);
+    let gas = || {
+        let [mass, diameter] = facts.discs.filter(|_| context.is_elastic)?;
+        let density = mean(DENSITY)?;
+        Some(HardDiscs {
+            count: INFINITE,
+            diameter,
+            mass,
+            temperature: mean(KT)?,
+            area: INFINITE as f64 / density,
+        })
+    };
+    let name = context.named("heat conductivity λ/k from the profile");
+    let figure = Figure::new(name, -current / slope, "1/time").error(error);
+    let prediction = gas()
+        .filter(HardDiscs::is_known)
+        .map(|gas| gas.heat_conductivity());
+    slope
+        .is_normal()
+        .then(|| figure.predicted(prediction, SONINE))
+}
