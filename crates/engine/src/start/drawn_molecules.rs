@@ -91,7 +91,12 @@ fn given_keys(spec: &GasSpec) -> GivenKeys {
         radius: spec.radius.is_some() || spec.atom_radius.is_some(),
         size: spec.size.is_some(),
         atom_mass: spec.atom_mass.is_some(),
-        mass: spec.mass.is_some(),
+        // A fixed molecule needs none.
+        mass: spec.mass.is_some()
+            || (spec.fixed
+                && spec.atoms.is_empty()
+                && spec.atom_mass.is_none()
+                && spec.density.is_none()),
         density: spec.density.is_some(),
     }
 }
