@@ -142,8 +142,8 @@ fn as_singles(view: &View<'_>, of: &MoleculeSpec, tag: &str) -> Vec<MoleculeSpec
 }
 
 /// The bits agree if epochs start at the same times, which the number of contacts decides
-/// otherwise, and if the cells are the same, which the number of bodies decides unless the discs are
-/// as wide as these: then positions and contact times are rounded at the same moments.
+/// otherwise, and if the cells are the same, which the number of bodies decides unless the discs
+/// are as wide as these: then positions and contact times are rounded at the same moments.
 fn check_independence<S: Scheduler>(options: &S::Options) {
     let radius = 0.045;
     let gas = |seed: u64| {

@@ -8,6 +8,7 @@
 
 use std::sync::Arc;
 
+use carom_geometry::PeriodicBox;
 use carom_kinematics::{Inertia, Motion, Orientation};
 use glam::DVec2;
 use rand::RngExt;
@@ -84,7 +85,7 @@ pub(crate) fn place(
 }
 
 /// A molecule at rest at a uniform place in the region of its gas, of random orientation.
-fn drawn(gas: &Species, bounds: &carom_geometry::PeriodicBox, random: &mut Pcg64) -> Motion {
+fn drawn(gas: &Species, bounds: &PeriodicBox, random: &mut Pcg64) -> Motion {
     let region = gas.spec.region.unwrap_or_default();
     let share = DVec2::new(random.random(), random.random());
     let orientation = Orientation::from_turns(random.random());
