@@ -24,6 +24,7 @@ mod own_observer;
 mod own_response;
 mod own_scheduler;
 mod own_shape;
+mod pairs;
 mod placement;
 mod polydisperse;
 mod refused_edits;

@@ -360,9 +360,13 @@ impl HeapScheduler {
         neighbours: &Neighbours,
         now: f64,
     ) {
+        let by_pair = world.pairs.is_active();
         let shape = &world.bodies()[body as usize].kind.molecule;
         if !shape.is_disc() {
             for &(other, image) in &neighbours.0 {
+                if by_pair && world.pair_factor([body, other]) == 0.0 {
+                    continue;
+                }
                 self.predict_pair(world, detection, [body, other], image, now);
             }
             return;
@@ -372,13 +376,21 @@ impl HeapScheduler {
         let empty = DiscLanes::empty(self.separation_error, speed);
         let (mut lanes, mut partners) = (empty, SmallVec::<[(u32, [i32; 2]); DISC_LANES]>::new());
         for &(other, image) in &neighbours.0 {
+            let factor = if by_pair {
+                world.pair_factor([body, other])
+            } else {
+                1.0
+            };
+            if factor == 0.0 {
+                continue;
+            }
             let partner = &world.bodies()[other as usize].kind.molecule;
             if !partner.is_disc() {
                 self.predict_pair(world, detection, [body, other], image, now);
                 continue;
             }
             let relative = self.relative_motion(world, [body, other], image.map(i64::from), now);
-            let sigma = radius + partner.bounding_radius();
+            let sigma = factor * (radius + partner.bounding_radius());
             lanes.set(
                 partners.len(),
                 relative.separation,

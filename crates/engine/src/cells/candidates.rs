@@ -39,6 +39,11 @@ impl<T: Copy> Candidates<T> {
         self.0.clear();
     }
 
+    /// Keeps the candidates of whose bodies this holds.
+    pub fn retain(&mut self, keeps: impl Fn(T) -> bool) {
+        self.0.retain(|candidate| keeps(candidate.item));
+    }
+
     pub fn push(&mut self, candidate: Candidate<T>) {
         self.0.push(candidate);
     }

@@ -17,6 +17,8 @@ pub(super) struct CellGrid {
     /// Largest bounding radius of a body in a cell (length); bodies above it, and of other kinds,
     /// are multi-cell bodies.
     largest_small: f64,
+    /// Largest factor on the sum of two radii at a contact.
+    largest_factor: f64,
     contents: CellContents,
 }
 
@@ -27,6 +29,9 @@ pub(super) enum CellContents {
     Discs,
     /// Equal discs at large distances, in cells of a few discs each.
     DiluteDiscs,
+    /// Discs of which some do not see each other, or touch at another distance than the sum of
+    /// their radii, in cells with neighbour lists.
+    DiscsByPair,
     /// Molecules and any small discs, in cells with neighbour lists.
     Molecules,
 }
@@ -62,6 +67,7 @@ impl CellGrid {
         let moving = || world.bodies().iter().filter(|body| !body.is_fixed());
         let discs = moving().filter(|body| body.kind.molecule.is_disc()).count();
         let holds_molecules = moving().count() > 2 * discs;
+        let by_pair = world.pairs.is_active();
         let mut radii: Vec<f64> = moving()
             .filter(|body| holds_molecules || body.kind.molecule.is_disc())
             .map(|b| b.molecule().bounding_radius())
@@ -74,15 +80,16 @@ impl CellGrid {
                 .find(|&&radius| radius <= SMALL_IN_MEDIANS * median);
             small.copied().unwrap_or(*median)
         });
+        let factor = world.pairs.largest_factor();
         let longest = if largest_small > 0.0 {
-            2.0 * largest_small
+            factor * (2.0 * largest_small)
         } else {
             median_reach(world)
         };
         let bodies = world.bodies().len().max(1) as f64;
         let equal_radii = radii.len() == world.bodies().len() && radii.first() == radii.last();
         let spacing = (sides.x * sides.y / bodies).sqrt();
-        let is_dilute = equal_radii && !holds_molecules && spacing > DILUTE * longest;
+        let is_dilute = equal_radii && !holds_molecules && !by_pair && spacing > DILUTE * longest;
         let cells_per_body = match largest_small > 0.0 {
             true if is_dilute => CELLS_PER_BODY_WHERE_DILUTE,
             true => MAX_CELLS_PER_BODY,
@@ -91,6 +98,7 @@ impl CellGrid {
         let contents = match (holds_molecules, is_dilute) {
             (true, _) => CellContents::Molecules,
             (false, true) => CellContents::DiluteDiscs,
+            (false, false) if by_pair => CellContents::DiscsByPair,
             (false, false) => CellContents::Discs,
         };
         let mut grid = Self {
@@ -98,6 +106,7 @@ impl CellGrid {
             side: sides,
             box_sides: sides,
             largest_small,
+            largest_factor: factor,
             contents,
         };
         let sparse = (grid.free_area(world) / (cells_per_body * bodies)).sqrt();
@@ -167,6 +176,16 @@ impl CellGrid {
     /// Bounding radius of the largest body that may live in a cell (length).
     pub fn largest_small(&self) -> f64 {
         self.largest_small
+    }
+
+    /// Largest factor on the sum of two radii at a contact, at least 1.
+    pub fn largest_factor(&self) -> f64 {
+        self.largest_factor
+    }
+
+    /// Whether rules apply to pairs of the discs in the cells.
+    pub fn is_by_pair(&self) -> bool {
+        self.contents == CellContents::DiscsByPair
     }
 
     /// Whether a body is a multi-cell body.

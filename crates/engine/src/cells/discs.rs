@@ -118,6 +118,18 @@ impl<F: CellFrame> CellState<F> {
             (soonest, partner) = self.resolve_with_detector(detection, disc, now);
             contact_time = now + soonest;
         }
+        self.write_earlier_event(disc, (contact_time, partner), (crossing_time, crossing))
+    }
+
+    /// Writes the earlier of a contact (time and partner) and a crossing into the record of a small
+    /// disc, and returns its time.
+    #[inline(always)]
+    pub(super) fn write_earlier_event(
+        &mut self,
+        disc: u32,
+        (contact_time, partner): (f64, u32),
+        (crossing_time, crossing): (f64, RecordKind),
+    ) -> f64 {
         let meets = contact_time <= crossing_time;
         let time = if crossing_time < contact_time {
             crossing_time

@@ -63,8 +63,8 @@
 //!    `molecules`, `multi_cell` (its own file and `covered`), `cell_grid`.
 //! 4. The workspace of a run, of which any number may exist: `state`.
 //! 5. Lists of multi-cell bodies: `walls`, `multi_cell::listing`.
-//! 6. Predictions: `dispatch`, the searches in `multi_cell`, `discs`, `dilute`, `molecule_search`,
-//!    and `prediction`, which selects one of them by the contents of the cells.
+//! 6. Predictions: `dispatch`, the searches in `multi_cell`, `discs`, `discs_by_pair`, `dilute`,
+//!    `molecule_search`, and `prediction`, which selects one of them by the contents of the cells.
 //! 7. The loop over the events: `events`; and `tiles`, which runs parts of the box on their own.
 //!
 //! # Epochs
@@ -86,6 +86,7 @@ mod cell_grid;
 mod cell_occupants;
 mod dilute;
 mod discs;
+mod discs_by_pair;
 mod dispatch;
 mod events;
 mod f32_filter;
@@ -166,7 +167,7 @@ impl Cells {
             CellContents::DiluteDiscs => Some(TileUse::Dilute),
             _ if world.has_thermal_walls => Some(TileUse::ThermalWalls),
             _ if world.bodies().iter().any(is_large) => Some(TileUse::LargeBodies),
-            CellContents::Discs | CellContents::Molecules => None,
+            CellContents::Discs | CellContents::DiscsByPair | CellContents::Molecules => None,
         };
         Self {
             whole: CellState::new(instructions, grid, WholeBox),

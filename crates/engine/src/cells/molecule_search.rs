@@ -53,6 +53,9 @@ impl<F: CellFrame> CellState<F> {
                 },
             );
         });
+        if world.pairs.is_active() {
+            candidates.retain(|slot| self.pair_factor(world, [body, slot & INDEX_MASK]) > 0.0);
+        }
         // Lowest bound first: most candidates then need no search.
         while let Some(candidate) = candidates.take_least(|slot| slot & INDEX_MASK) {
             if !best.is_after(now, candidate.bound) || now + candidate.bound >= self.limit {

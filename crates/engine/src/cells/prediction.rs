@@ -65,6 +65,8 @@ impl<F: CellFrame> CellState<F> {
         }
         if F::IS_WHOLE && self.multi_cell.is_multi_cell(body) {
             predict_multi_cell(self, world, detection, body, now, except);
+        } else if self.grid.is_by_pair() {
+            self.predict_disc_by_pair(world, detection, body, now);
         } else {
             predict_molecule(self, world, detection, body, now, except);
         }

@@ -44,8 +44,9 @@ pub(crate) fn contact_geometry(
     };
     let (frame, distance) =
         contact_frame(world, contact, before).unwrap_or_else(|| (between_centres, d.length()));
+    let factor = world.pairs.factor(pair[0], pair[1]);
     (
         frame,
-        parts.contact_distance(pair.map(Body::molecule)) - distance,
+        factor * parts.contact_distance(pair.map(Body::molecule)) - distance,
     )
 }

@@ -1,10 +1,5 @@
 //! The elasticity of each pair of bodies: the most specific rule of the scene, by tags.
 
-use std::{
-    collections::{BTreeMap, HashMap},
-    sync::Arc,
-};
-
 use carom_response::Elasticity;
 
 use crate::{
@@ -12,7 +7,8 @@ use crate::{
     scene::{ElasticityRule, ElasticitySpec, error::SceneError},
     world::{
         World,
-        body::{Body, BodyKind},
+        body::Body,
+        tag_classes::sort_into_classes,
         tags::{Tag, TagNames, Tags},
     },
 };
@@ -54,8 +50,7 @@ impl ElasticityTable {
         if self.by_class.is_empty() {
             return self.default;
         }
-        self.by_class
-            [a.kind.elasticity_class as usize * self.classes + b.kind.elasticity_class as usize]
+        self.by_class[a.kind.tag_class as usize * self.classes + b.kind.tag_class as usize]
     }
 
     /// The class of a body: bodies of one class have the same elasticity with each other body.
@@ -63,7 +58,7 @@ impl ElasticityTable {
         if self.by_class.is_empty() {
             0
         } else {
-            body.kind.elasticity_class
+            body.kind.tag_class
         }
     }
 
@@ -118,12 +113,14 @@ impl ElasticityTable {
         })
     }
 
-    /// Prepares the table for the bodies of a world, and lets the world keep the times that the
-    /// guard needs.
+    /// Prepares the table and that of the pairs for the bodies of a world, and lets the world keep
+    /// the times that the guard needs.
     pub(crate) fn classify(&mut self, world: &mut World) -> Result<(), SceneError> {
         self.by_class.clear();
-        if !self.rules.is_empty() {
-            self.look_up(world)?;
+        if !self.rules.is_empty() || world.pairs.has_rules() {
+            let classes = sort_into_classes(world);
+            self.look_up(&classes)?;
+            world.pairs.look_up(&classes, &world.bodies)?;
         }
         world.keep_last_contacts(self.is_guarded());
         world.has_thermal_walls = world
@@ -158,41 +155,12 @@ impl ElasticityTable {
         }
     }
 
-    /// Sorts the bodies into classes and finds the elasticity of each pair of classes once.
-    fn look_up(&mut self, world: &mut World) -> Result<(), SceneError> {
-        let mut classes: BTreeMap<Tags, u32> = BTreeMap::new();
-        // Bodies that share a kind still share it afterwards. Old kinds are kept alive so that
-        // their addresses stay unique.
-        let mut done: HashMap<usize, [Arc<BodyKind>; 2]> = HashMap::new();
-        let mut last: Option<[Arc<BodyKind>; 2]> = None;
-        for body in &mut world.bodies {
-            if let Some([before, after]) = &last
-                && Arc::ptr_eq(&body.kind, before)
-            {
-                body.kind = Arc::clone(after);
-                continue;
-            }
-            let both = done
-                .entry(Arc::as_ptr(&body.kind).addr())
-                .or_insert_with(|| {
-                    let next = classes.len() as u32;
-                    let class = *classes.entry(body.kind.tags.clone()).or_insert(next);
-                    let after = BodyKind {
-                        elasticity_class: class,
-                        ..BodyKind::clone(&body.kind)
-                    };
-                    [Arc::clone(&body.kind), Arc::new(after)]
-                });
-            body.kind = Arc::clone(&both[1]);
-            last = Some(both.clone());
-        }
-        let mut tags: Vec<(&Tags, u32)> =
-            classes.iter().map(|(tags, &class)| (tags, class)).collect();
-        tags.sort_by_key(|&(_, class)| class);
-        self.classes = tags.len();
+    /// Finds the elasticity of each pair of classes once.
+    fn look_up(&mut self, classes: &[Tags]) -> Result<(), SceneError> {
+        self.classes = classes.len();
         let mut by_class = Vec::with_capacity(self.classes * self.classes);
-        for (a, _) in &tags {
-            for (b, _) in &tags {
+        for a in classes {
+            for b in classes {
                 by_class.push(self.resolve(a, b)?);
             }
         }

@@ -1,10 +1,10 @@
 //! The overlap check: all near pairs of a view, computed independently of the scheduler's lists.
 
-use carom_geometry::gap_between;
 use glam::DVec2;
 
 use crate::world::{
     body::Body,
+    pair_table::{PairTable, gap_with_factor},
     rounding_bound::rounding_bound,
     view::{BodyView, View},
 };
@@ -58,6 +58,8 @@ fn census(view: &View<'_>) -> OverlapCensus {
     };
     let (listed, starts) = list_by_cell(&bodies, number([0, rows]), cell_of);
     let members = |cell: usize| &listed[starts[cell]..starts[cell + 1]];
+    let pairs = &view.world.pairs;
+    let factor = pairs.largest_factor();
     let mut census = OverlapCensus::default();
     for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
         for step in 0..9 {
@@ -67,10 +69,10 @@ fn census(view: &View<'_>) -> OverlapCensus {
             let shift = view.bounds().shift([boxes_across, boxes_up]);
             for a in members(number([column, row])) {
                 for b in there.iter().filter(|b| b.index > a.index) {
-                    let bounding = a.bounding_radius + b.bounding_radius;
+                    let bounding = factor * (a.bounding_radius + b.bounding_radius);
                     if ((b.place - a.place) + shift).length_squared() <= bounding * bounding {
                         let [a, b] = [a, b].map(|body| &bodies[body.index as usize]);
-                        look(a, b, shift, sides, &mut census);
+                        look(a, b, pairs, shift, sides, &mut census);
                     }
                 }
             }
@@ -78,7 +80,7 @@ fn census(view: &View<'_>) -> OverlapCensus {
     }
     for wall in bodies.iter().filter(|body| body.body.is_wall()) {
         for body in bodies.iter().filter(|body| !body.body.is_fixed()) {
-            look_at_images(body, wall, sides, &mut census);
+            look_at_images(body, wall, pairs, sides, &mut census);
         }
     }
     census
@@ -142,6 +144,7 @@ fn list_by_cell(
 fn look_at_images(
     body: &BodyView<'_>,
     wall: &BodyView<'_>,
+    pairs: &PairTable,
     sides: DVec2,
     census: &mut OverlapCensus,
 ) {
@@ -160,6 +163,7 @@ fn look_at_images(
             look(
                 body,
                 wall,
+                pairs,
                 DVec2::new(column as f64, row as f64) * sides,
                 sides,
                 census,
@@ -171,6 +175,7 @@ fn look_at_images(
 fn look(
     a: &BodyView<'_>,
     b: &BodyView<'_>,
+    pairs: &PairTable,
     shift: DVec2,
     sides: DVec2,
     census: &mut OverlapCensus,
@@ -178,18 +183,19 @@ fn look(
     if a.body.is_fixed() && b.body.is_fixed() {
         return;
     }
+    let factor = pairs.factor(a.body, b.body);
     let separation = (b.motion.position - a.motion.position) + shift;
-    let bounding = a.body.molecule().bounding_radius() + b.body.molecule().bounding_radius();
-    if separation.length_squared() > bounding * bounding {
+    let bounding =
+        factor * (a.body.molecule().bounding_radius() + b.body.molecule().bounding_radius());
+    if factor == 0.0 || separation.length_squared() > bounding * bounding {
         return;
     }
     let reach = a.body.reach() + b.body.reach();
     let rotation = |body: &BodyView<'_>| body.motion.orientation.cos_sin();
-    let gap = gap_between(
-        a.body.molecule(),
-        rotation(a),
-        b.body.molecule(),
-        rotation(b),
+    let gap = gap_with_factor(
+        factor,
+        [a.body.molecule(), b.body.molecule()],
+        [rotation(a), rotation(b)],
         separation,
     );
     if gap >= 0.0 {

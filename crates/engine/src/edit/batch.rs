@@ -19,17 +19,19 @@ use crate::{
         drag::drag_clock,
         error::{EditError, SceneError},
         least_speed::MIN_SPEED,
+        pair_spec::TransparentSpec,
     },
     scheduler::Scheduler,
     start::{
         body_builder::inertia,
-        single_bodies::{add_molecule, add_wall, deepest_overlap},
+        single_bodies::{add_molecule, add_wall, deepest_overlap, first_overlap},
         sites::Sites,
     },
     world::{
         World,
         body::{Body, BodyKey, BodyKind, BodyName, Rotation},
         heat::{HeatByTag, exact_sum},
+        pair_table::PairTable,
         tags::{Tag, TagNames},
     },
 };
@@ -203,6 +205,23 @@ impl Batch {
             self.world.clock = clock;
             self.moves = true;
         }
+        Ok(())
+    }
+
+    /// Replaces the pairs of bodies that do not see each other. The batch is refused if bodies
+    /// overlap that then see each other.
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if a rule names no tag or more than two.
+    pub fn set_transparent(&mut self, rules: &[TransparentSpec]) -> Result<(), EditError> {
+        let known = self.names.len();
+        let (_, diameter) = self.world.pairs.specs();
+        let pairs = PairTable::new(rules, diameter, &mut self.names)
+            .inspect_err(|_| self.names.forget_after(known))?;
+        // Earlier rules have effects until the bodies are predicted anew.
+        self.start_to_move();
+        self.world.pairs = pairs;
+        (self.moves, self.relabels) = (true, true);
         Ok(())
     }
 
@@ -461,7 +480,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 
     /// Takes over an edited world if it fits the elasticity and the grid.
-    fn accept(&mut self, batch: Batch) -> Result<(), EditError> {
+    fn accept(&mut self, mut batch: Batch) -> Result<(), EditError> {
+        let has_pairs = batch.world.pairs.has_rules() || self.world.pairs.has_rules();
+        let may_reveal = batch.relabels && has_pairs;
+        if may_reveal {
+            // Tags decide which bodies see each other: predictions begin anew.
+            batch.start_to_move();
+            batch.moves = true;
+        }
         let Batch {
             mut world,
             names,
@@ -493,6 +519,16 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.keep_bodies(|index| !removed[index]);
         elasticity.classify(&mut world)?;
         resolves(&world, &elasticity)?;
+        if may_reveal && let Some((pair, depth)) = first_overlap(&world) {
+            let [first, second] =
+                pair.map(|body| BodyName::new(&world.bodies[body], &names).to_string());
+            return Err(SceneError::Overlap {
+                first,
+                second,
+                depth,
+            }
+            .into());
+        }
         let scheduler = S::new(&self.scheduler_options, &world).map_err(|reason| {
             reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
         })?;

@@ -21,7 +21,13 @@ use crate::{
         simultaneous_contacts::SimultaneousContacts, unresolved::Unresolved,
     },
     run::simulation::{Epoch, Simulation},
-    scene::{ElasticitySpec, drag::drag_clock, error::SceneError, least_speed::MIN_SPEED},
+    scene::{
+        ElasticitySpec,
+        drag::drag_clock,
+        error::SceneError,
+        least_speed::MIN_SPEED,
+        pair_spec::{DiameterSpec, TransparentSpec},
+    },
     scheduler::Scheduler,
     start::{
         body_builder::inertia,
@@ -32,6 +38,7 @@ use crate::{
         body::{BodyKey, BodyKind, BodyName, Rotation},
         counters::{Counters, Ledger, SchedulerCounters},
         heat::HeatByTag,
+        pair_table::PairTable,
         tags::{TagNames, Tags},
     },
 };
@@ -76,6 +83,8 @@ pub struct Checkpoint {
     axes: Vec<Option<Orientation>>,
     names: TagNames,
     elasticity: ElasticitySpec,
+    transparent: Vec<TransparentSpec>,
+    diameter: Vec<DiameterSpec>,
     counters: Counters,
     ledger: Ledger,
     heat: HeatByTag,
@@ -215,7 +224,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             clock,
             stop: _,
             has_thermal_walls: _,
+            pairs,
         } = world;
+        let (transparent, diameter) = pairs.specs();
         let (molecules, bodies) = records(world);
         Some(Checkpoint {
             epoch: *epoch,
@@ -229,6 +240,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             axes: axes.clone(),
             names: names.clone(),
             elasticity: elasticity.spec(),
+            transparent: transparent.to_vec(),
+            diameter: diameter.to_vec(),
             counters: *counters,
             ledger: *ledger,
             heat: heat.clone(),
@@ -280,6 +293,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         checkpoint.refuse_overflowing()?;
         let mut world = checkpoint.world()?;
         let mut names = checkpoint.names.clone();
+        world.pairs = PairTable::new(&checkpoint.transparent, &checkpoint.diameter, &mut names)?;
         let mut elasticity = ElasticityTable::new(&checkpoint.elasticity, &mut names)?;
         elasticity.classify(&mut world)?;
         refuse_unresolved(&world, &elasticity).map_err(|reason| {
@@ -534,7 +548,7 @@ impl Checkpoint {
                     .rotation
                     .map_or(Inertia::FIXED, |rotation| inertia(molecule, rotation)),
                 tags: record.tags.clone(),
-                elasticity_class: 0,
+                tag_class: 0,
                 temperature: record.temperature,
             };
             world.push_body(record.key, kind);

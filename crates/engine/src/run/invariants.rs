@@ -1,6 +1,6 @@
 //! Check of all invariants by brute force, for tests, after each event.
 
-use carom_detection::{Detection, Exact};
+use carom_detection::{Detection, DiscLanes, Exact};
 use carom_kinematics::{EpochTime, RelativeMotion};
 use carom_response::Response;
 use thiserror::Error;
@@ -107,6 +107,10 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
                 if world.bodies[i].is_fixed() && world.bodies[j].is_fixed() {
                     continue;
                 }
+                let factor = world.pair_factor([i as u32, j as u32]);
+                if factor == 0.0 {
+                    continue;
+                }
                 for step in 0..25 {
                     let shift = world.bounds.shift([step % 5 - 2, step / 5 - 2]);
                     let pair = RelativeMotion::between(
@@ -120,6 +124,17 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
                         world.bodies[j].kind.molecule.outline(),
                     );
                     let limit = soonest.map_or(horizon, |(_, _, time)| time);
+                    if factor != 1.0 {
+                        let reach = factor * (a.bounding_radius + b.bounding_radius);
+                        let speed = world.motions[i].velocity.abs().element_sum();
+                        let mut lanes = DiscLanes::empty(pair.separation_error, speed);
+                        lanes.set(0, pair.separation, pair.velocity, reach);
+                        let time = exact.disc_contacts(&lanes)[0];
+                        if time < limit {
+                            soonest = Some((i, j, time));
+                        }
+                        continue;
+                    }
                     if let Some(contact) = exact.first_contact(a, b, &pair, limit).outcome.contact()
                     {
                         soonest = Some((i, j, contact.time));

@@ -177,6 +177,19 @@ pub struct GasSpec {
     pub zero_momentum: Option<bool>,
     /// Whether the molecules turn (free) or not (locked).
     pub rotation: Rotation,
+    /// Whether the molecules never move: obstacles of infinite mass. They are placed one by one at
+    /// random (random sequential addition), before the gases that move, and need no mass and no
+    /// energy. `region`, `count` and `area_fraction` hold as for other gases.
+    #[serde(skip_serializing_if = "is_false")]
+    #[doc(alias = "Lorentz gas")]
+    pub fixed: bool,
+    /// Whether the molecules of a fixed gas may overlap each other, and other fixed bodies: their
+    /// places are independent of each other. `area_fraction` is then the share 1 − exp(−n a) of
+    /// their region that they are expected to cover, with the number n of molecules per area, and
+    /// the area a of one of them. Only with `fixed`.
+    #[serde(skip_serializing_if = "is_false")]
+    #[doc(alias = "Poisson")]
+    pub overlapping: bool,
 }
 
 impl GasSpec {
@@ -190,6 +203,43 @@ impl GasSpec {
     #[expect(clippy::option_option, reason = "two and none are different")]
     pub(crate) fn one_mass(&self) -> Option<Option<&Quantity>> {
         one([self.mass.as_ref(), self.atom_mass.as_ref()])
+    }
+
+    /// The sum of the areas of molecules over the area in which they cover this share.
+    pub(crate) fn sum_of_areas(&self, share: f64) -> f64 {
+        if self.overlapping {
+            -libm::log1p(-share)
+        } else {
+            share
+        }
+    }
+
+    /// Refuses what only molecules that move have of a fixed gas, and overlaps of one that is not
+    /// fixed.
+    pub(crate) fn check_fixed(&self) -> Result<(), String> {
+        if !self.fixed {
+            return if self.overlapping {
+                Err(
+                    "`overlapping` goes with `fixed = true`; molecules that move and may overlap are \
+                     `[[transparent]]`"
+                        .to_owned(),
+                )
+            } else {
+                Ok(())
+            };
+        }
+        let given = [
+            ("energy", self.energy != 0.0),
+            ("temperature", self.temperature.is_some()),
+            ("velocities", self.velocities != StartVelocities::default()),
+            ("zero_momentum", self.zero_momentum.is_some()),
+        ];
+        match given.into_iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((key, _)) => Err(format!(
+                "a gas of `fixed` molecules never moves and has no `{key}`: leave it out"
+            )),
+        }
     }
 
     /// Whether molecules have different sizes.
@@ -243,6 +293,9 @@ pub(crate) fn energy_or_temperature(table: &toml::Table) -> Result<(), SceneErro
     };
     for (index, gas) in gases.iter().enumerate() {
         let problem = match ["energy", "temperature"].map(|key| gas.get(key).is_some()) {
+            [false, false] if gas.get("fixed").and_then(toml::Value::as_bool) == Some(true) => {
+                continue;
+            }
             [false, false] => "`energy` or `temperature` is missing",
             [true, true] => TWO_ENERGIES,
             _ => continue,
@@ -256,7 +309,7 @@ pub(crate) fn energy_or_temperature(table: &toml::Table) -> Result<(), SceneErro
 }
 
 /// Writes gases as in a file, which must not give two energies: without the energy 0 of those with
-/// a temperature.
+/// a temperature and of fixed ones.
 pub(crate) fn serialize_gases<S: Serializer>(
     gases: &[GasSpec],
     serializer: S,
@@ -264,7 +317,8 @@ pub(crate) fn serialize_gases<S: Serializer>(
     struct Written<'a>(&'a GasSpec);
     impl Serialize for Written<'_> {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-            if self.0.temperature.is_none() || self.0.energy != 0.0 {
+            let has_other = self.0.temperature.is_some() || self.0.fixed;
+            if !has_other || self.0.energy != 0.0 {
                 return self.0.serialize(serializer);
             }
             let mut table = toml::Table::try_from(self.0).map_err(S::Error::custom)?;

@@ -15,6 +15,7 @@ pub(crate) mod max_time;
 pub(crate) mod measure_from;
 pub(crate) mod measure_spec;
 pub(crate) mod method_spec;
+pub(crate) mod pair_spec;
 pub(crate) mod random;
 pub(crate) mod region;
 pub(crate) mod scene_text;
@@ -38,6 +39,7 @@ use crate::{
         measure_from::MeasureFrom,
         measure_spec::MeasureSpec,
         method_spec::MethodSpec,
+        pair_spec::{DiameterSpec, TransparentSpec},
         stage_spec::{HeatSpec, RelabelSpec, ThermostatSpec, VelocitySpec},
         stop_spec::StopSpec,
         two_numbers::{optional_vector, pairs, vector, vectors},
@@ -79,6 +81,12 @@ pub struct Scene {
     pub start: StartSpec,
     /// Coefficients of restitution.
     pub elasticity: ElasticitySpec,
+    /// Pairs of bodies that do not see each other.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub transparent: Vec<TransparentSpec>,
+    /// Discs whose contact distance is not the sum of their radii.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub diameter: Vec<DiameterSpec>,
     /// How contacts are found and events ordered; exact by default. Used by `carom run`, not by
     /// [`Simulation::new`](crate::Simulation::new).
     #[serde(skip_serializing_if = "is_default")]
@@ -506,9 +514,10 @@ pub struct RunSpec {
 /// A stage of a run: edits at its start, thermostats while it lasts, and whether it is measured.
 ///
 /// A stage starts where the one before it ends, the first at time 0. Its edits are made together or
-/// not at all, in the order `remove`, `add`, `add_wall`, `tag`, `untag`, `elasticity`, `lock`,
-/// `unlock`, `set_energy`, `set_velocity`; those of the first stage before the first sample. At one
-/// instant, first a sample is taken, then a stage starts, then thermostats act in the order of
+/// not at all, in the order `remove`, `add`, `add_wall`, `tag`, `untag`, `elasticity`,
+/// `transparent`, `lock`, `unlock`, `set_energy`, `set_velocity`; those of the first stage before
+/// the first sample. At one instant, first a sample is taken, then a stage starts, then
+/// thermostats act in the order of
 /// their list. Instants that differ by less than 1e-9 of the shortest interval of the run are one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -547,6 +556,10 @@ pub struct StageSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
     pub drag: Option<f64>,
+    /// Pairs of bodies that do not see each other from here on; it replaces `[[transparent]]` as a
+    /// whole. Bodies that overlap and would see each other again are refused.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transparent: Option<Vec<TransparentSpec>>,
     /// Tags of bodies whose orientation is locked.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lock: Vec<String>,
@@ -577,6 +590,7 @@ impl Default for StageSpec {
             untag: Vec::new(),
             elasticity: None,
             drag: None,
+            transparent: None,
             lock: Vec::new(),
             unlock: Vec::new(),
             set_energy: Vec::new(),

@@ -23,6 +23,8 @@ pub enum RandomStream {
     /// Velocities with which bodies leave walls that have a temperature (see
     /// [`WallSpec::temperature`](crate::WallSpec::temperature)).
     Walls = 4,
+    /// Places and orientations of the molecules of fixed gases.
+    Obstacles = 5,
 }
 
 impl RandomStream {

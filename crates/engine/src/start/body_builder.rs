@@ -27,7 +27,7 @@ pub(crate) fn insert(
             molecule,
             inertia,
             tags,
-            elasticity_class: 0,
+            tag_class: 0,
             temperature: None,
         },
         motion,

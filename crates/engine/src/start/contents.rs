@@ -8,14 +8,34 @@ use crate::{
     grid::Grid,
     scene::{Placement, Scene, drag::drag_clock, error::SceneError},
     start::{
-        body_builder::geometry,
+        body_builder::{geometry, tags},
+        fixed_gas,
         single_bodies::Singles,
         species::{Species, sample, species},
     },
+    world::pair_table::PairTable,
 };
 
 /// Largest number of collisions a molecule in a relaxation: more are most likely an error.
 const MAX_RELAXATION: f64 = 1e9;
+
+/// Reads the rules for pairs of tags of a scene, and gives the gases the tags that they need.
+fn set_pairs(
+    scene: &Scene,
+    singles: &mut Singles,
+    species: &mut [Species],
+) -> Result<(), SceneError> {
+    let changes = scene.stage.iter().any(|stage| stage.transparent.is_some());
+    if scene.transparent.is_empty() && scene.diameter.is_empty() && !changes {
+        return Ok(());
+    }
+    scene.refuse_unknown_pairs()?;
+    for gas in species {
+        gas.pair_tags = tags(&mut singles.names, &gas.spec.tags);
+    }
+    singles.world.pairs = PairTable::new(&scene.transparent, &scene.diameter, &mut singles.names)?;
+    Ok(())
+}
 
 /// Single bodies and kinds of molecules, each checked.
 #[derive(Debug, Clone)]
@@ -28,8 +48,15 @@ impl SceneContents {
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         let bounds = PeriodicBox::new(DVec2::from(scene.bounds.sides)).map_err(geometry("box"))?;
         drag_clock("box.drag", scene.bounds.drag)?;
-        let singles = Singles::new(scene, bounds)?;
-        let species = species(scene, &bounds)?;
+        let mut singles = Singles::new(scene, bounds)?;
+        let mut species = species(scene, &bounds)?;
+        set_pairs(scene, &mut singles, &mut species)?;
+        for (index, gas) in species.iter_mut().enumerate() {
+            if gas.spec.fixed {
+                fixed_gas::place(&mut singles, gas, &scene.bounds, index)?;
+                *gas = gas.clone().emptied();
+            }
+        }
         // Refused before placement: in such a box the number of lattice sites may be unbounded.
         let (sample, counts) = sample(&singles.world, &species);
         Grid::refuse_large_box(&sample)

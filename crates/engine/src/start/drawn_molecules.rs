@@ -92,7 +92,12 @@ fn given_keys(spec: &GasSpec) -> GivenKeys {
         size: spec.size.is_some(),
         atom_mass: spec.atom_mass.is_some(),
         mass: false,
-        mass_in_gas: spec.mass.is_some(),
+        // A fixed molecule needs none.
+        mass_in_gas: spec.mass.is_some()
+            || (spec.fixed
+                && spec.atoms.is_empty()
+                && spec.atom_mass.is_none()
+                && spec.density.is_none()),
         density: spec.density.is_some(),
     }
 }

@@ -56,7 +56,8 @@ pub(crate) fn fit_box(scene: &mut Scene, table: &toml::Table) -> Result<(), Scen
         }
         scene.gas[index].area_fraction = None;
         let unit = PeriodicBox::new(DVec2::ONE).map_err(|error| problem(error.to_string()))?;
-        let found = (Species::new(scene, index, &unit)?.area() / fraction).sqrt();
+        let areas = scene.gas[index].sum_of_areas(fraction);
+        let found = (Species::new(scene, index, &unit)?.area() / areas).sqrt();
         if let Some(other) = side
             && (other - found).abs() > SAME * found
         {

@@ -36,6 +36,10 @@ const MIN_GAP: f64 = 1e-9;
 /// Most sites of a lattice where fewer are needed: the check of each takes about a microsecond.
 const MAX_SITES: usize = 1 << 22;
 
+/// Places tried for a molecule that has a place independent of others of its kind. Fewer: places
+/// among many obstacles are not found. More: a refusal takes longer.
+const TRIALS: usize = 100_000;
+
 /// A lattice of touching sites, the last to be tried, is thinned out if it has more sites than
 /// this: in a narrow box it may have any number of sites, even if few are needed.
 const FEW_SITES: usize = 1 << 20;
@@ -164,6 +168,7 @@ fn place_kinds(
             let is_alike = |kind: &Kind<'_>| {
                 kind.molecule.bounding_radius() >= share * largest
                     && kind.region() == species[first].region()
+                    && kind.gas.pair_tags == species[first].gas.pair_tags
             };
             let alike = rest.iter().take_while(|&&k| is_alike(&species[k])).count();
             if alike == tried {
@@ -189,10 +194,10 @@ fn place_kinds(
         rest = &rest[class.len()..];
         if !rest.is_empty() {
             for &kind in class {
-                let molecule = &species[kind].molecule;
-                places[kind]
-                    .iter()
-                    .for_each(|&place| sites.add_circle(world.bounds(), place, molecule));
+                let Kind { molecule, gas, .. } = &species[kind];
+                places[kind].iter().for_each(|&place| {
+                    sites.add_circle(world.bounds(), place, molecule, &gas.pair_tags);
+                });
             }
         }
     }
@@ -212,8 +217,12 @@ fn place_class(
     if requested == 0 {
         return Ok(());
     }
-    let radius = species[class[0]].molecule.bounding_radius() * (1.0 + MIN_GAP);
     let gas = species[class[0]].gas;
+    let own = species[class[0]].molecule.bounding_radius() * (1.0 + MIN_GAP);
+    // All molecules of a class have the same tags where rules apply to pairs of them.
+    let factor = world.pairs.factor_of_tags(&gas.pair_tags, &gas.pair_tags);
+    let is_ideal = factor == 0.0;
+    let radius = if is_ideal { own } else { factor * own };
     let full = |placed: usize| {
         // Molecules of drawn sizes are counted with those of their gas that are already placed.
         let before = |k: usize| {
@@ -239,21 +248,40 @@ fn place_class(
     };
     let region = species[class[0]].region().unwrap_or_default();
     let (corner, field) = field(world.bounds(), &region, radius).map_err(geometry(&gas.entry))?;
+    let probe = Molecule::disc(own, 1.0).map_err(geometry(&species[class[0]].gas.entry))?;
+    let pockets = pockets(world, species, class).map_err(geometry(&gas.entry))?;
+    let free_at = |place: DVec2| {
+        region.contains(world.bounds(), place)
+            && !pockets.contain(world.bounds(), place)
+            && sites
+                .nearest(world, &probe, &Motion::at_rest(place), &gas.pair_tags)
+                .is_none_or(|(_, gap)| gap > 0.0)
+    };
+    if is_ideal {
+        // Molecules that do not see each other have independent places.
+        let extent = region.extent(world.bounds());
+        let drawn = || {
+            let share = DVec2::new(random.random(), random.random());
+            region.corner() + share * extent
+        };
+        let mut drawn = std::iter::repeat_with(drawn);
+        let mut found = Vec::with_capacity(requested.min(1 << 24));
+        while found.len() < requested {
+            let place = drawn.by_ref().take(TRIALS).find(|&place| free_at(place));
+            found.push(place.ok_or_else(|| full(found.len()))?);
+        }
+        let mut found = found.into_iter();
+        for &kind in class {
+            places[kind].extend(found.by_ref().take(species[kind].count));
+        }
+        return Ok(());
+    }
     // More molecules than fit in any case are refused before a lattice is built.
     let reach = (region.extent(world.bounds()) + 2.0 * radius).min(world.bounds().sides());
     let densest = reach.x * reach.y / (3f64.sqrt() * 2.0 * radius * radius);
     if requested as f64 > 1.1 * densest + 2.0 {
         return Err(full(densest as usize));
     }
-    let probe = Molecule::disc(radius, 1.0).map_err(geometry(&species[class[0]].gas.entry))?;
-    let pockets = pockets(world, species, class).map_err(geometry(&gas.entry))?;
-    let free_at = |place: DVec2| {
-        region.contains(world.bounds(), place)
-            && !pockets.contain(world.bounds(), place)
-            && sites
-                .nearest(world, &probe, &Motion::at_rest(place))
-                .is_none_or(|(_, gap)| gap > 0.0)
-    };
     let is_part = field != *world.bounds();
     let mut most = 0;
     let (lattice, free) = 'found: {

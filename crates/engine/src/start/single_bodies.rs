@@ -89,25 +89,14 @@ impl Singles {
 
     /// Refuses overlaps between the single bodies; fixed bodies may overlap each other.
     pub fn refuse_overlaps(&self) -> Result<(), SceneError> {
-        let world = &self.world;
-        let mut sites = Sites::new(world);
-        let is_fixed = |&index: &usize| world.bodies[index].is_fixed();
-        (0..world.bodies.len())
-            .filter(is_fixed)
-            .for_each(|index| sites.add(world, index));
-        for index in (0..world.bodies.len()).filter(|index| !is_fixed(index)) {
-            if let Some((other, depth)) = deepest_overlap(world, &sites, index) {
-                let entry = |index: usize| self.entries[index].clone();
-                let (first, second) = (entry(other.min(index)), entry(other.max(index)));
-                return Err(SceneError::Overlap {
-                    first,
-                    second,
-                    depth,
-                });
-            }
-            sites.add(world, index);
-        }
-        Ok(())
+        first_overlap(&self.world).map_or(Ok(()), |([one, other], depth)| {
+            let entry = |index: usize| self.entries[index].clone();
+            Err(SceneError::Overlap {
+                first: entry(one),
+                second: entry(other),
+                depth,
+            })
+        })
     }
 }
 
@@ -333,10 +322,27 @@ pub(crate) fn add_wall(
         molecule,
         inertia: Inertia::FIXED,
         tags,
-        elasticity_class: 0,
+        tag_class: 0,
         temperature: spec.temperature,
     };
     Ok(world.insert(kind, Motion::at_rest(centre)))
+}
+
+/// Two bodies of a world that overlap beyond rounding, in the order of insertion, and the depth
+/// (length); two fixed bodies may overlap.
+pub(crate) fn first_overlap(world: &World) -> Option<([usize; 2], f64)> {
+    let mut sites = Sites::new(world);
+    let is_fixed = |&index: &usize| world.bodies[index].is_fixed();
+    (0..world.bodies.len())
+        .filter(is_fixed)
+        .for_each(|index| sites.add(world, index));
+    for index in (0..world.bodies.len()).filter(|index| !is_fixed(index)) {
+        if let Some((other, depth)) = deepest_overlap(world, &sites, index) {
+            return Some(([other.min(index), other.max(index)], depth));
+        }
+        sites.add(world, index);
+    }
+    None
 }
 
 /// The body with the deepest overlap with this one beyond rounding, and the depth (length); two

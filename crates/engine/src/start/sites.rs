@@ -1,7 +1,6 @@
 //! Grid of the bodies in the box: finds the body nearest to a given position while a box is filled
 //! or edited.
 
-use carom_geometry::gap_between;
 use carom_geometry::{Molecule, PeriodicBox};
 use carom_kinematics::Motion;
 use glam::DVec2;
@@ -10,6 +9,8 @@ use smallvec::SmallVec;
 use crate::world::{
     World,
     index_or_none::IndexOrNone,
+    pair_table::gap_with_factor,
+    tags::Tags,
     wall::{StandingWall, folded},
 };
 
@@ -29,7 +30,7 @@ pub(crate) struct Sites {
     /// The first entry of each cell.
     heads: Vec<IndexOrNone>,
     entries: Vec<Entry>,
-    circles: Vec<(DVec2, f64)>,
+    circles: Vec<Circle>,
     /// The largest radius among bodies listed by their centre alone (length).
     largest: f64,
     /// The number of bodies for which the cells were chosen.
@@ -44,6 +45,15 @@ struct Entry {
     next: IndexOrNone,
     /// Whether other cells may list the same body.
     is_repeated: bool,
+}
+
+/// A place reserved for a molecule.
+#[derive(Debug)]
+struct Circle {
+    centre: DVec2,
+    radius: f64,
+    /// Tags of the molecule that rules for pairs read.
+    tags: Tags,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,12 +146,22 @@ impl Sites {
         }
     }
 
-    /// Reserves a circle for a molecule.
-    pub(crate) fn add_circle(&mut self, bounds: &PeriodicBox, place: DVec2, molecule: &Molecule) {
+    /// Reserves a circle for a molecule with these tags.
+    pub(crate) fn add_circle(
+        &mut self,
+        bounds: &PeriodicBox,
+        place: DVec2,
+        molecule: &Molecule,
+        tags: &Tags,
+    ) {
         let (place, _) = bounds.wrap(place);
         let radius = molecule.bounding_radius();
         let standing = Standing::Circle(self.circles.len() as u32);
-        self.circles.push((place, radius));
+        self.circles.push(Circle {
+            centre: place,
+            radius,
+            tags: tags.clone(),
+        });
         let is_repeated = !self.is_small(radius);
         for (cell, image) in self.cells_of_circle(place, radius) {
             self.put(cell, image, standing, is_repeated);
@@ -213,29 +233,31 @@ impl Sites {
         [0, 1].map(|axis| ((place[axis] / self.side[axis]) as i64).clamp(0, self.counts[axis] - 1))
     }
 
-    /// The body whose surface is nearest to (or deepest inside) a molecule, among the bodies whose
-    /// bounding circles overlap its own, and the gap (length, negative for an overlap). Reserved
-    /// circles have the index `usize::MAX`.
+    /// The body whose surface is nearest to (or deepest inside) a molecule with these tags, among
+    /// the bodies that it sees and whose bounding circles overlap its own, and the gap (length,
+    /// negative for an overlap). Reserved circles have the index `usize::MAX`.
     pub(crate) fn nearest(
         &self,
         world: &World,
         molecule: &Molecule,
         motion: &Motion,
+        tags: &Tags,
     ) -> Option<(usize, f64)> {
-        self.nearest_of(world, molecule, motion, |_| true)
+        self.nearest_of(world, molecule, motion, tags, |_| true)
     }
 
     /// The body nearest to (or deepest inside) a body of the world that is not listed itself, among
     /// the bodies whose bounding circles overlap its own, and the gap (length, negative for an
-    /// overlap). A fixed body is compared with moving bodies only.
+    /// overlap). A fixed body is compared with moving bodies only, each body with those it sees.
     pub(crate) fn nearest_to_body(&self, world: &World, index: usize) -> Option<(usize, f64)> {
         let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
         let moves = |index: usize| !world.bodies()[index].is_fixed();
         match StandingWall::new(body, motion) {
             Some(wall) => self.nearest_to_wall(world, &wall, index),
-            None => self.nearest_of(world, body.molecule(), motion, |index| {
-                !body.is_fixed() || moves(index)
-            }),
+            None => {
+                let counts = |index| !body.is_fixed() || moves(index);
+                self.nearest_of(world, body.molecule(), motion, &body.kind.tags, counts)
+            }
         }
     }
 
@@ -264,7 +286,9 @@ impl Sites {
                         let other = &world.bodies()[index as usize];
                         let image =
                             [0, 1].map(|axis| i64::from(away[axis]) - i64::from(image[axis]));
-                        (!other.is_fixed()).then_some((index as usize, image))
+                        let counts = !other.is_fixed()
+                            && world.pairs.sees(&body.kind.tags, &other.kind.tags);
+                        counts.then_some((index as usize, image))
                     },
                 )
             });
@@ -273,9 +297,10 @@ impl Sites {
             let separation = there.position - motion.position + world.bounds().shift(image);
             let molecule = &world.bodies()[other].kind.molecule;
             let rotation = there.orientation.cos_sin();
+            let molecules = [&**molecule, body.molecule()];
             (
                 other,
-                gap_between(molecule, rotation, body.molecule(), turned, -separation),
+                gap_with_factor(1.0, molecules, [rotation, turned], -separation),
             )
         };
         found
@@ -293,42 +318,54 @@ impl Sites {
         world: &World,
         molecule: &Molecule,
         motion: &Motion,
+        tags: &Tags,
         counts: impl Fn(usize) -> bool,
     ) -> Option<(usize, f64)> {
         let bounds = world.bounds();
         let (place, _) = bounds.wrap(motion.position);
         let rotation = motion.orientation.cos_sin();
         let mut nearest: Option<(usize, f64)> = None;
-        self.for_each_near(place, molecule.bounding_radius(), |standing, image| {
-            let (index, radius) = match standing {
-                Standing::Circle(circle) => (usize::MAX, self.circles[circle as usize].1),
+        // A pair whose contact distance is longer by a factor may overlap beyond its circles.
+        let factor = world.pairs.largest_factor();
+        let radius = factor * molecule.bounding_radius() + (factor - 1.0) * self.largest;
+        self.for_each_near(place, radius, |standing, image| {
+            let (index, radius, other_tags) = match standing {
+                Standing::Circle(circle) => {
+                    let Circle { radius, tags, .. } = &self.circles[circle as usize];
+                    (usize::MAX, *radius, tags)
+                }
                 Standing::Body(index) => {
-                    let other = &world.bodies()[index as usize].kind.molecule;
-                    (index as usize, other.bounding_radius())
+                    let other = &world.bodies()[index as usize].kind;
+                    (
+                        index as usize,
+                        other.molecule.bounding_radius(),
+                        &other.tags,
+                    )
                 }
             };
-            if !counts(index) {
+            let factor = world.pairs.factor_of_tags(tags, other_tags);
+            if factor == 0.0 || !counts(index) {
                 return;
             }
             let shift = bounds.shift(image);
             let gap = match standing {
                 Standing::Circle(circle) => {
-                    let centre = self.circles[circle as usize].0;
-                    (centre - place + shift).length() - radius - molecule.bounding_radius()
+                    let centre = self.circles[circle as usize].centre;
+                    let distance = (centre - place + shift).length();
+                    distance - factor * radius - factor * molecule.bounding_radius()
                 }
                 Standing::Body(_) => {
                     let other = &world.bodies()[index].kind.molecule;
                     let there = &world.motions()[index];
                     let separation = there.position - place + shift;
-                    let reach = molecule.bounding_radius() + radius;
+                    let reach = factor * (molecule.bounding_radius() + radius);
                     if !other.is_wall() && separation.length_squared() > reach * reach {
                         return;
                     }
-                    gap_between(
-                        molecule,
-                        rotation,
-                        other,
-                        there.orientation.cos_sin(),
+                    gap_with_factor(
+                        factor,
+                        [molecule, other],
+                        [rotation, there.orientation.cos_sin()],
                         separation,
                     )
                 }
@@ -404,6 +441,7 @@ mod tests {
         start::single_bodies,
         world::tags::TagNames,
     };
+    use carom_geometry::gap_between;
     use carom_kinematics::Orientation;
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64;
@@ -510,7 +548,7 @@ mod tests {
                     ..Motion::at_rest(place)
                 };
                 let found = sites
-                    .nearest(&world, &molecule, &motion)
+                    .nearest(&world, &molecule, &motion, &Tags::default())
                     .map(|(_, gap)| gap);
                 let expected = deepest(&world, &listed, &molecule, &motion);
                 let found = found.filter(|&gap| gap < 0.0);

@@ -34,6 +34,9 @@ pub(crate) struct Species {
     pub count: usize,
     /// Whether no molecule is placed in a pocket of another.
     pub avoids_pockets: bool,
+    /// The tags of the molecules, if the scene has rules for pairs of tags; else none, since no
+    /// placement reads them.
+    pub pair_tags: Tags,
     molecules: Molecules,
 }
 
@@ -68,7 +71,7 @@ pub(crate) fn sample(world: &World, species: &[Species]) -> (World, Vec<usize>) 
                 &mut sample,
                 Arc::clone(kind.molecule(index)),
                 kind.inertia(index),
-                Tags::default(),
+                kind.pair_tags.clone(),
                 motion,
             );
         }
@@ -89,6 +92,7 @@ impl Species {
             problem: problem.to_owned(),
         };
         let described = Described::new(scene, index, &entry)?;
+        spec.check_fixed().map_err(|reason| problem(&reason))?;
         check_energy(&entry, spec)?;
         let (molecules, count) = match described {
             Described::Equal(molecule) => {
@@ -118,6 +122,7 @@ impl Species {
             molecules,
             count,
             avoids_pockets,
+            pair_tags: Tags::default(),
         };
         // Equal molecules are checked even if there is none.
         let checked = if kind.is_equal() {
@@ -154,6 +159,19 @@ impl Species {
         let size = if self.is_equal() { self.count } else { 1 };
         let groups = if self.is_equal() { 1 } else { self.count };
         (0..groups).map(move |group| (group * size, size))
+    }
+
+    /// This gas without molecules, which have been placed as single bodies.
+    pub fn emptied(self) -> Self {
+        let molecules = match self.molecules {
+            Molecules::Equal(molecule) => Molecules::Equal(molecule),
+            Molecules::Drawn(_) => Molecules::Drawn(Vec::new()),
+        };
+        Self {
+            count: 0,
+            molecules,
+            ..self
+        }
     }
 
     /// This gas with its molecules at another scale.
@@ -472,6 +490,7 @@ fn requested(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Reques
         (Some(fraction), None)
             if (CLOSEST_PACKING..1.0).contains(&fraction)
                 && spec.region.is_none()
+                && !spec.overlapping
                 && is_of_equal_discs(spec) =>
         {
             Err(problem(&format!(
@@ -479,7 +498,7 @@ fn requested(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Reques
             )))
         }
         (Some(fraction), None) if (0.0..1.0).contains(&fraction) => Ok(Requested::Area(
-            fraction * spec.region.unwrap_or_default().area(bounds),
+            spec.sum_of_areas(fraction) * spec.region.unwrap_or_default().area(bounds),
         )),
         (Some(fraction), None) => {
             let share = fraction / 100.0;

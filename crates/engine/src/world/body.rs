@@ -52,8 +52,8 @@ pub(crate) struct BodyKind {
     pub(crate) molecule: Arc<Molecule>,
     pub(crate) inertia: Inertia,
     pub(crate) tags: Tags,
-    /// Row and column of the body in the table of elasticities.
-    pub(crate) elasticity_class: u32,
+    /// Row and column of the body in the tables of elasticities and of pairs.
+    pub(crate) tag_class: u32,
     /// kT of a wall that has a temperature (mass × length² / time²).
     pub(crate) temperature: Option<f64>,
 }
@@ -64,7 +64,7 @@ impl BodyKind {
         (Arc::ptr_eq(&self.molecule, &other.molecule) || self.molecule == other.molecule)
             && self.inertia == other.inertia
             && self.tags == other.tags
-            && self.elasticity_class == other.elasticity_class
+            && self.tag_class == other.tag_class
             && self.temperature == other.temperature
     }
 }

@@ -7,19 +7,25 @@ pub(crate) mod contact_event;
 pub(crate) mod counters;
 pub(crate) mod heat;
 pub(crate) mod index_or_none;
+pub(crate) mod pair_table;
 pub(crate) mod report;
 pub(crate) mod rounding_bound;
+pub(crate) mod tag_classes;
 pub(crate) mod tags;
 pub(crate) mod view;
 pub(crate) mod wall;
 pub(crate) mod wrapped;
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{DragClock, EpochTime, Motion, Orientation, kinetic_energy};
 
-use crate::world::body::{Body, BodyKey, BodyKind};
+use crate::world::{
+    body::{Body, BodyKey, BodyKind},
+    pair_table::PairTable,
+    tags::Tags,
+};
 
 /// Number of earlier bodies with which a new one is compared, to share a description. Smaller: the
 /// bodies of a mixture share less.
@@ -54,6 +60,8 @@ pub struct World {
     pub(crate) stop: Option<(f64, EpochTime)>,
     /// Whether any body is such a wall; without one, contacts with it are not looked for.
     pub(crate) has_thermal_walls: bool,
+    /// Which pairs of bodies see each other, and at which distance.
+    pub(crate) pairs: PairTable,
 }
 
 impl World {
@@ -71,6 +79,7 @@ impl World {
             clock: DragClock::FREE,
             stop: None,
             has_thermal_walls: false,
+            pairs: PairTable::default(),
         }
     }
 
@@ -149,7 +158,7 @@ impl World {
 
     /// The two bodies with the largest contact distance, and that distance (length): the largest
     /// moving body and the largest other body. A single moving body is paired with itself, with its
-    /// bounding radius as distance.
+    /// bounding radius as distance. With rules for pairs of tags, the distance is an upper bound.
     pub(crate) fn farthest_reaching(&self) -> Option<(f64, [usize; 2])> {
         let radius = |index: usize| self.bodies[index].reach();
         // The first of several bodies of the same size.
@@ -168,7 +177,10 @@ impl World {
         };
         let first = largest(None, false)?;
         Some(match largest(Some(first), true) {
-            Some(second) => (radius(first) + radius(second), [first, second]),
+            Some(second) => {
+                let factor = self.pairs.largest_factor();
+                (factor * (radius(first) + radius(second)), [first, second])
+            }
             None => (radius(first), [first; 2]),
         })
     }
@@ -177,6 +189,9 @@ impl World {
     /// the moving body with the smallest atom, and the other body with the smallest atom. `None` if
     /// no two bodies can collide.
     pub(crate) fn closest_touching(&self) -> Option<(f64, [usize; 2])> {
+        if self.pairs.has_rules() {
+            return self.closest_by_tags();
+        }
         let atom = |index: usize| self.bodies[index].smallest_reach();
         let smallest = |skip: Option<usize>, fixed_too: bool| {
             (0..self.bodies.len())
@@ -189,6 +204,48 @@ impl World {
         let (first_radius, first) = smallest(None, false)?;
         let (second_radius, second) = smallest(Some(first), true)?;
         Some((first_radius + second_radius, [first, second]))
+    }
+
+    /// The two bodies of [`Self::closest_touching`] where rules for pairs of tags apply.
+    fn closest_by_tags(&self) -> Option<(f64, [usize; 2])> {
+        // Of each set of tags the two smallest bodies that move, and the two smallest fixed ones.
+        let mut groups: BTreeMap<(&Tags, bool), Vec<(f64, usize)>> = BTreeMap::new();
+        for (index, body) in self.bodies.iter().enumerate() {
+            let smallest = groups
+                .entry((&body.kind.tags, body.is_fixed()))
+                .or_default();
+            smallest.push((body.smallest_reach(), index));
+            smallest.sort_by(|one, other| one.0.total_cmp(&other.0));
+            smallest.truncate(2);
+        }
+        let smallest = || {
+            groups
+                .iter()
+                .flat_map(|(group, list)| list.iter().map(move |one| (group, one)))
+        };
+        let mut closest: Option<(f64, [usize; 2])> = None;
+        let moving = smallest().filter(|((_, is_fixed), _)| !is_fixed);
+        for ((tags, _), &(radius, index)) in moving {
+            for ((other_tags, _), &(other_radius, other)) in
+                smallest().filter(|(_, one)| one.1 != index)
+            {
+                let reach = self.pairs.factor_of_tags(tags, other_tags) * (radius + other_radius);
+                if reach > 0.0 && closest.is_none_or(|(least, _)| reach < least) {
+                    closest = Some((reach, [index, other]));
+                }
+            }
+        }
+        closest
+    }
+
+    /// The factor on the sum of the radii of two discs at their contact: 1 unless a
+    /// [`DiameterSpec`](crate::DiameterSpec) applies; 0 for two bodies that do not see each other
+    /// ([`TransparentSpec`](crate::TransparentSpec)). Schedulers must leave out the latter. The
+    /// bodies are indices in the order of [`Self::bodies`].
+    #[inline]
+    pub fn pair_factor(&self, bodies: [u32; 2]) -> f64 {
+        let [a, b] = bodies.map(|body| &self.bodies[body as usize]);
+        self.pairs.factor(a, b)
     }
 
     /// The largest bounding radius of a body that moves (length).

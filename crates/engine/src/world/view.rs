@@ -118,6 +118,13 @@ impl<'a> View<'a> {
         self.world.clock.drag()
     }
 
+    /// Whether rules for pairs of tags affect bodies: some do not see each other
+    /// ([`TransparentSpec`](crate::TransparentSpec)), or touch at another distance than the sum of
+    /// their radii ([`DiameterSpec`](crate::DiameterSpec)).
+    pub fn has_pair_rules(&self) -> bool {
+        self.world.pairs.is_active()
+    }
+
     /// Kinetic energy of all bodies (mass × length² / time²).
     pub fn energy(&self) -> f64 {
         let slowing = self.world.clock.slowing(self.offset);

@@ -114,6 +114,10 @@ fn reasons(scene: &Scene, view: &View<'_>, kinds: &[Kind]) -> Vec<String> {
             "some bodies are fixed",
         ),
         (!is_elastic, "contacts are not elastic"),
+        (
+            view.has_pair_rules(),
+            "rules for pairs of tags are left out",
+        ),
         (is_edited, "stages and thermostats are left out"),
         (
             covered(view, kinds) > DENSEST_FLUID,

@@ -25,8 +25,13 @@ pub(super) struct CheckedContents {
     /// Number of bodies that move, and of those that turn in contacts.
     pub(super) moving: usize,
     pub(super) turning: usize,
-    /// Area of all bodies, as a share of the box.
+    /// The share of the box that all bodies cover: the sum of their areas, of fixed molecules that
+    /// may overlap what they are expected to cover.
     pub(super) area_fraction: f64,
+    /// What fixed molecules that may overlap are expected to cover, and the sum of their areas, as
+    /// shares of the box.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    overlapping: Option<[f64; 2]>,
     energy: f64,
     /// kT; `None` without thermal motion.
     temperature: Option<f64>,
@@ -115,6 +120,9 @@ impl CheckedContents {
             }
         }
         bodies.sort_by_key(|kind| kind.first);
+        let box_area = view.bounds().area();
+        let summed = overlapping_areas(scene, view) / box_area;
+        let overlapping = (summed > 0.0).then(|| [-(-summed).exp_m1(), summed]);
         let run = &scene.run;
         Self {
             sides: view.bounds().sides().into(),
@@ -122,7 +130,9 @@ impl CheckedContents {
             bodies,
             moving,
             turning,
-            area_fraction: area / view.bounds().area(),
+            area_fraction: area / box_area
+                + overlapping.map_or(0.0, |[covered, summed]| covered - summed),
+            overlapping,
             energy: view.energy(),
             temperature: view.temperature(),
             momentum: view.momentum().into(),
@@ -188,6 +198,14 @@ impl CheckedContents {
             ],
             ["run".to_owned(), run],
         ];
+        if let Some([covered, summed]) = self.overlapping {
+            let words = format!(
+                "fixed ones that may overlap are expected to cover 1 − exp(−{}) = {} of the box",
+                short(summed),
+                short(covered)
+            );
+            lines.insert(2, [String::new(), words]);
+        }
         lines.extend(
             self.stop
                 .iter()
@@ -201,6 +219,33 @@ impl CheckedContents {
             table(std::iter::once(head).chain(rows))
         )
     }
+}
+
+/// The sum of the areas of the molecules of fixed gases that may overlap (length²).
+fn overlapping_areas(scene: &Scene, view: &View<'_>) -> f64 {
+    // Fixed gases follow the single bodies, in their order.
+    let mut before = scene.molecule.len() + scene.bumper.len() + scene.wall.len();
+    let mut sum = 0.0;
+    for gas in scene.gas.iter().filter(|gas| gas.fixed) {
+        // Of drawn sizes that cover an area, the expected number.
+        let number = match gas.count {
+            Some(count) => count,
+            None => {
+                let alone = Scene {
+                    gas: vec![gas.clone()],
+                    bounds: scene.bounds.clone(),
+                    ..Scene::default()
+                };
+                alone.expected_bodies().unwrap_or(0)
+            }
+        };
+        if gas.overlapping {
+            let bodies = view.bodies().skip(before).take(number);
+            sum += bodies.map(|body| body.body.molecule().area()).sum::<f64>();
+        }
+        before += number;
+    }
+    sum
 }
 
 impl Kind {

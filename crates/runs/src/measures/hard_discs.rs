@@ -72,6 +72,9 @@ impl HardDiscs {
         if elasticity.default != 1.0 || elasticity.pair.iter().any(|rule| rule.coefficient != 1.0) {
             return no("contacts are not elastic");
         }
+        if view.has_pair_rules() {
+            return no("rules for pairs of tags apply");
+        }
         let Some(temperature) = view.temperature().filter(|kt| *kt > 0.0) else {
             return no("there is no thermal motion");
         };

@@ -34,12 +34,21 @@ fn rehearse(simulation: &AnySimulation, scene: &Scene) -> Result<()> {
     let mut copy = simulation.clone();
     for (stage, spec) in scene.stage.iter().enumerate() {
         if stage > 0 {
-            start_with(&mut copy, scene, stage, 0, |result| match result {
+            let edited = start_with(&mut copy, scene, stage, 0, |result| match result {
                 Err(EditError::Scene(SceneError::Overlap { .. }) | EditError::NoSuchBody(_)) => {
                     Ok(())
                 }
                 other => other,
-            })?;
+            });
+            // Bodies that see each other again, and overlap now.
+            if let Err(error) = edited
+                && !matches!(
+                    error.downcast_ref(),
+                    Some(EditError::Scene(SceneError::Overlap { .. }))
+                )
+            {
+                return Err(error);
+            }
         }
         // An energy may be out of range for the present speeds and not for later ones.
         let sets_velocities = |spec: &ThermostatSpec| spec.action().is_none();
@@ -213,7 +222,7 @@ impl Edits<'_> {
         Ok(())
     }
 
-    /// Elasticity and rotation.
+    /// Elasticity, pairs that do not see each other, and rotation.
     fn rules(&mut self, spec: &StageSpec) -> Result<(), EditError> {
         if let Some(elasticity) = &spec.elasticity {
             "elasticity".clone_into(self.entry);
@@ -222,6 +231,10 @@ impl Edits<'_> {
         if let Some(drag) = spec.drag {
             "drag".clone_into(self.entry);
             self.batch.set_drag(drag)?;
+        }
+        if let Some(transparent) = &spec.transparent {
+            "transparent".clone_into(self.entry);
+            self.batch.set_transparent(transparent)?;
         }
         let locks = [
             (Rotation::Locked, "lock", &spec.lock),

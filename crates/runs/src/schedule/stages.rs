@@ -328,6 +328,7 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
         ("add_wall", stage.add_wall.len()),
         ("tag", stage.tag.len() + stage.untag.len()),
         ("elasticity", usize::from(stage.elasticity.is_some())),
+        ("transparent", usize::from(stage.transparent.is_some())),
         ("lock", stage.lock.len()),
         ("unlock", stage.unlock.len()),
         ("set_energy", stage.set_energy.len()),

@@ -33,6 +33,8 @@ pub enum Capability {
     Thermostat,
     /// Discs of several sizes.
     SizeMixture,
+    /// Pairs of bodies that do not see each other.
+    TransparentPairs,
 }
 
 /// Degree of use of a capability.
@@ -58,7 +60,7 @@ pub enum Variant {
 
 impl Capability {
     /// All capabilities.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Turning,
         Self::Sides,
         Self::Locked,
@@ -70,6 +72,7 @@ impl Capability {
         Self::Snapshots,
         Self::Thermostat,
         Self::SizeMixture,
+        Self::TransparentPairs,
     ];
 
     /// Name of the capability.
@@ -86,6 +89,7 @@ impl Capability {
             Self::Snapshots => "snapshots",
             Self::Thermostat => "thermostat",
             Self::SizeMixture => "size mixture",
+            Self::TransparentPairs => "transparent pairs",
         }
     }
 
@@ -130,6 +134,12 @@ impl Capability {
             }
             (Self::SizeMixture, CapabilityLevel::Idle) => "one disc three times as wide",
             (Self::SizeMixture, CapabilityLevel::Used) => "200 discs three times as wide",
+            (Self::TransparentPairs, CapabilityLevel::Idle) => {
+                "a factor of 1 on the diameters of the discs"
+            }
+            (Self::TransparentPairs, CapabilityLevel::Used) => {
+                "discs of two tags, which do not see each other"
+            }
         }
     }
 
@@ -189,6 +199,10 @@ impl Capability {
                 "engine/src/cells/multi_cell/large_disc.rs",
                 "engine/src/cells/multi_cell/listing.rs",
                 "engine/src/cells/multi_cell/search.rs",
+            ],
+            Self::TransparentPairs => &[
+                "engine/src/cells/discs_by_pair.rs",
+                "engine/src/world/pair_table.rs",
             ],
             Self::Locked | Self::Bumpers => &[],
         }

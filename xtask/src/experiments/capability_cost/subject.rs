@@ -6,8 +6,8 @@ use anyhow::{Context, Result};
 use carom::{
     Observer as _, Scene, Subscriptions,
     engine::{
-        AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Rotation, Tag,
-        WallSpec,
+        AtomSpec, BumperSpec, DiameterSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec,
+        Rotation, Tag, TransparentSpec, WallSpec,
     },
     observers::{TagFilter, write_extended_xyz},
 };
@@ -358,6 +358,22 @@ pub fn scene(variant: Variant) -> Scene {
                 ..MoleculeSpec::default()
             }];
             scene.gas[0].count = Some(DISCS - 9);
+        }
+        Capability::TransparentPairs if used => {
+            let half = |tag: &str| GasSpec {
+                tags: vec![tag.to_owned()],
+                ..discs(DISCS / 2, radius, 1.0)
+            };
+            scene.gas = vec![half("one"), half("other")];
+            scene.transparent = vec![TransparentSpec {
+                between: ["one", "other"].map(str::to_owned).to_vec(),
+            }];
+        }
+        Capability::TransparentPairs => {
+            scene.diameter = vec![DiameterSpec {
+                between: vec!["gas".to_owned()],
+                factor: 1.0,
+            }];
         }
         Capability::Subscriptions | Capability::Snapshots | Capability::Thermostat => {}
     }

@@ -12,6 +12,7 @@ use crate::{
         state::CellState,
     },
     scheduler::TouchingParts,
+    world::World,
 };
 
 impl<F: CellFrame> CellState<F> {
@@ -21,6 +22,7 @@ impl<F: CellFrame> CellState<F> {
     pub(super) fn search_discs_around<D: Detection, K: Kernel>(
         &self,
         kernel: K,
+        world: &World,
         detection: &D,
         multi_cell_body: &MultiCellBody,
         now: f64,
@@ -30,7 +32,8 @@ impl<F: CellFrame> CellState<F> {
         let body = multi_cell_body.body;
         let query = self.multi_cell_query(body, now);
         let in_closed_form = detection.decides_discs_in_closed_form();
-        let by_lists = except.is_none() && in_closed_form;
+        let by_pair = world.pairs.is_active();
+        let by_lists = except.is_none() && in_closed_form && !by_pair;
         let is_plain = |tile: &Listed| {
             by_lists && tile.image == [0; 2] && !self.neighbour_lists.list_of(tile.index).at_border
         };
@@ -71,14 +74,21 @@ impl<F: CellFrame> CellState<F> {
         });
         let mut others = small
             .chain(large)
-            .filter(|other| Some(other.index) != except);
+            .filter(|other| Some(other.index) != except)
+            .filter(|other| !by_pair || self.pair_factor(world, [body, other.index]) > 0.0);
         loop {
             let some: SmallVec<[Listed; DISC_LANES]> = others.by_ref().take(DISC_LANES).collect();
             if some.is_empty() {
                 return pairs;
             }
             pairs += some.len() as u64;
-            let times = detection.disc_contacts(&self.lanes::<DISC_LANES>(body, &some, now));
+            let mut lanes = self.lanes::<DISC_LANES>(body, &some, now);
+            if by_pair {
+                for (lane, other) in some.iter().enumerate() {
+                    lanes.contact_distance[lane] *= self.pair_factor(world, [body, other.index]);
+                }
+            }
+            let times = detection.disc_contacts(&lanes);
             for (&other, time) in some.iter().zip(times) {
                 self.offer_disc(body, now + time, other, best);
             }
@@ -112,17 +122,20 @@ impl<F: CellFrame> CellState<F> {
         }
     }
 
-    /// Tests a disc in a cell against a large disc.
+    /// Tests a disc in a cell against a large disc; `factor` is that on the sum of their radii.
     #[inline(always)]
     pub(super) fn test_large_disc(
         &mut self,
         disc: u32,
         large: Listed,
+        factor: f64,
         now: f64,
         best: &mut EarliestEvent,
     ) {
         self.count_pairs(disc, 1);
-        let [time] = self.lanes::<1>(disc, &[large], now).contact_times();
+        let mut lanes = self.lanes::<1>(disc, &[large], now);
+        lanes.contact_distance[0] *= factor;
+        let [time] = lanes.contact_times();
         self.offer_disc(disc, now + time, large, best);
     }
 }

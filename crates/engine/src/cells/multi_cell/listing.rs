@@ -130,6 +130,7 @@ impl CellState {
     /// nearer to the centre of a disc's shell than R − h. The cell of this point lists both.
     fn find_neighbours(&mut self, bounds: &PeriodicBox, index: usize) {
         let multi_cell = &mut self.multi_cell;
+        let factor = self.grid.largest_factor();
         let own_index = index as u32;
         let mut neighbours = std::mem::take(&mut multi_cell.list[index].neighbours);
         let multi_cell_body = &multi_cell.list[index];
@@ -153,11 +154,8 @@ impl CellState {
                     (Some(wall), _) => near_wall(wall, there, shift),
                     (None, Some(wall)) => near_wall(wall, multi_cell_body, -shift),
                     (None, None) => {
-                        let reach = (multi_cell_body.radius
-                            + there.radius
-                            + multi_cell_body.shell
-                            + there.shell)
-                            * MARGIN;
+                        let radii = multi_cell_body.radius + there.radius;
+                        let reach = (factor * radii + multi_cell_body.shell + there.shell) * MARGIN;
                         (there.centre + shift - multi_cell_body.centre).length_squared()
                             <= reach * reach
                     }
@@ -231,8 +229,9 @@ impl Reach {
             shell,
             ..
         } = multi_cell_body;
-        let outer = (radius + grid.largest_small() + shell) * MARGIN;
-        let inner = if multi_cell_body.is_disc_among_discs {
+        let outer = (grid.largest_factor() * (radius + grid.largest_small()) + shell) * MARGIN;
+        // Discs that do not see this one, or touch it at a shorter distance, may be inside.
+        let inner = if multi_cell_body.is_disc_among_discs && !grid.is_by_pair() {
             (radius - shell).max(0.0)
         } else {
             0.0

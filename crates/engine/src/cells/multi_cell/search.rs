@@ -46,6 +46,7 @@ impl<F: CellFrame> CellState<F> {
         if multi_cell_body.is_disc_among_discs {
             let pairs = self.search_discs_around(
                 kernel,
+                world,
                 detection,
                 multi_cell_body,
                 now,
@@ -116,6 +117,9 @@ impl<F: CellFrame> CellState<F> {
                         .filter(|other| Some(other.index) != except)
                 },
             );
+        }
+        if world.pairs.is_active() {
+            candidates.retain(|other| self.pair_factor(world, [body, other.index]) > 0.0);
         }
         let tighter = |state: &Self, other: Listed| {
             let lanes = state.lanes::<1>(body, &[other], now);
@@ -197,6 +201,7 @@ impl<F: CellFrame> CellState<F> {
                     index,
                     image: image.map(|boxes| -boxes),
                 },
+                1.0,
                 now,
                 &mut best,
             );
@@ -240,12 +245,21 @@ impl<F: CellFrame> CellState<F> {
         except: Option<u32>,
     ) {
         let mut best = self.stored_event(disc);
+        let by_pair = world.pairs.is_active();
         // One horizon for all bodies: the bounds must not depend on the order of the tests.
         let horizon = best.time - now;
         for place in 0..self.multi_cell.covered.count(cell) {
             let listed = self.multi_cell.covered.get(cell, place);
             let other = listed.index;
             if Some(other) == except {
+                continue;
+            }
+            let factor = if by_pair {
+                self.pair_factor(world, [disc, other])
+            } else {
+                1.0
+            };
+            if factor == 0.0 {
                 continue;
             }
             // `listed.image` is that of the disc as seen from the multi-cell body; the other way it
@@ -260,6 +274,7 @@ impl<F: CellFrame> CellState<F> {
                         index: other,
                         image,
                     },
+                    factor,
                     now,
                     &mut best,
                 );

@@ -32,12 +32,14 @@ const TRIALS: usize = 64;
 /// discs above the density of the hexagonal lattice (A. Thue 1910; L. Fejes Tóth 1940), and
 /// molecules larger than the box.
 pub(super) fn refuse_impossible(contents: &SceneContents) -> Result<(), SceneError> {
-    let species = &contents.species;
+    let (species, pairs) = (&contents.species, &contents.singles.world.pairs);
     let area = contents.singles.world.bounds().area();
     let covered = species.iter().map(Species::area).sum::<f64>() / area;
     let mut kinds = species.iter().filter(|kind| kind.count > 0);
     let first = kinds.next();
+    // Molecules that do not see each other may cover the box any number of times.
     if let Some(first) = first
+        && !pairs.has_rules()
         && covered > densest(first, kinds)
     {
         let requested: usize = species.iter().map(|kind| kind.count).sum();

@@ -51,7 +51,9 @@ use crate::{
         sites::Sites,
         species::Species,
     },
-    world::{World, body::BodyKind, counters::Counters, tags::TagNames},
+    world::{
+        World, body::BodyKind, counters::Counters, tag_classes::sort_into_classes, tags::TagNames,
+    },
 };
 
 /// Collisions a molecule before the first step of growth: they mix the lattice.
@@ -183,6 +185,14 @@ impl Growth {
         scene: &Scene,
         contents: SceneContents,
     ) -> Result<Self, SceneError> {
+        if contents.singles.world.pairs.has_diameters() {
+            let problem = "gases with rules of `[[diameter]]` do not grow: give `placement` lattice and fewer \
+                           molecules, or `from` a snapshot";
+            return Err(SceneError::Entry {
+                entry: "start".to_owned(),
+                problem: problem.to_owned(),
+            });
+        }
         dilute::refuse_impossible(&contents)?;
         let held = held(&contents.singles.world);
         let (scale, motions) = dilute::place(scene, &held, &contents.species)?;
@@ -420,6 +430,10 @@ impl Growth {
         }
         let most = (0.5 * collisions * gases.len() as f64).ceil().max(1.0) as u64;
         let time = collisions * self.world.bounds.sides().max_element() / speed;
+        if self.world.pairs.has_rules() {
+            let classes = sort_into_classes(&mut self.world);
+            self.world.pairs.look_up(&classes, &self.world.bodies)?;
+        }
         let options = <CellScheduler as Scheduler>::Options::default();
         let scheduler = CellScheduler::new(&options, &self.world).map_err(|reason| {
             let counts = self.contents.counts();

@@ -23,7 +23,6 @@ use crate::{
     world::{
         World,
         body::{BodyKind, Rotation},
-        tags::Tags,
     },
 };
 
@@ -124,7 +123,7 @@ impl<'a> Packing<'a> {
             };
             let reach = (front + clearance) * own.molecule.bounding_radius() + margin;
             sites.for_each_body_near(self.world, place, reach, |other, separation| {
-                if other == body {
+                if other == body || !self.see_each_other(body, other) {
                     return;
                 }
                 let there = scaled(other);
@@ -149,6 +148,11 @@ impl<'a> Packing<'a> {
             scales[index] = room_left.scale_after(own.scale, front);
         }
         scales.iter().filter(|&&scale| scale < front).count()
+    }
+
+    fn see_each_other(&self, body: usize, other: usize) -> bool {
+        let [a, b] = [body, other].map(|index| &self.world.bodies[index]);
+        self.world.pairs.sees(&a.kind.tags, &b.kind.tags)
     }
 
     /// All bodies, listed with the radii that they may have at the end of the step.
@@ -259,8 +263,8 @@ pub(super) fn kind_at(kind: &Species, index: usize, scale: f64) -> Result<BodyKi
     Ok(BodyKind {
         molecule,
         inertia,
-        tags: Tags::default(),
-        elasticity_class: 0,
+        tags: kind.pair_tags.clone(),
+        tag_class: 0,
         temperature: None,
     })
 }

@@ -10,7 +10,7 @@ use super::{Growth, Stage};
 use crate::{
     scene::{error::SceneError, random::RandomStream},
     start::{species::Species, velocities::ConservedMomentum},
-    world::{World, body::BodyKind, centre_of_mass::conserved_momentum, tags::Tags},
+    world::{World, body::BodyKind, centre_of_mass::conserved_momentum},
 };
 
 /// Collisions a molecule in one step of the relaxation. Fewer: predictions are begun anew too
@@ -143,14 +143,14 @@ impl Growth {
     }
 }
 
-/// A molecule of a gas as in the scene, but without tags, which the growth does not need.
+/// A molecule of a gas as in the scene, but without tags, unless rules for pairs read them.
 pub(super) fn real_kind(kind: &Species, index: usize) -> BodyKind {
     let molecule = Arc::clone(kind.molecule(index));
     BodyKind {
         molecule,
         inertia: kind.inertia(index),
-        tags: Tags::default(),
-        elasticity_class: 0,
+        tags: kind.pair_tags.clone(),
+        tag_class: 0,
         temperature: None,
     }
 }

@@ -1,0 +1,236 @@
+//! Which pairs of bodies see each other, and by which factor the contact distance of two discs
+//! differs from the sum of their radii.
+
+use carom_geometry::{Molecule, gap_between};
+use glam::DVec2;
+
+use crate::{
+    scene::{
+        error::SceneError,
+        pair_spec::{DiameterSpec, MAX_FACTOR, MIN_FACTOR, TransparentSpec},
+    },
+    world::{
+        body::Body,
+        tags::{Tag, TagNames, Tags},
+    },
+};
+
+/// The factor of two bodies that do not see each other.
+const UNSEEN: f64 = 0.0;
+
+/// The rules of a scene for pairs of tags. Every pair of bodies has a factor: 0 if the two do not
+/// see each other, else that on the sum of the radii of two discs at their contact, which is 1
+/// unless a rule of diameters applies.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PairTable {
+    transparent: Vec<TransparentSpec>,
+    diameter: Vec<DiameterSpec>,
+    /// The rules of `transparent`, then those of `diameter`.
+    rules: Vec<Rule>,
+    /// Number of different sets of tags; bodies with equal tags are of one class.
+    classes: usize,
+    /// The factor for each pair of classes; empty if it is 1 for all.
+    by_class: Vec<f64>,
+}
+
+#[derive(Debug, Clone)]
+struct Rule {
+    tags: [Tag; 2],
+    factor: f64,
+}
+
+impl Rule {
+    fn applies(&self, a: &Tags, b: &Tags) -> bool {
+        let [one, other] = &self.tags;
+        (a.contains(one) && b.contains(other)) || (a.contains(other) && b.contains(one))
+    }
+}
+
+impl PairTable {
+    /// The table of these rules, for no bodies yet.
+    ///
+    /// # Errors
+    /// A rule names no tag or more than two, or its factor is out of range.
+    pub(crate) fn new(
+        transparent: &[TransparentSpec],
+        diameter: &[DiameterSpec],
+        names: &mut TagNames,
+    ) -> Result<Self, SceneError> {
+        let mut rules = Vec::new();
+        for (index, rule) in transparent.iter().enumerate() {
+            let tags = tags(&format!("transparent[{index}]"), &rule.between, names)?;
+            rules.push(Rule {
+                tags,
+                factor: UNSEEN,
+            });
+        }
+        for (index, rule) in diameter.iter().enumerate() {
+            let entry = format!("diameter[{index}]");
+            let tags = tags(&entry, &rule.between, names)?;
+            if !(MIN_FACTOR..=MAX_FACTOR).contains(&rule.factor) {
+                let problem = format!(
+                    "`factor` must be from {MIN_FACTOR} to {MAX_FACTOR}, but is {}; discs that pass through each other \
+                     are `[[transparent]]`",
+                    rule.factor
+                );
+                return Err(SceneError::Entry { entry, problem });
+            }
+            rules.push(Rule {
+                tags,
+                factor: rule.factor,
+            });
+        }
+        Ok(Self {
+            transparent: transparent.to_vec(),
+            diameter: diameter.to_vec(),
+            rules,
+            ..Self::default()
+        })
+    }
+
+    /// The rules as in a scene.
+    pub(crate) fn specs(&self) -> (&[TransparentSpec], &[DiameterSpec]) {
+        (&self.transparent, &self.diameter)
+    }
+
+    /// Whether there are rules, which may affect no body.
+    pub(crate) fn has_rules(&self) -> bool {
+        !self.rules.is_empty()
+    }
+
+    /// Whether there are rules of diameters, which may affect no body.
+    pub(crate) fn has_diameters(&self) -> bool {
+        !self.diameter.is_empty()
+    }
+
+    /// Whether a rule affects bodies of the world.
+    #[inline]
+    pub(crate) fn is_active(&self) -> bool {
+        !self.by_class.is_empty()
+    }
+
+    /// An upper bound on the factors of all pairs, at least 1.
+    pub(crate) fn largest_factor(&self) -> f64 {
+        self.rules
+            .iter()
+            .map(|rule| rule.factor)
+            .fold(1.0, f64::max)
+    }
+
+    /// The factor of two bodies, which must have been sorted into classes
+    /// ([`crate::world::tag_classes`]).
+    #[inline]
+    pub(crate) fn factor(&self, a: &Body, b: &Body) -> f64 {
+        if self.by_class.is_empty() {
+            return 1.0;
+        }
+        self.by_class[a.kind.tag_class as usize * self.classes + b.kind.tag_class as usize]
+    }
+
+    /// The factor of two bodies with these tags.
+    pub(crate) fn factor_of_tags(&self, a: &Tags, b: &Tags) -> f64 {
+        let rule = self.rules.iter().find(|rule| rule.applies(a, b));
+        rule.map_or(1.0, |rule| rule.factor)
+    }
+
+    /// Whether bodies with these tags see each other.
+    pub(crate) fn sees(&self, a: &Tags, b: &Tags) -> bool {
+        self.factor_of_tags(a, b) != UNSEEN
+    }
+
+    /// Finds the factor of each pair of classes once. `classes` has a body of each class.
+    ///
+    /// # Errors
+    /// Two rules of diameters disagree, or one affects a body that is no disc.
+    pub(crate) fn look_up(&mut self, classes: &[Tags], bodies: &[Body]) -> Result<(), SceneError> {
+        self.classes = classes.len();
+        let pairs = || {
+            classes
+                .iter()
+                .flat_map(|a| classes.iter().map(move |b| (a, b)))
+        };
+        self.refuse_ambiguous(pairs())?;
+        self.refuse_molecules(bodies)?;
+        let factors: Vec<f64> = pairs().map(|(a, b)| self.factor_of_tags(a, b)).collect();
+        // Rules that affect no existing body have no cost.
+        self.by_class = if factors.iter().any(|&factor| factor != 1.0) {
+            factors
+        } else {
+            Vec::new()
+        };
+        Ok(())
+    }
+
+    fn refuse_ambiguous<'a>(
+        &self,
+        mut pairs: impl Iterator<Item = (&'a Tags, &'a Tags)>,
+    ) -> Result<(), SceneError> {
+        let diameters = &self.rules[self.transparent.len()..];
+        pairs.try_for_each(|(a, b)| {
+            let mut applying = (0..diameters.len()).filter(|&rule| diameters[rule].applies(a, b));
+            let Some(first) = applying.next().filter(|_| self.sees(a, b)) else {
+                return Ok(());
+            };
+            match applying.find(|&rule| diameters[rule].factor != diameters[first].factor) {
+                None => Ok(()),
+                Some(second) => Err(SceneError::Entry {
+                    entry: format!("diameter[{second}]"),
+                    problem: format!(
+                        "it applies to the same bodies as diameter[{first}] with another `factor`, {} instead of {}; \
+                         make them equal or remove one",
+                        diameters[second].factor, diameters[first].factor
+                    ),
+                }),
+            }
+        })
+    }
+
+    fn refuse_molecules(&self, bodies: &[Body]) -> Result<(), SceneError> {
+        let diameters = self.rules[self.transparent.len()..].iter();
+        for (index, rule) in diameters.enumerate() {
+            let is_refused = |body: &&Body| {
+                !body.kind.molecule.is_disc() && rule.tags.iter().any(|tag| body.has_tag(*tag))
+            };
+            if let Some(body) = bodies.iter().find(is_refused) {
+                let what = if body.is_wall() {
+                    "a wall"
+                } else {
+                    "a molecule"
+                };
+                let names = &self.diameter[index].between;
+                return Err(SceneError::Entry {
+                    entry: format!("diameter[{index}]"),
+                    problem: format!(
+                        "a factor on diameters applies to discs alone, but {what} carries one of the tags {names:?}: \
+                         give the discs a tag of their own"
+                    ),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn tags(entry: &str, between: &[String], names: &mut TagNames) -> Result<[Tag; 2], SceneError> {
+    match between {
+        [one] => Ok([names.intern(one); 2]),
+        [one, other] => Ok([names.intern(one), names.intern(other)]),
+        _ => Err(SceneError::Entry {
+            entry: entry.to_owned(),
+            problem: format!("`between` must name one or two tags, but is {between:?}"),
+        }),
+    }
+}
+
+/// The gap between two bodies with this factor, not 0 (length, negative for an overlap).
+pub(crate) fn gap_with_factor(
+    factor: f64,
+    [a, b]: [&Molecule; 2],
+    [turned_a, turned_b]: [DVec2; 2],
+    separation: DVec2,
+) -> f64 {
+    if factor == 1.0 {
+        return gap_between(a, turned_a, b, turned_b, separation);
+    }
+    separation.length() - factor * (a.bounding_radius() + b.bounding_radius())
+}
