@@ -191,6 +191,9 @@ pub enum TileUse {
     LargeBodies,
     /// A wall has a temperature: each contact with it draws the next number of one sequence.
     ThermalWalls,
+    /// Rules for pairs of tags ([`TransparentSpec`](crate::TransparentSpec),
+    /// [`DiameterSpec`](crate::DiameterSpec)), of which tiles know nothing.
+    PairRules,
     /// A dilute gas, whose discs live in cells of several.
     Dilute,
     /// The detector does not use the closed form for two discs.
@@ -208,6 +211,7 @@ impl fmt::Display for TileUse {
             Self::SmallBox => "too few cells",
             Self::LargeBodies => "bodies larger than a cell move",
             Self::ThermalWalls => "a wall has a temperature",
+            Self::PairRules => "rules for pairs of tags",
             Self::Dilute => "a dilute gas",
             Self::Detector => "a detector without the closed form",
             Self::Scheduler => "a scheduler without tiles, or a box of few cells",

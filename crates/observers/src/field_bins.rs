@@ -296,10 +296,12 @@ impl FieldBins {
                 }
                 let rest = whole - within(exact);
                 let has_bins_beyond = exact < (1.0 - ROUNDING) * width * self.len() as f64;
-                if has_bins_beyond && distance + radius > exact && rest > ROUNDING * whole {
-                    if let Some(bin) = self.layer(distance.max(exact), width) {
-                        add(bin, rest);
-                    }
+                if has_bins_beyond
+                    && distance + radius > exact
+                    && rest > ROUNDING * whole
+                    && let Some(bin) = self.layer(distance.max(exact), width)
+                {
+                    add(bin, rest);
                 }
             }
             Layout::Wall {

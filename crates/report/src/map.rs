@@ -11,8 +11,9 @@ use crate::{
     svg::{Anchor, CHARACTER, Svg},
 };
 
-/// Length of the longer side of a map that fills the page, and of one of two side by side (pixels).
+/// Length of the longer side of a map that fills the page (pixels).
 pub const WIDE: f64 = 720.0;
+/// Length of the longer side of one of two maps side by side (pixels).
 pub const NARROW: f64 = 400.0;
 
 /// Width of the colour bar beside the map, and the spaces around both (pixels).

@@ -63,9 +63,9 @@ pub(crate) fn place(
                 .nearest(world, shape, motion, &tags)
                 .is_none_or(|(_, gap)| gap > 0.0)
         };
-        let mut places = std::iter::repeat_with(|| drawn(gas, world.bounds(), &mut random));
-        let place = places.by_ref().take(TRIALS).find(is_free);
-        drop(places);
+        let place = std::iter::repeat_with(|| drawn(gas, world.bounds(), &mut random))
+            .take(TRIALS)
+            .find(is_free);
         let Some(motion) = place else {
             return Err(full(gas, molecule));
         };

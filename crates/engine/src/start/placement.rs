@@ -205,6 +205,10 @@ fn place_kinds(
 }
 
 /// Places all kinds of one class on one lattice.
+#[expect(
+    clippy::too_many_lines,
+    reason = "one loop over the sites of a lattice"
+)]
 fn place_class(
     world: &World,
     sites: &Sites,

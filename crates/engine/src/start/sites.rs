@@ -252,13 +252,11 @@ impl Sites {
     pub(crate) fn nearest_to_body(&self, world: &World, index: usize) -> Option<(usize, f64)> {
         let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
         let moves = |index: usize| !world.bodies()[index].is_fixed();
-        match StandingWall::new(body, motion) {
-            Some(wall) => self.nearest_to_wall(world, &wall, index),
-            None => {
-                let counts = |index| !body.is_fixed() || moves(index);
-                self.nearest_of(world, body.molecule(), motion, &body.kind.tags, counts)
-            }
+        if let Some(wall) = StandingWall::new(body, motion) {
+            return self.nearest_to_wall(world, &wall, index);
         }
+        let counts = |index| !body.is_fixed() || moves(index);
+        self.nearest_of(world, body.molecule(), motion, &body.kind.tags, counts)
     }
 
     /// The moving body nearest to (or deepest inside) a wall, among those in the cells that the

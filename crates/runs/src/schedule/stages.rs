@@ -8,6 +8,7 @@ use carom::{
     engine::{
         ElasticitySpec, StageSpec, ThermostatKind, ThermostatSpec, VelocitySpec, did_you_mean,
     },
+    geometry::MAX_MAGNITUDE,
 };
 
 use super::{actions, spans};
@@ -55,6 +56,12 @@ pub fn check(scene: &Scene) -> Result<()> {
                     "stage[{index}].{entry}[{number}]: `body` excludes `of` and `count`"
                 );
             }
+        }
+        if let Some(drag) = stage.drag {
+            ensure!(
+                (0.0..=MAX_MAGNITUDE).contains(&drag),
+                "stage[{index}]: `drag` must be from 0 to {MAX_MAGNITUDE:e}, but is {drag:?}"
+            );
         }
         for (number, heat) in stage.set_energy.iter().enumerate() {
             heat.rule(&format!("stage[{index}].set_energy[{number}]"))?;

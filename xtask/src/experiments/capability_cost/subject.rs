@@ -389,7 +389,8 @@ mod tests {
         for variant in Variant::all() {
             let mut subject = CostSubject::new(variant).unwrap();
             subject.run(1).unwrap();
-            assert!(subject.collisions() > 1000, "{variant}");
+            // Two gases of half the discs that do not see each other have half the collisions.
+            assert!(subject.collisions() > 500, "{variant}");
             let view = subject.simulation.view();
             assert_eq!(view.overlaps().pairs, 0, "{variant}");
             let bodies = view.len();

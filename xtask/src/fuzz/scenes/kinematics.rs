@@ -330,7 +330,9 @@ pub fn smallest_gap(
             }
         }
         let depth = depth_of_crossings((a, at_a.rotation), (b, at_b.rotation), separation);
-        least = least.min(-depth);
+        if depth > 0.0 {
+            least = least.min(-depth);
+        }
     });
     least
 }

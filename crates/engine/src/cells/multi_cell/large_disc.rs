@@ -18,6 +18,10 @@ use crate::{
 impl<F: CellFrame> CellState<F> {
     /// Finds the earliest contact of a large disc with the small discs around it and, by the closed
     /// form, with other large discs. Returns the number of pairs tested.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a search and what it is given are inlined together"
+    )]
     #[inline(always)]
     pub(super) fn search_discs_around<D: Detection, K: Kernel>(
         &self,

@@ -65,45 +65,6 @@ pub(super) fn scenes() -> Vec<(&'static str, Scene, f64)> {
         energy = 1.0
         area_fraction = 0.3
     ";
-    let two_kinds = |a: &str, b: &str| {
-        format!(
-            "[[gas]]\ntags = [\"a\"]\n{a}\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.2\n\
-             [[gas]]\ntags = [\"b\"]\n{b}\nmass = 0.5\nenergy = 1.0\narea_fraction = 0.2\n"
-        )
-    };
-    add(
-        "discs of two kinds that do not see each other, an ideal one among them",
-        0.1,
-        &format!(
-            "{}[[gas]]\ntags = [\"c\"]\nradius = 0.004\nmass = 1.0\nenergy = 1.0\ncount = 500\n\
-             [[transparent]]\nbetween = [\"a\", \"b\"]\n[[transparent]]\nbetween = [\"c\"]\n",
-            two_kinds("radius = 0.004", "radius = 0.004")
-        ),
-    );
-    add(
-        "discs with diameters by pair among fixed discs, a membrane and walls",
-        0.1,
-        &format!(
-            "{}[[diameter]]\nbetween = [\"a\", \"b\"]\nfactor = 1.2\n\
-             [[diameter]]\nbetween = [\"a\", \"f\"]\nfactor = 0.5\n\
-             [[transparent]]\nbetween = [\"a\", \"membrane\"]\n\
-             [[gas]]\ntags = [\"f\"]\nradius = 0.01\nfixed = true\noverlapping = true\ncount = 40\n\
-             [[wall]]\nx = 0.0\n[[wall]]\ntags = [\"membrane\"]\nx = 0.5\n",
-            two_kinds("radius = 0.004", "radius = 0.003").replace("0.2", "0.1")
-        ),
-    );
-    add(
-        "dumbbells of two kinds that do not see each other",
-        0.08,
-        &format!(
-            "{}[[transparent]]\nbetween = [\"a\", \"b\"]\n",
-            two_kinds(
-                "shape = \"dumbbell\"\natom_radius = 0.004",
-                "shape = \"dumbbell\"\natom_radius = 0.003"
-            )
-            .replace("mass", "atom_mass")
-        ),
-    );
     let walls = "
         [[wall]]
         x = 0.0
@@ -344,12 +305,19 @@ fn a_partner_that_leaves_and_comes_back_has_changed_all_the_same() {
 }
 
 #[test]
-fn large_moving_bodies_and_warm_walls_are_refused_by_name() {
-    let gas = "[[gas]]\nradius = 0.004\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.2\n";
+fn what_tiles_cannot_run_is_refused_by_name() {
+    let gas =
+        "[[gas]]\ntags = [\"a\"]\nradius = 0.004\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.2\n";
     let large =
         "[[molecule]]\nshape = \"tee\"\natom_radius = 0.03\natom_mass = 1.0\nat = [0.5, 0.5]\n";
     let warm = "[[wall]]\nx = 0.0\ntemperature = 1.0\n";
-    for (other, expected) in [(large, TileUse::LargeBodies), (warm, TileUse::ThermalWalls)] {
+    let ideal = "[[transparent]]\nbetween = [\"a\"]\n";
+    let cases = [
+        (large, TileUse::LargeBodies),
+        (warm, TileUse::ThermalWalls),
+        (ideal, TileUse::PairRules),
+    ];
+    for (other, expected) in cases {
         let scene = Scene::from_toml(&format!("{other}{gas}")).unwrap();
         let tiling = Tiling { side: 20, ..SMALL };
         let mut simulation = Simulation::new(&scene).unwrap();
