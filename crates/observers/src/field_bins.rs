@@ -779,10 +779,10 @@ mod tests {
                         let place = DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5)
                             * (2.0 * radius / f64::from(steps))
                             - radius;
-                        if place.length() < radius {
-                            if let Some(bin) = bins.bin(centre + place) {
-                                covered[bin] -= (2.0 * radius / f64::from(steps)).powi(2);
-                            }
+                        if place.length() < radius
+                            && let Some(bin) = bins.bin(centre + place)
+                        {
+                            covered[bin] -= (2.0 * radius / f64::from(steps)).powi(2);
                         }
                     }
                 }

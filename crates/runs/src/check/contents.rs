@@ -228,17 +228,14 @@ fn overlapping_areas(scene: &Scene, view: &View<'_>) -> f64 {
     let mut sum = 0.0;
     for gas in scene.gas.iter().filter(|gas| gas.fixed) {
         // Of drawn sizes that cover an area, the expected number.
-        let number = match gas.count {
-            Some(count) => count,
-            None => {
-                let alone = Scene {
-                    gas: vec![gas.clone()],
-                    bounds: scene.bounds.clone(),
-                    ..Scene::default()
-                };
-                alone.expected_bodies().unwrap_or(0)
-            }
-        };
+        let number = gas.count.unwrap_or_else(|| {
+            let alone = Scene {
+                gas: vec![gas.clone()],
+                bounds: scene.bounds.clone(),
+                ..Scene::default()
+            };
+            alone.expected_bodies().unwrap_or(0)
+        });
         if gas.overlapping {
             let bodies = view.bodies().skip(before).take(number);
             sum += bodies.map(|body| body.body.molecule().area()).sum::<f64>();
