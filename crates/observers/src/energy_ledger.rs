@@ -69,7 +69,8 @@ impl EnergyLedger {
     }
 }
 
-/// The largest of the energies lost in contacts, put in by edits, given by walls, and taken by drag.
+/// The largest of the energies lost in contacts, put in by edits, given by walls, and taken by
+/// drag.
 fn largest_exchange(view: &View<'_>) -> f64 {
     let ledger = view.ledger();
     ledger

@@ -76,8 +76,8 @@ impl Add for SchedulerCounters {
 
 /// Energy lost and put in since the system was built (mass × length² / time²).
 ///
-/// At any time the kinetic energy is `initial − lost + put_in + heat − dragged`, to rounding: each contact
-/// and each edit may add an error of some roundings of the largest energy and of the largest entry
+/// At any time the kinetic energy is `initial − lost + put_in + heat − dragged`, to rounding: each
+/// contact /// and each edit may add an error of some roundings of the largest energy and of the largest entry
 /// so far. After a large energy has been put in and taken out again, the error may exceed the
 /// energy left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -98,7 +98,8 @@ pub struct Ledger {
     /// ([`WallSpec::temperature`](crate::WallSpec::temperature)). Observers see each contact, and
     /// can sum it by wall.
     pub heat: f64,
-    /// Energy taken by the drag of all bodies ([`Simulation::set_drag`](crate::Simulation::set_drag)).
+    /// Energy taken by the drag of all bodies
+    /// ([`Simulation::set_drag`](crate::Simulation::set_drag)).
     pub dragged: f64,
     /// `dragged` at the start of the epoch.
     pub(crate) dragged_before: f64,

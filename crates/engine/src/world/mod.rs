@@ -139,7 +139,8 @@ impl World {
         self.bodies.binary_search_by_key(&key, Body::key).ok()
     }
 
-    /// Kinetic energy of all bodies (mass × length² / time²), at the velocities of the epoch's clock.
+    /// Kinetic energy of all bodies (mass × length² / time²), at the velocities of the epoch's
+    /// clock.
     pub fn energy(&self) -> f64 {
         self.energies().sum()
     }
