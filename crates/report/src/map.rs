@@ -73,7 +73,8 @@ impl ColourBar {
     }
 
     /// The bar of numbers, and the numbers at its ends: the least and the greatest, or ± the
-    /// greatest magnitude if there are negative and positive ones. Equal numbers have a narrow range.
+    /// greatest magnitude if there are negative and positive ones. Equal numbers have a narrow
+    /// range.
     pub fn of_values(values: impl IntoIterator<Item = f64>) -> (Self, [f64; 2]) {
         let (least, most) = range(values.into_iter()).unwrap_or((0.0, 1.0));
         let is_signed = least < 0.0 && most > 0.0;
