@@ -191,7 +191,7 @@ pub enum TileUse {
     LargeBodies,
     /// A wall has a temperature: each contact with it draws the next number of one sequence.
     ThermalWalls,
-    /// Rules for pairs of tags ([`TransparentSpec`](crate::TransparentSpec),
+    /// Rules for pairs of tags affect bodies ([`TransparentSpec`](crate::TransparentSpec),
     /// [`DiameterSpec`](crate::DiameterSpec)), of which tiles know nothing.
     PairRules,
     /// A dilute gas, whose discs live in cells of several.

@@ -4,7 +4,7 @@
 //! the start, less the loss in inelastic contacts, plus the energy put in by edits. The difference
 //! of the two is due to rounding alone.
 
-use carom_engine::{Observer, View};
+use carom_engine::{Ledger, Observer, View};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -71,8 +71,7 @@ impl EnergyLedger {
 
 /// The largest of the energies lost in contacts, put in by edits, given by walls, and taken by
 /// drag.
-fn largest_exchange(view: &View<'_>) -> f64 {
-    let ledger = view.ledger();
+fn largest_exchange(ledger: &Ledger) -> f64 {
     ledger
         .lost
         .abs()
@@ -88,11 +87,12 @@ impl Observer for EnergyLedger {
     }
 
     fn sample(&mut self, view: &View<'_>) {
+        let ledger = view.ledger();
         self.series.push(LedgerPoint {
             time: view.time().to_f64(),
             energy: view.energy(),
-            booked: view.ledger().booked(),
-            exchanged: largest_exchange(view),
+            booked: ledger.booked(),
+            exchanged: largest_exchange(&ledger),
             momentum: view.momentum(),
         });
     }

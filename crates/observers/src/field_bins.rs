@@ -69,6 +69,18 @@ pub(crate) struct ContactPart {
     pub(crate) energy: [f64; 2],
 }
 
+impl ContactPart {
+    /// What carries this momentum and energy over a way, by components along the axes of the bin.
+    fn new(bin: usize, way: DVec2, momentum: DVec2, energy: f64) -> Self {
+        let ([x, y], [p, q]) = (way.to_array(), momentum.to_array());
+        Self {
+            bin,
+            momentum: [x * p, x * q, y * p, y * q],
+            energy: [x * energy, y * energy],
+        }
+    }
+}
+
 /// What a contact carries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Carried {
@@ -387,14 +399,8 @@ impl FieldBins {
         }
         cuts.pieces(|share, middle| {
             let place = from + middle * way;
-            let [x, y] = way.to_array();
-            let [p, q] = (share * carried.momentum).to_array();
-            let energy = share * carried.energy;
-            add(ContactPart {
-                bin: self.cell(place),
-                momentum: [x * p, x * q, y * p, y * q],
-                energy: [x * energy, y * energy],
-            });
+            let (momentum, energy) = (share * carried.momentum, share * carried.energy);
+            add(ContactPart::new(self.cell(place), way, momentum, energy));
         });
     }
 
@@ -433,14 +439,9 @@ impl FieldBins {
         cuts.pieces(|share, middle| {
             let place = carried.from + middle * carried.way;
             let Some(bin) = self.bin(place) else { return };
-            let [x, y] = self.components(place, carried.way).to_array();
-            let [p, q] = self.components(place, share * carried.momentum).to_array();
-            let energy = share * carried.energy;
-            add(ContactPart {
-                bin,
-                momentum: [x * p, x * q, y * p, y * q],
-                energy: [x * energy, y * energy],
-            });
+            let way = self.components(place, carried.way);
+            let momentum = self.components(place, share * carried.momentum);
+            add(ContactPart::new(bin, way, momentum, share * carried.energy));
         });
     }
 

@@ -165,7 +165,7 @@ impl Cells {
         let is_large = |body: &Body| !body.is_fixed() && grid.is_multi_cell(body);
         let refusal = match grid.contents() {
             CellContents::DiluteDiscs => Some(TileUse::Dilute),
-            _ if world.pairs.has_rules() => Some(TileUse::PairRules),
+            _ if world.pairs.is_active() => Some(TileUse::PairRules),
             _ if world.has_thermal_walls => Some(TileUse::ThermalWalls),
             _ if world.bodies().iter().any(is_large) => Some(TileUse::LargeBodies),
             CellContents::Discs | CellContents::DiscsByPair | CellContents::Molecules => None,

@@ -161,7 +161,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         self.record(encounter, &resolved)?;
         self.counters.thermal_collisions += 1;
         let slowing = self.world.clock.slowing(encounter.contact.time);
-        self.ledger.heat(heat, slowing);
+        self.ledger.book_heat(heat, slowing);
         Ok(resolved)
     }
 
@@ -350,7 +350,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         self.counters.joint_collisions += u64::from(resolved.points > 1);
         let slowing = self.world.clock.slowing(time);
         self.ledger.spared += resolved.spared.unwrap_or(0.0) * (slowing * slowing);
-        self.ledger.lose(resolved.lost.unwrap_or(0.0), slowing);
+        self.ledger.book_loss(resolved.lost.unwrap_or(0.0), slowing);
         if let Some(observer) = &mut self.observer
             && observer.watches(pair)
         {

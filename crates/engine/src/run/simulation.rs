@@ -442,7 +442,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let clock = self.world.clock;
         if !clock.is_free() {
             let slowing = clock.slowing(self.offset);
-            self.ledger.drag(self.world.energy(), slowing);
+            self.ledger.book_drag(self.world.energy(), slowing);
             self.ledger.restart_drag();
         }
     }

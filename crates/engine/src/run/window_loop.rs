@@ -159,7 +159,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
         for energy in &window.inelastic.energies {
             let slowing = self.world.clock.slowing(energy.time);
             self.ledger.spared += energy.spared.unwrap_or(0.0) * (slowing * slowing);
-            self.ledger.lose(energy.lost, slowing);
+            self.ledger.book_loss(energy.lost, slowing);
         }
         for &(body, time) in &window.inelastic.last_contacts {
             // Several tiles may have contacts of one fixed body; the latest counts.

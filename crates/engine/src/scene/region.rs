@@ -2,6 +2,8 @@
 
 use carom_geometry::PeriodicBox;
 use glam::DVec2;
+use rand::RngExt;
+use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::two_numbers::optional_range;
@@ -83,6 +85,12 @@ impl Region {
             range.map_or(side, |[first, last]| (last - first).min(side))
         };
         DVec2::new(extent(self.x, x), extent(self.y, y))
+    }
+
+    /// A uniform place in it, in a box (length).
+    pub(crate) fn draw(&self, bounds: &PeriodicBox, random: &mut Pcg64) -> DVec2 {
+        let share = DVec2::new(random.random(), random.random());
+        self.corner() + share * self.extent(bounds)
     }
 
     /// Its area in a box (length²).

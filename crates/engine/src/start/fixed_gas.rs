@@ -10,7 +10,6 @@ use std::sync::Arc;
 
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{Inertia, Motion, Orientation};
-use glam::DVec2;
 use rand::RngExt;
 use rand_pcg::Pcg64;
 
@@ -18,14 +17,12 @@ use crate::{
     scene::{BoxSpec, error::SceneError, random::RandomStream},
     start::{
         body_builder::{insert, tags},
+        placement::TRIALS,
         single_bodies::Singles,
         sites::Sites,
         species::Species,
     },
 };
-
-/// Places tried for one molecule. Fewer: arrays that fit are refused. More: a refusal takes longer.
-const TRIALS: usize = 100_000;
 
 /// Adds the molecules of a fixed gas to the single bodies. `index` is that of the gas in the scene:
 /// its places do not depend on the gases before it, unless they must not overlap.
@@ -87,11 +84,10 @@ pub(crate) fn place(
 /// A molecule at rest at a uniform place in the region of its gas, of random orientation.
 fn drawn(gas: &Species, bounds: &PeriodicBox, random: &mut Pcg64) -> Motion {
     let region = gas.spec.region.unwrap_or_default();
-    let share = DVec2::new(random.random(), random.random());
-    let orientation = Orientation::from_turns(random.random());
+    let place = region.draw(bounds, random);
     Motion {
-        orientation,
-        ..Motion::at_rest(region.corner() + share * region.extent(bounds))
+        orientation: Orientation::from_turns(random.random()),
+        ..Motion::at_rest(place)
     }
 }
 

@@ -36,9 +36,9 @@ const MIN_GAP: f64 = 1e-9;
 /// Most sites of a lattice where fewer are needed: the check of each takes about a microsecond.
 const MAX_SITES: usize = 1 << 22;
 
-/// Places tried for a molecule that has a place independent of others of its kind. Fewer: places
-/// among many obstacles are not found. More: a refusal takes longer.
-const TRIALS: usize = 100_000;
+/// Places tried for a molecule whose place is drawn at random. Fewer: places among many obstacles
+/// are not found, and arrays that fit are refused. More: a refusal takes longer.
+pub(crate) const TRIALS: usize = 100_000;
 
 /// A lattice of touching sites, the last to be tried, is thinned out if it has more sites than
 /// this: in a narrow box it may have any number of sites, even if few are needed.
@@ -263,12 +263,7 @@ fn place_class(
     };
     if is_ideal {
         // Molecules that do not see each other have independent places.
-        let extent = region.extent(world.bounds());
-        let drawn = || {
-            let share = DVec2::new(random.random(), random.random());
-            region.corner() + share * extent
-        };
-        let mut drawn = std::iter::repeat_with(drawn);
+        let mut drawn = std::iter::repeat_with(|| region.draw(world.bounds(), random));
         let mut found = Vec::with_capacity(requested.min(1 << 24));
         while found.len() < requested {
             let place = drawn.by_ref().take(TRIALS).find(|&place| free_at(place));

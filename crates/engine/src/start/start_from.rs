@@ -22,8 +22,7 @@ use crate::{
     start::{
         body_builder::geometry,
         contents::SceneContents,
-        single_bodies::{Singles, deepest_overlap},
-        sites::Sites,
+        single_bodies::{Singles, first_overlap},
         snapshot::{SnapshotAtom, SnapshotFrame, read_frame},
         velocities::ConservedMomentum,
     },
@@ -372,33 +371,20 @@ fn velocities(
 }
 
 fn refuse_overlaps(contents: &SceneContents, lines: &[usize]) -> Result<(), SceneError> {
-    let world = &contents.singles.world;
-    let mut sites = Sites::new(world);
-    let is_fixed = |&index: &usize| world.bodies[index].is_fixed();
-    (0..world.bodies.len())
-        .filter(is_fixed)
-        .for_each(|index| sites.add(world, index));
-    for index in (0..world.bodies.len()).filter(|index| !is_fixed(index)) {
-        if let Some((other, depth)) = deepest_overlap(world, &sites, index) {
-            let counts = contents.counts();
-            let name = |body: usize| {
-                let entry = contents.singles.entry_of(body, &counts);
-                if lines[body] == 0 {
-                    entry
-                } else {
-                    format!("{entry} of line {}", lines[body])
-                }
-            };
-            let depth = short(depth);
-            return Err(problem(format!(
-                "{} and {} overlap by {depth}",
-                name(other),
-                name(index)
-            )));
+    let Some((pair, depth)) = first_overlap(&contents.singles.world) else {
+        return Ok(());
+    };
+    let counts = contents.counts();
+    let [first, second] = pair.map(|body| {
+        let entry = contents.singles.entry_of(body, &counts);
+        if lines[body] == 0 {
+            entry
+        } else {
+            format!("{entry} of line {}", lines[body])
         }
-        sites.add(world, index);
-    }
-    Ok(())
+    });
+    let depth = short(depth);
+    Err(problem(format!("{first} and {second} overlap by {depth}")))
 }
 
 #[cfg(test)]

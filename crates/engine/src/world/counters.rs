@@ -116,17 +116,20 @@ impl Ledger {
 
     /// Books an energy lost in a contact, at the velocities of the epoch's clock, when the drag has
     /// slowed all bodies to this share.
-    pub(crate) fn lose(&mut self, lost: f64, slowing: f64) {
-        let squared = slowing * slowing;
-        self.lost += lost * squared;
-        self.dragged_from_lost += lost * (1.0 - squared);
+    pub(crate) fn book_loss(&mut self, lost: f64, slowing: f64) {
+        self.lost += self.slowed(lost, slowing);
     }
 
-    /// Books the heat of a contact with a wall that has a temperature, like [`Self::lose`].
-    pub(crate) fn heat(&mut self, heat: f64, slowing: f64) {
+    /// Books the heat of a contact with a wall that has a temperature, like [`Self::book_loss`].
+    pub(crate) fn book_heat(&mut self, heat: f64, slowing: f64) {
+        self.heat -= self.slowed(-heat, slowing);
+    }
+
+    /// The true value of an energy that a contact has taken, of which the drag had taken the rest.
+    fn slowed(&mut self, lost: f64, slowing: f64) -> f64 {
         let squared = slowing * slowing;
-        self.heat += heat * squared;
-        self.dragged_from_lost -= heat * (1.0 - squared);
+        self.dragged_from_lost += lost * (1.0 - squared);
+        lost * squared
     }
 
     /// Books what the drag has taken in this epoch up to now, when it has slowed all bodies to this
@@ -134,7 +137,7 @@ impl Ledger {
     ///
     /// With that energy E and true energies E f², f = 1 − γ s, the drag takes −∫ E d(f²) =
     /// E (1 − f²) + Σ δₖ (1 − fₖ²), of which the sum is over the energies δₖ lost in contacts.
-    pub(crate) fn drag(&mut self, energy: f64, slowing: f64) {
+    pub(crate) fn book_drag(&mut self, energy: f64, slowing: f64) {
         let taken = energy * (1.0 - slowing * slowing) + self.dragged_from_lost;
         self.dragged = self.dragged_before + taken;
     }

@@ -59,7 +59,7 @@ impl<'a> View<'a> {
         let mut ledger = *self.ledger;
         let clock = self.world.clock;
         if !clock.is_free() {
-            ledger.drag(self.world.energy(), clock.slowing(self.offset));
+            ledger.book_drag(self.world.energy(), clock.slowing(self.offset));
         }
         ledger
     }

@@ -1,7 +1,9 @@
 //! A trial run of about a second, and the estimate of the whole run from it.
 
 use anyhow::Result;
-use carom::{EpochTime, Observer as _, Scene, observers::write_extended_xyz};
+use carom::{
+    EpochTime, Observer as _, Scene, kinematics::DragClock, observers::write_extended_xyz,
+};
 use carom_methods::AnySimulation;
 use cpu_time::ProcessTime;
 use serde::Serialize;
@@ -146,7 +148,15 @@ impl Trial {
         if self.is_whole {
             return Some(all);
         }
-        (self.simulated > 0.0).then(|| self.contacts as f64 * self.until / self.simulated)
+        let whole = self.whole_over_trial(simulation)?;
+        Some(self.contacts as f64 * whole)
+    }
+
+    /// The whole run over the trial, in the time without drag that gives the same paths; `None` if
+    /// the trial made no progress.
+    fn whole_over_trial(&self, simulation: &AnySimulation) -> Option<f64> {
+        let clock = DragClock::new(simulation.view().drag());
+        (self.simulated > 0.0).then(|| clock.reading(self.until) / clock.reading(self.simulated))
     }
 
     /// The longest wall time of an epoch, or the mean (seconds).
@@ -184,14 +194,14 @@ impl Trial {
         let contacts_seconds = if self.is_whole {
             Some(self.seconds)
         } else {
-            (self.simulated > 0.0).then(|| {
+            self.whole_over_trial(simulation).map(|whole| {
                 // An epoch begins with a prediction of all bodies, which a short trial leaves out.
                 let epochs = if self.epochs > 0 {
                     0.0
                 } else {
-                    self.until / self.simulated * self.seconds / epoch_seconds
+                    whole * self.seconds / epoch_seconds
                 };
-                self.seconds * self.until / self.simulated + epochs * self.first
+                self.seconds * whole + epochs * self.first
             })
         };
         let state = encode(&simulation.end_epoch_here())?.len() + encode(measures)?.len();
@@ -366,6 +376,21 @@ mod tests {
     }
 
     /// The fastest gases that a scene can have, and a body that meets no other.
+    #[test]
+    fn a_trial_with_drag_is_extrapolated_to_the_end_of_all_paths() {
+        let scene = scene(
+            "[box]\nseed = 5\ndrag = 1e-6\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 200\n",
+        );
+        let trial = trial(&scene, 1e9);
+        assert!(!trial.is_whole && trial.simulated < 1e4, "{trial:?}");
+        let found = trial
+            .collisions(&AnySimulation::new(&scene).unwrap())
+            .unwrap();
+        // All paths are those of a time of 1/γ at the initial rate.
+        let expected = trial.contacts as f64 / trial.simulated * 1e6;
+        assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
+    }
+
     #[test]
     fn the_trial_of_a_fast_system_is_bounded() {
         let gas = |entries: &str| {

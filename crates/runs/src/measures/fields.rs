@@ -69,7 +69,7 @@ fn counts(selection: &Selection<'_>) -> anyhow::Result<[usize; 2]> {
 impl Measured for Fields {
     const OF_INTERVALS: bool = true;
 
-    /// All bins of the first quantity, then those of the next, in the order of [`columns`].
+    /// All bins of the first quantity, then those of the next, in the order of `columns`.
     fn sums(&self) -> Sums {
         let bins = 0..self.bins().len();
         let of_bin: Vec<[[f64; 2]; COUNT]> = bins.map(|bin| of_bin(self, bin)).collect();

@@ -8,7 +8,6 @@ use carom::{
     engine::{
         ElasticitySpec, StageSpec, ThermostatKind, ThermostatSpec, VelocitySpec, did_you_mean,
     },
-    geometry::MAX_MAGNITUDE,
 };
 
 use super::{actions, spans};
@@ -57,12 +56,7 @@ pub fn check(scene: &Scene) -> Result<()> {
                 );
             }
         }
-        if let Some(drag) = stage.drag {
-            ensure!(
-                (0.0..=MAX_MAGNITUDE).contains(&drag),
-                "stage[{index}]: `drag` must be from 0 to {MAX_MAGNITUDE:e}, but is {drag:?}"
-            );
-        }
+        stage.drag_clock(&format!("stage[{index}]"))?;
         for (number, heat) in stage.set_energy.iter().enumerate() {
             heat.rule(&format!("stage[{index}].set_energy[{number}]"))?;
         }
