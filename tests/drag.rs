@@ -256,6 +256,31 @@ fn walls_that_have_a_temperature_keep_it_in_the_clock_of_drag() {
     );
 }
 
+/// The clock of a drag runs in epochs of ln 2/γ only until all bodies are at rest.
+#[test]
+fn a_strong_drag_stops_a_gas_in_few_epochs_and_an_edit_moves_it_again() {
+    let mut scene = reference_scene(7);
+    scene.bounds.drag = 1e30;
+    scene.elasticity.default = 0.9;
+    let mut simulation = Simulation::new(&scene).unwrap();
+    for time in [0.25, 1.0, 1e6] {
+        simulation.run_until(time).unwrap();
+        let view = simulation.view();
+        assert_eq!((view.time().to_f64(), view.energy()), (time, 0.0));
+        let ledger = view.ledger();
+        assert!((ledger.dragged - ledger.initial).abs() < 1e-12 * ledger.initial);
+    }
+    assert!(simulation.view().counters().epochs < 300);
+    let key = simulation.view().bodies().last().unwrap().body.key();
+    simulation.set_drag(0.5).unwrap();
+    simulation.set_velocity(key, [0.3, 0.0]).unwrap();
+    let energy = simulation.view().energy();
+    // Too short a time for a contact.
+    simulation.run_until(1e6 + 1e-3).unwrap();
+    let share = simulation.view().energy() / energy;
+    assert!((share - (-1e-3_f64).exp()).abs() < 1e-9, "{share}");
+}
+
 #[test]
 fn observers_follow_the_paths() {
     let clock = DragClock::new(DRAG);

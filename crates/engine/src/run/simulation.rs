@@ -3,6 +3,7 @@
 use carom_detection::{Detection, Exact};
 use carom_kinematics::{EpochTime, HALF_ULP, Motion};
 use carom_response::{Impact, Response};
+use glam::DVec2;
 
 use crate::{
     cells::CellScheduler,
@@ -303,6 +304,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         // `until` may lie in the past from the start, or after the rounding of the epoch's start.
         let reached = if *contacts == most || self.world.offset_at(until) < self.offset {
             Ok(true)
+        } else if self.rests_with_drag() {
+            self.wait(until);
+            Ok(true)
         } else {
             self.advance_in_epoch(until, most, contacts, observer)
                 .inspect_err(|_| {
@@ -520,6 +524,24 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let side = self.world.bounds.sides().min_element();
         let clock = self.world.clock;
         !clock.is_free() && speed / clock.drag() < HALF_ULP * side
+    }
+
+    /// Whether an epoch begins in which nothing moves, with a drag. Its clock would divide the rest
+    /// of the run into epochs of ln 2/γ.
+    fn rests_with_drag(&self) -> bool {
+        let is_at_rest =
+            |motion: &Motion| motion.velocity == DVec2::ZERO && motion.angular_velocity == 0.0;
+        !self.world.clock.is_free()
+            && matches!(self.epoch, Epoch::ToBegin)
+            && self.world.motions.iter().all(is_at_rest)
+    }
+
+    /// Lets time pass in which nothing moves. Contacts before then are as long ago as none.
+    fn wait(&mut self, until: EpochTime) {
+        self.world.epoch = until.new_epoch(0.0);
+        self.world.last_contacts.fill(f64::NEG_INFINITY);
+        (self.simultaneous, self.unresolved) =
+            (SimultaneousContacts::default(), Unresolved::default());
     }
 
     /// Stops all bodies, which the drag has slowed to less than [`MIN_SPEED`].

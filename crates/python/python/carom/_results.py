@@ -376,8 +376,8 @@ class Table:
         places = [of for of in self.columns.values() if of.role == "abscissa"]
         if len(places) == 2:
             shown = drawn[column if column is not None else next(iter(drawn))]
-            x, y = (np.unique(of.values) for of in places)
-            mesh = ax.pcolormesh(x, y, self.grid(shown.name), shading="nearest")
+            middles = [np.unique(of.values) for of in places]
+            mesh = ax.pcolormesh(*middles, self.grid(shown.name), shading="nearest")
             ax.figure.colorbar(mesh, ax=ax, label=_axis(shown.label, shown.unit))
             ax.set_aspect("equal")
             ax.set_title(self.title)
