@@ -14,12 +14,27 @@ pub struct ContactFrame {
     /// Vector from the centre of the touching part of A to that of B, or any other vector along the
     /// normal with a length other than 0.
     pub line_of_centres: DVec2,
-    /// Vectors from each centre of mass to the centre of the touching atom (length). The remaining
-    /// vector to the point of contact is along the normal and has no moment.
+    /// Vectors from each centre of mass to the point of contact, in a contact whose impulse may
+    /// have a tangential part ([`Response::is_rough`](crate::Response::is_rough)); in others to the
+    /// centre of the touching atom, because the remaining vector to the point of contact is along
+    /// the normal and has no moment (length).
     pub arms: [DVec2; 2],
 }
 
 impl ContactFrame {
+    /// This frame with arms that are longer along the normal by these distances of the surfaces
+    /// from the ends of the arms (length): from the centres of the touching atoms to the point of
+    /// contact.
+    #[must_use]
+    pub fn extended_to_surfaces(&self, distances: [f64; 2]) -> Self {
+        let normal = self.normal();
+        let [a, b] = self.arms;
+        Self {
+            arms: [a + distances[0] * normal, b - distances[1] * normal],
+            ..*self
+        }
+    }
+
     /// Unit vector from A to B at the point of contact.
     ///
     /// This uses the square root of the standard library, which compiles to an instruction of the

@@ -20,8 +20,11 @@ use crate::{
         elasticity_table::ElasticityTable, limits::too_slow, separation::refuse_unresolved,
         simultaneous_contacts::SimultaneousContacts, unresolved::Unresolved,
     },
-    run::simulation::{Epoch, Simulation},
-    scene::{ElasticitySpec, error::SceneError, least_speed::MIN_SPEED},
+    run::{
+        saved_elasticity::SavedElasticity,
+        simulation::{Epoch, Simulation},
+    },
+    scene::{error::SceneError, least_speed::MIN_SPEED},
     scheduler::Scheduler,
     start::{
         body_builder::inertia,
@@ -73,7 +76,7 @@ pub struct Checkpoint {
     /// Axes of round bodies that self-propulsion drives, by the order of the bodies.
     axes: Vec<Option<Orientation>>,
     names: TagNames,
-    elasticity: ElasticitySpec,
+    elasticity: SavedElasticity,
     counters: Counters,
     ledger: Ledger,
     heat: HeatByTag,
@@ -211,6 +214,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             next_id,
             random_key,
             has_thermal_walls: _,
+            has_rough_contacts: _,
+            keeps_spins: _,
         } = world;
         let (molecules, bodies) = records(world);
         Some(Checkpoint {
@@ -223,7 +228,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             last_contacts: last_contacts.clone(),
             axes: axes.clone(),
             names: names.clone(),
-            elasticity: elasticity.spec(),
+            elasticity: elasticity.spec().into(),
             counters: *counters,
             ledger: *ledger,
             heat: heat.clone(),
@@ -275,8 +280,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         checkpoint.refuse_overflowing()?;
         let mut world = checkpoint.world()?;
         let mut names = checkpoint.names.clone();
-        let mut elasticity = ElasticityTable::new(&checkpoint.elasticity, &mut names)?;
-        elasticity.classify(&mut world)?;
+        let mut elasticity =
+            ElasticityTable::new(&checkpoint.elasticity.clone().into(), &mut names)?;
+        elasticity.classify(&mut world, &response)?;
         refuse_unresolved(&world, &elasticity).map_err(|reason| {
             reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
         })?;
@@ -536,6 +542,7 @@ impl Checkpoint {
                     .map_or(Inertia::FIXED, |rotation| inertia(molecule, rotation)),
                 tags: record.tags.clone(),
                 elasticity_class: 0,
+                has_rough_contacts: false,
                 temperature: record.temperature,
             };
             world.push_body(record.key, kind);
@@ -584,9 +591,7 @@ impl SavedBody {
         if self.rotation.is_none() && (velocity != DVec2::ZERO || angular_velocity != 0.0) {
             return Err("is fixed but moves");
         }
-        if (self.rotation == Some(Rotation::Locked) || molecule.is_disc())
-            && angular_velocity != 0.0
-        {
+        if self.rotation == Some(Rotation::Locked) && angular_velocity != 0.0 {
             return Err("cannot turn but has an angular velocity");
         }
         Ok(())
@@ -765,7 +770,10 @@ mod tests {
             ),
             (
                 "cannot turn but has an angular velocity",
-                refusal(|c| c.bodies[1].motion.angular_velocity = 1.0),
+                refusal(|c| {
+                    c.bodies[1].rotation = Some(Rotation::Locked);
+                    c.bodies[1].motion.angular_velocity = 1.0;
+                }),
             ),
             (
                 "is fixed but moves",

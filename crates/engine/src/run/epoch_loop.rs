@@ -361,10 +361,11 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                 after: after[n],
             };
             let normal = frame.normal();
+            let to_surface = if resolved.is_rough { 0.0 } else { radius };
             observer.collision(&CollisionReport {
                 time: self.world.epoch.after(time),
                 sides: [side(0), side(1)],
-                point: before[0].position + (frame.arms[0] + radius * normal),
+                point: before[0].position + (frame.arms[0] + to_surface * normal),
                 normal,
                 impulse: resolved.impulse,
                 elasticity: resolved.elasticity,

@@ -28,6 +28,7 @@ pub(crate) fn insert(
             inertia,
             tags,
             elasticity_class: 0,
+            has_rough_contacts: false,
             temperature: None,
         },
         motion,

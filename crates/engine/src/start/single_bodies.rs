@@ -38,6 +38,7 @@ impl Singles {
     pub fn new(scene: &Scene, bounds: PeriodicBox) -> Result<Self, SceneError> {
         let mut names = TagNames::default();
         let mut world = World::new(bounds);
+        world.has_rough_contacts = scene.elasticity.is_rough();
         let mut entries = Vec::new();
         for (index, spec) in scene.molecule.iter().enumerate() {
             let entry = format!("molecule[{index}]");
@@ -162,9 +163,10 @@ pub(crate) fn add_molecule(
             "a molecule of locked rotation must have angular velocity 0",
         ));
     }
-    if spec.angular_velocity != 0.0 && molecule.is_disc() {
+    if spec.angular_velocity != 0.0 && molecule.is_disc() && !world.has_rough_contacts {
         return Err(problem(
-            "a single disc must have angular velocity 0, which contacts without friction never change",
+            "a single disc must have angular velocity 0, which contacts without friction never change; give \
+             `[elasticity]` or one of its pairs a `tangential` above -1",
         ));
     }
     let inertia = if spec.fixed {
@@ -334,6 +336,7 @@ pub(crate) fn add_wall(
         inertia: Inertia::FIXED,
         tags,
         elasticity_class: 0,
+        has_rough_contacts: false,
         temperature: spec.temperature,
     };
     Ok(world.insert(kind, Motion::at_rest(centre)))

@@ -8,7 +8,7 @@ use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
 
 use crate::{
-    contact::limits::refuse_slow,
+    contact::{elasticity_table::rough_gases, limits::refuse_slow},
     scene::{
         Scene,
         error::SceneError,
@@ -34,6 +34,8 @@ pub(crate) struct Species {
     pub count: usize,
     /// Whether no molecule is placed in a pocket of another.
     pub avoids_pockets: bool,
+    /// Whether its molecules have rough contacts with any body of the scene at the start.
+    is_rough: bool,
     molecules: Molecules,
 }
 
@@ -48,9 +50,14 @@ enum Molecules {
 
 /// The kinds of molecules of the gases of a scene.
 pub(crate) fn species(scene: &Scene, bounds: &PeriodicBox) -> Result<Vec<Species>, SceneError> {
-    (0..scene.gas.len())
-        .map(|index| Species::new(scene, index, bounds))
-        .collect()
+    let rough = rough_gases(scene)?;
+    let species = (0..).zip(rough).map(|(index, is_rough)| {
+        Species::new(scene, index, bounds).map(|species| Species {
+            is_rough,
+            ..species
+        })
+    });
+    species.collect()
 }
 
 /// A world of the bodies already placed and a few molecules of each kind, at rest at the origin,
@@ -118,6 +125,7 @@ impl Species {
             molecules,
             count,
             avoids_pockets,
+            is_rough: false,
         };
         // Equal molecules are checked even if there is none.
         let checked = if kind.is_equal() {
@@ -256,7 +264,12 @@ impl Species {
                 molecules.first().is_none_or(|molecule| molecule.is_round())
             }
         };
-        self.spec.rotation == Rotation::Free && !is_round
+        self.spec.rotation == Rotation::Free && (self.is_rough || !is_round)
+    }
+
+    /// Whether the molecules are discs whose spins rough contacts change.
+    pub fn are_turning_discs(&self) -> bool {
+        self.count > 0 && self.turns() && self.molecule(0).is_disc()
     }
 
     /// Degrees of freedom of one molecule that contacts change: 2, or 3 if it turns.

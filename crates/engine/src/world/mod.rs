@@ -48,6 +48,11 @@ pub struct World {
     pub(crate) random_key: [u64; 2],
     /// Whether any body is such a wall; without one, contacts with it are not looked for.
     pub(crate) has_thermal_walls: bool,
+    /// Whether some rule of elasticity is rough, so that discs may have spins.
+    pub(crate) has_rough_contacts: bool,
+    /// Whether discs turn, by rough contacts or since they have had some: schedulers then hold
+    /// their spins.
+    pub(crate) keeps_spins: bool,
 }
 
 impl World {
@@ -63,6 +68,8 @@ impl World {
             next_id: 0,
             random_key: [0; 2],
             has_thermal_walls: false,
+            has_rough_contacts: false,
+            keeps_spins: false,
         }
     }
 

@@ -420,6 +420,8 @@ impl Growth {
         }
         let most = (0.5 * collisions * gases.len() as f64).ceil().max(1.0) as u64;
         let time = collisions * self.world.bounds.sides().max_element() / speed;
+        // Contacts are smooth here, and discs keep the spins that rough contacts will change.
+        self.world.keeps_spins = self.contents.species.iter().any(Species::are_turning_discs);
         let options = <CellScheduler as Scheduler>::Options::default();
         let scheduler = CellScheduler::new(&options, &self.world).map_err(|reason| {
             let counts = self.contents.counts();

@@ -261,6 +261,7 @@ pub(super) fn kind_at(kind: &Species, index: usize, scale: f64) -> Result<BodyKi
         inertia,
         tags: Tags::default(),
         elasticity_class: 0,
+        has_rough_contacts: false,
         temperature: None,
     })
 }
