@@ -712,7 +712,7 @@ mod tests {
         .unwrap();
         assert_eq!(
             (FORMAT, kept.len(), crc32fast::hash(&kept)),
-            (17, 914, 1_608_119_585)
+            (18, 941, 3_414_461_574)
         );
     }
 }
