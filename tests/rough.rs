@@ -354,6 +354,16 @@ fn restitution_follows_the_speed_of_approach() {
     }
 }
 
+/// Angular momentum of the orbits that kicks of 0.01 drive, over the distance of the centres.
+struct Orbit(f64);
+
+impl Observer for Orbit {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        assert!((report.impulse.dot(report.normal.perp()) - 0.01).abs() < 1e-14);
+        self.0 += report.normal.perp_dot(report.impulse);
+    }
+}
+
 #[test]
 fn a_kick_of_chiral_discs_drives_their_orbit_and_is_booked() {
     let mut scene = rough(1.0, -1.0, None);
@@ -367,13 +377,6 @@ fn a_kick_of_chiral_discs_drives_their_orbit_and_is_booked() {
         kick: 0.01,
         ..ElasticityRule::default()
     }];
-    struct Orbit(f64);
-    impl Observer for Orbit {
-        fn collision(&mut self, report: &CollisionReport<'_>) {
-            assert!((report.impulse.dot(report.normal.perp()) - 0.01).abs() < 1e-14);
-            self.0 += report.normal.perp_dot(report.impulse);
-        }
-    }
     let mut simulation = Simulation::new(&scene).unwrap();
     let (initial, mut orbit) = (simulation.view().energy(), Orbit(0.0));
     simulation.observe_until(2.0, &mut orbit).unwrap();

@@ -606,11 +606,7 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
         let mut scene = base();
         scene.elasticity.pair = rules
             .iter()
-            .map(|(between, coefficient)| ElasticityRule {
-                between: between.iter().map(|&tag| tag.to_owned()).collect(),
-                coefficient: (*coefficient).into(),
-                ..ElasticityRule::default()
-            })
+            .map(|(between, coefficient)| crate::support::rule(between, *coefficient))
             .collect();
         scene
     };
