@@ -1,5 +1,5 @@
-//! The impulse of a contact (equation 2.9 of Montanari 2017 where it is smooth) and the motion after
-//! it.
+//! The impulse of a contact (equation 2.9 of Montanari 2017 where it is smooth) and the motion
+//! after it.
 
 #![allow(
     clippy::inline_always,
@@ -87,7 +87,8 @@ fn uniform(bits: u64) -> f64 {
 
 /// The instantaneous contact of rigid bodies, smooth or rough.
 ///
-/// In a smooth contact ([`Elasticity::is_smooth`]), with d along the line of centres and g the velocity of A's surface less that of B's, the impulse
+/// In a smooth contact ([`Elasticity::is_smooth`]), with d along the line of centres and
+/// g the velocity of A's surface less that of B's, the impulse
 /// is
 ///
 /// J = (1 + e) (g·d) d / (d·d (1/m_A + 1/m_B) + (r_A × d)²/I_A + (r_B × d)²/I_B).

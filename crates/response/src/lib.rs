@@ -110,8 +110,8 @@ pub trait Response: Sync {
     ///
     /// `line_of_centres` points from A to B, with any length but 0; velocities and inverse masses
     /// are in the order A, B. The result must equal [`Self::impulse`] with arms of length 0. The
-    /// engine calls it with elasticity 1 only. The default calls that method; a response may override
-    /// it with a faster computation.
+    /// engine calls it with elasticity 1 only. The default calls that method; a response may
+    /// override it with a faster computation.
     #[inline]
     fn impulse_of_discs(
         &self,

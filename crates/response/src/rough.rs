@@ -4,7 +4,8 @@
 //! the rule for spheres, whose normal and tangential impulses do not affect each other. For bodies
 //! of any shape they do, and this is the extension used here. Let g be the velocity of A's surface
 //! less that of B's at the point of contact, u = g·n > 0 and g_t = g·t its components along the
-//! normal n and the tangent t, and A the matrix by which an impulse J on B changes it, g′ = g − A J:
+//! normal n and the tangent t, and A the matrix by which an impulse J on B changes it,
+//! g′ = g − A J:
 //!
 //! A = (1/m_A + 1/m_B) 1 + p_A p_Aᵀ/I_A + p_B p_Bᵀ/I_B with p = (r × n, r × t)
 //!
@@ -15,16 +16,16 @@
 //!    velocity is c = g_t − (A_nt/A_nn) u.
 //! 2. A tangential impulse J_t with the normal impulse −(A_nt/A_nn) J_t leaves the normal velocity
 //!    as it is, and changes c by −J_t/m_t, with 1/m_t = A_tt − A_nt²/A_nn.
-//! 3. The contact that sticks has J_t = (1 + β) m_t c, so that c′ = −β c, and J_n = (1 + e) u/A_nn −
-//!    (A_nt/A_nn) J_t, so that u′ = −e u.
+//! 3. The contact that sticks has J_t = (1 + β) m_t c, so that c′ = −β c, and J_n =
+//!    (1 + e) u/A_nn − (A_nt/A_nn) J_t, so that u′ = −e u.
 //! 4. The energy in the motion of the surfaces is ½ (u²/A_nn + m_t c²), without a mixed term. It
-//!    changes by −½ (1 − e²) u²/A_nn − ½ (1 − β²) m_t c²: never up for e ≤ 1, and not at all for e =
-//!    1 and β = ±1. At β = −1 the contact is smooth, and g′ = −g at e = β = 1.
+//!    changes by −½ (1 − e²) u²/A_nn − ½ (1 − β²) m_t c²: never up for e ≤ 1, and not at all for
+//!    e = 1 and β = ±1. At β = −1 the contact is smooth, and g′ = −g at e = β = 1.
 //! 5. The contact slides where |J_t| would exceed μ J_n. Then |J_t| = μ J_n, with the sign of the
 //!    contact that sticks; c changes by less, and u′ = −e u still holds.
 //!
-//! Discs have A_nt = 0 and 1/m_t = 1/m_A + 1/m_B + R_A²/I_A + R_B²/I_B: Walton's rule. With infinite
-//! friction J_n may be negative for a molecule whose tangential impulse drives the surfaces
+//! Discs have A_nt = 0 and 1/m_t = 1/m_A + 1/m_B + R_A²/I_A + R_B²/I_B: Walton's rule. With
+//! infinite friction J_n may be negative for a molecule whose tangential impulse drives the surfaces
 //! together; like teeth, they then hold on to each other for an instant. Any finite μ excludes it.
 
 use carom_kinematics::{Inertia, Motion};

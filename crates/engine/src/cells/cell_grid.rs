@@ -146,8 +146,8 @@ impl CellGrid {
         self.contents == CellContents::Molecules
     }
 
-    /// Whether the motions of bodies in cells are kept beside their records: those of molecules, and
-    /// of discs with spins.
+    /// Whether the motions of bodies in cells are kept beside their records: those of molecules,
+    /// and of discs with spins.
     pub fn keeps_motions(&self) -> bool {
         self.keeps_motions
     }
