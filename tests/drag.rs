@@ -3,15 +3,15 @@
 //! resume.
 
 use carom_engine::{
-    CellsPerSide, CollisionReport, ElasticityRule, ElasticitySpec, HeapScheduler, Observer, Scene,
-    Scheduler, Simulation, Tiling, View,
+    CellsPerSide, CollisionReport, ElasticityRule, ElasticitySpec, HeapScheduler, Observer,
+    Restitution, Scene, Scheduler, Simulation, Tiling, View,
 };
 use carom_kinematics::{DragClock, EpochTime};
 use carom_observers::{Drift, FreePaths, Group};
 use glam::DVec2;
 
 use crate::support::{
-    bits, disc, gas, reference_scene, scene, scenes, simulate, test_each_scheduler,
+    bits, bumper, disc, gas, reference_scene, scene, scenes, simulate, test_each_scheduler,
 };
 use carom_detection::Exact;
 use carom_response::Impact;
@@ -19,7 +19,7 @@ use carom_response::Impact;
 const DRAG: f64 = 0.8;
 
 /// The contacts of a run: time, bodies and impulse.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Contacts(Vec<(f64, [u64; 2], DVec2)>);
 
 impl Observer for Contacts {
@@ -42,7 +42,14 @@ fn contacts<S: Scheduler>(scene: &Scene, options: &S::Options, until: f64) -> Co
 fn check_order<S: Scheduler>(options: &S::Options) {
     let clock = DragClock::new(DRAG);
     let mut compared = 0;
-    for (name, free) in scenes() {
+    let mut rough = reference_scene(7);
+    rough.elasticity = ElasticitySpec {
+        default: 0.9,
+        tangential: 0.4,
+        friction: Some(0.3),
+        ..ElasticitySpec::default()
+    };
+    for (name, free) in scenes().into_iter().chain([("rough", rough)]) {
         let mut dragged = free.clone();
         dragged.bounds.drag = DRAG;
         let until = 0.15;
@@ -189,7 +196,8 @@ fn the_ledger_closes_with_losses_thermal_walls_and_edits() {
     .unwrap();
     scene.elasticity.pair = vec![ElasticityRule {
         between: vec!["gas".to_owned()],
-        coefficient: 0.95,
+        coefficient: 0.95.into(),
+        ..ElasticityRule::default()
     }];
     let mut simulation = Simulation::new(&scene).unwrap();
     for sample in 1..=40 {
@@ -218,6 +226,42 @@ fn the_ledger_closes_with_losses_thermal_walls_and_edits() {
     }
     let ledger = simulation.view().ledger();
     assert!(ledger.dragged > 1.0 && ledger.lost > 1.0 && ledger.heat > 1.0);
+}
+
+/// A restitution that depends on the speed, and a kick, act on the true velocities in the middle of
+/// an epoch.
+#[test]
+fn rules_of_contact_see_true_speeds() {
+    let law = Restitution::Power {
+        power: -0.25,
+        at: 0.01,
+    };
+    let mut scene = scene(vec![disc(0.05, 2.0, [0.3, 0.5], [0.4, 0.0])]);
+    scene.bounds.drag = DRAG;
+    scene.bumper = vec![bumper(0.05, [0.6, 0.5])];
+    scene.bumper[0].tags = vec!["post".to_owned()];
+    scene.elasticity.pair = vec![ElasticityRule {
+        between: vec!["post".to_owned()],
+        coefficient: law,
+        kick: 0.1,
+        ..ElasticityRule::default()
+    }];
+    // The disc has lost γ times its path of 0.2 in speed.
+    let approach = 0.4 - DRAG * 0.2;
+    let mut simulation = Simulation::new(&scene).unwrap();
+    let mut contacts = Contacts::default();
+    simulation.observe_until(0.8, &mut contacts).unwrap();
+    let [(time, _, impulse)] = contacts.0[..] else {
+        panic!("{:?}", contacts.0)
+    };
+    assert!((DragClock::new(DRAG).reading(time) - 0.5).abs() < 1e-14);
+    let away = (approach / 0.01).powf(-0.25) * approach;
+    assert!((impulse.x.abs() - 2.0 * (approach + away)).abs() < 1e-14);
+    assert!((impulse.y.abs() - 0.1).abs() < 1e-14);
+    let after = simulation.view().bodies().next().unwrap().motion.velocity;
+    let slowing = (-DRAG * (0.8 - time)).exp();
+    assert!((after.x + away * slowing).abs() < 1e-14);
+    assert!((after.y.abs() - 0.05 * slowing).abs() < 1e-14);
 }
 
 /// ½ v_n² of discs that leave the wall; its mean is kT/m.

@@ -29,6 +29,7 @@ mod placement;
 mod polydisperse;
 mod refused_edits;
 mod resume;
+mod rough;
 mod run_errors;
 mod scene;
 mod schedulers;

@@ -8,7 +8,7 @@ use carom::{
     BodyKey, Checkpoint, CollisionRate, DirectionHistogram, EnergyLedger, EpochTime, Exact, Impact,
     Observer, OverlapCheck, Pressure, ProjectionHistogram, RunningAverage, Scene, Scheduler,
     Simulation,
-    engine::{ElasticitySpec, GasSpec, Rotation},
+    engine::{ElasticityRule, ElasticitySpec, GasSpec, Restitution, Rotation},
     observers::{
         BodyAxis, ContactDensity, Group, PairDistribution, ThermostatLedger, TimeCorrelation,
         VelocityDistribution,
@@ -206,6 +206,7 @@ test_each_scheduler! {
     molecules_that_turn_or_are_locked_or_fixed_resume_to_the_bit: check_menagerie;
     /// Rings have enough atoms for a tree of bounding circles.
     lossy_contacts_by_tags_resume_to_the_bit: check_lossy;
+    rough_contacts_resume_to_the_bit: check_rough;
     edits_at_samples_resume_to_the_bit: check_edits;
 }
 
@@ -230,6 +231,40 @@ fn check_lossy<S: Scheduler>(options: &S::Options) {
     lossy.elasticity.default = 0.999;
     lossy.elasticity.pair = vec![rule(&["small", "tee"], 0.9), rule(&["dumbbells"], 1.05)];
     check(&lossy, options, no_edit::<S>);
+}
+
+fn check_rough<S: Scheduler>(options: &S::Options) {
+    let mut rough = reference_scene(25);
+    rough.gas[0].tags = vec!["small".to_owned()];
+    rough.elasticity.tangential = 0.5;
+    rough.elasticity.pair = vec![
+        ElasticityRule {
+            between: vec!["small".to_owned()],
+            coefficient: Restitution::Table {
+                speeds: vec![0.0, 10.0],
+                values: vec![1.0, 0.9],
+            },
+            tangential: 0.8,
+            friction: Some(0.4),
+            ..ElasticityRule::default()
+        },
+        ElasticityRule {
+            kick: 1e-3,
+            ..rule(&["small", "small"], 0.95)
+        },
+    ];
+    check(
+        &rough,
+        options,
+        |sample, simulation: &mut Run<S>, _: &[BodyKey]| {
+            if sample == 7 {
+                // The spins of the discs remain, although no contact changes them any more.
+                simulation
+                    .set_elasticity(&ElasticitySpec::default())
+                    .unwrap();
+            }
+        },
+    );
 }
 
 fn check_edits<S: Scheduler>(options: &S::Options) {

@@ -85,7 +85,10 @@ fn a_scene_is_unchanged_by_writing_and_reading() {
     scene.molecule[0].tags = vec!["a".to_owned()];
     scene.elasticity.pair = vec![ElasticityRule {
         between: vec!["a".to_owned()],
-        coefficient: 0.1 + 0.2,
+        coefficient: (0.1 + 0.2).into(),
+        tangential: 0.25,
+        friction: Some(0.5),
+        kick: 0.125,
     }];
     scene.run.observe = vec!["energy".to_owned()];
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
@@ -603,10 +606,7 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
         let mut scene = base();
         scene.elasticity.pair = rules
             .iter()
-            .map(|(between, coefficient)| ElasticityRule {
-                between: between.iter().map(|&tag| tag.to_owned()).collect(),
-                coefficient: *coefficient,
-            })
+            .map(|(between, coefficient)| crate::support::rule(between, *coefficient))
             .collect();
         scene
     };
@@ -652,11 +652,21 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
     let names = |list: &[&str]| list.iter().map(|&tag| tag.to_owned()).collect::<Vec<_>>();
     assert_eq!(
         ambiguous(&[(&["a"], 0.5), (&["b"], 0.25)]),
-        (names(&["a"]), names(&["b"]), 0.5, 0.25)
+        (
+            names(&["a"]),
+            names(&["b"]),
+            "0.5".to_owned(),
+            "0.25".to_owned()
+        )
     );
     assert_eq!(
         ambiguous(&[(&["a", "b"], 0.5), (&["b", "c"], 0.25)]),
-        (names(&["a", "b"]), names(&["b", "c"]), 0.5, 0.25)
+        (
+            names(&["a", "b"]),
+            names(&["b", "c"]),
+            "0.5".to_owned(),
+            "0.25".to_owned()
+        )
     );
 
     for bad in [-0.1, f64::NAN, f64::INFINITY, 1e7] {

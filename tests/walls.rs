@@ -360,7 +360,8 @@ fn the_loss_at_an_inelastic_wall_agrees_with_the_ledger() {
     scene.molecule = vec![disc(0.1, 2.0, [0.5, 0.5], [1.0, 0.5])];
     scene.elasticity.pair = vec![ElasticityRule {
         between: vec!["soft".to_owned()],
-        coefficient: 0.5,
+        coefficient: 0.5.into(),
+        ..ElasticityRule::default()
     }];
     let mut simulation = Simulation::new(&scene).unwrap();
     simulation.run_until(0.5).unwrap();

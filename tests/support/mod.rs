@@ -323,7 +323,8 @@ pub fn head_on<S: Scheduler>(options: &S::Options) -> Simulation<Exact, Impact, 
 pub fn rule(between: &[&str], coefficient: f64) -> ElasticityRule {
     ElasticityRule {
         between: between.iter().map(|&tag| tag.to_owned()).collect(),
-        coefficient,
+        coefficient: coefficient.into(),
+        ..ElasticityRule::default()
     }
 }
 

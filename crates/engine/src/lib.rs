@@ -69,6 +69,7 @@ pub use run::observer::Observer;
 pub use run::simulation::Simulation;
 pub use scene::atom_spec::AtomSpec;
 pub use scene::distribution::{Distribution, Quantity};
+pub use scene::elasticity_spec::{ElasticityRule, ElasticitySpec, Restitution};
 pub use scene::error::{EditError, GridError, RunError, SceneError, StallCause};
 pub use scene::gas_spec::{GasSpec, StartVelocities};
 pub use scene::kick_momentum::KickMomentum;
@@ -86,8 +87,7 @@ pub use scene::stop_spec::StopSpec;
 pub use scene::thermostat_rule::{LangevinStep, SelfPropulsion, ThermostatRule};
 pub use scene::thermostat_target::ThermostatTarget;
 pub use scene::{
-    BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene,
-    StageSpec, StartSpec, WallSpec,
+    BoxSpec, BumperSpec, MoleculeSpec, Placement, RunSpec, Scene, StageSpec, StartSpec, WallSpec,
 };
 pub use scheduler::Scheduler;
 pub use start::snapshot::frame_of;

@@ -127,7 +127,8 @@ mod tests {
     fn rule(between: &[&str], coefficient: f64) -> ElasticityRule {
         ElasticityRule {
             between: names(between),
-            coefficient,
+            coefficient: coefficient.into(),
+            ..ElasticityRule::default()
         }
     }
 

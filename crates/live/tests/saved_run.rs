@@ -131,7 +131,7 @@ fn an_edited_run_is_replayed_and_resumed_to_the_bit() {
         default: 0.9,
         pair: vec![ElasticityRule {
             between: vec!["tee".to_owned()],
-            coefficient: 1.0,
+            ..ElasticityRule::default()
         }],
         ..ElasticitySpec::default()
     };

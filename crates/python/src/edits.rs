@@ -2,7 +2,7 @@
 
 use carom::{
     BodyKey, EditError, Scene, SceneError,
-    engine::{ElasticityRule, ElasticitySpec, MoleculeSpec, Rotation, WallSpec},
+    engine::{ElasticitySpec, MoleculeSpec, Rotation, WallSpec},
 };
 use carom_methods::AnySimulation;
 use pyo3::prelude::*;
@@ -141,23 +141,12 @@ fn id_of(key: BodyKey) -> Result<u64, EditError> {
     Ok(key.id())
 }
 
-/// A rule of elasticity for all contacts.
-pub fn elasticity(
-    default: f64,
-    contact_time: Option<f64>,
-    pairs: Vec<(Vec<String>, f64)>,
-) -> ElasticitySpec {
-    let rule = |(between, coefficient)| ElasticityRule {
-        between,
-        coefficient,
-    };
-    let pair = pairs.into_iter().map(rule).collect();
-    let standard = ElasticitySpec::default();
-    ElasticitySpec {
-        default,
-        contact_time: contact_time.unwrap_or(standard.contact_time),
-        pair,
-    }
+/// The elasticity that the text of a scene describes.
+///
+/// # Errors
+/// It is refused.
+pub fn elasticity(text: &str) -> Result<ElasticitySpec, EditError> {
+    Ok(Scene::from_toml(text)?.elasticity)
 }
 
 /// The numbers of the bodies with a tag.

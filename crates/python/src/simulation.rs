@@ -542,15 +542,9 @@ impl Core {
         })
     }
 
-    fn set_elasticity(
-        &self,
-        py: Python<'_>,
-        default: f64,
-        contact_time: Option<f64>,
-        pairs: Vec<(Vec<String>, f64)>,
-    ) -> PyResult<()> {
-        let spec = edits::elasticity(default, contact_time, pairs);
+    fn set_elasticity(&self, py: Python<'_>, text: &str) -> PyResult<()> {
         self.edit(py, |state| {
+            let spec = edits::elasticity(text)?;
             state.simulation.set_elasticity(&spec)?;
             state.scene.elasticity = spec;
             Ok(())

@@ -224,6 +224,22 @@ def test_edits_are_made_whole_or_not_at_all():
     assert sim.energy < before and sim.overlapping_pairs == 0
 
 
+def test_rough_discs_turn():
+    sim = gas(count=50)
+    assert (sim.angular_velocities == 0).all()
+    pairs = {"gas": {"coefficient": {"speeds": [0, 5], "values": [1, 0.9]}, "tangential": 0.5, "friction": 0.4}}
+    sim.set_elasticity(0.9, tangential=0.0, pairs=pairs)
+    sim.run(until=2)
+    assert (sim.angular_velocities != 0).any() and sim.overlapping_pairs == 0
+    with pytest.raises(carom.EditError):
+        sim.set_elasticity(1.0, tangential=1.5)
+    rough = carom.Scene(
+        gas={"radius": 0.02, "mass": 1, "temperature": 1, "velocities": "maxwell", "count": 50},
+        elasticity={"tangential": 1.0},
+    )
+    assert (carom.Simulation(rough).angular_velocities != 0).all()
+
+
 def test_walls_are_added():
     sim = gas(count=20)
     wall = sim.add_wall(ends=[[0.1, 0.0], [0.1, 0.02]], tags="flap")

@@ -1,4 +1,5 @@
-//! The impulse of a smooth contact (equation 2.9 of Montanari 2017) and the motion after it.
+//! The impulse of a contact (equation 2.9 of Montanari 2017 where it is smooth) and the motion
+//! after it.
 
 #![allow(
     clippy::inline_always,
@@ -9,8 +10,11 @@ use carom_kinematics::{Inertia, Motion, two_product, two_sum};
 use glam::DVec2;
 
 use crate::{
-    ContactFrame, Elasticity, Response, contact_frame::scaled_approach,
-    joint_impulses::joint_impulses, reflection::reflected,
+    ContactFrame, Elasticity, Response,
+    contact_frame::{scaled_approach, scaled_inverse_masses},
+    joint_impulses::joint_impulses,
+    reflection::reflected,
+    rough::rough_impulse,
 };
 
 /// Whether d is along the x or the y axis; false for d = 0.
@@ -84,9 +88,10 @@ fn uniform(bits: u64) -> f64 {
     ((twice ^ (twice >> 31)) >> 11) as f64 / (1u64 << 53) as f64 - 0.5
 }
 
-/// The instantaneous contact of smooth rigid bodies.
+/// The instantaneous contact of rigid bodies, smooth or rough.
 ///
-/// With d along the line of centres and g the velocity of A's surface less that of B's, the impulse
+/// In a smooth contact ([`Elasticity::is_smooth`]), with d along the line of centres and
+/// g the velocity of A's surface less that of B's, the impulse
 /// is
 ///
 /// J = (1 + e) (g·d) d / (d·d (1/m_A + 1/m_B) + (r_A × d)²/I_A + (r_B × d)²/I_B).
@@ -96,6 +101,17 @@ fn uniform(bits: u64) -> f64 {
 /// contacts add up to a random walk. Along an axis the impulse of bodies without lever arms is
 /// rounded stochastically instead, except between equal masses, which exchange their speeds to the
 /// bit.
+///
+/// A rough contact sticks or slides by Walton's rule, with the tangential restitution β and the
+/// friction μ of its [`Elasticity`]. With the velocity g_t of A's surface less that of B's along
+/// the tangent, two discs have the tangential impulse J_t = (1 + β) m_t g_t with 1/m_t = 1/m_A +
+/// 1/m_B + R_A²/I_A + R_B²/I_B, or μ J_n if that is less. For bodies of any shape the same holds
+/// with the tangential velocity at the instant at which the surfaces no longer approach, and with
+/// the mass m_t for a tangential impulse that leaves the normal velocity as it is; so the surfaces
+/// always separate with e times their speed of approach, and e = β = 1 conserves the energy.
+/// Several points of contact at one instant are then resolved one by one.
+#[doc(alias = "Walton")]
+#[doc(alias = "friction")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Impact;
 
@@ -113,6 +129,9 @@ impl Response for Impact {
             line_of_centres: d,
             ..*frame
         };
+        if !elasticity.is_smooth() {
+            return rough_impulse(&frame, bodies, elasticity);
+        }
         let approach = scaled_approach(&frame, [motion_a, motion_b]);
         let turning = scaled_turning(&frame, [inertia_a, inertia_b]);
         let inverse_masses = [inertia_a.inverse_mass, inertia_b.inverse_mass];
@@ -158,12 +177,16 @@ impl Response for Impact {
         bodies: [(&Motion, &Inertia); 2],
         elasticity: Elasticity,
     ) -> Option<Vec<DVec2>> {
-        joint_impulses(frames, bodies, elasticity)
+        if elasticity.is_smooth() {
+            joint_impulses(frames, bodies, elasticity)
+        } else {
+            None
+        }
     }
 
     #[inline]
     fn conserves_energy(&self, elasticity: Elasticity) -> bool {
-        elasticity == Elasticity::ELASTIC
+        elasticity.conserves_energy()
     }
 
     fn reflected(&self, line_of_centres: DVec2, velocity: DVec2) -> Option<DVec2> {
@@ -201,17 +224,6 @@ fn scaled_turning(frame: &ContactFrame, [a, b]: [&Inertia; 2]) -> f64 {
         lever * lever * inertia.inverse_moment
     };
     turning(frame.arms[0], a) + turning(frame.arms[1], b)
-}
-
-/// Returns d·d (1/m_A + 1/m_B).
-///
-/// The sum of the inverse masses is not computed first, since for two given masses it always has
-/// the same rounding error. Neither is d·d/m_A + d·d/m_B, since with 1/m_B = 1/3 the last digits of
-/// the two terms depend on each other, so that ties are always rounded to the same side.
-#[inline]
-fn scaled_inverse_masses(d: DVec2, [a, b]: [f64; 2]) -> f64 {
-    let (x, y) = (d.x * d.x, d.y * d.y);
-    (x * a + y * b) + (y * a + x * b)
 }
 
 /// The motion of a body after `impulse` (mass × length / time) at the point `arm` relative to its

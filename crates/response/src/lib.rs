@@ -1,4 +1,4 @@
-//! Collision response: the impulse between two smooth rigid bodies, and the velocities after it.
+//! Collision response: the impulse between two rigid bodies, and the velocities after it.
 //!
 //! Let n be the unit normal from A to B at the contact, r the arms from the centres of mass to the
 //! touching atoms, and u = −n·(v_B + ω_B × r_B − v_A − ω_A × r_A) the speed of approach of the two
@@ -10,7 +10,8 @@
 //! (Montanari 2017, equation 2.9). A body whose rotation is locked has 1/I = 0 (equation 2.12); a
 //! fixed body also has 1/m = 0. The energy decreases by ½ (1 − e²) μ u². Momentum is conserved
 //! unless a body is fixed; angular momentum about the point of contact is conserved unless a
-//! rotation is locked.
+//! rotation is locked. These are smooth contacts; [`Impact`] also resolves rough ones, whose
+//! impulse has a tangential part.
 //!
 //! ```
 //! use carom_kinematics::{Inertia, Motion};
@@ -31,6 +32,7 @@ mod elasticity;
 mod impulse;
 mod joint_impulses;
 mod reflection;
+mod rough;
 mod thermal_wall;
 
 pub use contact_frame::{ContactFrame, approach_speed};
@@ -104,11 +106,12 @@ pub trait Response: Sync {
     ) -> DVec2;
 
     /// The impulse on B (mass × length / time) of a contact that changes no angular velocity, as of
-    /// two discs.
+    /// two smooth discs.
     ///
     /// `line_of_centres` points from A to B, with any length but 0; velocities and inverse masses
-    /// are in the order A, B. The result must equal [`Self::impulse`] with arms of length 0.
-    /// The default calls that method; a response may override it with a faster computation.
+    /// are in the order A, B. The result must equal [`Self::impulse`] with arms of length 0. The
+    /// engine calls it with elasticity 1 only. The default calls that method; a response may
+    /// override it with a faster computation.
     #[inline]
     fn impulse_of_discs(
         &self,
@@ -143,6 +146,15 @@ pub trait Response: Sync {
     ) -> Option<Vec<DVec2>> {
         let _ = (frames, bodies, elasticity);
         None
+    }
+
+    /// Whether the impulse of contacts of this elasticity may have a part across the normal. The
+    /// engine then passes arms to the point of contact, where the impulse acts, and discs turn. The
+    /// default is correct for a response whose impulse is along the normal unless the elasticity
+    /// says otherwise.
+    #[inline]
+    fn is_rough(&self, elasticity: Elasticity) -> bool {
+        !elasticity.is_smooth()
     }
 
     /// Whether contacts of this elasticity conserve the kinetic energy, to rounding. The engine

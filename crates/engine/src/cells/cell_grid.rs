@@ -20,6 +20,8 @@ pub(super) struct CellGrid {
     /// Largest factor on the sum of two radii at a contact.
     largest_factor: f64,
     contents: CellContents,
+    /// Whether the motions of bodies in cells are kept beside their records.
+    keeps_motions: bool,
 }
 
 /// The contents of the cells. They decide how bodies are listed and predicted.
@@ -108,6 +110,7 @@ impl CellGrid {
             largest_small,
             largest_factor: factor,
             contents,
+            keeps_motions: holds_molecules || world.keeps_spins,
         };
         let sparse = (grid.free_area(world) / (cells_per_body * bodies)).sqrt();
         let length = (longest * (1.0 + MARGIN)).max(sparse);
@@ -150,6 +153,12 @@ impl CellGrid {
     /// Whether molecules live in cells.
     pub fn holds_molecules(&self) -> bool {
         self.contents == CellContents::Molecules
+    }
+
+    /// Whether the motions of bodies in cells are kept beside their records: those of molecules,
+    /// and of discs with spins.
+    pub fn keeps_motions(&self) -> bool {
+        self.keeps_motions
     }
 
     pub fn counts(&self) -> [u32; 2] {

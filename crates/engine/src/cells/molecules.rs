@@ -1,11 +1,12 @@
-//! The motions of molecules in cells, which the records do not hold.
+//! The motions of molecules, and of discs with spins, in cells: the records do not hold them.
 
 use carom_kinematics::Motion;
 use glam::DVec2;
 
 use super::candidates::Candidates;
 
-/// Motions of molecules in cells, which the records do not hold; empty if discs live in the cells.
+/// Motions of bodies in cells, which the records do not hold; empty if discs without spins live in
+/// the cells.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Molecules {
     /// By body. Those of multi-cell bodies are not updated.

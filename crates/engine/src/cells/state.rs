@@ -145,8 +145,10 @@ impl<F: CellFrame> CellState<F> {
             let grid = self.grid.clone();
             self.list_discs(|body| !grid.is_multi_cell(&world.bodies()[body]));
         }
-        if self.grid.holds_molecules() {
+        if self.grid.keeps_motions() {
             self.molecules.take_over(world.motions());
+        }
+        if self.grid.holds_molecules() {
             self.multi_cell.expect_contacts(bodies);
         }
         for (index, body) in world.bodies().iter().enumerate() {

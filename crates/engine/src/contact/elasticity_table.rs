@@ -1,14 +1,19 @@
-//! The elasticity of each pair of bodies: the most specific rule of the scene, by tags.
+//! The elasticity of each pair of bodies: the most specific rule of the scene, by tags; and which
+//! bodies have rough contacts.
 
-use carom_response::Elasticity;
+use carom_response::{Elasticity, ElasticityError, Response};
 
 use crate::{
     contact::guard::Guard,
-    scene::{ElasticityRule, ElasticitySpec, error::SceneError},
+    scene::{
+        Scene,
+        elasticity_spec::{ElasticityRule, ElasticitySpec},
+        error::SceneError,
+    },
     world::{
         World,
-        body::Body,
-        tag_classes::sort_into_classes,
+        body::{Body, BodyKind},
+        tag_classes::{replace_kinds, sort_into_classes},
         tags::{Tag, TagNames, Tags},
     },
 };
@@ -18,19 +23,30 @@ use crate::{
 #[derive(Debug, Clone, Default)]
 pub struct ElasticityTable {
     default: Elasticity,
+    /// The scene's entry, without its rules.
+    spec: ElasticitySpec,
     pub(crate) guard: Guard,
     rules: Vec<Rule>,
     /// Number of different sets of tags; bodies with equal tags are of one class.
     classes: usize,
-    /// Coefficient for each pair of classes; empty if the default applies to all.
-    by_class: Vec<Elasticity>,
+    /// Coefficients for each pair of classes; empty if the default applies to all.
+    by_class: Vec<PairElasticity>,
 }
 
 #[derive(Debug, Clone)]
 struct Rule {
     tags: Vec<Tag>,
-    names: Vec<String>,
+    spec: ElasticityRule,
+    /// Of a restitution that depends on the speed, with that at speed 0.
     elasticity: Elasticity,
+}
+
+/// The coefficients of a pair of bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct PairElasticity {
+    elasticity: Elasticity,
+    /// The rule whose restitution depends on the speed of approach.
+    by_speed: Option<u32>,
 }
 
 /// The shortest contact time c of a guard. Shorter: at e = 0 molecules in lasting contact bounce by
@@ -39,18 +55,50 @@ struct Rule {
 const MIN_CONTACT: f64 = 1e-5;
 
 impl ElasticityTable {
-    /// Whether the elasticity of each pair of existing bodies is 1.
+    /// Whether each pair of existing bodies is smooth and elastic.
     #[inline]
     pub fn is_elastic(&self) -> bool {
         self.by_class.is_empty() && self.default == Elasticity::ELASTIC
     }
 
-    /// The elasticity of a contact between two bodies.
-    pub fn between(&self, a: &Body, b: &Body) -> Elasticity {
-        if self.by_class.is_empty() {
+    /// The elasticity of a contact between two bodies whose surfaces approach at this speed
+    /// (length / time).
+    #[inline]
+    pub fn of_contact(&self, a: &Body, b: &Body, speed: impl FnOnce() -> f64) -> Elasticity {
+        let Some(pair) = self.entry(a, b) else {
             return self.default;
+        };
+        match pair.by_speed {
+            Some(rule) => self.at_speed(pair.elasticity, rule, speed()),
+            None => pair.elasticity,
         }
-        self.by_class[a.kind.tag_class as usize * self.classes + b.kind.tag_class as usize]
+    }
+
+    /// Whether contacts between two bodies can change the energy along the normal, and the least
+    /// coefficient of restitution.
+    pub(crate) fn least_coefficient(&self, a: &Body, b: &Body) -> f64 {
+        let Some(pair) = self.entry(a, b) else {
+            return self.default.coefficient();
+        };
+        match pair.by_speed {
+            Some(rule) => self.rules[rule as usize].spec.coefficient.bounds()[0],
+            None => pair.elasticity.coefficient(),
+        }
+    }
+
+    #[inline]
+    fn entry(&self, a: &Body, b: &Body) -> Option<&PairElasticity> {
+        let [a, b] = [a, b].map(|body| body.kind.tag_class as usize);
+        self.by_class.get(a * self.classes + b)
+    }
+
+    #[cold]
+    fn at_speed(&self, elasticity: Elasticity, rule: u32, speed: f64) -> Elasticity {
+        let coefficient = self.rules[rule as usize].spec.coefficient.at(speed);
+        // A law in range gives a coefficient in range.
+        elasticity
+            .with_coefficient(coefficient)
+            .unwrap_or(elasticity)
     }
 
     /// The class of a body: bodies of one class have the same elasticity with each other body.
@@ -63,9 +111,6 @@ impl ElasticityTable {
     }
 
     pub(crate) fn new(spec: &ElasticitySpec, names: &mut TagNames) -> Result<Self, SceneError> {
-        let coefficient = |entry: String, value: f64| {
-            Elasticity::new(value).map_err(|reason| SceneError::Elasticity { entry, reason })
-        };
         let mut rules = Vec::new();
         for (index, rule) in spec.pair.iter().enumerate() {
             let entry = format!("elasticity.pair[{index}]");
@@ -76,13 +121,26 @@ impl ElasticityTable {
                 );
                 return Err(SceneError::Entry { entry, problem });
             }
+            if let Err(problem) = rule.coefficient.check() {
+                return Err(SceneError::Entry { entry, problem });
+            }
+            let elasticity = rule
+                .elasticity()
+                .map_err(|reason| SceneError::Elasticity { entry, reason })?;
             rules.push(Rule {
                 tags: rule.between.iter().map(|name| names.intern(name)).collect(),
-                names: rule.between.clone(),
-                elasticity: coefficient(entry, rule.coefficient)?,
+                spec: rule.clone(),
+                elasticity: simplified(elasticity),
             });
         }
-        let default = coefficient("elasticity.default".to_owned(), spec.default)?;
+        let default = spec.of_default().map_err(|reason| SceneError::Elasticity {
+            entry: match reason {
+                ElasticityError::Coefficient(_) => "elasticity.default",
+                _ => "elasticity",
+            }
+            .to_owned(),
+            reason,
+        })?;
         if !(0.0..=1.0).contains(&spec.contact_time) {
             let problem = format!("it must be from 0 to 1, but is {}", spec.contact_time);
             return Err(SceneError::Entry {
@@ -105,7 +163,11 @@ impl ElasticityTable {
             contact_time: spec.contact_time,
         };
         Ok(Self {
-            default,
+            default: simplified(default),
+            spec: ElasticitySpec {
+                pair: Vec::new(),
+                ..spec.clone()
+            },
             guard,
             rules,
             classes: 0,
@@ -113,15 +175,20 @@ impl ElasticityTable {
         })
     }
 
-    /// Prepares the table and that of the pairs for the bodies of a world, and lets the world keep
-    /// the times that the guard needs.
-    pub(crate) fn classify(&mut self, world: &mut World) -> Result<(), SceneError> {
+    /// Prepares the table and that of the pairs for the bodies of a world and a response, and lets
+    /// the world keep the times that the guard needs and the spins that rough contacts change.
+    pub(crate) fn classify<R: Response>(
+        &mut self,
+        world: &mut World,
+        response: &R,
+    ) -> Result<(), SceneError> {
         self.by_class.clear();
         if !self.rules.is_empty() || world.pairs.has_rules() {
             let classes = sort_into_classes(world);
             self.look_up(&classes)?;
             world.pairs.look_up(&classes, &world.bodies)?;
         }
+        self.mark_rough(world, response);
         world.keep_last_contacts(self.is_guarded());
         world.has_thermal_walls = world
             .bodies
@@ -138,20 +205,15 @@ impl ElasticityTable {
 
     /// Whether the table has elasticities below 1.
     pub(crate) fn loses_energy(&self) -> bool {
-        let loses = |elasticity: Elasticity| elasticity.coefficient() < 1.0;
-        loses(self.default) || self.rules.iter().any(|rule| loses(rule.elasticity))
+        let loses = |rule: &Rule| rule.spec.coefficient.bounds()[0] < 1.0;
+        self.default.coefficient() < 1.0 || self.rules.iter().any(loses)
     }
 
     /// The rules as in a scene.
     pub(crate) fn spec(&self) -> ElasticitySpec {
-        let rule = |rule: &Rule| ElasticityRule {
-            between: rule.names.clone(),
-            coefficient: rule.elasticity.coefficient(),
-        };
         ElasticitySpec {
-            default: self.default.coefficient(),
-            contact_time: self.guard.contact_time,
-            pair: self.rules.iter().map(rule).collect(),
+            pair: self.rules.iter().map(|rule| rule.spec.clone()).collect(),
+            ..self.spec.clone()
         }
     }
 
@@ -165,44 +227,139 @@ impl ElasticityTable {
             }
         }
         // Rules that affect no existing body have no cost.
-        if by_class
-            .iter()
-            .any(|elasticity| *elasticity != self.default)
-        {
+        let default = self.of_default();
+        if by_class.iter().any(|pair| *pair != default) {
             self.by_class = by_class;
         }
         Ok(())
     }
 
-    fn resolve(&self, a: &Tags, b: &Tags) -> Result<Elasticity, SceneError> {
-        for rank in [2, 1] {
-            let mut found: Option<&Rule> = None;
-            for rule in self
+    fn of_default(&self) -> PairElasticity {
+        PairElasticity {
+            elasticity: self.default,
+            by_speed: None,
+        }
+    }
+
+    /// Marks the bodies that have rough contacts with an existing body.
+    fn mark_rough<R: Response>(&self, world: &mut World, response: &R) {
+        let is_rough = |pair: &PairElasticity| response.is_rough(pair.elasticity);
+        let by_default = is_rough(&self.of_default());
+        let rough: Vec<bool> = if self.by_class.is_empty() {
+            Vec::new()
+        } else {
+            let rows = self.by_class.chunks(self.classes);
+            rows.map(|row| row.iter().any(is_rough)).collect()
+        };
+        let of_kind = |kind: &BodyKind| {
+            let of_class = rough.get(kind.tag_class as usize);
+            of_class.copied().unwrap_or(by_default)
+        };
+        world.has_rough_contacts = by_default
+            || self
                 .rules
                 .iter()
-                .filter(|rule| rule.tags.len() == rank && rule.applies(a, b))
+                .any(|rule| response.is_rough(rule.elasticity));
+        if world
+            .bodies
+            .iter()
+            .any(|body| body.kind.has_rough_contacts != of_kind(&body.kind))
+        {
+            replace_kinds(world, |kind| BodyKind {
+                has_rough_contacts: of_kind(kind),
+                ..kind.clone()
+            });
+        }
+        world.keeps_spins = world
+            .bodies
+            .iter()
+            .zip(&world.motions)
+            .any(|(body, motion)| {
+                // Locked discs too: they can be unlocked within a run.
+                let is_disc = !body.is_fixed() && body.kind.molecule.is_disc();
+                is_disc && (body.kind.has_rough_contacts || motion.angular_velocity != 0.0)
+            });
+    }
+
+    fn resolve(&self, a: &Tags, b: &Tags) -> Result<PairElasticity, SceneError> {
+        for rank in [2, 1] {
+            let mut found: Option<(u32, &Rule)> = None;
+            for (index, rule) in (0..)
+                .zip(&self.rules)
+                .filter(|(_, rule)| rule.tags.len() == rank && rule.applies(a, b))
             {
                 match found {
-                    Some(first) if first.elasticity != rule.elasticity => {
+                    Some((_, first)) if !first.agrees_with(rule) => {
                         return Err(SceneError::AmbiguousElasticity {
-                            first: first.names.clone(),
-                            second: rule.names.clone(),
-                            one: first.elasticity.coefficient(),
-                            other: rule.elasticity.coefficient(),
+                            first: first.spec.between.clone(),
+                            second: rule.spec.between.clone(),
+                            one: first.spec.coefficients(),
+                            other: rule.spec.coefficients(),
                         });
                     }
-                    _ => found = Some(rule),
+                    _ => found = Some((index, rule)),
                 }
             }
-            if let Some(rule) = found {
-                return Ok(rule.elasticity);
+            if let Some((index, rule)) = found {
+                let by_speed = rule.spec.coefficient.number().is_none();
+                return Ok(PairElasticity {
+                    elasticity: rule.elasticity,
+                    by_speed: by_speed.then_some(index),
+                });
             }
         }
-        Ok(self.default)
+        Ok(self.of_default())
     }
 }
 
+/// The same elasticity, in the one form that all smooth contacts of a coefficient have.
+fn simplified(elasticity: Elasticity) -> Elasticity {
+    if elasticity.is_smooth() {
+        Elasticity::new(elasticity.coefficient()).unwrap_or(elasticity)
+    } else {
+        elasticity
+    }
+}
+
+/// For each gas of a scene, whether its molecules have rough contacts with any body of the scene.
+///
+/// # Errors
+/// Those of [`ElasticityTable::new`], and rules that disagree.
+pub(crate) fn rough_gases(scene: &Scene) -> Result<Vec<bool>, SceneError> {
+    if !scene.elasticity.is_rough() {
+        return Ok(vec![false; scene.gas.len()]);
+    }
+    let mut names = TagNames::default();
+    let table = ElasticityTable::new(&scene.elasticity, &mut names)?;
+    let mut tags = |requested: &[String]| names.intern_all(requested);
+    let gases: Vec<Tags> = scene.gas.iter().map(|gas| tags(&gas.tags)).collect();
+    let singles = scene.molecule.iter().map(|spec| &spec.tags);
+    let singles = singles.chain(scene.bumper.iter().map(|spec| &spec.tags));
+    let singles = singles.chain(scene.wall.iter().map(|spec| &spec.tags));
+    let mut others: Vec<Tags> = singles.map(|requested| tags(requested)).collect();
+    let present = scene.gas.iter().zip(&gases);
+    others.extend(
+        present
+            .filter(|(gas, _)| gas.count != Some(0))
+            .map(|(_, tags)| tags.clone()),
+    );
+    let is_rough = |one: &Tags| {
+        for other in &others {
+            if !table.resolve(one, other)?.elasticity.is_smooth() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    };
+    gases.iter().map(is_rough).collect()
+}
+
 impl Rule {
+    /// Whether two rules have the same effect.
+    fn agrees_with(&self, other: &Self) -> bool {
+        self.elasticity == other.elasticity && self.spec.coefficient == other.spec.coefficient
+    }
+
     fn applies(&self, a: &Tags, b: &Tags) -> bool {
         match self.tags[..] {
             [tag] => a.contains(&tag) || b.contains(&tag),
@@ -225,7 +382,7 @@ mod tests {
     use crate::{
         cells::{CellScheduler, Instructions},
         run::simulation::Simulation,
-        scene::{BumperSpec, Scene},
+        scene::{BumperSpec, Scene, elasticity_spec::Restitution},
     };
 
     /// A response that loses energy at any elasticity below 2.
@@ -246,7 +403,8 @@ mod tests {
     fn last_contacts_are_kept_only_where_the_guard_can_raise_an_elasticity() {
         let rule = |tag: &str, coefficient| ElasticityRule {
             between: vec![tag.to_owned()],
-            coefficient,
+            coefficient: Restitution::Number(coefficient),
+            ..ElasticityRule::default()
         };
         let table = |default, pair| ElasticitySpec {
             default,
@@ -298,7 +456,8 @@ mod tests {
         };
         let pair = vec![ElasticityRule {
             between: vec!["a".to_owned()],
-            coefficient: 0.5,
+            coefficient: 0.5.into(),
+            ..ElasticityRule::default()
         }];
         let elasticity = ElasticitySpec {
             pair,

@@ -19,6 +19,8 @@
 //! but then each contact of a large body that is hit continually would be elastic. For this reason
 //! a fixed body does not count either.
 //!
+//! **Rough contacts.** A guarded contact is smooth as well as elastic: friction would lose energy.
+//!
 //! **Turning bodies.** Two bodies that turn can meet again without a third, since the gap bends by
 //! K = ω_A² r_A + ω_B² r_B: with a speed of separation u' they touch again after about 2 u'/K. At
 //! small e a single contact would leave a u' for which this time is far shorter than t_c at all
@@ -81,16 +83,17 @@ impl Guard {
             !partner.body.is_locked() && !partner.body.kind.molecule.is_disc()
         };
         let e = elasticity.coefficient();
-        let raised = if soon(&a) && soon(&b) {
-            1.0
-        } else if turns(&a) || turns(&b) {
+        if soon(&a) && soon(&b) && approach > 0.0 {
+            return Some(Elasticity::ELASTIC);
+        }
+        let raised = if turns(&a) || turns(&b) {
             (self.contact_time * speed / approach).clamp(e, 1.0)
         } else {
             e
         };
         // Bodies that do not approach receive no impulse at any elasticity.
         (raised > e && approach > 0.0)
-            .then(|| Elasticity::new(raised).ok())
+            .then(|| elasticity.with_coefficient(raised).ok())
             .flatten()
     }
 }

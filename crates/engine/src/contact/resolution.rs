@@ -10,7 +10,7 @@
 )]
 
 use carom_kinematics::{Inertia, Motion, kinetic_energy};
-use carom_response::{ContactFrame, Elasticity, Response, apply_impulse};
+use carom_response::{ContactFrame, Elasticity, Response, apply_impulse, approach_speed};
 use glam::DVec2;
 
 use crate::{
@@ -21,7 +21,7 @@ use crate::{
         joint_contact::{JointContact, joint_contact, may_be_joint},
         separation::{missing_impulse, round_outwards},
     },
-    world::{World, contact_event::ContactEvent},
+    world::{World, body::Body, contact_event::ContactEvent},
 };
 
 /// The rules that determine the outcome of a contact, in addition to the motions of its two bodies.
@@ -68,6 +68,9 @@ pub(crate) struct Resolved {
     pub is_unresolved: bool,
     /// Number of points at which the two bodies touch, if the impulse takes them all into account.
     pub points: u32,
+    /// Whether the arms of the frame end at the point of contact, because the impulse may have a
+    /// tangential part.
+    pub is_rough: bool,
 }
 
 /// The outcome of a contact of two discs where all contacts are elastic.
@@ -84,9 +87,13 @@ pub(crate) struct ResolvedDiscs {
 }
 
 impl<R: Response> Rules<'_, R> {
-    /// Whether every contact of two bodies of the table conserves the energy.
+    /// Whether every contact of two bodies of the table is smooth and conserves the energy, and no
+    /// disc has a spin.
     pub fn all_elastic(&self) -> bool {
-        self.elasticity.is_elastic() && self.response.conserves_energy(Elasticity::ELASTIC)
+        self.elasticity.is_elastic()
+            && self.response.conserves_energy(Elasticity::ELASTIC)
+            && !self.response.is_rough(Elasticity::ELASTIC)
+            && !self.world.keeps_spins
     }
 
     /// Resolves the contact of two discs where all contacts are elastic: only velocities change.
@@ -139,7 +146,17 @@ impl<R: Response> Rules<'_, R> {
         } = *contact;
         let pair = bodies.map(|body| &self.world.bodies[body as usize]);
         let (mut frame, depth) = contact_geometry(self.world, contact, before);
-        let of_table = self.elasticity.between(pair[0], pair[1]);
+        // Velocities are those of the clock of the drag; speeds and kicks of rules are true ones.
+        let slowing = || self.world.clock.slowing(time);
+        let approach = || slowing() * approach_speed(&frame, [&before[0], &before[1]]);
+        let mut of_table = self.elasticity.of_contact(pair[0], pair[1], approach);
+        if of_table.kick() != 0.0 {
+            of_table = of_table.with_kick_times(1.0 / slowing());
+        }
+        let is_rough = self.response.is_rough(of_table);
+        if is_rough {
+            frame = frame.extended_to_surfaces(parts.reaches(pair.map(Body::molecule)));
+        }
         let mut elasticity = of_table;
         if let Some(last) = last_contacts
             && of_table.coefficient() < 1.0
@@ -167,7 +184,8 @@ impl<R: Response> Rules<'_, R> {
             kinetic_energy(&motions[0], inertias[0]) + kinetic_energy(&motions[1], inertias[1])
         };
         let mut points = 1;
-        if may_be_joint(pair, parts)
+        if !is_rough
+            && may_be_joint(pair, parts)
             && let Some(joint) = self.joint(encounter, &frame, with_inertia, elasticity)
         {
             if elasticity != of_table {
@@ -205,7 +223,7 @@ impl<R: Response> Rules<'_, R> {
         let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
         Resolved {
             frame,
-            elasticity,
+            elasticity: elasticity.with_kick_times(slowing()),
             impulse,
             after,
             onwards,
@@ -214,6 +232,7 @@ impl<R: Response> Rules<'_, R> {
             met_fixed,
             is_unresolved,
             points,
+            is_rough,
         }
     }
 

@@ -131,9 +131,7 @@ pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Resul
             else {
                 continue;
             };
-            let coefficient = table
-                .between(&world.bodies[one], &world.bodies[other])
-                .coefficient();
+            let coefficient = table.least_coefficient(&world.bodies[one], &world.bodies[other]);
             let reach = radius + other_radius;
             if coefficient != 1.0 && reach < least {
                 let bodies = [one, other];

@@ -83,6 +83,7 @@ pub(crate) fn resolve<R>(
         met_fixed: true,
         is_unresolved: false,
         points: 1,
+        is_rough: false,
     };
     Some((resolved, heat))
 }

@@ -15,8 +15,9 @@ use crate::{
     },
     run::simulation::{Epoch, Simulation},
     scene::{
-        ElasticitySpec, MoleculeSpec, WallSpec,
+        MoleculeSpec, WallSpec,
         drag::drag_clock,
+        elasticity_spec::ElasticitySpec,
         error::{EditError, SceneError},
         least_speed::MIN_SPEED,
         pair_spec::TransparentSpec,
@@ -190,6 +191,8 @@ impl Batch {
         let known = self.names.len();
         self.elasticity = ElasticityTable::new(spec, &mut self.names)
             .inspect_err(|_| self.names.forget_after(known))?;
+        // For spins that discs get in this batch; the response is not known here.
+        self.world.has_rough_contacts |= spec.is_rough();
         self.relabels = true;
         Ok(())
     }
@@ -492,6 +495,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             mut world,
             names,
             mut elasticity,
+            offset,
             removed,
             moves,
             relabels,
@@ -503,21 +507,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
             })
         };
-        if !moves {
-            if relabels {
-                elasticity.classify(&mut world)?;
-                resolves(&world, &elasticity)?;
-                // Tags affect no motion and no prediction: the epoch continues.
-                self.come_back_to_present();
-                self.world.bodies = world.bodies;
-                self.world
-                    .keep_last_contacts(!world.last_contacts.is_empty());
-                (self.names, self.elasticity) = (names, elasticity);
-            }
+        if !moves && !relabels {
             return Ok(());
         }
-        world.keep_bodies(|index| !removed[index]);
-        elasticity.classify(&mut world)?;
+        if moves {
+            world.keep_bodies(|index| !removed[index]);
+        }
+        elasticity.classify(&mut world, &self.response)?;
         resolves(&world, &elasticity)?;
         if may_reveal && let Some((pair, depth)) = first_overlap(&world) {
             let [first, second] =
@@ -528,6 +524,19 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 depth,
             }
             .into());
+        }
+        if !moves && world.keeps_spins == self.world.keeps_spins {
+            // Tags affect no motion and no prediction: the epoch continues.
+            self.come_back_to_present();
+            self.world.bodies = world.bodies;
+            self.world.has_rough_contacts = world.has_rough_contacts;
+            self.world
+                .keep_last_contacts(!world.last_contacts.is_empty());
+            (self.names, self.elasticity) = (names, elasticity);
+            return Ok(());
+        }
+        if let Some(offset) = offset {
+            world.rebase(offset);
         }
         let scheduler = S::new(&self.scheduler_options, &world).map_err(|reason| {
             reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())

@@ -17,7 +17,7 @@ use crate::{
     contact::unresolved::Unresolved,
     edit::batch::{energy_factor, energy_factors},
     run::simulation::{Epoch, Simulation},
-    scene::{ElasticitySpec, MoleculeSpec, WallSpec, error::EditError},
+    scene::{MoleculeSpec, WallSpec, elasticity_spec::ElasticitySpec, error::EditError},
     scheduler::Scheduler,
     start::body_builder::inertia,
     world::{

@@ -61,7 +61,8 @@ impl Batch {
         let index = self.index(key)?;
         self.refuse_fixed(index)?;
         let body = &self.world.bodies[index];
-        if body.is_locked() || body.molecule().is_disc() {
+        let is_idle = body.molecule().is_disc() && !self.world.has_rough_contacts;
+        if body.is_locked() || is_idle {
             return Err(EditError::CannotTurn(self.name(index)));
         }
         let motion = Motion {

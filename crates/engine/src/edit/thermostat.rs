@@ -135,7 +135,8 @@ impl Batch {
     ) -> Result<Effect, EditError> {
         let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
         let draw = ActionDraw::new(body, key);
-        let own_axis = body.molecule().is_round().then(|| {
+        let has_own_axis = body.molecule().is_round() && !body.can_turn();
+        let own_axis = has_own_axis.then(|| {
             let before = self.world.axis(index);
             let before = before.unwrap_or_else(|| first_axis(body, key));
             turned_axis(before, rule, &draw)

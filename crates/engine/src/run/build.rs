@@ -90,7 +90,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let counts = contents.counts();
         let mut singles = contents.singles;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut singles.names)?;
-        elasticity.classify(&mut world)?;
+        elasticity.classify(&mut world, &response)?;
         refuse_unresolved(&world, &elasticity)
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
         world.clock = drag_clock("box.drag", scene.bounds.drag)?;

@@ -20,9 +20,11 @@ use crate::{
         elasticity_table::ElasticityTable, limits::too_slow, separation::refuse_unresolved,
         simultaneous_contacts::SimultaneousContacts, unresolved::Unresolved,
     },
-    run::simulation::{Epoch, Simulation},
+    run::{
+        saved_elasticity::SavedElasticity,
+        simulation::{Epoch, Simulation},
+    },
     scene::{
-        ElasticitySpec,
         drag::drag_clock,
         error::SceneError,
         least_speed::MIN_SPEED,
@@ -82,7 +84,7 @@ pub struct Checkpoint {
     /// Axes of round bodies that self-propulsion drives, by the order of the bodies.
     axes: Vec<Option<Orientation>>,
     names: TagNames,
-    elasticity: ElasticitySpec,
+    elasticity: SavedElasticity,
     transparent: Vec<TransparentSpec>,
     diameter: Vec<DiameterSpec>,
     counters: Counters,
@@ -225,6 +227,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             stop: _,
             has_thermal_walls: _,
             pairs,
+            has_rough_contacts: _,
+            keeps_spins: _,
         } = world;
         let (transparent, diameter) = pairs.specs();
         let (molecules, bodies) = records(world);
@@ -239,7 +243,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             last_contacts: last_contacts.clone(),
             axes: axes.clone(),
             names: names.clone(),
-            elasticity: elasticity.spec(),
+            elasticity: elasticity.spec().into(),
             transparent: transparent.to_vec(),
             diameter: diameter.to_vec(),
             counters: *counters,
@@ -294,8 +298,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let mut world = checkpoint.world()?;
         let mut names = checkpoint.names.clone();
         world.pairs = PairTable::new(&checkpoint.transparent, &checkpoint.diameter, &mut names)?;
-        let mut elasticity = ElasticityTable::new(&checkpoint.elasticity, &mut names)?;
-        elasticity.classify(&mut world)?;
+        let mut elasticity =
+            ElasticityTable::new(&checkpoint.elasticity.clone().into(), &mut names)?;
+        elasticity.classify(&mut world, &response)?;
         refuse_unresolved(&world, &elasticity).map_err(|reason| {
             reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
         })?;
@@ -549,6 +554,7 @@ impl Checkpoint {
                     .map_or(Inertia::FIXED, |rotation| inertia(molecule, rotation)),
                 tags: record.tags.clone(),
                 tag_class: 0,
+                has_rough_contacts: false,
                 temperature: record.temperature,
             };
             world.push_body(record.key, kind);
@@ -597,9 +603,7 @@ impl SavedBody {
         if self.rotation.is_none() && (velocity != DVec2::ZERO || angular_velocity != 0.0) {
             return Err("is fixed but moves");
         }
-        if (self.rotation == Some(Rotation::Locked) || molecule.is_disc())
-            && angular_velocity != 0.0
-        {
+        if self.rotation == Some(Rotation::Locked) && angular_velocity != 0.0 {
             return Err("cannot turn but has an angular velocity");
         }
         Ok(())
@@ -778,7 +782,10 @@ mod tests {
             ),
             (
                 "cannot turn but has an angular velocity",
-                refusal(|c| c.bodies[1].motion.angular_velocity = 1.0),
+                refusal(|c| {
+                    c.bodies[1].rotation = Some(Rotation::Locked);
+                    c.bodies[1].motion.angular_velocity = 1.0;
+                }),
             ),
             (
                 "is fixed but moves",

@@ -365,10 +365,11 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                 after: after[n].slowed(slowing),
             };
             let normal = frame.normal();
+            let to_surface = if resolved.is_rough { 0.0 } else { radius };
             observer.collision(&CollisionReport {
                 time: self.world.time_at(time),
                 sides: [side(0), side(1)],
-                point: before[0].position + (frame.arms[0] + radius * normal),
+                point: before[0].position + (frame.arms[0] + to_surface * normal),
                 normal,
                 impulse: resolved.impulse * slowing,
                 elasticity: resolved.elasticity,

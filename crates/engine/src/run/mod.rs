@@ -7,5 +7,6 @@ pub(crate) mod growth;
 pub(crate) mod invariants;
 pub(crate) mod observer;
 pub(crate) mod sampling;
+pub(crate) mod saved_elasticity;
 pub(crate) mod simulation;
 pub(crate) mod window_loop;

@@ -118,10 +118,10 @@ pub enum SceneError {
         first: Vec<String>,
         /// Tags of the second rule.
         second: Vec<String>,
-        /// Coefficient of the first rule.
-        one: f64,
-        /// Coefficient of the second rule.
-        other: f64,
+        /// Coefficients of the first rule.
+        one: String,
+        /// Coefficients of the second rule.
+        other: String,
     },
     /// The bodies do not fit the grid or the box.
     #[error("{entry}: {reason}")]

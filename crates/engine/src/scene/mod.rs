@@ -6,6 +6,7 @@
 pub(crate) mod atom_spec;
 pub(crate) mod distribution;
 pub(crate) mod drag;
+pub(crate) mod elasticity_spec;
 pub(crate) mod error;
 pub(crate) mod expressions;
 pub(crate) mod gas_spec;
@@ -35,6 +36,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     scene::{
         atom_spec::AtomSpec,
+        elasticity_spec::ElasticitySpec,
         gas_spec::{GasSpec, serialize_gases},
         measure_from::MeasureFrom,
         measure_spec::MeasureSpec,
@@ -393,76 +395,6 @@ impl StartSpec {
     fn is_default(&self) -> bool {
         *self == Self::default()
     }
-}
-
-/// Elasticity of contacts.
-///
-/// After a contact that changes energy, surfaces separate at least at four times the speed that
-/// rounding lets the search for contacts resolve. For atoms and the ends of walls this is a share
-/// of 4·10⁻¹⁴ to 4·10⁻¹³ sides / s of their relative speed, with s the sum of the radii of the two
-/// touching parts. A scene in which the share could exceed a thousandth is refused: s must be at
-/// least 6·10⁻¹¹ sides, and up to 5·10⁻¹⁰ in a dilute scene or one with a single moving body. Two
-/// discs, and the faces of walls, keep their coefficient to rounding at any size.
-///
-/// Two bodies that touch at several points at one instant, such as a rod that falls flat on a wall,
-/// get one joint impulse: the smallest set of impulses along the normals after which each point
-/// separates at least as fast as the coefficient demands, so that a symmetric contact stays
-/// symmetric. Contacts of one body with several others at one instant are resolved one after the
-/// other, in the order of the numbers of their two bodies; the result depends on that order, and
-/// the run counts them. So are the points of a body on a wall that has a temperature.
-///
-/// A body that meets the common end of two walls has its contact with one of them, and the last
-/// digit of the two times decides with which. This matters only where the two walls differ in
-/// elasticity, tags or temperature.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields, default)]
-pub struct ElasticitySpec {
-    /// Coefficient of restitution of contacts to which no rule applies.
-    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1e6)))]
-    pub default: f64,
-    /// Guard against inelastic collapse, for contacts of elasticity below 1. A contact loses no
-    /// energy if it follows the last contacts of both bodies (of the moving body, if the other is
-    /// fixed) within this time. The unit is the time in which the two bodies, at their relative
-    /// speed (including rotation), move by the diameter of the smaller one. Molecules that turn
-    /// also separate with at least this fraction of their relative speed, or with their speed of
-    /// approach if that is less. Range: from 1e-5 to 1, or 0 for no guard.
-    ///
-    /// Larger: more contacts of a dense gas that should lose energy are guarded, in proportion (for
-    /// discs at an area fraction of 0.5, the fraction of contacts is about this number). Smaller:
-    /// bodies in lasting contact collide more often, and at last so slowly that turning molecules
-    /// sink into each other by rounding; at 0 they may have contacts without end.
-    /// [`Counters::guarded_collisions`](crate::Counters::guarded_collisions) and
-    /// [`Ledger::spared`](crate::Ledger::spared) count the effect.
-    #[doc(alias = "inelastic collapse")]
-    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1.0)))]
-    pub contact_time: f64,
-    /// Rules by tags, which override the default.
-    pub pair: Vec<ElasticityRule>,
-}
-
-impl Default for ElasticitySpec {
-    fn default() -> Self {
-        Self {
-            default: 1.0,
-            contact_time: 1e-4,
-            pair: Vec::new(),
-        }
-    }
-}
-
-/// Elasticity of contacts between bodies of certain tags.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct ElasticityRule {
-    /// Two tags: contacts between bodies with these tags. One tag: contacts of bodies with this tag
-    /// with any body.
-    #[cfg_attr(feature = "schema", schemars(length(min = 1, max = 2)))]
-    pub between: Vec<String>,
-    /// The coefficient of restitution.
-    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1e6)))]
-    pub coefficient: f64,
 }
 
 /// Duration of the run, and the quantities to observe.

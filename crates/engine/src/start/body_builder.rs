@@ -11,7 +11,7 @@ use crate::{
     world::{
         World,
         body::{BodyKind, Rotation},
-        tags::{TagNames, Tags},
+        tags::Tags,
     },
 };
 
@@ -28,6 +28,7 @@ pub(crate) fn insert(
             inertia,
             tags,
             tag_class: 0,
+            has_rough_contacts: false,
             temperature: None,
         },
         motion,
@@ -39,13 +40,6 @@ pub(crate) fn inertia(molecule: &Molecule, rotation: Rotation) -> Inertia {
         Rotation::Free => Inertia::free(molecule.mass(), molecule.moment_of_inertia()),
         Rotation::Locked => Inertia::locked(molecule.mass()),
     }
-}
-
-pub(crate) fn tags(names: &mut TagNames, requested: &[String]) -> Tags {
-    let mut tags: Tags = requested.iter().map(|name| names.intern(name)).collect();
-    tags.sort_unstable();
-    tags.dedup();
-    tags
 }
 
 /// Which keys of the size and of the mass a molecule or a gas has.

@@ -8,7 +8,7 @@ use crate::{
     grid::Grid,
     scene::{Placement, Scene, drag::drag_clock, error::SceneError},
     start::{
-        body_builder::{geometry, tags},
+        body_builder::geometry,
         fixed_gas,
         single_bodies::Singles,
         species::{Species, sample, species},
@@ -31,7 +31,7 @@ fn set_pairs(
     }
     scene.refuse_unknown_pairs()?;
     for gas in species {
-        gas.pair_tags = tags(&mut singles.names, &gas.spec.tags);
+        gas.pair_tags = singles.names.intern_all(&gas.spec.tags);
     }
     singles.world.pairs = PairTable::new(&scene.transparent, &scene.diameter, &mut singles.names)?;
     Ok(())

@@ -16,10 +16,7 @@ use rand_pcg::Pcg64;
 use crate::{
     scene::{BoxSpec, error::SceneError, random::RandomStream},
     start::{
-        body_builder::{insert, tags},
-        placement::TRIALS,
-        single_bodies::Singles,
-        sites::Sites,
+        body_builder::insert, placement::TRIALS, single_bodies::Singles, sites::Sites,
         species::Species,
     },
 };
@@ -43,7 +40,7 @@ pub(crate) fn place(
         names,
         entries,
     } = singles;
-    let tags = tags(names, &gas.spec.tags);
+    let tags = names.intern_all(&gas.spec.tags);
     let sizes = gas
         .groups()
         .map(|(index, count)| (gas.molecule(index).bounding_radius(), count));

@@ -12,7 +12,7 @@ use crate::{
     grid::Grid,
     scene::{MoleculeSpec, Scene, WallSpec, atom_spec::AtomSpec, error::SceneError},
     start::{
-        body_builder::{geometry, inertia, insert, tags},
+        body_builder::{geometry, inertia, insert},
         sites::Sites,
     },
     world::{
@@ -38,6 +38,7 @@ impl Singles {
     pub fn new(scene: &Scene, bounds: PeriodicBox) -> Result<Self, SceneError> {
         let mut names = TagNames::default();
         let mut world = World::new(bounds);
+        world.has_rough_contacts = scene.elasticity.is_rough();
         let mut entries = Vec::new();
         for (index, spec) in scene.molecule.iter().enumerate() {
             let entry = format!("molecule[{index}]");
@@ -151,9 +152,10 @@ pub(crate) fn add_molecule(
             "a molecule of locked rotation must have angular velocity 0",
         ));
     }
-    if spec.angular_velocity != 0.0 && molecule.is_disc() {
+    if spec.angular_velocity != 0.0 && molecule.is_disc() && !world.has_rough_contacts {
         return Err(problem(
-            "a single disc must have angular velocity 0, which contacts without friction never change",
+            "a single disc must have angular velocity 0, which contacts without friction never change; give \
+             `[elasticity]` or one of its pairs a `tangential` above -1",
         ));
     }
     let inertia = if spec.fixed {
@@ -170,7 +172,7 @@ pub(crate) fn add_molecule(
     refuse_slow(entry, &motion, molecule.bounding_radius())?;
     Grid::refuse_giant(molecule.bounding_radius(), world.bodies().len(), world)
         .map_err(|reason| reason.named(|_| entry.to_owned()))?;
-    let tags = tags(names, &spec.tags);
+    let tags = names.intern_all(&spec.tags);
     Ok(insert(world, Arc::new(molecule), inertia, tags, motion))
 }
 
@@ -317,12 +319,13 @@ pub(crate) fn add_wall(
             sides.y
         )));
     }
-    let tags = tags(names, &spec.tags);
+    let tags = names.intern_all(&spec.tags);
     let kind = BodyKind {
         molecule,
         inertia: Inertia::FIXED,
         tags,
         tag_class: 0,
+        has_rough_contacts: false,
         temperature: spec.temperature,
     };
     Ok(world.insert(kind, Motion::at_rest(centre)))

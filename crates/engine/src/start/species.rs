@@ -8,14 +8,14 @@ use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
 
 use crate::{
-    contact::limits::refuse_slow,
+    contact::{elasticity_table::rough_gases, limits::refuse_slow},
     scene::{
         Scene,
         error::SceneError,
         gas_spec::{GasSpec, MAX_MOLECULES, TWO_ENERGIES},
     },
     start::{
-        body_builder::{geometry, inertia, insert, tags},
+        body_builder::{geometry, inertia, insert},
         drawn_molecules::{Described, DrawnMolecules},
     },
     world::{
@@ -37,6 +37,8 @@ pub(crate) struct Species {
     /// The tags of the molecules, if the scene has rules for pairs of tags; else none, since no
     /// placement reads them.
     pub pair_tags: Tags,
+    /// Whether its molecules have rough contacts with any body of the scene at the start.
+    is_rough: bool,
     molecules: Molecules,
 }
 
@@ -51,9 +53,14 @@ enum Molecules {
 
 /// The kinds of molecules of the gases of a scene.
 pub(crate) fn species(scene: &Scene, bounds: &PeriodicBox) -> Result<Vec<Species>, SceneError> {
-    (0..scene.gas.len())
-        .map(|index| Species::new(scene, index, bounds))
-        .collect()
+    let rough = rough_gases(scene)?;
+    let species = (0..).zip(rough).map(|(index, is_rough)| {
+        Species::new(scene, index, bounds).map(|species| Species {
+            is_rough,
+            ..species
+        })
+    });
+    species.collect()
 }
 
 /// A world of the bodies already placed and a few molecules of each kind, at rest at the origin,
@@ -123,6 +130,7 @@ impl Species {
             count,
             avoids_pockets,
             pair_tags: Tags::default(),
+            is_rough: false,
         };
         // Equal molecules are checked even if there is none.
         let checked = if kind.is_equal() {
@@ -274,7 +282,12 @@ impl Species {
                 molecules.first().is_none_or(|molecule| molecule.is_round())
             }
         };
-        self.spec.rotation == Rotation::Free && !is_round
+        self.spec.rotation == Rotation::Free && (self.is_rough || !is_round)
+    }
+
+    /// Whether the molecules are discs whose spins rough contacts change.
+    pub fn are_turning_discs(&self) -> bool {
+        self.count > 0 && self.turns() && self.molecule(0).is_disc()
     }
 
     /// Degrees of freedom of one molecule that contacts change: 2, or 3 if it turns.
@@ -308,7 +321,7 @@ impl Species {
         names: &mut TagNames,
         motions: impl Iterator<Item = Motion>,
     ) {
-        let tags = tags(names, &self.spec.tags);
+        let tags = names.intern_all(&self.spec.tags);
         let mut shared = None;
         for (index, motion) in motions.enumerate() {
             let inertia = match shared {

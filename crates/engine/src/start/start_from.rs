@@ -169,6 +169,7 @@ fn move_singles(
         bodies,
         motions,
         bounds,
+        has_rough_contacts,
         ..
     } = &mut singles.world;
     for ((body, motion), line) in bodies.iter().zip(motions.iter_mut()).zip(lines) {
@@ -196,7 +197,8 @@ fn move_singles(
                 }
             }
         } else {
-            let moved = self::motion(atoms, body.molecule(), body.can_turn(), *motion, bounds)?;
+            let turns = body.can_turn() || (*has_rough_contacts && !body.is_locked());
+            let moved = self::motion(atoms, body.molecule(), turns, *motion, bounds)?;
             *motion = Motion {
                 position: bounds.wrap(moved.position).0,
                 ..moved
@@ -345,8 +347,9 @@ fn velocities(
     let Some(first) = of(&rows[0], &atoms[0]) else {
         return (drawn.velocity, drawn.angular_velocity);
     };
-    if let [_] = rows {
-        return (first, 0.0);
+    if let [row] = rows {
+        let spin = row.angular_velocity.unwrap_or(drawn.angular_velocity);
+        return (first, if turns { spin } else { 0.0 });
     }
     let (mut mass, mut momentum, mut spin, mut inertia) = (0.0, DVec2::ZERO, 0.0, 0.0);
     let own = centre_of_atoms(molecule, arms.iter().copied());

@@ -54,6 +54,8 @@ pub(crate) struct BodyKind {
     pub(crate) tags: Tags,
     /// Row and column of the body in the tables of elasticities and of pairs.
     pub(crate) tag_class: u32,
+    /// Whether contacts with some body may have tangential impulses.
+    pub(crate) has_rough_contacts: bool,
     /// kT of a wall that has a temperature (mass × length² / time²).
     pub(crate) temperature: Option<f64>,
 }
@@ -65,6 +67,7 @@ impl BodyKind {
             && self.inertia == other.inertia
             && self.tags == other.tags
             && self.tag_class == other.tag_class
+            && self.has_rough_contacts == other.has_rough_contacts
             && self.temperature == other.temperature
     }
 }
@@ -169,9 +172,9 @@ impl Body {
     }
 
     /// Whether contacts change the angular velocity of the body: it is not locked, and not round
-    /// (see [`Molecule::is_round`]).
+    /// (see [`Molecule::is_round`]) unless it has rough contacts.
     pub fn can_turn(&self) -> bool {
-        !self.is_locked() && !self.molecule().is_round()
+        !self.is_locked() && (self.kind.has_rough_contacts || !self.molecule().is_round())
     }
 }
 

@@ -74,6 +74,13 @@ impl TouchingParts {
         }
     }
 
+    /// The distances of the surfaces from the centres of the two touching parts, or from the line
+    /// of an edge (length).
+    pub(crate) fn reaches(self, [a, b]: [&Molecule; 2]) -> [f64; 2] {
+        let (_, first) = self.atoms_and_first_radius(a);
+        [first, self.contact_distance([a, b]) - first]
+    }
+
     /// Indices of the touching edges.
     pub(crate) fn edges(self) -> [Option<u32>; 2] {
         match self {

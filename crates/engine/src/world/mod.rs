@@ -62,6 +62,11 @@ pub struct World {
     pub(crate) has_thermal_walls: bool,
     /// Which pairs of bodies see each other, and at which distance.
     pub(crate) pairs: PairTable,
+    /// Whether some rule of elasticity is rough, so that discs may have spins.
+    pub(crate) has_rough_contacts: bool,
+    /// Whether discs turn, by rough contacts or since they have had some: schedulers then hold
+    /// their spins.
+    pub(crate) keeps_spins: bool,
 }
 
 impl World {
@@ -80,6 +85,8 @@ impl World {
             stop: None,
             has_thermal_walls: false,
             pairs: PairTable::default(),
+            has_rough_contacts: false,
+            keeps_spins: false,
         }
     }
 

@@ -18,8 +18,8 @@ pub struct Side<'a> {
     /// Index of the edge that was touched between its ends.
     pub edge: Option<u32>,
     /// Arm from the centre of mass to the touching atom's centre; for an edge, to the touched point
-    /// of its line (length). Where the bodies touch at several points, to a point on the line of
-    /// action of the resultant.
+    /// of its line (length). In a rough contact, to the point of contact. Where the bodies touch at
+    /// several points, to a point on the line of action of the resultant.
     pub arm: DVec2,
     /// The motion at the instant of contact, before the impulse.
     pub before: Motion,

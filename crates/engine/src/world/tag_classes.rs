@@ -8,10 +8,23 @@ use std::{
 use crate::world::{World, body::BodyKind, tags::Tags};
 
 /// Gives each body the number of its class, and returns the tags of each class.
-///
-/// Bodies that share a description still share it afterwards.
 pub(crate) fn sort_into_classes(world: &mut World) -> Vec<Tags> {
     let mut classes: BTreeMap<Tags, u32> = BTreeMap::new();
+    replace_kinds(world, |kind| {
+        let next = classes.len() as u32;
+        BodyKind {
+            tag_class: *classes.entry(kind.tags.clone()).or_insert(next),
+            ..kind.clone()
+        }
+    });
+    let mut tags: Vec<(Tags, u32)> = classes.into_iter().collect();
+    tags.sort_by_key(|&(_, class)| class);
+    tags.into_iter().map(|(tags, _)| tags).collect()
+}
+
+/// Replaces the descriptions of all bodies. Bodies that share a description still share it
+/// afterwards.
+pub(crate) fn replace_kinds(world: &mut World, mut replaced: impl FnMut(&BodyKind) -> BodyKind) {
     // Old kinds are kept alive so that their addresses stay unique.
     let mut done: HashMap<usize, [Arc<BodyKind>; 2]> = HashMap::new();
     let mut last: Option<[Arc<BodyKind>; 2]> = None;
@@ -24,19 +37,8 @@ pub(crate) fn sort_into_classes(world: &mut World) -> Vec<Tags> {
         }
         let both = done
             .entry(Arc::as_ptr(&body.kind).addr())
-            .or_insert_with(|| {
-                let next = classes.len() as u32;
-                let class = *classes.entry(body.kind.tags.clone()).or_insert(next);
-                let after = BodyKind {
-                    tag_class: class,
-                    ..BodyKind::clone(&body.kind)
-                };
-                [Arc::clone(&body.kind), Arc::new(after)]
-            });
+            .or_insert_with(|| [Arc::clone(&body.kind), Arc::new(replaced(&body.kind))]);
         body.kind = Arc::clone(&both[1]);
         last = Some(both.clone());
     }
-    let mut tags: Vec<(Tags, u32)> = classes.into_iter().collect();
-    tags.sort_by_key(|&(_, class)| class);
-    tags.into_iter().map(|(tags, _)| tags).collect()
 }

@@ -74,6 +74,14 @@ impl TagNames {
         })
     }
 
+    /// The tags of these names, each once; those that are new are created.
+    pub(crate) fn intern_all(&mut self, names: &[String]) -> Tags {
+        let mut tags: Tags = names.iter().map(|name| self.intern(name)).collect();
+        tags.sort_unstable();
+        tags.dedup();
+        tags
+    }
+
     /// Returns the tag of this name, if there is one. Takes O(1) time on average.
     pub fn find(&self, name: &str) -> Option<Tag> {
         self.tags.get(name).copied()

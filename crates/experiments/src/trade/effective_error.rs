@@ -10,23 +10,29 @@ use crate::time_reversal::{MAX_DISTANCE, line, loschmidt_echo};
 
 /// Why no run of a scene can be reversed; `None` if all can. `view` is that of its bodies.
 pub fn irreversible(scene: &Scene, view: &View<'_>) -> Option<String> {
-    let rules = std::iter::once(&scene.elasticity).chain(
+    let mut rules = std::iter::once(&scene.elasticity).chain(
         scene
             .stage
             .iter()
             .filter_map(|stage| stage.elasticity.as_ref()),
     );
-    let mut coefficients = rules.flat_map(|rules| {
-        rules
+    if let Some(spec) = rules.find(|spec| !spec.is_elastic()) {
+        let coefficients = spec
             .pair
             .iter()
-            .map(|rule| rule.coefficient)
-            .chain([rules.default])
-    });
-    if let Some(coefficient) = coefficients.find(|&coefficient| coefficient != 1.0) {
-        return Some(format!(
-            "contacts with elasticity {coefficient} cannot be reversed"
-        ));
+            .filter_map(|rule| rule.coefficient.number());
+        let changing = coefficients
+            .chain([spec.default])
+            .find(|&coefficient| coefficient != 1.0);
+        return Some(match changing {
+            Some(coefficient) => {
+                format!("contacts with elasticity {coefficient} cannot be reversed")
+            }
+            None => {
+                "rough contacts, and those whose elasticity depends on the speed, are not reversed"
+                    .to_owned()
+            }
+        });
     }
     if scene.stage.iter().any(|stage| !stage.thermostat.is_empty()) {
         return Some("the actions of a thermostat cannot be reversed".to_owned());

@@ -83,7 +83,8 @@ impl<'a> Along<'a> {
         if met.is_none() {
             notes.push("no body met another in the time allowed".to_owned());
         }
-        let is_unchanged = scene.stage.is_empty() && scene.bounds.drag == 0.0 && is_elastic(scene);
+        let is_unchanged =
+            scene.stage.is_empty() && scene.bounds.drag == 0.0 && scene.elasticity.is_elastic();
         Ok(Self {
             course,
             tau,
@@ -166,13 +167,6 @@ fn moving(course: &Course<'_>) -> f64 {
         .filter(|body| !body.body.is_fixed())
         .count()
         .max(1) as f64
-}
-
-fn is_elastic(scene: &Scene) -> bool {
-    let rules = scene.elasticity.pair.iter().map(|rule| rule.coefficient);
-    rules
-        .chain([scene.elasticity.default])
-        .all(|coefficient| coefficient == 1.0)
 }
 
 /// Items in an order in which every prefix is spread over the list: by the reversed bits of the

@@ -899,9 +899,11 @@ class Simulation:
         default: float = 1.0,
         *,
         contact_time: float | None = None,
-        pairs: Mapping[str | tuple[str, ...], float] | None = None,
+        tangential: float = -1.0,
+        friction: float | None = None,
+        pairs: Mapping[str | tuple[str, ...], float | Mapping[str, Any]] | None = None,
     ) -> None:
-        """Changes the coefficient of restitution of all later contacts.
+        """Changes the coefficients of restitution and friction of all later contacts.
 
         Parameters
         ----------
@@ -909,8 +911,13 @@ class Simulation:
             Coefficient of contacts to which no rule applies, from 0 to 1e6; 1 is elastic.
         contact_time : float, optional
             Guard against inelastic collapse, see ``crates/book/src/keys.md``.
+        tangential : float
+            Tangential restitution of contacts to which no rule applies, from -1 (smooth) to 1.
+        friction : float, optional
+            Friction of contacts to which no rule applies, at least 0; by default they never slide.
         pairs : mapping, optional
-            Coefficients by a tag, or by a tuple of two tags.
+            Coefficients by a tag, or by a tuple of two tags: a number, or the keys of
+            ``elasticity.pair`` without ``between``.
 
         Examples
         --------
@@ -921,9 +928,21 @@ class Simulation:
         >>> sim.energy < 20
         True
         """
-        rules = [(_between(tags), number("pairs", value)) for tags, value in dict(pairs or {}).items()]
-        time = None if contact_time is None else number("contact_time", contact_time)
-        self._core.set_elasticity(number("default", default), time, rules)
+        rules = [
+            {
+                **(plain(value) if isinstance(value, Mapping) else {"coefficient": number("pairs", value)}),
+                "between": _between(tags),
+            }
+            for tags, value in dict(pairs or {}).items()
+        ]
+        entry = {
+            "default": number("default", default),
+            "contact_time": None if contact_time is None else number("contact_time", contact_time),
+            "tangential": number("tangential", tangential),
+            "friction": None if friction is None else number("friction", friction),
+            "pair": rules,
+        }
+        self._core.set_elasticity(_carom.scene_of({"elasticity": entry}))
 
     def set_drag(self, drag: float) -> None:
         """Changes the drag γ of all bodies: from now on v' = −γ v and ω' = −γ ω between contacts.

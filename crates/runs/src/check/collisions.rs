@@ -100,7 +100,7 @@ fn reasons(scene: &Scene, view: &View<'_>, kinds: &[Kind]) -> Vec<String> {
     let is_elastic = stages::measured_elasticities(scene)
         .into_iter()
         .chain([&scene.elasticity])
-        .all(|spec| spec.default == 1.0 && spec.pair.iter().all(|rule| rule.coefficient == 1.0));
+        .all(carom::engine::ElasticitySpec::is_elastic);
     let bodies = || view.bodies().map(|view| view.body);
     let is_edited =
         scene.stage.iter().any(|stage| !stage.thermostat.is_empty()) || scene.stage.len() > 1;

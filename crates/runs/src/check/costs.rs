@@ -31,6 +31,7 @@ pub(super) fn costs(
         molecules(view, contents),
         fixed(view),
         elasticity(scene),
+        rough(scene, view),
         contacts(measures),
         samples(scene, measures),
         snapshots(scene),
@@ -108,25 +109,44 @@ fn fixed(view: &View<'_>) -> Cost {
 }
 
 fn elasticity(scene: &Scene) -> Cost {
-    let spec = [&scene.elasticity].into_iter().chain(
+    let mut specs = [&scene.elasticity].into_iter().chain(
         scene
             .stage
             .iter()
             .filter_map(|stage| stage.elasticity.as_ref()),
     );
-    let loses = spec.flat_map(|spec| {
-        spec.pair
-            .iter()
-            .map(|rule| rule.coefficient)
-            .chain([spec.default])
-    });
-    let is_guarded = loses.into_iter().any(|coefficient| coefficient < 1.0);
+    let is_guarded = specs.any(|spec| spec.least_coefficient() < 1.0);
     let paid = is_guarded
         .then(|| "some contacts lose energy: times of last contacts for the guard".to_owned());
     cost(
         "elasticity",
         paid,
         "no contact loses energy: no guard against inelastic collapse",
+    )
+}
+
+fn rough(scene: &Scene, view: &View<'_>) -> Cost {
+    let stages = scene
+        .stage
+        .iter()
+        .filter_map(|stage| stage.elasticity.as_ref());
+    let is_rough = [&scene.elasticity]
+        .into_iter()
+        .chain(stages)
+        .any(carom::engine::ElasticitySpec::is_rough);
+    let bodies = view.bodies().map(|view| view.body);
+    let turning = bodies
+        .filter(|body| body.molecule().is_round() && body.can_turn())
+        .count();
+    let paid = is_rough.then(|| {
+        format!(
+            "tangential impulses; {turning} discs turn at the start: a motion beside each record"
+        )
+    });
+    cost(
+        "rough contacts",
+        paid,
+        "all contacts are smooth: discs have no spins",
     )
 }
 

@@ -167,11 +167,7 @@ pub(super) fn limits(scene: &Scene, view: &View<'_>) -> Vec<Limit> {
             EXTREMES,
         ));
     }
-    let rules = || scene.elasticity.pair.iter().map(|rule| rule.coefficient);
-    if rules()
-        .chain([scene.elasticity.default])
-        .any(|coefficient| coefficient < 1.0)
-    {
+    if scene.elasticity.least_coefficient() < 1.0 {
         let inverse = 1.0 / scene.elasticity.contact_time;
         rows.push(limit(
             "1 / contact time of the guard",

@@ -217,10 +217,8 @@ impl Entry {
     /// Tables and figures of the measure, with its record.
     pub(super) fn results(&self, scene: &Scene, hard_discs: &Result<HardDiscs, String>) -> Results {
         let Self { head, measure, .. } = self;
-        let rules = scene.elasticity.pair.iter().map(|rule| rule.coefficient);
-        let mut rules = rules.chain([scene.elasticity.default]);
-        let is_elastic = rules.clone().all(|coefficient| coefficient == 1.0);
-        let loses = rules.any(|coefficient| coefficient < 1.0);
+        let is_elastic = scene.elasticity.is_elastic();
+        let loses = scene.elasticity.loses_energy();
         let block = (measure.records_per_block() * head.every) as f64 * scene.run.sample_interval;
         let is_heated = scene.wall.iter().any(|wall| wall.temperature.is_some());
         let is_equilibrium = is_elastic && !is_heated && stages::is_disturbed(scene).is_none();

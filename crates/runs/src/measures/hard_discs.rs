@@ -69,7 +69,10 @@ impl HardDiscs {
         if !view.bodies().all(is_same) {
             return no("the bodies are not equal discs");
         }
-        if elasticity.default != 1.0 || elasticity.pair.iter().any(|rule| rule.coefficient != 1.0) {
+        if elasticity.is_rough() {
+            return no("contacts are rough");
+        }
+        if !elasticity.is_elastic() {
             return no("contacts are not elastic");
         }
         if view.has_pair_rules() {

@@ -3,7 +3,7 @@
 use anyhow::{Error, Result};
 use carom::{
     Observer, Scene, View,
-    engine::{ElasticitySpec, MeasureFrom, RunSpec, TileCounters},
+    engine::{MeasureFrom, RunSpec, TileCounters},
 };
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Check, Figure, OVERLAPPING_PAIRS, Summary, Totals};
@@ -292,12 +292,9 @@ fn simulated_time(view: &View<'_>, scene: &Scene) -> f64 {
 /// scene with the elasticity in force there.
 fn theory(view: &View<'_>, scene: &Scene) -> (Result<HardDiscs, String>, Scene) {
     let in_force = stages::measured_elasticities(scene);
-    let is_elastic = |spec: &ElasticitySpec| {
-        spec.default == 1.0 && spec.pair.iter().all(|rule| rule.coefficient == 1.0)
-    };
     let judged = in_force
         .iter()
-        .find(|spec| !is_elastic(spec))
+        .find(|spec| !spec.is_elastic())
         .unwrap_or(&in_force[0]);
     let hard_discs = match stages::is_disturbed(scene) {
         Some(reason) => Err(reason.to_owned()),

@@ -25,6 +25,8 @@ pub enum Capability {
     Tags,
     /// Rules of elasticity.
     ElasticityTable,
+    /// Rough contacts.
+    Rough,
     /// Callbacks for collisions.
     Subscriptions,
     /// Snapshots at samples.
@@ -60,7 +62,7 @@ pub enum Variant {
 
 impl Capability {
     /// All capabilities.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Turning,
         Self::Sides,
         Self::Locked,
@@ -68,6 +70,7 @@ impl Capability {
         Self::Walls,
         Self::Tags,
         Self::ElasticityTable,
+        Self::Rough,
         Self::Subscriptions,
         Self::Snapshots,
         Self::Thermostat,
@@ -85,6 +88,7 @@ impl Capability {
             Self::Walls => "walls",
             Self::Tags => "tags",
             Self::ElasticityTable => "elasticity table",
+            Self::Rough => "rough contacts",
             Self::Subscriptions => "subscriptions",
             Self::Snapshots => "snapshots",
             Self::Thermostat => "thermostat",
@@ -119,6 +123,10 @@ impl Capability {
             }
             (Self::ElasticityTable, CapabilityLevel::Used) => {
                 "a rule for all discs, e = 0.999, with its guard"
+            }
+            (Self::Rough, CapabilityLevel::Idle) => "a rough rule for a tag that no disc carries",
+            (Self::Rough, CapabilityLevel::Used) => {
+                "all contacts are perfectly rough: the discs turn"
             }
             (Self::Subscriptions, CapabilityLevel::Idle) => "an empty list of subscriptions",
             (Self::Subscriptions, CapabilityLevel::Used) => "one subscription to every collision",
@@ -182,6 +190,7 @@ impl Capability {
                 "engine/src/contact/elasticity_table.rs",
                 "engine/src/contact/guard.rs",
             ],
+            Self::Rough => &["response/src/rough.rs"],
             Self::Subscriptions => &[
                 "engine/src/run/observer.rs",
                 "engine/src/world/report.rs",

@@ -332,12 +332,22 @@ pub fn scene(variant: Variant) -> Scene {
             };
             let rule = ElasticityRule {
                 between: vec![tag.to_owned()],
-                coefficient,
+                coefficient: coefficient.into(),
+                ..ElasticityRule::default()
             };
             scene.elasticity = ElasticitySpec {
                 pair: vec![rule],
                 ..ElasticitySpec::default()
             };
+        }
+        Capability::Rough => {
+            let tag = if used { "gas" } else { "unused" };
+            let rule = ElasticityRule {
+                between: vec![tag.to_owned()],
+                tangential: 1.0,
+                ..ElasticityRule::default()
+            };
+            scene.elasticity.pair = vec![rule];
         }
         Capability::SizeMixture if used => {
             // Each large disc has the area of nine; the total area fraction stays one half.

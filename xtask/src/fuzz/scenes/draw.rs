@@ -146,14 +146,16 @@ fn elasticity(draw: &mut FuzzDraw, class: &str) -> ElasticitySpec {
         let between = vec!["a".to_owned(), "b".to_owned()];
         spec.pair.push(ElasticityRule {
             between,
-            coefficient: draw.one_of(&[0.0, 0.5, 1.0, 1.2]),
+            coefficient: draw.one_of(&[0.0, 0.5, 1.0, 1.2]).into(),
+            ..ElasticityRule::default()
         });
     }
     if draw.happens(0.2) {
         let between = vec!["c".to_owned()];
         spec.pair.push(ElasticityRule {
             between,
-            coefficient: draw.one_of(&[0.0, 0.8, 1.0]),
+            coefficient: draw.one_of(&[0.0, 0.8, 1.0]).into(),
+            ..ElasticityRule::default()
         });
     }
     spec

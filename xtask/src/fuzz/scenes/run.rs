@@ -255,8 +255,7 @@ fn check_census(simulation: &AnySimulation, duration: f64, whole: bool, watcher:
 
 /// Checks that the scene allows the error that ended a run.
 fn named_end(error: &RunError, elasticity: &ElasticitySpec, report: &mut Report) {
-    let superelastic =
-        elasticity.default > 1.0 || elasticity.pair.iter().any(|rule| rule.coefficient > 1.0);
+    let superelastic = elasticity.adds_energy();
     let allowed = match error {
         RunError::Stalled { .. } => elasticity.contact_time == 0.0,
         RunError::BlowUp { .. } | RunError::TimeStandsStill { .. } => superelastic,

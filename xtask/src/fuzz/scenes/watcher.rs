@@ -250,7 +250,7 @@ impl Watcher {
         };
         of_pair
             .or_else(of_one)
-            .map_or(self.elasticity.default, |rule| rule.coefficient)
+            .map_or(self.elasticity.default, |rule| rule.coefficient.at(0.0))
     }
 
     fn total_momentum(&self) -> BodyPair {

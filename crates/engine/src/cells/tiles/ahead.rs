@@ -63,16 +63,16 @@ struct PassedBorder {
 pub(super) struct MotionLog {
     contacts: Vec<PassedContact>,
     borders: Vec<PassedBorder>,
-    /// By contact and by crossing of the border; empty if all bodies are discs.
+    /// By contact and by crossing of the border; empty if all bodies are discs without spins.
     motions: Vec<[Motion; 2]>,
     motions_at_border: Vec<Motion>,
 }
 
 impl MotionLog {
     /// Bytes for each contact.
-    pub const fn bytes_for_contact(holds_molecules: bool) -> usize {
+    pub const fn bytes_for_contact(keeps_motions: bool) -> usize {
         size_of::<PassedContact>()
-            + if holds_molecules {
+            + if keeps_motions {
                 size_of::<[Motion; 2]>()
             } else {
                 0

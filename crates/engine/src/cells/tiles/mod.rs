@@ -175,6 +175,8 @@ pub(super) struct Tiles {
     bodies: Vec<TileBodies>,
     fixed: Option<FixedBodies>,
     holds_molecules: bool,
+    /// Bytes of the log of motions for each contact.
+    motion_log_bytes: usize,
     outcomes: Vec<TileOutcome>,
     /// The window of the outcomes, if these are later than the present.
     ahead: Option<Box<WindowAhead>>,
@@ -240,6 +242,7 @@ impl Tiles {
             bodies: vec![TileBodies::default(); map.tiles()],
             fixed: None,
             holds_molecules: grid.holds_molecules(),
+            motion_log_bytes: MotionLog::bytes_for_contact(grid.keeps_motions()),
             outcomes: vec![TileOutcome::default(); map.tiles()],
             ahead: None,
             short_stops: 0,
@@ -296,7 +299,7 @@ impl Tiles {
                 world.windings[body].map(|boxes| boxes as i16),
             )
         });
-        let motions = if grid.holds_molecules() {
+        let motions = if grid.keeps_motions() {
             world.motions()
         } else {
             &[]
@@ -624,7 +627,7 @@ impl Tiles {
             (false, false) => size_of::<ContactEnergy>(),
             (false, true) => 0,
         } + if logs_motions {
-            MotionLog::bytes_for_contact(self.holds_molecules)
+            self.motion_log_bytes
         } else {
             0
         };

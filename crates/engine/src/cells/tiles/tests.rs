@@ -9,8 +9,12 @@ use glam::DVec2;
 use crate::{
     run::{observer::Observer, simulation::Simulation},
     scene::{
-        ElasticityRule, ElasticitySpec, MoleculeSpec, Scene, atom_spec::AtomSpec,
-        distribution::Quantity, error::RunError, gas_spec::GasSpec,
+        MoleculeSpec, Scene,
+        atom_spec::AtomSpec,
+        distribution::Quantity,
+        elasticity_spec::{ElasticityRule, ElasticitySpec, Restitution},
+        error::RunError,
+        gas_spec::GasSpec,
     },
     tiling::{TileCounters, Tiling},
     world::{
@@ -253,9 +257,11 @@ fn inelastic_gases() -> Vec<(&'static str, Scene)> {
             .iter()
             .map(|&(tag, coefficient)| ElasticityRule {
                 between: vec![tag.to_owned()],
-                coefficient,
+                coefficient: coefficient.into(),
+                ..ElasticityRule::default()
             })
             .collect(),
+        ..ElasticitySpec::default()
     };
     let with = |area_fraction, elasticity: ElasticitySpec| {
         let mut scene = gas(8000, area_fraction, 41);
@@ -277,6 +283,35 @@ fn inelastic_gases() -> Vec<(&'static str, Scene)> {
             with(0.5, rules(1.0, 1e-2, &[("second", 0.7)])),
         ),
         ("gaining energy", with(0.4, rules(1.004, 0.0, &[]))),
+        (
+            "rough",
+            with(
+                0.4,
+                ElasticitySpec {
+                    tangential: 0.5,
+                    friction: Some(0.3),
+                    ..rules(0.9, 1e-4, &[])
+                },
+            ),
+        ),
+        (
+            "of which one is rough",
+            with(
+                0.5,
+                ElasticitySpec {
+                    pair: vec![ElasticityRule {
+                        between: vec!["second".to_owned(), "second".to_owned()],
+                        coefficient: Restitution::Power {
+                            power: -0.2,
+                            at: 0.5,
+                        },
+                        tangential: 0.9,
+                        ..ElasticityRule::default()
+                    }],
+                    ..ElasticitySpec::default()
+                },
+            ),
+        ),
     ]
 }
 

@@ -387,7 +387,7 @@ impl Workspace {
                 state
                     .molecules
                     .motions
-                    .extend(holds_molecules.then_some(motion));
+                    .extend(state.grid.keeps_motions().then_some(motion));
             }
         }
         let last_contacts = &world.last_contacts;

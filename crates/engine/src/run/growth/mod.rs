@@ -434,6 +434,8 @@ impl Growth {
             let classes = sort_into_classes(&mut self.world);
             self.world.pairs.look_up(&classes, &self.world.bodies)?;
         }
+        // Contacts are smooth here, and discs keep the spins that rough contacts will change.
+        self.world.keeps_spins = self.contents.species.iter().any(Species::are_turning_discs);
         let options = <CellScheduler as Scheduler>::Options::default();
         let scheduler = CellScheduler::new(&options, &self.world).map_err(|reason| {
             let counts = self.contents.counts();

@@ -265,6 +265,7 @@ pub(super) fn kind_at(kind: &Species, index: usize, scale: f64) -> Result<BodyKi
         inertia,
         tags: kind.pair_tags.clone(),
         tag_class: 0,
+        has_rough_contacts: false,
         temperature: None,
     })
 }

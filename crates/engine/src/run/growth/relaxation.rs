@@ -151,6 +151,7 @@ pub(super) fn real_kind(kind: &Species, index: usize) -> BodyKind {
         inertia: kind.inertia(index),
         tags: kind.pair_tags.clone(),
         tag_class: 0,
+        has_rough_contacts: false,
         temperature: None,
     }
 }

@@ -8,7 +8,8 @@ use crate::{
     edit::draw_key::DrawKey,
     run::simulation::Simulation,
     scene::{
-        ElasticitySpec, Scene,
+        Scene,
+        elasticity_spec::ElasticitySpec,
         kick_momentum::KickMomentum,
         thermostat_rule::{LangevinStep, SelfPropulsion, ThermostatRule},
     },
@@ -183,6 +184,13 @@ fn edits_within_a_window_change_no_bit() {
             13 => simulation.set_elasticity(&elasticity(0.6, 0.0)).unwrap(),
             19 | 49 => simulation.set_elasticity(&elasticity(0.8, 1e-3)).unwrap(),
             27 => simulation.reset_energy_of_all(1.0).unwrap(),
+            // Discs get spins, and keep them when their contacts are smooth again.
+            31 => simulation
+                .set_elasticity(&ElasticitySpec {
+                    tangential: 0.5,
+                    ..elasticity(0.9, 0.0)
+                })
+                .unwrap(),
             37 | 55 => simulation.set_elasticity(&elasticity(1.0, 0.0)).unwrap(),
             43 => simulation.reverse(),
             46 => drop(simulation.end_epoch_here()),
