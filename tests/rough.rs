@@ -6,9 +6,9 @@ use crate::support::{
 };
 use carom_detection::Exact;
 use carom_engine::{
-    CellScheduler, CollisionReport, DrawKey, ElasticityRule, GasSpec, Instructions, MoleculeSpec,
-    Observer, Restitution, Rotation, Scene, Scheduler, Side, Simulation, ThermostatRule,
-    ThermostatTarget, WallSpec,
+    CellScheduler, CollisionReport, DiameterSpec, DrawKey, ElasticityRule, GasSpec, Instructions,
+    MoleculeSpec, Observer, Restitution, Rotation, Scene, Scheduler, Side, Simulation,
+    ThermostatRule, ThermostatTarget, WallSpec,
 };
 use carom_kinematics::{Inertia, Motion, angular_momentum, kinetic_energy};
 use carom_response::{ContactFrame, Elasticity, Impact, Response};
@@ -28,6 +28,10 @@ impl Observer for WaltonLaw {
         let (e, elasticity) = (report.elasticity.coefficient(), report.elasticity);
         let [n, t] = [report.normal, report.normal.perp()];
         let arms = report.sides.map(|side| side.arm);
+        // Both end at the point of contact, in a box of sides 1.
+        let ends = report.sides.map(|side| side.before.position + side.arm);
+        let gap = ends[1] - ends[0];
+        assert!((gap - gap.round()).length() < 1e-12, "{gap}");
         let mut inverse = DMat2::ZERO;
         for (side, arm) in report.sides.iter().zip(arms) {
             let inertia = side.body.inertia();
@@ -103,12 +107,30 @@ fn check_laws<S: Scheduler>(options: &S::Options) {
             ..WallSpec::default()
         },
     ];
+    let squares = Scene::from_toml(
+        "[box]\nseed = 5\n[elasticity]\ndefault = 0.9\ntangential = 0.2\nfriction = 0.4\n[[gas]]\n\
+         shape = \"square\"\nsize = 0.04\nmass = 1.0\ntemperature = 1.0\ncount = 100\n[[gas]]\nradius = 0.01\n\
+         mass = 0.5\ntemperature = 1.0\ncount = 50\n[[wall]]\nx = 0.0",
+    )
+    .unwrap();
+    let mut mixture = rough(0.9, 0.5, Some(0.3));
+    mixture.gas.truncate(2);
+    (mixture.molecule, mixture.bumper) = (vec![], vec![]);
+    for (gas, tag) in mixture.gas.iter_mut().zip(["small", "large"]) {
+        gas.tags = vec![tag.to_owned()];
+    }
+    mixture.diameter = vec![DiameterSpec {
+        between: vec!["small".to_owned(), "large".to_owned()],
+        factor: 0.7,
+    }];
     for (scene, slides) in [
         (rough(0.9, 0.5, None), false),
         (rough(0.9, 0.5, Some(0.3)), true),
         (rough(0.5, -0.5, Some(2.0)), true),
         (rough(1.0, 1.0, None), false),
         (walled, true),
+        (squares, true),
+        (mixture, true),
     ] {
         let mut simulation = simulate::<S>(&scene, options);
         let mut law = WaltonLaw {

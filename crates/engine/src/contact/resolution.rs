@@ -155,7 +155,9 @@ impl<R: Response> Rules<'_, R> {
         }
         let is_rough = self.response.is_rough(of_table);
         if is_rough {
-            frame = frame.extended_to_surfaces(parts.reaches(pair.map(Body::molecule)));
+            let factor = self.world.pairs.factor(pair[0], pair[1]);
+            let reaches = parts.reaches(pair.map(Body::molecule));
+            frame = frame.extended_to_surfaces(reaches.map(|reach| factor * reach));
         }
         let mut elasticity = of_table;
         if let Some(last) = last_contacts
