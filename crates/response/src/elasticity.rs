@@ -140,8 +140,8 @@ impl Elasticity {
         }
     }
 
-    /// The same contact with a kick that is larger by a positive factor, for bodies whose velocities
-    /// are measured in another unit of time.
+    /// The same contact with a kick that is larger by a positive factor, for bodies with velocities
+    /// in another unit of time.
     #[must_use]
     pub fn with_kick_times(self, factor: f64) -> Self {
         Self {

@@ -25,8 +25,9 @@
 //!    contact that sticks; c changes by less, and u′ = −e u still holds.
 //!
 //! Discs have A_nt = 0 and 1/m_t = 1/m_A + 1/m_B + R_A²/I_A + R_B²/I_B: Walton's rule. With
-//! infinite friction J_n may be negative for a molecule whose tangential impulse drives the surfaces
-//! together; like teeth, they then hold on to each other for an instant. Any finite μ excludes it.
+//! infinite friction J_n may be negative for a molecule whose tangential impulse drives the
+//! surfaces together; like teeth, they then hold on to each other for an instant. Any finite μ
+//! excludes it.
 
 use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
