@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use glam::DVec2;
 
-use crate::{Molecule, boundary::Curve, excluded_region::closed_curves};
+use crate::{Ellipse, Molecule, boundary::Curve, excluded_region::closed_curves};
 
 /// A piece of a [`Contour`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,6 +61,12 @@ impl Molecule {
         if self.is_wall() {
             return Vec::new();
         }
+        if !self.ellipses().is_empty() {
+            let parts = self.atoms().iter().zip(self.ellipses());
+            return parts
+                .map(|(atom, ellipse)| Contour::of_ellipse(atom.offset(), ellipse))
+                .collect();
+        }
         closed_curves(&self.union())
             .into_iter()
             .map(|line| Contour {
@@ -87,7 +93,26 @@ impl Molecule {
     }
 }
 
+/// Sides of the polygon that is drawn for an ellipse.
+const ELLIPSE_SIDES: u32 = 96;
+
 impl Contour {
+    /// A polygon through points of an ellipse.
+    fn of_ellipse(centre: DVec2, ellipse: &Ellipse) -> Self {
+        let points: Vec<DVec2> = ellipse
+            .points(ELLIPSE_SIDES)
+            .map(|point| centre + point)
+            .collect();
+        let next = points.iter().cycle().skip(1);
+        Self {
+            pieces: points
+                .iter()
+                .zip(next)
+                .map(|(&from, &to)| ContourPiece::Line { from, to })
+                .collect(),
+        }
+    }
+
     /// The pieces in order. Each begins where the one before it ends, but for corners that
     /// [`Molecule::visible_contours`] leaves out.
     pub fn pieces(&self) -> &[ContourPiece] {

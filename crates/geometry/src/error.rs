@@ -22,9 +22,29 @@ pub enum GeometryError {
         /// The value given.
         value: f64,
     },
+    /// An ellipse whose axes have another ratio than detection resolves.
+    #[error(
+        "the longer semi-axis of an ellipse must be 1 to 10000 times the shorter one, but is {0:?} times as long"
+    )]
+    AspectRatio(f64),
+    /// Two ellipses of one molecule that overlap.
+    #[error(
+        "ellipses {first} and {second} of the molecule overlap by {depth:?}: they may touch, but not overlap"
+    )]
+    EllipsesOverlap {
+        /// Index of the first ellipse.
+        first: usize,
+        /// Index of the second ellipse.
+        second: usize,
+        /// Depth of the overlap (length).
+        depth: f64,
+    },
     /// A wall where a molecule of discs is needed.
     #[error("the excluded region of a wall is not available: use a molecule of discs")]
     Wall,
+    /// An ellipse where arcs of circles are needed.
+    #[error("the excluded region of an ellipse is not available: use discs, capsules or polygons")]
+    ExcludedByEllipses,
     /// A molecule without atoms.
     #[error("a molecule needs at least one atom")]
     NoAtoms,

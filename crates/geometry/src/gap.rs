@@ -4,7 +4,7 @@ use glam::DVec2;
 use smallvec::SmallVec;
 
 use crate::{
-    Edge, Molecule,
+    Edge, EdgeTangents, Ellipse, FacingEdge, FacingParts, FacingTangents, Molecule, Support,
     interior::{encloses, segments_meet},
 };
 
@@ -32,6 +32,9 @@ pub fn gap_between(
     rotation_b: DVec2,
     separation: DVec2,
 ) -> f64 {
+    if !(a.ellipses().is_empty() && b.ellipses().is_empty()) {
+        return gap_of_ellipses([a, b], [rotation_a, rotation_b], separation);
+    }
     let mut least = f64::INFINITY;
     for atom_a in a.atoms() {
         let place_a = rotation_a.rotate(atom_a.offset());
@@ -60,6 +63,83 @@ pub fn gap_between(
         0.0 => least,
         depth => least.min(-depth),
     }
+}
+
+/// The gap of two bodies of which one has ellipses.
+fn gap_of_ellipses(bodies: [&Molecule; 2], rotations: [DVec2; 2], separation: DVec2) -> f64 {
+    let mut least = f64::INFINITY;
+    let [a, b] = bodies;
+    for i in 0..a.atoms().len() {
+        for j in 0..b.atoms().len() {
+            least = least.min(atom_tangents(bodies, [i, j], rotations, separation).gap);
+        }
+    }
+    let exchanged = [rotations[1], rotations[0]];
+    for (body, other, rotations, d) in [
+        (a, b, exchanged, separation),
+        (b, a, rotations, -separation),
+    ] {
+        for edge in body.edges() {
+            for atom in 0..other.atoms().len() {
+                least = least.min(edge_tangents(edge, other, atom, rotations, d).gap);
+            }
+        }
+    }
+    least
+}
+
+/// The tangents of atoms i and j of two bodies, of which any may be an ellipse, where they are
+/// nearest. `separation` (length) leads from the centre of the first body to that of the second.
+pub fn atom_tangents(
+    [a, b]: [&Molecule; 2],
+    [i, j]: [usize; 2],
+    rotations: [DVec2; 2],
+    separation: DVec2,
+) -> FacingTangents {
+    let arms = [
+        rotations[0].rotate(a.atoms()[i].offset()),
+        rotations[1].rotate(b.atoms()[j].offset()),
+    ];
+    let d = separation + (arms[1] - arms[0]);
+    let (one, other) = (a.shape_of(i), b.shape_of(j));
+    let parts = FacingParts {
+        a: &one,
+        b: &other,
+        rotations,
+        d,
+    };
+    parts.farthest(towards(d), rounding(d, &one, &other))
+}
+
+/// The tangents of an edge and an atom of another body, which may be an ellipse, where they are
+/// nearest. `d` (length) leads from the centre of the edge's body to that of the other;
+/// `rotations` are those of the atom's body and of the edge's.
+pub fn edge_tangents(
+    edge: &Edge,
+    body: &Molecule,
+    atom: usize,
+    rotations: [DVec2; 2],
+    d: DVec2,
+) -> EdgeTangents {
+    let part = body.shape_of(atom);
+    let d = d + rotations[0].rotate(body.atoms()[atom].offset());
+    let facing = FacingEdge {
+        part: &part,
+        edge,
+        rotations,
+        d,
+    };
+    facing.farthest(towards(d), rounding(d, &part, &part))
+}
+
+/// A unit vector along d; any for d = 0.
+fn towards(d: DVec2) -> DVec2 {
+    d.try_normalize().unwrap_or(DVec2::X)
+}
+
+/// The rounding of a gap at this distance (length).
+fn rounding(d: DVec2, a: &Ellipse, b: &Ellipse) -> f64 {
+    4.0 * f64::EPSILON * (d.length() + (a.reach() + b.reach()))
 }
 
 /// A body, and the atoms and edges of another in its frame: centre or ends, and radius.

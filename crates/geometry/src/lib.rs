@@ -24,7 +24,9 @@ mod circle_tree;
 mod contour;
 mod covered_area;
 mod edge;
+mod edge_tangents;
 mod edged_shape;
+mod ellipse;
 mod error;
 mod excluded_region;
 mod exposed_arc;
@@ -41,18 +43,21 @@ mod properties;
 mod quadrature;
 mod room;
 mod shape;
+mod support;
 mod union;
 
 pub use atom::Atom;
 pub use boundary_point::{BoundaryPart, BoundaryPoint};
 pub use contour::{Contour, ContourPiece};
 pub use edge::{Edge, HalfPlane, Nearest};
+pub use edge_tangents::{EdgeTangents, FacingEdge};
 pub use edged_shape::{DEFAULT_ROUNDING, EdgedShape};
+pub use ellipse::{Ellipse, MAX_ASPECT};
 pub use error::GeometryError;
 pub use excluded_region::{DIRECTION_ROUNDING, ExcludedRegion};
 pub use exposed_arc::ExposedArc;
 pub use exposed_side::{EdgeSide, ExposedSide};
-pub use gap::gap_between;
+pub use gap::{atom_tangents, edge_tangents, gap_between};
 pub use interior::{Interior, MIN_ROUNDING};
 pub use limits::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 pub use molecule::Molecule;
@@ -60,6 +65,7 @@ pub use outline::Outline;
 pub use periodic_box::PeriodicBox;
 pub use room::{Scaled, room};
 pub use shape::Shape;
+pub use support::{Disc, FacingParts, FacingTangents, Support, SupportPoint};
 
 // Parts that the other layers share; no user of the library needs them.
 #[doc(hidden)]

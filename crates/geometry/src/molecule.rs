@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use crate::{
-    Atom, AtomRow, CircleTree, Edge, GeometryError, Outline, Shape,
+    Atom, AtomRow, CircleTree, Edge, Ellipse, FacingParts, GeometryError, Outline, Shape, Support,
     atom::reach,
     check_positive,
     covered_area::covered_area,
@@ -45,6 +45,8 @@ use crate::{
 pub struct Molecule {
     atoms: SmallVec<[Atom; 1]>,
     edges: Vec<Edge>,
+    /// The shapes of the atoms, if any is not a disc; else empty.
+    ellipses: Vec<Ellipse>,
     /// Whether what closed lines of edges enclose belongs to the molecule.
     interior: Interior,
     /// Whether the mass is spread evenly over the area; else it is that of the atoms.
@@ -71,6 +73,7 @@ impl PartialEq for Molecule {
     fn eq(&self, other: &Self) -> bool {
         self.atoms == other.atoms
             && self.edges == other.edges
+            && self.ellipses == other.ellipses
             && self.interior == other.interior
             && self.is_uniform == other.is_uniform
             && self.mass == other.mass
@@ -200,6 +203,80 @@ impl Molecule {
         Self::uniform(ends, &[([0, 1], radius)], Interior::Solid, mass)
     }
 
+    /// An ellipse with these semi-axes (length, the longer one first, along x), with its `mass`
+    /// spread evenly. Equal semi-axes give a disc.
+    ///
+    /// ```
+    /// use carom_geometry::Molecule;
+    ///
+    /// let ellipse = Molecule::ellipse([2.0, 1.0], 3.0)?;
+    /// assert_eq!(ellipse.moment_of_inertia(), 3.0 * (4.0 + 1.0) / 4.0);
+    /// # Ok::<(), carom_geometry::GeometryError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::of_ellipses`].
+    pub fn ellipse(axes: [f64; 2], mass: f64) -> Result<Self, GeometryError> {
+        Self::of_ellipses([(DVec2::ZERO, Ellipse::new(axes, DVec2::X)?, mass)])
+    }
+
+    /// A molecule of uniform ellipses: the place of each (length, in any frame), its shape and its
+    /// mass. They may touch, but not overlap by more than rounding.
+    ///
+    /// Each ellipse is an atom, whose radius is the longer semi-axis.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`]; [`GeometryError::EllipsesOverlap`].
+    pub fn of_ellipses(
+        parts: impl IntoIterator<Item = (DVec2, Ellipse, f64)>,
+    ) -> Result<Self, GeometryError> {
+        let (mut atoms, mut ellipses) = (Vec::new(), Vec::new());
+        for (place, ellipse, mass) in parts {
+            atoms.push(Atom::new(place, ellipse.axes()[0], mass)?);
+            ellipses.push(ellipse);
+        }
+        let atoms = Self::new(atoms)?.atoms;
+        Self::stretched(atoms, ellipses)
+    }
+
+    /// A molecule of centred atoms of these shapes.
+    fn stretched(
+        atoms: SmallVec<[Atom; 1]>,
+        ellipses: Vec<Ellipse>,
+    ) -> Result<Self, GeometryError> {
+        if ellipses.len() != atoms.len() {
+            return Err(GeometryError::NoAtoms);
+        }
+        if ellipses
+            .iter()
+            .all(|ellipse| ellipse.axes()[0] == ellipse.axes()[1])
+        {
+            return Ok(Self::of_centred(atoms));
+        }
+        refuse_overlapping(&atoms, &ellipses)?;
+        let area = ellipses.iter().map(Ellipse::area).sum();
+        let parts = || atoms.iter().zip(&ellipses);
+        let moment_of_inertia = parts()
+            .map(|(atom, ellipse)| {
+                atom.mass() * (ellipse.gyration() + atom.offset().length_squared())
+            })
+            .sum();
+        let extent = |axis: DVec2| {
+            parts()
+                .map(|(atom, ellipse)| axis.dot(atom.offset()) + ellipse.at(axis).distance)
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        let high = DVec2::new(extent(DVec2::X), extent(DVec2::Y));
+        let low = -DVec2::new(extent(DVec2::NEG_X), extent(DVec2::NEG_Y));
+        Ok(Self {
+            moment_of_inertia,
+            is_round: false,
+            rectangle: [low, high],
+            ellipses,
+            ..Self::of_area(atoms, area)
+        })
+    }
+
     /// A molecule of atoms whose offsets are already relative to their centre of mass.
     fn of_centred(atoms: SmallVec<[Atom; 1]>) -> Self {
         let area = area_of_atoms(&atoms);
@@ -226,6 +303,7 @@ impl Molecule {
                 .then(|| CircleTree::new(&atoms, bounding_radius)),
             atoms,
             edges: Vec::new(),
+            ellipses: Vec::new(),
             interior: Interior::default(),
             is_uniform: false,
             sides: Vec::new(),
@@ -316,6 +394,7 @@ impl Molecule {
             rows: Vec::new(),
             tree: None,
             edges: vec![edge],
+            ellipses: Vec::new(),
             interior: Interior::default(),
             is_uniform: false,
             sides: Vec::new(),
@@ -356,6 +435,10 @@ impl Molecule {
         let atom =
             |atom: &Atom| Atom::new(scale * atom.offset(), scale * atom.radius(), atom.mass());
         let atoms: SmallVec<[Atom; 1]> = self.atoms.iter().map(atom).collect::<Result<_, _>>()?;
+        if !self.ellipses.is_empty() {
+            let scaled = self.ellipses.iter().map(|ellipse| ellipse.scaled(scale));
+            return Self::stretched(atoms, scaled.collect::<Result<_, _>>()?);
+        }
         let edges: Vec<_> = ends_and_radii(&self.edges)
             .map(|(ends, radius)| (ends, scale * radius))
             .collect();
@@ -381,6 +464,22 @@ impl Molecule {
     /// The straight edges, in the order given; empty for a union of discs.
     pub fn edges(&self) -> &[Edge] {
         &self.edges
+    }
+
+    /// The shapes of the atoms, one for each, if any is an ellipse; empty for a union of discs.
+    pub fn ellipses(&self) -> &[Ellipse] {
+        &self.ellipses
+    }
+
+    /// The shape of an atom: an ellipse, of equal axes if it is a disc.
+    ///
+    /// # Panics
+    /// If the molecule has no such atom.
+    pub fn shape_of(&self, atom: usize) -> Ellipse {
+        match self.ellipses.get(atom) {
+            Some(ellipse) => *ellipse,
+            None => Ellipse::round(self.atoms[atom].radius()),
+        }
     }
 
     /// Whether what closed lines of edges enclose belongs to the molecule.
@@ -464,6 +563,9 @@ impl Molecule {
         if let Some(wall) = self.wall_edge() {
             return 4.0 * wall.half_length() + std::f64::consts::TAU * wall.radius();
         }
+        if !self.ellipses.is_empty() {
+            return self.ellipses.iter().map(Ellipse::perimeter).sum();
+        }
         Properties::new(&self.union()).perimeter
     }
 
@@ -475,7 +577,7 @@ impl Molecule {
     /// Whether this is a single atom. Other molecules may be round, too: see
     /// [`is_round`](Self::is_round).
     pub fn is_disc(&self) -> bool {
-        self.atoms.len() == 1
+        self.atoms.len() == 1 && self.ellipses.is_empty()
     }
 
     /// Whether the union of the atoms is a disc about the centre of mass, to 10⁻¹² of its radius.
@@ -506,10 +608,12 @@ impl Molecule {
         Outline {
             atoms: &self.atoms,
             bounding_radius: self.bounding_radius,
-            rectangle: (self.atoms.len() > 1 && !self.is_wall()).then_some(&self.rectangle),
+            rectangle: (self.atoms.len() > 1 && !self.is_wall() || !self.ellipses.is_empty())
+                .then_some(&self.rectangle),
             rows: &self.rows,
             tree: self.tree.as_ref(),
             edges: &self.edges,
+            ellipses: &self.ellipses,
             is_wall: self.is_wall(),
             sides: &self.sides,
         }
@@ -535,6 +639,11 @@ enum Written {
         radius: f64,
         has_ends: bool,
     },
+    /// Atoms relative to their centre of mass, and their shapes.
+    Ellipses {
+        atoms: SmallVec<[Atom; 1]>,
+        ellipses: Vec<Ellipse>,
+    },
 }
 
 impl From<Molecule> for Written {
@@ -544,6 +653,12 @@ impl From<Molecule> for Written {
                 span: wall.span(),
                 radius: wall.radius(),
                 has_ends: !molecule.atoms.is_empty(),
+            };
+        }
+        if !molecule.ellipses.is_empty() {
+            return Self::Ellipses {
+                atoms: molecule.atoms,
+                ellipses: molecule.ellipses,
             };
         }
         if molecule.edges.is_empty() && !molecule.is_uniform {
@@ -566,6 +681,10 @@ impl TryFrom<Written> for Molecule {
             Written::Atoms(atoms) => {
                 refuse_coincident(&atoms)?;
                 Ok(Self::of_centred(atoms))
+            }
+            Written::Ellipses { atoms, ellipses } => {
+                refuse_coincident(&atoms)?;
+                Self::stretched(atoms, ellipses)
             }
             Written::Edged {
                 atoms,
@@ -606,6 +725,35 @@ fn refuse_coincident(atoms: &[Atom]) -> Result<(), GeometryError> {
     }
     Ok(())
 }
+
+/// Refuses ellipses that overlap by more than rounding: the area of their union is not known.
+fn refuse_overlapping(atoms: &[Atom], ellipses: &[Ellipse]) -> Result<(), GeometryError> {
+    for second in 0..atoms.len() {
+        for first in 0..second {
+            let parts = FacingParts {
+                a: &ellipses[first],
+                b: &ellipses[second],
+                rotations: [DVec2::X; 2],
+                d: atoms[second].offset() - atoms[first].offset(),
+            };
+            let size = atoms[first].radius() + atoms[second].radius();
+            let found = parts.farthest(parts.d.normalize(), f64::EPSILON * size);
+            if found.gap < -MAX_OVERLAP * size {
+                let depth = -found.gap;
+                return Err(GeometryError::EllipsesOverlap {
+                    first,
+                    second,
+                    depth,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The largest overlap of two ellipses of one molecule, as a share of their lengths: that of parts
+/// that are meant to touch, with places of six digits.
+const MAX_OVERLAP: f64 = 1e-6;
 
 /// The edges between pairs of these atoms.
 fn edges_between(atoms: &[Atom], edges: &[([u32; 2], f64)]) -> Result<Vec<Edge>, GeometryError> {

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::{Atom, AtomRow, CircleTree, Edge, HalfPlane, atom::reach, hull::HullSide};
+use crate::{Atom, AtomRow, CircleTree, Edge, Ellipse, HalfPlane, atom::reach, hull::HullSide};
 
 /// The part of a shape that detection needs: its atoms and edges, and what contains them.
 #[derive(Debug, Clone, Copy)]
@@ -15,6 +15,7 @@ pub struct Outline<'a> {
     pub(crate) rows: &'a [AtomRow],
     pub(crate) tree: Option<&'a CircleTree>,
     pub(crate) edges: &'a [Edge],
+    pub(crate) ellipses: &'a [Ellipse],
     pub(crate) is_wall: bool,
     pub(crate) sides: &'a [HullSide],
 }
@@ -44,6 +45,12 @@ impl<'a> Outline<'a> {
         self.edges
     }
 
+    /// The shapes of the atoms, one for each, if any is an ellipse; empty for a union of discs.
+    #[inline]
+    pub fn ellipses(&self) -> &'a [Ellipse] {
+        self.ellipses
+    }
+
     /// The sides of the convex hull of a body with edges; empty for walls and unions of discs.
     pub fn sides(&self) -> &'a [HullSide] {
         self.sides
@@ -66,6 +73,7 @@ impl Atom {
             rows: &[],
             tree: None,
             edges: &[],
+            ellipses: &[],
             is_wall: false,
             sides: &[],
         }
@@ -82,6 +90,7 @@ impl HalfPlane {
             rows: &[],
             tree: None,
             edges: std::slice::from_ref(&self.border),
+            ellipses: &[],
             is_wall: true,
             sides: &[],
         }

@@ -2,7 +2,10 @@
 
 use glam::DVec2;
 
-use crate::{Edge, Molecule};
+use crate::{
+    Edge, Molecule,
+    gap::{atom_tangents, edge_tangents},
+};
 
 /// A molecule, turned, and with all its lengths multiplied by a scale.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +41,9 @@ pub struct Scaled<'a> {
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
 pub fn room(a: Scaled<'_>, b: Scaled<'_>, separation: DVec2, margin: f64) -> f64 {
+    if !(a.molecule.ellipses().is_empty() && b.molecule.ellipses().is_empty()) {
+        return b.scale + growth_of_ellipses(a, b, separation, margin);
+    }
     let mut least = f64::INFINITY;
     for atom_a in a.molecule.atoms() {
         let place_a = a.scale * a.rotation.rotate(atom_a.offset());
@@ -79,6 +85,86 @@ pub fn room(a: Scaled<'_>, b: Scaled<'_>, separation: DVec2, margin: f64) -> f64
         }
     }
     b.scale + least
+}
+
+/// Most steps of the search for the scale at which two bodies touch.
+const MAX_GROWTHS: u32 = 200;
+
+/// By how much the scale of B can grow before it touches A, where one of them has ellipses.
+///
+/// In any fixed direction the distance of two facing tangents is linear in the scale. The gap, the
+/// largest of them, is therefore convex, and Newton's method from below does not pass its zero.
+fn growth_of_ellipses(a: Scaled<'_>, b: Scaled<'_>, separation: DVec2, margin: f64) -> f64 {
+    let small = f64::EPSILON
+        * (separation.length()
+            + a.scale * a.molecule.bounding_radius()
+            + b.scale * b.molecule.bounding_radius());
+    let mut growth = 0.0;
+    for _ in 0..MAX_GROWTHS {
+        let now = Scaled {
+            scale: b.scale + growth,
+            ..b
+        };
+        let until = least_growth(a, now, separation, margin, 4.0 * small);
+        if !(until > 0.0) {
+            break;
+        }
+        growth += until;
+        if growth == f64::INFINITY || until <= f64::EPSILON * (b.scale + growth) {
+            break;
+        }
+    }
+    growth
+}
+
+/// A step of the scale of B within which it certainly does not come nearer to A than `margin`; 0
+/// where a pair of parts is that near to within `error` (length).
+fn least_growth(a: Scaled<'_>, b: Scaled<'_>, separation: DVec2, margin: f64, error: f64) -> f64 {
+    let bodies = [a.molecule.scaled(a.scale), b.molecule.scaled(b.scale)];
+    let [Ok(scaled_a), Ok(scaled_b)] = &bodies else {
+        return 0.0;
+    };
+    let rotations = [a.rotation, b.rotation];
+    let until = |gap: f64, closing: f64| {
+        let gap = gap - margin;
+        if gap <= error {
+            0.0
+        } else if closing > 0.0 {
+            gap / closing
+        } else {
+            f64::INFINITY
+        }
+    };
+    // What is linear in the scale of B, for a scale of 1.
+    let rate = 1.0 / b.scale;
+    let mut least = f64::INFINITY;
+    for i in 0..scaled_a.atoms().len() {
+        for (j, atom) in scaled_b.atoms().iter().enumerate() {
+            let found = atom_tangents([scaled_a, scaled_b], [i, j], rotations, separation);
+            let outwards = found.normal.dot(b.rotation.rotate(atom.offset()));
+            let closing = rate * (found.points[1].distance - outwards);
+            least = least.min(until(found.gap, closing));
+        }
+    }
+    for edge in scaled_a.edges() {
+        for (j, atom) in scaled_b.atoms().iter().enumerate() {
+            let exchanged = [b.rotation, a.rotation];
+            let found = edge_tangents(edge, scaled_b, j, exchanged, separation);
+            let outwards = found.normal.dot(b.rotation.rotate(atom.offset()));
+            let closing = rate * (found.point.distance - outwards);
+            least = least.min(until(found.gap, closing));
+        }
+    }
+    for edge in scaled_b.edges() {
+        for i in 0..scaled_a.atoms().len() {
+            let found = edge_tangents(edge, scaled_a, i, rotations, -separation);
+            let to_b = inverse(b.rotation).rotate(found.normal);
+            let along = edge.half_length() * to_b.dot(edge.along()).abs();
+            let closing = rate * (to_b.dot(edge.middle()) + along + edge.radius());
+            least = least.min(until(found.gap, closing));
+        }
+    }
+    least
 }
 
 /// The inverse of a rotation is its conjugate.
@@ -193,7 +279,9 @@ mod tests {
         );
         let capsule = (0.1..2.0f64, 1e-6..0.5f64)
             .prop_map(|(length, radius)| Molecule::capsule(length, radius, 1.0).unwrap());
-        prop_oneof![3 => atoms, 1 => wall, 2 => polygon, 1 => capsule]
+        let ellipse = (0.05..0.5f64, 1.0..8.0f64)
+            .prop_map(|(b, ratio)| Molecule::ellipse([b * ratio, b], 1.0).unwrap());
+        prop_oneof![3 => atoms, 1 => wall, 2 => polygon, 1 => capsule, 2 => ellipse]
     }
 
     proptest! {

@@ -62,7 +62,8 @@ impl ExcludedRegion {
     ///
     /// # Errors
     /// [`GeometryError::OutOfRange`] if the radius is negative, NaN, infinite or beyond 1e60;
-    /// [`GeometryError::Wall`] for a wall, which is not made of discs.
+    /// [`GeometryError::Wall`] for a wall, and [`GeometryError::ExcludedByEllipses`] for ellipses,
+    /// which are not made of discs.
     pub fn new(molecule: &Molecule, radius: f64) -> Result<Self, GeometryError> {
         let name = "the radius of a probe";
         check_length(name, radius)?;
@@ -74,6 +75,9 @@ impl ExcludedRegion {
         }
         if molecule.is_wall() {
             return Err(GeometryError::Wall);
+        }
+        if !molecule.ellipses().is_empty() {
+            return Err(GeometryError::ExcludedByEllipses);
         }
         Ok(Self::of_union(&molecule.union(), radius))
     }
