@@ -35,7 +35,9 @@
 //! 6. **Edges.** An atom is searched against a straight edge by its coordinates in the frame of the
 //!    edge ([`edge_pair`](crate::edge_pair)). Bodies with edges are first kept apart by lines along
 //!    their sides ([`lines`](crate::lines)).
-//! 7. **Range.** A query that holds NaN, an infinity, or a magnitude whose square could overflow
+//! 7. **Ellipses.** Convex parts are searched by their support functions, along directions that turn
+//!    ([`support_pair`](crate::support_pair), [`support_edge`](crate::support_edge)).
+//! 8. **Range.** A query that holds NaN, an infinity, or a magnitude whose square could overflow
 //!    results in [`Outcome::OutOfRange`]. Very slow and very fast pairs are searched in another
 //!    unit of time, in which no product of velocities underflows.
 //!
@@ -45,7 +47,7 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Detection, DiscLanes, Outcome, QueryBody, SearchWindow, Trace, edges,
+    Answer, Detection, DiscLanes, Outcome, QueryBody, SearchWindow, Trace, edges, ellipses,
     flight::Flight,
     molecule_pair::{straight, turning},
     range::{OUT_OF_RANGE, Unit, faster, later, unit},
@@ -186,9 +188,13 @@ impl Exact {
         motion: &RelativeMotion,
         horizon: f64,
     ) -> Answer {
-        if !a.edges().is_empty() || !b.edges().is_empty() {
+        if a.has_other_parts() || b.has_other_parts() {
             let most_steps = self.most_steps;
-            return edges::first_contact(recorder, most_steps, begin, a, b, motion, horizon);
+            return if a.ellipses().is_empty() && b.ellipses().is_empty() {
+                edges::first_contact(recorder, most_steps, begin, a, b, motion, horizon)
+            } else {
+                ellipses::first_contact(recorder, most_steps, begin, a, b, motion, horizon)
+            };
         }
         let Some(window) = skim(motion, a.bounding_radius + b.bounding_radius, horizon) else {
             return Answer {

@@ -98,7 +98,7 @@ impl Pose {
 }
 
 fn is_centred_disc(body: Outline<'_>) -> bool {
-    matches!(body.atoms, [only] if only.arm() == 0.0)
+    body.ellipses().is_empty() && matches!(body.atoms, [only] if only.arm() == 0.0)
 }
 
 /// The circle about the centre of mass that holds the body.

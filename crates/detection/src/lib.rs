@@ -65,6 +65,7 @@ mod disc;
 mod edge_error;
 mod edge_pair;
 mod edges;
+mod ellipses;
 #[cfg(feature = "encounters")]
 pub mod encounters;
 mod error_bound;
@@ -89,6 +90,8 @@ mod secant;
 mod skimming;
 mod squared_gap;
 mod strip;
+mod support_edge;
+mod support_pair;
 pub mod tolerance;
 mod trace;
 

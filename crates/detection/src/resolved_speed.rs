@@ -1,6 +1,6 @@
 //! The closing speed below which rounding hides whether two touching parts close or part.
 
-use carom_geometry::{Circle, Outline};
+use carom_geometry::{Circle, Ellipse, Outline, Support};
 use carom_kinematics::RelativeMotion;
 
 use crate::{EdgeErrorBound, ErrorBound, Part, Touch, flight::bounding_circle};
@@ -47,12 +47,71 @@ pub fn resolved_speed(
         let edge = &other.edges()[edge as usize];
         EdgeErrorBound::new(motion, body, &circle, edge).of_rate(0.0)
     };
+    if !(a.ellipses().is_empty() && b.ellipses().is_empty()) {
+        return of_ellipses(a, b, motion, touch);
+    }
     match touch {
         Touch::Atoms(i, j) => of_circles([
             Circle::from(&a.atoms[i as usize]),
             Circle::from(&b.atoms[j as usize]),
         ]),
         Touch::BoundingCircles => of_circles([a, b].map(bounding_circle)),
+        Touch::EdgeOfA { edge, part } => of_edge(1, edge, part),
+        Touch::EdgeOfB { edge, part } => of_edge(0, edge, part),
+    }
+}
+
+/// E' of two parts of which one may be an ellipse: also of the turn of the direction in which they
+/// are nearest.
+fn of_ellipses(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, touch: Touch) -> f64 {
+    let spins = motion.angular_velocity.map(f64::abs);
+    let part = |outline: Outline<'_>, atom: u32| {
+        let atom_of = &outline.atoms[atom as usize];
+        let round = Ellipse::round(atom_of.radius());
+        let shape = outline
+            .ellipses()
+            .get(atom as usize)
+            .copied()
+            .unwrap_or(round);
+        let arm = atom_of.arm() + 2.0 * shape.reach();
+        let circle = Circle {
+            arm,
+            radius: 0.0,
+            ..Circle::from(atom_of)
+        };
+        (circle, shape)
+    };
+    let of_edge = |body: usize, edge: u32, part_of_body: Part| {
+        let (outline, other) = if body == 0 { (a, b) } else { (b, a) };
+        let (circle, shape) = match part_of_body {
+            Part::Atom(index) => part(outline, index),
+            Part::BoundingCircle => (bounding_circle(outline), Ellipse::round(0.0)),
+        };
+        let error = EdgeErrorBound::new(motion, body, &circle, &other.edges()[edge as usize]);
+        let turning = (spins[0] + spins[1]) * shape.max_bend();
+        error.of_rate(0.0) + 8.0 * f64::EPSILON * turning
+    };
+    match touch {
+        Touch::Atoms(i, j) => {
+            let (parts, shapes) = {
+                let ((one, shape), (other, second)) = (part(a, i), part(b, j));
+                ([one, other], [shape, second])
+            };
+            let speed = motion.velocity.length();
+            let bound = ErrorBound::of_circles(motion, speed, motion.angular_velocity, &parts);
+            let error = bound.at(0.0);
+            let least = |shape: &Ellipse| shape.axes()[1] * shape.axes()[1] / shape.axes()[0];
+            let stiffness = least(&shapes[0]) + least(&shapes[1]);
+            let bending = spins[0] * shapes[0].max_bend() + spins[1] * shapes[1].max_bend();
+            let fast = (bound.speed() + bending) / stiffness;
+            bound.rate_terms(error)[0] + (8.0 * fast + spins[0] + spins[1]) * error
+        }
+        Touch::BoundingCircles => {
+            let circles = [a, b].map(bounding_circle);
+            let speed = motion.velocity.length();
+            let bound = ErrorBound::of_circles(motion, speed, motion.angular_velocity, &circles);
+            bound.of_rate(0.0, circles[0].radius + circles[1].radius)
+        }
         Touch::EdgeOfA { edge, part } => of_edge(1, edge, part),
         Touch::EdgeOfB { edge, part } => of_edge(0, edge, part),
     }

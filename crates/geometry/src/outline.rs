@@ -51,6 +51,12 @@ impl<'a> Outline<'a> {
         self.ellipses
     }
 
+    /// Whether there are parts other than discs: edges or ellipses.
+    #[inline]
+    pub fn has_other_parts(&self) -> bool {
+        self.edges.len() + self.ellipses.len() > 0
+    }
+
     /// The sides of the convex hull of a body with edges; empty for walls and unions of discs.
     pub fn sides(&self) -> &'a [HullSide] {
         self.sides

@@ -15,13 +15,14 @@
 //! | `t_first` | time of the first contact, or `none`; optional |
 //! | `atomA`, `atomB` | its atoms; optional |
 //!
-//! Rows with a column `ellipsesA` or `ellipsesB` that is not empty have bodies that are not
-//! supported yet; they are listed as such.
+//! Columns `ellipsesA` and `ellipsesB` list ellipses, `x:y:m:a:b:angle` joined by `;`, with the
+//! half axes a and b and the direction of a in the frame of the body (radians). Bodies with edges
+//! and ellipses, and those whose ellipses overlap, are not supported; their rows are listed as such.
 
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use carom_geometry::{Atom, Interior, MAX_MAGNITUDE, Molecule};
+use carom_geometry::{Atom, Ellipse, GeometryError, Interior, MAX_MAGNITUDE, Molecule};
 use carom_kinematics::{Motion, Orientation, RelativeMotion};
 use csv::StringRecord;
 use glam::DVec2;
@@ -69,7 +70,7 @@ impl EncounterRecord {
 pub enum EncounterRow {
     /// Two molecules of atoms and edges.
     Pair(Box<EncounterRecord>),
-    /// A body has ellipses, which are not supported.
+    /// A body has ellipses that overlap, or that have edges beside them.
     Unsupported {
         /// Class of the case.
         class: String,
@@ -134,8 +135,15 @@ struct Row<'a> {
 
 impl Row<'_> {
     fn row(&self) -> Result<EncounterRow> {
-        if ["ellipsesA", "ellipsesB"].map(|name| self.given(name)) == [None; 2] {
-            return Ok(EncounterRow::Pair(Box::new(self.encounter()?)));
+        let has_both = |body: &str| {
+            let is_given = |part: &str| self.given(&format!("{part}{body}")).is_some();
+            is_given("ellipses") && is_given("edges")
+        };
+        if !(has_both("A") || has_both("B")) {
+            match self.encounter() {
+                Err(error) if overlaps(&error) => {}
+                other => return Ok(EncounterRow::Pair(Box::new(other?))),
+            }
         }
         Ok(EncounterRow::Unsupported {
             class: self.text("class")?.to_owned(),
@@ -144,8 +152,8 @@ impl Row<'_> {
     }
 
     fn encounter(&self) -> Result<EncounterRecord> {
-        let (molecule_a, motion_a) = self.body(COLUMNS_OF_A, "edgesA")?;
-        let (molecule_b, motion_b) = self.body(COLUMNS_OF_B, "edgesB")?;
+        let (molecule_a, motion_a) = self.body(COLUMNS_OF_A, "edgesA", "ellipsesA")?;
+        let (molecule_b, motion_b) = self.body(COLUMNS_OF_B, "edgesB", "ellipsesB")?;
         Ok(EncounterRecord {
             class: self.text("class")?.to_owned(),
             id: self.text("id")?.to_owned(),
@@ -160,6 +168,7 @@ impl Row<'_> {
         &self,
         [x, y, vx, vy, orientation, spin, atoms]: Columns,
         edges: &str,
+        ellipses: &str,
     ) -> Result<(Molecule, Motion)> {
         let motion = Motion {
             position: DVec2::new(self.number(x)?, self.number(y)?),
@@ -168,6 +177,15 @@ impl Row<'_> {
             angular_velocity: self.number(spin)?,
             time: 0.0,
         };
+        if let Some(text) = self.given(ellipses) {
+            let round = self.given(atoms).unwrap_or_default().split(';');
+            let round = round.filter(|text| !text.is_empty()).map(round_part);
+            let parts = text.split(';').map(ellipse).chain(round);
+            let parts: Vec<(DVec2, Ellipse, f64)> = parts
+                .collect::<Result<_>>()
+                .with_context(|| format!("columns `{atoms}` and `{ellipses}`"))?;
+            return Ok((Molecule::of_ellipses(parts)?, motion));
+        }
         let column = || format!("column `{atoms}`");
         let list: Vec<Atom> = self
             .text(atoms)?
@@ -264,6 +282,35 @@ fn atom(text: &str) -> Result<Atom> {
         bail!("'{text}' is not an atom, x:y:m:r")
     };
     Ok(Atom::new(DVec2::new(x, y), radius, mass)?)
+}
+
+/// Parses an atom from `x:y:m:r` as an ellipse of equal axes.
+fn round_part(text: &str) -> Result<(DVec2, Ellipse, f64)> {
+    let atom = atom(text)?;
+    Ok((atom.offset(), Ellipse::round(atom.radius()), atom.mass()))
+}
+
+/// Parses an ellipse from `x:y:m:a:b:angle`.
+fn ellipse(text: &str) -> Result<(DVec2, Ellipse, f64)> {
+    let numbers: Vec<f64> = text.split(':').map(number).collect::<Result<_>>()?;
+    let [x, y, mass, a, b, angle] = numbers[..] else {
+        bail!("'{text}' is not an ellipse, x:y:m:a:b:angle")
+    };
+    let along = DVec2::from_angle(angle);
+    let ellipse = if a >= b {
+        Ellipse::new([a, b], along)?
+    } else {
+        Ellipse::new([b, a], along.perp())?
+    };
+    Ok((DVec2::new(x, y), ellipse, mass))
+}
+
+/// Whether a body is refused because its ellipses overlap.
+fn overlaps(error: &anyhow::Error) -> bool {
+    matches!(
+        error.downcast_ref(),
+        Some(GeometryError::EllipsesOverlap { .. })
+    )
 }
 
 /// Parses an edge from `i:j:r`.
