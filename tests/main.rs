@@ -7,6 +7,7 @@ mod constructed_contacts;
 mod determinism;
 mod drag;
 mod edits;
+mod ellipses;
 mod encounters;
 mod energy_drift;
 mod extremes;

@@ -38,6 +38,10 @@ use crate::{
 pub struct BoundingCircles;
 
 impl Detection for BoundingCircles {
+    fn searches_ellipses(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn decides_discs_in_closed_form(&self) -> bool {
         true

@@ -96,6 +96,10 @@ impl Default for Exact {
 }
 
 impl Detection for Exact {
+    fn searches_ellipses(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn decides_discs_in_closed_form(&self) -> bool {
         true

@@ -7,7 +7,7 @@ use crate::{
     Answer, Contact, Detection, Outcome, Parts, Phase, SearchWindow, Trace,
     range::{OUT_OF_RANGE, Unit, unit},
     squared_gap::{SquaredGap, all_pairs},
-    strip::{a_half_plane_turns, window_of_bodies},
+    strip::{is_not_searched, window_of_bodies},
     tolerance::{FIXED_STEP, MAX_BISECTIONS, MAX_FIXED_STEPS},
     trace::{Recorder, SearchLog, SearchTally},
 };
@@ -109,7 +109,7 @@ impl FixedStep {
             return OUT_OF_RANGE;
         }
         match window_of_bodies(a, b, motion, horizon) {
-            _ if a_half_plane_turns(a, b, motion) => Answer {
+            _ if is_not_searched(a, b, motion) => Answer {
                 outcome: Outcome::Unresolved(0.0),
                 evaluations: 0,
             },

@@ -37,7 +37,7 @@ use crate::{
     range::{OUT_OF_RANGE, Unit, unit},
     secant::{Bracket, bracketed_secant},
     squared_gap::{SquaredGap, all_pairs},
-    strip::{a_half_plane_turns, window_of_bodies},
+    strip::{is_not_searched, window_of_bodies},
     tolerance::{CROP_FACTOR, MAX_ROUNDS, MAX_SEGMENTS, THESIS_TOLERANCE, WINDOW_MARGIN},
     trace::{Recorder, SearchLog, SearchTally},
 };
@@ -140,7 +140,7 @@ impl GoldenSecant {
         }
         let mut tally = SearchTally::new(recorder);
         let outcome = match window_of_bodies(a, b, motion, horizon) {
-            _ if a_half_plane_turns(a, b, motion) => Outcome::Unresolved(0.0),
+            _ if is_not_searched(a, b, motion) => Outcome::Unresolved(0.0),
             Some(window) => self.crop_and_search(a, b, motion, widened(window), &mut tally),
             None => Outcome::Free,
         };

@@ -193,6 +193,12 @@ pub trait Detection: Sync {
         0.0
     }
 
+    /// Whether ellipses are searched; else every search that concerns one ends as
+    /// [`Outcome::Unresolved`] at time 0.
+    fn searches_ellipses(&self) -> bool {
+        false
+    }
+
     /// Whether contact times of pairs of discs are those of the closed form
     /// ([`DiscLanes::contact_times`]). A scheduler may then evaluate it itself, in SIMD lanes,
     /// instead of calling [`Self::disc_contacts`].

@@ -116,6 +116,12 @@ pub(crate) fn window_of_bodies(
     (window.begin <= window.end).then_some(window)
 }
 
+/// Whether the detectors that sample the gap of discs and edges do not search a pair: a half-plane
+/// that turns, and ellipses.
+pub(crate) fn is_not_searched(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> bool {
+    a_half_plane_turns(a, b, motion) || !(a.ellipses().is_empty() && b.ellipses().is_empty())
+}
+
 /// Whether a half-plane turns, which no detector handles: it reaches everything at once.
 pub(crate) fn a_half_plane_turns(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> bool {
     [a, b]

@@ -65,7 +65,6 @@ pub(crate) struct SupportPair<'a, A, B> {
 pub(crate) struct SupportPose {
     at: Pose,
     arms: [DVec2; 2],
-    d: DVec2,
     facing: FacingTangents,
 }
 
@@ -189,7 +188,6 @@ impl<A: Support, B: Support> GapFunction for SupportPair<'_, A, B> {
         SupportPose {
             at,
             arms,
-            d,
             facing: self.facing(&at, d),
         }
     }

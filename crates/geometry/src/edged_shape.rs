@@ -1,14 +1,16 @@
-//! The named shapes with straight sides: capsule, square, rectangle, triangle, polygon, kite.
+//! The named shapes other than unions of discs: capsule, square, rectangle, triangle, polygon,
+//! kite, ellipse.
 
 use std::{f64::consts::PI, fmt, str::FromStr};
 
 use glam::DVec2;
 
-use crate::{GeometryError, Molecule, check_positive, interior::check_corner_count};
+use crate::{GeometryError, MAX_ASPECT, Molecule, check_positive, interior::check_corner_count};
 
-/// A body with straight sides and uniform density, by name.
+/// A body with straight sides, or an ellipse, of uniform density, by name.
 ///
-/// Its text form is `capsule:L`, `square`, `rectangle:A`, `triangle`, `polygon:N` or `kite:A,B`.
+/// Its text form is `capsule:L`, `square`, `rectangle:A`, `triangle`, `polygon:N`, `kite:A,B` or
+/// `ellipse:K`.
 ///
 /// ```
 /// use carom_geometry::EdgedShape;
@@ -36,6 +38,8 @@ pub enum EdgedShape {
     /// Four corners, symmetric about x: at A and −B sizes on the x axis, and at half a size above
     /// and below the origin.
     Kite(f64, f64),
+    /// An ellipse whose longer axis, of one size along x, is K times the shorter one.
+    Ellipse(f64),
 }
 
 /// The radius of the corners of a polygon over its size, if none is given.
@@ -43,19 +47,20 @@ pub const DEFAULT_ROUNDING: f64 = 1e-6;
 
 impl EdgedShape {
     /// The names of all shapes in their text form.
-    pub const NAMES: [&str; 6] = [
+    pub const NAMES: [&str; 7] = [
         "capsule:L",
         "square",
         "rectangle:A",
         "triangle",
         "polygon:N",
         "kite:A,B",
+        "ellipse:K",
     ];
 
     /// The shape of this `size` (length) and `mass`, with corners of radius `rounding` sizes.
     ///
     /// All points within that radius of the polygon belong to the body, so that a square of size 1
-    /// is 1 + 2 `rounding` across. A capsule ignores `rounding`.
+    /// is 1 + 2 `rounding` across. A capsule and an ellipse ignore `rounding`.
     ///
     /// # Errors
     /// [`GeometryError`] if a number is out of range.
@@ -65,6 +70,9 @@ impl EdgedShape {
         check_positive("the mass of a molecule", mass)?;
         if let Self::Capsule(length) = self {
             return Molecule::capsule(length * size, 0.5 * size, mass);
+        }
+        if let Self::Ellipse(aspect) = self {
+            return Molecule::ellipse([0.5 * size, 0.5 * size / aspect], mass);
         }
         check_positive("`rounding`", rounding)?;
         let corners: Vec<DVec2> = self.corners().map(|corner| size * corner).collect();
@@ -97,6 +105,7 @@ impl EdgedShape {
                 (0..count).map(corner).collect()
             }
             Self::Capsule(length) => at(&[(-0.5 * length, 0.0), (0.5 * length, 0.0)]),
+            Self::Ellipse(_) => Vec::new(),
         };
         corners.into_iter()
     }
@@ -111,6 +120,8 @@ impl EdgedShape {
                 number("B of kite:A,B", behind)
             }
             Self::Polygon(count) => check_corner_count(count).map(|()| self),
+            Self::Ellipse(aspect) if (1.0..=MAX_ASPECT).contains(&aspect) => Ok(self),
+            Self::Ellipse(aspect) => Err(GeometryError::AspectRatio(aspect)),
             Self::Square | Self::Triangle => Ok(self),
         }
     }
@@ -125,6 +136,7 @@ impl fmt::Display for EdgedShape {
             Self::Triangle => f.write_str("triangle"),
             Self::Polygon(count) => write!(f, "polygon:{count}"),
             Self::Kite(ahead, behind) => write!(f, "kite:{ahead},{behind}"),
+            Self::Ellipse(aspect) => write!(f, "ellipse:{aspect}"),
         }
     }
 }
@@ -142,6 +154,7 @@ impl FromStr for EdgedShape {
         let shape = match (name, numbers) {
             ("square", None) => Self::Square,
             ("triangle", None) => Self::Triangle,
+            ("ellipse", Some(aspect)) => Self::Ellipse(number(aspect)?),
             ("capsule", Some(length)) => Self::Capsule(number(length)?),
             ("rectangle", Some(aspect)) => Self::Rectangle(number(aspect)?),
             ("polygon", Some(count)) => Self::Polygon(count.trim().parse().map_err(|_| unknown())?),
@@ -168,6 +181,7 @@ mod tests {
             EdgedShape::Triangle,
             EdgedShape::Polygon(16),
             EdgedShape::Kite(1.0, 0.25),
+            EdgedShape::Ellipse(2.5),
         ] {
             assert_eq!(shape.to_string().parse::<EdgedShape>().unwrap(), shape);
         }
@@ -185,6 +199,9 @@ mod tests {
             "polygon:3.5",
             "kite:1",
             "kite:1,0",
+            "ellipse",
+            "ellipse:0.5",
+            "ellipse:20000",
         ] {
             assert!(bad.parse::<EdgedShape>().is_err(), "{bad}");
         }
@@ -203,6 +220,7 @@ mod tests {
             ("triangle", 0.75f64.sqrt() / 2.0, 1.0 / 12.0),
             ("polygon:6", 1.5 * 3f64.sqrt(), 5.0 / 12.0),
             ("kite:1,1", 1.0, (4.0 + 1.0) / 24.0),
+            ("ellipse:2", PI / 8.0, 5.0 / 64.0),
         ] {
             let shape = of(name);
             assert!(

@@ -112,6 +112,23 @@ impl Ellipse {
     }
 }
 
+impl Ellipse {
+    /// Discs along the longer axis that lie in the ellipse and touch its boundary, by the distance
+    /// of their centres from its centre (length, in the direction of the longer axis) and radius.
+    ///
+    /// The centres are in (a² − b²)/a of the centre, with radii b √(1 − x²/(a² − b²)).
+    pub fn inscribed_discs(&self, count: u32) -> impl Iterator<Item = (f64, f64)> {
+        let [a, b] = self.axes;
+        let squared = (a - b) * (a + b);
+        let last = squared / a;
+        (0..count).map(move |step| {
+            let x = last * (2.0 * f64::from(step) / f64::from(count.max(2) - 1) - 1.0);
+            let share = if squared > 0.0 { x * x / squared } else { 0.0 };
+            (x, b * (1.0 - share).max(0.0).sqrt())
+        })
+    }
+}
+
 /// Most steps of the arithmetic-geometric mean, which doubles its digits in each.
 const MAX_MEANS: u32 = 16;
 

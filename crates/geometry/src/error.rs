@@ -24,7 +24,7 @@ pub enum GeometryError {
     },
     /// An ellipse whose axes have another ratio than detection resolves.
     #[error(
-        "the longer semi-axis of an ellipse must be 1 to 10000 times the shorter one, but is {0:?} times as long"
+        "the longer axis of an ellipse must be 1 to 10000 times the shorter one, but is {0:?} times as long"
     )]
     AspectRatio(f64),
     /// Two ellipses of one molecule that overlap.
@@ -72,7 +72,7 @@ pub enum GeometryError {
     /// An unknown name of a shape.
     #[error(
         "unknown shape '{0}': use disc, dumbbell, rod:N, cross, tee, ring:N, capsule:L, square, rectangle:A, \
-         triangle, polygon:N or kite:A,B"
+         triangle, polygon:N, kite:A,B or ellipse:K"
     )]
     UnknownShape(String),
     /// A rod or ring with an invalid number of atoms.

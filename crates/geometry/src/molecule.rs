@@ -482,6 +482,11 @@ impl Molecule {
         }
     }
 
+    /// Whether all parts are discs: there are neither edges nor ellipses.
+    pub fn is_of_discs(&self) -> bool {
+        self.edges.is_empty() && self.ellipses.is_empty()
+    }
+
     /// Whether what closed lines of edges enclose belongs to the molecule.
     pub fn interior(&self) -> Interior {
         self.interior

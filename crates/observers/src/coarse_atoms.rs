@@ -33,6 +33,9 @@ pub const MAX_CIRCLES: usize = CELLS * CELLS;
 /// assert_eq!(drawn_circles(&row(MAX_CIRCLES + 1)).len(), 128);
 /// ```
 pub fn drawn_circles(molecule: &Molecule) -> Vec<(DVec2, f64)> {
+    if !molecule.ellipses().is_empty() {
+        return discs_in_ellipses(molecule);
+    }
     let circles = molecule
         .atoms()
         .iter()
@@ -65,6 +68,22 @@ pub fn drawn_circles(molecule: &Molecule) -> Vec<(DVec2, f64)> {
         .map(|(cell, &circle)| covering((cell, circle)))
         .collect()
 }
+
+/// Discs in each ellipse of a molecule, as many as there is room for.
+fn discs_in_ellipses(molecule: &Molecule) -> Vec<(DVec2, f64)> {
+    let count = (MAX_CIRCLES / molecule.atoms().len()).clamp(1, DISCS_OF_ELLIPSE) as u32;
+    let parts = molecule.atoms().iter().zip(molecule.ellipses());
+    parts
+        .flat_map(|(atom, ellipse)| {
+            ellipse
+                .inscribed_discs(count)
+                .map(|(x, radius)| (atom.offset() + x * ellipse.along(), radius))
+        })
+        .collect()
+}
+
+/// Most discs that are drawn for an ellipse.
+const DISCS_OF_ELLIPSE: usize = 15;
 
 #[cfg(test)]
 mod tests {

@@ -25,7 +25,7 @@ const COARSE: f64 = 128.0;
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
 pub fn drawn_contours(molecule: &Molecule) -> Vec<Contour> {
-    if molecule.edges().is_empty() {
+    if molecule.is_of_discs() {
         return Vec::new();
     }
     let contours = molecule.visible_contours();

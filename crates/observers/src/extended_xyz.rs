@@ -114,7 +114,7 @@ fn walls(view: &View<'_>) -> String {
 /// The radius of the largest atom; of a body with edges, whose atoms may be tiny, that of its
 /// bounding circle (length).
 fn thickest(molecule: &Molecule) -> f64 {
-    if molecule.edges().is_empty() {
+    if molecule.is_of_discs() {
         molecule
             .atoms()
             .iter()
@@ -148,13 +148,38 @@ fn edges(view: &View<'_>, kinds: &[usize]) -> String {
         }
     }
     let mut entries = String::new();
-    for (name, list) in [("Edges", edges), ("Solid", solid), ("Uniform", uniform)] {
+    let ellipses = ellipses(view, kinds);
+    for (name, list) in [
+        ("Edges", edges),
+        ("Solid", solid),
+        ("Uniform", uniform),
+        ("Ellipses", ellipses),
+    ] {
         if !list.is_empty() {
             // Writing to a string cannot fail.
             let _ = write!(entries, " {name}=\"{}\"", list.join(" "));
         }
     }
     entries
+}
+
+/// Four numbers for each ellipse of each kind: kind, atom, the shorter axis over the longer one, and
+/// the direction of the longer one in the frame of the body (radians).
+fn ellipses(view: &View<'_>, kinds: &[usize]) -> Vec<String> {
+    let mut known = 0;
+    let mut all = Vec::new();
+    for (body, &kind) in view.bodies().map(|view| view.body).zip(kinds) {
+        if kind < known {
+            continue;
+        }
+        known = kind + 1;
+        for (atom, ellipse) in body.molecule().ellipses().iter().enumerate() {
+            let ([a, b], along) = (ellipse.axes(), ellipse.along());
+            let turn = libm::atan2(along.y, along.x);
+            all.push(format!("{kind} {atom} {:?} {turn:?}", b / a));
+        }
+    }
+    all
 }
 
 /// Four numbers for each edge: kind, both atoms, and relative radius.

@@ -3,15 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use carom_engine::{Body, BodyView, Tag, View};
-use carom_geometry::{Edge, Interior, Molecule};
+use carom_geometry::{Edge, Ellipse, Interior, Molecule};
 
 /// The common properties of a kind: fixed or not, tags, make-up; size and mass.
 type Likeness<'a> = (bool, &'a [Tag], MakeUp, [u64; 2]);
 
 /// What a molecule is made of: the number of its atoms; of each edge the atoms at its ends, and its
 /// radius over the smaller of theirs in millionths; and whether the interior of its closed lines of
-/// edges is hollow.
-type MakeUp = (usize, Vec<([u32; 2], u32)>, bool);
+/// edges is hollow; and the half axes and directions of its ellipses.
+type MakeUp = (usize, Vec<([u32; 2], u32)>, bool, Vec<[u64; 4]>);
 
 /// The kind of each body of a view, in its order, numbered 0, 1, … in order of appearance.
 ///
@@ -128,7 +128,12 @@ fn make_up(molecule: &Molecule) -> MakeUp {
         molecule.edges().iter().filter_map(edge).collect()
     };
     let is_hollow = molecule.interior() == Interior::Hollow;
-    (atoms.len(), edges, is_hollow)
+    let ellipse = |ellipse: &Ellipse| {
+        let ([a, b], along) = (ellipse.axes(), ellipse.along());
+        [a, b, along.x, along.y].map(f64::to_bits)
+    };
+    let ellipses = molecule.ellipses().iter().map(ellipse).collect();
+    (atoms.len(), edges, is_hollow, ellipses)
 }
 
 #[cfg(test)]

@@ -122,7 +122,7 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
         let molecule = body.body.molecule();
         if body.body.is_wall() {
             frame.wall(&body, elements);
-        } else if molecule.edges().is_empty() {
+        } else if molecule.is_of_discs() {
             frame.circles(&body, elements);
         } else {
             frame.path(&body, contours.contours_of(molecule), elements);

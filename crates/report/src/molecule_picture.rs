@@ -33,7 +33,7 @@ pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
     };
     let mut svg = Svg::default();
     axes(&mut svg);
-    let is_edged = !molecule.edges().is_empty();
+    let is_edged = !molecule.is_of_discs();
     if is_edged {
         frame.area(molecule, region, &mut svg);
         frame.names(molecule, &mut svg);

@@ -41,7 +41,7 @@ pub(crate) struct JointContact {
 }
 
 /// Whether two bodies that touch at these parts may touch at others at the same instant: one of
-/// them must consist of several atoms.
+/// them must consist of several atoms, and none of ellipses.
 #[inline]
 pub(crate) fn may_be_joint(pair: [&Body; 2], parts: TouchingParts) -> bool {
     let has_atoms = match parts {
@@ -52,6 +52,7 @@ pub(crate) fn may_be_joint(pair: [&Body; 2], parts: TouchingParts) -> bool {
         }
     };
     has_atoms
+        && !pair.iter().any(|body| body.has_ellipses())
         && pair
             .iter()
             .any(|body| !body.is_wall() && body.molecule().atoms().len() > 1)

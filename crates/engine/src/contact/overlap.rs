@@ -209,7 +209,7 @@ fn look(
     }
 }
 
-/// The length to which an overlap is compared: the diameter of the smallest atom; for a body with
+/// The length to which an overlap is compared: the diameter of the smallest atom, or the width of an ellipse; for a body with
 /// edges, whose corners may be sharp, the hydraulic diameter 4 A/P; infinite for a wall, which has
 /// no diameter of its own.
 fn diameter(body: &Body) -> f64 {
@@ -220,9 +220,5 @@ fn diameter(body: &Body) -> f64 {
     if !molecule.edges().is_empty() {
         return 2.0 * molecule.mean_half_width();
     }
-    molecule
-        .atoms()
-        .iter()
-        .map(|atom| 2.0 * atom.radius())
-        .fold(f64::INFINITY, f64::min)
+    2.0 * body.smallest_atom()
 }

@@ -34,7 +34,7 @@
 
 use std::collections::BTreeMap;
 
-use carom_detection::{Touch, resolved_speed};
+use carom_detection::{Detection, Touch, resolved_speed};
 use carom_kinematics::{Inertia, Motion, RelativeMotion};
 use carom_response::{ContactFrame, approach_speed, reduced_mass};
 use glam::DVec2;
@@ -145,6 +145,20 @@ pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Resul
         }
     }
     Ok(())
+}
+
+/// Refuses ellipses where the detector does not search them.
+///
+/// # Errors
+/// [`GridError::Ellipse`].
+pub(crate) fn refuse_ellipses<D: Detection>(world: &World, detection: &D) -> Result<(), GridError> {
+    if detection.searches_ellipses() {
+        return Ok(());
+    }
+    match world.bodies.iter().position(Body::has_ellipses) {
+        Some(body) => Err(GridError::Ellipse(body)),
+        None => Ok(()),
+    }
 }
 
 /// Properties that bodies of one group share.

@@ -10,8 +10,10 @@ use carom_response::Response;
 
 use crate::{
     contact::{
-        elasticity_table::ElasticityTable, separation::refuse_unresolved,
-        simultaneous_contacts::SimultaneousContacts, unresolved::Unresolved,
+        elasticity_table::ElasticityTable,
+        separation::{refuse_ellipses, refuse_unresolved},
+        simultaneous_contacts::SimultaneousContacts,
+        unresolved::Unresolved,
     },
     run::simulation::{Epoch, Simulation},
     scene::{
@@ -503,7 +505,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             ..
         } = batch;
         let resolves = |world: &World, elasticity: &ElasticityTable| {
-            refuse_unresolved(world, elasticity).map_err(|reason| {
+            let checked = refuse_unresolved(world, elasticity);
+            let checked = checked.and_then(|()| refuse_ellipses(world, &self.detection));
+            checked.map_err(|reason| {
                 reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
             })
         };

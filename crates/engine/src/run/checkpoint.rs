@@ -17,8 +17,11 @@ use thiserror::Error;
 use crate::{
     cells::CellScheduler,
     contact::{
-        elasticity_table::ElasticityTable, limits::too_slow, separation::refuse_unresolved,
-        simultaneous_contacts::SimultaneousContacts, unresolved::Unresolved,
+        elasticity_table::ElasticityTable,
+        limits::too_slow,
+        separation::{refuse_ellipses, refuse_unresolved},
+        simultaneous_contacts::SimultaneousContacts,
+        unresolved::Unresolved,
     },
     run::{
         saved_elasticity::SavedElasticity,
@@ -301,9 +304,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let mut elasticity =
             ElasticityTable::new(&checkpoint.elasticity.clone().into(), &mut names)?;
         elasticity.classify(&mut world, &response)?;
-        refuse_unresolved(&world, &elasticity).map_err(|reason| {
-            reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
-        })?;
+        let checked = refuse_unresolved(&world, &elasticity);
+        checked
+            .and_then(|()| refuse_ellipses(&world, &detection))
+            .map_err(|reason| {
+                reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
+            })?;
         let is_axis = |axis: &Orientation| axis.turns().abs() <= 0.5;
         if checkpoint.axes.len() > world.bodies.len()
             || !checkpoint.axes.iter().flatten().all(is_axis)

@@ -212,6 +212,9 @@ pub enum GridError {
         /// Indices of the two bodies in [`World::bodies`](crate::World::bodies).
         bodies: [usize; 2],
     },
+    /// An ellipse, and a detector that does not search ellipses.
+    #[error("this detector does not search ellipses; use method.detection = \"exact\"")]
+    Ellipse(usize),
     /// Atoms whose contacts change energy, and so small in this box that detection resolves their
     /// speed of separation only to more than a thousandth of their speed.
     #[error(
@@ -242,6 +245,7 @@ impl GridError {
                 let (a, b) = (name(a), name(b));
                 if a == b { a } else { format!("{a} and {b}") }
             }
+            Self::Ellipse(body) => name(body),
             Self::CellsPerSide(_) => "the grid".to_owned(),
         };
         SceneError::Grid {

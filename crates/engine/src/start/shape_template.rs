@@ -117,7 +117,11 @@ impl Template {
                 Err(reason) => return Err(reason.into()),
             },
         };
-        let has_corners = matches!(template, Self::Edged { shape, .. } if !matches!(shape, EdgedShape::Capsule(_)));
+        let has_corners = matches!(
+            template,
+            Self::Edged { shape, .. }
+                if !matches!(shape, EdgedShape::Capsule(_) | EdgedShape::Ellipse(_))
+        );
         if given.rounding.is_some() && !has_corners {
             return Err(keys(
                 "`rounding` goes with a shape that has corners: square, rectangle:A, triangle, polygon:N, kite:A,B or \

@@ -133,16 +133,18 @@ impl Body {
         wall.map_or_else(|| self.smallest_atom(), carom_geometry::Edge::radius)
     }
 
-    /// The radius of the smallest atom (length); infinite for a wall across the box, which has
+    /// Whether any atom is an ellipse.
+    #[inline]
+    pub(crate) fn has_ellipses(&self) -> bool {
+        !self.kind.molecule.ellipses().is_empty()
+    }
+
+    /// The radius of the smallest atom (length), or half the width of an ellipse; infinite for a wall across the box, which has
     /// none.
     pub(crate) fn smallest_atom(&self) -> f64 {
-        let radii = self
-            .kind
-            .molecule
-            .atoms()
-            .iter()
-            .map(carom_geometry::Atom::radius);
-        radii.fold(f64::INFINITY, f64::min)
+        let molecule = &self.kind.molecule;
+        let half_widths = (0..molecule.atoms().len()).map(|atom| molecule.shape_of(atom).axes()[1]);
+        half_widths.fold(f64::INFINITY, f64::min)
     }
 
     /// Inverse mass and inverse moment, 0 where fixed or locked.

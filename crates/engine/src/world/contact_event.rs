@@ -54,10 +54,10 @@ pub enum TouchingParts {
 }
 
 impl TouchingParts {
-    /// The distance of the centres of the two parts at contact (length); for an edge, the distance
-    /// from its line.
+    /// The distance of the centres of the two parts at contact (length); for an edge, from its line;
+    /// for an ellipse, from the point of contact.
     pub(crate) fn contact_distance(self, [a, b]: [&Molecule; 2]) -> f64 {
-        let radius = |molecule: &Molecule, atom: u32| molecule.atoms()[atom as usize].radius();
+        let radius = |molecule: &Molecule, atom: u32| radius_beyond_arm(molecule, atom);
         let of_edge = |body: &Molecule, edge: u32, other: &Molecule, part| {
             let radius = match part {
                 Part::Atom(index) => radius(other, index),
@@ -95,7 +95,7 @@ impl TouchingParts {
     pub(crate) fn atoms_and_first_radius(self, first: &Molecule) -> ([Option<u32>; 2], f64) {
         match self {
             Self::Discs => ([Some(0); 2], first.bounding_radius()),
-            Self::Atoms(i, j) => ([Some(i), Some(j)], first.atoms()[i as usize].radius()),
+            Self::Atoms(i, j) => ([Some(i), Some(j)], radius_beyond_arm(first, i)),
             Self::BoundingCircles
             | Self::EdgeOfB {
                 part: Part::BoundingCircle,
@@ -104,7 +104,7 @@ impl TouchingParts {
             Self::EdgeOfB {
                 part: Part::Atom(i),
                 ..
-            } => ([Some(i), None], first.atoms()[i as usize].radius()),
+            } => ([Some(i), None], radius_beyond_arm(first, i)),
             Self::EdgeOfA { edge, part } => {
                 let atom = if let Part::Atom(j) = part {
                     Some(j)
@@ -114,6 +114,16 @@ impl TouchingParts {
                 ([None, atom], first.edges()[edge as usize].radius())
             }
         }
+    }
+}
+
+/// The distance of the surface of an atom from the end of its arm (length): 0 for an ellipse, whose
+/// arm ends at the point of contact.
+fn radius_beyond_arm(molecule: &Molecule, atom: u32) -> f64 {
+    if molecule.ellipses().is_empty() {
+        molecule.atoms()[atom as usize].radius()
+    } else {
+        0.0
     }
 }
 

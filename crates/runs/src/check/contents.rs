@@ -89,7 +89,7 @@ impl CheckedContents {
             );
             let kt = body.wall_temperature().unwrap_or(0.0);
             // Other shapes of one bounding radius differ in their area.
-            let area = if molecule.edges().is_empty() {
+            let area = if molecule.is_of_discs() {
                 0.0
             } else {
                 molecule.area()
@@ -278,8 +278,13 @@ impl Kind {
                 "length {}",
                 spread(all, |body| 2.0 * body.molecule().bounding_radius())
             ),
+            (false, 1) if !body.molecule().ellipses().is_empty() => {
+                let width = spread(all, |body| 2.0 * body.molecule().shape_of(0).axes()[1]);
+                let length = spread(all, |body| 2.0 * body.molecule().shape_of(0).axes()[0]);
+                format!("length {length}, width {width}")
+            }
             (false, 1) => format!("radius {radii}"),
-            (false, _) if !body.molecule().edges().is_empty() => {
+            (false, _) if !body.molecule().is_of_discs() => {
                 let areas = spread(all, |body| body.molecule().area());
                 format!("bounding radius {radii}, area {areas}")
             }
@@ -289,7 +294,9 @@ impl Kind {
         let mass = match (body.is_fixed(), body.wall_temperature()) {
             (true, Some(kt)) => format!("fixed, of temperature kT = {kt}"),
             (true, None) => "fixed".to_owned(),
-            (false, _) if body.is_locked() && atoms > 1 => format!("{}, does not turn", masses()),
+            (false, _) if body.is_locked() && !body.molecule().is_disc() => {
+                format!("{}, does not turn", masses())
+            }
             (false, _) => masses(),
         };
         Self {
@@ -320,6 +327,7 @@ fn shape_of(body: &Body) -> String {
     }
     let radii = molecule.atoms().iter().map(carom::Atom::radius);
     match (atoms, edges) {
+        (1, _) if !molecule.ellipses().is_empty() => "ellipse".to_owned(),
         (1, _) => "disc".to_owned(),
         (_, []) => format!("molecule of {atoms} atoms"),
         (2, [edge]) if radii.clone().all(|radius| radius == edge.radius()) => "capsule".to_owned(),

@@ -112,7 +112,7 @@ impl Extremes {
             let reach = body.body.reach();
             let radii = molecule.atoms().iter().map(carom::Atom::radius);
             // The radius of the corners of a polygon is not its size.
-            let smallest = if molecule.edges().is_empty() {
+            let smallest = if molecule.is_of_discs() {
                 radii.fold(reach, f64::min)
             } else {
                 molecule.mean_half_width().min(reach)

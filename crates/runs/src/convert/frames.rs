@@ -38,6 +38,9 @@ pub(super) struct TrajectoryFrame {
     pub(super) walls: Vec<f64>,
     /// Straight edges of the molecules.
     pub(super) edges: Vec<KindEdge>,
+    /// Ellipses among the atoms: kind, atom, the shorter axis over the longer one, and the direction
+    /// of the longer one in the frame of the body (radians).
+    pub(super) ellipses: Vec<[f64; 4]>,
     /// Kinds in which closed lines of edges are filled.
     pub(super) solid: Vec<u32>,
     /// Kinds whose mass is spread evenly over their area.
@@ -181,6 +184,14 @@ impl<R: BufRead> Frames<R> {
         frame.edges = entry("Edges")
             .map_or(Ok(Vec::new()), edges)
             .context("Edges")?;
+        let ellipses = entry("Ellipses").map_or(Ok(Vec::new()), numbers);
+        let ellipses = ellipses.context("Ellipses")?;
+        let (rows, rest) = ellipses.as_chunks::<4>();
+        ensure!(
+            rest.is_empty(),
+            "Ellipses: expected four numbers an ellipse"
+        );
+        frame.ellipses = rows.to_vec();
         for (name, kinds) in [("Solid", &mut frame.solid), ("Uniform", &mut frame.uniform)] {
             let list = entry(name).map_or(Ok(Vec::new()), numbers);
             let list = list.and_then(|list| list.into_iter().map(whole).collect());

@@ -136,7 +136,10 @@ fn constant(
         ("configuration/dimensions", Data::U8(vec![2]), 1),
         ("particles/N", Data::U32(vec![count]), 1),
         texts("particles/types", &names),
-        texts("particles/type_shapes", &shapes(bodies, names.len())),
+        texts(
+            "particles/type_shapes",
+            &shapes(bodies, &frame.ellipses, names.len()),
+        ),
         (
             "particles/typeid",
             Data::U32(atoms.iter().map(|atom| atom.kind).collect()),
@@ -178,9 +181,16 @@ fn texts(name: &'static str, texts: &[String]) -> Chunk {
     (name, Data::I8(bytes), longest)
 }
 
-/// The shape of each kind: of bodies with edges a polygon, of atoms a disc, which the schema calls
-/// a sphere in two dimensions; none for a kind of several sizes.
-fn shapes(bodies: &FrameWithBodies<'_>, kinds: usize) -> Vec<String> {
+/// The shape of each kind: of bodies with edges a polygon, of ellipses an ellipsoid, of atoms a
+/// disc, which the schema calls a sphere in two dimensions; none for a kind of several sizes.
+fn shapes(bodies: &FrameWithBodies<'_>, ellipses: &[[f64; 4]], kinds: usize) -> Vec<String> {
+    // Molecules of several ellipses are bodies of their own kind, without a shape.
+    let axes_of = |kind: u32| {
+        let of_kind = |row: &&[f64; 4]| row[0] == f64::from(kind);
+        let mut rows = ellipses.iter().filter(of_kind);
+        let first = rows.next()?;
+        (rows.next().is_none() && first[3] == 0.0).then_some(first[2])
+    };
     let mut radii: Vec<Vec<f64>> = vec![Vec::new(); kinds];
     for atom in bodies.particles.iter() {
         let radii = &mut radii[atom.kind as usize];
@@ -191,6 +201,10 @@ fn shapes(bodies: &FrameWithBodies<'_>, kinds: usize) -> Vec<String> {
     let none = || "{}".to_owned();
     let shape = |(kind, radii): (u32, &Vec<f64>)| match (bodies.shapes.get(&kind), &radii[..]) {
         (Some(shape), _) => shape.clone().unwrap_or_else(none),
+        (None, [radius]) if axes_of(kind).is_some() => {
+            let [b, a] = [axes_of(kind).unwrap_or(1.0) * radius, *radius];
+            format!("{{\"type\": \"Ellipsoid\", \"a\": {a:?}, \"b\": {b:?}, \"c\": {b:?}}}")
+        }
         (None, [radius]) => format!("{{\"type\": \"Sphere\", \"diameter\": {:?}}}", 2.0 * radius),
         (None, _) => none(),
     };

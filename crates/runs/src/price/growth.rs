@@ -16,7 +16,7 @@ pub fn growth(view: &View<'_>, tau: f64) -> f64 {
         squares += body.motion.velocity.length_squared();
         moving += 1.0;
         let molecule = body.body.molecule();
-        least = if molecule.edges().is_empty() {
+        least = if molecule.is_of_discs() {
             molecule
                 .atoms()
                 .iter()

@@ -155,7 +155,7 @@ impl Subject<'_> {
 
     /// "atoms", or "atoms and edges" if a molecule has edges.
     fn parts(&self) -> &'static str {
-        let has_edges = |molecule: &Molecule| !molecule.edges().is_empty();
+        let has_edges = |molecule: &Molecule| !molecule.is_of_discs();
         if self.encounter.molecules.iter().any(has_edges) {
             "atoms and edges"
         } else {
@@ -552,7 +552,7 @@ fn steps<'a>(
 
 /// The contours of a molecule with edges; none of a union of discs.
 fn drawn_contours(molecule: &Molecule) -> Vec<Contour> {
-    if molecule.edges().is_empty() {
+    if molecule.is_of_discs() {
         return Vec::new();
     }
     molecule.visible_contours()
