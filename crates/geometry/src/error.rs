@@ -42,8 +42,8 @@ pub enum GeometryError {
     /// A wall where a molecule of discs is needed.
     #[error("the excluded region of a wall is not available: use a molecule of discs")]
     Wall,
-    /// An ellipse where arcs of circles are needed.
-    #[error("the excluded region of an ellipse is not available: use discs, capsules or polygons")]
+    /// Several ellipses where the boundary of their union is needed.
+    #[error("the excluded region of several ellipses is not available: use one, or other shapes")]
     ExcludedByEllipses,
     /// A molecule without atoms.
     #[error("a molecule needs at least one atom")]

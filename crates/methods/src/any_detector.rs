@@ -105,6 +105,10 @@ impl Detection for AnyDetector {
         delegate!(self, detector => detector.contact_time_lower_bound(query, lanes, horizon))
     }
 
+    fn searches_ellipses(&self) -> bool {
+        delegate!(self, detector => detector.searches_ellipses())
+    }
+
     #[inline(always)]
     fn decides_discs_in_closed_form(&self) -> bool {
         delegate!(self, detector => detector.decides_discs_in_closed_form())

@@ -213,7 +213,7 @@ pub enum GridError {
         bodies: [usize; 2],
     },
     /// An ellipse, and a detector that does not search ellipses.
-    #[error("this detector does not search ellipses; use method.detection = \"exact\"")]
+    #[error("this detector does not search ellipses; use method.detector = \"exact\"")]
     Ellipse(usize),
     /// Atoms whose contacts change energy, and so small in this box that detection resolves their
     /// speed of separation only to more than a thousandth of their speed.

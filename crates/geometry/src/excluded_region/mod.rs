@@ -14,6 +14,7 @@
 
 #[cfg(test)]
 mod edge_tests;
+mod ellipse;
 mod outline;
 #[cfg(test)]
 mod tests;
@@ -62,8 +63,8 @@ impl ExcludedRegion {
     ///
     /// # Errors
     /// [`GeometryError::OutOfRange`] if the radius is negative, NaN, infinite or beyond 1e60;
-    /// [`GeometryError::Wall`] for a wall, and [`GeometryError::ExcludedByEllipses`] for ellipses,
-    /// which are not made of discs.
+    /// [`GeometryError::Wall`] for a wall, which is not made of discs, and
+    /// [`GeometryError::ExcludedByEllipses`] for several ellipses.
     pub fn new(molecule: &Molecule, radius: f64) -> Result<Self, GeometryError> {
         let name = "the radius of a probe";
         check_length(name, radius)?;
@@ -76,8 +77,10 @@ impl ExcludedRegion {
         if molecule.is_wall() {
             return Err(GeometryError::Wall);
         }
-        if !molecule.ellipses().is_empty() {
-            return Err(GeometryError::ExcludedByEllipses);
+        match molecule.ellipses() {
+            [] => {}
+            [ellipse] => return Ok(Self::of_ellipse(ellipse, radius)),
+            _ => return Err(GeometryError::ExcludedByEllipses),
         }
         Ok(Self::of_union(&molecule.union(), radius))
     }

@@ -402,6 +402,27 @@ class Molecule:
         return cls._sided(f"kite:{tips}", size, mass, rounding)
 
     @classmethod
+    def ellipse(cls, ratio: float, *, size: float, mass: float = 1.0) -> Molecule:
+        """An ellipse whose longer axis lies along x.
+
+        Parameters
+        ----------
+        ratio : float
+            The longer axis over the shorter one, from 1 to 10000.
+        size : float
+            Length of the longer axis.
+        mass : float
+            Mass, spread evenly over the area.
+
+        Examples
+        --------
+        >>> import carom
+        >>> round(carom.Molecule.ellipse(2.0, size=2.0).area, 4)
+        1.5708
+        """
+        return cls._sided(f"ellipse:{number('ratio', ratio)!r}", size, mass, None)
+
+    @classmethod
     def polygon(
         cls, corners: ArrayLike, *, mass: float = 1.0, rounding: float | None = None
     ) -> Molecule:
