@@ -108,6 +108,16 @@ fn scenes_by_pair() -> Vec<(&'static str, Scene)> {
             ),
         ),
         (
+            "a few discs with diameters by pair among molecules",
+            read(
+                &(molecules("m", "tee", 12)
+                    + &gas("a", 0.02, 3)
+                    + &gas("b", 0.02, 2)
+                    + &diameter("\"a\", \"b\"", 1.5)
+                    + &diameter("\"a\"", 0.5)),
+            ),
+        ),
+        (
             "one moving disc among overlapping obstacles",
             read(
                 &(gas("a", 0.01, 1)

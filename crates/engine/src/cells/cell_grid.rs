@@ -68,8 +68,11 @@ impl CellGrid {
         let sides = world.bounds().sides();
         let moving = || world.bodies().iter().filter(|body| !body.is_fixed());
         let discs = moving().filter(|body| body.kind.molecule.is_disc()).count();
-        let holds_molecules = moving().count() > 2 * discs;
         let by_pair = world.pairs.is_active();
+        // The search among molecules takes the radii as they are: discs with a factor on their
+        // contact distance live in cells of discs.
+        let by_diameter = by_pair && world.pairs.has_diameters() && discs > 0;
+        let holds_molecules = moving().count() > 2 * discs && !by_diameter;
         let mut radii: Vec<f64> = moving()
             .filter(|body| holds_molecules || body.kind.molecule.is_disc())
             .map(|b| b.molecule().bounding_radius())

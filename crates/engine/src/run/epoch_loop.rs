@@ -286,7 +286,9 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             arms: [DVec2::ZERO; 2],
         }
         .normal();
-        let radius = sides[0].body.kind.molecule.bounding_radius();
+        let [first, second] = [sides[0].body, sides[1].body];
+        let factor = self.world.pairs.factor(first, second);
+        let radius = factor * first.kind.molecule.bounding_radius();
         let report = CollisionReport {
             time: self.world.time_at(time),
             point: flights[0][0] + radius * normal,
@@ -365,7 +367,12 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                 after: after[n].slowed(slowing),
             };
             let normal = frame.normal();
-            let to_surface = if resolved.is_rough { 0.0 } else { radius };
+            let factor = self.world.pairs.factor(pair[0], pair[1]);
+            let to_surface = if resolved.is_rough {
+                0.0
+            } else {
+                factor * radius
+            };
             observer.collision(&CollisionReport {
                 time: self.world.time_at(time),
                 sides: [side(0), side(1)],

@@ -67,7 +67,7 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
                 depth,
             });
         }
-        let (energy, booked) = (view.energy(), self.ledger.booked());
+        let (energy, booked) = (view.energy(), view.ledger().booked());
         if (energy - booked).abs() > 1e-9 * (energy.abs() + self.ledger.initial.abs()) {
             return Err(Violation::Energy { energy, booked });
         }
@@ -83,14 +83,25 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
         } else {
             horizon
         };
-        match self.soonest_by_brute_force(horizon) {
+        // Motions are those of the clock of the drag.
+        let clock = self.world.clock;
+        let reading = |time: f64| {
+            if clock.is_free() {
+                time
+            } else {
+                clock.reading(clock.duration(self.offset) + time) - self.offset
+            }
+        };
+        match self.soonest_by_brute_force(reading(horizon)) {
             // The two times are computed from different origins, so they agree to the rounding of
             // the offset.
-            Some((first, second, time)) if time < next - 1e-12 * (horizon + self.offset) => {
+            Some((first, second, soonest))
+                if soonest < reading(next) - 1e-12 * (horizon + self.offset) =>
+            {
                 Err(Violation::Missed {
                     first,
                     second,
-                    time,
+                    time: clock.duration(self.offset + soonest) - clock.duration(self.offset),
                     next,
                 })
             }

@@ -1,6 +1,11 @@
 //! A fuzz case: a scene, the durations of its runs, and the edits between them.
 
-use carom::engine::{EditError, ElasticitySpec, MoleculeSpec, Rotation, Scene, WallSpec};
+use std::collections::BTreeSet;
+
+use carom::engine::{
+    EditError, ElasticityRule, ElasticitySpec, MoleculeSpec, Rotation, Scene, TransparentSpec,
+    WallSpec,
+};
 use carom_methods::AnySimulation;
 use serde::{Deserialize, Serialize};
 
@@ -52,6 +57,10 @@ pub enum CaseEdit {
     Tag(usize, String),
     /// Removes a tag.
     Untag(usize, String),
+    /// Sets the pairs of tags that do not see each other.
+    Transparent(Vec<TransparentSpec>),
+    /// Sets the drag (1 / time).
+    Drag(f64),
 }
 
 impl CaseEdit {
@@ -93,6 +102,8 @@ impl CaseEdit {
             Self::Elasticity(spec) => simulation.set_elasticity(spec),
             Self::Tag(index, name) => simulation.tag(key(*index), name).map(|_| ()),
             Self::Untag(index, name) => simulation.untag(key(*index), name),
+            Self::Transparent(rules) => simulation.edit(|batch| batch.set_transparent(rules)),
+            Self::Drag(drag) => simulation.edit(|batch| batch.set_drag(*drag)),
         }
     }
 }
@@ -107,6 +118,8 @@ impl SceneCase {
         variants.remove_runs();
         variants.remove_bodies();
         variants.simplify_rules();
+        variants.remove_roughness();
+        variants.remove_pairs();
         variants.simplify_molecules();
         variants.list
     }
@@ -123,6 +136,7 @@ impl Variants<'_> {
     fn with(&mut self, change: impl FnOnce(&mut SceneCase)) {
         let mut case = self.original.clone();
         change(&mut case);
+        drop_unknown_pairs(&mut case.scene);
         if case != *self.original {
             self.list.push(case);
         }
@@ -187,6 +201,61 @@ impl Variants<'_> {
         }
     }
 
+    /// Fewer and simpler rules of rough contacts, and of restitution by speed.
+    fn remove_roughness(&mut self) {
+        self.with(|case| {
+            let elasticity = &mut case.scene.elasticity;
+            let smooth = ElasticityRule::default();
+            (elasticity.tangential, elasticity.friction) = (smooth.tangential, smooth.friction);
+            for rule in &mut elasticity.pair {
+                let (between, coefficient) = (rule.between.clone(), rule.coefficient.clone());
+                *rule = ElasticityRule {
+                    between,
+                    coefficient,
+                    ..smooth.clone()
+                };
+            }
+            // Discs without rough contacts have no spin.
+            for molecule in &mut case.scene.molecule {
+                molecule.angular_velocity = 0.0;
+            }
+        });
+        self.with(|case| case.scene.elasticity.friction = None);
+        self.with(|case| case.scene.elasticity.tangential = -1.0);
+        self.with(|case| case.scene.elasticity.tangential = 1.0);
+        for index in 0..self.original.scene.elasticity.pair.len() {
+            self.with(|case| {
+                case.scene.elasticity.pair.remove(index);
+            });
+            self.with(|case| case.scene.elasticity.pair[index].coefficient = 1.0.into());
+            self.with(|case| case.scene.elasticity.pair[index].tangential = -1.0);
+            self.with(|case| case.scene.elasticity.pair[index].tangential = 1.0);
+            self.with(|case| case.scene.elasticity.pair[index].friction = None);
+            self.with(|case| case.scene.elasticity.pair[index].kick = 0.0);
+        }
+    }
+
+    /// Fewer rules for pairs of tags, and no drag.
+    fn remove_pairs(&mut self) {
+        self.with(|case| case.scene.transparent.clear());
+        self.with(|case| case.scene.diameter.clear());
+        for index in 0..self.original.scene.transparent.len() {
+            self.with(|case| {
+                case.scene.transparent.remove(index);
+            });
+        }
+        for index in 0..self.original.scene.diameter.len() {
+            self.with(|case| {
+                case.scene.diameter.remove(index);
+            });
+            self.with(|case| {
+                case.scene.diameter[index].factor = shortened(case.scene.diameter[index].factor, 1);
+            });
+        }
+        self.with(|case| case.scene.bounds.drag = 0.0);
+        self.with(|case| case.scene.bounds.drag = shortened(case.scene.bounds.drag, 1));
+    }
+
     /// Molecules with simpler numbers and fewer atoms.
     fn simplify_molecules(&mut self) {
         for index in 0..self.original.scene.molecule.len() {
@@ -233,6 +302,22 @@ impl Variants<'_> {
             }
         }
     }
+}
+
+/// Removes the rules for pairs of tags that no body carries: they have no effect, and the engine
+/// refuses them.
+pub fn drop_unknown_pairs(scene: &mut Scene) {
+    let of_molecules = scene.molecule.iter().map(|spec| &spec.tags);
+    let known: BTreeSet<String> = of_molecules
+        .chain(scene.bumper.iter().map(|spec| &spec.tags))
+        .chain(scene.wall.iter().map(|spec| &spec.tags))
+        .chain(scene.gas.iter().map(|spec| &spec.tags))
+        .flatten()
+        .cloned()
+        .collect();
+    let is_known = |between: &[String]| between.iter().all(|tag| known.contains(tag));
+    scene.transparent.retain(|rule| is_known(&rule.between));
+    scene.diameter.retain(|rule| is_known(&rule.between));
 }
 
 /// Rounds `x` to `digits` decimal digits after the first.

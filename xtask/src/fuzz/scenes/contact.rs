@@ -1,10 +1,18 @@
-//! Checks of a reported contact: gap 0, restitution, momentum, torque, energy, no friction.
+//! Checks of a reported contact: gap 0, point of contact, restitution, momentum, torque, energy,
+//! and no friction, or that of a rough contact.
 
-use carom::engine::{CollisionReport, Side};
+use carom::{
+    engine::{CollisionReport, Side},
+    response::Elasticity,
+};
 
-use super::kinematics::{
-    BodyOutline, BodyPair, BodyPart, Placed, TouchedParts, along, cross, dot, length, smallest_gap,
-    touch_in_image,
+use super::{
+    kinematics::{
+        BodyOutline, BodyPair, BodyPart, Placed, TouchedParts, along, cross, dot, length,
+        smallest_gap, touch_in_image,
+    },
+    laws::ContactLaw,
+    rough::{RoughContact, TangentialLoss, pushed_speed},
 };
 use crate::fuzz::subject::{Report, exceeds};
 
@@ -24,13 +32,13 @@ pub struct ContactBody<'a> {
 
 /// Conditions on a contact.
 #[derive(Debug, Clone, Copy)]
-pub struct ContactRules {
+pub struct ContactRules<'a> {
     /// Sides of the box (length).
     pub sides: BodyPair,
     /// Bound on the gap with exact positions (length).
     pub gap: f64,
-    /// Elasticity from the rules of the scene.
-    pub elasticity: f64,
+    /// Coefficients from the rules of the scene.
+    pub law: &'a ContactLaw,
     /// True if the guard against inelastic collapse may raise it.
     pub guarded: bool,
 }
@@ -52,7 +60,7 @@ pub struct MeasuredContact {
 pub fn check(
     contact: &CollisionReport<'_>,
     bodies: [ContactBody<'_>; 2],
-    rules: &ContactRules,
+    rules: &ContactRules<'_>,
     report: &mut Report,
 ) -> MeasuredContact {
     let sides = &contact.sides;
@@ -101,7 +109,7 @@ pub fn check(
         );
     }
     if contact.points > 1 {
-        return check_joint(contact, &touch, bound, report);
+        return check_joint(contact, &touch, rules, bound, report);
     }
     check_impulse(contact, &touch, rules, bound, report)
 }
@@ -111,10 +119,17 @@ pub fn check(
 fn check_joint(
     contact: &CollisionReport<'_>,
     touch: &TouchedParts,
+    rules: &ContactRules<'_>,
     place_error: f64,
     report: &mut Report,
 ) -> MeasuredContact {
-    let Sums { speed, .. } = check_momentum(contact, touch, report);
+    if rules.law.is_rough() {
+        report.fail(
+            "joint",
+            format!("a rough contact has {} points", contact.points),
+        );
+    }
+    let Sums { speed, .. } = check_momentum(contact, touch, false, report);
     let [before, after] = [false, true]
         .map(|after| energy(&contact.sides[0], after) + energy(&contact.sides[1], after));
     // The normals and arms of all points have the error of the one that is named.
@@ -182,45 +197,66 @@ struct Sums {
 
 /// Relative speeds along the normal of the two points that touch.
 #[derive(Debug, Clone, Copy)]
-struct NormalSpeeds {
+pub struct NormalSpeeds {
     /// Approach speed before the contact (length per time).
-    approach: f64,
+    pub approach: f64,
     /// Separation speed after it (length per time).
-    parting: f64,
+    pub parting: f64,
     /// Bound on the error of each (length per time).
-    error: f64,
+    pub error: f64,
 }
 
 /// Checks of a contact at one point.
 fn check_impulse(
     contact: &CollisionReport<'_>,
     touch: &TouchedParts,
-    rules: &ContactRules,
+    rules: &ContactRules<'_>,
     place_error: f64,
     report: &mut Report,
 ) -> MeasuredContact {
     let normal_error = 32.0 * U + 2.0 * place_error / touch.distance;
-    let sums = check_momentum(contact, touch, report);
-    check_torque(contact, touch, place_error, report);
-    check_direction(contact.impulse.to_array(), touch, normal_error, report);
-    let [before, after] = [false, true].map(|after| relative_rate(contact, touch, after));
+    let is_rough = rules.law.is_rough();
+    // The impulse of a rough contact acts at the surfaces.
+    let [first, second] = touch.radii;
+    let (touch, arm_error, pushed) = if is_rough {
+        let touch = touch.at_surfaces();
+        let arm_error = place_error + normal_error * first.max(second);
+        (touch, arm_error, pushed_speed(contact, &touch))
+    } else {
+        (*touch, place_error, 0.0)
+    };
+    let touch = &touch;
+    check_arms(contact, touch, is_rough, (arm_error, normal_error), report);
+    let sums = check_momentum(contact, touch, is_rough, report);
+    check_torque(contact, touch, arm_error, report);
+    let velocities = [false, true].map(|after| relative_rate(contact, touch, after));
+    let [before, after] = velocities;
     let Sums { speed, spins, .. } = sums;
     let speeds = NormalSpeeds {
         approach: -dot(before, touch.normal),
         parting: dot(after, touch.normal),
         error: normal_error * (length(before) + length(after))
-            + place_error * spins
-            + 64.0 * U * speed,
+            + arm_error * spins
+            + 64.0 * U * (speed + pushed),
     };
-    let elasticity = contact.elasticity.coefficient();
-    check_elasticity(elasticity, rules, report);
+    check_elasticity(contact.elasticity, &speeds, rules, report);
     // Contacts that lose energy separate at a least speed, four times the resolution E' of
     // detection: L (2 E/s + 12 u) + |ω| E + 2 u (|v_A| + |v_B|), with E the rounding bound of
     // positions for bodies that move eight sides in an epoch.
     let places = 128.0 * U * (rules.sides[0] + rules.sides[1]) + place_error;
     let resolved = speed * (2.0 * places / touch.distance + 16.0 * U) + spins * places;
-    check_restitution(elasticity, &speeds, resolved, report);
-    let lost = check_energy(contact, sums.inverse_mass, &speeds, report);
+    check_restitution(contact.elasticity.coefficient(), &speeds, resolved, report);
+    let rough = RoughContact {
+        contact,
+        touch,
+        velocities,
+        speeds,
+        arm_error,
+        normal_error,
+        added: 4.0 * resolved,
+    };
+    let tangential = check_tangential(&rough, report);
+    let lost = check_energy(contact, sums.inverse_mass, &speeds, tangential, report);
     MeasuredContact {
         approach: speeds.approach,
         speed,
@@ -229,14 +265,64 @@ fn check_impulse(
     }
 }
 
+/// Checks the part of the impulse across the normal; returns the energy that it takes.
+fn check_tangential(rough: &RoughContact<'_>, report: &mut Report) -> TangentialLoss {
+    let contact = rough.contact;
+    if contact.elasticity.is_smooth() {
+        let impulse = contact.impulse.to_array();
+        check_direction(impulse, rough.touch, rough.normal_error, report);
+        TangentialLoss::default()
+    } else {
+        rough.check(report)
+    }
+}
+
+/// Checks the arms and the point of contact of the report.
+fn check_arms(
+    contact: &CollisionReport<'_>,
+    touch: &TouchedParts,
+    is_rough: bool,
+    (arm_error, normal_error): (f64, f64),
+    report: &mut Report,
+) {
+    for (side, arm) in contact.sides.iter().zip(touch.arms) {
+        let off = length(along(side.arm.to_array(), -1.0, arm));
+        let allowed = arm_error + 32.0 * U * length(arm);
+        report.keep_worst("arm/bound", off / allowed);
+        if exceeds(off, allowed) {
+            report.fail(
+                "arm",
+                format!("{} deviates by {off:e} from {arm:?}", side.arm),
+            );
+        }
+    }
+    let place = contact.sides[0].before.position.to_array();
+    let to_surface = if is_rough { 0.0 } else { touch.radii[0] };
+    let arm = along(touch.arms[0], to_surface, touch.normal);
+    let found = along(contact.point.to_array(), -1.0, place);
+    let off = length(along(found, -1.0, arm));
+    let rounding = 32.0 * U * (length(arm) + length(place));
+    if exceeds(off, arm_error + normal_error * to_surface + rounding) {
+        report.fail("point", format!("{} deviates by {off:e}", contact.point));
+    }
+}
+
 /// Checks that the impulse changes the momentum of each body as it must.
 fn check_momentum(
     contact: &CollisionReport<'_>,
     touch: &TouchedParts,
+    is_rough: bool,
     report: &mut Report,
 ) -> Sums {
     let impulse = contact.impulse.to_array();
     let mut sums = Sums::default();
+    // The velocity after an elastic contact with a fixed body may be that of a reflection, while
+    // the impulse of a rough one has the rounding of the speed of the rim.
+    let is_reflected = is_rough
+        && contact
+            .sides
+            .iter()
+            .any(|side| side.body.inertia().inverse_mass == 0.0);
     for (side, (sign, arm)) in contact
         .sides
         .iter()
@@ -250,17 +336,19 @@ fn check_momentum(
             sign * inertia.inverse_mass * impulse[1],
         ];
         let speeds = length(before) + length(after);
+        let spin = side.after.angular_velocity.abs() + side.before.angular_velocity.abs();
+        let rim = spin * length(arm);
+        let rounded = if is_reflected { rim } else { 0.0 };
         if exceeds(
             length(along(change, -1.0, expected)),
-            32.0 * U * (speeds + length(expected)),
+            32.0 * U * (speeds + rounded + length(expected)),
         ) {
             report.fail(
                 "momentum",
-                format!("velocity changes by {change:?}, not by {expected:?}"),
+                format!("velocity changes by {change:?}, not by {expected:?}: {contact:?}"),
             );
         }
-        let spin = side.after.angular_velocity.abs() + side.before.angular_velocity.abs();
-        sums.speed += speeds + spin * length(arm);
+        sums.speed += speeds + rim;
         sums.spins += spin;
         let lever = cross(arm, touch.normal);
         sums.inverse_mass += inertia.inverse_mass + inertia.inverse_moment * lever * lever;
@@ -324,20 +412,33 @@ fn check_direction(
     }
 }
 
-/// Checks that the elasticity is that of the rules, or one to which the guard may raise it.
-fn check_elasticity(elasticity: f64, rules: &ContactRules, report: &mut Report) {
-    let highest = if rules.guarded {
-        rules.elasticity.max(1.0)
+/// Checks that the coefficients are those of the rules at the speed of approach, or those to which
+/// the guard may raise them: a contact that it makes elastic is smooth.
+fn check_elasticity(
+    found: Elasticity,
+    speeds: &NormalSpeeds,
+    rules: &ContactRules<'_>,
+    report: &mut Report,
+) {
+    let law = rules.law;
+    let [slow, fast] = [-1.0, 1.0].map(|sign| speeds.approach + sign * speeds.error);
+    let [least, most] = law.coefficients(slow, fast);
+    let guarded = rules.guarded && least < 1.0;
+    let highest = if guarded { most.max(1.0) } else { most };
+    let (tangential, friction) = if law.is_rough() {
+        (law.tangential, law.friction)
     } else {
-        rules.elasticity
+        (-1.0, f64::INFINITY)
     };
-    if !(rules.elasticity..=highest).contains(&elasticity) {
+    let has_surfaces = found.tangential() == tangential
+        && found.friction() == friction
+        && !exceeds((found.kick() - law.kick).abs(), 8.0 * U * law.kick.abs());
+    let is_elastic = guarded && found == Elasticity::ELASTIC;
+    let e = found.coefficient();
+    if !(least..=highest).contains(&e) || !(has_surfaces || is_elastic) {
         report.fail(
             "elasticity",
-            format!(
-                "the report has {elasticity}, the rules give {}",
-                rules.elasticity
-            ),
+            format!("the report has {found:?}, the rules give {least} to {most} and {law:?}"),
         );
     }
 }
@@ -368,11 +469,13 @@ fn check_restitution(elasticity: f64, speeds: &NormalSpeeds, resolved: f64, repo
     }
 }
 
-/// Checks that the energy decreases by ½ (1 − e²) μ u²; returns the decrease.
+/// Checks that the energy decreases by ½ (1 − e²) μ u² and what a tangential impulse takes; returns
+/// the decrease.
 fn check_energy(
     contact: &CollisionReport<'_>,
     inverse_mass: f64,
     speeds: &NormalSpeeds,
+    tangential: TangentialLoss,
     report: &mut Report,
 ) -> f64 {
     let NormalSpeeds {
@@ -383,8 +486,10 @@ fn check_energy(
     let [before, after] = [false, true]
         .map(|after| energy(&contact.sides[0], after) + energy(&contact.sides[1], after));
     let lost = before - after;
-    let expected = 0.5 * (1.0 - elasticity * elasticity) / inverse_mass * approach * approach;
-    let allowed = 64.0 * U * (before + after) + 4.0 * size * (1.0 + elasticity) * error;
+    let expected = 0.5 * (1.0 - elasticity * elasticity) / inverse_mass * approach * approach
+        + tangential.lost;
+    let allowed =
+        64.0 * U * (before + after) + 4.0 * size * (1.0 + elasticity) * error + tangential.error;
     // Below this energy the squares of speeds underflow.
     let resolved = before.max(after) > 1e-280;
     if resolved && exceeds((lost - expected).abs(), allowed) {

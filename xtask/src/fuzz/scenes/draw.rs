@@ -1,15 +1,17 @@
 //! Random scenes: bodies of all kinds, walls, elasticities, scales, and edits between runs.
 
 use carom::engine::{
-    AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Quantity,
-    Rotation, Scene, StartVelocities, WallSpec,
+    AtomSpec, BumperSpec, GasSpec, MoleculeSpec, Quantity, Rotation, Scene, StartVelocities,
+    WallSpec,
 };
 use carom_geometry::{Molecule, Shape, gap_between};
 use glam::DVec2;
 
 use super::{
-    case::{CaseEdit, RunStretch, SceneCase},
-    kinematics::{BodyOutline, BodyPair, Placed, along, for_each_image},
+    case::{CaseEdit, RunStretch, SceneCase, drop_unknown_pairs},
+    kinematics::{BodyOutline, BodyPair, Placed, along, for_each_image, length},
+    laws::SceneRules,
+    rules::{self, DISC_TAGS, Features, TAGS, elasticity, scale_elasticity, tags},
     sided::{sided_body, sided_gas},
 };
 use crate::fuzz::{detection::case::exp2, random::FuzzDraw};
@@ -17,14 +19,19 @@ use crate::fuzz::{detection::case::exp2, random::FuzzDraw};
 /// Attempts to place one body.
 const TRIES: usize = 60;
 
-/// Tags of bodies.
-const TAGS: [&str; 3] = ["a", "b", "c"];
-
 /// A body that has been placed.
 struct Standing {
     molecule: Molecule,
     outline: BodyOutline,
     placed: Placed,
+    tags: Vec<String>,
+}
+
+/// A body to be placed.
+struct Unplaced<'a> {
+    molecule: &'a Molecule,
+    outline: &'a BodyOutline,
+    tags: &'a [String],
 }
 
 /// A scene under construction, in units of the box's width.
@@ -32,6 +39,9 @@ struct Sketch {
     sides: BodyPair,
     standing: Vec<Standing>,
     scene: Scene,
+    features: Features,
+    /// The rules for pairs of tags.
+    rules: SceneRules,
 }
 
 /// Returns the case of a seed.
@@ -55,44 +65,22 @@ pub fn draw(seed: u64) -> SceneCase {
         "sides",
         "sides in walls",
         "sides in walls",
+        "rough",
+        "rough",
+        "pairs",
+        "pairs",
+        "drag",
+        "drag",
     ]);
-    let aspect = draw.between(0.3, 2.0);
-    let mut sketch = Sketch {
-        sides: [1.0, aspect],
-        standing: Vec::new(),
-        scene: Scene::default(),
-    };
-    sketch.scene.bounds.sides = sketch.sides;
-    sketch.scene.bounds.seed = draw.bits() >> 1;
-    if class == "walls" || class == "sides in walls" || draw.happens(0.15) {
-        for _ in 0..draw.integer(1, 4) {
-            sketch.wall(draw);
-        }
-    }
-    let count = match class {
-        "long run of few" => draw.integer(2, 3),
-        "close bodies" => draw.integer(2, 8),
-        "discs" => draw.integer(10, 40),
-        _ => draw.integer(2, 40),
-    };
-    let size = draw.scale(0.15, 0.5) * (aspect / count as f64).sqrt();
-    for _ in 0..count {
-        let close = class == "close bodies" || (class == "long run of few" && draw.happens(0.5));
-        sketch.body(draw, class, size, close);
-    }
-    if class == "discs" && draw.happens(0.5) {
-        let of_discs = |draw: &mut FuzzDraw, radius: f64| GasSpec {
-            radius: Some(radius.into()),
-            mass: Some(draw.scale(0.1, 10.0).into()),
-            ..GasSpec::default()
-        };
-        sketch.scene.gas.push(gas(draw, size, of_discs));
-    }
-    if class == "sides" && draw.happens(0.5) {
-        sketch.scene.gas.push(gas(draw, size, sided_gas));
-    }
-    sketch.scene.elasticity = elasticity(draw, class);
+    let mut sketch = Sketch::new(draw, class);
+    let size = sketch.bodies(draw, class);
+    sketch.gases(draw, class, size);
     let stretch = stretches(draw, class, &sketch);
+    if sketch.features.drag {
+        let duration: f64 = stretch.iter().map(|stretch| stretch.duration).sum();
+        sketch.scene.bounds.drag = draw.scale(0.01, 5.0) / duration;
+    }
+    drop_unknown_pairs(&mut sketch.scene);
     let mut case = SceneCase {
         class: class.to_owned(),
         seed: draw.bits() >> 1,
@@ -117,48 +105,6 @@ fn gas(
         velocities: draw.one_of(&[StartVelocities::EqualEnergy, StartVelocities::Maxwell]),
         ..of_radius(draw, radius)
     }
-}
-
-fn tags(draw: &mut FuzzDraw) -> Vec<String> {
-    let mut tags: Vec<String> = TAGS
-        .iter()
-        .filter(|_| draw.happens(0.25))
-        .map(|&tag| tag.to_owned())
-        .collect();
-    tags.dedup();
-    tags
-}
-
-fn elasticity(draw: &mut FuzzDraw, class: &str) -> ElasticitySpec {
-    let default = match class {
-        "superelastic" => draw.scale(1.0, 1e6),
-        "long run of few" => draw.one_of(&[0.0, 0.0, 1e-3, 0.5, 1.0]),
-        _ => draw.one_of(&[1.0, 1.0, 1.0, 1.0, 0.0, 1e-3, 0.5, 0.9, 1.1]),
-    };
-    let mut spec = ElasticitySpec {
-        default,
-        ..ElasticitySpec::default()
-    };
-    if draw.happens(0.2) {
-        spec.contact_time = draw.scale(1e-5, 1.0);
-    }
-    if draw.happens(0.2) {
-        let between = vec!["a".to_owned(), "b".to_owned()];
-        spec.pair.push(ElasticityRule {
-            between,
-            coefficient: draw.one_of(&[0.0, 0.5, 1.0, 1.2]).into(),
-            ..ElasticityRule::default()
-        });
-    }
-    if draw.happens(0.2) {
-        let between = vec!["c".to_owned()];
-        spec.pair.push(ElasticityRule {
-            between,
-            coefficient: draw.one_of(&[0.0, 0.8, 1.0]).into(),
-            ..ElasticityRule::default()
-        });
-    }
-    spec
 }
 
 /// A random molecule of about this radius, and its scene description.
@@ -222,7 +168,7 @@ fn blob(draw: &mut FuzzDraw, radius: f64, mass: f64) -> MoleculeSpec {
 }
 
 /// Velocity and spin at a temperature of about 1.
-fn move_it(draw: &mut FuzzDraw, molecule: &Molecule, spec: &mut MoleculeSpec) {
+fn move_it(draw: &mut FuzzDraw, molecule: &Molecule, spec: &mut MoleculeSpec, is_rough: bool) {
     if spec.fixed {
         return;
     }
@@ -230,7 +176,8 @@ fn move_it(draw: &mut FuzzDraw, molecule: &Molecule, spec: &mut MoleculeSpec) {
     if !draw.happens(0.1) {
         spec.velocity = [draw.normal() * thermal, draw.normal() * thermal];
     }
-    let turns = !molecule.is_disc() && spec.rotation == Rotation::Free;
+    // Discs turn where some contacts are rough.
+    let turns = (is_rough || !molecule.is_disc()) && spec.rotation == Rotation::Free;
     if turns && !draw.happens(0.2) {
         let fast = if draw.happens(0.03) {
             draw.scale(1.0, 1e3)
@@ -242,6 +189,26 @@ fn move_it(draw: &mut FuzzDraw, molecule: &Molecule, spec: &mut MoleculeSpec) {
 }
 
 impl Sketch {
+    /// An empty box with the rules of a class.
+    fn new(draw: &mut FuzzDraw, class: &str) -> Self {
+        let sides = [1.0, draw.between(0.3, 2.0)];
+        let features = Features::draw(draw, class);
+        let mut scene = Scene::default();
+        scene.bounds.sides = sides;
+        scene.bounds.seed = draw.bits() >> 1;
+        scene.elasticity = elasticity(draw, class, features.rough);
+        if features.pairs {
+            rules::add_pairs(draw, &mut scene);
+        }
+        Self {
+            sides,
+            standing: Vec::new(),
+            features,
+            rules: SceneRules::new(&scene),
+            scene,
+        }
+    }
+
     fn anywhere(&self, draw: &mut FuzzDraw) -> BodyPair {
         [
             draw.between(0.0, self.sides[0]),
@@ -257,7 +224,7 @@ impl Sketch {
             draw.scale(1e-4, 0.02)
         };
         let mut spec = WallSpec {
-            tags: tags(draw),
+            tags: tags(draw, false, self.features),
             radius,
             ..WallSpec::default()
         };
@@ -294,8 +261,10 @@ impl Sketch {
         let Ok(wall) = Molecule::wall(2.0 * DVec2::from(half), radius) else {
             return;
         };
+        let tags = spec.tags.clone();
         self.scene.wall.push(spec);
         self.standing.push(Standing {
+            tags,
             outline: BodyOutline::new(&wall),
             molecule: wall,
             placed: Placed {
@@ -305,14 +274,24 @@ impl Sketch {
         });
     }
 
-    /// Smallest gap to all placed bodies and to the body's own images. A body inside another
-    /// overlaps it, unless that is hollow.
-    fn gap(&self, molecule: &Molecule, outline: &BodyOutline, placed: &Placed) -> f64 {
+    /// Smallest gap to the body's own images and to all placed bodies that see it. A body inside
+    /// another overlaps it, unless that is hollow.
+    fn gap(&self, body: &Unplaced<'_>, placed: &Placed) -> f64 {
+        let (molecule, outline) = (body.molecule, body.outline);
         let mut least = self.sides[0].min(self.sides[1]) - 2.0 * outline.reach;
         let rotation = DVec2::from(placed.rotation);
         for other in &self.standing {
-            let pair = [(outline, placed), (&other.outline, &other.placed)];
+            let factor = self.rules.factor(body.tags, &other.tags);
+            if factor == 0.0 {
+                continue;
+            }
+            let [one, two] = [outline, &other.outline].map(|outline| outline.scaled(factor));
+            let pair = [(&one, placed), (&two, &other.placed)];
             for_each_image(pair[0], pair[1], self.sides, |separation| {
+                if factor != 1.0 {
+                    least = least.min(length(separation) - (one.reach + two.reach));
+                    return;
+                }
                 let turned = DVec2::from(other.placed.rotation);
                 let (body, separation) = (&other.molecule, DVec2::from(separation));
                 least = least.min(gap_between(molecule, rotation, body, turned, separation));
@@ -325,13 +304,13 @@ impl Sketch {
     fn free_position(
         &self,
         draw: &mut FuzzDraw,
-        (molecule, outline): (&Molecule, &BodyOutline),
+        body: &Unplaced<'_>,
         rotation: BodyPair,
         close: bool,
     ) -> Option<BodyPair> {
         let at = |place: BodyPair| Placed { place, rotation };
         if close && let Some(last) = self.standing.last() {
-            let (origin, reach) = (last.placed.place, last.outline.reach + outline.reach);
+            let (origin, reach) = (last.placed.place, last.outline.reach + body.outline.reach);
             let direction = draw.direction().to_array();
             // Bisection between the position of the last body (0) and separated circles; the gap is
             // between a rounding error and 1e-9.
@@ -340,10 +319,11 @@ impl Sketch {
             } else {
                 draw.scale(1e-17, 1e-9)
             };
-            let (mut near, mut far) = (0.0, 1.01 * reach);
+            let factor = self.rules.factor(body.tags, &last.tags).max(1.0);
+            let (mut near, mut far) = (0.0, 1.01 * factor * reach);
             for _ in 0..80 {
                 let middle = 0.5 * (near + far);
-                let gap = self.gap(molecule, outline, &at(along(origin, middle, direction)));
+                let gap = self.gap(body, &at(along(origin, middle, direction)));
                 if gap < requested {
                     near = middle;
                 } else {
@@ -351,17 +331,91 @@ impl Sketch {
                 }
             }
             let place = along(origin, far, direction);
-            if self.gap(molecule, outline, &at(place)) >= requested {
+            if self.gap(body, &at(place)) >= requested {
                 return Some(place);
             }
         }
         for _ in 0..TRIES {
             let place = self.anywhere(draw);
-            if self.gap(molecule, outline, &at(place)) > 1e-12 {
+            if self.gap(body, &at(place)) > 1e-12 {
                 return Some(place);
             }
         }
         None
+    }
+
+    /// Walls and single bodies of a class; returns the size of the bodies (length).
+    fn bodies(&mut self, draw: &mut FuzzDraw, class: &str) -> f64 {
+        if class == "walls" || class == "sides in walls" || draw.happens(0.15) {
+            for _ in 0..draw.integer(1, 4) {
+                self.wall(draw);
+            }
+        }
+        let count = match class {
+            "long run of few" => draw.integer(2, 3),
+            "close bodies" => draw.integer(2, 8),
+            "discs" => draw.integer(10, 40),
+            _ => draw.integer(2, 40),
+        };
+        let size = draw.scale(0.15, 0.5) * (self.sides[1] / count as f64).sqrt();
+        for _ in 0..count {
+            let share = match class {
+                "close bodies" => 1.0,
+                "long run of few" => 0.5,
+                "rough" | "pairs" => 0.15,
+                _ => 0.0,
+            };
+            let close = draw.happens(share);
+            self.body(draw, class, size, close);
+        }
+        size
+    }
+
+    /// A gas of discs or of molecules with sides, in some scenes of some classes.
+    fn gases(&mut self, draw: &mut FuzzDraw, class: &str, size: f64) {
+        let may_have_gas = ["discs", "rough", "pairs", "drag"].contains(&class);
+        if may_have_gas && draw.happens(0.5) {
+            let of_discs = |draw: &mut FuzzDraw, radius: f64| GasSpec {
+                radius: Some(radius.into()),
+                mass: Some(draw.scale(0.1, 10.0).into()),
+                ..GasSpec::default()
+            };
+            let mut gas = gas(draw, size, of_discs);
+            if self.features.pairs && draw.happens(0.5) {
+                gas.tags = tags(draw, true, self.features);
+            }
+            self.scene.gas.push(gas);
+        }
+        if class == "sides" && draw.happens(0.5) {
+            self.scene.gas.push(gas(draw, size, sided_gas));
+        }
+    }
+
+    /// Fixes a body, locks its rotation or sets it in motion.
+    fn set_going(
+        &self,
+        draw: &mut FuzzDraw,
+        class: &str,
+        molecule: &Molecule,
+        spec: &mut MoleculeSpec,
+    ) {
+        let has_spin = self.features.rough;
+        let disc = molecule.is_disc();
+        spec.fixed = draw.happens(0.08);
+        if (!disc || has_spin) && draw.happens(0.15) {
+            spec.rotation = Rotation::Locked;
+        }
+        move_it(draw, molecule, spec, has_spin);
+        if class == "long run of few"
+            && draw.happens(0.7)
+            && !spec.fixed
+            && let Some(first) = self.scene.molecule.first()
+        {
+            // Head-on: the relative velocity is along the line of centres, as for bodies that
+            // remain together after an inelastic contact.
+            let speed = draw.between(0.5, 2.0);
+            spec.velocity = along(first.velocity, speed, along(first.at, -1.0, spec.at));
+        }
     }
 
     /// A body at a free position; next to the last one if `close`.
@@ -372,18 +426,24 @@ impl Sketch {
         let outline = BodyOutline::new(&molecule);
         let turns = draw.between(-0.5, 0.5);
         let (sin, cos) = libm::sincos(turns * std::f64::consts::TAU);
-        let Some(place) = self.free_position(draw, (&molecule, &outline), [cos, sin], close) else {
+        let disc = molecule.is_disc();
+        let tags = tags(draw, disc, self.features);
+        let unplaced = Unplaced {
+            molecule: &molecule,
+            outline: &outline,
+            tags: &tags,
+        };
+        let Some(place) = self.free_position(draw, &unplaced, [cos, sin], close) else {
             return;
         };
         let placed = Placed {
             place,
             rotation: [cos, sin],
         };
-        let disc = molecule.is_disc();
         if disc && !close && draw.happens(0.1) {
             let radius = outline.atoms[0].1;
             self.scene.bumper.push(BumperSpec {
-                tags: tags(draw),
+                tags: tags.clone(),
                 radius,
                 at: place,
             });
@@ -391,34 +451,22 @@ impl Sketch {
                 molecule,
                 outline,
                 placed,
+                tags,
             });
             return;
         }
-        spec.tags = tags(draw);
+        spec.tags.clone_from(&tags);
         spec.at = place;
-        if !disc {
+        if !disc || self.features.rough {
             spec.orientation_turns = Some(turns);
         }
-        spec.fixed = draw.happens(0.08);
-        if !disc && draw.happens(0.15) {
-            spec.rotation = Rotation::Locked;
-        }
-        move_it(draw, &molecule, &mut spec);
-        if class == "long run of few"
-            && draw.happens(0.7)
-            && !spec.fixed
-            && let Some(first) = self.scene.molecule.first()
-        {
-            // Head-on: the relative velocity is along the line of centres, as for bodies that
-            // remain together after an inelastic contact.
-            let speed = draw.between(0.5, 2.0);
-            spec.velocity = along(first.velocity, speed, along(first.at, -1.0, place));
-        }
+        self.set_going(draw, class, &molecule, &mut spec);
         self.scene.molecule.push(spec);
         self.standing.push(Standing {
             molecule,
             outline,
             placed,
+            tags,
         });
     }
 }
@@ -451,14 +499,27 @@ fn stretches(draw: &mut FuzzDraw, class: &str, sketch: &Sketch) -> Vec<RunStretc
 
 fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
     let body = draw.index(64);
+    let features = sketch.features;
+    if features.pairs && draw.happens(0.2) {
+        return CaseEdit::Transparent(rules::transparent(draw));
+    }
+    if features.drag && draw.happens(0.2) {
+        let drag = draw.scale(0.01, 5.0);
+        return CaseEdit::Drag(if draw.happens(0.3) { 0.0 } else { drag });
+    }
+    let tag = |draw: &mut FuzzDraw| {
+        let own = features.pairs && draw.happens(0.3);
+        draw.one_of(if own { &DISC_TAGS[..] } else { &TAGS })
+            .to_owned()
+    };
     match draw.index(11) {
         0 | 1 => {
             let added = molecule(draw, "added", 0.03);
             match added {
                 Some((molecule, mut spec)) => {
                     spec.at = sketch.anywhere(draw);
-                    spec.tags = tags(draw);
-                    move_it(draw, &molecule, &mut spec);
+                    spec.tags = tags(draw, molecule.is_disc(), sketch.features);
+                    move_it(draw, &molecule, &mut spec, sketch.features.rough);
                     CaseEdit::Add(Box::new(spec))
                 }
                 None => CaseEdit::Reverse,
@@ -483,12 +544,13 @@ fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
         7 => CaseEdit::Free(body),
         8 => {
             let class = draw.one_of(&["mixture", "superelastic"]);
-            let mut spec = elasticity(draw, class);
+            let is_rough = draw.happens(if features.rough { 0.7 } else { 0.15 });
+            let mut spec = elasticity(draw, class, is_rough);
             spec.default = spec.default.min(2.0);
             CaseEdit::Elasticity(spec)
         }
-        9 => CaseEdit::Tag(body, draw.one_of(&TAGS).to_owned()),
-        _ => CaseEdit::Untag(body, draw.one_of(&TAGS).to_owned()),
+        9 => CaseEdit::Tag(body, tag(draw)),
+        _ => CaseEdit::Untag(body, tag(draw)),
     }
 }
 
@@ -516,6 +578,8 @@ fn scale(draw: &mut FuzzDraw, case: &mut SceneCase) {
             match edit {
                 CaseEdit::Add(spec) => scale_molecule(spec, length, speed, mass),
                 CaseEdit::AddWall(spec) => scale_wall(spec, length),
+                CaseEdit::Elasticity(spec) => scale_elasticity(spec, speed, mass),
+                CaseEdit::Drag(drag) => *drag /= time,
                 _ => {}
             }
         }
@@ -524,6 +588,8 @@ fn scale(draw: &mut FuzzDraw, case: &mut SceneCase) {
 
 fn scale_scene(scene: &mut Scene, length: f64, speed: f64, mass: f64) {
     scene.bounds.sides = scene.bounds.sides.map(|side| side * length);
+    scene.bounds.drag *= speed / length;
+    scale_elasticity(&mut scene.elasticity, speed, mass);
     scene
         .molecule
         .iter_mut()

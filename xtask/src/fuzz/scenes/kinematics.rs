@@ -25,6 +25,8 @@ pub struct BodyState {
     pub turns: f64,
     /// Angular velocity (radians per time).
     pub spin: f64,
+    /// Drag γ, with which velocity and spin fall as exp(−γ t) (1 / time).
+    pub drag: f64,
 }
 
 /// Placement of a body at one time.
@@ -83,6 +85,21 @@ pub struct TouchedParts {
     pub distance: f64,
     /// Vectors from the centres of mass to the atoms, or to the foot on the edge (length).
     pub arms: [BodyPair; 2],
+    /// Distances of the surfaces from the ends of the arms (length).
+    pub radii: [f64; 2],
+}
+
+impl TouchedParts {
+    /// These parts with arms to the point of contact, on the surface of each.
+    #[must_use]
+    pub fn at_surfaces(&self) -> Self {
+        let [a, b] = self.arms;
+        let arms = [
+            along(a, self.radii[0], self.normal),
+            along(b, -self.radii[1], self.normal),
+        ];
+        Self { arms, ..*self }
+    }
 }
 
 /// Scalar product.
@@ -118,21 +135,69 @@ fn duration(from: EpochTime, to: EpochTime) -> DoubleDouble {
         .plus(&part(to.offset(), from.offset()))
 }
 
+/// exp(x) − 1: its series at x/2ᵏ, and k times E(2x) = E(x) (2 + E(x)), of which no term cancels
+/// for x < 0.
+fn exp_minus_one(x: &DoubleDouble) -> DoubleDouble {
+    /// Terms of the series: (1/16)²⁰/20! is below 10⁻⁴².
+    const TERMS: i32 = 20;
+    let mut halvings = 0;
+    let mut scale = 1.0;
+    while x.value().abs() * scale > 1.0 / 16.0 && halvings < 64 {
+        (scale, halvings) = (0.5 * scale, halvings + 1);
+    }
+    let x = x.times(&DoubleDouble::new(scale));
+    let one = DoubleDouble::new(1.0);
+    let sum = (2..=TERMS).rev().fold(one, |sum, n| {
+        one.plus(&sum.times(&x).over(&DoubleDouble::new(f64::from(n))))
+    });
+    let double = |e: DoubleDouble, _| e.times(&e.plus(&DoubleDouble::new(2.0)));
+    (0..halvings).fold(sum.times(&x), double)
+}
+
 impl BodyState {
-    /// The state of a motion at `time`, for which it is valid.
-    pub fn new(motion: &Motion, time: EpochTime) -> Self {
+    /// The state of a motion at `time`, for which it is valid, with a drag (1 / time).
+    pub fn new(motion: &Motion, time: EpochTime, drag: f64) -> Self {
         Self {
             time,
             place: motion.position.to_array(),
             velocity: motion.velocity.to_array(),
             turns: motion.orientation.turns(),
             spin: motion.angular_velocity,
+            drag,
         }
+    }
+
+    /// The time that a body without drag needs for the path of this one until `time`:
+    /// (1 − exp(−γ t))/γ.
+    fn time_of_path(&self, time: EpochTime) -> DoubleDouble {
+        let duration = duration(self.time, time);
+        if self.drag == 0.0 {
+            return duration;
+        }
+        let drag = DoubleDouble::new(self.drag);
+        let zero = DoubleDouble::new(0.0);
+        let exponent = zero.minus(&drag.times(&duration));
+        zero.minus(&exp_minus_one(&exponent)).over(&drag)
+    }
+
+    /// Length of the path until `time` (length).
+    pub fn path_until(&self, time: EpochTime) -> f64 {
+        (length(self.velocity) * self.time_of_path(time).value()).abs()
+    }
+
+    /// The share of its velocity and spin that the body has left at `time`; 1 without drag.
+    pub fn slowing(&self, time: EpochTime) -> f64 {
+        libm::exp(-self.decay(time))
+    }
+
+    /// γ t until `time`.
+    pub fn decay(&self, time: EpochTime) -> f64 {
+        self.drag * duration(self.time, time).value()
     }
 
     /// Placement at another time without events in between, in a box of these sides.
     pub fn at(&self, time: EpochTime, sides: BodyPair) -> Placed {
-        let duration = duration(self.time, time);
+        let duration = self.time_of_path(time);
         let coordinate = |axis: usize| {
             let path = DoubleDouble::new(self.velocity[axis]).times(&duration);
             let place = DoubleDouble::new(self.place[axis]).plus(&path);
@@ -151,7 +216,7 @@ impl BodyState {
 
     /// Rotation up to `time` (radians).
     pub fn angle_until(&self, time: EpochTime) -> f64 {
-        (self.spin * duration(self.time, time).value()).abs()
+        (self.spin * self.time_of_path(time).value()).abs()
     }
 }
 
@@ -190,6 +255,23 @@ impl BodyOutline {
         }
     }
 
+    /// Outline of a disc that touches others at this multiple of its radius.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = self.clone();
+        for (_, radius) in &mut scaled.atoms {
+            *radius *= factor;
+        }
+        scaled.reach *= factor;
+        scaled.thickness *= factor;
+        scaled
+    }
+
+    /// Returns true for a single atom, which has no orientation.
+    pub fn is_disc(&self) -> bool {
+        self.atoms.len() == 1 && self.edges.is_empty()
+    }
+
     /// Radius of the smallest atom; infinite for a wall (length).
     pub fn smallest(&self) -> f64 {
         self.atoms
@@ -223,6 +305,7 @@ fn touch(
                 normal,
                 distance,
                 arms,
+                radii: [radius_a, radius_b],
             })
         }
         (BodyPart::Edge(i), BodyPart::Atom(j)) => {
@@ -236,6 +319,7 @@ fn touch(
                 normal,
                 distance,
                 arms: [along(place, -distance, normal), arm],
+                radii: [edge.radius, radius],
             })
         }
         (BodyPart::Atom(_), BodyPart::Edge(_)) => {
@@ -245,12 +329,14 @@ fn touch(
                 normal,
                 distance,
                 arms,
+                radii,
             } = touch((b, turn_b, part_b), (a, turn_a, part_a), back)?;
             Some(TouchedParts {
                 gap,
                 normal: [-normal[0], -normal[1]],
                 distance,
                 arms: [arms[1], arms[0]],
+                radii: [radii[1], radii[0]],
             })
         }
         (BodyPart::Edge(_), BodyPart::Edge(_)) => None,
@@ -470,6 +556,7 @@ mod tests {
             velocity: [1.0, -0.5],
             turns: 0.0,
             spin: std::f64::consts::TAU,
+            drag: 0.0,
         };
         let later = state.at(
             EpochTime::from(1e12).new_epoch(1e6).after(0.125),
@@ -477,5 +564,27 @@ mod tests {
         );
         assert_eq!(later.place, [0.375, 0.4375]);
         assert!((later.rotation[0] - 0.5f64.sqrt()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_drag_shortens_the_path() {
+        let state = |drag| BodyState {
+            time: EpochTime::from(1.0),
+            place: [0.0, 0.5],
+            velocity: [1.0, 0.0],
+            turns: 0.0,
+            spin: 0.25,
+            drag,
+        };
+        for decay in [1e-9, 1e-3, 0.3, 2.0, 9.0f64] {
+            let state = state(0.5 * decay);
+            let later = EpochTime::from(3.0);
+            let path = -(-decay).exp_m1() / (0.5 * decay);
+            let sides = [64.0, 1.0];
+            assert!((state.at(later, sides).place[0] - path).abs() < 4e-16 * path);
+            assert!((state.path_until(later) - path).abs() < 4e-16 * path);
+            assert!((state.angle_until(later) - 0.25 * path).abs() < 4e-16 * path);
+            assert!((state.slowing(later) - (-decay).exp()).abs() < 4e-16);
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Runs a case epoch by epoch with one scheduler, together with a copy restored from an encoded
 //! checkpoint.
 
-use carom::engine::{Checkpoint, ElasticitySpec, RunError, Violation};
+use carom::engine::{Checkpoint, RunError, Violation};
 use carom_kinematics::EpochTime;
 use carom_methods::{AnySimulation, Order};
 use carom_runs::checkpoint_file::{decode, encode};
@@ -9,6 +9,7 @@ use carom_runs::checkpoint_file::{decode, encode};
 use super::{
     SceneParts,
     case::{CaseEdit, SceneCase},
+    laws::SceneRules,
     watcher::{Logged, Watcher},
 };
 use crate::fuzz::{random::FuzzDraw, subject::Report};
@@ -45,8 +46,8 @@ pub struct Seams<'a> {
 /// Runs the case; `None` if the scene is refused.
 pub fn run(case: &SceneCase, seams: &Seams<'_>) -> Option<SceneOutcome> {
     let mut simulation = seams.parts.start(&case.scene, seams.order).ok()?;
-    let mut elasticity = case.scene.elasticity.clone();
-    let mut watcher = Watcher::new(&simulation.view(), &elasticity, case.seed);
+    let mut rules = SceneRules::new(&case.scene);
+    let mut watcher = Watcher::new(&simulation.view(), &rules, case.seed);
     let mut draw = FuzzDraw::new(case.seed);
     let mut twin: Option<AnySimulation> = None;
     let mut whole = true;
@@ -77,20 +78,14 @@ pub fn run(case: &SceneCase, seams: &Seams<'_>) -> Option<SceneOutcome> {
         whole = matches!(ended, Ended::Reached);
         check_census(&simulation, stretch.duration, whole, &mut watcher);
         if let Some(error) = error {
-            named_end(error, &elasticity, &mut watcher.report);
+            named_end(error, &rules, &mut watcher.report);
         }
         if watcher.is_done() || !whole {
             break;
         }
         for edit in &stretch.edits {
-            apply(
-                edit,
-                &mut simulation,
-                &mut twin,
-                &mut elasticity,
-                &mut watcher,
-            );
-            watcher.edited(&simulation.view(), &elasticity);
+            apply(edit, &mut simulation, &mut twin, &mut rules, &mut watcher);
+            watcher.edited(&simulation.view(), &rules);
         }
     }
     let counters = *simulation.view().counters();
@@ -212,6 +207,7 @@ fn compare_twin(
             ledger.spared,
             ledger.put_in,
             ledger.heat,
+            ledger.dragged,
         ]
         .map(f64::to_bits);
         let counters = view.counters();
@@ -254,7 +250,8 @@ fn check_census(simulation: &AnySimulation, duration: f64, whole: bool, watcher:
 }
 
 /// Checks that the scene allows the error that ended a run.
-fn named_end(error: &RunError, elasticity: &ElasticitySpec, report: &mut Report) {
+fn named_end(error: &RunError, rules: &SceneRules, report: &mut Report) {
+    let elasticity = &rules.elasticity;
     let superelastic = elasticity.adds_energy();
     let allowed = match error {
         RunError::Stalled { .. } => elasticity.contact_time == 0.0,
@@ -272,7 +269,7 @@ fn apply(
     edit: &CaseEdit,
     simulation: &mut AnySimulation,
     twin: &mut Option<AnySimulation>,
-    elasticity: &mut ElasticitySpec,
+    rules: &mut SceneRules,
     watcher: &mut Watcher,
 ) {
     let made = edit.apply(simulation);
@@ -291,7 +288,12 @@ fn apply(
             );
         }
     }
-    if let (Ok(()), CaseEdit::Elasticity(spec)) = (made, edit) {
-        elasticity.clone_from(spec);
+    if made.is_ok() {
+        match edit {
+            CaseEdit::Elasticity(spec) => rules.elasticity.clone_from(spec),
+            CaseEdit::Transparent(pairs) => rules.transparent.clone_from(pairs),
+            CaseEdit::Drag(drag) => rules.drag = *drag,
+            _ => {}
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Tests of the scene fuzzer: it finds planted faults of a detector and of a response.
 
-use carom::engine::{CellScheduler, HeapScheduler, MoleculeSpec, Simulation};
+use carom::engine::{CellScheduler, HeapScheduler, MoleculeSpec, Restitution, Simulation};
 use carom::response::{ContactFrame, Elasticity, Impact, Response};
 use carom_detection::{Answer, Contact, Detection, Exact, Outcome};
 use carom_geometry::Outline;
@@ -111,6 +111,152 @@ where
             .into(),
         })
     }
+}
+
+/// The impact law with other coefficients of rough contacts.
+#[derive(Debug, Clone)]
+struct Skewed {
+    /// Factor on 1 + β.
+    tangential: f64,
+    /// Factor on μ.
+    friction: f64,
+    /// Factor on the kick.
+    kick: f64,
+}
+
+/// The coefficients as they are.
+const STRAIGHT: Skewed = Skewed {
+    tangential: 1.0,
+    friction: 1.0,
+    kick: 1.0,
+};
+
+impl Response for Skewed {
+    fn impulse(
+        &self,
+        frame: &ContactFrame,
+        bodies: [(&Motion, &Inertia); 2],
+        elasticity: Elasticity,
+    ) -> DVec2 {
+        let tangential = (1.0 + elasticity.tangential()) * self.tangential - 1.0;
+        let skewed = elasticity
+            .with_tangential(tangential.min(1.0))
+            .and_then(|skewed| skewed.with_friction(elasticity.friction() * self.friction))
+            .map(|skewed| skewed.with_kick_times(self.kick))
+            .unwrap();
+        Impact.impulse(frame, bodies, skewed)
+    }
+}
+
+/// The engine as it is, with a scene other than the one that the watcher has.
+struct Altered(fn(&mut Scene));
+
+impl SceneParts for Altered {
+    fn start(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError> {
+        let mut altered = scene.clone();
+        self.0(&mut altered);
+        Sound.start(&altered, order)
+    }
+
+    fn resume(
+        &self,
+        checkpoint: &Checkpoint,
+        order: Order,
+    ) -> Result<AnySimulation, CheckpointError> {
+        Sound.resume(checkpoint, order)
+    }
+}
+
+/// Kind of the first failure in a case of a class that passes without the planted fault.
+fn failure_in_class(faulty: &Scenes<impl SceneParts>, class: &str) -> Option<String> {
+    let cases = (0..2000).map(|index| draw::draw(case_seed(2027, index)));
+    cases.filter(|case| case.class == class).find_map(|case| {
+        let failure = faulty.check(&case).failure?;
+        let sound = Scenes::<Sound>::default().check(&case).failure;
+        sound.is_none().then_some(failure.kind)
+    })
+}
+
+#[test]
+fn wrong_laws_of_rough_contacts_are_found() {
+    for skewed in [
+        Skewed {
+            tangential: 0.99,
+            ..STRAIGHT
+        },
+        Skewed {
+            tangential: 1.0 - 1e-6,
+            ..STRAIGHT
+        },
+        Skewed {
+            friction: 1.0 + 1e-6,
+            ..STRAIGHT
+        },
+        Skewed {
+            kick: 1.0 + 1e-6,
+            ..STRAIGHT
+        },
+    ] {
+        let faulty = Scenes {
+            parts: Planted(Exact::default(), skewed.clone()),
+        };
+        let kind = failure_in_class(&faulty, "rough");
+        assert_eq!(kind.as_deref(), Some("tangential"), "{skewed:?}");
+    }
+}
+
+#[test]
+fn wrong_coefficients_of_rough_contacts_are_found() {
+    let by_speed: fn(&mut Scene) = |scene| {
+        for rule in &mut scene.elasticity.pair {
+            if let Restitution::Power { at, .. } = &mut rule.coefficient {
+                *at *= 1.0 + 1e-6;
+            }
+        }
+    };
+    let table: fn(&mut Scene) = |scene| {
+        for rule in &mut scene.elasticity.pair {
+            if let Restitution::Table { values, .. } = &mut rule.coefficient {
+                for value in values {
+                    *value *= 1.0 - 1e-6;
+                }
+            }
+        }
+    };
+    let tangential: fn(&mut Scene) = |scene| scene.elasticity.tangential *= 1.0 - 1e-9;
+    for altered in [by_speed, table, tangential] {
+        let kind = failure_in_class(
+            &Scenes {
+                parts: Altered(altered),
+            },
+            "rough",
+        );
+        assert_eq!(kind.as_deref(), Some("elasticity"));
+    }
+}
+
+#[test]
+fn contacts_of_pairs_that_do_not_see_each_other_are_found() {
+    let visible = Altered(|scene| scene.transparent.clear());
+    let kind = failure_in_class(&Scenes { parts: visible }, "pairs").expect("the fault is found");
+    assert!(["transparent", "gap"].contains(&&kind[..]), "{kind}");
+    let larger = Altered(|scene| {
+        for rule in &mut scene.diameter {
+            rule.factor *= 1.0 - 1e-9;
+        }
+    });
+    let kind = failure_in_class(&Scenes { parts: larger }, "pairs").expect("the fault is found");
+    assert!(
+        ["overlap between events", "gap"].contains(&&kind[..]),
+        "{kind}"
+    );
+}
+
+#[test]
+fn a_wrong_drag_is_found() {
+    let slower = Altered(|scene| scene.bounds.drag *= 1.0 + 1e-9);
+    let kind = failure_in_class(&Scenes { parts: slower }, "drag").expect("the fault is found");
+    assert!(["velocity", "place"].contains(&&kind[..]), "{kind}");
 }
 
 /// Kind of the first failure in a case that passes without the planted fault.
@@ -270,7 +416,7 @@ fn most_scenes_can_be_built_and_have_contacts() {
 #[test]
 fn a_case_keeps_its_bits_in_a_file() {
     let subject = Scenes::<Sound>::default();
-    for seed in 0..100 {
+    for seed in 0..200 {
         let case = subject.draw(seed);
         let (ending, bytes) = subject.write(&case);
         assert_eq!(subject.read(&ending, &bytes).unwrap(), case);

@@ -1,8 +1,8 @@
 //! Observer of a run that compares all reports with independent kinematics.
 
-use std::collections::BTreeMap;
+use std::{borrow::Cow, collections::BTreeMap};
 
-use carom::engine::{BodyKey, CollisionReport, ElasticitySpec, Observer, View};
+use carom::engine::{BodyKey, BodyView, CollisionReport, Observer, View};
 use carom_kinematics::{EpochTime, Motion};
 
 use super::{
@@ -10,6 +10,7 @@ use super::{
     kinematics::{
         BodyOutline, BodyPair, BodyState, Placed, distance_in_box, dot, length, smallest_gap,
     },
+    laws::SceneRules,
 };
 use crate::fuzz::{
     random::FuzzDraw,
@@ -46,6 +47,14 @@ const ROUNDINGS_PER_EPOCH: f64 = 22.5;
 
 /// Largest distance of a body in an epoch, in sides, including bodies that are accelerated in it.
 const SIDES_PER_EPOCH: f64 = 16.0;
+
+/// Relative rounding of a velocity that a drag may add in each epoch, in roundings: of the reading
+/// of the clock, of the share left, and of the product.
+const ROUNDINGS_OF_DRAG: f64 = 16.0;
+
+/// With a drag, the velocity in the epoch's clock is up to twice the true one, and the time of an
+/// event is converted to that clock and back: so many times the rounding of an offset.
+const ROUNDINGS_OF_CLOCK: f64 = 8.0;
 
 /// Last reported state of a body.
 #[derive(Debug, Clone)]
@@ -85,7 +94,7 @@ pub struct Logged {
 pub struct Watcher {
     sides: BodyPair,
     bodies: BTreeMap<BodyKey, Tracked>,
-    elasticity: ElasticitySpec,
+    rules: SceneRules,
     /// Time of the last event, or of the start.
     last: EpochTime,
     start: EpochTime,
@@ -102,7 +111,8 @@ pub struct Watcher {
     largest_entry: f64,
     /// Number of energies summed and entered into the ledger since the start.
     entries: f64,
-    momentum: Option<BodyPair>,
+    /// Total momentum at the last edit, and that time.
+    momentum: Option<(BodyPair, EpochTime)>,
     contacts: u64,
     /// True if the clock does not resolve the motion of very fast bodies; further checks are not
     /// possible.
@@ -115,11 +125,11 @@ pub struct Watcher {
 
 impl Watcher {
     /// Starts the observation.
-    pub fn new(view: &View<'_>, elasticity: &ElasticitySpec, seed: u64) -> Self {
+    pub fn new(view: &View<'_>, rules: &SceneRules, seed: u64) -> Self {
         let mut watcher = Self {
             sides: view.bounds().sides().to_array(),
             bodies: BTreeMap::new(),
-            elasticity: elasticity.clone(),
+            rules: rules.clone(),
             last: view.time(),
             start: view.time(),
             draw: FuzzDraw::new(seed),
@@ -140,8 +150,8 @@ impl Watcher {
     }
 
     /// Updates the state after each edit: the next may take out the energy that this has put in.
-    pub fn edited(&mut self, view: &View<'_>, elasticity: &ElasticitySpec) {
-        self.elasticity = elasticity.clone();
+    pub fn edited(&mut self, view: &View<'_>, rules: &SceneRules) {
+        self.rules = rules.clone();
         self.start_watching(view);
     }
 
@@ -165,7 +175,7 @@ impl Watcher {
             .map(|body| {
                 let tracked = Tracked {
                     outline: BodyOutline::new(body.body.molecule()),
-                    state: BodyState::new(&body.motion, view.time()),
+                    state: BodyState::new(&body.motion, view.time(), self.rules.drag),
                     epoch: self.epochs,
                     fixed: body.body.is_fixed(),
                     tags: tags(body.body),
@@ -175,7 +185,8 @@ impl Watcher {
             })
             .collect();
         let free = self.bodies.values().all(|body| !body.fixed);
-        self.momentum = free.then(|| self.total_momentum());
+        let time = view.time();
+        self.momentum = free.then(|| (self.total_momentum(time), time));
     }
 
     fn keep_largest_entry(&mut self, view: &View<'_>) {
@@ -186,6 +197,7 @@ impl Watcher {
             ledger.lost,
             ledger.put_in,
             ledger.heat,
+            ledger.dragged,
         ];
         self.largest_entry = entries
             .into_iter()
@@ -200,16 +212,27 @@ impl Watcher {
     /// Bound on the position error of a body at `time`, including its arms (length).
     fn error(&self, body: &Tracked, time: EpochTime) -> f64 {
         let epochs = (self.epochs - body.epoch) as f64;
-        let turning = if body.state.spin == 0.0 {
+        let dragged = if self.rules.drag == 0.0 {
             0.0
         } else {
-            4.0 + 8.0 * body.state.angle_until(time)
+            ROUNDINGS_OF_DRAG * (epochs + 1.0)
+        };
+        // A disc turns without effect on its place.
+        let turning = if body.state.spin == 0.0 || body.outline.is_disc() {
+            0.0
+        } else {
+            4.0 + (8.0 + dragged) * body.state.angle_until(time)
         };
         // Times are rounded as offsets in an epoch; a body moves at most this far in it.
         let longest = SIDES_PER_EPOCH * self.longer_side();
         let way =
             |time: EpochTime| (length(body.state.velocity) * time.offset().abs()).min(longest);
-        let clock = way(time) + way(body.state.time);
+        let times = if self.rules.drag == 0.0 {
+            1.0
+        } else {
+            ROUNDINGS_OF_CLOCK
+        };
+        let clock = times * (way(time) + way(body.state.time));
         // Epochs start at double-double times, which do not resolve the motion of very fast bodies
         // at late times.
         let rim = length(body.state.velocity) + body.state.spin.abs() * body.outline.reach;
@@ -218,6 +241,7 @@ impl Watcher {
             * (ROUNDINGS_PER_EPOCH * (epochs + 1.0) * self.longer_side()
                 + turning * body.outline.reach
                 + clock
+                + dragged * body.state.path_until(time)
                 + OUTWARDS * self.longer_side())
             + unresolved
     }
@@ -226,38 +250,25 @@ impl Watcher {
         ROUNDINGS * f64::EPSILON * (self.longer_side() + a.thickness + b.thickness)
     }
 
-    /// Elasticity from the most specific rule.
-    fn rule(&self, a: &Tracked, b: &Tracked) -> f64 {
-        let carries = |body: &Tracked, tag: &String| body.tags.contains(tag);
-        let of_pair = self
-            .elasticity
-            .pair
-            .iter()
-            .find(|rule| match &rule.between[..] {
-                [one, other] => {
-                    (carries(a, one) && carries(b, other)) || (carries(a, other) && carries(b, one))
-                }
-                _ => false,
-            });
-        let of_one = || {
-            self.elasticity
-                .pair
-                .iter()
-                .find(|rule| match &rule.between[..] {
-                    [one] => carries(a, one) || carries(b, one),
-                    _ => false,
-                })
-        };
-        of_pair
-            .or_else(of_one)
-            .map_or(self.elasticity.default, |rule| rule.coefficient.at(0.0))
+    /// Bound on the error of an orientation, as a distance at the rim (length).
+    fn turn_error(&self, body: &Tracked, time: EpochTime) -> f64 {
+        let place = self.error(body, time);
+        if !body.outline.is_disc() {
+            return place;
+        }
+        let epochs = (self.epochs - body.epoch + 1) as f64;
+        let offsets = time.offset().abs() + body.state.time.offset().abs();
+        let turned = epochs * (8.0 + ROUNDINGS_OF_DRAG) * body.state.angle_until(time);
+        let clock = ROUNDINGS_OF_CLOCK * body.state.spin.abs() * offsets;
+        place + f64::EPSILON * (8.0 * epochs + turned + clock) * body.outline.reach
     }
 
-    fn total_momentum(&self) -> BodyPair {
+    /// The total momentum at a time after all events so far.
+    fn total_momentum(&self, time: EpochTime) -> BodyPair {
         let sum = |axis: usize| {
             self.bodies
                 .values()
-                .map(|body| body.mass * body.state.velocity[axis])
+                .map(|body| body.mass * body.state.velocity[axis] * body.state.slowing(time))
                 .sum::<f64>()
         };
         [sum(0), sum(1)]
@@ -282,8 +293,13 @@ impl Watcher {
                 if a.fixed && b.fixed {
                     continue;
                 }
-                let gap = smallest_gap((&a.outline, at_a), (&b.outline, at_b), self.sides);
-                let bound = self.gap_bound(&a.outline, &b.outline) + error_a + error_b;
+                let factor = self.rules.factor(&a.tags, &b.tags);
+                if factor == 0.0 {
+                    continue;
+                }
+                let [one, other] = [a, b].map(|body| outline_for(body, factor));
+                let gap = smallest_gap((&one, at_a), (&other, at_b), self.sides);
+                let bound = self.gap_bound(&one, &other) + error_a + error_b;
                 worst = worst.max(-gap / bound);
                 if exceeds(-gap, bound) {
                     deepest = Some((gap, bound));
@@ -320,7 +336,11 @@ impl Watcher {
     fn look_back(&mut self, time: EpochTime) {
         let since = time.since(self.last);
         // To the precision of a double-double, in which epochs are stored.
-        if exceeds(-since, RESOLUTION * time.to_f64().abs()) {
+        let mut resolved = RESOLUTION * time.to_f64().abs();
+        if self.rules.drag > 0.0 {
+            resolved += ROUNDINGS_OF_CLOCK * f64::EPSILON * time.offset().abs();
+        }
+        if exceeds(-since, resolved) {
             self.report.fail(
                 "time",
                 format!("an event is {:e} earlier than the previous one", -since),
@@ -354,9 +374,11 @@ impl Watcher {
                 self.report.fail("bodies", "the view has an unknown body");
                 continue;
             };
-            let (found, expected) = (BodyState::new(&body.motion, time), tracked.state);
-            let placed = expected.at(time, self.sides);
-            let error = self.error(tracked, time);
+            let tracked = tracked.clone();
+            let drag = self.rules.drag;
+            let found = BodyState::new(&body.motion, time, drag);
+            let placed = tracked.state.at(time, self.sides);
+            let error = self.error(&tracked, time);
             let off = distance_in_box(found.place, placed.place, self.sides);
             self.report.keep_worst("place/bound", off / error);
             if exceeds(off, error) {
@@ -365,17 +387,13 @@ impl Watcher {
                     format!("{} deviates by {off:e}, allowed {error:e}", body.body.id()),
                 );
             }
-            if found.velocity != expected.velocity || found.spin != expected.spin {
-                self.report.fail(
-                    "velocity",
-                    format!("velocity of {} changed between contacts", body.body.id()),
-                );
-            }
+            self.compare_velocity(&tracked, &found, body.body.id());
             let rotation = body.motion.orientation.cos_sin().to_array();
             let turned =
                 distance_in_box(rotation, placed.rotation, [8.0; 2]) * tracked.outline.reach;
-            // The orientation of a disc is arbitrary.
-            if tracked.outline.atoms.len() > 1 && exceeds(turned, error) {
+            // The orientation of a disc without spin is arbitrary.
+            let has_orientation = !tracked.outline.is_disc() || tracked.state.spin != 0.0;
+            if has_orientation && exceeds(turned, self.turn_error(&tracked, time)) {
                 self.report.fail(
                     "orientation",
                     format!("orientation of {} deviates by {turned:e}", body.body.id()),
@@ -385,11 +403,56 @@ impl Watcher {
         self.compare_sums(view);
     }
 
+    /// Compares velocity and spin with those after the last event: equal without drag, and to
+    /// rounding with it.
+    fn compare_velocity(&mut self, body: &Tracked, found: &BodyState, id: u64) {
+        let state = &body.state;
+        if self.rules.drag == 0.0 {
+            if found.velocity != state.velocity || found.spin != state.spin {
+                self.report.fail(
+                    "velocity",
+                    format!("velocity of {id} changed between contacts"),
+                );
+            }
+            return;
+        }
+        let (share, decay) = (state.slowing(found.time), state.decay(found.time));
+        let epochs = (self.epochs - body.epoch + 1) as f64;
+        let relative = f64::EPSILON * (ROUNDINGS_OF_DRAG * epochs + decay);
+        // A body stops that would move by less than the rounding of a position.
+        let stop = f64::EPSILON * self.longer_side() * self.rules.drag;
+        let off = |now: f64, then: f64| (now - share * then).abs();
+        let [x, y] = [0, 1].map(|axis| off(found.velocity[axis], state.velocity[axis]));
+        let allowed = relative * share * length(state.velocity) + stop;
+        let turned = off(found.spin, state.spin);
+        let allowed_spin = relative * share * state.spin.abs() + stop / body.outline.reach;
+        self.report.keep_worst("dragged/bound", x.max(y) / allowed);
+        if exceeds(x.max(y), allowed) || exceeds(turned, allowed_spin) {
+            self.report.fail(
+                "velocity",
+                format!(
+                    "velocity {:?} and spin {:e} of {id} are {:?} and {:e} at {share:e} of them",
+                    state.velocity, state.spin, found.velocity, found.spin
+                ),
+            );
+        }
+    }
+
+    /// The number of epochs, each of which adds roundings to all sums if there is a drag.
+    fn epochs_with_drag(&self) -> f64 {
+        if self.rules.drag == 0.0 {
+            0.0
+        } else {
+            self.epochs as f64
+        }
+    }
+
     fn compare_sums(&mut self, view: &View<'_>) {
         let ledger = view.ledger();
         self.keep_largest_entry(view);
         let scale = self.largest_entry.max(self.largest_energy);
-        let allowed = 16.0 * f64::EPSILON * self.entries * scale;
+        let epochs = self.epochs_with_drag();
+        let allowed = 16.0 * f64::EPSILON * (self.entries + epochs) * scale;
         let resolved = scale > 1e-280;
         let lost = ledger.lost - self.lost_before;
         if resolved && exceeds((lost - self.lost).abs(), allowed) {
@@ -411,15 +474,31 @@ impl Watcher {
                 ),
             );
         }
-        if let Some(before) = self.momentum {
-            let now = self.total_momentum();
+        // The motions of the view have been compared one by one.
+        let own: f64 = view.bodies().map(|body| energy(&body)).sum();
+        let rounding = 16.0 * f64::EPSILON * (16.0 + view.len() as f64) * own;
+        if resolved && exceeds((view.energy() - own).abs(), rounding) {
+            self.report.fail(
+                "energy of the view",
+                format!("it is {:e}, that of the bodies {own:e}", view.energy()),
+            );
+        }
+        self.compare_momentum(view);
+    }
+
+    fn compare_momentum(&mut self, view: &View<'_>) {
+        let epochs = self.epochs_with_drag();
+        if let Some((before, start)) = self.momentum {
+            let now = self.total_momentum(view.time());
+            let left = libm::exp(-self.rules.drag * view.time().since(start));
+            let before = before.map(|momentum| left * momentum);
             let scale: f64 = self
                 .bodies
                 .values()
                 .map(|body| body.mass * length(body.state.velocity))
                 .sum::<f64>()
                 + length(before);
-            let contacts = self.contacts as f64 + 16.0;
+            let contacts = self.contacts as f64 + epochs + 16.0;
             let most = scale.max((2.0 * self.largest_energy * self.total_mass()).sqrt());
             let off = length([now[0] - before[0], now[1] - before[1]]);
             if exceeds(off, 16.0 * f64::EPSILON * contacts * most) {
@@ -444,7 +523,7 @@ impl Watcher {
     ) -> (Placed, f64) {
         let placed = body.state.at(time, self.sides);
         let error = self.error(body, time);
-        let found = BodyState::new(&side.before, time);
+        let found = BodyState::new(&side.before, time, self.rules.drag);
         let off = distance_in_box(found.place, placed.place, self.sides);
         let id = side.body.id();
         if exceeds(off, error) {
@@ -453,12 +532,7 @@ impl Watcher {
                 format!("{id} deviates by {off:e} at a contact, allowed {error:e}"),
             );
         }
-        if found.velocity != body.state.velocity || found.spin != body.state.spin {
-            self.report.fail(
-                "velocity",
-                format!("velocity of {id} changed between contacts"),
-            );
-        }
+        self.compare_velocity(body, &found, id);
         let finite = [
             side.after.velocity.x,
             side.after.velocity.y,
@@ -477,10 +551,11 @@ impl Watcher {
             if let Some(tracked) = self.bodies.get_mut(&side.body.key()) {
                 let (sides, epoch) = (self.sides, self.epochs);
                 // Positions are wrapped into the box, as at the start of every epoch.
-                let placed = BodyState::new(&side.after, contact.time).at(contact.time, sides);
+                let state = BodyState::new(&side.after, contact.time, self.rules.drag);
+                let placed = state.at(contact.time, sides);
                 tracked.state = BodyState {
                     place: placed.place,
-                    ..BodyState::new(&side.after, contact.time)
+                    ..state
                 };
                 tracked.epoch = epoch;
             }
@@ -532,6 +607,30 @@ impl Watcher {
     }
 }
 
+/// Kinetic energy of a body (mass × length² / time²).
+fn energy(body: &BodyView<'_>) -> f64 {
+    let (motion, inertia) = (&body.motion, body.body.inertia());
+    let of = |inverse: f64, squared: f64| {
+        if inverse > 0.0 {
+            0.5 * squared / inverse
+        } else {
+            0.0
+        }
+    };
+    let velocity = motion.velocity.to_array();
+    let spin = motion.angular_velocity;
+    of(inertia.inverse_mass, dot(velocity, velocity)) + of(inertia.inverse_moment, spin * spin)
+}
+
+/// The outline with which a body touches others that it sees at this factor of the distance.
+fn outline_for(body: &Tracked, factor: f64) -> Cow<'_, BodyOutline> {
+    if factor == 1.0 {
+        Cow::Borrowed(&body.outline)
+    } else {
+        Cow::Owned(body.outline.scaled(factor))
+    }
+}
+
 impl Observer for Watcher {
     fn collision(&mut self, contact: &CollisionReport<'_>) {
         if self.is_done() {
@@ -558,25 +657,28 @@ impl Observer for Watcher {
             self.compare_before(&a, &contact.sides[0], time),
             self.compare_before(&b, &contact.sides[1], time),
         ];
-        let elasticity = self.rule(&a, &b);
+        let factor = self.rules.factor(&a.tags, &b.tags);
+        if factor == 0.0 {
+            self.report.fail(
+                "transparent",
+                format!("bodies that do not see each other touch: {contact:?}"),
+            );
+            return;
+        }
+        let outlines = [&a, &b].map(|body| outline_for(body, factor));
+        let law = self.rules.law(&a.tags, &b.tags);
         let rules = ContactRules {
             sides: self.sides,
-            gap: self.gap_bound(&a.outline, &b.outline),
-            elasticity,
-            guarded: self.elasticity.contact_time > 0.0,
+            gap: self.gap_bound(&outlines[0], &outlines[1]),
+            law: &law,
+            guarded: self.rules.elasticity.contact_time > 0.0,
         };
-        let bodies = [
-            contact::ContactBody {
-                outline: &a.outline,
-                placed: at_a,
-                error: error_a,
-            },
-            contact::ContactBody {
-                outline: &b.outline,
-                placed: at_b,
-                error: error_b,
-            },
-        ];
+        let body = |n: usize, placed: Placed, error: f64| contact::ContactBody {
+            outline: &outlines[n],
+            placed,
+            error,
+        };
+        let bodies = [body(0, at_a, error_a), body(1, at_b, error_b)];
         let measured = contact::check(contact, bodies, &rules, &mut self.report);
         self.lost += measured.lost;
         self.largest_entry = self.largest_entry.max((self.lost_before + self.lost).abs());
