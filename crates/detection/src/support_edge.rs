@@ -143,7 +143,7 @@ impl<'a, P: Support> SupportEdgePair<'a, P> {
     }
 
     /// The position of P's centre relative to that of Q, or its velocity.
-    fn from_edge(&self, vector: DVec2) -> DVec2 {
+    fn seen_by_edge(&self, vector: DVec2) -> DVec2 {
         if self.body == 1 { vector } else { -vector }
     }
 
@@ -152,7 +152,7 @@ impl<'a, P: Support> SupportEdgePair<'a, P> {
     }
 
     fn velocity_of(&self, arm: DVec2) -> DVec2 {
-        self.from_edge(self.flight.motion.velocity) + self.spins[0] * arm.perp()
+        self.seen_by_edge(self.flight.motion.velocity) + self.spins[0] * arm.perp()
     }
 
     /// The step against the circle about the centre of P in which the part stays.
@@ -217,7 +217,7 @@ impl<P: Support> GapFunction for SupportEdgePair<'_, P> {
     fn pose(&self, time: f64) -> SupportEdgePose {
         let at = self.flight.at(time);
         let arm = at.arm(self.body, self.offset);
-        let d = self.from_edge(at.separation) + arm;
+        let d = self.seen_by_edge(at.separation) + arm;
         let facing = FacingEdge {
             part: self.part,
             edge: self.edge,

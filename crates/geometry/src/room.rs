@@ -106,11 +106,9 @@ fn growth_of_ellipses(a: Scaled<'_>, b: Scaled<'_>, separation: DVec2, margin: f
             ..b
         };
         let until = least_growth(a, now, separation, margin, 4.0 * small);
-        if !(until > 0.0) {
-            break;
-        }
         growth += until;
-        if growth == f64::INFINITY || until <= f64::EPSILON * (b.scale + growth) {
+        let is_small = until <= f64::EPSILON * (b.scale + growth);
+        if is_small || growth == f64::INFINITY || growth.is_nan() {
             break;
         }
     }

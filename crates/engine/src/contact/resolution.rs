@@ -145,20 +145,10 @@ impl<R: Response> Rules<'_, R> {
             ..
         } = *contact;
         let pair = bodies.map(|body| &self.world.bodies[body as usize]);
-        let (mut frame, depth) = contact_geometry(self.world, contact, before);
-        // Velocities are those of the clock of the drag; speeds and kicks of rules are true ones.
-        let slowing = || self.world.clock.slowing(time);
-        let approach = || slowing() * approach_speed(&frame, [&before[0], &before[1]]);
-        let mut of_table = self.elasticity.of_contact(pair[0], pair[1], approach);
-        if of_table.kick() != 0.0 {
-            of_table = of_table.with_kick_times(1.0 / slowing());
-        }
+        let (frame, depth) = contact_geometry(self.world, contact, before);
+        let (of_table, mut frame) = self.law(contact, frame, before);
         let is_rough = self.response.is_rough(of_table);
-        if is_rough {
-            let factor = self.world.pairs.factor(pair[0], pair[1]);
-            let reaches = parts.reaches(pair.map(Body::molecule));
-            frame = frame.extended_to_surfaces(reaches.map(|reach| factor * reach));
-        }
+        let slowing = || self.world.clock.slowing(time);
         let mut elasticity = of_table;
         if let Some(last) = last_contacts
             && of_table.coefficient() < 1.0
@@ -236,6 +226,34 @@ impl<R: Response> Rules<'_, R> {
             points,
             is_rough,
         }
+    }
+
+    /// The elasticity of a contact by the rules, and its frame with arms to the point of contact if
+    /// it is rough.
+    #[inline]
+    fn law(
+        &self,
+        contact: &ContactEvent,
+        frame: ContactFrame,
+        before: &[Motion; 2],
+    ) -> (Elasticity, ContactFrame) {
+        let pair = contact.bodies.map(|body| &self.world.bodies[body as usize]);
+        // Velocities are those of the clock of the drag; speeds and kicks of rules are true ones.
+        let slowing = || self.world.clock.slowing(contact.time);
+        let approach = || slowing() * approach_speed(&frame, [&before[0], &before[1]]);
+        let mut of_table = self.elasticity.of_contact(pair[0], pair[1], approach);
+        if of_table.kick() != 0.0 {
+            of_table = of_table.with_kick_times(1.0 / slowing());
+        }
+        if !self.response.is_rough(of_table) {
+            return (of_table, frame);
+        }
+        let factor = self.world.pairs.factor(pair[0], pair[1]);
+        let reaches = contact.parts.reaches(pair.map(Body::molecule));
+        (
+            of_table,
+            frame.extended_to_surfaces(reaches.map(|reach| factor * reach)),
+        )
     }
 
     /// The outcome of a contact at several points, whose first is that of `frame`; `None` if there

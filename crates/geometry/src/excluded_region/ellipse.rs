@@ -75,7 +75,7 @@ fn angle(ellipse: &Ellipse, share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ExcludedRegion, Molecule};
+    use crate::{BoundaryPoint, ExcludedRegion, Molecule};
     use std::f64::consts::PI;
 
     #[test]
@@ -99,7 +99,7 @@ mod tests {
                 // The angles of all arcs are a whole turn, and no contact turns the ellipse on
                 // average.
                 assert!((region.exposed_angle(0) - TAU).abs() < 1e-12);
-                assert!(region.integral(|contact| contact.lever()).abs() < 1e-9 * expected);
+                assert!(region.integral(BoundaryPoint::lever).abs() < 1e-9 * expected);
                 assert!(region.unreachable().is_empty());
                 assert!(region.contains(DVec2::new(0.98 * ratio, 0.0)));
                 assert!(!region.contains(DVec2::new(0.0, 1.02 + radius)));
