@@ -240,6 +240,7 @@ impl<P: Support> GapFunction for SupportEdgePair<'_, P> {
             gap,
             point,
             is_beside,
+            ..
         } = pose.facing;
         let (time, tangent) = (pose.at.time, normal.perp());
         let velocity = self.velocity_of(pose.arm);
@@ -280,6 +281,8 @@ impl<P: Support> GapFunction for SupportEdgePair<'_, P> {
                 jerk: self.jerk,
                 of_gap: least,
                 gap_jerk: self.jerk,
+                // |h''| is at most M, or the size of the part where R is small.
+                upwards: self.largest + apart * apart * self.part.reach(),
                 ..Curvature::at_most(self.largest)
             },
         }
@@ -312,9 +315,12 @@ impl<P: Support> GapFunction for SupportEdgePair<'_, P> {
         step
     }
 
-    /// As for two convex parts.
-    fn stays(&self, _: &SupportEdgePose, _: f64) -> bool {
-        false
+    /// Whether the part stays beside the edge.
+    fn stays(&self, pose: &SupportEdgePose, duration: f64) -> bool {
+        let apart = (self.spins[0] - self.spins[1]).abs();
+        let size = self.part.reach() + self.part.max_bend();
+        let way = 2.0 * duration * (self.error.speed() + apart * size);
+        pose.facing.is_beside && pose.facing.beyond + self.error.at(pose.at.time) + way <= 0.0
     }
 
     /// Always `time`: the window of the search already covers all times within reach.

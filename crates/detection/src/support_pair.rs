@@ -19,7 +19,11 @@
 //! 4. **The best rate** is Ω = p/F: then f'' = a + p²/F = g''. Both this Ω, as the bound `of_gap`,
 //!    and Ω = 0, as the bounds `largest` and `along_normal`, are used; f' at the one exceeds f' at
 //!    the other by Ω f_φ, which is a part of E'.
-//! 5. **Orbits.** A part stays within its circle about the centre of its body. The other part may be
+//! 5. **Upper bound.** With f_φ' = p − Ω F and |f_φ''| ≤ K + 2 |Ω| L + Ω² (ϱ + r_A + r_B) + (Ω −
+//!    ω_A)² H_A + (Ω − ω_B)² H_B, f_φ is known at later times to within a bound s. As long as F is
+//!    at least half of its value now, g − f ≤ s²/F. Where that is at most E/64, Lemmas 6 and 7 of
+//!    `gap_search` hold.
+//! 6. **Orbits.** A part stays within its circle about the centre of its body. The other part may be
 //!    stepped against that circle.
 
 use std::cell::Cell;
@@ -142,7 +146,26 @@ impl<'a, A: Support, B: Support> SupportPair<'a, A, B> {
         ]
     }
 
-    /// The step against the circle in which a part of `body` stays (Lemma 5).
+    /// d'
+    fn velocity(&self, pose: &SupportPose) -> DVec2 {
+        let spins = self.flight.spin;
+        self.flight.motion.velocity
+            + (spins[1] * pose.arms[1].perp() - spins[0] * pose.arms[0].perp())
+    }
+
+    /// p and the best rate Ω (Lemmas 2 and 4); 0 for overlapping parts without a best direction.
+    fn best_turn(&self, pose: &SupportPose) -> (f64, f64) {
+        let spins = self.flight.spin;
+        let points = &pose.facing.points;
+        let tangent = pose.facing.normal.perp();
+        let p = tangent.dot(self.velocity(pose))
+            + (spins[0] * points[0].bend() + spins[1] * points[1].bend());
+        let stiffness = pose.facing.stiffness();
+        let turn = if stiffness > 0.0 { p / stiffness } else { 0.0 };
+        (p, turn)
+    }
+
+    /// The step against the circle in which a part of `body` stays (Lemma 6).
     #[cold]
     fn orbit_step_of(&self, pose: &SupportPose, body: usize) -> f64 {
         let (other, sign) = (1 - body, if body == 0 { 1.0 } else { -1.0 });
@@ -200,9 +223,7 @@ impl<A: Support, B: Support> GapFunction for SupportPair<'_, A, B> {
             slope,
             points,
         } = pose.facing;
-        let tangent = normal.perp();
-        let velocity = self.flight.motion.velocity
-            + (spins[1] * pose.arms[1].perp() - spins[0] * pose.arms[0].perp());
+        let velocity = self.velocity(pose);
         let acceleration =
             (spins[0] * spins[0]) * pose.arms[0] - (spins[1] * spins[1]) * pose.arms[1];
         let sum = |of: &dyn Fn(usize) -> f64| of(0) + of(1);
@@ -210,14 +231,8 @@ impl<A: Support, B: Support> GapFunction for SupportPair<'_, A, B> {
         let error = self.error.at(pose.at.time);
         let [a_error, p_error, stiffness_error] = self.second_errors(pose.at.time, error);
         let a = normal.dot(acceleration) - sum(&|n| spins[n] * spins[n] * bends[n]);
-        let p = tangent.dot(velocity) + sum(&|n| spins[n] * bends[n]);
         let stiffness = pose.facing.stiffness();
-        // Overlapping parts may have no best direction.
-        let turn = if stiffness > stiffness_error {
-            p / stiffness
-        } else {
-            0.0
-        };
+        let (p, turn) = self.best_turn(pose);
         let fast = turn.abs();
         let second = a + turn * (2.0 * p - turn * stiffness);
         let second_error = a_error
@@ -229,6 +244,11 @@ impl<A: Support, B: Support> GapFunction for SupportPair<'_, A, B> {
             + sum(&|n| spins[n].abs()) * error;
         let [k, k3] = [2, 3].map(|power| sum(&|n| spins[n].abs().powi(power) * self.arms[n]));
         let distance = self.reach() + (self.arms[0] + self.arms[1]) + error;
+        // |h''| is at most M, or the size of the part where R is small.
+        let most_bend = |n: usize| self.bends[n].max(self.reaches[n]);
+        let upwards = k
+            + sum(&|n| spins[n] * spins[n] * most_bend(n))
+            + 2.0 * fast * (self.error.speed() + sum(&|n| spins[n].abs() * most_bend(n)));
         let gap_jerk = k3
             + fast * (3.0 * k + fast * (3.0 * self.error.speed() + fast * distance))
             + sum(&|n| (turn - spins[n]).abs().powi(3) * self.thirds[n]);
@@ -244,6 +264,7 @@ impl<A: Support, B: Support> GapFunction for SupportPair<'_, A, B> {
                 jerk: self.jerk,
                 of_gap: second - second_error,
                 gap_jerk,
+                upwards,
                 ..Curvature::at_most(self.largest)
             },
         }
@@ -273,10 +294,29 @@ impl<A: Support, B: Support> GapFunction for SupportPair<'_, A, B> {
         longest
     }
 
-    /// Landing and the last correction need an upper bound on the gap, which a direction that turns
-    /// at a constant rate does not give.
-    fn stays(&self, _: &SupportPose, _: f64) -> bool {
-        false
+    /// Whether f of the direction that turns is also an upper bound on the gap, to within E/64
+    /// (Lemma 5).
+    fn stays(&self, pose: &SupportPose, duration: f64) -> bool {
+        let stiffness = pose.facing.stiffness();
+        let error = self.error.at(pose.at.time);
+        let [_, p_error, stiffness_error] = self.second_errors(pose.at.time, error);
+        if stiffness <= 4.0 * stiffness_error {
+            return false;
+        }
+        let (p, turn) = self.best_turn(pose);
+        let fast = turn.abs();
+        let sum = |of: &dyn Fn(usize) -> f64| of(0) + of(1);
+        let apart = |n: usize| (turn - self.flight.spin[n]).abs();
+        let speed = self.error.speed();
+        let distance = self.reach() + (self.arms[0] + self.arms[1]) + error;
+        let k = sum(&|n| self.flight.spin[n].powi(2) * self.arms[n]);
+        let bend = k
+            + fast * (2.0 * speed + fast * distance)
+            + sum(&|n| apart(n) * apart(n) * self.thirds[n]);
+        let softens = speed + sum(&|n| apart(n) * (self.thirds[n] + self.reaches[n]));
+        let drift = p_error + fast * stiffness_error + (p - turn * stiffness).abs();
+        let slope = pose.facing.slope.abs() + duration * (drift + 0.5 * bend * duration);
+        2.0 * duration * softens <= stiffness && 64.0 * slope * slope <= error * stiffness
     }
 
     fn within_reach(&self, time: f64, limit: f64) -> Option<f64> {

@@ -32,6 +32,9 @@ pub struct EdgeTangents {
     pub point: SupportPoint,
     /// Whether the edge is touched between its ends.
     pub is_beside: bool,
+    /// How far the nearest point of the part is beyond the end of the edge (length); negative
+    /// beside it, infinite for tangents that do not lie along the edge.
+    pub beyond: f64,
 }
 
 impl<A: Support> FacingEdge<'_, A> {
@@ -46,6 +49,7 @@ impl<A: Support> FacingEdge<'_, A> {
             gap: normal.dot(self.d) - of_edge - (point.distance + self.edge.radius()),
             point,
             is_beside: false,
+            beyond: f64::INFINITY,
         }
     }
 
@@ -99,6 +103,7 @@ impl<A: Support> FacingEdge<'_, A> {
             gap: side.dot(self.d) - side.dot(middle) - (point.distance + self.edge.radius()),
             point,
             is_beside: foot.abs() <= self.edge.half_length(),
+            beyond: foot.abs() - self.edge.half_length(),
         }
     }
 

@@ -158,6 +158,12 @@ const SCANNED: u32 = 32;
 /// How far below the gap a direction may be, as a share of the error of the gap.
 const SHARE: f64 = 1.0 / 64.0;
 
+/// Parts whose gap is at most this many errors of it touch.
+const TOUCHING: f64 = 64.0;
+
+/// Most steps of Newton's method in which the gap no longer grows beyond rounding.
+const MAX_POLISHINGS: u32 = 4;
+
 impl FacingTangents {
     /// F = −f_φφ (length).
     pub fn stiffness(&self) -> f64 {
@@ -223,6 +229,27 @@ impl<A: Support, B: Support> FacingParts<'_, A, B> {
                 break;
             };
             here = higher;
+        }
+        if here.gap.abs() <= TOUCHING * error {
+            self.polished(here)
+        } else {
+            here
+        }
+    }
+
+    /// The direction of parts that touch, in which f_φ is 0 to rounding: the rate of the gap, which
+    /// decides whether they close, is then that of the best direction.
+    fn polished(&self, mut here: FacingTangents) -> FacingTangents {
+        for _ in 0..MAX_POLISHINGS {
+            let turn = here.slope / here.stiffness();
+            if turn.abs() > MAX_TURN || turn.is_nan() {
+                break;
+            }
+            let next = self.across((here.normal + turn * here.normal.perp()).normalize());
+            if next.slope.abs() >= here.slope.abs() {
+                break;
+            }
+            here = next;
         }
         here
     }
