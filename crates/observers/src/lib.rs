@@ -39,7 +39,7 @@
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
 //! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
-//! | bond orientation: ψ₆ | [`HexaticOrder`] | samples |
+//! | bond orientation: ψₙ | [`HexaticOrder`] | samples |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, samples |
 //! | every impulse on a body | [`ImpulseLog`] | contacts |
@@ -61,10 +61,12 @@
 //! [`Observer`]: carom_engine::Observer
 
 mod body_frame;
+mod cell_list;
 mod coarse_atoms;
 mod collision_rate;
 mod contact_density;
 mod contact_log;
+mod delaunay;
 mod direction_histogram;
 mod disc_area;
 mod distribution;
@@ -86,6 +88,7 @@ mod isotropy;
 mod kinds;
 mod lags;
 mod maps;
+mod moving_frame;
 mod octaves;
 mod open_interval;
 mod orientational_correlation;
@@ -123,7 +126,7 @@ pub use free_paths::FreePaths;
 pub use friction::Friction;
 pub use group::Group;
 pub use helfand::{HelfandMoment, HelfandPoint};
-pub use hexatic_order::{HexaticOrder, HexaticPoint};
+pub use hexatic_order::{HexaticOrder, HexaticPoint, Neighbours};
 pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
 pub use isotropy::Isotropy;
