@@ -5,9 +5,11 @@
 //! tables.
 
 mod billiard;
+mod body_frame_diffusion;
 mod collision_rate;
 mod contact_density;
 mod correlation;
+mod defects;
 mod directions;
 mod drift;
 mod energy;
@@ -22,6 +24,7 @@ mod heat_conductivity;
 mod hexatic_order;
 mod impulses;
 mod intervals;
+mod k_atic;
 pub mod kicks;
 mod kind;
 mod known;
@@ -76,7 +79,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 30] = [
+pub const KINDS: [MeasureKind; 35] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -86,10 +89,15 @@ pub const KINDS: [MeasureKind; 30] = [
     temperature::KIND,
     correlation::KIND,
     orientation::KIND,
+    body_frame_diffusion::KIND,
     friction::KIND,
     pair_distribution::KIND,
     structure_factor::KIND,
     hexatic_order::KIND,
+    k_atic::NEMATIC,
+    k_atic::TETRATIC,
+    k_atic::K_ATIC,
+    defects::KIND,
     free_path::KIND,
     viscosity::KIND,
     heat_conductivity::KIND,
@@ -293,6 +301,16 @@ impl Measures {
         logs.into_iter()
             .try_for_each(|entry| entry.measure.append(files, &entry.head.label))
     }
+}
+
+/// A symbol with a whole number as its index, such as ψ₆.
+fn subscript(symbol: &str, index: u32) -> String {
+    let digits = index.to_string();
+    let lowered = digits.chars().filter_map(|digit| {
+        let value = digit.to_digit(10)?;
+        char::from_u32(u32::from('₀') + value)
+    });
+    symbol.chars().chain(lowered).collect()
 }
 
 /// Prints all measures with their parameters.
