@@ -37,11 +37,7 @@ impl Measured for BodyFrameDiffusion {
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let points: Vec<_> = self
-            .points()
-            .into_iter()
-            .filter(|point| point.pairs >= MIN_PAIRS)
-            .collect();
+        let points = self.points();
         if points.is_empty() {
             return Results::default();
         }
@@ -49,7 +45,12 @@ impl Measured for BodyFrameDiffusion {
         let quantity = |index: usize| -> Vec<BlockMean> {
             // Lags without pairs are the longest.
             let begin = (index * self.lags().len()).min(means.len());
-            context.resolved(&means[begin..], &lags)
+            let mut found = context.resolved(&means[begin..], &lags);
+            let few = points.iter().map(|point| point.pairs < MIN_PAIRS);
+            for (mean, _) in found.iter_mut().zip(few).filter(|(_, few)| *few) {
+                *mean = BlockMean::default();
+            }
+            found
         };
         let squares = [quantity(0), quantity(1)];
         let products = [quantity(2), quantity(3)];
@@ -70,7 +71,8 @@ impl Measured for BodyFrameDiffusion {
         .guide("square_along", 1.0, "∝ t", true)
         .caption(
             "Mean squares of the displacement, resolved in each interval along the axis x′ at its start and summed, \
-             and autocorrelations of the velocity in the frame of the body. At long lags 2 D∥ t and 2 D⊥ t.",
+             and autocorrelations of the velocity in the frame of the body. At long lags 2 D∥ t and 2 D⊥ t. Lags with fewer than \
+             30 pairs have no value.",
         );
         let figures = NAMES.iter().zip(squares.iter().zip(&products));
         Results {

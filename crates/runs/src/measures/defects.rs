@@ -6,7 +6,9 @@ use carom::{
 };
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Drawing, MeasureKind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
+use super::{
+    Context, Drawing, MeasureKind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed,
+};
 
 /// Longer side of the drawing (pixels), and the largest number of bodies without defect in it.
 const SIZE: f64 = 700.0;
@@ -21,7 +23,11 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[],
-    figures: &["share of disclinations", "mean square charge", "share of bodies with "],
+    figures: &[
+        "share of disclinations",
+        "mean square charge",
+        "share of bodies with ",
+    ],
     start: |selection| Ok(in_blocks(Disclinations::new(selection.group))),
     resume: resumed::<Disclinations>,
 };
@@ -51,9 +57,15 @@ impl Measured for Disclinations {
         .caption("Share of the bodies with so many neighbours; the first and the last hold those beyond.");
         let names = ["share of disclinations", "mean square charge (6 − z)²"];
         let mut figures = context.figures(names.map(|name| (name, "1", None)), rest, "");
-        let of_five = Self::neighbours().zip(shares).filter(|(number, _)| [5, 7].contains(number));
+        let of_five = Self::neighbours()
+            .zip(shares)
+            .filter(|(number, _)| [5, 7].contains(number));
         figures.extend(of_five.filter_map(|(number, mean)| {
-            context.figure(&format!("share of bodies with {number} neighbours"), "1", mean)
+            context.figure(
+                &format!("share of bodies with {number} neighbours"),
+                "1",
+                mean,
+            )
         }));
         Results {
             tables: [series(self.series(), context), table]
@@ -70,7 +82,10 @@ impl Measured for Disclinations {
 /// The numbers of disclinations at each sample.
 fn series(points: &[DefectPoint], context: &Context<'_>) -> Table {
     let of = |part: fn(&DefectPoint) -> u64| points.iter().map(part).collect();
-    let charges = points.iter().map(|point| Some(point.charge as f64)).collect();
+    let charges = points
+        .iter()
+        .map(|point| Some(point.charge as f64))
+        .collect();
     Table::new(context.table("defects"), "Disclinations")
         .abscissa("time", "time", points.iter().map(|point| point.time).collect())
         .counts("five", of(|point| point.five))
@@ -88,13 +103,20 @@ fn series(points: &[DefectPoint], context: &Context<'_>) -> Table {
 fn list(last: &[CountedBody], context: &Context<'_>) -> Option<Table> {
     let found: Vec<&CountedBody> = last.iter().filter(|body| body.charge() != 0).collect();
     let of = |part: fn(&CountedBody) -> f64| found.iter().map(|body| part(body)).collect();
-    let table = Table::new(context.table("defects-list"), "Disclinations at the last sample")
-        .abscissa("body", "1", of(|body| body.id as f64))
-        .undrawn("x", "length", of(|body| body.place.x))
-        .undrawn("y", "length", of(|body| body.place.y))
-        .undrawn("neighbours", "1", of(|body| body.neighbours.unwrap_or(0) as f64))
-        .undrawn("charge", "1", of(|body| body.charge() as f64))
-        .caption("The number of each body, its centre of mass, its neighbours z, and 6 − z.");
+    let table = Table::new(
+        context.table("defects-list"),
+        "Disclinations at the last sample",
+    )
+    .abscissa("body", "1", of(|body| body.id as f64))
+    .undrawn("x", "length", of(|body| body.place.x))
+    .undrawn("y", "length", of(|body| body.place.y))
+    .undrawn(
+        "neighbours",
+        "1",
+        of(|body| body.neighbours.unwrap_or(0) as f64),
+    )
+    .undrawn("charge", "1", of(|body| body.charge() as f64))
+    .caption("The number of each body, its centre of mass, its neighbours z, and 6 − z.");
     (!found.is_empty()).then_some(table)
 }
 
@@ -113,10 +135,15 @@ fn drawing(defects: &Disclinations, context: &Context<'_>) -> Drawing {
     for body in defects.last().iter().filter(is_drawn) {
         let (x, y) = (body.place.x * scale, (height - body.place.y) * scale);
         let (radius, colour) = (body.radius.max(least) * scale, colour(body));
-        let circle = format!("<circle cx=\"{x:.3}\" cy=\"{y:.3}\" r=\"{radius:.3}\" fill=\"{colour}\"/>\n");
+        let circle =
+            format!("<circle cx=\"{x:.3}\" cy=\"{y:.3}\" r=\"{radius:.3}\" fill=\"{colour}\"/>\n");
         svg.push_str(&circle);
     }
-    for [from, to] in defects.walls().iter().map(|ends| ends.map(|end| end * scale)) {
+    for [from, to] in defects
+        .walls()
+        .iter()
+        .map(|ends| ends.map(|end| end * scale))
+    {
         let [low, high] = [from.y, to.y].map(|y| height * scale - y);
         let line = format!(
             "<line x1=\"{:.3}\" y1=\"{low:.3}\" x2=\"{:.3}\" y2=\"{high:.3}\" stroke=\"black\"/>\n",

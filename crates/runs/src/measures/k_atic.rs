@@ -1,8 +1,8 @@
 //! `nematic`, `tetratic`, `k-atic`: the order of orientations with k-fold symmetry.
 
 use anyhow::Result;
-use carom::{OrientationalOrder, View, engine::Body, observers::OrderRanges};
 use carom::{CollisionReport, Observer};
+use carom::{OrientationalOrder, View, engine::Body, observers::OrderRanges};
 use carom_tables::{BlockMean, Table};
 use serde::{Deserialize, Serialize};
 
@@ -103,7 +103,9 @@ fn start(selection: &Selection<'_>, k: usize) -> Result<Box<dyn Measure>> {
     let half = MAX_SHARE * bounds.sides().min_element();
     let length = |name: &str, diameters: f64| {
         let default = (diameters * diameter).min(half);
-        selection.given(name).unwrap_or(if default > 0.0 { default } else { half })
+        selection
+            .given(name)
+            .unwrap_or(if default > 0.0 { default } else { half })
     };
     let ranges = OrderRanges {
         near: length(CUTOFF.name, NEAR_DIAMETERS),
@@ -181,7 +183,10 @@ impl KAtic {
     /// The correlations in time, of a body and of the group.
     fn lags(&self, means: [&[BlockMean]; 2], context: &Context<'_>) -> Table {
         let (points, k) = (self.order.lag_points(), self.order.symmetry());
-        let points: Vec<_> = points.iter().filter(|point| point.pairs >= MIN_PAIRS).collect();
+        let points: Vec<_> = points
+            .iter()
+            .filter(|point| point.pairs >= MIN_PAIRS)
+            .collect();
         let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
         let [of_body, of_group] = means.map(|means| context.resolved(means, &lags));
         Table::new(

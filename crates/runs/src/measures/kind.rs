@@ -202,7 +202,11 @@ impl Parameter {
             (Accepts::WholeUpTo(most), MeasureParameter::Number(value)) => ensure!(
                 value.fract() == 0.0 && (1.0..=most).contains(value),
                 "'{name}' must be a whole number from 1 to {}, but is {value}",
-                if most < 1e3 { format!("{most}") } else { format!("{most:e}") }
+                if most < 1e3 {
+                    format!("{most}")
+                } else {
+                    format!("{most:e}")
+                }
             ),
             (Accepts::Words(words), MeasureParameter::Text(word)) => ensure!(
                 words.contains(&word.as_str()),

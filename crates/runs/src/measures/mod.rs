@@ -318,7 +318,9 @@ pub fn list() -> Verdict {
     put(
         "measures",
         &KINDS
-            .map(|kind| json!({ "name": kind.name, "usage": kind.usage(), "about": kind.summary })),
+            .iter()
+            .map(|kind| json!({ "name": kind.name, "usage": kind.usage(), "about": kind.summary }))
+            .collect::<Vec<_>>(),
     );
     print_line(
         "Names for run.observe, and with parameters for [[measure]] (kind = NAME, of = TAG):\n",

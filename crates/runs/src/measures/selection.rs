@@ -80,7 +80,10 @@ impl<'a> Selection<'a> {
             !body.body.is_wall()
                 && (!body.body.molecule().is_round() || self.view.axis(body.body.key()).is_some())
         };
-        self.view.bodies().filter(|body| self.group.contains(body.body)).any(has_axis)
+        self.view
+            .bodies()
+            .filter(|body| self.group.contains(body.body))
+            .any(has_axis)
     }
 
     /// Two groups: those of two tags, or the group twice.

@@ -253,7 +253,8 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
                 "directions:tee", "projections:tee", "drift:tee", "running-average:tee", "temperature:gas", "orientation:tee",
                 "structure-factor", "hexatic-order:gas", "pressure-tensor", "free-path:gas", "viscosity",
                 "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee",
-                "kicks:tee", "fields:gas", "profile:gas", "front:gas"]
+                "kicks:tee", "fields:gas", "profile:gas", "front:gas", "nematic:tee", "tetratic", "k-atic:tee",
+                "defects:gas", "body-frame-diffusion:tee"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
@@ -324,8 +325,8 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
             figure.name
         );
     }
-    // Six of the drift, four of the orientation, two of the contact density, five shares of the
-    // directions, and of the kicks: two rates, six means and three energies, two times and that
+    // Six of the drift, four of the orientation, two of the nematic and two of the k-atic order, two
+    // of the contact density, five shares of the directions, and of the kicks: two rates, six means and three energies, two times and that
     // which a verdict needs, six shares, and two of the geometry.
     assert_eq!(
         results
@@ -333,7 +334,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
             .iter()
             .filter(|figure| figure.name.ends_with(", tee"))
             .count(),
-        39
+        43
     );
     for table in &results.tables {
         let rows = table.columns[0].values.len();
