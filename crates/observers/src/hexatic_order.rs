@@ -339,6 +339,95 @@ mod tests {
         assert!((sum / samples - mean).abs() < 1e-14 && samples == 20.0);
     }
 
+    fn order_by(places: &[DVec2], sides: [f64; 2], n: u32, rule: Neighbours) -> Option<Vec<DVec2>> {
+        let mut scene = Scene::default();
+        scene.bounds.sides = sides;
+        let bumper = |place: &DVec2| BumperSpec {
+            radius: 1e-9,
+            at: place.to_array(),
+            tags: vec![],
+        };
+        scene.bumper = places.iter().map(bumper).collect();
+        orders(places, &Simulation::new(&scene).unwrap().view(), (n, rule))
+    }
+
+    #[test]
+    fn each_rule_has_its_order_in_lattices_by_hand() {
+        // A rectangular lattice with distances 1 and 2: edges of the cells 2 along x and 1 along y.
+        let places: Vec<DVec2> = (0..24)
+            .map(|site| DVec2::new(f64::from(site % 6) + 0.25, 2.0 * f64::from(site / 6) + 0.5))
+            .collect();
+        let sides = [6.0, 8.0];
+        for (n, rule, expected) in [
+            (2, Neighbours::Nearest(2), 1.0),
+            (2, Neighbours::Delaunay, 0.0),
+            (2, Neighbours::Voronoi, (4.0 - 2.0) / 6.0),
+            (4, Neighbours::Voronoi, 1.0),
+            (1, Neighbours::Voronoi, 0.0),
+        ] {
+            for psi in order_by(&places, sides, n, rule).unwrap() {
+                assert!(
+                    (psi - DVec2::X * expected).length() < 1e-9,
+                    "{n} {rule:?}: {psi}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_of_random_positions_have_one_by_their_number_as_mean_square() {
+        for (n, count) in [(6, 6), (4, 4), (3, 5), (6, 1)] {
+            let mut order =
+                HexaticOrder::with_neighbours(Group::All, n, Neighbours::Nearest(count));
+            for replica in 0..10 {
+                let scene = random_points(500, [0.5, 2.0], replica);
+                order.sample(&Simulation::new(&scene).unwrap().view());
+            }
+            let squares = order.series().iter().map(|point| point.local_square);
+            let (mean, error) = carom_tables::block_sums::mean_of_series(squares).unwrap();
+            let expected = 1.0 / count as f64;
+            assert!(
+                (mean - expected).abs() < 5.0 * error + 1e-12,
+                "{n} {count}: {mean} ± {error}"
+            );
+        }
+    }
+
+    #[test]
+    fn few_bodies_and_bodies_in_a_line_have_numbers_or_none() {
+        let line: Vec<DVec2> = (0..8)
+            .map(|k| DVec2::new(0.1 * f64::from(k), 0.5))
+            .collect();
+        let rules = [
+            Neighbours::Nearest(6),
+            Neighbours::Delaunay,
+            Neighbours::Voronoi,
+        ];
+        for rule in rules {
+            for count in [0, 1, 2, 3, 8] {
+                for sides in [[1.0, 1.0], [1.0, 0.01]] {
+                    let places: Vec<DVec2> = line[..count]
+                        .iter()
+                        .map(|place| *place * DVec2::new(1.0, sides[1]))
+                        .collect();
+                    let found = order_by(&places, sides, 6, rule);
+                    let is_enough = if rule == rules[0] {
+                        count > 6
+                    } else {
+                        count > 0
+                    };
+                    assert_eq!(found.is_some(), is_enough, "{rule:?} {count}");
+                    assert!(
+                        found
+                            .iter()
+                            .flatten()
+                            .all(|psi| psi.length() <= 1.0 + 1e-12)
+                    );
+                }
+            }
+        }
+    }
+
     #[test]
     fn the_search_in_cells_agrees_with_all_pairs() {
         for (sides, count) in [
