@@ -83,7 +83,7 @@ pub(super) const K_ATIC: MeasureKind = MeasureKind {
 };
 
 /// The measures of bodies with an axis.
-pub(super) const OF_AXES: [&str; 4] = [
+pub(crate) const OF_AXES: [&str; 4] = [
     NEMATIC.name,
     TETRATIC.name,
     K_ATIC.name,

@@ -64,6 +64,7 @@ use serde_json::json;
 pub(crate) use self::collision_rate::FIGURE as COLLISION_RATE;
 use self::entry::{Entry, Head};
 pub(crate) use self::impulses::NAME as IMPULSES;
+pub(crate) use self::k_atic::OF_AXES;
 use self::kind::{Default, MAX_LAG};
 use self::measured::{Measure, in_blocks, point_bytes, resumed};
 pub use self::{

@@ -839,7 +839,7 @@ fn measures_of_order_are_refused_with_the_value_and_the_range() {
     // Discs get an axis from the thermostat of a stage.
     let driven = Scene::from_toml(
         "[[stage]]\nname = \"drive\"\nuntil = 1.0\n\
-         thermostat = [{ kind = \"active\", every = 0.1, speed = 1.0, rotational_diffusion = 1.0 }]",
+         thermostat = [{ tag = \"gas\", kind = \"active\", every = 0.1, speed = 1.0, rotational_diffusion = 1.0 }]",
     );
     scene.stage = driven.unwrap().stage;
     scene.run.observe = vec!["nematic:gas".to_owned()];
