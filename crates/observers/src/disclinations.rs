@@ -27,7 +27,7 @@ const COUNTED: usize = 8;
 /// Disclinations of a group at each sample; fixed discs and molecules count, walls do not.
 ///
 /// Samples without bodies are omitted, and those of a few bodies in an extremely narrow box (more
-/// than a million images). A sample costs some microseconds a body.
+/// than a million images). A sample costs about a microsecond a body.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -310,7 +310,7 @@ mod tests {
             squares.push((defects.squares - before) / 400.0);
         }
         assert!(defects.series().iter().all(|point| point.charge == 0));
-        let (mean, error) = carom_tables::block_sums::mean_of_series(squares.into_iter()).unwrap();
+        let (mean, error) = carom_tables::block_sums::mean_of_series(squares).unwrap();
         assert!(
             (mean - 1.7808).abs() < 4.0 * error && error < 0.03,
             "{mean} ± {error}"

@@ -39,7 +39,7 @@ const HEXATIC: (u32, Neighbours) = (6, Neighbours::Nearest(6));
 /// With the k nearest, samples with no more than k bodies in the group are omitted. A sample costs
 /// a search of a few cells for each body of a homogeneous system; at worst, with nearly all bodies
 /// in one small part of the box, each pair of bodies is compared. A Delaunay triangulation costs
-/// some microseconds a body; samples of a few bodies in an extremely narrow box (more than a
+/// about a microsecond a body; samples of a few bodies in an extremely narrow box (more than a
 /// million images) are omitted.
 ///
 /// ```

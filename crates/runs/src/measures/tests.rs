@@ -850,7 +850,7 @@ fn measures_of_order_are_refused_with_the_value_and_the_range() {
 /// Squares on a lattice, alternately a quarter turn apart: planted answers in all tables.
 #[test]
 fn planted_order_is_in_the_tables() {
-    let rods: String = (0..100)
+    let rods: Vec<String> = (0..100)
         .map(|k| {
             let [x, y] = [k % 10, k / 10].map(|n| 0.1 * f64::from(n) + 0.03);
             let turned = 0.25 * f64::from((k + k / 10) % 2);
@@ -861,10 +861,11 @@ fn planted_order_is_in_the_tables() {
         })
         .collect();
     let (results, _) = measured(&format!(
-        "{rods}[run]\nuntil = 4.0\nsample_interval = 0.1\n\
+        "{}[run]\nuntil = 4.0\nsample_interval = 0.1\n\
          observe = [\"nematic\", \"tetratic:rod\", \"defects\", \"body-frame-diffusion\"]\n\
          [[measure]]\nkind = \"k-atic\"\nk = 8\ndistance = 0.11\nbins = 10\nmax = 1.0\ncutoff = 0.12\n\
-         [[measure]]\nkind = \"hexatic-order\"\nname = \"square\"\nn = 4\nneighbours = \"voronoi\"\n"
+         [[measure]]\nkind = \"hexatic-order\"\nname = \"square\"\nn = 4\nneighbours = \"voronoi\"\n",
+        rods.concat()
     ));
     let value = |name: &str| {
         figure(&results, name)
