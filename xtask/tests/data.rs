@@ -357,8 +357,10 @@ for name, file, what in [('local', 'hexatic-order-gas', 'local'), ('global', 'he
                          ('nematic', 'nematic-rods', 'order')]:
     ours = column(file + '.csv', what)
     difference = np.abs(np.array(found[name]) - ours)
-    # freud computes in single precision.
-    assert difference.max() < 1e-6, (name, difference.max(), found[name], ours)
+    # freud computes in single precision: an edge of a cell that is as short as its rounding appears or
+    # is lost, which changes numbers of neighbours, and nothing that is weighted by the edge.
+    frames_that_may_differ = 2 if name in ('four', 'five', 'seven') else 0
+    assert (difference > 1e-6).sum() <= frames_that_may_differ, (name, difference, found[name], ours)
 ";
     run_program(&python, root.path(), program);
 }

@@ -28,7 +28,7 @@ const IMAGES_PER_BODY: f64 = 16.0;
 const MORE_IMAGES: f64 = 1e6;
 
 /// Coordinates below this (mean distances) are taken as 0; `spade` refuses those below 2⁻¹⁴².
-const SMALLEST: f64 = 1e-40;
+const MIN_COORDINATE: f64 = 1e-40;
 
 /// A neighbour of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,7 +117,7 @@ fn sites(places: &[DVec2], sides: DVec2, spacing: f64, margin: f64) -> Option<Ve
                 let place = (*place + sides * shift(image)) / spacing;
                 let is_near = place.cmpge(low).all() && place.cmple(high).all();
                 if is_near || image == [0; 2] {
-                    let place = place.map(|x| if x.abs() < SMALLEST { 0.0 } else { x });
+                    let place = place.map(|x| if x.abs() < MIN_COORDINATE { 0.0 } else { x });
                     sites.push(Site { place, body, image });
                 }
             }

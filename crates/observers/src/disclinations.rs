@@ -21,7 +21,7 @@ const REGULAR: usize = 6;
 
 /// The numbers of neighbours that are counted one by one: from 3 to 10; the first and the last hold
 /// those beyond.
-const FEWEST: usize = 3;
+const MIN_NEIGHBOURS: usize = 3;
 const COUNTED: usize = 8;
 
 /// Disclinations of a group at each sample; fixed discs and molecules count, walls do not.
@@ -55,7 +55,7 @@ pub struct Disclinations {
     walls: Vec<[DVec2; 2]>,
     /// Sides of the box at the last sample (length).
     sides: DVec2,
-    /// Bodies with so many neighbours, from [`FEWEST`] on, over all samples.
+    /// Bodies with so many neighbours, from [`MIN_NEIGHBOURS`] on, over all samples.
     counts: [u64; COUNTED],
     /// Σ (6 − z)² over all bodies and samples.
     squares: f64,
@@ -132,7 +132,7 @@ impl Disclinations {
 
     /// The numbers of neighbours of [`sums`](Self::sums).
     pub fn neighbours() -> impl Iterator<Item = usize> {
-        FEWEST..FEWEST + COUNTED
+        MIN_NEIGHBOURS..MIN_NEIGHBOURS + COUNTED
     }
 
     /// [Σx, Σw] over all samples so far, w = 1 for each body that counts: whether it has a number
@@ -140,7 +140,7 @@ impl Disclinations {
     /// those beyond; whether that number is not six; (6 − z)².
     pub fn sums(&self) -> Vec<[f64; 2]> {
         let bodies = self.counts.iter().sum::<u64>() as f64;
-        let defects = bodies - self.counts[REGULAR - FEWEST] as f64;
+        let defects = bodies - self.counts[REGULAR - MIN_NEIGHBOURS] as f64;
         let shares = self.counts.iter().map(|&count| count as f64);
         shares
             .chain([defects, self.squares])
@@ -202,7 +202,7 @@ impl Disclinations {
                 -1 => point.seven += 1,
                 _ => point.others += 1,
             }
-            let place = (REGULAR - FEWEST) as i64 - charge;
+            let place = (REGULAR - MIN_NEIGHBOURS) as i64 - charge;
             self.counts[place.clamp(0, COUNTED as i64 - 1) as usize] += 1;
             self.squares += (charge * charge) as f64;
         }

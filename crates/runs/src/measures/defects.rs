@@ -15,7 +15,7 @@ const SIZE: f64 = 700.0;
 const MAX_DRAWN: usize = 20_000;
 
 /// Least radius of a circle in mean distances: points are seen, too.
-const LEAST_RADIUS: f64 = 0.2;
+const MIN_RADIUS: f64 = 0.2;
 
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "defects",
@@ -130,7 +130,7 @@ fn drawing(defects: &Disclinations, context: &Context<'_>) -> Drawing {
         width * scale,
         height * scale
     );
-    let least = LEAST_RADIUS * (width * height / defects.last().len().max(1) as f64).sqrt();
+    let least = MIN_RADIUS * (width * height / defects.last().len().max(1) as f64).sqrt();
     let is_drawn = |body: &&CountedBody| body.charge() != 0 || defects.last().len() <= MAX_DRAWN;
     for body in defects.last().iter().filter(is_drawn) {
         let (x, y) = (body.place.x * scale, (height - body.place.y) * scale);
