@@ -25,9 +25,6 @@ pub(super) const MIN_PAIRS: u64 = 30;
 /// 0 at the first lag: a coarser one says nothing about what lies between.
 const RESOLVED: f64 = 0.5;
 
-/// The logarithm of a mean is known if it exceeds this number of its standard errors.
-const MIN_RESOLUTION: f64 = 4.0;
-
 /// Below this logarithm of the ratio of two values their logarithmic mean is taken from its series:
 /// the error, log³/360 of the value, is less than the rounding of the quotient.
 const SMALL_LOGARITHM: f64 = 1e-3;
@@ -175,9 +172,10 @@ impl TransportCurve<'_> {
     /// The integral of the curve from lag 0 to the longest lag with an error, and that lag. `None`
     /// if the samples do not resolve it.
     ///
-    /// Lags are up to twice as long as those before them. So the curve is an exponential between two
-    /// values that noise does not hide, and a line between others: the trapezoidal rule alone makes
-    /// ∫ exp(−t) too large by 4 % with the lags …, 1.8, 2, 4, 6, …
+    /// Lags are up to twice as long as those before them. So the curve is taken as an exponential
+    /// between two of them: the trapezoidal rule makes ∫ exp(−t) too large by 4 % with the lags …,
+    /// 1.8, 2, 4, 6, … Values below their standard error have the shape of one as large as that, so
+    /// that the rule becomes the trapezoidal one in the noise.
     pub(super) fn integral(&self) -> Option<(TransportValue, f64)> {
         let value = |place: usize| self.means.get(place)?.value;
         let is_resolved = value(1)? >= RESOLVED * value(0)?;
@@ -192,11 +190,9 @@ impl TransportCurve<'_> {
         let mut factors: Vec<(usize, f64)> = (0..=last).map(|place| (place, 0.0)).collect();
         for place in 0..last {
             let width = self.lags[place + 1] - self.lags[place];
-            let ends = [place, place + 1].map(|place| &self.means[place]);
-            let shares = if ends.iter().all(|mean| is_known(mean)) {
-                shares_of_exponential(ends.map(|mean| mean.value.unwrap_or(0.0)))
-            } else {
-                [0.5; 2]
+            let shares = match [place, place + 1].map(|place| above_noise(&self.means[place])) {
+                [Some(begin), Some(end)] => shares_of_exponential([begin, end]),
+                _ => [0.5; 2],
             };
             factors[place].1 += width * shares[0];
             factors[place + 1].1 += width * shares[1];
@@ -205,10 +201,10 @@ impl TransportCurve<'_> {
     }
 }
 
-/// Whether a mean is positive beyond its noise.
-fn is_known(mean: &BlockMean) -> bool {
-    let known = mean.value.zip(mean.standard_error);
-    known.is_some_and(|(value, error)| value > MIN_RESOLUTION * error)
+/// A mean, at least its standard error; `None` without a positive error.
+fn above_noise(mean: &BlockMean) -> Option<f64> {
+    let error = mean.standard_error.filter(|&error| error > 0.0)?;
+    Some(mean.value?.max(error))
 }
 
 /// The derivatives by a and b of their logarithmic mean (a − b)/ln(a/b), that of the exponential
