@@ -339,9 +339,9 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
         );
     }
     // Six of the drift, four of the orientation, two of the nematic order and two of the k-atic,
-    // two of the contact density, five shares of the directions, and of the kicks: two rates, six
-    // means and three energies, two times and that which a verdict needs, six shares, and two of the
-    // geometry.
+    // two of the contact density, five shares of the directions, and of the kicks: two rates,
+    // six means and three energies, two times and that which a verdict needs, six shares, and
+    // two of the geometry.
     assert_eq!(
         results
             .figures
