@@ -67,10 +67,11 @@ pub use carom_engine::{
 pub use carom_geometry::{Atom, Molecule, PeriodicBox, Shape};
 pub use carom_kinematics::{EpochTime, Motion, Orientation};
 pub use carom_observers::{
-    CollisionRate, ContactDensity, DirectionHistogram, EnergyLedger, FreePaths, Group,
-    HelfandMoment, HexaticOrder, OrientationCorrelation, OverlapCheck, PairDistribution, Pressure,
-    PressureTensor, ProjectionHistogram, RunningAverage, StructureFactor, Subscriptions,
-    TemperatureByTag, ThermostatLedger, TimeCorrelation, VelocityDistribution,
+    BodyFrameDiffusion, CollisionRate, ContactDensity, DirectionHistogram, Disclinations,
+    EnergyLedger, FreePaths, Group, HelfandMoment, HexaticOrder, OrientationCorrelation,
+    OrientationalOrder, OverlapCheck, PairDistribution, Pressure, PressureTensor,
+    ProjectionHistogram, RunningAverage, StructureFactor, Subscriptions, TemperatureByTag,
+    ThermostatLedger, TimeCorrelation, VelocityDistribution,
 };
 pub use carom_response::{Elasticity, Impact, Response};
 

@@ -1,37 +1,46 @@
-//! The bond-orientational order ψ₆ of the centres of mass.
+//! The bond-orientational order ψₙ of the centres of mass.
 //!
-//! ψ₆ of a body is the mean of exp(6iθ) over its neighbours, θ the direction to the neighbour
-//! (Halperin & Nelson 1978). Neighbours are the six nearest bodies, each in its nearest image, and
-//! all others as near as the sixth. (Neighbours from a Voronoi construction give other values in a
-//! fluid, and the same in a triangular lattice.) |ψ₆| is 1 in a triangular lattice and 0 in a
-//! square one, where the four nearest and the four next bodies both cancel. For independent,
-//! uniform positions the directions to the six nearest are independent, so that ⟨|ψ₆|²⟩ = 1/6.
+//! ψₙ of a body is the mean of exp(niθ) over its neighbours, θ the direction to the neighbour (n =
+//! 6: Halperin & Nelson 1978). [`Neighbours`] are the k nearest bodies, or those whose Voronoi
+//! cells share an edge, each with the same weight or with the length of the edge (W. Mickel et al.,
+//! J. Chem. Phys. 138 (2013) 044501). With the six nearest |ψ₆| is 1 in a triangular lattice and 0
+//! in a square one, where the four nearest and the four next bodies both cancel. For independent,
+//! uniform positions the directions to the k nearest are independent, so that ⟨|ψₙ|²⟩ = 1/k.
 //!
-//! The global order |Σ ψ₆| / N is of the order of 1/√N without long-range order.
+//! The global order |Σ ψₙ| / N is of the order of 1/√N without long-range order.
 
 use carom_engine::{Observer, View};
 use carom_geometry::PeriodicBox;
-use glam::{DVec2, Vec2Swizzles};
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::Group;
+use crate::{Group, cell_list::CellList, delaunay};
 
-/// The number of nearest neighbours.
-const NEIGHBOURS: usize = 6;
+/// The neighbours of a body in bond-orientational order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Neighbours {
+    /// So many nearest bodies, each in its nearest image, and all others as near as the last of
+    /// them; at least 1. Walls between them make no difference.
+    Nearest(usize),
+    /// Bodies whose Voronoi cells share an edge, with equal weights. Walls bound the cells.
+    #[doc(alias = "voronoi")]
+    Delaunay,
+    /// Bodies whose Voronoi cells share an edge, weighted by its length. Walls bound the cells.
+    Voronoi,
+}
 
-/// The largest relative difference of the squares of distances that are taken as equal: far above
-/// their rounding, far below any spread in a fluid.
-const AS_NEAR: f64 = 1e-9;
-
-/// Bodies per cell of the search. About nine cells, with 18 bodies, hold the six nearest.
-const BODIES_PER_CELL: f64 = 2.0;
+/// The rule of ψ₆ in maps and pictures.
+const HEXATIC: (u32, Neighbours) = (6, Neighbours::Nearest(6));
 
 /// Bond-orientational order of a group at each sample; fixed discs and molecules count, walls do
 /// not.
 ///
-/// Samples with fewer than seven bodies in the group are omitted. A sample costs a search of a few
-/// cells for each body of a homogeneous system; at worst, with nearly all bodies in one small part
-/// of the box, each pair of bodies is compared.
+/// With the k nearest, samples with no more than k bodies in the group are omitted. A sample costs
+/// a search of a few cells for each body of a homogeneous system; at worst, with nearly all bodies
+/// in one small part of the box, each pair of bodies is compared. A Delaunay triangulation costs
+/// about a microsecond a body; samples of a few bodies in an extremely narrow box (more than a
+/// million images) are omitted.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -48,10 +57,14 @@ const BODIES_PER_CELL: f64 = 2.0;
 /// assert!(point.global < 0.15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[doc(alias = "psi6")]
+#[doc(alias = "bond order")]
 pub struct HexaticOrder {
     group: Group,
+    /// n.
+    symmetry: u32,
+    neighbours: Neighbours,
     series: Vec<HexaticPoint>,
     /// Σ over the samples of local, local_square and global order.
     sums: [f64; 3],
@@ -63,21 +76,40 @@ pub struct HexaticOrder {
 pub struct HexaticPoint {
     /// Time of the sample.
     pub time: f64,
-    /// Mean of |ψ₆| over the bodies, from 0 to 1.
+    /// Mean of |ψₙ| over the bodies, from 0 to 1.
     pub local: f64,
-    /// Mean of |ψ₆|² over the bodies, from 0 to 1.
+    /// Mean of |ψₙ|² over the bodies, from 0 to 1.
     pub local_square: f64,
-    /// |mean of ψ₆ over the bodies|, from 0 to 1.
+    /// |mean of ψₙ over the bodies|, from 0 to 1.
     pub global: f64,
 }
 
 impl HexaticOrder {
-    /// Order of the bodies of a group, with neighbours in this group only.
+    /// ψ₆ of the bodies of a group, with the six nearest neighbours, in this group only.
     pub fn new(group: Group) -> Self {
+        let (symmetry, neighbours) = HEXATIC;
+        Self::with_neighbours(group, symmetry, neighbours)
+    }
+
+    /// ψₙ of the bodies of a group, n = `symmetry`, with neighbours in this group only.
+    pub fn with_neighbours(group: Group, symmetry: u32, neighbours: Neighbours) -> Self {
         Self {
             group,
-            ..Self::default()
+            symmetry,
+            neighbours,
+            series: Vec::new(),
+            sums: [0.0; 3],
         }
+    }
+
+    /// n.
+    pub fn symmetry(&self) -> u32 {
+        self.symmetry
+    }
+
+    /// The rule of the neighbours.
+    pub fn neighbours(&self) -> Neighbours {
+        self.neighbours
     }
 
     /// The samples so far.
@@ -105,10 +137,10 @@ impl Observer for HexaticOrder {
             .bodies()
             .filter(|view| !view.body.is_wall() && self.group.contains(view.body));
         let places: Vec<DVec2> = members.map(|view| view.motion.position).collect();
-        if places.len() <= NEIGHBOURS {
+        let rule = (self.symmetry, self.neighbours);
+        let Some(orders) = orders(&places, view, rule) else {
             return;
-        }
-        let orders = orders(&places, view.bounds());
+        };
         let count = orders.len() as f64;
         let point = HexaticPoint {
             time: view.time().to_f64(),
@@ -140,138 +172,89 @@ pub fn local_orders(view: &View<'_>) -> Vec<f64> {
 pub(crate) fn complex_orders(view: &View<'_>) -> Vec<DVec2> {
     let bodies = view.bodies().filter(|view| !view.body.is_wall());
     let places: Vec<DVec2> = bodies.map(|view| view.motion.position).collect();
-    if places.len() <= NEIGHBOURS {
-        return vec![DVec2::ZERO; places.len()];
-    }
-    orders(&places, view.bounds())
+    orders(&places, view, HEXATIC).unwrap_or_else(|| vec![DVec2::ZERO; places.len()])
 }
 
-/// ψ₆ of each body, real and imaginary part; more than six bodies.
-fn orders(places: &[DVec2], bounds: &PeriodicBox) -> Vec<DVec2> {
-    let grid = Grid::new(places, bounds);
+/// ψₙ of each body, real and imaginary part; `None` without enough neighbours.
+fn orders(
+    places: &[DVec2],
+    view: &View<'_>,
+    (symmetry, neighbours): (u32, Neighbours),
+) -> Option<Vec<DVec2>> {
+    match neighbours {
+        Neighbours::Nearest(count) => {
+            let count = count.max(1);
+            (places.len() > count)
+                .then(|| orders_of_nearest(places, view.bounds(), symmetry, count))
+        }
+        Neighbours::Delaunay => orders_of_cells(places, view, symmetry, |_| 1.0),
+        Neighbours::Voronoi => orders_of_cells(places, view, symmetry, |bond| bond.edge),
+    }
+}
+
+/// ψₙ of each body with its nearest neighbours; more than `count` bodies.
+fn orders_of_nearest(
+    places: &[DVec2],
+    bounds: &PeriodicBox,
+    symmetry: u32,
+    count: usize,
+) -> Vec<DVec2> {
+    let cells = CellList::for_nearest(places, bounds);
     let mut found = Vec::new();
     let order = |index| {
-        grid.nearest(index, &mut found);
+        cells.nearest(index, count, &mut found);
         let sum: DVec2 = found
             .iter()
-            .map(|&(_, displacement)| sixth_power(displacement.normalize_or_zero()))
+            .map(|&(_, displacement)| power(displacement.normalize_or_zero(), symmetry))
             .sum();
         sum / found.len() as f64
     };
     (0..places.len()).map(order).collect()
 }
 
-/// z⁶ of a complex number.
-fn sixth_power(z: DVec2) -> DVec2 {
-    let square = z.rotate(z);
-    square.rotate(square).rotate(square)
+/// ψₙ of each body with the neighbours of its Voronoi cell; 0 for a body without any.
+fn orders_of_cells(
+    places: &[DVec2],
+    view: &View<'_>,
+    symmetry: u32,
+    weight: fn(&delaunay::Bond) -> f64,
+) -> Option<Vec<DVec2>> {
+    let (bonds, _) = bonds_between_walls(places, view)?;
+    let order = |bonds: &Vec<delaunay::Bond>| {
+        let (mut sum, mut total) = (DVec2::ZERO, 0.0);
+        for bond in bonds {
+            sum += weight(bond) * power(bond.displacement.normalize_or_zero(), symmetry);
+            total += weight(bond);
+        }
+        if total > 0.0 { sum / total } else { sum }
+    };
+    Some(bonds.iter().map(order).collect())
 }
 
-/// A cell list of positions.
-struct Grid<'a> {
-    places: &'a [DVec2],
-    sides: DVec2,
-    cells: [usize; 2],
-    /// The indices of the bodies in the order of their cells.
-    members: Vec<usize>,
-    /// The index in `members` of the first body of each cell; one more entry than cells.
-    begins: Vec<usize>,
+/// The neighbours of each body by their Voronoi cells, which walls bound, and whether a wall bounds
+/// its cell.
+pub(crate) fn bonds_between_walls(
+    places: &[DVec2],
+    view: &View<'_>,
+) -> Option<(Vec<Vec<delaunay::Bond>>, Vec<bool>)> {
+    let mut bonds = delaunay::bonds(places, view.bounds())?;
+    let walls: Vec<[DVec2; 2]> = view.bodies().filter_map(|body| body.wall()).collect();
+    let sides = view.bounds().sides();
+    let is_at_wall = delaunay::cut_by_walls(&mut bonds, places, &walls, sides);
+    Some((bonds, is_at_wall))
 }
 
-impl<'a> Grid<'a> {
-    fn new(places: &'a [DVec2], bounds: &PeriodicBox) -> Self {
-        let sides = bounds.sides();
-        // Square cells, except in boxes so narrow that one cell is as wide as the box.
-        let requested = (places.len() as f64 / BODIES_PER_CELL).max(1.0);
-        let shape = (requested * sides / sides.yx()).map(f64::sqrt).floor();
-        let cells = shape
-            .clamp(DVec2::ONE, DVec2::splat(requested.floor()))
-            .to_array()
-            .map(|n| n as usize);
-        let mut grid = Self {
-            places,
-            sides,
-            cells,
-            members: Vec::new(),
-            begins: vec![0; cells[0] * cells[1] + 1],
-        };
-        grid.members = (0..places.len()).collect();
-        let cell_of: Vec<usize> = (0..places.len())
-            .map(|index| {
-                let [x, y] = grid.cell(index);
-                x + y * cells[0]
-            })
-            .collect();
-        grid.members.sort_by_key(|&index| cell_of[index]);
-        for &cell in &cell_of {
-            grid.begins[cell + 1] += 1;
+/// zⁿ of a complex number, by repeated squaring.
+pub(crate) fn power(z: DVec2, n: u32) -> DVec2 {
+    let (mut result, mut square, mut left) = (DVec2::X, z, n);
+    while left > 0 {
+        if left % 2 == 1 {
+            result = square.rotate(result);
         }
-        for cell in 1..grid.begins.len() {
-            grid.begins[cell] += grid.begins[cell - 1];
-        }
-        grid
+        square = square.rotate(square);
+        left /= 2;
     }
-
-    /// Column and row of a body.
-    fn cell(&self, index: usize) -> [usize; 2] {
-        let place = self.places[index] / self.sides;
-        let axis = |place: f64, cells: usize| ((place * cells as f64) as usize).min(cells - 1);
-        [axis(place.x, self.cells[0]), axis(place.y, self.cells[1])]
-    }
-
-    /// Collects the squared distances and displacements to the neighbours of a body. The search
-    /// goes in rings of cells until no body farther out can be a neighbour.
-    fn nearest(&self, index: usize, found: &mut Vec<(f64, DVec2)>) {
-        found.clear();
-        let [columns, rows] = self.cells;
-        let size = self.sides / DVec2::new(columns as f64, rows as f64);
-        let last_ring = columns.max(rows) / 2;
-        let mut limit = f64::INFINITY;
-        for ring in 0..=last_ring {
-            self.collect_ring(index, ring, found);
-            // Cells in later rings are at least this far away.
-            let reached = ring as f64 * size.min_element();
-            if found.len() >= NEIGHBOURS {
-                found
-                    .select_nth_unstable_by(NEIGHBOURS - 1, |one, other| one.0.total_cmp(&other.0));
-                limit = found[NEIGHBOURS - 1].0 * (1.0 + AS_NEAR);
-                if limit <= reached * reached {
-                    break;
-                }
-            }
-        }
-        found.retain(|&(squared, _)| squared <= limit);
-    }
-
-    /// Adds the bodies in the cells `ring` columns or rows away, and no farther.
-    fn collect_ring(&self, index: usize, ring: usize, found: &mut Vec<(f64, DVec2)>) {
-        let [columns, rows] = self.cells;
-        let [column, row] = self.cell(index);
-        for (y, up) in near(row, rows, ring) {
-            for (x, across) in near(column, columns, ring) {
-                if up.max(across) != ring {
-                    continue;
-                }
-                let cell = x + y * columns;
-                for &other in &self.members[self.begins[cell]..self.begins[cell + 1]] {
-                    if other != index {
-                        let displacement = self.places[other] - self.places[index];
-                        let nearest =
-                            displacement - self.sides * (displacement / self.sides).round();
-                        found.push((nearest.length_squared(), nearest));
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// The columns (or rows) up to `ring` away from one, each once, and how far they are.
-fn near(at: usize, cells: usize, ring: usize) -> impl Iterator<Item = (usize, usize)> {
-    let below = ring.min((cells - 1) / 2);
-    let above = ring.min(cells / 2);
-    let steps = (1..=below).map(move |step| ((at + cells - step) % cells, step));
-    steps.chain((0..=above).map(move |step| ((at + step) % cells, step)))
+    result
 }
 
 #[cfg(test)]
@@ -356,6 +339,95 @@ mod tests {
         assert!((sum / samples - mean).abs() < 1e-14 && samples == 20.0);
     }
 
+    fn order_by(places: &[DVec2], sides: [f64; 2], n: u32, rule: Neighbours) -> Option<Vec<DVec2>> {
+        let mut scene = Scene::default();
+        scene.bounds.sides = sides;
+        let bumper = |place: &DVec2| BumperSpec {
+            radius: 1e-9,
+            at: place.to_array(),
+            tags: vec![],
+        };
+        scene.bumper = places.iter().map(bumper).collect();
+        orders(places, &Simulation::new(&scene).unwrap().view(), (n, rule))
+    }
+
+    #[test]
+    fn each_rule_has_its_order_in_lattices_by_hand() {
+        // A rectangular lattice with distances 1 and 2: edges of the cells 2 along x and 1 along y.
+        let places: Vec<DVec2> = (0..24)
+            .map(|site| DVec2::new(f64::from(site % 6) + 0.25, 2.0 * f64::from(site / 6) + 0.5))
+            .collect();
+        let sides = [6.0, 8.0];
+        for (n, rule, expected) in [
+            (2, Neighbours::Nearest(2), 1.0),
+            (2, Neighbours::Delaunay, 0.0),
+            (2, Neighbours::Voronoi, (4.0 - 2.0) / 6.0),
+            (4, Neighbours::Voronoi, 1.0),
+            (1, Neighbours::Voronoi, 0.0),
+        ] {
+            for psi in order_by(&places, sides, n, rule).unwrap() {
+                assert!(
+                    (psi - DVec2::X * expected).length() < 1e-9,
+                    "{n} {rule:?}: {psi}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_of_random_positions_have_one_by_their_number_as_mean_square() {
+        for (n, count) in [(6, 6), (4, 4), (3, 5), (6, 1)] {
+            let mut order =
+                HexaticOrder::with_neighbours(Group::All, n, Neighbours::Nearest(count));
+            for replica in 0..10 {
+                let scene = random_points(500, [0.5, 2.0], replica);
+                order.sample(&Simulation::new(&scene).unwrap().view());
+            }
+            let squares = order.series().iter().map(|point| point.local_square);
+            let (mean, error) = carom_tables::block_sums::mean_of_series(squares).unwrap();
+            let expected = 1.0 / count as f64;
+            assert!(
+                (mean - expected).abs() < 5.0 * error + 1e-12,
+                "{n} {count}: {mean} ± {error}"
+            );
+        }
+    }
+
+    #[test]
+    fn few_bodies_and_bodies_in_a_line_have_numbers_or_none() {
+        let line: Vec<DVec2> = (0..8)
+            .map(|k| DVec2::new(0.1 * f64::from(k), 0.5))
+            .collect();
+        let rules = [
+            Neighbours::Nearest(6),
+            Neighbours::Delaunay,
+            Neighbours::Voronoi,
+        ];
+        for rule in rules {
+            for count in [0, 1, 2, 3, 8] {
+                for sides in [[1.0, 1.0], [1.0, 0.01]] {
+                    let places: Vec<DVec2> = line[..count]
+                        .iter()
+                        .map(|place| *place * DVec2::new(1.0, sides[1]))
+                        .collect();
+                    let found = order_by(&places, sides, 6, rule);
+                    let is_enough = if rule == rules[0] {
+                        count > 6
+                    } else {
+                        count > 0
+                    };
+                    assert_eq!(found.is_some(), is_enough, "{rule:?} {count}");
+                    assert!(
+                        found
+                            .iter()
+                            .flatten()
+                            .all(|psi| psi.length() <= 1.0 + 1e-12)
+                    );
+                }
+            }
+        }
+    }
+
     #[test]
     fn the_search_in_cells_agrees_with_all_pairs() {
         for (sides, count) in [
@@ -372,7 +444,7 @@ mod tests {
                 .map(|view| view.motion.position)
                 .collect();
             let bounds = simulation.view().bounds();
-            let found = orders(&places, bounds);
+            let found = orders(&places, &simulation.view(), HEXATIC).unwrap();
             for (index, psi) in found.iter().enumerate() {
                 let others = places
                     .iter()

@@ -39,7 +39,10 @@
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
 //! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
-//! | bond orientation: ψ₆ | [`HexaticOrder`] | samples |
+//! | bond orientation: ψₙ | [`HexaticOrder`] | samples |
+//! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
+//! | nematic, tetratic, k-atic order of orientations | [`OrientationalOrder`] | samples |
+//! | displacements along and across the axis of a body, in its own frame | [`BodyFrameDiffusion`] | samples |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, samples |
 //! | every impulse on a body | [`ImpulseLog`] | contacts |
@@ -61,12 +64,16 @@
 //! [`Observer`]: carom_engine::Observer
 
 mod body_frame;
+mod body_frame_diffusion;
+mod cell_list;
 mod coarse_atoms;
 mod collision_rate;
 mod contact_density;
 mod contact_log;
+mod delaunay;
 mod direction_histogram;
 mod disc_area;
+mod disclinations;
 mod distribution;
 mod drawn_contours;
 mod drift;
@@ -86,9 +93,11 @@ mod isotropy;
 mod kinds;
 mod lags;
 mod maps;
+mod moving_frame;
 mod octaves;
 mod open_interval;
 mod orientational_correlation;
+mod orientational_order;
 mod overlap_check;
 mod pair_distribution;
 mod picture;
@@ -108,10 +117,12 @@ mod velocity_distribution;
 mod wall_heat;
 mod wall_pressure;
 
+pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use contact_log::{ContactLog, LoggedContact};
 pub use direction_histogram::DirectionHistogram;
+pub use disclinations::{CountedBody, DefectPoint, Disclinations};
 pub use distribution::{AdaptiveHistogram, Bins};
 pub use drift::Drift;
 pub use energy_ledger::{EnergyLedger, LedgerPoint};
@@ -123,12 +134,15 @@ pub use free_paths::FreePaths;
 pub use friction::Friction;
 pub use group::Group;
 pub use helfand::{HelfandMoment, HelfandPoint};
-pub use hexatic_order::{HexaticOrder, HexaticPoint};
+pub use hexatic_order::{HexaticOrder, HexaticPoint, Neighbours};
 pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
 pub use isotropy::Isotropy;
 pub use maps::{BoxMap, density_map, order_map};
 pub use orientational_correlation::{OrientationCorrelation, OrientationPoint};
+pub use orientational_order::{
+    OrderLagPoint, OrderPoint, OrderRanges, OrientationalOrder, PairOrderPoint,
+};
 pub use overlap_check::OverlapCheck;
 pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
 pub use picture::picture;

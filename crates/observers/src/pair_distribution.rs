@@ -12,7 +12,7 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::{Group, Histogram};
+use crate::{Group, Histogram, cell_list::CellList};
 
 /// Pair distribution of the centres of mass of two groups over the samples; fixed bodies count,
 /// too, but no walls.
@@ -154,103 +154,26 @@ impl Observer for PairDistribution {
             self.passed_over += 1;
             return;
         }
-        let members: Vec<Member> = view
+        let (places, is_in): (Vec<DVec2>, Vec<[bool; 2]>) = view
             .bodies()
             .filter(|view| !view.body.is_wall())
-            .map(|view| Member {
-                place: view.motion.position,
-                is_in: self.groups.map(|group| group.contains(view.body)),
+            .map(|view| {
+                let is_in = self.groups.map(|group| group.contains(view.body));
+                (view.motion.position, is_in)
             })
-            .filter(|member| member.is_in.contains(&true))
-            .collect();
-        let count = |requested: fn(&Member) -> bool| {
-            members.iter().filter(|&member| requested(member)).count() as f64
+            .filter(|(_, is_in)| is_in.contains(&true))
+            .unzip();
+        let count = |requested: fn(&[bool; 2]) -> bool| {
+            is_in.iter().filter(|&is_in| requested(is_in)).count() as f64
         };
-        let [first, second] = [
-            count(|member| member.is_in[0]),
-            count(|member| member.is_in[1]),
-        ];
-        let both = count(|member| member.is_in == [true; 2]);
+        let [first, second] = [count(|is_in| is_in[0]), count(|is_in| is_in[1])];
+        let both = count(|is_in| *is_in == [true; 2]);
         self.pairs_per_area += (first * second - both) / self.bounds.area();
-        let neighbourhoods = Neighbourhoods::new(members, &self.bounds, self.cutoff);
-        let cutoff_squared = self.cutoff * self.cutoff;
-        let sides = self.bounds.sides();
-        neighbourhoods.for_each_pair(|displacement| {
-            // Minimum image: a component of the distance is at most half a side.
-            let apart = displacement.abs();
-            let squared = apart.min(sides - apart).length_squared();
-            if squared < cutoff_squared {
+        let cells = CellList::for_cutoff(&places, &self.bounds, self.cutoff);
+        cells.for_each_pair_within(self.cutoff, |[i, j], squared| {
+            if is_in[i][0] && is_in[j][1] {
                 self.distances.add(squared.sqrt());
             }
         });
-    }
-}
-
-/// A body of either group.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct Member {
-    place: DVec2,
-    is_in: [bool; 2],
-}
-
-/// A cell list of the bodies. Cells are no narrower than the cutoff, so that only neighbouring
-/// cells are searched.
-struct Neighbourhoods {
-    members: Vec<Member>,
-    cells: [usize; 2],
-    /// The index of the first member of each cell; one more entry than cells.
-    begins: Vec<usize>,
-}
-
-impl Neighbourhoods {
-    fn new(mut members: Vec<Member>, bounds: &PeriodicBox, cutoff: f64) -> Self {
-        // Not many more cells than bodies, even for a short cutoff.
-        let most = (members.len() as f64).sqrt().ceil().max(1.0);
-        let cells = (bounds.sides() / cutoff)
-            .floor()
-            .clamp(DVec2::ONE, DVec2::splat(most));
-        let per_side = [cells.x as usize, cells.y as usize];
-        let cell_of = |member: &Member| {
-            let place = member.place / bounds.sides() * cells;
-            let [x, y] = [place.x as usize, place.y as usize];
-            x.min(per_side[0] - 1) + y.min(per_side[1] - 1) * per_side[0]
-        };
-        members.sort_by_cached_key(cell_of);
-        let mut begins = vec![0; per_side[0] * per_side[1] + 1];
-        for member in &members {
-            begins[cell_of(member) + 1] += 1;
-        }
-        for cell in 1..begins.len() {
-            begins[cell] += begins[cell - 1];
-        }
-        Self {
-            members,
-            cells: per_side,
-            begins,
-        }
-    }
-
-    /// Calls `f` with the displacement within the box of each ordered pair of the two groups in
-    /// neighbouring cells.
-    fn for_each_pair(&self, mut f: impl FnMut(DVec2)) {
-        let [columns, rows] = self.cells;
-        for cell in 0..columns * rows {
-            let [x, y] = [cell % columns, cell / columns];
-            // With one or two cells along a side, each is visited once.
-            let near = |at: usize, cells: usize| {
-                (0..cells.min(3)).map(move |step| (at + cells - 1 + step) % cells)
-            };
-            for other in near(y, rows).flat_map(|y| near(x, columns).map(move |x| x + y * columns))
-            {
-                for i in self.begins[cell]..self.begins[cell + 1] {
-                    let one = self.members[i];
-                    let others = self.begins[other]..self.begins[other + 1];
-                    for j in others.filter(|&j| j != i && one.is_in[0] && self.members[j].is_in[1])
-                    {
-                        f(self.members[j].place - one.place);
-                    }
-                }
-            }
-        }
     }
 }

@@ -8,13 +8,13 @@
 
 use carom_engine::{Observer, View};
 use carom_geometry::GeometryError;
-use carom_kinematics::{DragClock, EpochTime};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::{
     Group,
     lags::{Clock, LagSum, LaggedSample, Lags, PairSums},
+    moving_frame::MovingFrame,
 };
 
 /// Mean squared displacement and velocity autocorrelation of the moving bodies.
@@ -79,20 +79,6 @@ pub struct CorrelationPoint {
     /// ⟨v(t₀ + t)·v(t₀)⟩ (length² / time²); ⟨v²⟩ at lag 0.
     #[doc(alias = "VACF")]
     pub autocorrelation: f64,
-}
-
-/// The displacement of the frame of the centre of mass, integrated from its velocity between
-/// samples.
-///
-/// The position Σ m x / M would jump when a body is added or removed.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-struct MovingFrame {
-    /// The time from which the velocity is valid; `None` before the first sample.
-    since: Option<EpochTime>,
-    velocity: DVec2,
-    displacement: DVec2,
-    /// The clock of the drag since then.
-    clock: DragClock,
 }
 
 /// One body at one time, relative to the frame of the centre of mass.
@@ -194,20 +180,6 @@ impl Observer for TimeCorrelation {
             })
             .collect();
         self.lags.take(&mut self.clock, view.time(), &now);
-    }
-}
-
-impl MovingFrame {
-    /// Advances to the time of the view. The velocity until then is that of the last view, because
-    /// only an edit, which takes no time, changes it.
-    fn follow(&mut self, view: &View<'_>) {
-        if let Some(since) = self.since {
-            let duration = view.time().since(since);
-            self.displacement += self.clock.reading(duration) * self.velocity;
-        }
-        self.since = Some(view.time());
-        self.clock = DragClock::new(view.drag());
-        self.velocity = view.centre_of_mass_frame().velocity();
     }
 }
 

@@ -12,7 +12,7 @@ use crate::{record::MeasureRecord, sampling_times::sampling_count, schedule::sta
 
 use super::{
     Context, HardDiscs, Label, Measure, MeasureKind, Request, Results, Selection, Span,
-    correlation, heat_conductivity,
+    correlation, heat_conductivity, k_atic,
     kind::{FROM, UNTIL},
     overlap,
     request::find,
@@ -82,6 +82,13 @@ impl Entry {
     ) -> Result<Self> {
         let selection = Selection::new(request, &scene.run, view)?;
         let measure = (request.kind.start)(&selection).with_context(|| request.entry.clone())?;
+        ensure!(
+            !k_atic::OF_AXES.contains(&request.kind.name)
+                || selection.has_axes()
+                || stages::drives_axes(scene),
+            "{}: no body of it has an axis: discs have none, unless a thermostat 'active' of a stage drives them",
+            request.entry
+        );
         let is_measured = request.kind.span == Span::Measurement;
         let (from, until) = if is_measured {
             stages::window(scene)

@@ -121,6 +121,21 @@ impl Parameter {
         }
     }
 
+    /// A whole number from 1 to `most`.
+    pub const fn up_to(
+        name: &'static str,
+        most: f64,
+        default: Default,
+        about: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            default,
+            about,
+            accepts: Accepts::WholeUpTo(most),
+        }
+    }
+
     /// A number of samples or rows, from 1 to 10¹².
     pub const fn records(name: &'static str, default: Default, about: &'static str) -> Self {
         Self {
@@ -186,7 +201,12 @@ impl Parameter {
             ),
             (Accepts::WholeUpTo(most), MeasureParameter::Number(value)) => ensure!(
                 value.fract() == 0.0 && (1.0..=most).contains(value),
-                "'{name}' must be a whole number from 1 to {most:e}, but is {value}"
+                "'{name}' must be a whole number from 1 to {}, but is {value}",
+                if most < 1e3 {
+                    format!("{most}")
+                } else {
+                    format!("{most:e}")
+                }
             ),
             (Accepts::Words(words), MeasureParameter::Text(word)) => ensure!(
                 words.contains(&word.as_str()),

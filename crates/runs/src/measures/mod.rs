@@ -5,9 +5,11 @@
 //! tables.
 
 mod billiard;
+mod body_frame_diffusion;
 mod collision_rate;
 mod contact_density;
 mod correlation;
+mod defects;
 mod directions;
 mod drift;
 mod energy;
@@ -22,6 +24,7 @@ mod heat_conductivity;
 mod hexatic_order;
 mod impulses;
 mod intervals;
+mod k_atic;
 pub mod kicks;
 mod kind;
 mod known;
@@ -61,6 +64,7 @@ use serde_json::json;
 pub(crate) use self::collision_rate::FIGURE as COLLISION_RATE;
 use self::entry::{Entry, Head};
 pub(crate) use self::impulses::NAME as IMPULSES;
+pub(crate) use self::k_atic::OF_AXES;
 use self::kind::{Default, MAX_LAG};
 use self::measured::{Measure, in_blocks, point_bytes, resumed};
 pub use self::{
@@ -76,7 +80,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 30] = [
+pub const KINDS: [MeasureKind; 35] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -86,10 +90,15 @@ pub const KINDS: [MeasureKind; 30] = [
     temperature::KIND,
     correlation::KIND,
     orientation::KIND,
+    body_frame_diffusion::KIND,
     friction::KIND,
     pair_distribution::KIND,
     structure_factor::KIND,
     hexatic_order::KIND,
+    k_atic::NEMATIC,
+    k_atic::TETRATIC,
+    k_atic::K_ATIC,
+    defects::KIND,
     free_path::KIND,
     viscosity::KIND,
     heat_conductivity::KIND,
@@ -295,12 +304,24 @@ impl Measures {
     }
 }
 
+/// A symbol with a whole number as its index, such as ψ₆.
+fn subscript(symbol: &str, index: u32) -> String {
+    let digits = index.to_string();
+    let lowered = digits.chars().filter_map(|digit| {
+        let value = digit.to_digit(10)?;
+        char::from_u32(u32::from('₀') + value)
+    });
+    symbol.chars().chain(lowered).collect()
+}
+
 /// Prints all measures with their parameters.
 pub fn list() -> Verdict {
     put(
         "measures",
         &KINDS
-            .map(|kind| json!({ "name": kind.name, "usage": kind.usage(), "about": kind.summary })),
+            .iter()
+            .map(|kind| json!({ "name": kind.name, "usage": kind.usage(), "about": kind.summary }))
+            .collect::<Vec<_>>(),
     );
     print_line(
         "Names for run.observe, and with parameters for [[measure]] (kind = NAME, of = TAG):\n",

@@ -214,13 +214,16 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
 }
 
 /// Other names of measures, as in the literature and in other programs.
-const ALIASES: [(&str, &str); 8] = [
+const ALIASES: [(&str, &str); 11] = [
     ("msd", "correlation"),
     ("vacf", "correlation"),
     ("rdf", "pair-distribution"),
     ("g(r)", "pair-distribution"),
     ("s(k)", "structure-factor"),
     ("psi6", "hexatic-order"),
+    ("bond-order", "hexatic-order"),
+    ("katic", "k-atic"),
+    ("disclinations", "defects"),
     ("stress", "pressure-tensor"),
     ("maps", "fields"),
 ];

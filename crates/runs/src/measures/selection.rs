@@ -69,6 +69,23 @@ impl<'a> Selection<'a> {
         self.tags
     }
 
+    /// The name of the measure.
+    pub fn kind_name(&self) -> &'static str {
+        self.request.kind.name
+    }
+
+    /// Whether a body of the group has an axis now: it is not round, or driven along an axis.
+    pub fn has_axes(&self) -> bool {
+        let has_axis = |body: BodyView<'_>| {
+            !body.body.is_wall()
+                && (!body.body.molecule().is_round() || self.view.axis(body.body.key()).is_some())
+        };
+        self.view
+            .bodies()
+            .filter(|body| self.group.contains(body.body))
+            .any(has_axis)
+    }
+
     /// Two groups: those of two tags, or the group twice.
     pub fn groups(&self) -> [Group; 2] {
         [self.group, self.tags[1].map_or(self.group, Group::from)]

@@ -116,6 +116,19 @@ fn parameters_are_refused_by_name() {
             "kind = \"correlation\"\nevery = 2\ninterval = 0.2",
             "exclude each other",
         ),
+        (
+            "kind = \"k-atic\"\nk = 101",
+            "'k' must be a whole number from 1 to 100, but is 101",
+        ),
+        ("kind = \"nematic\"\nk = 3", "unknown key 'k' of 'nematic'"),
+        (
+            "kind = \"tetratic\"\ncutoff = 0",
+            "'cutoff' must be positive and finite, but is 0",
+        ),
+        (
+            "kind = \"hexatic-order\"\nneighbours = \"voronoy\"",
+            "one of nearest, delaunay, voronoi, but is \"voronoy\"; did you mean `voronoi`?",
+        ),
         ("kind = \"correlation\"\nname = \"../x\"", "letters"),
         ("kind = \"events\"\nevery = 2", "unknown key 'every'"),
         (
@@ -253,7 +266,8 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
                 "directions:tee", "projections:tee", "drift:tee", "running-average:tee", "temperature:gas", "orientation:tee",
                 "structure-factor", "hexatic-order:gas", "pressure-tensor", "free-path:gas", "viscosity",
                 "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee",
-                "kicks:tee", "fields:gas", "profile:gas", "front:gas"]
+                "kicks:tee", "fields:gas", "profile:gas", "front:gas", "nematic:tee", "tetratic", "k-atic:tee",
+                "defects:gas", "body-frame-diffusion:tee"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
@@ -324,16 +338,17 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
             figure.name
         );
     }
-    // Six of the drift, four of the orientation, two of the contact density, five shares of the
-    // directions, and of the kicks: two rates, six means and three energies, two times and that
-    // which a verdict needs, six shares, and two of the geometry.
+    // Six of the drift, four of the orientation, two of the nematic order and two of the k-atic,
+    // two of the contact density, five shares of the directions, and of the kicks: two rates,
+    // six means and three energies, two times and that which a verdict needs, six shares, and
+    // two of the geometry.
     assert_eq!(
         results
             .figures
             .iter()
             .filter(|figure| figure.name.ends_with(", tee"))
             .count(),
-        39
+        43
     );
     for table in &results.tables {
         let rows = table.columns[0].values.len();
@@ -785,6 +800,115 @@ fn files_that_grow_with_the_run_have_the_columns_of_their_tables() {
     assert_eq!(
         table(&results, "collision-rate").header(),
         series::RATES.header
+    );
+}
+
+#[test]
+fn measures_of_order_are_refused_with_the_value_and_the_range() {
+    let mut scene = Scene::from_toml(
+        "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 20\n\
+         [[molecule]]\ntags = [\"rod\"]\nshape = \"rod:3\"\natom_radius = 0.01\natom_mass = 1.0\nat = [0.5, 0.5]",
+    )
+    .unwrap();
+    let simulation = AnySimulation::new(&scene).unwrap();
+    let mut refused = |entry: &str| {
+        let text = format!("[[measure]]\n{entry}");
+        scene.measure = Scene::from_toml(&text).unwrap().measure;
+        let started = Measures::new(&scene, &simulation.view());
+        started
+            .err()
+            .map(|error| format!("{error:#}"))
+            .unwrap_or_default()
+    };
+    for kind in ["nematic", "tetratic", "k-atic", "body-frame-diffusion"] {
+        let error = refused(&format!("kind = \"{kind}\"\nof = \"gas\""));
+        assert!(
+            error.contains("no body of it has an axis"),
+            "{kind}: {error}"
+        );
+        assert_eq!(refused(&format!("kind = \"{kind}\"")), "");
+    }
+    for key in ["cutoff", "distance"] {
+        let error = refused(&format!("kind = \"nematic\"\nof = \"rod\"\n{key} = 0.5"));
+        assert!(
+            error.contains("0.5 must be less than half the shorter side of the box, 0.5"),
+            "{error}"
+        );
+    }
+    let error = refused("kind = \"hexatic-order\"\nneighbours = \"delaunay\"\nk = 4");
+    assert!(error.contains("neighbours = \"nearest\""), "{error}");
+    // Discs get an axis from the thermostat of a stage.
+    let driven = Scene::from_toml(
+        "[[stage]]\nname = \"drive\"\nuntil = 1.0\n\
+         thermostat = [{ tag = \"gas\", kind = \"active\", every = 0.1, speed = 1.0, rotational_diffusion = 1.0 }]",
+    );
+    scene.stage = driven.unwrap().stage;
+    scene.run.observe = vec!["nematic:gas".to_owned()];
+    scene.measure.clear();
+    assert!(Measures::new(&scene, &simulation.view()).is_ok());
+}
+
+/// Squares on a lattice, alternately a quarter turn apart: planted answers in all tables.
+#[test]
+fn planted_order_is_in_the_tables() {
+    let rods: Vec<String> = (0..100)
+        .map(|k| {
+            let [x, y] = [k % 10, k / 10].map(|n| 0.1 * f64::from(n) + 0.03);
+            let turned = 0.25 * f64::from((k + k / 10) % 2);
+            format!(
+                "[[molecule]]\ntags = [\"rod\"]\nshape = \"rod:3\"\natom_radius = 0.005\natom_mass = 1.0\n\
+                 at = [{x:?}, {y:?}]\norientation_turns = {turned}\n"
+            )
+        })
+        .collect();
+    let (results, _) = measured(&format!(
+        "{}[run]\nuntil = 4.0\nsample_interval = 0.1\n\
+         observe = [\"nematic\", \"tetratic:rod\", \"defects\", \"body-frame-diffusion\"]\n\
+         [[measure]]\nkind = \"k-atic\"\nk = 8\ndistance = 0.11\nbins = 10\nmax = 1.0\ncutoff = 0.12\n\
+         [[measure]]\nkind = \"hexatic-order\"\nname = \"square\"\nn = 4\nneighbours = \"voronoi\"\n",
+        rods.concat()
+    ));
+    let value = |name: &str| {
+        figure(&results, name)
+            .unwrap_or_else(|| panic!("no {name}"))
+            .value
+    };
+    for (name, expected) in [
+        ("order S₂", 0.0),
+        ("order S₄, rod", 1.0),
+        ("mean square order S₄², rod", 1.0),
+        ("order S₈", 1.0),
+        ("local order cos 8Δθ", 1.0),
+        ("mean |ψ₄| of the bodies, square", 1.0),
+        ("|mean ψ₄|, square", 1.0),
+        // A square lattice: the cells have four sides.
+        ("share of disclinations", 1.0),
+        ("mean square charge (6 − z)²", 4.0),
+    ] {
+        assert!(
+            (value(name) - expected).abs() < 1e-9,
+            "{name}: {}",
+            value(name)
+        );
+    }
+    let pairs = table(&results, "k-atic-distance");
+    let counts = column(pairs, "pairs");
+    assert_eq!((counts.len(), counts[9]), (10, Some(400.0 * 41.0)));
+    assert!((column(pairs, "g")[9].unwrap() - 1.0).abs() < 1e-9);
+    let lags = table(&results, "k-atic-lag");
+    for name in ["of_body", "of_group"] {
+        let values = column(lags, name);
+        assert!(values.len() == 11 && (values[10].unwrap() - 1.0).abs() < 1e-9);
+    }
+    assert_eq!(table(&results, "defects-list").rows().len(), 100);
+    let drawing = results
+        .drawings
+        .iter()
+        .find(|drawing| drawing.file == "defects.svg");
+    assert_eq!(drawing.unwrap().svg.matches("#cc79a7").count(), 100);
+    assert_eq!(
+        column(table(&results, "body-frame-diffusion"), "square_along")[3],
+        Some(0.0)
     );
 }
 

@@ -10,8 +10,8 @@ use carom_tables::{Figure, Role};
 
 use super::table;
 use crate::measures::{
-    COLLISION_RATE as RATE, HardDiscs, KINDS, MeasureKind, Measures, Of, Parameter, Results,
-    file_name,
+    COLLISION_RATE as RATE, HardDiscs, KINDS, MeasureKind, Measures, OF_AXES, Of, Parameter,
+    Results, file_name,
 };
 
 /// Head of the section.
@@ -58,6 +58,16 @@ shape = \"tee\"
 atom_radius = 0.02
 atom_mass = 1.0
 at = [0.5, 0.5]
+";
+
+/// Bodies for the measures of bodies with an axis.
+const RODS: &str = "
+[[gas]]
+shape = \"rod:2\"
+atom_radius = 0.01
+atom_mass = 1.0
+energy = 1.0
+count = 40
 ";
 
 /// A wall for the measure of its heat, and one for that of the pressure on it.
@@ -137,6 +147,7 @@ fn measure(kind: &MeasureKind) -> Result<Vec<String>> {
             (kind.name.to_owned(), format!("{THERMAL_WALL}{GAS}"))
         }
         Of::Group if kind.name == "wall-pressure" => (kind.name.to_owned(), format!("{WALL}{GAS}")),
+        Of::Group if OF_AXES.contains(&kind.name) => (kind.name.to_owned(), format!("{RODS}{GAS}")),
         Of::OneBody => (format!("{}:body", kind.name), format!("{BODY}{GAS}")),
         Of::Group | Of::TwoGroups | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),
     };

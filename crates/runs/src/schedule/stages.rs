@@ -207,6 +207,12 @@ pub fn is_dragged(scene: &Scene) -> bool {
     acts
 }
 
+/// Whether a thermostat drives bodies along axes of their own.
+pub fn drives_axes(scene: &Scene) -> bool {
+    let mut thermostats = scene.stage.iter().flat_map(|stage| &stage.thermostat);
+    thermostats.any(|thermostat| thermostat.kind == ThermostatKind::Active)
+}
+
 fn has_edits(stage: &StageSpec) -> bool {
     let StageSpec {
         name,

@@ -1,0 +1,127 @@
+//! `body-frame-diffusion`: diffusion along and across the axis of a body, in its own frame.
+
+use carom::BodyFrameDiffusion;
+use carom_tables::{BlockMean, Figure, Table};
+
+use super::{
+    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span, in_blocks, resumed,
+    transport::{MIN_PAIRS, Plateau, Taken, TransportCurve},
+};
+
+/// The two coefficients.
+const NAMES: [[&str; 2]; 2] = [["D∥", "along"], ["D⊥", "across"]];
+
+pub(super) const KIND: MeasureKind = MeasureKind {
+    name: "body-frame-diffusion",
+    summary: "displacements along and across the axis of a body, summed in its own frame, against the lag",
+    of: Of::Group,
+    span: Span::Measurement,
+    parameters: &[MAX_LAG],
+    figures: &["D∥", "D⊥", "apparent D∥", "apparent D⊥"],
+    start: |selection| {
+        let (interval, longest) = (selection.interval(), selection.longest_lag());
+        Ok(in_blocks(BodyFrameDiffusion::new(
+            selection.group,
+            interval,
+            longest,
+        )?))
+    },
+    resume: resumed::<BodyFrameDiffusion>,
+};
+
+impl Measured for BodyFrameDiffusion {
+    /// The squared displacements along the axis at each lag, then across it, then the products of
+    /// the velocities along it, and across it.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        self.sums()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let points = self.points();
+        if points.is_empty() {
+            return Results::default();
+        }
+        let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
+        let quantity = |index: usize| -> Vec<BlockMean> {
+            // Lags without pairs are the longest.
+            let begin = (index * self.lags().len()).min(means.len());
+            let mut found = context.resolved(&means[begin..], &lags);
+            let few = points.iter().map(|point| point.pairs < MIN_PAIRS);
+            for (mean, _) in found.iter_mut().zip(few).filter(|(_, few)| *few) {
+                *mean = BlockMean::default();
+            }
+            found
+        };
+        let squares = [quantity(0), quantity(1)];
+        let products = [quantity(2), quantity(3)];
+        let table = Table::new(
+            context.table("body-frame-diffusion"),
+            "Displacements and velocities along and across the axis of the body",
+        )
+        .abscissa("lag", "time", lags.clone())
+        .counts("pairs", points.iter().map(|point| point.pairs).collect())
+        .means("square_along", "length²", &squares[0])
+        .means("square_across", "length²", &squares[1])
+        .means("velocity_along", "length²/time²", &products[0])
+        .means("velocity_across", "length²/time²", &products[1])
+        .logarithmic()
+        .in_decades(&["square_along", "square_across"])
+        .relative_to_first(&["velocity_along", "velocity_across"])
+        .guide("square_along", 2.0, "∝ t²", false)
+        .guide("square_along", 1.0, "∝ t", true)
+        .caption(
+            "Mean squares of the displacement, resolved in each interval along the axis x′ at its start and summed, \
+             and autocorrelations of the velocity in the frame of the body. At long lags 2 D∥ t and 2 D⊥ t. Lags with fewer than \
+             30 pairs have no value.",
+        );
+        let figures = NAMES.iter().zip(squares.iter().zip(&products));
+        Results {
+            tables: vec![table],
+            figures: figures
+                .flat_map(|(names, (squares, products))| {
+                    coefficients(*names, &lags, squares, products, context)
+                })
+                .collect(),
+            ..Results::default()
+        }
+    }
+}
+
+/// A diffusion coefficient from the mean squared displacement, and from the autocorrelation of the
+/// velocity.
+fn coefficients(
+    [symbol, direction]: [&str; 2],
+    lags: &[f64],
+    squares: &[BlockMean],
+    products: &[BlockMean],
+    context: &Context<'_>,
+) -> Vec<Figure> {
+    let curve = |means| TransportCurve {
+        lags,
+        means,
+        blocks: context.blocks,
+        of: Taken::Itself,
+    };
+    let unit = "length²/time";
+    let plateau = curve(squares).plateau(products).map(|plateau| {
+        let Plateau {
+            slope,
+            between: [begin, end],
+            is_constant,
+        } = plateau;
+        let [what, lack] = if is_constant {
+            ["", ""]
+        } else {
+            ["apparent ", ", no plateau"]
+        };
+        let name = format!(
+            "{what}{symbol} {direction} the axis at long lags, {begin:.3} to {end:.3}{lack}"
+        );
+        Figure::new(context.named(&name), 0.5 * slope.value, unit).error(0.5 * slope.standard_error)
+    });
+    let integral = curve(products).integral().map(|(integral, until)| {
+        let name = format!("{symbol} {direction} the axis from velocities, up to lag {until:.3}");
+        Figure::new(context.named(&name), integral.value, unit).error(integral.standard_error)
+    });
+    plateau.into_iter().chain(integral).collect()
+}
