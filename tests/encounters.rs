@@ -209,8 +209,9 @@ fn velocities_times_a_power_of_two_give_the_same_bits() {
     }
 }
 
-/// Bodies of atoms, edges and ellipses with known first contacts, to the double at which each was computed in
-/// binary128 by another program: `class,id` of all that differ by more than 1e-9 of the window.
+/// Bodies of atoms, edges and ellipses with known first contacts, to the double at which each was
+/// computed in binary128 by another program: `class,id` of all that differ by more than 1e-9 of the
+/// window.
 #[test]
 fn bodies_with_edges_and_ellipses_meet_at_the_known_times() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/encounters-shapes.csv");

@@ -296,7 +296,8 @@ fn the_schedulers_find_the_same_contacts() {
         let mut cells = simulate::<CellScheduler>(&scene, &Instructions::default());
         let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Given(1));
         let [mut ours, mut theirs] = [(); 2].map(|()| Encounters::since(EpochTime::ZERO));
-        // Later the roundings of the two have grown to other contacts, sooner for few bodies or molecules.
+        // Later the roundings of the two have grown to other contacts, sooner for few bodies or
+        // molecules.
         let moving = cells.view().bodies().filter(|body| !body.body.is_fixed());
         let contacts = 4 * moving.count().min(10);
         for _ in 0..contacts {

@@ -35,8 +35,8 @@
 //! 6. **Edges.** An atom is searched against a straight edge by its coordinates in the frame of the
 //!    edge ([`edge_pair`](crate::edge_pair)). Bodies with edges are first kept apart by lines along
 //!    their sides ([`lines`](crate::lines)).
-//! 7. **Ellipses.** Convex parts are searched by their support functions, along directions that turn
-//!    ([`support_pair`](crate::support_pair), [`support_edge`](crate::support_edge)).
+//! 7. **Ellipses.** Convex parts are searched by their support functions, along directions that
+//!    turn ([`support_pair`](crate::support_pair), [`support_edge`](crate::support_edge)).
 //! 8. **Range.** A query that holds NaN, an infinity, or a magnitude whose square could overflow
 //!    results in [`Outcome::OutOfRange`]. Very slow and very fast pairs are searched in another
 //!    unit of time, in which no product of velocities underflows.

@@ -2,8 +2,8 @@
 //!
 //! # Lemmas
 //! In the notation of [`edge_pair`](crate::edge_pair), for a part P with the support function h and
-//! an edge of body Q with its round ends; D leads from the centre of Q to that of the part, and r is
-//! its arm. f(n) = n·D − h_Q(n) − h(−n).
+//! an edge of body Q with its round ends; D leads from the centre of Q to that of the part, and r
+//! is its arm. f(n) = n·D − h_Q(n) − h(−n).
 //!
 //! 1. **Certificate.** For a direction n that turns with Q, h_Q(n) is constant, also where it has a
 //!    kink. f(n(t), t) ≤ g(t), as in [`support_pair`](crate::support_pair).
@@ -14,13 +14,13 @@
 //! 4. **A line that cuts the part.** There the nearest point of the part can lie beside the edge
 //!    though the part cuts the line beyond its end. Where f of the normal does not certify, the
 //!    directions from both ends are therefore tried.
-//! 5. **Ends.** Where the best direction comes from an end, it is not that of the greatest f, but is
-//!    off by at most δ = √(E/32 F), so that f' is off by δ times its greatest derivative. The end
-//!    lies in an atom, whose contact is found by itself.
+//! 5. **Ends.** Where the best direction comes from an end, it is not that of the greatest f, but
+//!    is off by at most δ = √(E/32 F), so that f' is off by δ times its greatest derivative. The
+//!    end lies in an atom, whose contact is found by itself.
 
 use std::cell::Cell;
 
-use carom_geometry::{Circle, Disc, Edge, EdgeTangents, FacingEdge, FacingParts, Support};
+use carom_geometry::{Circle, Edge, EdgeTangents, Ellipse, FacingEdge, FacingParts, Support};
 use carom_kinematics::HALF_ULP as U;
 use glam::DVec2;
 
@@ -158,9 +158,7 @@ impl<'a, P: Support> SupportEdgePair<'a, P> {
     /// The step against the circle about the centre of P in which the part stays.
     #[cold]
     fn step_of_orbiting_part(&self, pose: &SupportEdgePose) -> f64 {
-        let circle = Disc {
-            radius: self.arm + self.part.reach(),
-        };
+        let circle = Ellipse::round(self.arm + self.part.reach());
         let d = pose.d - pose.arm;
         let error = self.error.at(pose.at.time);
         let facing = FacingEdge {
@@ -187,9 +185,7 @@ impl<'a, P: Support> SupportEdgePair<'a, P> {
     /// The step against the circle about the centre of Q in which the edge stays.
     #[cold]
     fn step_of_orbiting_edge(&self, pose: &SupportEdgePose) -> f64 {
-        let circle = Disc {
-            radius: self.edge.reach() + self.edge.radius(),
-        };
+        let circle = Ellipse::round(self.edge.reach() + self.edge.radius());
         let error = self.error.at(pose.at.time);
         let facing = FacingParts {
             a: &circle,

@@ -9,13 +9,14 @@
 //! 1. **Any direction is a certificate.** f(n(t), t) ≤ g(t) for any n(t). A direction that is not
 //!    the best one shortens a step and never loses a contact. Only the claim of a contact needs the
 //!    maximum: f_φ²/2F ≤ E/64 is enough, since g exceeds f by that.
-//! 2. **Derivatives.** Let n turn at a constant rate Ω. Then f' = n·d' + ω_A h_A' + ω_B h_B' + Ω f_φ
-//!    and f'' = a + 2 Ω p − Ω² F, with a = n·d'' − ω_A² h_A'' − ω_B² h_B'' and p = n^⊥·d' + ω_A h_A''
-//!    + ω_B h_B''. *Proof.* d/dt h_A(φ − θ_A) = (Ω − ω_A) h_A'; the terms are sorted by powers of Ω.
+//! 2. **Derivatives.** Let n turn at a constant rate Ω. Then f' = n·d' + ω_A h_A' + ω_B h_B' + Ω
+//!    f_φ and f'' = a + 2 Ω p − Ω² F, with a = n·d'' − ω_A² h_A'' − ω_B² h_B'' and p = n^⊥·d' + ω_A
+//!    h_A'' + ω_B h_B''. *Proof.* d/dt h_A(φ − θ_A) = (Ω − ω_A) h_A'; the terms are sorted by
+//!    powers of Ω.
 //! 3. **Bounds for all times.** At Ω = 0: f'' ≥ −K₀ with K₀ = K + ω_A² M_A + ω_B² M_B and |f'''| ≤
-//!    K₃ + |ω_A|³ H_A + |ω_B|³ H_B, where M bounds h'' and H bounds |h'''|. At any Ω, while |X + V t|
-//!    ≤ ϱ: |f'''| ≤ K₃ + 3 |Ω| K + 3 Ω² L + |Ω|³ (ϱ + r_A + r_B) + |Ω − ω_A|³ H_A + |Ω − ω_B|³ H_B,
-//!    where K, K₃ and L are those of the centres. *Proof.* Lemma 2, differentiated once more.
+//!    K₃ + |ω_A|³ H_A + |ω_B|³ H_B, where M bounds h'' and H bounds |h'''|. At any Ω, while |X + V
+//!    t| ≤ ϱ: |f'''| ≤ K₃ + 3 |Ω| K + 3 Ω² L + |Ω|³ (ϱ + r_A + r_B) + |Ω − ω_A|³ H_A + |Ω − ω_B|³
+//!    H_B, where K, K₃ and L are those of the centres. *Proof.* Lemma 2, differentiated once more.
 //! 4. **The best rate** is Ω = p/F: then f'' = a + p²/F = g''. Both this Ω, as the bound `of_gap`,
 //!    and Ω = 0, as the bounds `largest` and `along_normal`, are used; f' at the one exceeds f' at
 //!    the other by Ω f_φ, which is a part of E'.
@@ -23,12 +24,12 @@
 //!    ω_A)² H_A + (Ω − ω_B)² H_B, f_φ is known at later times to within a bound s. As long as F is
 //!    at least half of its value now, g − f ≤ s²/F. Where that is at most E/64, Lemmas 6 and 7 of
 //!    `gap_search` hold.
-//! 6. **Orbits.** A part stays within its circle about the centre of its body. The other part may be
-//!    stepped against that circle.
+//! 6. **Orbits.** A part stays within its circle about the centre of its body. The other part may
+//!    be stepped against that circle.
 
 use std::cell::Cell;
 
-use carom_geometry::{Circle, Disc, FacingParts, FacingTangents, Support};
+use carom_geometry::{Circle, Ellipse, FacingParts, FacingTangents, Support};
 use carom_kinematics::HALF_ULP as U;
 use glam::DVec2;
 
@@ -173,9 +174,7 @@ impl<'a, A: Support, B: Support> SupportPair<'a, A, B> {
         // From the centre of mass of `body` to the part of the other.
         let arm = pose.arms[other];
         let d = sign * pose.at.separation + arm;
-        let circle = Disc {
-            radius: self.reaches[body],
-        };
+        let circle = Ellipse::round(self.reaches[body]);
         let start = sign * pose.facing.normal;
         let error = self.error.at(pose.at.time);
         let spin = self.flight.spin[other];

@@ -16,8 +16,9 @@ use clap::Args;
 #[derive(Debug, Clone, Args)]
 pub struct MoleculeArgument {
     /// The molecule: disc, dumbbell, rod:N, cross, tee, ring:N (with --atom-radius); capsule:L,
-    /// square, rectangle:A, triangle, polygon:N, kite:A,B, ellipse:K (with --size); a TOML file with `atoms`,
-    /// `polygon` or `shape`, as a molecule in a scene has; or a scene or a study (with --body)
+    /// square, rectangle:A, triangle, polygon:N, kite:A,B, ellipse:K (with --size); a TOML file
+    /// with `atoms`, `polygon` or `shape`, as a molecule in a scene has; or a scene or a study
+    /// (with --body)
     #[arg(value_name = "MOLECULE")]
     pub molecule: String,
     /// Radius of each atom of a named shape (length)

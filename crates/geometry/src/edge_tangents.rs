@@ -6,7 +6,7 @@
 
 use glam::DVec2;
 
-use crate::{Disc, Edge, FacingParts, Support, SupportPoint};
+use crate::{Edge, Ellipse, FacingParts, Support, SupportPoint};
 
 /// A convex part of one body beside an edge of another, at rest.
 #[derive(Debug, Clone, Copy)]
@@ -110,9 +110,7 @@ impl<A: Support> FacingEdge<'_, A> {
     /// The tangents of the part and of the round end on one side.
     fn beyond(&self, side: f64, start: DVec2, error: f64) -> EdgeTangents {
         let end = self.edge.middle() + side * self.edge.half_length() * self.edge.along();
-        let disc = Disc {
-            radius: self.edge.radius(),
-        };
+        let disc = Ellipse::round(self.edge.radius());
         let parts = FacingParts {
             a: &disc,
             b: self.part,
@@ -127,7 +125,7 @@ impl<A: Support> FacingEdge<'_, A> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Ellipse, Molecule};
+    use crate::Molecule;
     use proptest::prelude::*;
 
     proptest! {

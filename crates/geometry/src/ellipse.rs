@@ -194,7 +194,7 @@ impl Support for Ellipse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Disc, FacingParts};
+    use crate::FacingParts;
     use proptest::prelude::*;
 
     fn ellipses() -> impl Strategy<Value = Ellipse> {
@@ -260,7 +260,7 @@ mod tests {
             let [p, q] = [found.points[0].place(found.normal), found.points[1].place(-found.normal)];
             prop_assert!(((d + q - p) - found.gap * found.normal).length() < 1e-5 * (1.0 + least));
             // The point of the other is given in the frame of the box.
-            let disc = Disc { radius: 0.0 };
+            let disc = Ellipse::round(0.0 );
             let nearest = FacingParts { a: &disc, b: &other, rotations: [DVec2::X, turned], d: d - p };
             let again = nearest.farthest(found.normal, 1e-14);
             prop_assert!((again.gap - found.gap).abs() < 1e-6 * (1.0 + least));
@@ -279,7 +279,7 @@ mod tests {
     #[test]
     fn parts_that_overlap_have_the_least_depth() {
         let ellipse = Ellipse::new([3.0, 0.5], DVec2::X).unwrap();
-        let disc = Disc { radius: 0.25 };
+        let disc = Ellipse::round(0.25);
         let parts = FacingParts {
             a: &ellipse,
             b: &disc,

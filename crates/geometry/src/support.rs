@@ -8,8 +8,8 @@
 //! # Lemmas
 //! d leads from the centre of part A to that of part B, and f(n) = n·d − h_A(n) − h_B(−n).
 //!
-//! 1. **Any direction is a certificate.** f(n) ≤ g, the gap between the parts, for every n. *Proof.*
-//!    Both parts lie on their sides of two lines across n that are f(n) apart.
+//! 1. **Any direction is a certificate.** f(n) ≤ g, the gap between the parts, for every n.
+//!    *Proof.* Both parts lie on their sides of two lines across n that are f(n) apart.
 //! 2. **Maximum.** If the parts are apart, g is the maximum of f, and f has no other local maximum
 //!    at which it is positive. *Proof.* y·d − h_A(y) − h_B(−y), with h extended to vectors y in
 //!    proportion to their length, is concave. Where it is positive its maximum over |y| ≤ 1 is on
@@ -84,36 +84,6 @@ impl SupportPoint {
     /// (length).
     pub fn place(&self, normal: DVec2) -> DVec2 {
         self.distance * normal + self.slope * normal.perp()
-    }
-}
-
-/// A disc about the centre of the part.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Disc {
-    /// Its radius (length).
-    pub radius: f64,
-}
-
-impl Support for Disc {
-    #[inline]
-    fn at(&self, _: DVec2) -> SupportPoint {
-        SupportPoint {
-            distance: self.radius,
-            slope: 0.0,
-            curvature_radius: self.radius,
-        }
-    }
-
-    fn reach(&self) -> f64 {
-        self.radius
-    }
-
-    fn max_bend(&self) -> f64 {
-        0.0
-    }
-
-    fn max_third(&self) -> f64 {
-        0.0
     }
 }
 

@@ -163,8 +163,8 @@ fn edges(view: &View<'_>, kinds: &[usize]) -> String {
     entries
 }
 
-/// Four numbers for each ellipse of each kind: kind, atom, the shorter axis over the longer one, and
-/// the direction of the longer one in the frame of the body (radians).
+/// Four numbers for each ellipse of each kind: kind, atom, the shorter axis over the longer one,
+/// and the direction of the longer one in the frame of the body (radians).
 fn ellipses(view: &View<'_>, kinds: &[usize]) -> Vec<String> {
     let mut known = 0;
     let mut all = Vec::new();

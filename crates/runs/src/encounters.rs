@@ -17,7 +17,8 @@
 //!
 //! Columns `ellipsesA` and `ellipsesB` list ellipses, `x:y:m:a:b:angle` joined by `;`, with the
 //! half axes a and b and the direction of a in the frame of the body (radians). Bodies with edges
-//! and ellipses, and those whose ellipses overlap, are not supported; their rows are listed as such.
+//! and ellipses, and those whose ellipses overlap, are not supported; their rows are listed as
+//! such.
 
 use std::path::Path;
 

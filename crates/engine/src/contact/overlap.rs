@@ -209,9 +209,9 @@ fn look(
     }
 }
 
-/// The length to which an overlap is compared: the diameter of the smallest atom, or the width of an ellipse; for a body with
-/// edges, whose corners may be sharp, the hydraulic diameter 4 A/P; infinite for a wall, which has
-/// no diameter of its own.
+/// The length to which an overlap is compared: the diameter of the smallest atom, or the width of
+/// an ellipse; for a body with edges, whose corners may be sharp, the hydraulic diameter 4 A/P;
+/// infinite for a wall, which has no diameter of its own.
 fn diameter(body: &Body) -> f64 {
     let molecule = body.molecule();
     if body.is_wall() {

@@ -174,14 +174,15 @@ pub struct MoleculeSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_ROUNDING, max = MAX_MAGNITUDE)))]
     pub rounding: Option<f64>,
-    /// Size of a named shape with sides or of an ellipse (length): a side, for a rectangle the one that is not A
-    /// times as long; the diameter of a capsule, whose straight part is L times as long; the cross
-    /// diagonal of a kite, whose tips are A and B times as far from it; the longer axis of an
-    /// ellipse, K times the shorter one.
+    /// Size of a named shape with sides or of an ellipse (length): a side, for a rectangle the one
+    /// that is not A times as long; the diameter of a capsule, whose straight part is L times as
+    /// long; the cross diagonal of a kite, whose tips are A and B times as far from it; the longer
+    /// axis of an ellipse, K times the shorter one.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub size: Option<f64>,
-    /// Mass of a shape with sides, of a polygon or of an ellipse, spread evenly over its area (mass).
+    /// Mass of a shape with sides, of a polygon or of an ellipse, spread evenly over its area
+    /// (mass).
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub mass: Option<f64>,

@@ -139,8 +139,8 @@ impl Body {
         !self.kind.molecule.ellipses().is_empty()
     }
 
-    /// The radius of the smallest atom (length), or half the width of an ellipse; infinite for a wall across the box, which has
-    /// none.
+    /// The radius of the smallest atom (length), or half the width of an ellipse; infinite for a
+    /// wall across the box, which has none.
     pub(crate) fn smallest_atom(&self) -> f64 {
         let molecule = &self.kind.molecule;
         let half_widths = (0..molecule.atoms().len()).map(|atom| molecule.shape_of(atom).axes()[1]);

@@ -54,8 +54,8 @@ pub enum TouchingParts {
 }
 
 impl TouchingParts {
-    /// The distance of the centres of the two parts at contact (length); for an edge, from its line;
-    /// for an ellipse, from the point of contact.
+    /// The distance of the centres of the two parts at contact (length); for an edge, from its
+    /// line; for an ellipse, from the point of contact.
     pub(crate) fn contact_distance(self, [a, b]: [&Molecule; 2]) -> f64 {
         let radius = |molecule: &Molecule, atom: u32| radius_beyond_arm(molecule, atom);
         let of_edge = |body: &Molecule, edge: u32, other: &Molecule, part| {

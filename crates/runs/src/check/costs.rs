@@ -238,7 +238,7 @@ mod tests {
         let all = paid(
             "[[molecule]]\ntags = [\"tee\"]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n\
              velocity = [1.0, 0.0]\n[[wall]]\nx = 0.0\ntemperature = 1.0\n[[bumper]]\nradius = 0.05\nat = [0.2, 0.2]\n\
-             [elasticity]\ndefault = 0.9\n[run]\nsnapshots = \"extxyz\"\nobserve = [\"pressure\", \"directions:tee\"]\n\
+             [elasticity]\ndefault = 0.9\ntangential = 0.5\n[run]\nsnapshots = \"extxyz\"\nobserve = [\"pressure\", \"directions:tee\"]\n\
              [[stage]]\nuntil = 1.0\nthermostat = [{ tag = \"tee\", every = 0.25, energy = 1.0 }]\n",
         );
         assert!(all.iter().all(|(_, is_paid, _)| *is_paid), "{all:?}");

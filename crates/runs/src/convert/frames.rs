@@ -38,8 +38,8 @@ pub(super) struct TrajectoryFrame {
     pub(super) walls: Vec<f64>,
     /// Straight edges of the molecules.
     pub(super) edges: Vec<KindEdge>,
-    /// Ellipses among the atoms: kind, atom, the shorter axis over the longer one, and the direction
-    /// of the longer one in the frame of the body (radians).
+    /// Ellipses among the atoms: kind, atom, the shorter axis over the longer one, and the
+    /// direction of the longer one in the frame of the body (radians).
     pub(super) ellipses: Vec<[f64; 4]>,
     /// Kinds in which closed lines of edges are filled.
     pub(super) solid: Vec<u32>,

@@ -245,7 +245,11 @@ fn numbers_outside_their_ranges_are_refused() {
 /// Numbers outside the range of a property.
 fn outside(property: &Value) -> Vec<f64> {
     let bound = |key: &str| property[key].as_f64();
-    let below = bound("minimum").map(|least| if least == 0.0 { -1.0 } else { 0.5 * least });
+    let below = bound("minimum").map(|least| match least {
+        0.0 => -1.0,
+        least if least < 0.0 => 2.0 * least,
+        least => 0.5 * least,
+    });
     let above = bound("maximum").map(|most| 2.0 * most);
     let integer = property["type"] == "integer";
     let numbers = [

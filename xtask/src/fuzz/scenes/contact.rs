@@ -8,8 +8,8 @@ use carom::{
 
 use super::{
     kinematics::{
-        BodyOutline, BodyPair, BodyPart, Placed, TouchedParts, along, cross, dot, length,
-        smallest_gap, touch_in_image,
+        BodyOutline, BodyPair, BodyPart, NormalSpeeds, Placed, TouchedParts, along, cross, dot,
+        length, smallest_gap, touch_in_image,
     },
     laws::ContactLaw,
     rough::{RoughContact, TangentialLoss, pushed_speed},
@@ -193,17 +193,6 @@ struct Sums {
     spins: f64,
     /// Inverse effective mass along the normal (1 / mass).
     inverse_mass: f64,
-}
-
-/// Relative speeds along the normal of the two points that touch.
-#[derive(Debug, Clone, Copy)]
-pub struct NormalSpeeds {
-    /// Approach speed before the contact (length per time).
-    pub approach: f64,
-    /// Separation speed after it (length per time).
-    pub parting: f64,
-    /// Bound on the error of each (length per time).
-    pub error: f64,
 }
 
 /// Checks of a contact at one point.

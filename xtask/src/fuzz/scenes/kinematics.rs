@@ -73,6 +73,17 @@ pub enum BodyPart {
     Edge(usize),
 }
 
+/// Relative speeds along the normal of the two points that touch.
+#[derive(Debug, Clone, Copy)]
+pub struct NormalSpeeds {
+    /// Approach speed before the contact (length per time).
+    pub approach: f64,
+    /// Separation speed after it (length per time).
+    pub parting: f64,
+    /// Bound on the error of each (length per time).
+    pub error: f64,
+}
+
 /// Relative placement of two parts.
 #[derive(Debug, Clone, Copy)]
 pub struct TouchedParts {

@@ -8,10 +8,7 @@
 
 use carom::engine::CollisionReport;
 
-use super::{
-    contact::NormalSpeeds,
-    kinematics::{BodyPair, TouchedParts, cross, dot, length},
-};
+use super::kinematics::{BodyPair, NormalSpeeds, TouchedParts, cross, dot, length};
 use crate::fuzz::subject::{Report, exceeds};
 
 /// Unit roundoff.
