@@ -26,6 +26,11 @@ pub(crate) struct Pose {
 
 impl<'a> Flight<'a> {
     pub(crate) fn new(a: Outline<'_>, b: Outline<'_>, motion: &'a RelativeMotion) -> Self {
+        Self::of_bodies([is_centred_disc(a), is_centred_disc(b)], motion)
+    }
+
+    /// The flight of two bodies, of which some are discs about their centres of mass.
+    pub(crate) fn of_bodies(are_centred_discs: [bool; 2], motion: &'a RelativeMotion) -> Self {
         let mut flight = Self {
             motion,
             spin: motion.angular_velocity,
@@ -37,8 +42,8 @@ impl<'a> Flight<'a> {
             speed: motion.velocity.length(),
             rotation_at_start: [DVec2::X; 2],
         };
-        for (body, outline) in [a, b].into_iter().enumerate() {
-            if is_centred_disc(outline) {
+        for (body, is_centred_disc) in are_centred_discs.into_iter().enumerate() {
+            if is_centred_disc {
                 flight.spin[body] = 0.0;
             } else if flight.spin[body] == 0.0 {
                 flight.rotation_at_start[body] = motion.orientation[body].cos_sin();

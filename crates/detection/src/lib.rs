@@ -27,7 +27,8 @@
 //!
 //! The method `trace` of each detector also returns the steps of its search ([`Trace`]).
 //!
-//! A body may have straight edges between atoms, as capsules and polygons do. A wall is an edge of
+//! Atoms may be ellipses, which [`Exact`] alone searches; [`first_contact_of_convex`] takes any
+//! convex bodies. A body may have straight edges between atoms, as capsules and polygons do. A wall is an edge of
 //! infinite mass, and a half-plane one of infinite length, which must not turn:
 //!
 //! ```
@@ -60,6 +61,7 @@ mod atom_pair;
 mod atom_row;
 mod bounding_circles;
 mod circle_descent;
+mod convex_parts;
 mod crop;
 mod disc;
 mod edge_error;
@@ -96,6 +98,7 @@ pub mod tolerance;
 mod trace;
 
 pub use bounding_circles::BoundingCircles;
+pub use convex_parts::first_contact_of_convex;
 pub use exact::Exact;
 pub use fixed_step::{FixedStep, natural_time};
 pub use golden_secant::GoldenSecant;

@@ -50,7 +50,16 @@ pub(crate) fn unit(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, hori
         }
     };
     let [spin_a, spin_b] = motion.angular_velocity;
-    let [radius_a, radius_b] = [radius(a, spin_a), radius(b, spin_b)];
+    unit_of_radii([radius(a, spin_a), radius(b, spin_b)], motion, horizon)
+}
+
+/// Classifies a query of bodies with these bounding radii (length) up to `horizon`.
+#[inline]
+pub(crate) fn unit_of_radii(
+    [radius_a, radius_b]: [f64; 2],
+    motion: &RelativeMotion,
+    horizon: f64,
+) -> Unit {
     let [spin_a, spin_b] = motion.angular_velocity.map(f64::abs);
     let size = one_norm(motion.separation) + (radius_a + radius_b) + motion.separation_error;
     let speed = one_norm(motion.velocity) + (spin_a * radius_a + spin_b * radius_b);

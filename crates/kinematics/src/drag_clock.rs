@@ -35,7 +35,8 @@ impl DragClock {
 
     /// The clock of a drag γ (1/time), finite and at least 0.
     pub const fn new(drag: f64) -> Self {
-        Self { drag }
+        // −0 becomes 0: a time over it would be in the past.
+        Self { drag: drag + 0.0 }
     }
 
     /// The drag γ (1/time).
@@ -108,6 +109,11 @@ mod tests {
             }
             assert!(clock.reading(f64::INFINITY) * drag <= 1.0);
         }
+    }
+
+    #[test]
+    fn a_drag_of_minus_zero_is_none() {
+        assert!(DragClock::new(-0.0).drag().is_sign_positive());
     }
 
     #[test]
