@@ -28,8 +28,8 @@
 //! The method `trace` of each detector also returns the steps of its search ([`Trace`]).
 //!
 //! Atoms may be ellipses, which [`Exact`] alone searches; [`first_contact_of_convex`] takes any
-//! convex bodies. A body may have straight edges between atoms, as capsules and polygons do. A wall is an edge of
-//! infinite mass, and a half-plane one of infinite length, which must not turn:
+//! convex bodies. A body may have straight edges between atoms, as capsules and polygons do. A wall
+//! is an edge of infinite mass, and a half-plane one of infinite length, which must not turn:
 //!
 //! ```
 //! use carom_detection::{Detection, Exact, Part, Touch};
