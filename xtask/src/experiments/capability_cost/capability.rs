@@ -227,11 +227,16 @@ impl fmt::Display for CapabilityLevel {
     }
 }
 
+/// Measures of bodies that have an axis.
+const OF_AXES: [&str; 4] = ["nematic", "tetratic", "k-atic", "body-frame-diffusion"];
+
 impl Variant {
     /// Every run's own measures, which are those of `energy`, then each other measure with them.
-    /// The plain gas has no wall whose heat could be measured.
+    /// The plain gas has no wall whose heat could be measured, and its discs have no axes.
     pub fn measures() -> impl Iterator<Item = Self> {
-        let others = |name: &&str| !EVERY_RUN[1..].contains(name) && !name.starts_with("wall-");
+        let others = |name: &&str| {
+            !EVERY_RUN[1..].contains(name) && !OF_AXES.contains(name) && !name.starts_with("wall-")
+        };
         measures::KINDS
             .iter()
             .map(|kind| kind.name)
