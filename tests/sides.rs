@@ -1,12 +1,12 @@
 //! Gases of bodies with straight sides: they conserve momentum and energy, never overlap by more
 //! than rounding, and follow the same path with each scheduler, in tiles, and after a resumption.
 
-use carom::{EpochTime, Scene, Simulation};
-use carom_engine::{CellScheduler, CellsPerSide, HeapScheduler, Instructions, Tiling};
+use carom::{Scene, Simulation};
+use carom_engine::Tiling;
 use carom_geometry::{Interior, Molecule};
 use glam::DVec2;
 
-use crate::support::{bits, simulate};
+use crate::support::{bits, check_heap_against_cells, check_portable_and_resumed};
 
 /// Bodies of all families among discs, between two walls, in a box of sides 1 and 0.9.
 fn mixed(elasticity: f64) -> Scene {
@@ -101,41 +101,12 @@ fn bodies_of_all_families_never_overlap_by_more_than_rounding() {
 
 #[test]
 fn portable_code_and_a_resumed_run_agree_to_the_bit() {
-    let scene = mixed(0.95);
-    let mut cells = Simulation::new(&scene).unwrap();
-    let mut portable = simulate::<CellScheduler>(&scene, &Instructions::Portable);
-    // A checkpoint is made at the end of an epoch.
-    while cells.time() < EpochTime::from(0.2) {
-        cells.observe_epoch(EpochTime::from(1.0), &mut ()).unwrap();
-    }
-    let stored = cells.checkpoint().expect("the epoch has ended");
-    cells.run_until(0.6).unwrap();
-    portable.run_until(0.6).unwrap();
-    let expected = bits(&cells.view());
-    assert_eq!(bits(&portable.view()), expected);
-    let mut resumed = Simulation::resume(&stored).unwrap();
-    resumed.run_until(0.6).unwrap();
-    assert_eq!(bits(&resumed.view()), expected);
+    check_portable_and_resumed(&mixed(0.95));
 }
 
-/// The heap searches each pair from the start, the cells from a lower bound on: times differ by
-/// roundings, which contacts amplify.
 #[test]
 fn the_heap_finds_the_same_contacts_as_the_cells() {
-    let scene = mixed(1.0);
-    let mut cells = Simulation::new(&scene).unwrap();
-    let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
-    cells.run_until(0.02).unwrap();
-    heap.run_until(0.02).unwrap();
-    let collisions = [cells.view(), heap.view()].map(|view| view.counters().collisions);
-    assert!(
-        collisions[0] > 20 && collisions[0] == collisions[1],
-        "{collisions:?}"
-    );
-    for (one, other) in cells.view().bodies().zip(heap.view().bodies()) {
-        let apart = (one.motion.position - other.motion.position).length();
-        assert!(apart < 1e-9, "{apart:e}");
-    }
+    check_heap_against_cells(&mixed(1.0));
 }
 
 #[test]

@@ -6,8 +6,9 @@ pub mod property;
 
 use carom_detection::Exact;
 use carom_engine::{
-    BumperSpec, CollisionReport, ElasticityRule, GasSpec, Instructions, MoleculeSpec, Observer,
-    Rotation, Scene, Scheduler, Simulation, View, WallSpec,
+    BumperSpec, CellScheduler, CellsPerSide, CollisionReport, ElasticityRule, GasSpec,
+    HeapScheduler, Instructions, MoleculeSpec, Observer, Rotation, Scene, Scheduler, Simulation,
+    View, WallSpec,
 };
 use carom_kinematics::EpochTime;
 use carom_response::Impact;
@@ -400,5 +401,42 @@ impl Observer for Encounters {
             atoms: [report.sides[0].atom, report.sides[1].atom],
             image: report.image,
         });
+    }
+}
+
+/// Asserts that a run in portable code, and one that is resumed at the end of an epoch, have the
+/// bits of an ordinary one.
+pub fn check_portable_and_resumed(scene: &Scene) {
+    let mut cells = Simulation::new(scene).unwrap();
+    let mut portable = simulate::<CellScheduler>(scene, &Instructions::Portable);
+    // A checkpoint is made at the end of an epoch.
+    while cells.time() < EpochTime::from(0.2) {
+        cells.observe_epoch(EpochTime::from(1.0), &mut ()).unwrap();
+    }
+    let stored = cells.checkpoint().expect("the epoch has ended");
+    cells.run_until(0.6).unwrap();
+    portable.run_until(0.6).unwrap();
+    let expected = bits(&cells.view());
+    assert_eq!(bits(&portable.view()), expected);
+    let mut resumed = Simulation::resume(&stored).unwrap();
+    resumed.run_until(0.6).unwrap();
+    assert_eq!(bits(&resumed.view()), expected);
+}
+
+/// Asserts that both schedulers find the same first contacts. The heap searches each pair from the
+/// start, the cells from a lower bound on: times differ by roundings, which contacts amplify.
+pub fn check_heap_against_cells(scene: &Scene) {
+    let mut cells = Simulation::new(scene).unwrap();
+    let mut heap = simulate::<HeapScheduler>(scene, &CellsPerSide::Automatic);
+    cells.run_until(0.02).unwrap();
+    heap.run_until(0.02).unwrap();
+    let collisions = [cells.view(), heap.view()].map(|view| view.counters().collisions);
+    assert!(
+        collisions[0] > 20 && collisions[0] == collisions[1],
+        "{collisions:?}"
+    );
+    for (one, other) in cells.view().bodies().zip(heap.view().bodies()) {
+        let apart = (one.motion.position - other.motion.position).length();
+        assert!(apart < 1e-9, "{apart:e}");
     }
 }

@@ -1,6 +1,6 @@
 //! Contacts of bodies with ellipses: each part of one body against each part of the other.
 
-use carom_geometry::{Atom, Ellipse, Outline};
+use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
@@ -39,11 +39,12 @@ pub(crate) fn first_contact<R: Recorder>(
     let begin = window.begin.max(begin);
     let mut search = Search::new(window.end, most_steps, recorder);
     let flight = Flight::new(a, b, motion);
-    let [of_a, of_b] = [a, b].map(shapes);
-    for (i, one) in of_a.iter().enumerate() {
-        for (j, other) in of_b.iter().enumerate() {
-            let offsets = [a.atoms[i].offset(), b.atoms[j].offset()];
-            let pair = SupportPair::new(&flight, (one, other), offsets);
+    for (i, atom) in a.atoms.iter().enumerate() {
+        let one = a.shape_of(i);
+        for (j, other_atom) in b.atoms.iter().enumerate() {
+            let other = b.shape_of(j);
+            let offsets = [atom.offset(), other_atom.offset()];
+            let pair = SupportPair::new(&flight, (&one, &other), offsets);
             let touch = Touch::Atoms(i as u32, j as u32);
             search.recorder.concerns(|| Parts::Pair(touch));
             let limit = search.limit();
@@ -51,10 +52,11 @@ pub(crate) fn first_contact<R: Recorder>(
             search.record_touch(outcome, touch);
         }
     }
-    for (body, outline, parts, other) in [(0, a, &of_a, b), (1, b, &of_b, a)] {
+    for (body, outline, other) in [(0, a, b), (1, b, a)] {
         for (number, edge) in (0..).zip(other.edges()) {
-            for (index, (atom, part)) in (0..).zip(outline.atoms.iter().zip(parts)) {
-                let touch = Touch::edge(body, number, Part::Atom(index));
+            for (index, atom) in outline.atoms.iter().enumerate() {
+                let part = outline.shape_of(index);
+                let touch = Touch::edge(body, number, Part::Atom(index as u32));
                 search.recorder.concerns(|| Parts::Pair(touch));
                 let limit = search.limit();
                 let outcome = if part.axes()[0] == part.axes()[1] {
@@ -64,7 +66,7 @@ pub(crate) fn first_contact<R: Recorder>(
                         &mut search,
                     )
                 } else {
-                    SupportEdgePair::new(&flight, body, part, atom.offset(), edge)
+                    SupportEdgePair::new(&flight, body, &part, atom.offset(), edge)
                         .first_contact_from(begin, limit, &mut search)
                 };
                 search.record_touch(outcome, touch);
@@ -74,22 +76,11 @@ pub(crate) fn first_contact<R: Recorder>(
     search.answer()
 }
 
-/// The shapes of all atoms.
-fn shapes(body: Outline<'_>) -> Vec<Ellipse> {
-    match body.ellipses() {
-        [] => {
-            let round = |atom: &Atom| Ellipse::round(atom.radius());
-            body.atoms.iter().map(round).collect()
-        }
-        ellipses => ellipses.to_vec(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{Detection, Exact};
-    use carom_geometry::{Molecule, gap_between};
+    use carom_geometry::{Ellipse, Molecule, gap_between};
     use carom_kinematics::Orientation;
     use glam::DVec2;
     use proptest::prelude::*;

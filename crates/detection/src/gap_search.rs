@@ -131,8 +131,11 @@ pub(crate) trait GapFunction {
     fn gap(&self, pose: &Self::Pose) -> Gap;
 
     /// Returns the pose `elapsed` (time) after `start` and the growth of the gap since (length;
-    /// Lemma 10). `None` where other parts may be the touching ones.
-    fn moved(&self, start: &Self::Pose, elapsed: f64) -> Option<(Self::Pose, f64)>;
+    /// Lemma 10). `None` where other parts may be the touching ones, and by default, for parts whose
+    /// growth is not known without cancellation.
+    fn moved(&self, _start: &Self::Pose, _elapsed: f64) -> Option<(Self::Pose, f64)> {
+        None
+    }
 
     /// L: a bound on the relative speed of any points of the two parts (length per time).
     fn top_speed(&self) -> f64;

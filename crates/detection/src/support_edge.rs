@@ -284,11 +284,6 @@ impl<P: Support> GapFunction for SupportEdgePair<'_, P> {
         }
     }
 
-    /// The growth of the gap is not known without cancellation.
-    fn moved(&self, _: &SupportEdgePose, _: f64) -> Option<(SupportEdgePose, f64)> {
-        None
-    }
-
     fn top_speed(&self) -> f64 {
         self.error.speed()
     }

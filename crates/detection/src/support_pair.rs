@@ -269,11 +269,6 @@ impl<A: Support, B: Support> GapFunction for SupportPair<'_, A, B> {
         }
     }
 
-    /// The growth of the gap is not known without cancellation.
-    fn moved(&self, _: &SupportPose, _: f64) -> Option<(SupportPose, f64)> {
-        None
-    }
-
     fn top_speed(&self) -> f64 {
         self.error.speed()
     }

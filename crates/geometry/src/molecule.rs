@@ -476,10 +476,7 @@ impl Molecule {
     /// # Panics
     /// If the molecule has no such atom.
     pub fn shape_of(&self, atom: usize) -> Ellipse {
-        match self.ellipses.get(atom) {
-            Some(ellipse) => *ellipse,
-            None => Ellipse::round(self.atoms[atom].radius()),
-        }
+        self.outline().shape_of(atom)
     }
 
     /// Whether all parts are discs: there are neither edges nor ellipses.

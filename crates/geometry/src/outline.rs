@@ -51,6 +51,17 @@ impl<'a> Outline<'a> {
         self.ellipses
     }
 
+    /// The shape of an atom: an ellipse, of equal axes if it is a disc.
+    ///
+    /// # Panics
+    /// If the body has no such atom.
+    pub fn shape_of(&self, atom: usize) -> Ellipse {
+        match self.ellipses.get(atom) {
+            Some(ellipse) => *ellipse,
+            None => Ellipse::round(self.atoms[atom].radius()),
+        }
+    }
+
     /// Whether there are parts other than discs: edges or ellipses.
     #[inline]
     pub fn has_other_parts(&self) -> bool {
