@@ -131,8 +131,8 @@ pub(crate) trait GapFunction {
     fn gap(&self, pose: &Self::Pose) -> Gap;
 
     /// Returns the pose `elapsed` (time) after `start` and the growth of the gap since (length;
-    /// Lemma 10). `None` where other parts may be the touching ones, and by default, for parts whose
-    /// growth is not known without cancellation.
+    /// Lemma 10). `None` where other parts may be the touching ones, and by default, for parts
+    /// whose growth is not known without cancellation.
     fn moved(&self, _start: &Self::Pose, _elapsed: f64) -> Option<(Self::Pose, f64)> {
         None
     }
