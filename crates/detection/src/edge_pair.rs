@@ -84,11 +84,11 @@ pub(crate) struct EdgePair<'a> {
 /// An atom at one time, relative to the edge.
 #[derive(Clone, Copy)]
 pub(crate) struct EdgePose {
-    time: f64,
+    pub(crate) time: f64,
     /// D
-    place: DVec2,
+    pub(crate) place: DVec2,
     /// r in the present orientation.
-    arm: DVec2,
+    pub(crate) arm: DVec2,
     /// e
     along: DVec2,
     outwards: AxisSide,
@@ -331,7 +331,7 @@ impl<'a> EdgePair<'a> {
     }
 
     /// D': the velocity of the atom relative to the centre of the edge's body.
-    fn velocity_of(&self, arm: DVec2) -> DVec2 {
+    pub(crate) fn velocity_of(&self, arm: DVec2) -> DVec2 {
         let velocity = self.flight.motion.velocity;
         let of_centre = if self.body == 1 { velocity } else { -velocity };
         of_centre + self.spins[0] * arm.perp()
@@ -376,6 +376,45 @@ impl<'a> EdgePair<'a> {
     /// The distance of the atom's centre beyond the nearer end of the edge; at most 0 in the span.
     pub(crate) fn beyond(&self, pose: &EdgePose) -> Excess {
         self.excess(pose, pose.endwards, self.half_length)
+    }
+
+    /// How far an atom is from `distance` (length) in the direction of the normal; for an arc, in
+    /// the direction to its middle.
+    pub(crate) fn before_normal(&self, pose: &EdgePose, distance: f64) -> Excess {
+        let inwards = AxisSide {
+            direction: -pose.along.perp(),
+            middle: 0.0,
+        };
+        self.excess(pose, inwards, -distance)
+    }
+
+    /// A certified time for which a positive excess stays positive.
+    pub(crate) fn step_of(&self, pose: &EdgePose, excess: &Excess) -> f64 {
+        let error = self.error_at(pose.time);
+        let rate = excess.rate - self.rate_error_at(pose.time);
+        safe_step(excess.value, rate, &self.curvature(pose, excess, error))
+    }
+
+    /// E
+    pub(crate) fn error_at(&self, time: f64) -> f64 {
+        self.error.at(time)
+    }
+
+    /// E'
+    pub(crate) fn rate_error_at(&self, time: f64) -> f64 {
+        self.error.of_rate(time)
+    }
+
+    /// The pose `elapsed` (time) after `start`, and the way of the atom relative to the centre of
+    /// the edge's body since, without cancellation (length).
+    pub(crate) fn moved_pose(&self, start: &EdgePose, elapsed: f64) -> (EdgePose, DVec2) {
+        let [spin, spin_of_edge] = self.spins;
+        let swing_of_atom = swing(spin, elapsed, start.arm);
+        let moved = self.velocity_of(DVec2::ZERO) * elapsed + swing_of_atom;
+        let along = start.along + swing(spin_of_edge, elapsed, start.along);
+        let time = start.time + elapsed;
+        let (place, arm) = (start.place + moved, start.arm + swing_of_atom);
+        (self.pose_of(time, along, place, arm), moved)
     }
 
     /// A bound on the rounding of y'' and x'' (Lemma 7).
@@ -473,22 +512,14 @@ impl GapFunction for EdgePair<'_> {
     }
 
     fn moved(&self, start: &EdgePose, elapsed: f64) -> Option<(EdgePose, f64)> {
-        let [spin, spin_of_edge] = self.spins;
-        let swing_of_atom = swing(spin, elapsed, start.arm);
-        let moved = self.velocity_of(DVec2::ZERO) * elapsed + swing_of_atom;
-        let turned = swing(spin_of_edge, elapsed, start.outwards.direction);
+        let (pose, moved) = self.moved_pose(start, elapsed);
+        let turned = swing(self.spins[1], elapsed, start.outwards.direction);
         let outwards = AxisSide {
             direction: start.outwards.direction + turned,
             ..start.outwards
         };
-        let along = start.along + swing(spin_of_edge, elapsed, start.along);
-        let time = start.time + elapsed;
-        let (place, arm) = (start.place + moved, start.arm + swing_of_atom);
-        let pose = EdgePose {
-            outwards,
-            ..self.pose_of(time, along, place, arm)
-        };
-        let is_in_span = self.beyond(&pose).value <= -self.error.at(time);
+        let pose = EdgePose { outwards, ..pose };
+        let is_in_span = self.beyond(&pose).value <= -self.error.at(pose.time);
         let widened = outwards.direction.dot(moved) + turned.dot(start.place);
         is_in_span.then_some((pose, widened))
     }
@@ -508,8 +539,7 @@ impl GapFunction for EdgePair<'_> {
         let (beyond, error) = (self.beyond(pose), self.error.at(pose.time));
         let mut step = 0.0;
         if beyond.value > error {
-            let rate = beyond.rate - self.error.of_rate(pose.time);
-            step = safe_step(beyond.value, rate, &self.curvature(pose, &beyond, error));
+            step = self.step_of(pose, &beyond);
         }
         let [spin, spin_of_edge] = self.spins.map(f64::abs);
         if spin_of_edge > 0.0 && self.half_length < f64::INFINITY {

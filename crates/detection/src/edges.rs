@@ -11,15 +11,18 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Contact, Outcome, Part, Parts, Touch,
+    Answer, Outcome, Part, Parts, Touch,
+    arc_pair::search_arc,
     disc::disc_contact,
     edge_pair::EdgePair,
     error_bound::ErrorBound,
     flight::{Flight, bounding_circle},
+    gap_search::contact_within,
     lines::{Separation, separate},
     molecule_pair::{straight, turning},
-    search::{PairOutcome, Search},
+    search::Search,
     strip::{a_half_plane_turns, window_of_bodies},
+    tolerance::MAX_STEPS,
     trace::Recorder,
 };
 
@@ -71,9 +74,14 @@ pub(crate) fn first_contact<R: Recorder>(
     for (body, outline, other) in [(0, a, b), (1, b, a)] {
         for (number, edge) in (0..).zip(other.edges()) {
             for (index, atom) in (0..).zip(outline.atoms) {
-                let pair = EdgePair::new(&flight, body, atom.into(), edge);
                 let touch = Touch::edge(body, number, Part::Atom(index));
                 search.recorder.concerns(|| Parts::Pair(touch));
+                if let Some(bend) = edge.bend() {
+                    let arc = (edge, bend);
+                    search_arc(&flight, body, atom.into(), arc, begin, touch, &mut search);
+                    continue;
+                }
+                let pair = EdgePair::new(&flight, body, atom.into(), edge);
                 let outcome = pair.first_contact_in_span(begin, search.limit(), &mut search);
                 search.record_touch(outcome, touch);
             }
@@ -99,47 +107,36 @@ pub(crate) fn contact_of_circle(
         return NOTHING_IS_KNOWN;
     }
     let flight = Flight::new(a, b, motion);
-    let pair = EdgePair::new(&flight, body, bounding_circle(circle), edge);
-    let mut search = Search::new(horizon, 1, ());
-    let mut soonest = match pair.first_contact_in_span(0.0, horizon, &mut search) {
-        PairOutcome::Contact(time) => time,
-        PairOutcome::Free | PairOutcome::OutOfBudget(_) | PairOutcome::Paused(_) => f64::INFINITY,
-    };
+    let touch = Touch::edge(body, 0, Part::BoundingCircle);
+    let mut search = Search::new(horizon, MAX_STEPS, ());
+    if let Some(bend) = edge.bend() {
+        let atom = bounding_circle(circle);
+        search_arc(&flight, body, atom, (edge, bend), 0.0, touch, &mut search);
+    } else {
+        let pair = EdgePair::new(&flight, body, bounding_circle(circle), edge);
+        let outcome = pair.first_contact_in_span(0.0, horizon, &mut search);
+        search.record_touch(outcome, touch);
+    }
     let sign = if body == 1 { 1.0 } else { -1.0 };
     for end in wall.atoms {
         let place = sign * motion.separation - flight.at(0.0).arm(1 - body, end.offset());
         let circles = [bounding_circle(circle), end.into()];
         let error = ErrorBound::of_circles(motion, flight.speed, [0.0; 2], &circles).at(0.0);
         let sigma = circle.bounding_radius + end.radius();
-        let time = disc_contact(
-            place,
-            sign * motion.velocity,
-            sigma,
-            (error, motion.velocity_error),
-        );
-        soonest = soonest.min(time);
+        let errors = (error, motion.velocity_error);
+        let time = disc_contact(place, sign * motion.velocity, sigma, errors);
         search.evaluations += 1;
+        if time.is_finite() {
+            search.record_touch(contact_within(time, horizon), touch);
+        }
     }
-    let contact = Contact {
-        time: soonest,
-        touch: Touch::edge(body, 0, Part::BoundingCircle),
-    };
-    let outcome = if soonest <= horizon && soonest.is_finite() {
-        Outcome::Contact(contact)
-    } else {
-        Outcome::Free
-    };
-    Answer {
-        outcome,
-        evaluations: search.evaluations,
-    }
+    search.answer()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Exact;
-    use crate::{BoundingCircles, Detection, FixedStep, GoldenSecant};
+    use crate::{BoundingCircles, Contact, Detection, Exact, FixedStep, GoldenSecant};
     use carom_geometry::{Atom, HalfPlane, Molecule, Shape};
     use carom_kinematics::Orientation;
     use glam::DVec2;

@@ -29,7 +29,8 @@ pub(crate) fn first_contact<R: Recorder>(
         outcome,
         evaluations: 0,
     };
-    if a_half_plane_turns(a, b, motion) {
+    let has_arc = |body: Outline<'_>| body.edges().iter().any(|edge| edge.bend().is_some());
+    if a_half_plane_turns(a, b, motion) || has_arc(a) || has_arc(b) {
         return nothing(Outcome::Unresolved(0.0));
     }
     let Some(window) = window_of_bodies(a, b, motion, horizon) else {

@@ -56,6 +56,7 @@
     reason = "kernels must be compiled with the vector instructions of their callers"
 )]
 
+mod arc_pair;
 mod atom_block;
 mod atom_pair;
 mod atom_row;

@@ -3,7 +3,9 @@
 use carom_geometry::{Circle, Ellipse, Outline, Support};
 use carom_kinematics::RelativeMotion;
 
-use crate::{EdgeErrorBound, ErrorBound, Part, Touch, flight::bounding_circle};
+use crate::{
+    EdgeErrorBound, ErrorBound, Part, Touch, arc_pair::rate_error_at_arc, flight::bounding_circle,
+};
 
 /// A bound on the rounding of the closing speed of two parts that touch at time 0 (length per
 /// time): E' of [`ErrorBound`] or [`EdgeErrorBound`].
@@ -45,7 +47,10 @@ pub fn resolved_speed(
             Part::BoundingCircle => bounding_circle(outline),
         };
         let edge = &other.edges()[edge as usize];
-        EdgeErrorBound::new(motion, body, &circle, edge).of_rate(0.0)
+        match edge.bend() {
+            Some(bend) => rate_error_at_arc(motion, body, &circle, edge, bend),
+            None => EdgeErrorBound::new(motion, body, &circle, edge).of_rate(0.0),
+        }
     };
     if !(a.ellipses().is_empty() && b.ellipses().is_empty()) {
         return of_ellipses(a, b, motion, touch);

@@ -96,7 +96,9 @@ pub(crate) fn window_of_bodies(
     horizon: f64,
 ) -> Option<SearchWindow> {
     let [spin_a, spin_b] = motion.angular_velocity;
-    let stands = |body: Outline<'_>, spin: f64| body.is_wall() && spin == 0.0;
+    let stands = |body: Outline<'_>, spin: f64| {
+        body.is_wall() && spin == 0.0 && body.edges().iter().all(|edge| edge.bend().is_none())
+    };
     if !stands(a, spin_a) && !stands(b, spin_b) {
         return skim(motion, a.bounding_radius + b.bounding_radius, horizon);
     }
@@ -117,9 +119,9 @@ pub(crate) fn window_of_bodies(
 }
 
 /// Whether the detectors that sample the gap of discs and edges do not search a pair: a half-plane
-/// that turns, and ellipses.
+/// that turns, ellipses, and arcs.
 pub(crate) fn is_not_searched(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> bool {
-    a_half_plane_turns(a, b, motion) || !(a.ellipses().is_empty() && b.ellipses().is_empty())
+    a_half_plane_turns(a, b, motion) || [a, b].iter().any(|body| body.has_curves())
 }
 
 /// Whether a half-plane turns, which no detector handles: it reaches everything at once.

@@ -1,15 +1,17 @@
-//! A straight edge: the part of a body between two of its atoms, a wall between its end points, or
-//! the border of a half-plane.
+//! An edge: the part of a body between two of its atoms, a straight or bent wall between its end
+//! points, or the border of a half-plane.
 
 use glam::DVec2;
 
-use crate::{GeometryError, check_length, check_positive};
+use crate::{Bend, GeometryError, check_length, check_positive};
 
-/// A thick straight edge, fixed in the frame of its body.
+/// A thick edge, fixed in the frame of its body: straight, or bent into an arc of a circle
+/// ([`Self::bend`]).
 ///
 /// All points within [`Self::radius`] of the line between its ends belong to it. Both its sides can
 /// be touched. Its ends are atoms of the body ([`Self::ends`]) with radii at least as large; a wall
-/// across the whole box has no ends, and a half-plane is solid behind its border.
+/// across the whole box and a whole circle have no ends, and a half-plane is solid behind its
+/// border. Only walls are bent.
 ///
 /// ```
 /// use carom_geometry::Molecule;
@@ -35,6 +37,7 @@ pub struct Edge {
     reach: f64,
     radius: f64,
     solid_behind: bool,
+    bend: Option<Bend>,
 }
 
 /// The position of a point relative to the nearest point of an edge.
@@ -65,6 +68,7 @@ impl Edge {
             reach: 0.5 * length,
             radius,
             solid_behind: false,
+            bend: None,
         })
     }
 
@@ -88,6 +92,35 @@ impl Edge {
             reach,
             radius,
             solid_behind: false,
+            bend: None,
+        })
+    }
+
+    /// An arc of half thickness `radius` (length, may be 0), whose circle has its centre at the
+    /// origin, without atoms at its ends.
+    pub(crate) fn of_bend(bend: Bend, radius: f64) -> Result<Self, GeometryError> {
+        if radius != 0.0 {
+            check_positive("the radius of a wall", radius)?;
+        }
+        let of_circle = bend.radius();
+        if radius >= of_circle {
+            return Err(GeometryError::Bend {
+                what: "half the thickness of an arc",
+                value: radius,
+                range: "below the radius of its circle",
+            });
+        }
+        let [from, to] = bend.ends();
+        Ok(Self {
+            ends: None,
+            span: to - from,
+            middle: of_circle * bend.direction(),
+            along: -bend.direction().perp(),
+            half_length: of_circle * bend.half_angle(),
+            reach: of_circle,
+            radius,
+            solid_behind: bend.is_solid_behind(),
+            bend: Some(bend),
         })
     }
 
@@ -111,29 +144,38 @@ impl Edge {
     }
 
     /// The middle of the line between the ends, in the frame of the body (length); the origin for a
-    /// wall and a half-plane.
+    /// straight wall and a half-plane.
     pub fn middle(&self) -> DVec2 {
         self.middle
     }
 
+    /// The circle of which a bent edge is an arc, about the origin; `None` for a straight edge.
+    #[inline]
+    pub fn bend(&self) -> Option<&Bend> {
+        self.bend.as_ref()
+    }
+
     /// Its ends, in the frame of the body (length).
     pub(crate) fn segment(&self) -> [DVec2; 2] {
+        if let Some(bend) = &self.bend {
+            return bend.ends();
+        }
         let half = self.half_length * self.along;
         [self.middle - half, self.middle + half]
     }
 
-    /// Unit vector along the edge.
+    /// Unit vector along the edge, at its middle.
     pub fn along(&self) -> DVec2 {
         self.along
     }
 
-    /// Unit vector normal to the edge: a quarter turn counter-clockwise from [`Self::along`]; for a
-    /// half-plane, out of the solid.
+    /// Unit vector normal to the edge at its middle: a quarter turn counter-clockwise from
+    /// [`Self::along`]; for a half-plane, out of the solid; for an arc, away from its centre.
     pub fn normal(&self) -> DVec2 {
         self.along.perp()
     }
 
-    /// Extent to either side of the middle (length); infinite for a half-plane.
+    /// Extent to either side of the middle, along the edge (length); infinite for a half-plane.
     pub fn half_length(&self) -> f64 {
         self.half_length
     }
@@ -143,8 +185,8 @@ impl Edge {
         self.radius
     }
 
-    /// Whether everything behind the edge is solid, as with a half-plane; other edges can be
-    /// touched on both sides.
+    /// Whether everything behind the edge is solid, as with a half-plane and outside a cavity
+    /// ([`Bend::solid_behind`]); other edges can be touched on both sides.
     pub fn is_solid_behind(&self) -> bool {
         self.solid_behind
     }
@@ -164,6 +206,9 @@ impl Edge {
     /// As [`Self::nearest`], but a place beyond an end by at most `rounding` (length) counts as
     /// beside the edge.
     pub fn nearest_to_rounding(&self, place: DVec2, rounding: f64) -> Nearest {
+        if let Some(bend) = &self.bend {
+            return bend.nearest(place, rounding);
+        }
         let place = place - self.middle;
         let (along, across) = (self.along.dot(place), self.normal().dot(place));
         if along.abs() > self.half_length + rounding {

@@ -39,6 +39,16 @@ pub enum GeometryError {
         /// Depth of the overlap (length).
         depth: f64,
     },
+    /// An arc with a number out of range.
+    #[error("{what} must be {range}, but is {value:?}")]
+    Bend {
+        /// Which number.
+        what: &'static str,
+        /// Its value (length or radians).
+        value: f64,
+        /// The allowed range.
+        range: &'static str,
+    },
     /// A wall where a molecule of discs is needed.
     #[error("the excluded region of a wall is not available: use a molecule of discs")]
     Wall,

@@ -167,6 +167,7 @@ impl<'a> RelativeParts<'a> {
         let edges = other
             .edges()
             .iter()
+            .filter(|edge| edge.bend().is_none())
             .map(|edge| (edge.segment().map(place), edge.radius()));
         Self {
             body,
@@ -204,7 +205,8 @@ impl<'a> RelativeParts<'a> {
     /// The largest depth of two edges that cross (length): the way after which they cross no more.
     fn depth_of_crossings(&self) -> f64 {
         let mut deepest: f64 = 0.0;
-        for edge in self.body.edges() {
+        // Of a body that crosses the border of a cavity, a corner is outside.
+        for edge in self.body.edges().iter().filter(|edge| edge.bend().is_none()) {
             for &(ends, radius) in &self.edges {
                 if segments_meet(edge.segment(), ends) {
                     let way = ends.map(|end| edge.nearest(end).distance);

@@ -18,6 +18,7 @@
 
 mod atom;
 mod atom_row;
+mod bend;
 mod boundary;
 mod boundary_point;
 mod circle_tree;
@@ -47,6 +48,7 @@ mod support;
 mod union;
 
 pub use atom::Atom;
+pub use bend::Bend;
 pub use boundary_point::{BoundaryPart, BoundaryPoint};
 pub use contour::{Contour, ContourPiece};
 pub use edge::{Edge, HalfPlane, Nearest};

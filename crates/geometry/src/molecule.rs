@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use crate::{
-    Atom, AtomRow, CircleTree, Edge, Ellipse, FacingParts, GeometryError, Outline, Shape, Support,
+    Atom, AtomRow, Bend, CircleTree, Edge, Ellipse, FacingParts, GeometryError, Outline, Shape, Support,
     atom::reach,
     check_positive,
     covered_area::covered_area,
@@ -367,14 +367,39 @@ impl Molecule {
     /// positive.
     #[doc(alias = "segment")]
     pub fn wall(span: DVec2, radius: f64) -> Result<Self, GeometryError> {
-        let mut wall = Self::wall_without_ends(span, radius)?;
-        wall.atoms = [-0.5, 0.5]
-            .map(|half| Atom::end_of_wall(half * span, radius))
+        let ends = [-0.5 * span, 0.5 * span];
+        Ok(Self::of_wall(Edge::of_wall(span, radius)?).ended(ends))
+    }
+
+    /// A curved wall: an arc of a circle about the origin, and its two end points, if it is not the
+    /// whole circle.
+    ///
+    /// All points within `radius` (length, may be 0, below the radius of the circle) of the arc
+    /// belong to the wall. Its mass is infinite. The end points are atoms 0 and 1, of this radius.
+    ///
+    /// # Errors
+    /// [`GeometryError`] if the radius is out of range.
+    pub fn arc(bend: Bend, radius: f64) -> Result<Self, GeometryError> {
+        let wall = Self::of_wall(Edge::of_bend(bend, radius)?);
+        Ok(if bend.is_circle() {
+            wall
+        } else {
+            let [first, second] = bend.ends();
+            // The edge runs clockwise.
+            wall.ended([second, first])
+        })
+    }
+
+    /// This wall with its end points (length), the second in the direction of its edge.
+    fn ended(mut self, ends: [DVec2; 2]) -> Self {
+        let radius = self.edges[0].radius();
+        self.atoms = ends
             .into_iter()
+            .map(|end| Atom::end_of_wall(end, radius))
             .collect();
-        wall.edges = wall.edges.into_iter().map(Edge::with_ends).collect();
-        wall.area += std::f64::consts::PI * radius * radius;
-        Ok(wall)
+        self.edges = self.edges.into_iter().map(Edge::with_ends).collect();
+        self.area += std::f64::consts::PI * radius * radius;
+        self
     }
 
     /// A wall without end points, for a wall that meets its own periodic image.
@@ -382,13 +407,17 @@ impl Molecule {
     /// # Errors
     /// As [`Self::wall`].
     pub fn wall_without_ends(span: DVec2, radius: f64) -> Result<Self, GeometryError> {
-        let edge = Edge::of_wall(span, radius)?;
-        Ok(Self {
+        Ok(Self::of_wall(Edge::of_wall(span, radius)?))
+    }
+
+    /// A wall of this edge, without end points.
+    fn of_wall(edge: Edge) -> Self {
+        Self {
             atoms: SmallVec::new(),
             mass: f64::INFINITY,
             moment_of_inertia: f64::INFINITY,
-            area: 4.0 * edge.half_length() * radius,
-            bounding_radius: (edge.half_length() + radius) * (1.0 + 4.0 * f64::EPSILON),
+            area: 4.0 * edge.half_length() * edge.radius(),
+            bounding_radius: (edge.reach() + edge.radius()) * (1.0 + 4.0 * f64::EPSILON),
             is_round: false,
             rectangle: rectangle(&[]),
             rows: Vec::new(),
@@ -399,7 +428,7 @@ impl Molecule {
             is_uniform: false,
             sides: Vec::new(),
             rings: Vec::new(),
-        })
+        }
     }
 
     /// One disc of `radius` (length) and `mass`.
@@ -426,7 +455,10 @@ impl Molecule {
     /// [`GeometryError`] if a length is then out of range.
     pub fn scaled(&self, scale: f64) -> Result<Self, GeometryError> {
         if let Some(wall) = self.wall_edge() {
-            return if self.atoms.is_empty() {
+            let bend = wall.bend().map(|bend| bend.scaled(scale)).transpose()?;
+            return if let Some(bend) = bend {
+                Self::arc(bend, scale * wall.radius())
+            } else if self.atoms.is_empty() {
                 Self::wall_without_ends(scale * wall.span(), scale * wall.radius())
             } else {
                 Self::wall(scale * wall.span(), scale * wall.radius())
@@ -461,7 +493,7 @@ impl Molecule {
         &self.atoms
     }
 
-    /// The straight edges, in the order given; empty for a union of discs.
+    /// The edges, in the order given; empty for a union of discs.
     pub fn edges(&self) -> &[Edge] {
         &self.edges
     }
@@ -505,7 +537,7 @@ impl Molecule {
         self.edges.first().filter(|_| self.is_wall())
     }
 
-    /// Whether this is a straight wall, of infinite mass.
+    /// Whether this is a wall, straight or curved, of infinite mass.
     pub fn is_wall(&self) -> bool {
         self.mass == f64::INFINITY
     }
@@ -563,7 +595,12 @@ impl Molecule {
     /// ```
     pub fn perimeter(&self) -> f64 {
         if let Some(wall) = self.wall_edge() {
-            return 4.0 * wall.half_length() + std::f64::consts::TAU * wall.radius();
+            let of_ends = if wall.ends().is_some() {
+                std::f64::consts::TAU * wall.radius()
+            } else {
+                0.0
+            };
+            return 4.0 * wall.half_length() + of_ends;
         }
         if !self.ellipses.is_empty() {
             return self.ellipses.iter().map(Ellipse::perimeter).sum();
@@ -641,6 +678,10 @@ enum Written {
         radius: f64,
         has_ends: bool,
     },
+    Arc {
+        bend: Bend,
+        radius: f64,
+    },
     /// Atoms relative to their centre of mass, and their shapes.
     Ellipses {
         atoms: SmallVec<[Atom; 1]>,
@@ -651,6 +692,10 @@ enum Written {
 impl From<Molecule> for Written {
     fn from(molecule: Molecule) -> Self {
         if let Some(wall) = molecule.wall_edge() {
+            if let Some(&bend) = wall.bend() {
+                let radius = wall.radius();
+                return Self::Arc { bend, radius };
+            }
             return Self::Wall {
                 span: wall.span(),
                 radius: wall.radius(),
@@ -700,6 +745,7 @@ impl TryFrom<Written> for Molecule {
                 })?;
                 Self::of_parts(atoms, &edges, interior, mass)
             }
+            Written::Arc { bend, radius } => Self::arc(bend, radius),
             Written::Wall {
                 span,
                 radius,
@@ -810,7 +856,10 @@ fn ends_and_radii(edges: &[Edge]) -> impl Iterator<Item = ([u32; 2], f64)> {
         .filter_map(|edge| Some((edge.ends()?, edge.radius())))
 }
 
-/// The molecule as a parry shape.
+/// Sides of the polygon by which an arc is given to parry.
+const SIDES_OF_ARC: u32 = 256;
+
+/// The molecule as a parry shape; an arc without its thickness.
 impl From<&Molecule> for Compound {
     fn from(molecule: &Molecule) -> Self {
         let parts = molecule
@@ -825,6 +874,10 @@ impl From<&Molecule> for Compound {
                 )
             });
         let edges = molecule.edges().iter().map(|edge| {
+            if let Some(bend) = edge.bend() {
+                let line = SharedShape::polyline(bend.points(SIDES_OF_ARC).collect(), None);
+                return (Pose::identity(), line);
+            }
             let [from, to] = edge.segment();
             let line = if edge.radius() > 0.0 {
                 SharedShape::capsule(from, to, edge.radius())

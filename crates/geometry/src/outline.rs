@@ -39,7 +39,7 @@ impl<'a> Outline<'a> {
         self.rows
     }
 
-    /// The straight edges.
+    /// The edges.
     #[inline]
     pub fn edges(&self) -> &'a [Edge] {
         self.edges
@@ -60,6 +60,11 @@ impl<'a> Outline<'a> {
             Some(ellipse) => *ellipse,
             None => Ellipse::round(self.atoms[atom].radius()),
         }
+    }
+
+    /// Whether there are ellipses or arcs.
+    pub fn has_curves(&self) -> bool {
+        !self.ellipses.is_empty() || self.edges.iter().any(|edge| edge.bend().is_some())
     }
 
     /// Whether there are parts other than discs: edges or ellipses.

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::{
-    Edge, Molecule,
+    Bend, Edge, Molecule,
     gap::{atom_tangents, edge_tangents},
 };
 
@@ -63,28 +63,46 @@ pub fn room(a: Scaled<'_>, b: Scaled<'_>, separation: DVec2, margin: f64) -> f64
         for atom in b.molecule.atoms() {
             let rate = to_a.rotate(b.rotation.rotate(atom.offset()));
             let approach = Approach {
-                place: (to_a.rotate(separation) + b.scale * rate) - a.scale * edge.middle(),
+                place: (to_a.rotate(separation) + b.scale * rate) - a.scale * origin_of(edge),
                 place_rate: rate,
                 reach: a.scale * edge.radius() + b.scale * atom.radius() + margin,
                 reach_rate: atom.radius(),
             };
-            least = least.min(approach.until_edge(edge, a.scale * edge.half_length(), 0.0));
+            let until = match edge.bend() {
+                Some(bend) => approach.until_arc(bend, a.scale, 0.0),
+                None => approach.until_edge(edge, a.scale * edge.half_length(), 0.0),
+            };
+            least = least.min(until);
         }
     }
     for edge in b.molecule.edges() {
         for atom in a.molecule.atoms() {
             let place = to_b.rotate(a.scale * a.rotation.rotate(atom.offset()) - separation);
             let approach = Approach {
-                place: place - b.scale * edge.middle(),
-                place_rate: -edge.middle(),
+                place: place - b.scale * origin_of(edge),
+                place_rate: -origin_of(edge),
                 reach: a.scale * atom.radius() + b.scale * edge.radius() + margin,
                 reach_rate: edge.radius(),
             };
-            let half = b.scale * edge.half_length();
-            least = least.min(approach.until_edge(edge, half, edge.half_length()));
+            let until = match edge.bend() {
+                Some(bend) => approach.until_arc(bend, b.scale, 1.0),
+                None => {
+                    approach.until_edge(edge, b.scale * edge.half_length(), edge.half_length())
+                }
+            };
+            least = least.min(until);
         }
     }
     b.scale + least
+}
+
+/// The point of an edge from which [`Approach`] counts: the middle of a straight one, the centre of
+/// an arc.
+fn origin_of(edge: &Edge) -> DVec2 {
+    match edge.bend() {
+        Some(_) => DVec2::ZERO,
+        None => edge.middle(),
+    }
 }
 
 /// Most steps of the search for the scale at which two bodies touch.
@@ -203,6 +221,69 @@ impl Approach {
             (b + root) / -a
         } else {
             f64::INFINITY
+        }
+    }
+
+    /// The smallest u ≥ 0 at which the point touches an arc about the origin, whose scale grows at
+    /// `rate` from `scale`; infinite if there is none.
+    ///
+    /// A point may touch an arc from inside, where its distance from the centre reaches S − r, or
+    /// from outside; a point that leaves the arc's directions first is held by an end of the arc.
+    fn until_arc(self, bend: &Bend, scale: f64, rate: f64) -> f64 {
+        let (radius, radius_rate) = (scale * bend.radius(), rate * bend.radius());
+        let is_inside = bend.is_solid_behind() || self.place.length() < radius;
+        let along_arc = if is_inside {
+            self.until_outside(radius - self.reach, radius_rate - self.reach_rate)
+        } else {
+            let from_outside = Self {
+                reach: self.reach + radius,
+                reach_rate: self.reach_rate + radius_rate,
+                ..self
+            };
+            from_outside.until_contact()
+        };
+        let there = self.place + along_arc * self.place_rate;
+        if along_arc.is_finite() && bend.faces(there, 0.0) {
+            return along_arc;
+        }
+        if bend.is_circle() {
+            return f64::INFINITY;
+        }
+        let ends = bend.ends().map(|end| {
+            let end = Self {
+                place: self.place - scale * end,
+                place_rate: self.place_rate - rate * end,
+                ..self
+            };
+            end.until_contact()
+        });
+        ends[0].min(ends[1])
+    }
+
+    /// The smallest u ≥ 0 at which the point is `room` + `room_rate` u from the origin, from
+    /// inside; 0 if it is farther already.
+    fn until_outside(self, room: f64, room_rate: f64) -> f64 {
+        let c = room * room - self.place.length_squared();
+        if room <= 0.0 || c <= 0.0 {
+            return 0.0;
+        }
+        let a = room_rate * room_rate - self.place_rate.length_squared();
+        let b = room * room_rate - self.place.dot(self.place_rate);
+        // c + 2 b u + a u² = 0, and the room must not have vanished before.
+        let discriminant = b * b - a * c;
+        if discriminant < 0.0 {
+            return f64::INFINITY;
+        }
+        let root = discriminant.sqrt();
+        let met = if b < root {
+            c / (root - b)
+        } else {
+            f64::INFINITY
+        };
+        if room_rate < 0.0 {
+            met.min(room / -room_rate)
+        } else {
+            met
         }
     }
 
